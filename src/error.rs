@@ -1,0 +1,78 @@
+//! The one error type of the library. Its variants are the program's exit codes.
+
+use std::fmt;
+
+/// Every failure, by what the user can do about it. [`Error::exit_code`] maps it to the exit code of the process.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum Error {
+    /// A defect of the program: an invariant that input must not be able to break was broken.
+    #[error("internal defect: {0}. Please report this with the job file.")]
+    Defect(String),
+    /// Wrong usage or a wrong job file: what is wrong, where, what was expected.
+    #[error("{0}")]
+    Job(String),
+    /// A mesh or another input file is missing or wrong.
+    #[error("{0}")]
+    Input(String),
+    /// A solver did not converge, or returned something that fails its own check.
+    #[error("{0}")]
+    NotConverged(String),
+    /// Stopped on request or by the wall-time limit; a checkpoint was saved.
+    #[error("{0}")]
+    Stopped(String),
+    /// Reading or writing failed.
+    #[error("{0}")]
+    Io(String),
+    /// Not enough memory: how much is needed, how much there is.
+    #[error("{0}")]
+    Memory(String),
+}
+
+/// Result with the library's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Exit code of the process: 1 defect, 2 usage or job, 3 input data, 4 not converged, 5 stopped, 6 I/O, 7 memory.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            Error::Defect(_) => 1,
+            Error::Job(_) => 2,
+            Error::Input(_) => 3,
+            Error::NotConverged(_) => 4,
+            Error::Stopped(_) => 5,
+            Error::Io(_) => 6,
+            Error::Memory(_) => 7,
+        }
+    }
+
+    /// The variant that [`Error::exit_code`] maps to `code`; rebuilds on every rank the error of one rank.
+    pub fn from_code(code: i32, message: String) -> Self {
+        match code {
+            2 => Error::Job(message),
+            3 => Error::Input(message),
+            4 => Error::NotConverged(message),
+            5 => Error::Stopped(message),
+            6 => Error::Io(message),
+            7 => Error::Memory(message),
+            _ => Error::Defect(message),
+        }
+    }
+
+    /// The message without the prefix that the variant's display adds.
+    pub fn message(&self) -> &str {
+        match self {
+            Error::Defect(m)
+            | Error::Job(m)
+            | Error::Input(m)
+            | Error::NotConverged(m)
+            | Error::Stopped(m)
+            | Error::Io(m)
+            | Error::Memory(m) => m,
+        }
+    }
+
+    /// The same error with `what` put before its message: the place in the run where it happened.
+    pub fn context(self, what: impl fmt::Display) -> Self {
+        Error::from_code(self.exit_code(), format!("{what}: {}", self.message()))
+    }
+}

@@ -1,0 +1,1 @@
+//! Built-in crowned annular cylinder.

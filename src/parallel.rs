@@ -1,0 +1,145 @@
+//! The world of ranks: agreement on errors, gathers and scatters that the stages share.
+
+use crate::{Error, Result};
+use mpi::collective::SystemOperation;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
+
+/// All ranks of the run.
+pub struct World {
+    /// The communicator of all ranks.
+    pub comm: SimpleCommunicator,
+    /// This rank, `0..size`.
+    pub rank: usize,
+    /// Number of ranks.
+    pub size: usize,
+}
+
+impl World {
+    /// Wraps the world communicator of an initialised MPI.
+    pub fn new(comm: SimpleCommunicator) -> Self {
+        let rank = comm.rank() as usize;
+        let size = comm.size() as usize;
+        Self { comm, rank, size }
+    }
+
+    /// True on rank 0, which reads, writes and does the dense work.
+    pub fn is_root(&self) -> bool {
+        self.rank == 0
+    }
+
+    /// Collective: `Ok` if `local` is `Ok` on every rank; otherwise the error of the lowest failing rank, on every rank.
+    /// Every fallible local step ends in one, so that no rank goes on into a collective call the others never reach.
+    pub fn agree<T>(&self, local: Result<T>) -> Result<T> {
+        let mine = if local.is_err() { self.rank as i32 } else { i32::MAX };
+        let mut first = 0i32;
+        self.comm.all_reduce_into(&mine, &mut first, SystemOperation::min());
+        if first == i32::MAX {
+            return local;
+        }
+        let root = self.comm.process_at_rank(first);
+        let (mut code, mut text) = match &local {
+            Err(e) if self.rank as i32 == first => (e.exit_code(), e.message().as_bytes().to_vec()),
+            _ => (0, Vec::new()),
+        };
+        root.broadcast_into(&mut code);
+        let mut len = text.len() as u64;
+        root.broadcast_into(&mut len);
+        text.resize(len as usize, 0);
+        root.broadcast_into(&mut text[..]);
+        Err(Error::from_code(code, String::from_utf8_lossy(&text).into_owned()))
+    }
+
+    /// Collective: runs `work` on rank 0 only, and returns its error on every rank. `Some` on rank 0, `None` elsewhere.
+    pub fn on_root<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
+        let local = if self.is_root() { work().map(Some) } else { Ok(None) };
+        self.agree(local)
+    }
+
+    /// Collective: sum over the ranks.
+    pub fn sum(&self, value: f64) -> f64 {
+        let mut out = 0.0;
+        self.comm.all_reduce_into(&value, &mut out, SystemOperation::sum());
+        out
+    }
+
+    /// Collective: sum over the ranks.
+    pub fn sum_u64(&self, value: u64) -> u64 {
+        let mut out = 0;
+        self.comm.all_reduce_into(&value, &mut out, SystemOperation::sum());
+        out
+    }
+
+    /// Collective: maximum over the ranks.
+    pub fn max(&self, value: f64) -> f64 {
+        let mut out = 0.0;
+        self.comm.all_reduce_into(&value, &mut out, SystemOperation::max());
+        out
+    }
+
+    /// Collective: the vector of rank 0 on every rank.
+    pub fn broadcast<T: Equivalence + Clone + Default>(&self, values: Vec<T>) -> Vec<T> {
+        let root = self.comm.process_at_rank(0);
+        let mut len = values.len() as u64;
+        root.broadcast_into(&mut len);
+        let mut out = values;
+        out.resize(len as usize, T::default());
+        root.broadcast_into(&mut out[..]);
+        out
+    }
+
+    /// Collective: concatenation of the ranks' slices in rank order, on rank 0; empty elsewhere.
+    pub fn gather<T: Equivalence + Clone + Default>(&self, mine: &[T]) -> Vec<T> {
+        use mpi::datatype::PartitionMut;
+        let root = self.comm.process_at_rank(0);
+        let n = mine.len() as i32;
+        if !self.is_root() {
+            root.gather_into(&n);
+            root.gather_varcount_into(mine);
+            return Vec::new();
+        }
+        let mut counts = vec![0i32; self.size];
+        root.gather_into_root(&n, &mut counts[..]);
+        let displs = displacements(&counts);
+        let mut all = vec![T::default(); counts.iter().map(|&c| c as usize).sum()];
+        root.gather_varcount_into_root(mine, &mut PartitionMut::new(&mut all[..], counts, displs));
+        all
+    }
+
+    /// Collective: `parts[r]` of rank 0 on rank `r`. Other ranks pass an empty vector.
+    pub fn scatter<T: Equivalence + Clone + Default>(&self, parts: Vec<Vec<T>>) -> Vec<T> {
+        use mpi::datatype::Partition;
+        let root = self.comm.process_at_rank(0);
+        let mut n = 0i32;
+        if !self.is_root() {
+            root.scatter_into(&mut n);
+            let mut mine = vec![T::default(); n as usize];
+            root.scatter_varcount_into(&mut mine[..]);
+            return mine;
+        }
+        let counts: Vec<i32> = parts.iter().map(|p| p.len() as i32).collect();
+        root.scatter_into_root(&counts[..], &mut n);
+        let mut mine = vec![T::default(); n as usize];
+        let all = parts.concat();
+        let displs = displacements(&counts);
+        root.scatter_varcount_into_root(&Partition::new(&all[..], counts, displs), &mut mine[..]);
+        mine
+    }
+
+    /// Collective: concatenation of the ranks' slices in rank order, on every rank.
+    pub fn all_gather<T: Equivalence + Clone + Default>(&self, mine: &[T]) -> Vec<T> {
+        let all = self.gather(mine);
+        self.broadcast(all)
+    }
+}
+
+fn displacements(counts: &[i32]) -> Vec<i32> {
+    counts
+        .iter()
+        .scan(0, |sum, &c| {
+            let start = *sum;
+            *sum += c;
+            Some(start)
+        })
+        .collect()
+}
