@@ -1,1 +1,30 @@
-//! fem
+//! Finite elements: reference element, element matrices, degrees of freedom, distributed assembly, stress recovery.
+
+pub mod assembly;
+pub mod dofs;
+pub mod hex8;
+pub mod stress;
+
+/// Isotropic linear elastic material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Young's modulus, Pa.
+    pub young: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density, kg/m³.
+    pub density: f64,
+}
+
+impl Material {
+    /// Lamé's constants λ, μ, Pa.
+    pub fn lame(&self) -> (f64, f64) {
+        let (e, nu) = (self.young, self.poisson);
+        (e * nu / ((1. + nu) * (1. - 2. * nu)), e / (2. * (1. + nu)))
+    }
+
+    /// Shear modulus, Pa.
+    pub fn shear(&self) -> f64 {
+        self.lame().1
+    }
+}
