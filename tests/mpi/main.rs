@@ -1,0 +1,77 @@
+//! Tests that need MPI. Started by cargo, this program starts itself under `mpirun` on 1, 2 and 3 ranks and runs every
+//! test in each world; `cargo test --test mpi -- NAME` runs those whose name contains NAME.
+
+use railsqueal::parallel::World;
+use std::io::Write;
+use std::process::{exit, Command};
+
+mod elasticity;
+
+/// A test is called on all ranks of a world and panics when it fails.
+type Test = (&'static str, fn(&World));
+
+const TESTS: &[Test] = &[("elasticity::patch_test", elasticity::patch_test)];
+
+const CHILD: &str = "RAILSQUEAL_TEST_RANKS";
+
+fn main() {
+    // cargo passes its own flags (--nocapture, --test-threads=…) along; only a bare word is a filter.
+    let filter = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
+    if std::env::var(CHILD).is_ok() {
+        run_in_world(&filter);
+        return;
+    }
+    if std::env::args().any(|a| a == "--list") {
+        TESTS.iter().for_each(|(name, _)| println!("{name}: test"));
+        return;
+    }
+    let mut failed = 0;
+    let selected = TESTS.iter().filter(|(name, _)| name.contains(&filter)).count();
+    for ranks in ["1", "2", "3"] {
+        if selected == 0 {
+            break;
+        }
+        let me = std::env::current_exe().expect("path of the test program");
+        let status = Command::new("mpirun")
+            .args(["-n", ranks])
+            .arg(me)
+            .arg(&filter)
+            .env(CHILD, ranks)
+            .env("OPENBLAS_NUM_THREADS", "1")
+            .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
+            .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+            .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+            .status()
+            .expect("mpirun must be installed");
+        if !status.success() {
+            println!("test on {ranks} ranks ... FAILED ({status})");
+            failed += 1;
+        }
+    }
+    let word = if failed == 0 { "ok" } else { "FAILED" };
+    println!(
+        "\ntest result: {word}. {} passed; {failed} failed; 0 ignored; 0 measured; 0 filtered out",
+        selected * (3 - failed)
+    );
+    exit(if failed == 0 { 0 } else { 101 });
+}
+
+/// Runs the tests on all ranks of this world. A panic on one rank aborts the world: the others may wait in a collective call.
+fn run_in_world(filter: &str) {
+    let universe = mpi::initialize().expect("MPI starts");
+    let world = World::new(mpi::traits::Communicator::duplicate(&universe.world()));
+    for (name, test) in TESTS.iter().filter(|(name, _)| name.contains(filter)) {
+        if world.is_root() {
+            print!("test {name} on {} ranks ... ", world.size);
+            std::io::stdout().flush().expect("stdout");
+        }
+        if std::panic::catch_unwind(|| test(&world)).is_err() {
+            println!("FAILED on rank {}", world.rank);
+            mpi::traits::Communicator::abort(&world.comm, 101);
+        }
+        mpi::traits::CommunicatorCollectives::barrier(&world.comm);
+        if world.is_root() {
+            println!("ok");
+        }
+    }
+}
