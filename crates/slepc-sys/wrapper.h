@@ -1,0 +1,2 @@
+#include <slepceps.h>
+#include <slepcpep.h>
