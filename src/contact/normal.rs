@@ -1,0 +1,147 @@
+//! The frictionless normal problem: Signorini's law on the normal block of W, by a primal–dual active set.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, Side};
+
+use super::interface::Interface;
+use super::steady::NormalLoad;
+use crate::{Error, Result};
+
+/// Solution of the normal problem.
+#[derive(Debug, Clone)]
+pub(super) struct NormalSolution {
+    /// Closed nodes, ascending.
+    pub closed: Vec<usize>,
+    /// Nodal normal forces of the closed nodes, N.
+    pub force: Vec<f64>,
+    /// Approach, m.
+    pub approach: f64,
+}
+
+/// Solves g = gap − δ + W_nn p ≥ 0 ⟂ p ≥ 0 for the normal reactions with the tangential ones left out.
+/// `w` is the whole `[3n, 3n]` influence matrix.
+pub(super) fn solve_normal(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> Result<NormalSolution> {
+    let n = s.len();
+    let wnn = |i: usize, j: usize| w[(3 * i + 2, 3 * j + 2)];
+    let mut closed = first_guess(w, s, load);
+    let mut history = Vec::new();
+    // Each pass removes tension and adds penetration; an ordinary contact settles in some five passes, and a pass moves
+    // the border of the contact by one node at the least.
+    let limit = 30 + s.x.len() + s.y.len();
+    let mut in_set = vec![false; n];
+    for _ in 0..limit {
+        if closed.is_empty() {
+            if matches!(load, NormalLoad::Approach(_)) {
+                return Ok(NormalSolution { closed, force: Vec::new(), approach: s_approach(load) });
+            }
+            let lowest = (0..n).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
+            closed.push(lowest);
+        }
+        let k = closed.len();
+        let a = Mat::from_fn(k, k, |i, j| if i >= j { wnn(closed[i], closed[j]) } else { 0.0 });
+        let factor = a.llt(Side::Lower).map_err(|_| not_definite())?;
+        let mut rhs = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
+        factor.solve_in_place(&mut rhs);
+        let approach = match load {
+            NormalLoad::Approach(d) => d,
+            NormalLoad::Force(f) => {
+                (f + (0..k).map(|i| rhs[(i, 1)]).sum::<f64>()) / (0..k).map(|i| rhs[(i, 0)]).sum::<f64>()
+            }
+        };
+        let force: Vec<f64> = (0..k).map(|i| approach * rhs[(i, 0)] - rhs[(i, 1)]).collect();
+
+        in_set.fill(false);
+        let mut changed = 0;
+        let mut next = Vec::with_capacity(k + k / 4);
+        for (&i, &f) in closed.iter().zip(&force) {
+            in_set[i] = true;
+            if f > 0.0 {
+                next.push(i);
+            } else {
+                changed += 1;
+            }
+        }
+        let scale = s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())) + approach.abs();
+        for i in 0..n {
+            if in_set[i] {
+                continue;
+            }
+            // Only nodes whose undeformed surfaces overlap can be pressed: deformation opens the rest, and skipping them
+            // spares most of the products. (Influence entries of unlike sign would break this; the full map of the laws is
+            // checked on every node at the end.)
+            if s.gap[i] >= approach && wnn(i, closed[0]) >= 0.0 {
+                continue;
+            }
+            let col = w.col(3 * i + 2);
+            let g = s.gap[i] - approach + closed.iter().zip(&force).map(|(&j, f)| col[3 * j + 2] * f).sum::<f64>();
+            if g < -1e-13 * scale {
+                next.push(i);
+                changed += 1;
+            }
+        }
+        history.push(changed);
+        if changed == 0 {
+            return Ok(NormalSolution { closed, force, approach });
+        }
+        next.sort_unstable();
+        closed = next;
+    }
+    Err(Error::NotConverged(format!(
+        "steady contact, normal problem: the set of closed nodes did not settle in {limit} iterations; \
+         nodes changed per iteration: {history:?}"
+    )))
+}
+
+fn s_approach(load: NormalLoad) -> f64 {
+    match load {
+        NormalLoad::Approach(d) => d,
+        NormalLoad::Force(_) => 0.0,
+    }
+}
+
+pub(super) fn not_definite() -> Error {
+    Error::Input(
+        "steady contact: the normal compliance of the contact nodes is not positive definite; \
+         a support that leaves a rigid motion free, or a matrix that is not a compliance, does that"
+            .into(),
+    )
+}
+
+/// Contact modulus E* (Pa) seen by the node nearest to the smallest gap: Love's solution for a loaded rectangle.
+pub(super) fn contact_modulus(w: MatRef<'_, f64>, s: &Interface) -> f64 {
+    let i = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
+    let (nx, ny) = (s.x.len(), s.y.len());
+    let (ix, iy) = ((i % nx).clamp(1, nx - 2), (i / nx).clamp(1, ny - 2));
+    let hx = 0.5 * (s.x[ix + 1] - s.x[ix - 1]);
+    let hy = 0.5 * (s.y[iy + 1] - s.y[iy - 1]);
+    let c = ix + nx * iy;
+    let mean = 2.0 * (hx * (hy / hx).asinh() + hy * (hx / hy).asinh()) / std::f64::consts::PI;
+    mean / (w[(3 * c + 2, 3 * c + 2)] * hx * hy)
+}
+
+/// The nodes of smallest gap, as many as Hertz's relations on the area ask for.
+fn first_guess(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..s.len()).collect();
+    order.sort_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b]));
+    let lowest = order.first().map_or(0.0, |&i| s.gap[i]);
+    let modulus = contact_modulus(w, s);
+    let mut area = 0.0;
+    let mut guess = Vec::new();
+    for &i in &order {
+        // A contact bounded by the level g of the gap has the approach 2g and the load 4/3 E* a δ (circle, Hertz).
+        let height = 2.0 * (s.gap[i] - lowest);
+        let enough = match load {
+            NormalLoad::Approach(d) => lowest + height >= d,
+            NormalLoad::Force(f) => {
+                4.0 / 3.0 * modulus * (area / std::f64::consts::PI).sqrt() * height >= f && guess.len() >= 4
+            }
+        };
+        if enough {
+            break;
+        }
+        area += s.weight[i];
+        guess.push(i);
+    }
+    guess.sort_unstable();
+    guess
+}

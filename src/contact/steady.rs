@@ -1,0 +1,323 @@
+//! Steady rolling: pressure and traction that satisfy the laws of Signorini and Coulomb with ∂/∂t = 0, solved directly.
+
+use faer::{Mat, MatRef};
+
+use super::interface::{Creepage, Interface, Stencil};
+use super::laws::{natural_map, State};
+use super::newton::{self, Candidates};
+use super::normal::{contact_modulus, solve_normal};
+use crate::{Error, Result};
+
+/// What presses the bodies together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NormalLoad {
+    /// Given total normal force, N; the approach is found.
+    Force(f64),
+    /// Given approach of the bodies, m; the force is found.
+    Approach(f64),
+}
+
+/// A steady rolling contact problem on an interface of n nodes.
+#[derive(Debug, Clone)]
+pub struct SteadyProblem<'a> {
+    /// The interface.
+    pub interface: &'a Interface,
+    /// Influence matrix W of the interface (see [`super::combined_compliance`]), m/N, `[3n, 3n]`, symmetric, rows (x, y, n).
+    pub compliance: MatRef<'a, f64>,
+    /// Coefficient of friction μ ≥ 0.
+    pub friction: f64,
+    /// Rolling speed V > 0, m/s. Steady stresses do not depend on it; the creep velocity is proportional to it.
+    pub speed: f64,
+    /// Creepages ξ, η (1), φ (1/m).
+    pub creepage: Creepage,
+    /// Normal load or approach.
+    pub load: NormalLoad,
+    /// Upstream operator.
+    pub stencil: Stencil,
+    /// Largest residual of a solution, relative (see [`SteadySolution::residual`]).
+    pub tolerance: f64,
+    /// Largest number of Newton iterations, all continuation steps together.
+    pub max_iterations: usize,
+}
+
+/// Solution of a [`SteadyProblem`] on its n nodes.
+#[derive(Debug, Clone)]
+pub struct SteadySolution {
+    /// Pressure, Pa, `[n]`.
+    pub pressure: Vec<f64>,
+    /// Traction on body 1, Pa, `[n][2]`.
+    pub traction: Vec<[f64; 2]>,
+    /// Creep velocity ṡ = c + V ∂w/∂x, m/s, `[n][2]`, on all nodes.
+    pub creep: Vec<[f64; 2]>,
+    /// 0 open, 1 stick, 2 slip, `[n]`.
+    pub state: Vec<u8>,
+    /// Contact force on body 1, N: (x, y, z); z is up, so the third is minus the normal force.
+    pub force: [f64; 3],
+    /// Moment of the tractions on body 1 about the z axis through the origin, N·m.
+    pub moment_z: f64,
+    /// Approach δ, m: the gap is g0 − δ + deformation.
+    pub approach: f64,
+    /// Largest component over all nodes of the natural map (p − max(0, p − ρ_n g), and t − Proj(t − ρ_t ṡ) divided by μ),
+    /// relative to the largest pressure; ρ is the inverse of a node's own compliance.
+    pub residual: f64,
+    /// Newton iterations spent, all stages together.
+    pub iterations: usize,
+    /// Relative tangential displacement w = u1 − u2, m, `[n][2]`.
+    pub w: Vec<[f64; 2]>,
+    /// Gap of the deformed bodies, m, `[n]`.
+    pub gap: Vec<f64>,
+}
+
+impl SteadyProblem<'_> {
+    /// Solves the problem. A result always has a residual within the tolerance, on all nodes.
+    pub fn solve(&self) -> Result<SteadySolution> {
+        self.check()?;
+        let s = self.interface;
+        let open = match self.load {
+            NormalLoad::Force(f) => f == 0.0,
+            NormalLoad::Approach(d) => s.gap.iter().all(|&g| g >= d),
+        };
+        if open {
+            let approach = match self.load {
+                NormalLoad::Approach(d) => d,
+                NormalLoad::Force(_) => s.gap.iter().copied().fold(f64::INFINITY, f64::min),
+            };
+            return self.evaluate(&vec![0.0; 3 * s.len()], approach, 0);
+        }
+
+        let normal = solve_normal(self.compliance, s, self.load)?;
+        self.check_patch(normal.closed.iter().copied())?;
+        let mut nodes = self.dilate(&normal.closed);
+        let mut stress = vec![0.0; 3 * s.len()];
+        for (&i, f) in normal.closed.iter().zip(&normal.force) {
+            stress[3 * i + 2] = f / s.weight[i];
+        }
+        let mut approach = normal.approach;
+        let mut iterations = 0;
+        // The tangential problem may close nodes outside the candidates taken from the normal one: take them in and go on.
+        for _ in 0..10 {
+            let candidates = Candidates::new(self, nodes, &stress)?;
+            let found = newton::solve(self, &candidates, &mut stress, &mut approach, iterations)?;
+            iterations = found;
+            let solution = self.evaluate(&stress, approach, iterations)?;
+            self.check_patch((0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0))?;
+            if solution.residual <= self.tolerance {
+                return Ok(solution);
+            }
+            let mut closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
+            let before = candidates.nodes.len();
+            let peak = solution.pressure.iter().copied().fold(0.0, f64::max);
+            closed.extend((0..s.len()).filter(|&i| {
+                stress[3 * i + 2] == 0.0 && -solution.gap[i] * self.rho_normal(i) > 0.1 * self.tolerance * peak
+            }));
+            closed.sort_unstable();
+            closed.extend_from_slice(&candidates.nodes);
+            nodes = self.dilate(&closed);
+            if nodes.len() == before {
+                return Err(Error::NotConverged(format!(
+                    "steady contact: the laws hold to {:.1e} only on the whole interface, {:.1e} was asked for",
+                    solution.residual, self.tolerance
+                )));
+            }
+        }
+        Err(Error::NotConverged("steady contact: the contact area kept growing beyond its candidates".into()))
+    }
+
+    /// Augmentation parameter of the normal law at node `i`: the inverse of its own compliance, Pa/m.
+    pub(super) fn rho_normal(&self, i: usize) -> f64 {
+        1.0 / (self.compliance[(3 * i + 2, 3 * i + 2)] * self.interface.weight[i])
+    }
+
+    /// Augmentation parameter of the friction law at node `i` times V, Pa: the inverse of the node's own creep per unit
+    /// traction and speed.
+    pub(super) fn rho_tangential(&self, i: usize) -> f64 {
+        let own = |c: usize| -> f64 {
+            self.interface
+                .upstream(i, self.stencil)
+                .iter()
+                .map(|&(j, d)| d * self.compliance[(3 * j + c, 3 * i + c)])
+                .sum::<f64>()
+        };
+        1.0 / (own(0).abs().max(own(1).abs()) * self.interface.weight[i])
+    }
+
+    /// Nodes of `set` (ascending or not) and their eight neighbours, ascending.
+    fn dilate(&self, set: &[usize]) -> Vec<usize> {
+        let (nx, ny) = (self.interface.x.len(), self.interface.y.len());
+        let mut mark = vec![false; nx * ny];
+        for &i in set {
+            let (ix, iy) = (i % nx, i / nx);
+            for jy in iy.saturating_sub(1)..(iy + 2).min(ny) {
+                for jx in ix.saturating_sub(1)..(ix + 2).min(nx) {
+                    mark[jx + nx * jy] = true;
+                }
+            }
+        }
+        (0..nx * ny).filter(|&i| mark[i]).collect()
+    }
+
+    fn check(&self) -> Result<()> {
+        let n = self.interface.len();
+        if self.compliance.shape() != (3 * n, 3 * n)
+            || self.interface.weight.len() != n
+            || self.interface.gap.len() != n
+        {
+            return Err(Error::Defect(format!(
+                "steady contact: an influence matrix of {:?} entries for {n} nodes",
+                self.compliance.shape()
+            )));
+        }
+        for (key, value, fits, expected) in [
+            ("contact.friction", self.friction, self.friction >= 0.0, "at least 0"),
+            ("contact.speed", self.speed, self.speed > 0.0, "positive"),
+            ("contact.creepage.longitudinal", self.creepage.longitudinal, true, "finite"),
+            ("contact.creepage.lateral", self.creepage.lateral, true, "finite"),
+            ("contact.creepage.spin", self.creepage.spin, true, "finite"),
+            ("analyses.steady.tolerance", self.tolerance, self.tolerance > 0.0, "positive"),
+        ] {
+            if !value.is_finite() || !fits {
+                return Err(Error::Job(format!("{key} is {value}: it must be {expected}")));
+            }
+        }
+        match self.load {
+            NormalLoad::Force(f) if !(f.is_finite() && f >= 0.0) => {
+                return Err(Error::Job(format!("contact.normal_load is {f} N: it must be at least 0 (pressing)")));
+            }
+            NormalLoad::Approach(d) if !d.is_finite() => {
+                return Err(Error::Job(format!("contact.approach is {d} m: it must be finite")));
+            }
+            _ => {}
+        }
+        for i in 0..n {
+            for c in 0..3 {
+                let d = self.compliance[(3 * i + c, 3 * i + c)];
+                if !(d.is_finite() && d > 0.0) {
+                    return Err(Error::Input(format!(
+                        "steady contact: the compliance of contact node {i} in direction {} is {d} m/N, it must be positive",
+                        ["x", "y", "n"][c]
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a contact that reaches the border of the patch, saying how large the patch must be.
+    fn check_patch(&self, closed: impl Iterator<Item = usize>) -> Result<()> {
+        let s = self.interface;
+        let mut reached = closed.filter(|&i| s.on_border(i)).peekable();
+        let Some(&first) = reached.peek() else { return Ok(()) };
+        let half = |x: &[f64]| 0.5 * (x[x.len() - 1] - x[0]);
+        let [a, b] = self.needed_half_sizes();
+        let [x, y] = s.point(first);
+        Err(Error::Job(format!(
+            "contact.patch: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch has \
+             half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and half_width {:.4e} m: \
+             enlarge contact.patch.half_length and contact.patch.half_width to these",
+            x,
+            y,
+            half(&s.x),
+            half(&s.y),
+            a.max(half(&s.x) * if (first % s.x.len()) % (s.x.len() - 1) == 0 { 1.1 } else { 0.0 }),
+            b.max(half(&s.y) * if (first / s.x.len()) % (s.y.len() - 1) == 0 { 1.1 } else { 0.0 }),
+        )))
+    }
+
+    /// Half sizes (m) of a patch that holds the contact with a margin of a fifth: Hertz on the curvatures fitted to the gap
+    /// and the modulus of the compliance, with the axes of the ellipse in the approximation a/b = (κy/κx)^(2/3).
+    fn needed_half_sizes(&self) -> [f64; 2] {
+        let s = self.interface;
+        let nx = s.x.len();
+        let low = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
+        let (x0, y0) = (s.point(low)[0], s.point(low)[1]);
+        // Least squares of gap = (κx X² + κy Y²)/2 along the two grid lines through the lowest node.
+        let fit = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
+            let (mut num, mut den) = (0.0, 0.0);
+            for (d, g) in pairs {
+                num += 0.5 * d * d * (g - s.gap[low]);
+                den += 0.25 * d.powi(4);
+            }
+            (num / den).max(f64::MIN_POSITIVE)
+        };
+        let kx = fit(&mut (0..nx).map(|i| (s.x[i] - x0, s.gap[i + nx * (low / nx)])));
+        let ky = fit(&mut (0..s.y.len()).map(|j| (s.y[j] - y0, s.gap[low % nx + nx * j])));
+        let modulus = contact_modulus(self.compliance, s);
+        let mean = (kx * ky).sqrt();
+        // Circle of the geometric mean curvature: a³ = 3N/(4E* κ), or a² = δ/κ; the mean radius of the ellipse is near it.
+        let c = match self.load {
+            NormalLoad::Force(f) => (0.75 * f / (modulus * mean)).cbrt(),
+            NormalLoad::Approach(d) => ((d - s.gap[low]).max(0.0) / mean).sqrt(),
+        };
+        let ratio = (ky / kx).powf(1.0 / 3.0);
+        [1.2 * (c * ratio) + x0.abs(), 1.2 * (c / ratio) + y0.abs()]
+    }
+
+    /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, and the approach, m.
+    fn evaluate(&self, stress: &[f64], approach: f64, iterations: usize) -> Result<SteadySolution> {
+        let s = self.interface;
+        let n = s.len();
+        // u = W R, column by column over the loaded nodes only.
+        let mut u = Mat::<f64>::zeros(3 * n, 1);
+        let loaded: Vec<usize> = (0..n).filter(|&i| stress[3 * i..3 * i + 3].iter().any(|&v| v != 0.0)).collect();
+        {
+            let out = u.col_as_slice_mut(0);
+            for &i in &loaded {
+                for c in 0..3 {
+                    let f = stress[3 * i + c] * s.weight[i];
+                    if f != 0.0 {
+                        let col = self.compliance.col(3 * i + c);
+                        for (o, k) in out.iter_mut().zip(col.iter()) {
+                            *o += k * f;
+                        }
+                    }
+                }
+            }
+        }
+        let peak = (0..n).map(|i| stress[3 * i + 2]).fold(0.0, f64::max);
+        let mut solution = SteadySolution {
+            pressure: (0..n).map(|i| stress[3 * i + 2]).collect(),
+            traction: (0..n).map(|i| [stress[3 * i], stress[3 * i + 1]]).collect(),
+            creep: vec![[0.0; 2]; n],
+            state: vec![0; n],
+            force: [0.0; 3],
+            moment_z: 0.0,
+            approach,
+            residual: 0.0,
+            iterations,
+            w: (0..n).map(|i| [u[(3 * i, 0)], u[(3 * i + 1, 0)]]).collect(),
+            gap: (0..n).map(|i| s.gap[i] - approach + u[(3 * i + 2, 0)]).collect(),
+        };
+        for i in 0..n {
+            let [x, y] = s.point(i);
+            let mut creep = self.creepage.rigid(x, y);
+            for (j, d) in s.upstream(i, self.stencil) {
+                creep[0] += d * solution.w[j][0];
+                creep[1] += d * solution.w[j][1];
+            }
+            let (rn, rt) = (self.rho_normal(i), self.rho_tangential(i));
+            let (p, t) = (solution.pressure[i], solution.traction[i]);
+            let (fp, ft, state) = natural_map(p, t, solution.gap[i], creep, rn, rt, self.friction);
+            // A node at the border of the interface is open; the operator there serves the written creep alone.
+            solution.state[i] = if p > 0.0 { state as u8 } else { State::Open as u8 };
+            if peak > 0.0 {
+                let scale = if self.friction > 0.0 { self.friction * peak } else { peak };
+                solution.residual = solution.residual.max(fp.abs() / peak).max(ft[0].hypot(ft[1]) / scale);
+            }
+            solution.creep[i] = creep.map(|v| v * self.speed);
+            let f = [t[0] * s.weight[i], t[1] * s.weight[i], p * s.weight[i]];
+            solution.force[0] += f[0];
+            solution.force[1] += f[1];
+            solution.force[2] -= f[2];
+            solution.moment_z += x * f[1] - y * f[0];
+        }
+        if let NormalLoad::Force(f) = self.load {
+            if f > 0.0 {
+                solution.residual = solution.residual.max((solution.force[2] + f).abs() / f);
+            }
+        }
+        if !solution.residual.is_finite() {
+            return Err(Error::NotConverged("steady contact: the solution is not finite".into()));
+        }
+        Ok(solution)
+    }
+}
