@@ -1,0 +1,172 @@
+//! The temporary file: made beside the final name, its disk space reserved, renamed at the end or removed.
+
+use crate::parallel::World;
+use crate::{Error, Result};
+use rustix::fs::FallocateFlags;
+use rustix::io::Errno;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A file being written. Dropping it without [`Partial::publish`] removes it.
+#[derive(Debug)]
+pub(super) struct Partial {
+    /// Temporary name, the same on all ranks.
+    pub(super) path: PathBuf,
+    target: PathBuf,
+    owner: bool,
+    published: bool,
+}
+
+/// Collective: fails early, before hours of work, where the results could not be written in the end.
+pub(super) fn check_target(world: &World, target: &Path, overwrite: bool) -> Result<()> {
+    ignore_file_size_signal();
+    let check = || {
+        let exists = target.exists();
+        if target.is_dir() {
+            return Err(Error::Io(format!("cannot write {}: it is a directory; name a file", target.display())));
+        }
+        if exists && !overwrite {
+            let name = target.display();
+            return Err(Error::Job(format!("{name} exists already; give --force to replace it, or another --output")));
+        }
+        sweep(target);
+        let probe = temporary_name(target);
+        let made = fs::OpenOptions::new().write(true).create_new(true).open(&probe);
+        made.map_err(|e| failure(target, &e))?;
+        fs::remove_file(&probe).map_err(|e| failure(target, &e))
+    };
+    world.on_root(check).map(|_| ())
+}
+
+impl Partial {
+    /// Collective: names the temporary file of `target`. It is not made yet.
+    pub(super) fn new(world: &World, target: &Path) -> Result<Self> {
+        use std::os::unix::ffi::{OsStrExt, OsStringExt};
+        let name = if world.is_root() { temporary_name(target).as_os_str().as_bytes().to_vec() } else { Vec::new() };
+        let path = PathBuf::from(std::ffi::OsString::from_vec(world.broadcast(name)));
+        Ok(Self { path, target: target.to_owned(), owner: world.is_root(), published: false })
+    }
+
+    /// On rank 0: fails where a file of `bytes` could not be made. HDF5 1.10 does not survive a failure while it closes a
+    /// file, so what can be known is known before.
+    pub(super) fn probe(&self, bytes: u64) -> Result<()> {
+        let made = fs::OpenOptions::new().write(true).create_new(true).open(&self.path);
+        drop(made.map_err(|e| failure(&self.target, &e))?);
+        let room = self.reserve(bytes);
+        room.and(fs::remove_file(&self.path).map_err(|e| failure(&self.target, &e)))
+    }
+
+    /// On rank 0: lengthens the file to `bytes`, with the disk space for them, and fails where there is none. HDF5 cuts off
+    /// what it did not need when it closes the file.
+    pub(super) fn reserve(&self, bytes: u64) -> Result<()> {
+        let file = fs::OpenOptions::new().write(true).open(&self.path).map_err(|e| failure(&self.target, &e))?;
+        match rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, bytes.max(1)) {
+            Ok(()) => Ok(()),
+            Err(Errno::NOTSUP | Errno::NOSYS | Errno::INVAL) => self.check_free(bytes),
+            Err(e) => Err(failure(&self.target, &std::io::Error::from(e))),
+        }
+    }
+
+    /// The weaker check, for file systems that cannot reserve.
+    fn check_free(&self, bytes: u64) -> Result<()> {
+        let have = fs::metadata(&self.path).map(|m| m.len()).unwrap_or(0);
+        let missing = bytes.saturating_sub(have);
+        match rustix::fs::statvfs(&self.path) {
+            Ok(s) if s.f_bavail.saturating_mul(s.f_frsize) < missing => {
+                Err(failure(&self.target, &std::io::Error::from(Errno::NOSPC)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// On rank 0: brings the file to the disk and gives it its final name.
+    pub(super) fn publish(&mut self) -> Result<()> {
+        let sync = fs::File::open(&self.path).and_then(|f| f.sync_all());
+        sync.and_then(|()| fs::rename(&self.path, &self.target)).map_err(|e| failure(&self.target, &e))?;
+        self.published = true;
+        Ok(())
+    }
+
+    /// An HDF5 error as the error of the run.
+    pub(super) fn hdf5_error(&self, doing: &str, e: &hdf5::Error) -> Error {
+        let all = format!("{e:?}");
+        for errno in [Errno::NOSPC, Errno::FBIG, Errno::DQUOT, Errno::IO] {
+            let cause = std::io::Error::from(errno);
+            if all.contains(&format!("errno = {}", errno.raw_os_error())) {
+                return failure(&self.target, &cause);
+            }
+        }
+        Error::Io(format!(
+            "cannot write {}: HDF5 failed while {doing}: {e}; check the directory and the free space, or name another --output",
+            self.target.display()
+        ))
+    }
+}
+
+impl Drop for Partial {
+    fn drop(&mut self) {
+        if self.owner && !self.published {
+            // Nothing better can be done in a failing run; the next one sweeps what is left.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// A failure of the operating system, with what to do about it.
+fn failure(target: &Path, e: &std::io::Error) -> Error {
+    let advice = match e.raw_os_error().map(Errno::from_raw_os_error) {
+        Some(Errno::NOSPC | Errno::DQUOT) => "free space there, or name another --output",
+        Some(Errno::FBIG) => "raise the file size limit (ulimit -f), or write fewer fields",
+        Some(Errno::NOENT | Errno::NOTDIR) => "make the directory, or name another --output",
+        Some(Errno::ACCESS | Errno::PERM | Errno::ROFS) => "name an --output in a directory you may write to",
+        _ => "check the file system, or name another --output",
+    };
+    Error::Io(format!("cannot write {}: {e}; {advice}", target.display()))
+}
+
+/// A process that passes the file size limit is killed by SIGXFSZ unless it handles the signal; then the write fails
+/// instead, which is an error like any other.
+fn ignore_file_size_signal() {
+    use std::sync::{atomic::AtomicBool, Arc, Once};
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        // If it cannot be registered the limit kills the run, as it would any program.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)));
+    });
+}
+
+fn host() -> String {
+    rustix::system::uname().nodename().to_string_lossy().replace('/', "_")
+}
+
+fn prefix(target: &Path) -> String {
+    let name = target.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    format!(".{name}.{}-", host())
+}
+
+fn directory(target: &Path) -> PathBuf {
+    match target.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// `.NAME.HOST-PID.partial` in the directory of the target.
+fn temporary_name(target: &Path) -> PathBuf {
+    directory(target).join(format!("{}{}.partial", prefix(target), std::process::id()))
+}
+
+/// Removes what killed runs on this host have left of the same target.
+fn sweep(target: &Path) {
+    let Ok(entries) = fs::read_dir(directory(target)) else { return };
+    let prefix = prefix(target);
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let pid =
+            name.strip_prefix(&prefix).and_then(|r| r.strip_suffix(".partial")).and_then(|p| p.parse::<i32>().ok());
+        let Some(pid) = pid.and_then(rustix::process::Pid::from_raw) else { continue };
+        if rustix::process::test_kill_process(pid) == Err(Errno::SRCH) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}

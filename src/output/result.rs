@@ -1,0 +1,100 @@
+//! The main file of a run.
+
+use super::fields::{BodyPart, PointField};
+use super::partial::{check_target, Partial};
+use super::table::Table;
+use super::vtkhdf::{skeleton, strong, write_slabs, Piece};
+use crate::parallel::World;
+use crate::{Error, Result};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// One HDF5 file being made. Nothing appears under its name before [`ResultFile::finish`], and nothing at all if the run
+/// fails before.
+pub struct ResultFile<'w> {
+    world: &'w World,
+    target: PathBuf,
+    partial: Option<Partial>,
+    tables: Vec<Table>,
+}
+
+impl<'w> ResultFile<'w> {
+    /// Collective: checks that `path` can be written (`Error::Io` if not; `Error::Job` if it exists and `overwrite` is
+    /// false). Call it before the long work.
+    pub fn create(world: &'w World, path: &Path, overwrite: bool) -> Result<Self> {
+        check_target(world, path, overwrite)?;
+        Ok(Self { world, target: path.to_owned(), partial: None, tables: Vec::new() })
+    }
+
+    /// Collective: writes the static fields, once: both bodies, the fields at their points, the body and the rank of each
+    /// cell. Fields are named once each.
+    pub fn fields(&mut self, bodies: &[BodyPart], fields: &[PointField]) -> Result<()> {
+        let world = self.world;
+        if self.partial.is_some() {
+            return Err(Error::Defect("the fields of a result file are written once".into()));
+        }
+        let piece = Piece::new(world, bodies);
+        let (mut slots, mut slabs) = piece.geometry();
+        slots.extend(fields.iter().map(|f| piece.slot(&f.spec, 1, false)));
+        let mine: Result<Vec<_>> = fields.iter().map(|f| piece.slab(f, 0, false)).collect();
+        slabs.extend(world.agree(mine)?);
+        let partial = Partial::new(world, &self.target)?;
+        world.on_root(|| skeleton(&partial, Some([1, 0]), &slots, &piece.sizes(), None))?;
+        write_slabs(world, &partial, &slabs)?;
+        self.partial = Some(partial);
+        Ok(())
+    }
+
+    /// Adds a table. Only rank 0's counts; others may pass what they like or not call. Faults show in `finish`.
+    pub fn table(&mut self, table: Table) {
+        if self.world.is_root() {
+            self.tables.push(table);
+        }
+    }
+
+    /// Adds several.
+    pub fn tables(&mut self, tables: impl IntoIterator<Item = Table>) {
+        tables.into_iter().for_each(|t| self.table(t));
+    }
+
+    /// Collective: writes the tables and gives the file its name.
+    pub fn finish(mut self) -> Result<()> {
+        let world = self.world;
+        let mut partial = match self.partial.take() {
+            Some(partial) => partial,
+            None => {
+                let partial = Partial::new(world, &self.target)?;
+                world.on_root(|| skeleton(&partial, None, &[], &[], None))?;
+                partial
+            }
+        };
+        let tables = &self.tables;
+        world.on_root(|| {
+            let mut seen = BTreeSet::new();
+            for table in tables {
+                if let Some(fault) = table.fault() {
+                    return Err(Error::Defect(fault));
+                }
+                if !seen.insert(&table.path) {
+                    return Err(Error::Defect(format!("table {} is written twice", table.path)));
+                }
+            }
+            let have = std::fs::metadata(&partial.path).map(|m| m.len()).unwrap_or(0);
+            partial.reserve(have + tables.iter().map(Table::bytes).sum::<u64>() + 65536)?;
+            let add = || -> hdf5::Result<()> {
+                let file = hdf5::File::with_options().with_fapl(strong).open_rw(&partial.path)?;
+                tables.iter().try_for_each(|table| table.write(&file))?;
+                file.close()
+            };
+            add().map_err(|e| partial.hdf5_error("writing tables", &e))?;
+            partial.publish()
+        })?;
+        Ok(())
+    }
+}
+
+/// Path of a file that goes with the main one: `companion("a/run.h5", "modes.vtkhdf")` is `a/run.modes.vtkhdf`.
+pub fn companion(path: &Path, suffix: &str) -> PathBuf {
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    path.with_file_name(format!("{stem}.{suffix}"))
+}

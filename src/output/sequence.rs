@@ -1,0 +1,103 @@
+//! Sequences of fields on a geometry that stays: modes one after the other, a complex mode over its period, a transient.
+
+use super::fields::{BodyPart, FieldSpec, PointField};
+use super::partial::{check_target, Partial};
+use super::table::Table;
+use super::vtkhdf::{skeleton, write_slabs, Piece};
+use crate::parallel::World;
+use crate::{Error, Result};
+use std::path::Path;
+
+/// A VTKHDF file with `Steps`. All steps are known beforehand: their disk space is reserved when the file is made, and
+/// writing one is writing rows and nothing else. Fields are stored in single precision: they are for looking at.
+pub struct SequenceFile<'w> {
+    world: &'w World,
+    partial: Partial,
+    piece: Piece,
+    specs: Vec<FieldSpec>,
+    steps: usize,
+}
+
+impl<'w> SequenceFile<'w> {
+    /// Collective: makes the file with the geometry. `values` is the value of each step (what ParaView calls time),
+    /// ascending; `units` and `description` say what it is. `specs` are the fields that every step has; `tables` are
+    /// further datasets, from rank 0.
+    #[allow(clippy::too_many_arguments)]
+    pub fn create(
+        world: &'w World,
+        path: &Path,
+        overwrite: bool,
+        bodies: &[BodyPart],
+        specs: Vec<FieldSpec>,
+        values: &[f64],
+        (units, description): (&str, &str),
+        tables: &[Table],
+    ) -> Result<Self> {
+        check_target(world, path, overwrite)?;
+        let piece = Piece::new(world, bodies);
+        let steps = values.len();
+        let (mut slots, slabs) = piece.geometry();
+        slots.extend(specs.iter().map(|s| piece.slot(s, steps, true)));
+        let partial = Partial::new(world, path)?;
+        world.on_root(|| {
+            if values.windows(2).any(|w| w[1] <= w[0]) {
+                return Err(Error::Defect(format!("the steps of {} are not ascending", path.display())));
+            }
+            let mut all = piece.sizes();
+            all.extend(steps_tables(&piece, &specs, values, units, description));
+            all.extend_from_slice(tables);
+            if let Some(fault) = all.iter().find_map(Table::fault) {
+                return Err(Error::Defect(fault));
+            }
+            skeleton(&partial, Some([2, 0]), &slots, &all, Some(steps as i64))
+        })?;
+        write_slabs(world, &partial, &slabs)?;
+        Ok(Self { world, partial, piece, specs, steps })
+    }
+
+    /// Collective: writes the fields of a step, in the order of the specs: `fields[f][b]` are the values of field f at the
+    /// local nodes of body b, as in [`PointField::values`].
+    pub fn step(&mut self, step: usize, fields: &[Vec<&[f64]>]) -> Result<()> {
+        let slabs = if step >= self.steps || fields.len() != self.specs.len() {
+            let (have, want) = (fields.len(), self.specs.len());
+            Err(Error::Defect(format!("step {step} of {} with {have} of {want} fields", self.steps)))
+        } else {
+            let fields = self.specs.iter().zip(fields).map(|(s, v)| PointField::new(s.clone(), v.clone()));
+            fields.map(|f| self.piece.slab(&f, step, true)).collect()
+        };
+        let slabs: Vec<_> = self.world.agree(slabs)?;
+        write_slabs(self.world, &self.partial, &slabs)
+    }
+
+    /// Collective: gives the file its name.
+    pub fn finish(mut self) -> Result<()> {
+        let partial = &mut self.partial;
+        self.world.on_root(|| partial.publish()).map(|_| ())
+    }
+}
+
+/// The group `/VTKHDF/Steps`: the geometry of all steps is the first one, point data follow one another.
+fn steps_tables(piece: &Piece, specs: &[FieldSpec], values: &[f64], units: &str, description: &str) -> Vec<Table> {
+    let n = values.len();
+    let pieces = piece.pieces() as i64;
+    let path = |name: &str| format!("/VTKHDF/Steps/{name}");
+    let zero = vec![0i64; n];
+    let mut all = vec![
+        Table::list(&path("Values"), units, description, values),
+        Table::list(&path("PartOffsets"), "1", "First piece of each step.", zero.clone()),
+        Table::list(&path("NumberOfParts"), "1", "Pieces of each step.", vec![pieces; n]),
+        Table::list(&path("PointOffsets"), "1", "First point of each step.", zero.clone()),
+        Table::new(&path("CellOffsets"), "1", "First cell of each step.", &[n, 1], zero.clone()),
+        Table::new(&path("ConnectivityIdOffsets"), "1", "First entry of Connectivity.", &[n, 1], zero.clone()),
+    ];
+    let fixed = "First value of each step; the same for all.";
+    all.push(Table::list(&path("PointDataOffsets/body"), "1", fixed, zero.clone()));
+    all.push(Table::list(&path("CellDataOffsets/body"), "1", fixed, zero.clone()));
+    all.push(Table::list(&path("CellDataOffsets/rank"), "1", fixed, zero));
+    for spec in specs {
+        let starts: Vec<i64> = (0..n).map(|k| (k * piece.total_points()) as i64).collect();
+        let text = "First value of each step.";
+        all.push(Table::list(&path(&format!("PointDataOffsets/{}", spec.name)), "1", text, starts));
+    }
+    all
+}
