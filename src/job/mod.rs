@@ -1,1 +1,107 @@
-//! job
+//! The job file: strict, versioned JSON. It is parsed, overridden, checked against its schema and between its keys, and
+//! returned with all defaults filled in; nothing is computed here.
+
+mod model;
+mod overrides;
+mod parse;
+mod schema;
+mod validate;
+
+pub use model::*;
+pub use schema::schema;
+
+use crate::{Error, Result};
+use std::io::Read;
+use std::path::Path;
+
+/// A job is text written by hand or by a script; anything larger is some other file.
+const MAX_BYTES: u64 = 16 << 20;
+
+/// Bytes of the job file. Call it on rank 0 and broadcast them: [`Job::from_bytes`] is the same on every rank.
+pub fn read_file(path: &Path) -> Result<Vec<u8>> {
+    let fail = |e: std::io::Error| Error::Job(format!("{}: cannot read the job file: {e}", path.display()));
+    let file = std::fs::File::open(path).map_err(fail)?;
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(Error::Job(format!(
+            "{}: larger than {} MiB; this is no job file",
+            path.display(),
+            MAX_BYTES >> 20
+        )));
+    }
+    Ok(bytes)
+}
+
+impl Job {
+    /// Parses, overrides (`sets`: `PATH=VALUE`), validates and resolves a job. `path` names it in messages, and files
+    /// named in the job are relative to its folder. `only` keeps the one analysis of that name.
+    pub fn from_bytes(bytes: &[u8], path: &Path, sets: &[String], only: Option<&str>) -> Result<Job> {
+        let name = path.display().to_string();
+        let checker = schema::Checker::default();
+        let mut value = parse::parse(bytes, &name)?;
+        overrides::apply(&mut value, sets, &checker)?;
+        report(&name, checker.check(&value))?;
+        let mut job: Job = serde_path_to_error::deserialize(&value).map_err(|e| {
+            // The schema is made from the same types, so this is what the schema cannot express.
+            Error::Job(format!("{name}: {}: {}", e.path(), e.inner()))
+        })?;
+        if let Some(only) = only {
+            keep_only(&mut job.analyses, only)?;
+        }
+        report(&name, validate::validate(&job))?;
+        job.resolve(path.parent().unwrap_or(Path::new("")));
+        Ok(job)
+    }
+
+    fn resolve(&mut self, folder: &Path) {
+        for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
+            match &mut body.mesh {
+                MeshSource::Cylinder(c) => c.max_element_size = Some(c.largest_size()),
+                MeshSource::File(file) => *file = folder.join(&*file),
+            }
+        }
+    }
+}
+
+fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
+    let given = analyses.names();
+    if !given.contains(&only) {
+        let words: Vec<String> = given.iter().map(|s| s.to_string()).collect();
+        let near = schema::nearest(only, &words).map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
+        return Err(Error::Job(format!(
+            "--only {only}: the job has no such analysis{near} It has {}",
+            if words.is_empty() { "none".into() } else { schema::quoted(&words) }
+        )));
+    }
+    if only != "modes" {
+        analyses.modes = None;
+    }
+    if only != "steady" {
+        analyses.steady = None;
+    }
+    Ok(())
+}
+
+/// At most this many faults are listed.
+const MAX_FAULTS: usize = 12;
+
+fn report(name: &str, faults: Vec<String>) -> Result<()> {
+    match faults.len() {
+        0 => Ok(()),
+        1 => Err(Error::Job(format!("{name}: {}", faults[0]))),
+        n => {
+            let mut text = format!("{name}: {n} faults:");
+            for fault in faults.iter().take(MAX_FAULTS) {
+                text += &format!("\n  {fault}");
+            }
+            if n > MAX_FAULTS {
+                text += &format!("\n  and {} more", n - MAX_FAULTS);
+            }
+            Err(Error::Job(text))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,420 @@
+//! The job as data: every key, its unit, its default and its simple bounds. The JSON Schema is generated from here,
+//! and the bounds in it are the ones that reading enforces. SI units throughout.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Version of the job format that this program reads.
+pub const VERSION: u32 = 1;
+
+/// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "railsqueal job")]
+pub struct Job {
+    /// Version of the job format: 1.
+    #[schemars(extend("const" = 1))]
+    pub version: u32,
+    /// Free text, written beside the results.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// The bodies. Contact needs both; one alone is valid without contact.
+    pub bodies: Bodies,
+    /// The contact between the two bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
+    /// What to compute; at least one analysis.
+    pub analyses: Analyses,
+    /// Linear solvers and resources.
+    #[serde(default)]
+    pub solver: Solver,
+    /// PETSc, SLEPc and MUMPS options by name, without the leading dash, e.g. `{"mat_mumps_icntl_14": 40}`.
+    /// An empty string stands for an option without a value. PETSC_OPTIONS and the command line come later and win.
+    #[serde(default)]
+    pub petsc_options: BTreeMap<String, OptionValue>,
+    /// What is written.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// The two bodies by their place.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Bodies {
+    /// Body 1, below the contact plane (z < 0).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lower: Option<Body>,
+    /// Body 2, above the contact plane (z > 0). It is described like a lower body and reflected z -> -z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upper: Option<Body>,
+}
+
+/// One linear elastic body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Where the mesh comes from.
+    pub mesh: MeshSource,
+    /// Linear elastic, isotropic material.
+    pub material: Material,
+    /// Rayleigh damping C = alpha M + beta K.
+    #[serde(default)]
+    pub damping: Damping,
+    /// Names of the boundary groups that are clamped; none: the body is free. The built-in cylinder has the groups
+    /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
+    #[serde(default)]
+    pub fixed: Vec<String>,
+}
+
+/// A built-in shape or a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum MeshSource {
+    /// The built-in annular cylinder.
+    Cylinder(Cylinder),
+    /// A Gmsh MSH 4.1 file (ASCII or binary) in metres, relative to the job file. The body is in lower form: contact
+    /// point at the origin, outward normal +z there; its contact surface is the group `contact`.
+    File(PathBuf),
+}
+
+/// Annular cylinder with its axis along y, crowned or plain, meshed finely at the contact and coarsely far away.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Radius of the bore, m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub inner_radius: f64,
+    /// Rolling radius at the contact point, m; more than `inner_radius`.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub outer_radius: f64,
+    /// Width along y, m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub thickness: f64,
+    /// Transversal radius of the running surface, m. Without it the cylinder is plain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub crown_radius: Option<f64>,
+    /// Distance of the contact point and of the apex of the crown from the mid-plane, towards +y, m.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m"))]
+    pub contact_offset: f64,
+    /// Edge length of the elements at the contact, m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub element_size: f64,
+    /// Ratio of the sizes of neighbouring elements away from the contact; 1 is a uniform mesh.
+    #[serde(default = "default_growth")]
+    #[schemars(range(min = 1.0, max = 4.0), extend("unit" = "1"))]
+    pub growth: f64,
+    /// Largest edge length far from the contact, m. Default: the smaller of a quarter of `thickness` and an eighth of
+    /// `outer_radius - inner_radius`, but no less than `element_size`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub max_element_size: Option<f64>,
+}
+
+fn default_growth() -> f64 {
+    1.3
+}
+
+impl Cylinder {
+    /// Largest edge length far from the contact, m: the key, or its default.
+    pub fn largest_size(&self) -> f64 {
+        let default = (0.25 * self.thickness).min(0.125 * (self.outer_radius - self.inner_radius));
+        self.max_element_size.unwrap_or(default.max(self.element_size))
+    }
+}
+
+/// Linear elastic, isotropic material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Young's modulus, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Pa"))]
+    pub young: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    #[schemars(extend("exclusiveMinimum" = -1, "exclusiveMaximum" = 0.5, "unit" = "1"))]
+    pub poisson: f64,
+    /// Mass density, kg/m³.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "kg/m³"))]
+    pub density: f64,
+}
+
+/// Rayleigh damping C = alpha M + beta K.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Damping {
+    /// Factor of the mass, 1/s.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("unit" = "1/s"))]
+    pub alpha: f64,
+    /// Factor of the stiffness, s.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("unit" = "s"))]
+    pub beta: f64,
+}
+
+/// Rolling contact with Coulomb friction. Rolling is towards -x: the leading edge is x = -a.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Friction law: a number is Coulomb's coefficient, 0 frictionless.
+    pub friction: Friction,
+    /// Normal force that presses the bodies together, N. Give either this or `approach`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
+    pub normal_load: Option<f64>,
+    /// Rigid approach of the bodies from first touch, m. Give either this or `normal_load`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub approach: Option<f64>,
+    /// Rolling speed V, m/s.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
+    pub speed: f64,
+    /// Rigid creep of body 1 relative to body 2, divided by the speed.
+    #[serde(default)]
+    pub creepage: Creepage,
+    /// Where the compliance of the contact surface comes from.
+    #[serde(default)]
+    pub compliance: Compliance,
+    /// The finely meshed rectangle on which contact is looked for; it must hold the whole contact.
+    pub patch: Patch,
+}
+
+impl Contact {
+    /// What presses the bodies together. Reading a job makes sure that exactly one of the two keys is given.
+    pub fn load(&self) -> Load {
+        match (self.normal_load, self.approach) {
+            (Some(n), _) => Load::Normal(n),
+            (None, Some(d)) => Load::Approach(d),
+            (None, None) => Load::Normal(0.0),
+        }
+    }
+}
+
+/// What presses the bodies together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Load {
+    /// Given normal force, N.
+    Normal(f64),
+    /// Given rigid approach, m.
+    Approach(f64),
+}
+
+/// Friction law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Friction {
+    /// Coulomb friction with a constant coefficient.
+    Constant(#[schemars(range(min = 0.0), extend("unit" = "1"))] f64),
+}
+
+impl Friction {
+    /// Coefficient of friction at the slip velocity `slip`, m/s.
+    pub fn coefficient(&self, _slip: f64) -> f64 {
+        match self {
+            Friction::Constant(mu) => *mu,
+        }
+    }
+}
+
+/// Creepages: rigid slip velocity of body 1 relative to body 2 over the rolling speed, (xi - phi y, eta + phi x).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Creepage {
+    /// Longitudinal creepage xi, 1 (0.003 is 0.3 %).
+    #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
+    pub longitudinal: f64,
+    /// Lateral creepage eta, 1 (0.003 is 0.3 %).
+    #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
+    pub lateral: f64,
+    /// Spin phi, 1/m.
+    #[serde(default)]
+    #[schemars(extend("unit" = "1/m"))]
+    pub spin: f64,
+}
+
+/// Source of the compliance of the contact surface.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Compliance {
+    /// From the finite-element bodies.
+    #[default]
+    Fe,
+    /// Elastic half-spaces of the bodies' materials (Boussinesq and Cerruti) on the same grid; the bodies' shapes give
+    /// the gap only.
+    HalfSpace,
+}
+
+/// Half-lengths of the rectangle around the contact point on which contact is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Patch {
+    /// Half-length along x, m; rounded up to whole elements.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub half_length: f64,
+    /// Half-width along y, m; rounded up to whole elements.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub half_width: f64,
+}
+
+/// The analyses; those given are run, in this order.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Analyses {
+    /// Undamped modes of each body without contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<Modes>,
+    /// Steady rolling with friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steady: Option<Steady>,
+}
+
+impl Analyses {
+    /// Names of the analyses that are given, in the order in which they run.
+    pub fn names(&self) -> Vec<&'static str> {
+        let given = [("modes", self.modes.is_some()), ("steady", self.steady.is_some())];
+        given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
+    }
+}
+
+/// Undamped modes of each body, contact open, supports held. Give either `count` or `max_frequency`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Modes {
+    /// Number of modes of each body, the lowest first; a cluster of equal frequencies is never cut, so a few more may come.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 100_000))]
+    pub count: Option<u32>,
+    /// All modes of each body up to this frequency, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub max_frequency: Option<f64>,
+}
+
+impl Modes {
+    /// Which modes are asked for. Reading a job makes sure that exactly one of the two keys is given.
+    pub fn extent(&self) -> ModesExtent {
+        match (self.count, self.max_frequency) {
+            (Some(n), _) => ModesExtent::Count(n as usize),
+            (None, Some(f)) => ModesExtent::MaxFrequency(f),
+            (None, None) => ModesExtent::Count(0),
+        }
+    }
+}
+
+/// Which modes are asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ModesExtent {
+    /// This many, the lowest first.
+    Count(usize),
+    /// All up to this frequency, Hz.
+    MaxFrequency(f64),
+}
+
+/// Steady rolling: normal contact and friction with everything constant in time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Steady {
+    /// Residual of the contact laws, relative to the normal force, at which the solution is accepted.
+    #[serde(default = "default_tolerance")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
+    pub tolerance: f64,
+    /// Iterations after which the solver gives up.
+    #[serde(default = "default_iterations")]
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub max_iterations: u32,
+}
+
+fn default_tolerance() -> f64 {
+    1e-8
+}
+
+fn default_iterations() -> u32 {
+    200
+}
+
+/// Linear solvers and resources.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Solver {
+    /// Solver of the static problems.
+    #[serde(default)]
+    pub linear: LinearSolver,
+    /// Memory that all ranks of one node may use together, bytes. Default: what the system and the control group leave.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "byte"))]
+    pub memory_limit: Option<f64>,
+}
+
+/// Solver of the static problems.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSolver {
+    /// Sparse direct factorisation with MUMPS.
+    #[default]
+    Mumps,
+    /// Conjugate gradients with algebraic multigrid: slower for many right-hand sides, much less memory.
+    Gamg,
+}
+
+/// What is written besides the tables.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// Whether the fields on the meshes (`/VTKHDF`) are written.
+    #[serde(default = "yes")]
+    pub fields: bool,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { fields: true }
+    }
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Value of a PETSc option.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum OptionValue {
+    /// Passed as `true` or `false`.
+    Switch(bool),
+    /// Whole number.
+    Integer(i64),
+    /// Number.
+    Number(f64),
+    /// Anything else, as text; empty for an option without a value.
+    Text(String),
+}
+
+impl std::fmt::Display for OptionValue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            OptionValue::Switch(b) => write!(f, "{b}"),
+            OptionValue::Integer(i) => write!(f, "{i}"),
+            OptionValue::Number(x) => write!(f, "{x}"),
+            OptionValue::Text(s) => f.write_str(s),
+        }
+    }
+}
+
+impl Job {
+    /// The bodies that are given, lower first, with their names.
+    pub fn bodies(&self) -> Vec<(&'static str, &Body)> {
+        let both = [("lower", self.bodies.lower.as_ref()), ("upper", self.bodies.upper.as_ref())];
+        both.into_iter().filter_map(|(name, body)| body.map(|b| (name, b))).collect()
+    }
+
+    /// The resolved job as JSON: every default filled in.
+    pub fn to_json(&self) -> Value {
+        serde_json::to_value(self).unwrap_or(Value::Null)
+    }
+}

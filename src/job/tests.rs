@@ -1,0 +1,339 @@
+use super::*;
+use serde_json::{json, Value};
+
+const TWO: &[u8] = include_bytes!("../../jobs/two-cylinders.json");
+const ANNULUS: &[u8] = include_bytes!("../../jobs/annulus.json");
+
+fn read(bytes: &[u8], sets: &[&str]) -> Result<Job> {
+    let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+    Job::from_bytes(bytes, Path::new("folder/job.json"), &sets, None)
+}
+
+/// The message of the error that overriding the two-cylinder job gives; all job errors have exit code 2.
+#[track_caller]
+fn refused(sets: &[&str]) -> String {
+    let error = read(TWO, sets).expect_err("must be refused");
+    assert_eq!(error.exit_code(), 2, "{error}");
+    error.to_string()
+}
+
+#[track_caller]
+fn says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "no {part:?} in: {message}");
+    }
+}
+
+#[test]
+fn the_two_jobs_resolve_with_defaults() {
+    let job = read(TWO, &[]).unwrap();
+    let contact = job.contact.as_ref().unwrap();
+    assert_eq!(contact.load(), Load::Normal(70e3));
+    assert_eq!(contact.friction.coefficient(1.0), 0.3);
+    assert_eq!(job.analyses.names(), ["modes", "steady"]);
+    assert_eq!(job.analyses.steady.as_ref().unwrap().max_iterations, 200);
+    let json = job.to_json();
+    assert_eq!(json["bodies"]["lower"]["mesh"]["cylinder"]["max_element_size"], json!(0.025));
+    assert_eq!(json["solver"]["linear"], json!("mumps"));
+    assert_eq!(json["output"]["fields"], json!(true));
+    // What is written as resolved is a job again, and the same one.
+    let again = read(&serde_json::to_vec(&json).unwrap(), &[]).unwrap();
+    assert_eq!(again, job);
+
+    let one = read(ANNULUS, &[]).unwrap();
+    assert!(one.contact.is_none());
+    assert_eq!(one.bodies().len(), 1);
+    assert_eq!(one.analyses.modes.as_ref().unwrap().extent(), ModesExtent::Count(30));
+}
+
+#[test]
+fn the_kept_schema_is_the_generated_one() {
+    let kept: Value = serde_json::from_str(include_str!("../../schemas/job.schema.json")).unwrap();
+    assert_eq!(kept, schema(), "write it anew: railsqueal schema > schemas/job.schema.json");
+}
+
+#[test]
+fn every_number_in_the_schema_has_a_unit_or_is_a_count_and_every_key_a_description() {
+    fn visit(node: &Value, path: &str) {
+        // A form of an entry that is chosen by its one key is described itself.
+        let is_form = node["properties"].as_object().is_some_and(|p| p.len() == 1) && node.get("description").is_some();
+        if let Some(map) = node.get("properties").and_then(Value::as_object).filter(|_| !is_form) {
+            for (key, child) in map {
+                let described = child.get("description").and_then(Value::as_str).is_some_and(|d| d.len() > 10);
+                assert!(described, "{path}/{key} has no description: {child}");
+                let number = child["type"] == json!("number") || child["type"] == json!(["number", "null"]);
+                assert!(!number || child.get("unit").is_some(), "{path}/{key} has no unit: {child}");
+            }
+        }
+        match node {
+            Value::Object(map) => map.iter().for_each(|(k, v)| visit(v, &format!("{path}/{k}"))),
+            Value::Array(list) => list.iter().enumerate().for_each(|(i, v)| visit(v, &format!("{path}/{i}"))),
+            _ => {}
+        }
+    }
+    visit(&schema(), "");
+}
+
+#[test]
+fn syntax_errors_point_at_the_place() {
+    let of = |text: &str| read(text.as_bytes(), &[]).unwrap_err().to_string();
+    says(
+        &of("{\n  \"version\" 1\n}"),
+        &["folder/job.json: line 2, column 13", "\n  |   \"version\" 1\n  |             ^"],
+    );
+    says(&of("{\"version\": NaN}"), &["line 1, column 13", "NaN and Infinity are not JSON"]);
+    says(&of("{\"version\": -Infinity}"), &["NaN and Infinity are not JSON"]);
+    says(&of("{\"version\": 1,}"), &["trailing comma"]);
+    says(&of("{\"version\": 1e999}"), &["out of range", "double precision"]);
+    says(&of("{\"version\": 1, \"version\": 1}"), &["\"version\" is given twice", "line 1"]);
+    says(&of("// a remark\n{}"), &["line 1", "no comments"]);
+    says(&of("{} {}"), &["trailing characters"]);
+    says(&of(" \n\t "), &["empty"]);
+    says(&of(""), &["empty"]);
+    says(&of("\u{feff}{}"), &["byte order mark"]);
+    for cut in [1, 20, TWO.len() / 2, TWO.len() - 3] {
+        says(&read(&TWO[..cut], &[]).unwrap_err().to_string(), &["truncated"]);
+    }
+    let wrong = [b"{\"title\": \"".as_slice(), &[0xff, 0xfe], b"\"}"].concat();
+    says(&read(&wrong, &[]).unwrap_err().to_string(), &["byte 0xff at offset 11 is not UTF-8"]);
+}
+
+#[test]
+fn deep_nesting_is_an_error_and_no_overflow() {
+    for (open, close) in [("[", "]"), ("{\"a\":", "}")] {
+        let text = open.repeat(200_000) + &close.repeat(200_000);
+        let error = read(text.as_bytes(), &[]).unwrap_err();
+        says(&error.to_string(), &["nested too deeply"]);
+        assert!(error.to_string().len() < 1000);
+    }
+}
+
+#[test]
+fn unknown_keys_suggest_the_near_one() {
+    let message = refused(&["contact.fricton=0.3"]);
+    says(
+        &message,
+        &["--set contact.fricton=0.3", "contact.fricton: unknown key; did you mean \"friction\"?", "\"speed\""],
+    );
+    let mut job: Value = serde_json::from_slice(TWO).unwrap();
+    job["bodies"]["lower"]["material"]["yuong"] = json!(1);
+    job["contact"]["zzz"] = json!(1);
+    let message = read(job.to_string().as_bytes(), &[]).unwrap_err().to_string();
+    says(&message, &["2 faults", "bodies.lower.material.yuong: unknown key; did you mean \"young\"?"]);
+    says(&message, &["contact.zzz: unknown key Allowed here: \"friction\""]);
+    says(&refused(&["bodies.lower.mesh.cilinder.thickness=1"]), &["did you mean \"cylinder\""]);
+    says(&refused(&["nonsense=1"]), &["unknown key \"nonsense\"", "\"version\", \"title\""]);
+    says(&refused(&["contact.speed.x=1"]), &["\"contact.speed\" has no keys inside"]);
+    says(&refused(&["contact.speed"]), &["expected PATH=VALUE"]);
+    says(&refused(&["contact..speed=1"]), &["empty part"]);
+}
+
+#[test]
+fn wrong_types_and_values_name_path_found_and_expected() {
+    let lower = "bodies.lower.material";
+    for (set, parts) in [
+        (
+            format!("{lower}.young=stiff"),
+            vec!["bodies.lower.material.young: found the string \"stiff\"", "a number > 0 (Pa)"],
+        ),
+        (format!("{lower}.young=NaN"), vec!["\"NaN\" (numbers must be finite)", "expected a number"]),
+        (format!("{lower}.young=0"), vec!["young: found 0, expected a number > 0 (Pa)"]),
+        (format!("{lower}.density=-7800"), vec!["density: found -7800, expected a number > 0 (kg/m³)"]),
+        (format!("{lower}.poisson=0.5"), vec!["poisson: found 0.5, expected a number > -1 and < 0.5"]),
+        (format!("{lower}.poisson=-1"), vec!["poisson: found -1, expected"]),
+        (format!("{lower}.young=null"), vec!["young: found null, expected a number"]),
+        ("bodies.lower.damping.beta=-1".into(), vec!["damping.beta: found -1, expected a number ≥ 0 (s)"]),
+        ("bodies.lower.fixed=inner".into(), vec!["fixed: found the string \"inner\", expected a list"]),
+        ("bodies.lower.fixed=[1]".into(), vec!["fixed.0: found the number 1, expected a string"]),
+        ("bodies.lower.fixed=[\"iner\"]".into(), vec!["no group \"iner\"; did you mean \"inner\"?", "\"side_plus\""]),
+        ("bodies.lower.fixed=[\"inner\",\"inner\"]".into(), vec!["fixed.1", "twice"]),
+        ("bodies.lower.fixed=[\"contact\"]".into(), vec!["cannot be clamped"]),
+        ("bodies.lower.fixed=[]".into(), vec!["bodies.lower.fixed: no fixed support", "static problem"]),
+        ("bodies.lower.mesh={}".into(), vec!["mesh: give exactly one of the keys \"cylinder\", \"file\"; found 0"]),
+        ("bodies.lower.mesh=5".into(), vec!["mesh: found the number 5, expected an object with one of the keys"]),
+        ("contact.speed=0".into(), vec!["contact.speed: found 0, expected a number > 0 (m/s)"]),
+        ("contact.friction=-0.1".into(), vec!["contact.friction: found -0.1, expected a number ≥ 0"]),
+        ("contact.friction=[]".into(), vec!["contact.friction: found a list of 0, expected a number ≥ 0"]),
+        ("contact.normal_load=0".into(), vec!["contact.normal_load: found 0"]),
+        ("contact.approach=1e-4".into(), vec!["both normal_load and approach"]),
+        ("contact.normal_load=null".into(), vec!["give exactly one of normal_load (N) and approach (m)"]),
+        (
+            "contact.compliance=halfspace".into(),
+            vec!["expected one of \"fe\", \"half_space\"; did you mean \"half_space\"?"],
+        ),
+        ("contact.patch.half_width=0.06".into(), vec!["half_width: found 0.06 m, expected at most 0.05"]),
+        ("contact.patch.half_width=0.001".into(), vec!["at least two elements"]),
+        ("contact=null".into(), vec!["contact: missing; analyses.steady needs it"]),
+        ("bodies.upper=null".into(), vec!["bodies.upper: missing; contact needs both"]),
+        ("analyses={}".into(), vec!["analyses: nothing to compute"]),
+        ("analyses.modes={}".into(), vec!["exactly one of count and max_frequency"]),
+        ("analyses.modes.max_frequency=100".into(), vec!["both count and max_frequency"]),
+        ("analyses.modes.count=1.5".into(), vec!["count: found the number 1.5, expected a whole number"]),
+        ("analyses.modes.count=0".into(), vec!["count: found 0, expected a whole number ≥ 1"]),
+        ("version=2".into(), vec!["version: found the number 2, expected 1"]),
+        ("solver.linear=lu".into(), vec!["solver.linear", "\"mumps\", \"gamg\""]),
+        ("petsc_options.ksp_type={}".into(), vec!["petsc_options.ksp_type: found an object"]),
+        ("output.fields=1".into(), vec!["output.fields: found the number 1, expected true or false"]),
+    ] {
+        says(&refused(&[&set]), &parts);
+    }
+    let cylinder = "bodies.lower.mesh.cylinder";
+    for (set, parts) in [
+        ("inner_radius=0.6", vec!["inner_radius: found 0.6 m, expected less than outer_radius (0.5 m)"]),
+        ("inner_radius=-1", vec!["inner_radius: found -1, expected a number > 0 (m)"]),
+        ("thickness=0", vec!["thickness: found 0"]),
+        ("contact_offset=0.05", vec!["contact_offset: found 0.05 m, expected less than half the thickness (0.05 m)"]),
+        ("crown_radius=0.05", vec!["crown_radius: found 0.05 m, expected more than 0.05 m"]),
+        ("element_size=0.2", vec!["element_size: found 0.2 m, expected at most 0.1 m"]),
+        ("element_size=0.002", vec!["contact grids of the bodies must match"]),
+        ("growth=0.9", vec!["growth: found 0.9, expected a number ≥ 1"]),
+        ("max_element_size=0.0001", vec!["max_element_size", "at least element_size"]),
+    ] {
+        says(&refused(&[&format!("{cylinder}.{set}")]), &parts);
+    }
+}
+
+#[test]
+fn overrides_take_json_or_text_in_order_and_reach_new_keys() {
+    let sets = [
+        "contact.friction=0.4",
+        "contact.friction=0.5",
+        "title=no JSON here",
+        "bodies.lower.fixed.0=side_plus",
+        "petsc_options.eps_view=true",
+        "analyses.modes=null",
+        "contact.compliance=half_space",
+        "solver.memory_limit=1e9",
+    ];
+    let job = read(TWO, &sets).unwrap();
+    assert_eq!(job.contact.as_ref().unwrap().friction, Friction::Constant(0.5));
+    assert_eq!(job.title.as_deref(), Some("no JSON here"));
+    assert_eq!(job.bodies.lower.as_ref().unwrap().fixed, ["side_plus"]);
+    assert_eq!(job.petsc_options["eps_view"], OptionValue::Switch(true));
+    assert_eq!(job.analyses.names(), ["steady"]);
+    assert_eq!(job.solver.memory_limit, Some(1e9));
+    says(&refused(&["bodies.lower.fixed.3=inner"]), &["a list of 1", "\"3\" is not an index"]);
+}
+
+#[test]
+fn another_form_of_the_mesh_takes_the_place_of_the_first() {
+    let mut job: Value = serde_json::from_slice(ANNULUS).unwrap();
+    job["bodies"]["lower"]["mesh"] = json!({"file": "meshes/ring.msh"});
+    let job = read(job.to_string().as_bytes(), &[]).unwrap();
+    let file = &job.bodies.lower.as_ref().unwrap().mesh;
+    assert_eq!(*file, MeshSource::File("folder/meshes/ring.msh".into()), "relative to the job file");
+    let both = read(ANNULUS, &["bodies.lower.mesh.file=x.msh"]).unwrap_err().to_string();
+    says(&both, &["give exactly one of the keys \"cylinder\", \"file\"; found 2"]);
+}
+
+#[test]
+fn only_keeps_one_analysis() {
+    let path = Path::new("job.json");
+    let job = Job::from_bytes(TWO, path, &[], Some("steady")).unwrap();
+    assert_eq!(job.analyses.names(), ["steady"]);
+    let error = Job::from_bytes(TWO, path, &[], Some("stedy")).unwrap_err();
+    says(&error.to_string(), &["--only stedy", "did you mean \"steady\"?", "\"modes\", \"steady\""]);
+    assert_eq!(error.exit_code(), 2);
+}
+
+/// A small linear congruential generator: the mutations must be the same in every run.
+struct Lcg(u64);
+
+impl Lcg {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((self.0 >> 33) % n.max(1) as u64) as usize
+    }
+}
+
+#[test]
+fn no_mutation_of_a_job_panics() {
+    let mut random = Lcg(20250101);
+    let words: [&[u8]; 12] = [
+        b"null",
+        b"-1",
+        b"1e308",
+        b"0",
+        b"{}",
+        b"[]",
+        b"\"\"",
+        b"true",
+        b"NaN",
+        b"18446744073709551615",
+        b"\\u0000",
+        b"\xc3",
+    ];
+    let (mut refused, mut accepted) = (0, 0);
+    for round in 0..4000 {
+        let mut bytes = if round % 2 == 0 { TWO.to_vec() } else { ANNULUS.to_vec() };
+        for _ in 0..1 + random.below(2) {
+            let at = random.below(bytes.len());
+            match random.below(5) {
+                0 => bytes[at] = random.below(256) as u8,
+                1 => drop(bytes.splice(at..at, words[random.below(words.len())].iter().copied())),
+                2 => bytes.truncate(at.max(1)),
+                3 => {
+                    let end = (at + random.below(40)).min(bytes.len());
+                    let piece = bytes[at..end].to_vec();
+                    let to = random.below(bytes.len());
+                    bytes.splice(to..to, piece);
+                }
+                _ => {
+                    let end = (at + random.below(40)).min(bytes.len());
+                    bytes.drain(at..end);
+                    bytes.push(b' ');
+                }
+            }
+        }
+        match read(&bytes, &[]) {
+            Ok(_) => accepted += 1,
+            Err(e) => {
+                assert_eq!(e.exit_code(), 2, "{e}");
+                assert!(!e.message().is_empty());
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 2000 && accepted > 100, "the mutations reach both sides: {refused} refused, {accepted} accepted");
+}
+
+/// Every scalar of the job replaced by every kind of value, through the typed path: no panic, and an error names a path.
+#[test]
+fn no_replacement_of_a_value_panics() {
+    fn paths(value: &Value, path: String, out: &mut Vec<String>) {
+        out.push(path.clone());
+        let inner = |k: String| if path.is_empty() { k } else { format!("{path}.{k}") };
+        match value {
+            Value::Object(map) => map.iter().for_each(|(k, v)| paths(v, inner(k.clone()), out)),
+            Value::Array(list) => list.iter().enumerate().for_each(|(i, v)| paths(v, inner(i.to_string()), out)),
+            _ => {}
+        }
+    }
+    let mut all = Vec::new();
+    paths(&serde_json::from_slice(TWO).unwrap(), String::new(), &mut all);
+    assert!(all.len() > 50, "{}", all.len());
+    let values = [
+        "null",
+        "true",
+        "-1",
+        "0",
+        "1e-300",
+        "1e300",
+        "1e17",
+        "text",
+        "[]",
+        "[0]",
+        "{}",
+        "{\"cylinder\":{}}",
+        "9007199254740993",
+    ];
+    for path in all.iter().filter(|p| !p.is_empty()) {
+        for value in values {
+            let set = format!("{path}={value}");
+            if let Err(e) = read(TWO, &[&set]) {
+                assert_eq!(e.exit_code(), 2, "{set}: {e}");
+                assert!(e.message().starts_with("folder/job.json: "), "{set}: {e}");
+            }
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! What the schema cannot say: rules between keys.
+
+use super::model::*;
+
+/// All faults of a job that fits the schema; empty if it makes sense.
+pub fn validate(job: &Job) -> Vec<String> {
+    let mut faults = Vec::new();
+    if job.bodies().is_empty() {
+        faults.push("bodies: give at least one of \"lower\" and \"upper\"".into());
+    }
+    for (name, body) in job.bodies() {
+        check_body(&format!("bodies.{name}"), body, &mut faults);
+    }
+    if let Some(contact) = &job.contact {
+        check_contact(job, contact, &mut faults);
+    }
+    check_analyses(job, &mut faults);
+    faults
+}
+
+const CYLINDER_GROUPS: [&str; 5] = ["inner", "outer", "contact", "side_minus", "side_plus"];
+
+fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
+    for (i, group) in body.fixed.iter().enumerate() {
+        if group.trim().is_empty() {
+            faults.push(format!("{path}.fixed.{i}: the group name is empty"));
+        } else if body.fixed[..i].contains(group) {
+            faults.push(format!("{path}.fixed.{i}: the group \"{group}\" is given twice"));
+        } else if group == "contact" {
+            faults.push(format!("{path}.fixed.{i}: the contact surface cannot be clamped; fix another group"));
+        }
+    }
+    match &body.mesh {
+        MeshSource::Cylinder(c) => {
+            check_cylinder(&format!("{path}.mesh.cylinder"), c, faults);
+            for (i, group) in body.fixed.iter().enumerate().filter(|(_, g)| !CYLINDER_GROUPS.contains(&g.as_str())) {
+                let names = CYLINDER_GROUPS.map(String::from);
+                let near = super::schema::nearest(group, &names).map(|n| format!("; did you mean \"{n}\"?"));
+                faults.push(format!(
+                    "{path}.fixed.{i}: the cylinder has no group \"{group}\"{} Its groups are {}",
+                    near.unwrap_or_else(|| ".".into()),
+                    super::schema::quoted(&names)
+                ));
+            }
+        }
+        MeshSource::File(file) if file.as_os_str().is_empty() => {
+            faults.push(format!("{path}.mesh.file: the file name is empty"));
+        }
+        MeshSource::File(_) => {}
+    }
+}
+
+fn check_cylinder(path: &str, c: &Cylinder, faults: &mut Vec<String>) {
+    if c.inner_radius >= c.outer_radius {
+        faults.push(format!(
+            "{path}.inner_radius: found {} m, expected less than outer_radius ({} m)",
+            c.inner_radius, c.outer_radius
+        ));
+        return;
+    }
+    let half = 0.5 * c.thickness;
+    if c.contact_offset.abs() >= half {
+        faults.push(format!(
+            "{path}.contact_offset: found {} m, expected less than half the thickness ({half} m) in magnitude",
+            c.contact_offset
+        ));
+        return;
+    }
+    if let Some(crown) = c.crown_radius {
+        let reach = half + c.contact_offset.abs();
+        if crown <= reach {
+            faults.push(format!(
+                "{path}.crown_radius: found {crown} m, expected more than {reach} m, the distance from the apex of the crown to the farther side"
+            ));
+        } else {
+            let drop = crown - (crown * crown - reach * reach).sqrt();
+            if drop >= c.outer_radius - c.inner_radius {
+                faults.push(format!(
+                    "{path}.crown_radius: the crown falls by {drop:.4} m at the side, through the ring of {:.4} m; use a larger radius",
+                    c.outer_radius - c.inner_radius
+                ));
+            }
+        }
+    }
+    let smallest = c.thickness.min(c.outer_radius - c.inner_radius);
+    if c.element_size > smallest {
+        faults.push(format!(
+            "{path}.element_size: found {} m, expected at most {smallest} m, the smallest dimension of the ring",
+            c.element_size
+        ));
+    }
+    if let Some(largest) = c.max_element_size.filter(|l| *l < c.element_size) {
+        faults.push(format!(
+            "{path}.max_element_size: found {largest} m, expected at least element_size ({} m)",
+            c.element_size
+        ));
+    }
+}
+
+fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
+    for (name, body) in [("lower", &job.bodies.lower), ("upper", &job.bodies.upper)] {
+        if body.is_none() {
+            faults.push(format!("bodies.{name}: missing; contact needs both bodies"));
+        }
+    }
+    match (contact.normal_load, contact.approach) {
+        (Some(_), Some(_)) => {
+            faults.push("contact: both normal_load and approach are given; give exactly one of them".into());
+        }
+        (None, None) => faults.push("contact: give exactly one of normal_load (N) and approach (m)".into()),
+        _ => {}
+    }
+    let cylinders: Vec<(&str, &Cylinder)> = job
+        .bodies()
+        .into_iter()
+        .filter_map(|(name, b)| match &b.mesh {
+            MeshSource::Cylinder(c) => Some((name, c)),
+            MeshSource::File(_) => None,
+        })
+        .collect();
+    if contact.compliance == Compliance::HalfSpace && cylinders.len() < job.bodies().len() {
+        faults.push(
+            "contact.compliance: \"half_space\" takes the gap from the radii of built-in cylinders; a body has a mesh file".into(),
+        );
+    }
+    if let [(_, a), (_, b)] = cylinders[..] {
+        if a.element_size != b.element_size {
+            faults.push(format!(
+                "bodies.upper.mesh.cylinder.element_size: found {} m, expected {} m as in bodies.lower: the contact grids of the bodies must match",
+                b.element_size, a.element_size
+            ));
+        }
+    }
+    let patch = contact.patch;
+    for (name, c) in cylinders {
+        if patch.half_length >= 0.5 * c.outer_radius {
+            faults.push(format!(
+                "contact.patch.half_length: found {} m, expected less than half the outer radius of bodies.{name} ({} m)",
+                patch.half_length,
+                0.5 * c.outer_radius
+            ));
+        }
+        let room = 0.5 * c.thickness - c.contact_offset.abs();
+        if patch.half_width > room {
+            faults.push(format!(
+                "contact.patch.half_width: found {} m, expected at most {room:.6} m, the distance from the contact point of bodies.{name} to its nearer side",
+                patch.half_width
+            ));
+        }
+        for (key, half) in [("half_length", patch.half_length), ("half_width", patch.half_width)] {
+            if half < 2.0 * c.element_size {
+                faults.push(format!(
+                    "contact.patch.{key}: found {half} m, expected at least two elements ({} m)",
+                    2.0 * c.element_size
+                ));
+            }
+        }
+    }
+}
+
+fn check_analyses(job: &Job, faults: &mut Vec<String>) {
+    if job.analyses.names().is_empty() {
+        faults.push("analyses: nothing to compute; give at least one of \"modes\" and \"steady\"".into());
+    }
+    if let Some(modes) = &job.analyses.modes {
+        match (modes.count, modes.max_frequency) {
+            (Some(_), Some(_)) => {
+                faults.push("analyses.modes: both count and max_frequency are given; give exactly one of them".into());
+            }
+            (None, None) => faults.push("analyses.modes: give exactly one of count and max_frequency (Hz)".into()),
+            _ => {}
+        }
+    }
+    if job.analyses.steady.is_some() {
+        match &job.contact {
+            None => faults.push("contact: missing; analyses.steady needs it".into()),
+            Some(contact) if contact.compliance == Compliance::Fe => {
+                for (name, _) in job.bodies().iter().filter(|(_, b)| b.fixed.is_empty()) {
+                    faults.push(format!(
+                        "bodies.{name}.fixed: no fixed support, but analyses.steady solves a static problem; name a group to clamp, e.g. [\"inner\"]"
+                    ));
+                }
+            }
+            Some(_) => {}
+        }
+    }
+}
