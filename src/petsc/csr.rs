@@ -1,5 +1,11 @@
 //! Distributed real sparse matrix in compressed rows: what assembly makes and the solvers take.
 
+use super::exchange::Exchange;
+use crate::parallel::World;
+use crate::{Error, Result};
+use mpi::traits::*;
+use std::ops::Range;
+
 /// One rank's rows of a square real matrix. Rows are distributed in contiguous ranges.
 #[derive(Debug, Clone, Default)]
 pub struct DistCsr {
@@ -11,4 +17,250 @@ pub struct DistCsr {
     pub cols: Vec<u64>,
     /// Value of each entry.
     pub values: Vec<f64>,
+}
+
+impl DistCsr {
+    /// Order of the matrix.
+    pub fn order(&self) -> u64 {
+        self.ranges.last().copied().unwrap_or(0)
+    }
+
+    /// Number of rows on this rank.
+    pub fn n_local(&self) -> usize {
+        self.indptr.len().saturating_sub(1)
+    }
+
+    /// Global numbers of the rows of `rank`.
+    pub fn rows_of(&self, rank: usize) -> Range<u64> {
+        self.ranges[rank]..self.ranges[rank + 1]
+    }
+
+    /// Columns and values of local row `row`.
+    pub fn row(&self, row: usize) -> (&[u64], &[f64]) {
+        let span = self.indptr[row]..self.indptr[row + 1];
+        (&self.cols[span.clone()], &self.values[span])
+    }
+
+    /// Collective: checks that the parts fit together, the columns ascend and exist, and every value is finite. `name`
+    /// stands for the matrix in the message.
+    pub fn validate(&self, world: &World, name: &str) -> Result<()> {
+        world.agree(self.validate_local(world, name))
+    }
+
+    fn validate_local(&self, world: &World, name: &str) -> Result<()> {
+        let defect = |what: String| Err(Error::Defect(format!("matrix {name}: {what}")));
+        if self.ranges.len() != world.size + 1 || self.ranges[0] != 0 || self.ranges.windows(2).any(|w| w[0] > w[1]) {
+            return defect(format!("row ranges {:?} do not fit {} ranks", self.ranges, world.size));
+        }
+        let rows = self.rows_of(world.rank);
+        if self.n_local() as u64 != rows.end - rows.start || self.indptr.first() != Some(&0) {
+            return defect(format!("{} row starts for the rows {rows:?}", self.indptr.len()));
+        }
+        if self.indptr.last() != Some(&self.cols.len()) || self.cols.len() != self.values.len() {
+            return defect(format!("{} columns and {} values", self.cols.len(), self.values.len()));
+        }
+        let order = self.order();
+        for i in 0..self.n_local() {
+            let (cols, values) = self.row(i);
+            if cols.windows(2).any(|w| w[0] >= w[1]) || cols.last().is_some_and(|&c| c >= order) {
+                return defect(format!("columns of row {} do not ascend within 0..{order}", rows.start + i as u64));
+            }
+            if let Some(k) = values.iter().position(|v| !v.is_finite()) {
+                return Err(Error::Input(format!(
+                    "matrix {name}: entry ({}, {}) is {}. The mesh or the material behind it gives no finite element matrix.",
+                    rows.start + i as u64,
+                    cols[k],
+                    values[k]
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Local entries on and below the diagonal as (row, column, value), global, 0-based.
+    pub fn lower_triangle(&self, rank: usize) -> impl Iterator<Item = (u64, u64, f64)> + '_ {
+        let first = self.ranges[rank];
+        (0..self.n_local()).flat_map(move |i| {
+            let row = first + i as u64;
+            let (cols, values) = self.row(i);
+            cols.iter().zip(values).take_while(move |(&c, _)| c <= row).map(move |(&c, &v)| (row, c, v))
+        })
+    }
+
+    /// Local part of the diagonal, `[n_local]`; zero where no entry is stored.
+    pub fn diagonal(&self, rank: usize) -> Vec<f64> {
+        let first = self.ranges[rank];
+        (0..self.n_local()).map(|i| self.get(i, first + i as u64)).collect()
+    }
+
+    /// Entry at local row `row`, global column `col`; zero where none is stored.
+    pub fn get(&self, row: usize, col: u64) -> f64 {
+        let (cols, values) = self.row(row);
+        cols.binary_search(&col).map(|k| values[k]).unwrap_or(0.0)
+    }
+
+    /// Collective: largest absolute value.
+    pub fn max_abs(&self, world: &World) -> f64 {
+        world.max(self.values.iter().fold(0.0, |m, v| v.abs().max(m)))
+    }
+
+    /// Collective: largest absolute row sum, the norm induced by the maximum norm and a bound of the spectral radius.
+    pub fn norm_inf(&self, world: &World) -> f64 {
+        let sum = |i| self.row(i).1.iter().map(|v| v.abs()).sum::<f64>();
+        world.max((0..self.n_local()).map(sum).fold(0.0, f64::max))
+    }
+
+    /// Collective: largest |a_ij − a_ji| over the largest |a_ij|; 0 for an exactly symmetric matrix.
+    pub fn asymmetry(&self, world: &World) -> f64 {
+        let first = self.ranges[world.rank];
+        let own = self.rows_of(world.rank);
+        let mut worst: f64 = 0.0;
+        let mut indices = vec![Vec::new(); world.size];
+        let mut entries = vec![Vec::new(); world.size];
+        for i in 0..self.n_local() {
+            let row = first + i as u64;
+            let (cols, values) = self.row(i);
+            for (&col, &value) in cols.iter().zip(values) {
+                if own.contains(&col) {
+                    worst = worst.max((value - self.get((col - first) as usize, row)).abs());
+                } else {
+                    let owner = owner_of(&self.ranges, col);
+                    indices[owner].extend([col, row]);
+                    entries[owner].push(value);
+                }
+            }
+        }
+        let indices = all_to_all(world, &indices);
+        let entries = all_to_all(world, &entries);
+        for (pair, value) in indices.chunks_exact(2).zip(entries) {
+            worst = worst.max((value - self.get((pair[0] - first) as usize, pair[1])).abs());
+        }
+        let scale = self.max_abs(world);
+        let worst = world.max(worst);
+        if scale > 0.0 {
+            worst / scale
+        } else {
+            worst
+        }
+    }
+
+    /// This matrix minus `sigma` times `other`, on the union of both patterns. Both have the same ranges.
+    pub fn minus_scaled(&self, sigma: f64, other: &DistCsr) -> DistCsr {
+        if sigma == 0.0 {
+            return self.clone();
+        }
+        let mut sum = DistCsr {
+            ranges: self.ranges.clone(),
+            indptr: Vec::with_capacity(self.indptr.len()),
+            cols: Vec::with_capacity(self.cols.len()),
+            values: Vec::with_capacity(self.cols.len()),
+        };
+        sum.indptr.push(0);
+        for i in 0..self.n_local() {
+            let (a, av) = self.row(i);
+            let (b, bv) = other.row(i);
+            let (mut p, mut q) = (0, 0);
+            while p < a.len() || q < b.len() {
+                let (ca, cb) = (a.get(p).copied().unwrap_or(u64::MAX), b.get(q).copied().unwrap_or(u64::MAX));
+                let mut value = 0.0;
+                if ca <= cb {
+                    value += av[p];
+                    p += 1;
+                }
+                if cb <= ca {
+                    value -= sigma * bv[q];
+                    q += 1;
+                }
+                sum.cols.push(ca.min(cb));
+                sum.values.push(value);
+            }
+            sum.indptr.push(sum.cols.len());
+        }
+        sum
+    }
+
+    /// Collective: the matrix made ready for products with vectors.
+    pub fn operator(&self, world: &World) -> Operator<'_> {
+        let exchange = Exchange::new(world, &self.ranges, &self.cols);
+        let own = self.rows_of(world.rank);
+        let n = self.n_local();
+        let local = self.cols.iter().map(|col| {
+            if own.contains(col) {
+                (col - own.start) as u32
+            } else {
+                // Every column outside the own rows is a ghost by construction of the exchange.
+                (n + exchange.ghosts().partition_point(|g| g < col)) as u32
+            }
+        });
+        Operator { matrix: self, local: local.collect(), exchange }
+    }
+}
+
+/// Rank whose range holds `row`.
+pub(crate) fn owner_of(ranges: &[u64], row: u64) -> usize {
+    ranges.partition_point(|&start| start <= row) - 1
+}
+
+/// Collective: `parts[r]` goes to rank `r`; returns what came from all, in rank order.
+pub(crate) fn all_to_all<T: Equivalence + Clone + Default>(world: &World, parts: &[Vec<T>]) -> Vec<T> {
+    use mpi::datatype::{Partition, PartitionMut};
+    let counts: Vec<i32> = parts.iter().map(|p| p.len() as i32).collect();
+    let mut incoming = vec![0i32; world.size];
+    world.comm.all_to_all_into(&counts[..], &mut incoming[..]);
+    let starts = |counts: &[i32]| {
+        let mut at = 0;
+        let next = |&c: &i32| {
+            at += c;
+            at - c
+        };
+        counts.iter().map(next).collect::<Vec<i32>>()
+    };
+    let all = parts.concat();
+    let mut received = vec![T::default(); incoming.iter().map(|&c| c as usize).sum()];
+    let (out_starts, in_starts) = (starts(&counts), starts(&incoming));
+    world.comm.all_to_all_varcount_into(
+        &Partition::new(&all[..], counts, out_starts),
+        &mut PartitionMut::new(&mut received[..], incoming, in_starts),
+    );
+    received
+}
+
+/// A matrix with its exchange of ghost values, for repeated products.
+pub struct Operator<'a> {
+    matrix: &'a DistCsr,
+    /// Column of each entry in the own rows followed by the ghosts.
+    local: Vec<u32>,
+    exchange: Exchange,
+}
+
+impl Operator<'_> {
+    /// The matrix.
+    pub fn matrix(&self) -> &DistCsr {
+        self.matrix
+    }
+
+    /// Collective: y = A x over local rows, `x` and `y` of `[n_local]`.
+    pub fn apply(&self, world: &World, x: &[f64], y: &mut [f64]) {
+        let ghosts = self.exchange.fetch(world, x);
+        let n = self.matrix.n_local();
+        for (i, out) in y.iter_mut().enumerate() {
+            let span = self.matrix.indptr[i]..self.matrix.indptr[i + 1];
+            let mut sum = 0.0;
+            for (&c, &v) in self.local[span.clone()].iter().zip(&self.matrix.values[span]) {
+                let c = c as usize;
+                sum += v * if c < n { x[c] } else { ghosts[c - n] };
+            }
+            *out = sum;
+        }
+    }
+}
+
+/// Collective: scalar product of two distributed vectors.
+pub fn dot(world: &World, a: &[f64], b: &[f64]) -> f64 {
+    world.sum(a.iter().zip(b).map(|(x, y)| x * y).sum())
+}
+
+/// Collective: Euclidean norm of a distributed vector.
+pub fn norm2(world: &World, a: &[f64]) -> f64 {
+    dot(world, a, a).sqrt()
 }

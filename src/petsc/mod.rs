@@ -1,3 +1,10 @@
 //! Safe layer on PETSc, SLEPc and MUMPS. It knows no mechanics.
 
 pub mod csr;
+pub mod exchange;
+pub mod mumps;
+mod ordering;
+pub mod session;
+
+pub use mumps::{Factor, FactorOptions, FactorStatistics, Kind, Ordering};
+pub use session::{Petsc, Versions};

@@ -1,0 +1,237 @@
+//! PETSc and SLEPc from initialisation to the end, their options, and their errors as [`Error`].
+
+use crate::parallel::World;
+use crate::{Error, Result};
+use petsc_sys as sys;
+use std::cell::RefCell;
+use std::ffi::{c_char, c_int, c_void, CStr, CString};
+use std::ptr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// One session at a time: PETSc's state is the process's.
+static RUNNING: AtomicBool = AtomicBool::new(false);
+
+thread_local! {
+    /// PETSc's report of the failure that is being unwound: first the message, then the functions it went through.
+    static REPORT: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+/// PETSc and SLEPc, initialised. Objects of theirs borrow it and so end before it; it ends before MPI does.
+pub struct Petsc<'w> {
+    world: &'w World,
+}
+
+/// Versions of the libraries in this process.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Versions {
+    /// PETSc, as loaded.
+    pub petsc: String,
+    /// SLEPc, as loaded.
+    pub slepc: String,
+    /// MUMPS, of the headers.
+    pub mumps: String,
+    /// Scalar type of PETSc.
+    pub scalar: String,
+    /// Width of PETSc's integers, bit.
+    pub int_width: u32,
+}
+
+impl<'w> Petsc<'w> {
+    /// Collective: initialises PETSc and SLEPc. Options in order of rising precedence: `options` (name with or without
+    /// its leading minus, value; empty for a flag), the environment variable `PETSC_OPTIONS`, and `arguments` as on a
+    /// command line. The `.petscrc` files are not read: a job does not depend on where it is started.
+    pub fn start(world: &'w World, options: &[(String, String)], arguments: &[String]) -> Result<Self> {
+        if RUNNING.swap(true, Ordering::SeqCst) {
+            return Err(Error::Defect("PETSc was started twice".into()));
+        }
+        match Self::initialise(options, arguments) {
+            Ok(()) => Ok(Self { world }),
+            Err(error) => {
+                RUNNING.store(false, Ordering::SeqCst);
+                Err(error)
+            }
+        }
+    }
+
+    fn initialise(options: &[(String, String)], arguments: &[String]) -> Result<()> {
+        let text = |s: &str| {
+            CString::new(s).map_err(|_| Error::Job(format!("PETSc option {s:?} holds a zero byte; remove it")))
+        };
+        let mut pairs = Vec::new();
+        for (name, value) in options {
+            let bare = name.trim_start_matches('-');
+            if bare.is_empty() || bare.contains(char::is_whitespace) || bare.starts_with(|c: char| c.is_ascii_digit()) {
+                return Err(Error::Job(format!(
+                    "petsc_options: {name:?} is not an option's name, such as \"mg_levels_ksp_type\""
+                )));
+            }
+            pairs.push((text(&format!("-{bare}"))?, text(value)?));
+        }
+        if let Some(first) = arguments.first().filter(|a| !a.starts_with('-')) {
+            return Err(Error::Job(format!(
+                "PETSc options after --: expected an option such as -log_view first, found {first:?}"
+            )));
+        }
+        // Signals are the program's own; PETSc's list of unused options is replaced by [`Petsc::unused_options`].
+        let fixed = ["railsqueal", "-no_signal_handler", "-skip_petscrc", "-options_left", "no"];
+        let words = fixed.iter().copied().chain(arguments.iter().map(String::as_str));
+        let words = words.map(text).collect::<Result<Vec<_>>>()?;
+        for (name, value) in &pairs {
+            let value = if value.is_empty() { ptr::null() } else { value.as_ptr() };
+            // SAFETY: both strings end in zero and are copied; allowed before initialisation.
+            check(unsafe { sys::PetscOptionsSetValue(ptr::null_mut(), name.as_ptr(), value) }, "setting an option")?;
+        }
+        // PETSc keeps the pointers to the arguments until it is finalised and may look at them then (`-log_view` prints
+        // them): they live as long as the process.
+        let mut argv: Vec<*mut c_char> = words.into_iter().map(CString::into_raw).collect();
+        let mut argc = argv.len() as c_int;
+        argv.push(ptr::null_mut());
+        let argv: &'static mut [*mut c_char] = Box::leak(argv.into_boxed_slice());
+        let holder: &'static mut *mut *mut c_char = Box::leak(Box::new(argv.as_mut_ptr()));
+        // SAFETY: argc and argv describe a null-terminated argument vector that is never freed; MPI is initialised, as
+        // the caller holds a World.
+        check(
+            unsafe { slepc_sys::SlepcInitialize(&mut argc, holder, ptr::null(), ptr::null()) },
+            "initialising SLEPc",
+        )?;
+        // SAFETY: the handler has the signature asked for, needs no context, and does not unwind.
+        check(unsafe { sys::PetscPushErrorHandler(Some(collect), ptr::null_mut()) }, "setting PETSc's error handler")
+    }
+
+    /// The ranks.
+    pub fn world(&self) -> &'w World {
+        self.world
+    }
+
+    /// Options that were given and that no object has asked for so far, with their values.
+    pub fn unused_options(&self) -> Result<Vec<String>> {
+        let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());
+        // SAFETY: the three outputs are valid; names and values hold n strings (a value may be null) until restored.
+        unsafe {
+            check(
+                sys::PetscOptionsLeftGet(ptr::null_mut(), &mut n, &mut names, &mut values),
+                "listing unused options",
+            )?;
+            let text = |p: *mut c_char| (!p.is_null()).then(|| CStr::from_ptr(p).to_string_lossy().into_owned());
+            let list = (0..n as usize).filter_map(|i| {
+                let name = text(*names.add(i))?;
+                Some(match text(*values.add(i)).filter(|v| !v.is_empty()) {
+                    Some(value) => format!("-{name} {value}"),
+                    None => format!("-{name}"),
+                })
+            });
+            // Those of `start` itself are not the user's.
+            let own = ["-no_signal_handler", "-skip_petscrc", "-options_left"];
+            let list = list.filter(|o| !own.iter().any(|w| o.split(' ').next() == Some(w))).collect();
+            check(
+                sys::PetscOptionsLeftRestore(ptr::null_mut(), &mut n, &mut names, &mut values),
+                "listing unused options",
+            )?;
+            Ok(list)
+        }
+    }
+
+    /// Versions of the libraries in this process. Needs no session.
+    pub fn versions() -> Versions {
+        let mut v = [0; 4];
+        let number = |v: [sys::PetscInt; 4]| format!("{}.{}.{}", v[0], v[1], v[2]);
+        let [a, b, c, d] = &mut v;
+        // SAFETY: four valid outputs; allowed before initialisation.
+        unsafe { sys::PetscGetVersionNumber(a, b, c, d) };
+        let petsc = number(v);
+        let [a, b, c, d] = &mut v;
+        // SAFETY: as above.
+        unsafe { slepc_sys::SlepcGetVersionNumber(a, b, c, d) };
+        Versions {
+            petsc,
+            slepc: number(v),
+            mumps: mumps_sys::VERSION.into(),
+            scalar: env!("RAILSQUEAL_PETSC_SCALAR").into(),
+            int_width: sys::PetscInt::BITS,
+        }
+    }
+}
+
+impl Drop for Petsc<'_> {
+    fn drop(&mut self) {
+        // SAFETY: initialised in `start`, finalised once, while MPI still runs. A failure leaves nothing to be done.
+        unsafe {
+            let mut over = 0;
+            mpi::ffi::MPI_Finalized(&mut over);
+            if over == 0 {
+                slepc_sys::SlepcFinalize();
+            }
+        }
+        RUNNING.store(false, Ordering::SeqCst);
+    }
+}
+
+/// PETSc calls this on the way out of every function that failed; it replaces PETSc's own, by which every rank prints.
+unsafe extern "C" fn collect(
+    _comm: sys::MPI_Comm,
+    line: c_int,
+    function: *const c_char,
+    _file: *const c_char,
+    code: sys::PetscErrorCode,
+    kind: sys::PetscErrorType,
+    message: *const c_char,
+    _context: *mut c_void,
+) -> sys::PetscErrorCode {
+    let text = |p: *const c_char| {
+        if p.is_null() {
+            return String::new();
+        }
+        // SAFETY: PETSc passes strings that end in zero or null, which was excluded.
+        unsafe { CStr::from_ptr(p) }.to_string_lossy().trim().to_owned()
+    };
+    // A failure to record (the thread is ending) loses the text, not the code.
+    let _ = REPORT.try_with(|report| {
+        let Ok(mut report) = report.try_borrow_mut() else { return };
+        if kind == sys::PetscErrorType_PETSC_ERROR_INITIAL {
+            report.clear();
+            *report += &format!("{} [{}:{line}", text(message), text(function));
+        } else if report.len() < 2000 {
+            *report += &format!(" < {}", text(function));
+        }
+    });
+    code
+}
+
+/// Turns a return code into a result. `doing` says what was being done.
+pub(crate) fn check(code: sys::PetscErrorCode, doing: &str) -> Result<()> {
+    if code == 0 {
+        return Ok(());
+    }
+    let report = REPORT.try_with(|r| r.try_borrow_mut().map(|mut r| std::mem::take(&mut *r)).unwrap_or_default());
+    let mut report = report.unwrap_or_default();
+    if report.contains(" [") {
+        report.push(']');
+    }
+    let mut general = ptr::null();
+    // SAFETY: the first output is valid, the second may be null; the text is PETSc's own constant.
+    let general = unsafe {
+        sys::PetscErrorMessage(code, &mut general, ptr::null_mut());
+        if general.is_null() {
+            String::new()
+        } else {
+            CStr::from_ptr(general).to_string_lossy().trim().to_owned()
+        }
+    };
+    let message = format!("PETSc, {doing}: error {code}, {general}. {report}");
+    Err(match code as u32 {
+        sys::PETSC_ERR_MEM => Error::Memory(message),
+        sys::PETSC_ERR_ARG_UNKNOWN_TYPE | sys::PETSC_ERR_USER_INPUT | sys::PETSC_ERR_OPT_OVERWRITE => {
+            Error::Job(format!("{message} Check the PETSc options."))
+        }
+        sys::PETSC_ERR_CONV_FAILED
+        | sys::PETSC_ERR_NOT_CONVERGED
+        | sys::PETSC_ERR_MAT_LU_ZRPVT
+        | sys::PETSC_ERR_MAT_CH_ZRPVT
+        | sys::PETSC_ERR_FP => Error::NotConverged(message),
+        sys::PETSC_ERR_FILE_OPEN
+        | sys::PETSC_ERR_FILE_READ
+        | sys::PETSC_ERR_FILE_WRITE
+        | sys::PETSC_ERR_FILE_UNEXPECTED => Error::Io(message),
+        _ => Error::Defect(message),
+    })
+}
