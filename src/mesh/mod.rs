@@ -2,8 +2,11 @@
 
 pub mod cylinder;
 pub mod distribute;
+pub mod grading;
 pub mod grid;
+mod joined;
 pub mod msh;
+pub mod quality;
 
 use std::collections::BTreeMap;
 

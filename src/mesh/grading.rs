@@ -1,0 +1,97 @@
+//! Graded divisions of a line: element sizes that grow geometrically from the contact to a largest size.
+
+/// Sum of `n` sizes `first·q^k`, each cut off at `largest`.
+fn sum(n: usize, first: f64, q: f64, largest: f64) -> f64 {
+    let (mut total, mut size) = (0.0, first);
+    for _ in 0..n {
+        total += size.min(largest);
+        size = (size * q).min(1e6 * largest);
+    }
+    total
+}
+
+/// Number of elements that [`sizes`] needs for `length` (m), without dividing it.
+pub fn elements(length: f64, first: f64, growth: f64, largest: f64) -> usize {
+    if length <= 0.0 {
+        return 0;
+    }
+    if growth <= 1.0 || largest <= first {
+        return ((length / first.min(largest)) * (1.0 - 1e-9)).ceil().max(1.0) as usize;
+    }
+    let (mut n, mut total, mut size) = (0usize, 0.0, first);
+    while total < length * (1.0 - 1e-9) && size < largest {
+        total += size;
+        size *= growth;
+        n += 1;
+    }
+    if total < length * (1.0 - 1e-9) {
+        n += (((length - total) / largest) * (1.0 - 1e-9)).ceil().max(1.0) as usize;
+    }
+    n
+}
+
+/// Divides `length` (m) into `n` elements whose sizes (m, `[n]`) begin near `first`, grow by one common ratio and stay
+/// below `largest`; the ratio is chosen so that they fill the length exactly. With `n` of [`elements`] the ratio is at most the
+/// growth asked for there.
+pub fn sizes(length: f64, n: usize, first: f64, largest: f64) -> Vec<f64> {
+    if n == 0 {
+        return Vec::new();
+    }
+    // No common ratio at or above one fills so short a length: equal elements, a little smaller than `first`.
+    if largest <= first || sum(n, first, 1.0, largest) >= length {
+        return vec![length / n as f64; n];
+    }
+    let (mut low, mut high) = (1.0, 2.0);
+    while sum(n, first, high, largest) < length && high < 1e6 {
+        high *= 2.0;
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if sum(n, first, middle, largest) < length {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let mut out = Vec::with_capacity(n);
+    let mut size = first;
+    for _ in 0..n {
+        out.push(size.min(largest));
+        size = (size * high).min(1e6 * largest);
+    }
+    // Takes up the last rounding (and, where even the largest ratio falls short, what is left).
+    let scale = length / out.iter().sum::<f64>();
+    out.iter_mut().for_each(|s| *s *= scale);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_fill_the_length_and_grow_no_faster_than_asked() {
+        for (length, first, growth, largest) in
+            [(0.4, 1e-3, 1.3, 0.025), (0.043, 1.3e-3, 1.3, 0.0037), (1e-3, 2e-3, 1.5, 0.1), (1.5, 1e-4, 1.2, 0.03)]
+        {
+            let n = elements(length, first, growth, largest);
+            let h = sizes(length, n, first, largest);
+            assert_eq!(h.len(), n);
+            let total: f64 = h.iter().sum();
+            assert!((total / length - 1.0).abs() < 1e-14, "sum {total} of {length}");
+            assert!(h[0] <= first * (1.0 + 1e-9), "first size {} above {first}", h[0]);
+            for w in h.windows(2) {
+                let ratio = w[1] / w[0];
+                assert!(ratio > 1.0 - 1e-9 && ratio < growth * (1.0 + 1e-6), "ratio {ratio} above {growth}");
+                assert!(w[1] < largest * (1.0 + 1e-9), "size {} above {largest}", w[1]);
+            }
+        }
+    }
+
+    #[test]
+    fn uniform_sizes_divide_evenly() {
+        assert_eq!(elements(0.1, 0.025, 1.0, 0.025), 4);
+        assert_eq!(sizes(0.1, 4, 0.025, 0.025), vec![0.025; 4]);
+        assert_eq!(elements(0.1, 0.026, 1.3, 0.026), 4);
+    }
+}
