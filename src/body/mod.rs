@@ -1,5 +1,10 @@
 //! What a body gives to contact, whether finite elements or matrices from elsewhere.
 
+pub mod clusters;
+pub mod fe;
+pub mod modes;
+pub mod statics;
+
 use faer::Mat;
 
 /// A body as the interface sees it, dense, on rank 0. Contact rows are interleaved `3*i + c` over the nodes `i` of the

@@ -1,0 +1,197 @@
+//! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
+
+use super::report::Summary;
+use crate::body::fe::FeBody;
+use crate::body::statics::Statics;
+use crate::fem::{assembly, Material};
+use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
+use crate::mesh::cylinder::{self, CylinderSpec};
+use crate::mesh::grid::ContactGrid;
+use crate::mesh::{msh, Mesh};
+use crate::output::{sha256, BodyPart, PointField, ResultFile};
+use crate::parallel::World;
+use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::progress::Progress;
+use crate::Result;
+
+/// A place, lower or upper, and the body that fills it.
+pub struct Place {
+    /// "lower" or "upper", as in the job and the results.
+    pub name: &'static str,
+    /// True for body 2.
+    pub upper: bool,
+    /// Index in [`Bodies::unique`].
+    pub body: usize,
+    /// Contact grid of the body's mesh, on rank 0.
+    pub grid: Option<ContactGrid>,
+    /// Material.
+    pub material: Material,
+    /// Checksum of the mesh, on rank 0.
+    checksum: String,
+}
+
+/// The bodies of a job.
+pub struct Bodies {
+    /// The places, lower first.
+    pub places: Vec<Place>,
+    /// The finite-element bodies that differ; empty when no analysis needs them.
+    pub unique: Vec<FeBody>,
+}
+
+/// A mesh on rank 0, with its contact grid where it has one.
+struct Meshed {
+    mesh: Mesh,
+    grid: Option<ContactGrid>,
+}
+
+impl Bodies {
+    /// Collective: meshes, distributes and assembles the bodies of the job.
+    pub fn build(world: &World, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
+        progress.stage("meshing");
+        let given = job.bodies();
+        let meshed = world.on_root(|| given.iter().map(|(name, body)| mesh_of(job, name, body)).collect::<Result<Vec<_>>>())?;
+        // Two bodies that are mirror images are one in lower form: same mesh, material and supports.
+        let same = given.len() == 2 && {
+            let described = given[0].1.material == given[1].1.material && same_groups(&given[0].1.fixed, &given[1].1.fixed);
+            let meshes = world.is_root() && meshed.as_ref().is_some_and(|m| m[0].mesh.identical(&m[1].mesh));
+            world.broadcast(vec![u8::from(described && meshes)]) == [1]
+        };
+        let mut places = Vec::new();
+        for (i, (name, body)) in given.iter().enumerate() {
+            let mine = meshed.as_ref().map(|m| &m[i]);
+            places.push(Place {
+                name,
+                upper: *name == "upper",
+                body: if same { 0 } else { i },
+                grid: mine.and_then(|m| m.grid.clone()),
+                material: material_of(body),
+                checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),
+            });
+        }
+        let mut bodies = Self { places, unique: Vec::new() };
+        if !needs_elements(job) {
+            return Ok(bodies);
+        }
+        progress.stage("distribution and assembly");
+        for (i, (name, body)) in given.iter().enumerate() {
+            if bodies.unique.len() > bodies.places[i].body {
+                summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
+                continue;
+            }
+            let mine = meshed.as_ref().map(|m| &m[i]);
+            let grid = mine.and_then(|m| m.grid.clone());
+            let fe = FeBody::new(world, name, mine.map(|m| &m.mesh), grid, material_of(body), &body.fixed)?;
+            let volume = assembly::volume(world, &fe.part);
+            summary.line(format!(
+                "body {name}: {} nodes, {} degrees of freedom, volume {volume:.6e} m³, mass {:.6e} kg",
+                fe.part.ranges[world.size],
+                fe.dofs.total(),
+                volume * fe.material.density
+            ));
+            bodies.unique.push(fe);
+        }
+        Ok(bodies)
+    }
+
+    /// Collective: factorises, or prepares to iterate with, K − σM of each body.
+    pub fn solvers<'w>(
+        &self,
+        world: &'w World,
+        job: &Job,
+        progress: &mut Progress,
+        summary: &mut Summary,
+    ) -> Result<Vec<Statics<'w>>> {
+        let mut solvers = Vec::new();
+        for body in &self.unique {
+            progress.stage(format!("factorisation, body {}", body.name));
+            let shift = body.shift(world);
+            let (k, m) = (&body.operators.stiffness, &body.operators.mass);
+            let options = FactorOptions::new(Kind::Positive);
+            let name = format!("stiffness of body {}", body.name);
+            let factor = if shift == 0.0 {
+                Factor::new(world, k, options, &name)?
+            } else {
+                Factor::new(world, &k.minus_scaled(shift, m), options, &name)?
+            };
+            let s = factor.statistics();
+            summary.value(
+                &format!("factor of {}", body.name),
+                format!("{:.1} M entries, {:.2} GB on all ranks", s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3),
+            );
+            solvers.push(Statics::Direct(factor));
+        }
+        let _ = job.solver.linear == LinearSolver::Mumps;
+        Ok(solvers)
+    }
+
+    /// The places' shares of the meshes, for writing.
+    pub fn parts(&self) -> Vec<BodyPart<'_>> {
+        self.places.iter().map(|p| BodyPart { part: &self.unique[p.body].part, upper: p.upper }).collect()
+    }
+
+    /// Collective: writes the meshes alone.
+    pub fn write_shapes(&self, file: &mut ResultFile) -> Result<()> {
+        if self.unique.is_empty() {
+            return Ok(());
+        }
+        file.fields(&self.parts(), &[] as &[PointField])
+    }
+
+    /// On rank 0: name and checksum of every input.
+    pub fn checksums(&self, job: &Job) -> Result<Vec<(String, String)>> {
+        let mut sums = Vec::new();
+        for (place, (_, body)) in self.places.iter().zip(job.bodies()) {
+            if let MeshSource::File(path) = &body.mesh {
+                sums.push((path.display().to_string(), sha256(path)?));
+            }
+            sums.push((format!("mesh of body {}", place.name), place.checksum.clone()));
+        }
+        Ok(sums)
+    }
+}
+
+/// Whether some analysis of the job works on finite elements.
+fn needs_elements(job: &Job) -> bool {
+    let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
+    job.analyses.modes.is_some() || !half_space
+}
+
+fn same_groups(a: &[String], b: &[String]) -> bool {
+    a.iter().all(|g| b.contains(g)) && b.iter().all(|g| a.contains(g))
+}
+
+fn material_of(body: &job::Body) -> Material {
+    let m = &body.material;
+    Material { young: m.young, poisson: m.poisson, density: m.density }
+}
+
+fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed> {
+    let named = |e: crate::Error| e.context(format!("bodies.{name}.mesh"));
+    match &body.mesh {
+        MeshSource::Cylinder(c) => {
+            let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+            Ok(Meshed { mesh, grid })
+        }
+        MeshSource::File(path) => {
+            let mesh = msh::read(path)?;
+            let grid = if job.contact.is_some() { Some(ContactGrid::from_mesh(&mesh, "contact").map_err(named)?) } else { None };
+            Ok(Meshed { mesh, grid })
+        }
+    }
+}
+
+/// The built-in cylinder as the job describes it, with the patch of its contact.
+pub fn cylinder_spec(c: &job::Cylinder, contact: Option<&job::Contact>) -> CylinderSpec {
+    CylinderSpec {
+        inner_radius: c.inner_radius,
+        outer_radius: c.outer_radius,
+        thickness: c.thickness,
+        crown_radius: c.crown_radius,
+        contact_offset: c.contact_offset,
+        element_size: c.element_size,
+        growth: c.growth,
+        max_element_size: c.max_element_size,
+        patch_half_length: contact.map_or(0.0, |k| k.patch.half_length),
+        patch_half_width: contact.map_or(0.0, |k| k.patch.half_width),
+    }
+}

@@ -1,0 +1,194 @@
+//! A finite-element body: its share of the mesh, its matrices, and what contact asks of them.
+
+use super::statics::Statics;
+use crate::fem::assembly::{assemble, Operators};
+use crate::fem::dofs::{DofMap, FIXED};
+use crate::fem::Material;
+use crate::mesh::distribute::{distribute, MeshPart};
+use crate::mesh::grid::ContactGrid;
+use crate::mesh::Mesh;
+use crate::parallel::World;
+use crate::petsc::exchange::Exchange;
+use crate::{Error, Result};
+use faer::Mat;
+
+/// A body of finite elements, distributed over the ranks, in lower form.
+pub struct FeBody {
+    /// Name in messages and results.
+    pub name: String,
+    /// This rank's share of the mesh.
+    pub part: MeshPart,
+    /// Numbers of the free degrees of freedom.
+    pub dofs: DofMap,
+    /// Material.
+    pub material: Material,
+    /// Stiffness and mass.
+    pub operators: Operators,
+    /// Contact grid, on rank 0 of a body that has a contact surface.
+    pub grid: Option<ContactGrid>,
+    /// True if some node is supported.
+    pub supported: bool,
+    ghosts: Exchange,
+    node_ghosts: Exchange,
+}
+
+/// Free-interface modes of a body: contact open, supports held.
+pub struct BodyModes {
+    /// Angular frequencies, rad/s, ascending; exactly 0 for rigid-body modes.
+    pub omega: Vec<f64>,
+    /// Relative residuals ‖Kφ − ω²Mφ‖ / (‖Kφ‖ + ω²‖Mφ‖ + |σ|‖Mφ‖) with the shift σ.
+    pub residual: Vec<f64>,
+    /// Mass-normalised modes, this rank's degrees of freedom, `[modes][owned]`, 1/√kg.
+    pub vectors: Vec<Vec<f64>>,
+}
+
+impl BodyModes {
+    /// Frequencies, Hz.
+    pub fn frequency(&self) -> Vec<f64> {
+        self.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect()
+    }
+}
+
+impl FeBody {
+    /// Collective: distributes the mesh that rank 0 holds and assembles the body. `fixed` names the supported groups.
+    pub fn new(
+        world: &World,
+        name: &str,
+        mesh: Option<&Mesh>,
+        grid: Option<ContactGrid>,
+        material: Material,
+        fixed: &[String],
+    ) -> Result<Self> {
+        world.on_root(|| mesh.map_or(Ok(()), |m| require_groups(name, m, fixed)))?;
+        let part = distribute(world, mesh)?;
+        let dofs = DofMap::new(world, &part, fixed);
+        let operators = assemble(world, &part, &dofs, &material).map_err(|e| e.context(format!("body \"{name}\"")))?;
+        let ghosts = Exchange::new(world, &dofs.ranges, &columns(&part, &dofs));
+        // Local ghosts are ascending, so are the exchange's: the fetched values are in the order of `node_ids`.
+        let node_ghosts = Exchange::new(world, &part.ranges, &part.node_ids);
+        let nodes = part.ranges[world.size];
+        let supported = dofs.total() < 3 * nodes;
+        Ok(Self { name: name.into(), part, dofs, material, operators, grid, supported, ghosts, node_ghosts })
+    }
+
+    /// On rank 0: degrees of freedom of the contact rows, `[3n]`, interleaved (x, y, z); empty elsewhere.
+    fn contact_dofs(&self) -> Result<Vec<u64>> {
+        let Some(grid) = &self.grid else { return Ok(Vec::new()) };
+        let mut rows = Vec::with_capacity(3 * grid.nodes.len());
+        for &node in &grid.nodes {
+            let first = self.dofs.all[self.part.renumbered[node as usize] as usize];
+            if first == FIXED {
+                return Err(Error::Job(format!(
+                    "bodies.{}.fixed: a support holds node {node} of the contact surface; the groups in `fixed` must not touch the contact patch",
+                    self.name
+                )));
+            }
+            rows.extend([first, first + 1, first + 2]);
+        }
+        Ok(rows)
+    }
+
+    /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
+    pub fn compliance(&self, world: &World, statics: &mut Statics) -> Result<Option<Mat<f64>>> {
+        let rows = world.agree(self.contact_dofs())?;
+        let rows = world.broadcast(rows);
+        let block = statics.inverse_block(&rows)?;
+        Ok(world.is_root().then(|| Mat::from_fn(block.nrows(), block.ncols(), |i, j| sign(i) * sign(j) * block[(i, j)])))
+    }
+
+    /// Collective: displacement of the local nodes (ghosts included), m, under forces on the contact rows (x, y, n), N,
+    /// `[3n]` on rank 0.
+    pub fn displacement(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<[f64; 3]>> {
+        let rows = world.agree(self.contact_dofs())?;
+        let rows = world.broadcast(rows);
+        let signed = forces.iter().enumerate().map(|(i, f)| sign(i) * f).collect();
+        let signed = world.broadcast(signed);
+        let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
+        let mut u = vec![0.0; self.dofs.owned()];
+        for (row, f) in rows.iter().zip(&signed) {
+            if own.contains(row) {
+                u[(row - own.start) as usize] += f;
+            }
+        }
+        statics.solve(&mut u)?;
+        Ok(self.at_nodes(world, &u))
+    }
+
+    /// Collective: a vector of this rank's degrees of freedom as values at the local nodes (ghosts included), 0 at supports.
+    pub fn at_nodes(&self, world: &World, u: &[f64]) -> Vec<[f64; 3]> {
+        let fetched = self.ghosts.fetch(world, u);
+        let begin = self.dofs.begin();
+        let value = |dof: u64| match self.ghosts.ghosts().binary_search(&dof) {
+            Ok(at) => fetched[at],
+            Err(_) => u[(dof - begin) as usize],
+        };
+        let node = |&first: &u64| if first == FIXED { [0.0; 3] } else { std::array::from_fn(|c| value(first + c as u64)) };
+        self.dofs.local.iter().map(node).collect()
+    }
+
+    /// Collective: values of the owned nodes, `[owned]`, completed by those of the ghosts, `[node_ids.len()]`.
+    pub fn at_all_nodes(&self, world: &World, owned: &[f64]) -> Vec<f64> {
+        let mut all = owned.to_vec();
+        all.extend(self.node_ghosts.fetch(world, owned));
+        all
+    }
+
+    /// Collective: modes at the contact rows (x, y, n), `[3n, modes]` on rank 0, `None` elsewhere.
+    pub fn contact_modes(&self, world: &World, modes: &BodyModes) -> Result<Option<Mat<f64>>> {
+        let rows = world.agree(self.contact_dofs())?;
+        let whole: Vec<Vec<f64>> = modes.vectors.iter().map(|v| world.gather(v)).collect();
+        if !world.is_root() {
+            return Ok(None);
+        }
+        Ok(Some(Mat::from_fn(rows.len(), whole.len(), |i, k| sign(i) * whole[k][rows[i] as usize])))
+    }
+
+    /// Shift σ, 1/s², of the shift-invert transformation: 0 for a supported body; for a free one negative and small
+    /// against its first elastic ω², so that K − σM is positive definite.
+    pub fn shift(&self, world: &World) -> f64 {
+        if self.supported {
+            return 0.0;
+        }
+        // A wave of speed √(E/ρ) crosses the body in about 1/(20 f): well below any elastic frequency.
+        let size = self.diameter(world);
+        let f = 0.05 * (self.material.young / self.material.density).sqrt() / size;
+        -(2.0 * std::f64::consts::PI * f).powi(2)
+    }
+
+    /// Collective: diagonal of the bounding box, m.
+    fn diameter(&self, world: &World) -> f64 {
+        let extent = |c: usize| {
+            let top = self.part.coords.iter().map(|p| p[c]).fold(f64::NEG_INFINITY, f64::max);
+            let bottom = self.part.coords.iter().map(|p| -p[c]).fold(f64::NEG_INFINITY, f64::max);
+            world.max(top) + world.max(bottom)
+        };
+        (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+/// Row n of a contact node points into the body: −z in lower form.
+fn sign(row: usize) -> f64 {
+    if row % 3 == 2 {
+        -1.0
+    } else {
+        1.0
+    }
+}
+
+fn columns(part: &MeshPart, dofs: &DofMap) -> Vec<u64> {
+    let ghosts = &dofs.local[part.owned..];
+    ghosts.iter().filter(|&&d| d != FIXED).flat_map(|&d| [d, d + 1, d + 2]).collect()
+}
+
+fn require_groups(name: &str, mesh: &Mesh, fixed: &[String]) -> Result<()> {
+    for group in fixed {
+        if !mesh.groups.contains_key(group) {
+            let found: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
+            return Err(Error::Input(format!(
+                "bodies.{name}.fixed: the mesh has no group \"{group}\"; its groups are: {}",
+                found.join(", ")
+            )));
+        }
+    }
+    Ok(())
+}

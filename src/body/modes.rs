@@ -1,0 +1,72 @@
+//! Free-interface modes: how many to ask for, and what makes a list of them complete.
+
+use super::clusters;
+use super::fe::{BodyModes, FeBody};
+use crate::parallel::World;
+use crate::petsc::eps;
+use crate::petsc::mumps::{Factor, Kind};
+use crate::{Error, Result};
+
+/// Which modes are wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Extent {
+    /// This many, the lowest first.
+    Count(usize),
+    /// All up to this frequency, Hz.
+    MaxFrequency(f64),
+}
+
+/// Modes computed beyond the wanted ones, to see where the last cluster ends.
+const BEYOND: usize = 3;
+/// Eigenvalues smaller than this part of the shift of a free body are its rigid-body motions.
+const RIGID: f64 = 1e-6;
+
+/// Collective: the modes of `body`. `factor` is that of K − σM with σ = [`FeBody::shift`].
+pub fn compute(world: &World, body: &FeBody, factor: &Factor, extent: Extent) -> Result<BodyModes> {
+    let order = body.dofs.total() as usize;
+    let named = |e: Error| e.context(format!("modes of body \"{}\"", body.name));
+    let (count, limit) = match extent {
+        Extent::Count(n) => (n, f64::INFINITY),
+        Extent::MaxFrequency(f) => {
+            let limit = (2.0 * std::f64::consts::PI * f).powi(2);
+            (count_below(world, body, limit).map_err(named)?, limit)
+        }
+    };
+    if count > order {
+        return Err(Error::Job(format!(
+            "analyses.modes.count: {count} modes are asked for, but body \"{}\" has only {order} degrees of freedom",
+            body.name
+        )));
+    }
+    let shift = body.shift(world);
+    let mut wanted = (count + BEYOND).min(order);
+    loop {
+        let found = eps::modes(world, factor, &body.operators.stiffness, &body.operators.mass, shift, wanted).map_err(named)?;
+        let omega: Vec<f64> = found.lambda.iter().map(|&l| if l.abs() <= RIGID * shift.abs() { 0.0 } else { l.max(0.0).sqrt() }).collect();
+        let keep = match clusters::cut(&omega, count) {
+            Some(end) => end,
+            None if omega.len() >= order => omega.len(),
+            None => {
+                wanted = (omega.len() + omega.len() / 4 + BEYOND).min(order);
+                continue;
+            }
+        };
+        let below = found.lambda.iter().filter(|&&l| l <= limit).count();
+        if limit.is_finite() && below != count {
+            return Err(Error::NotConverged(format!(
+                "modes of body \"{}\": {count} eigenvalues lie below the frequency limit by the inertia of the shifted matrix, but {below} were found",
+                body.name
+            )));
+        }
+        let mut vectors = found.vectors;
+        vectors.truncate(keep);
+        return Ok(BodyModes { omega: omega[..keep].to_vec(), residual: found.residual[..keep].to_vec(), vectors });
+    }
+}
+
+/// Collective: number of eigenvalues below `limit` (1/s²), from the inertia of K − limit·M (Sylvester's law).
+fn count_below(world: &World, body: &FeBody, limit: f64) -> Result<usize> {
+    let shifted = body.operators.stiffness.minus_scaled(limit, &body.operators.mass);
+    let factor = Factor::new(world, &shifted, Kind::Indefinite, &body.blocks())?;
+    Ok(factor.inertia().negative as usize)
+}
