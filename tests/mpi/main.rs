@@ -10,7 +10,12 @@ mod elasticity;
 /// A test is called on all ranks of a world and panics when it fails.
 type Test = (&'static str, fn(&World));
 
-const TESTS: &[Test] = &[("elasticity::patch_test", elasticity::patch_test)];
+const TESTS: &[Test] = &[
+    ("elasticity::patch_test", elasticity::patch_test),
+    ("elasticity::cantilever", elasticity::cantilever),
+    ("elasticity::convergence_order", elasticity::convergence_order),
+    ("elasticity::ghost_values", elasticity::ghost_values),
+];
 
 const CHILD: &str = "RAILSQUEAL_TEST_RANKS";
 
