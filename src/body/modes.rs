@@ -2,9 +2,10 @@
 
 use super::clusters;
 use super::fe::{BodyModes, FeBody};
+use super::statics::Statics;
 use crate::parallel::World;
 use crate::petsc::eps;
-use crate::petsc::mumps::{Factor, Kind};
+use crate::petsc::mumps::{Factor, FactorOptions, Kind};
 use crate::{Error, Result};
 
 /// Which modes are wanted.
@@ -21,8 +22,8 @@ const BEYOND: usize = 3;
 /// Eigenvalues smaller than this part of the shift of a free body are its rigid-body motions.
 const RIGID: f64 = 1e-6;
 
-/// Collective: the modes of `body`. `factor` is that of K − σM with σ = [`FeBody::shift`].
-pub fn compute(world: &World, body: &FeBody, factor: &Factor, extent: Extent) -> Result<BodyModes> {
+/// Collective: the modes of `body`. `statics` holds the factorisation of K − σM with σ = [`FeBody::shift`].
+pub fn compute(world: &World, body: &FeBody, statics: &mut Statics, extent: Extent) -> Result<BodyModes> {
     let order = body.dofs.total() as usize;
     let named = |e: Error| e.context(format!("modes of body \"{}\"", body.name));
     let (count, limit) = match extent {
@@ -39,6 +40,7 @@ pub fn compute(world: &World, body: &FeBody, factor: &Factor, extent: Extent) ->
         )));
     }
     let shift = body.shift(world);
+    let Statics::Direct(factor) = statics;
     let mut wanted = (count + BEYOND).min(order);
     loop {
         let found = eps::modes(world, factor, &body.operators.stiffness, &body.operators.mass, shift, wanted).map_err(named)?;
@@ -67,6 +69,6 @@ pub fn compute(world: &World, body: &FeBody, factor: &Factor, extent: Extent) ->
 /// Collective: number of eigenvalues below `limit` (1/s²), from the inertia of K − limit·M (Sylvester's law).
 fn count_below(world: &World, body: &FeBody, limit: f64) -> Result<usize> {
     let shifted = body.operators.stiffness.minus_scaled(limit, &body.operators.mass);
-    let factor = Factor::new(world, &shifted, Kind::Indefinite, &body.blocks())?;
-    Ok(factor.inertia().negative as usize)
+    let factor = Factor::new(world, &shifted, FactorOptions::new(Kind::Indefinite), "K - ω²M")?;
+    Ok(factor.negative_pivots() as usize)
 }

@@ -1,7 +1,5 @@
 //! Static solves with the stiffness of a body, by the method the job selects.
 
-use crate::fem::dofs::DofMap;
-use crate::parallel::World;
 use crate::petsc::mumps::Factor;
 use crate::Result;
 use faer::Mat;

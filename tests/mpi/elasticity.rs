@@ -103,7 +103,7 @@ pub fn patch_test(world: &World) {
 /// Deflection of a cantilever of slenderness 20 under an end load, one element through its height: no locking in bending.
 /// Timoshenko: w = F L³/(3EI) + F L/(κGA), κ = 10(1+ν)/(12+11ν).
 pub fn cantilever(world: &World) {
-    let (l, b, h, force) = (2.0, 0.1, 0.1, 1e3);
+    let (l, b, h, force) = (2.0f64, 0.1, 0.1f64, 1e3);
     let (e, nu) = (STEEL.young, STEEL.poisson);
     let kappa = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu);
     let exact = force * l.powi(3) / (3.0 * e * b * h.powi(3) / 12.0) + force * l / (kappa * STEEL.shear() * b * h);
