@@ -7,7 +7,7 @@ use crate::fem::{assembly, Material};
 use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
 use crate::mesh::cylinder::{self, CylinderSpec};
 use crate::mesh::grid::ContactGrid;
-use crate::mesh::{msh, Mesh};
+use crate::mesh::Mesh;
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::parallel::World;
 use crate::petsc::mumps::{Factor, FactorOptions, Kind};
@@ -49,10 +49,12 @@ impl Bodies {
     pub fn build(world: &World, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
         progress.stage("meshing");
         let given = job.bodies();
-        let meshed = world.on_root(|| given.iter().map(|(name, body)| mesh_of(job, name, body)).collect::<Result<Vec<_>>>())?;
+        let meshed =
+            world.on_root(|| given.iter().map(|(name, body)| mesh_of(job, name, body)).collect::<Result<Vec<_>>>())?;
         // Two bodies that are mirror images are one in lower form: same mesh, material and supports.
         let same = given.len() == 2 && {
-            let described = given[0].1.material == given[1].1.material && same_groups(&given[0].1.fixed, &given[1].1.fixed);
+            let described =
+                given[0].1.material == given[1].1.material && same_groups(&given[0].1.fixed, &given[1].1.fixed);
             let meshes = world.is_root() && meshed.as_ref().is_some_and(|m| m[0].mesh.identical(&m[1].mesh));
             world.broadcast(vec![u8::from(described && meshes)]) == [1]
         };
@@ -116,7 +118,11 @@ impl Bodies {
             let s = factor.statistics();
             summary.value(
                 &format!("factor of {}", body.name),
-                format!("{:.1} M entries, {:.2} GB on all ranks", s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3),
+                format!(
+                    "{:.1} M entries, {:.2} GB on all ranks",
+                    s.factor_entries as f64 / 1e6,
+                    s.memory_sum_mb as f64 / 1e3
+                ),
             );
             solvers.push(Statics::Direct(factor));
         }
@@ -172,11 +178,7 @@ fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed> {
             let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
             Ok(Meshed { mesh, grid })
         }
-        MeshSource::File(path) => {
-            let mesh = msh::read(path)?;
-            let grid = if job.contact.is_some() { Some(ContactGrid::from_mesh(&mesh, "contact").map_err(named)?) } else { None };
-            Ok(Meshed { mesh, grid })
-        }
+        MeshSource::File(path) => Err(crate::Error::Input(format!("{}: mesh files are not read yet", path.display()))),
     }
 }
 

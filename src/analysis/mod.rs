@@ -1,7 +1,6 @@
 //! From a job to results: the driver, then one file per analysis.
 
 mod bodies;
-mod modes;
 mod report;
 mod steady;
 
@@ -36,14 +35,13 @@ pub fn run(world: &World, job: &Job, options: &RunOptions, progress: &mut Progre
 
     let bodies = Bodies::build(world, job, progress, &mut summary)?;
     let mut solvers = bodies.solvers(world, job, progress, &mut summary)?;
-    if let Some(wanted) = &job.analyses.modes {
-        modes::run(world, &bodies, &mut solvers, wanted.extent(), options, &mut file, progress, &mut summary)?;
-    }
     match (&job.analyses.steady, &job.contact) {
         (Some(steady), Some(contact)) => {
             steady::run(world, job, steady, contact, &bodies, &mut solvers, &mut file, progress, &mut summary)?;
         }
-        (Some(_), None) => return Err(Error::Job("analyses.steady needs `contact`, which the job does not have".into())),
+        (Some(_), None) => {
+            return Err(Error::Job("analyses.steady needs `contact`, which the job does not have".into()))
+        }
         (None, _) => {
             if job.output.fields {
                 bodies.write_shapes(&mut file)?;

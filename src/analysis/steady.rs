@@ -8,7 +8,7 @@ use crate::contact::interface::{combined_compliance, Creepage, Interface, Stenci
 use crate::contact::steady::{NormalLoad, SteadyProblem, SteadySolution};
 use crate::fem::{stress, Material};
 use crate::job::{self, Compliance, Job, Load};
-use crate::mesh::grid::{self, ContactGrid};
+use crate::mesh::grid::ContactGrid;
 use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -58,9 +58,6 @@ fn interface_of(bodies: &Bodies) -> Result<Interface> {
     let [lower, upper] = grids[..] else {
         return Err(Error::Defect("contact needs the contact grids of two bodies".into()));
     };
-    // A thousandth of an element: much less than the grid error, much more than rounding in a mesh file.
-    let spacing = lower.x.windows(2).chain(lower.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    grid::matched(lower, upper, 1e-3 * spacing)?;
     let gap = lower.z.iter().zip(&upper.z).map(|(l, u)| -l - u).collect();
     Interface::new(lower.x.clone(), lower.y.clone(), gap)
 }
@@ -73,7 +70,11 @@ fn fe_compliance(world: &World, bodies: &Bodies, solvers: &mut [Statics]) -> Res
     }
     world.on_root(|| {
         let of = |place: usize| {
-            bodies.places.get(place).and_then(|p| unique[p.body].as_ref()).ok_or_else(|| Error::Defect("compliance is not on rank 0".into()))
+            bodies
+                .places
+                .get(place)
+                .and_then(|p| unique[p.body].as_ref())
+                .ok_or_else(|| Error::Defect("compliance is not on rank 0".into()))
         };
         combined_compliance(of(0)?.as_ref(), of(1)?.as_ref())
     })
@@ -126,7 +127,9 @@ fn fields(
         // On the upper body the traction acts with the opposite sign; pressure acts into either.
         let t = if place.upper { -1.0 } else { 1.0 };
         let forces: Vec<f64> = solved.map_or(Vec::new(), |(s, r)| {
-            (0..s.len()).flat_map(|i| [t * r.traction[i][0], t * r.traction[i][1], r.pressure[i]].map(|v| v * s.weight[i])).collect()
+            (0..s.len())
+                .flat_map(|i| [t * r.traction[i][0], t * r.traction[i][1], r.pressure[i]].map(|v| v * s.weight[i]))
+                .collect()
         });
         let u = body.displacement(world, &mut solvers[place.body], &forces)?;
         let stress = stress::von_mises(&body.part, &u, &body.material);
@@ -153,15 +156,27 @@ fn fields(
 fn tables(s: &Interface, r: &SteadySolution) -> Vec<Table> {
     let n = s.len();
     let points: Vec<[f64; 2]> = (0..n).map(|i| s.point(i)).collect();
-    let list = |name: &str, units: &str, text: &str, values: Vec<f64>| Table::list(&format!("/contact/{name}"), units, text, values);
+    let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
+        Table::list(&format!("/contact/{name}"), units, text, values)
+    };
     let pairs = |name: &str, units: &str, text: &str, values: &[[f64; 2]]| {
         Table::new(&format!("/contact/{name}"), units, text, &[n, 2], values.concat())
     };
     let state: Vec<i8> = r.state.iter().map(|&s| s as i8).collect();
     vec![
-        list("x", "m", "Longitudinal position of the contact nodes; the leading edge is at negative x.", points.iter().map(|p| p[0]).collect()),
+        list(
+            "x",
+            "m",
+            "Longitudinal position of the contact nodes; the leading edge is at negative x.",
+            points.iter().map(|p| p[0]).collect(),
+        ),
         list("y", "m", "Lateral position of the contact nodes.", points.iter().map(|p| p[1]).collect()),
-        Table::list("/contact/shape", "1", "Numbers of grid nodes along x and y; node (i, j) has index i + nx j.", vec![s.x.len() as i64, s.y.len() as i64]),
+        Table::list(
+            "/contact/shape",
+            "1",
+            "Numbers of grid nodes along x and y; node (i, j) has index i + nx j.",
+            vec![s.x.len() as i64, s.y.len() as i64],
+        ),
         list("weight", "m²", "Area of each contact node: nodal force is pressure times area.", s.weight.clone()),
         list("gap0", "m", "Gap of the undeformed bodies at first touch.", s.gap.clone()),
         list("gap", "m", "Gap of the deformed bodies.", r.gap.clone()),
@@ -171,7 +186,12 @@ fn tables(s: &Interface, r: &SteadySolution) -> Vec<Table> {
         pairs("w", "m", "Tangential displacement difference u1 - u2 (x, y).", &r.w),
         Table::list("/contact/state", "-", "0 open, 1 stick, 2 slip.", state),
         Table::list("/contact/force", "N", "Contact force (x, y, z) on body 1.", r.force.to_vec()),
-        Table::scalar("/contact/moment_z", "N m", "Moment of the tractions on body 1 about the common normal.", r.moment_z),
+        Table::scalar(
+            "/contact/moment_z",
+            "N m",
+            "Moment of the tractions on body 1 about the common normal.",
+            r.moment_z,
+        ),
         Table::scalar("/contact/approach", "m", "Rigid approach of the bodies from first touch.", r.approach),
         Table::scalar("/contact/residual", "1", "Residual of the contact laws, relative.", r.residual),
     ]

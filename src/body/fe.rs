@@ -93,7 +93,9 @@ impl FeBody {
         let rows = world.agree(self.contact_dofs())?;
         let rows = world.broadcast(rows);
         let block = statics.inverse_block(&rows)?;
-        Ok(world.is_root().then(|| Mat::from_fn(block.nrows(), block.ncols(), |i, j| sign(i) * sign(j) * block[(i, j)])))
+        Ok(world
+            .is_root()
+            .then(|| Mat::from_fn(block.nrows(), block.ncols(), |i, j| sign(i) * sign(j) * block[(i, j)])))
     }
 
     /// Collective: displacement of the local nodes (ghosts included), m, under forces on the contact rows (x, y, n), N,
@@ -122,7 +124,8 @@ impl FeBody {
             Ok(at) => fetched[at],
             Err(_) => u[(dof - begin) as usize],
         };
-        let node = |&first: &u64| if first == FIXED { [0.0; 3] } else { std::array::from_fn(|c| value(first + c as u64)) };
+        let node =
+            |&first: &u64| if first == FIXED { [0.0; 3] } else { std::array::from_fn(|c| value(first + c as u64)) };
         self.dofs.local.iter().map(node).collect()
     }
 

@@ -2,7 +2,6 @@
 
 pub mod clusters;
 pub mod fe;
-pub mod modes;
 pub mod statics;
 
 use faer::Mat;

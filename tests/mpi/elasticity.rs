@@ -65,7 +65,11 @@ fn body(world: &World, mesh: &Mesh, fixed: &[String]) -> (MeshPart, DofMap, rail
 
 /// Irregular but reproducible displacement of the inner nodes, up to 0.2 of the element size `h`.
 fn shake(x: [f64; 3], h: f64) -> [f64; 3] {
-    let s = [12.9898 * x[0] + 78.233 * x[1] + 37.719 * x[2], 3.1 * x[0] - 57.0 * x[1] + 9.2 * x[2], 41.0 * x[0] * x[1] - 17.0 * x[2]];
+    let s = [
+        12.9898 * x[0] + 78.233 * x[1] + 37.719 * x[2],
+        3.1 * x[0] - 57.0 * x[1] + 9.2 * x[2],
+        41.0 * x[0] * x[1] - 17.0 * x[2],
+    ];
     std::array::from_fn(|c| x[c] + 0.2 * h * (s[c] * 43.7).sin())
 }
 
