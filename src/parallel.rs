@@ -46,7 +46,9 @@ impl World {
         let mut len = text.len() as u64;
         root.broadcast_into(&mut len);
         text.resize(len as usize, 0);
-        root.broadcast_into(&mut text[..]);
+        if !text.is_empty() {
+            root.broadcast_into(&mut text[..]);
+        }
         Err(Error::from_code(code, String::from_utf8_lossy(&text).into_owned()))
     }
 
@@ -84,7 +86,9 @@ impl World {
         root.broadcast_into(&mut len);
         let mut out = values;
         out.resize(len as usize, T::default());
-        root.broadcast_into(&mut out[..]);
+        if !out.is_empty() {
+            root.broadcast_into(&mut out[..]);
+        }
         out
     }
 
@@ -93,6 +97,8 @@ impl World {
         use mpi::datatype::PartitionMut;
         let root = self.comm.process_at_rank(0);
         let n = mine.len() as i32;
+        let somewhere = [T::default()];
+        let mine = if mine.is_empty() { &somewhere[..0] } else { mine };
         if !self.is_root() {
             root.gather_into(&n);
             root.gather_varcount_into(mine);
@@ -101,7 +107,7 @@ impl World {
         let mut counts = vec![0i32; self.size];
         root.gather_into_root(&n, &mut counts[..]);
         let displs = displacements(&counts);
-        let mut all = vec![T::default(); counts.iter().map(|&c| c as usize).sum()];
+        let mut all = buffer(counts.iter().map(|&c| c as usize).sum());
         root.gather_varcount_into_root(mine, &mut PartitionMut::new(&mut all[..], counts, displs));
         all
     }
@@ -113,14 +119,15 @@ impl World {
         let mut n = 0i32;
         if !self.is_root() {
             root.scatter_into(&mut n);
-            let mut mine = vec![T::default(); n as usize];
+            let mut mine = buffer(n as usize);
             root.scatter_varcount_into(&mut mine[..]);
             return mine;
         }
         let counts: Vec<i32> = parts.iter().map(|p| p.len() as i32).collect();
         root.scatter_into_root(&counts[..], &mut n);
-        let mut mine = vec![T::default(); n as usize];
-        let all = parts.concat();
+        let mut mine = buffer(n as usize);
+        let mut all = parts.concat();
+        all.reserve(1);
         let displs = displacements(&counts);
         root.scatter_varcount_into_root(&Partition::new(&all[..], counts, displs), &mut mine[..]);
         mine
@@ -131,6 +138,14 @@ impl World {
         let all = self.gather(mine);
         self.broadcast(all)
     }
+}
+
+/// A receive buffer of `n` values. It has memory even if empty: the pointer of an empty byte vector without memory is 1, which OpenMPI takes for
+/// MPI_IN_PLACE.
+fn buffer<T: Clone + Default>(n: usize) -> Vec<T> {
+    let mut out = Vec::with_capacity(n.max(1));
+    out.resize(n, T::default());
+    out
 }
 
 fn displacements(counts: &[i32]) -> Vec<i32> {

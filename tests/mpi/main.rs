@@ -5,6 +5,7 @@ use railsqueal::parallel::World;
 use std::io::Write;
 use std::process::{exit, Command};
 
+mod distribution;
 mod elasticity;
 
 /// A test is called on all ranks of a world and panics when it fails.
@@ -15,6 +16,11 @@ const TESTS: &[Test] = &[
     ("elasticity::cantilever", elasticity::cantilever),
     ("elasticity::convergence_order", elasticity::convergence_order),
     ("elasticity::ghost_values", elasticity::ghost_values),
+    ("distribution::a_wheel_is_divided_evenly", distribution::a_wheel_is_divided_evenly),
+    ("distribution::one_cell", distribution::one_cell),
+    ("distribution::no_cells", distribution::no_cells),
+    ("distribution::a_rank_without_nodes", distribution::a_rank_without_nodes),
+    ("distribution::no_mesh", distribution::no_mesh),
 ];
 
 const CHILD: &str = "RAILSQUEAL_TEST_RANKS";
