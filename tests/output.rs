@@ -18,15 +18,21 @@ fn main() -> ExitCode {
     if let Some(at) = args.iter().position(|a| a == "--rank") {
         return ranks(&args[at + 1..]);
     }
-    let tests: [(&str, fn()); 7] = [
+    let tests: [(&str, fn()); 9] = [
         ("one_file_on_any_number_of_ranks", one_file_on_any_number_of_ranks),
+        ("pictures_of_a_result", pictures_of_a_result),
         ("more_ranks_than_cells", more_ranks_than_cells),
         ("failed_run_leaves_nothing", failed_run_leaves_nothing),
         ("killed_run_is_swept_by_the_next", killed_run_is_swept_by_the_next),
         ("file_size_limit_is_an_io_error", file_size_limit_is_an_io_error),
+        ("one_rank_that_cannot_write_ends_all", one_rank_that_cannot_write_ends_all),
         ("full_disk_is_an_io_error", full_disk_is_an_io_error),
         ("target_is_checked_first", target_is_checked_first),
     ];
+    if args.iter().any(|a| a == "--list") {
+        tests.iter().for_each(|(name, _)| println!("{name}: test"));
+        return ExitCode::SUCCESS;
+    }
     let wanted = args.iter().skip(1).find(|a| !a.starts_with('-'));
     for (name, test) in tests.iter().filter(|(name, _)| wanted.is_none_or(|w| name.contains(w.as_str()))) {
         test();
@@ -42,12 +48,30 @@ fn one_file_on_any_number_of_ranks() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let out = mpirun(n, &["write", &path(&dir, "run.h5")]);
         assert!(out.status.success(), "{n} ranks: {}", said(&out));
-        assert_eq!(listing(dir.path()), ["run.h5", "run.modes.vtkhdf"], "{n} ranks");
+        assert_eq!(listing(dir.path()), ["run.h5", "run.modes.vtkhdf", "run.transient.vtkhdf"], "{n} ranks");
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/check_output.py");
         let check = Command::new(python()).arg(script).arg(path(&dir, "run.h5")).arg(n.to_string()).output();
         let check = check.expect("python3 with h5py and vtk");
         assert!(check.status.success(), "{n} ranks: {}", said(&check));
     }
+}
+
+fn pictures_of_a_result() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let out = mpirun(2, &["write", &path(&dir, "run.h5")]);
+    assert!(out.status.success(), "{}", said(&out));
+    let plot = |file: &str| {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/plot");
+        Command::new(script).args([&path(&dir, file), "--out", &path(&dir, "pictures")]).output().expect("scripts/plot")
+    };
+    let made = plot("run.h5");
+    assert!(made.status.success(), "{}", said(&made));
+    let names = ["contact-line.png", "contact-map.png", "frequencies.md", "modes-lower.png", "modes-upper.png"];
+    assert_eq!(listing(&dir.path().join("pictures")), names.map(|n| format!("run-{n}")));
+    std::fs::write(dir.path().join("broken.h5"), "no HDF5").expect("write");
+    let broken = plot("broken.h5");
+    assert_eq!(broken.status.code(), Some(3), "{}", said(&broken));
+    assert!(said(&broken).contains("broken.h5") && !said(&broken).contains("Traceback"), "{}", said(&broken));
 }
 
 fn more_ranks_than_cells() {
@@ -78,7 +102,7 @@ fn killed_run_is_swept_by_the_next() {
     assert!(left.len() == 1 && left[0].ends_with(".partial"), "the killed run left {left:?}");
     let out = mpirun(1, &["write", &path(&dir, "run.h5")]);
     assert!(out.status.success(), "{}", said(&out));
-    assert_eq!(listing(dir.path()), ["run.h5", "run.modes.vtkhdf"]);
+    assert_eq!(listing(dir.path()), ["run.h5", "run.modes.vtkhdf", "run.transient.vtkhdf"]);
 }
 
 fn file_size_limit_is_an_io_error() {
@@ -92,10 +116,19 @@ fn file_size_limit_is_an_io_error() {
     }
 }
 
+/// Rank 0 could reserve the space, another rank cannot write into it.
+fn one_rank_that_cannot_write_ends_all() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let out = mpirun(2, &["write", &path(&dir, "run.h5"), "20000", "1"]);
+    assert_eq!(out.status.code(), Some(6), "{}", said(&out));
+    assert!(said(&out).contains("run.h5"), "{}", said(&out));
+    assert_eq!(listing(dir.path()), [""; 0]);
+}
+
 /// A real full file system, where one can be mounted (that takes root).
 fn full_disk_is_an_io_error() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=256k", "tmpfs"]).arg(dir.path()).output();
+    let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=2m", "tmpfs"]).arg(dir.path()).output();
     if !mount.is_ok_and(|m| m.status.success()) {
         println!("     (no small file system can be mounted here; the file size limit stands for it)");
         return;
@@ -167,7 +200,9 @@ fn said(out: &Output) -> String {
 fn ranks(args: &[String]) -> ExitCode {
     let universe = mpi::initialize().expect("MPI");
     let world = World::new(universe.world());
-    if let Some(limit) = args.get(2).and_then(|l| l.parse::<u64>().ok()) {
+    let number = |k: usize| args.get(k).and_then(|l| l.parse::<u64>().ok());
+    let limited = number(3).is_none_or(|rank| rank == world.rank as u64);
+    if let (Some(limit), true) = (number(2), limited) {
         // After MPI is up: its own shared memory counts as files.
         let limit = rustix::process::Rlimit { current: Some(limit), maximum: Some(limit) };
         rustix::process::setrlimit(rustix::process::Resource::Fsize, limit).expect("file size limit");
@@ -218,6 +253,16 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
 
     file.table(Table::new("/contact/traction", "Pa", "Traction on body 1.", &[4, 2], t));
     file.table(Table::scalar("/contact/approach", "m", "Rigid approach.", 1e-4));
+    file.table(Table::list("/contact/x", "m", "Positions.", vec![0.0, 0.05, 0.0, 0.05]));
+    file.table(Table::list("/contact/y", "m", "Positions.", vec![0.0, 0.0, 0.05, 0.05]));
+    file.table(Table::list("/contact/shape", "1", "Nodes along x and y.", vec![2i64, 2]));
+    file.table(Table::list("/contact/pressure", "Pa", "Pressure.", p));
+    file.table(Table::list("/contact/state", "-", "State.", state));
+    file.table(Table::list("/contact/force", "N", "Force on body 1.", vec![1e3, 2e3, -7e4]));
+    let frequencies = vec![vec![100.0, 250.0], vec![400.0]];
+    for (name, values) in ["lower", "upper"].iter().zip(&frequencies) {
+        file.table(Table::list(&format!("/modes/{name}/frequency"), "Hz", "Frequencies.", values.clone()));
+    }
     let z = num_complex::Complex64::new(1.0, -2.0);
     file.table(Table::list("/stability/eigenvalue", "1/s", "Eigenvalues.", vec![z, z.conj()]));
     file.table(Table::new("/history/force", "N", "A table that can grow.", &[2, 3], vec![1.0; 6]).extendible());
@@ -241,24 +286,20 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
         .tables(),
     );
 
-    let spec = FieldSpec::new("shape", "1/sqrt(kg)", "Mode shape.", Kind::Vector);
-    let frequencies = [100.0, 250.0, 400.0];
-    let mut modes = SequenceFile::create(
-        world,
-        &companion(path, "modes.vtkhdf"),
-        true,
-        &bodies,
-        vec![spec],
-        &frequencies,
-        ("Hz", "Frequency of the mode."),
-        &[],
-    )?;
-    for (k, f) in frequencies.iter().enumerate() {
-        let shape: Vec<Vec<f64>> = u.iter().map(|v| v.iter().map(|a| a * f).collect()).collect();
-        modes.step(k, &[shape.iter().map(|v| &v[..]).collect()])?;
+    let spec = FieldSpec::new("velocity", "m/s", "A field that changes.", Kind::Vector);
+    let times = [0.1, 0.25, 0.4];
+    let what = ("s", "Time.");
+    let beside = companion(path, "transient.vtkhdf");
+    let mut sequence = SequenceFile::create(world, &beside, true, &bodies, vec![spec], &times, what, &[])?;
+    for (k, time) in times.iter().enumerate() {
+        let scaled: Vec<Vec<f64>> = u.iter().map(|v| v.iter().map(|a| a * time).collect()).collect();
+        sequence.step(k, &[scaled.iter().map(|v| &v[..]).collect()])?;
     }
+    file.attach(sequence);
+    file.attach(write_modes(world, &companion(path, "modes.vtkhdf"), true, &bodies, &frequencies, |b, k| {
+        Ok(u[b].iter().map(|v| v * frequencies[b][k]).collect())
+    })?);
     file.finish()?;
-    modes.finish()?;
 
     // Reading back, on every rank at once.
     let back = Reader::open(path)?;

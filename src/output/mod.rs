@@ -9,6 +9,7 @@
 //! `docs/output.md` lists what is in the file.
 
 mod fields;
+mod modes;
 mod partial;
 mod provenance;
 mod read;
@@ -19,6 +20,7 @@ mod values;
 mod vtkhdf;
 
 pub use fields::{contact_fields, on_points, BodyPart, FieldSpec, Kind, PointField};
+pub use modes::write_modes;
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::Reader;
 pub use result::{companion, ResultFile};

@@ -2,6 +2,7 @@
 
 use super::fields::{BodyPart, PointField};
 use super::partial::{check_target, Partial};
+use super::sequence::SequenceFile;
 use super::table::Table;
 use super::vtkhdf::{skeleton, strong, write_slabs, Piece};
 use crate::parallel::World;
@@ -16,6 +17,7 @@ pub struct ResultFile<'w> {
     target: PathBuf,
     partial: Option<Partial>,
     tables: Vec<Table>,
+    attached: Vec<Partial>,
 }
 
 impl<'w> ResultFile<'w> {
@@ -23,7 +25,7 @@ impl<'w> ResultFile<'w> {
     /// false). Call it before the long work.
     pub fn create(world: &'w World, path: &Path, overwrite: bool) -> Result<Self> {
         check_target(world, path, overwrite)?;
-        Ok(Self { world, target: path.to_owned(), partial: None, tables: Vec::new() })
+        Ok(Self { world, target: path.to_owned(), partial: None, tables: Vec::new(), attached: Vec::new() })
     }
 
     /// Collective: writes the static fields, once: both bodies, the fields at their points, the body and the rank of each
@@ -57,7 +59,12 @@ impl<'w> ResultFile<'w> {
         tables.into_iter().for_each(|t| self.table(t));
     }
 
-    /// Collective: writes the tables and gives the file its name.
+    /// Leaves a complete sequence to this file: it gets its name when this one does.
+    pub fn attach(&mut self, sequence: SequenceFile) {
+        self.attached.push(sequence.into_partial());
+    }
+
+    /// Collective: writes the tables and gives the file, and those attached, their names.
     pub fn finish(mut self) -> Result<()> {
         let world = self.world;
         let mut partial = match self.partial.take() {
@@ -69,6 +76,7 @@ impl<'w> ResultFile<'w> {
             }
         };
         let tables = &self.tables;
+        let attached = &mut self.attached;
         world.on_root(|| {
             let mut seen = BTreeSet::new();
             for table in tables {
@@ -87,6 +95,7 @@ impl<'w> ResultFile<'w> {
                 file.close()
             };
             add().map_err(|e| partial.hdf5_error("writing tables", &e))?;
+            attached.iter_mut().try_for_each(Partial::publish)?;
             partial.publish()
         })?;
         Ok(())

@@ -69,10 +69,16 @@ impl<'w> SequenceFile<'w> {
         write_slabs(self.world, &self.partial, &slabs)
     }
 
-    /// Collective: gives the file its name.
-    pub fn finish(mut self) -> Result<()> {
-        let partial = &mut self.partial;
-        self.world.on_root(|| partial.publish()).map(|_| ())
+    /// Collective: gives the file its name. A file that goes with a main one is given to
+    /// [`super::ResultFile::attach`] instead, so that both appear or none.
+    pub fn finish(self) -> Result<()> {
+        let world = self.world;
+        let mut partial = self.partial;
+        world.on_root(|| partial.publish()).map(|_| ())
+    }
+
+    pub(super) fn into_partial(self) -> Partial {
+        self.partial
     }
 }
 
