@@ -1,7 +1,9 @@
 //! Safe layer on PETSc, SLEPc and MUMPS. It knows no mechanics.
 
 pub mod csr;
+pub mod eps;
 pub mod exchange;
+mod handle;
 pub mod mumps;
 mod ordering;
 pub mod session;

@@ -56,22 +56,27 @@ pub fn diagonal(world: &World, ranges: Vec<u64>, value: impl Fn(u64) -> f64) -> 
     from_rows(world, ranges, |i| vec![(i, value(i))])
 }
 
-/// Stiffness (Poisson's ratio 0.3, unit modulus) and consistent mass (unit density) of a unit cube of `n`³ trilinear bricks,
-/// clamped at x = 0. Rows are three per node, nodes ordered x slowest.
+/// [`brick_of`] for a unit cube of `n`³ elements.
 pub fn brick(world: &World, n: usize) -> (DistCsr, DistCsr) {
-    let (ke, me) = brick_element(1.0 / n as f64);
-    let side = n + 1;
-    let free = n * side * side; // nodes with x > 0
-    let ranges: Vec<u64> = ranges(world, free as u64, false).iter().map(|r| 3 * r).collect();
+    brick_of(world, [n; 3], 1.0 / n as f64)
+}
+
+/// Stiffness (Poisson's ratio 0.3, unit modulus) and consistent mass (unit density) of a block of `n` trilinear cubes of
+/// edge `h`, clamped at x = 0. Rows are three per node, nodes ordered x slowest.
+pub fn brick_of(world: &World, n: [usize; 3], h: f64) -> (DistCsr, DistCsr) {
+    let (ke, me) = brick_element(h);
+    let plane = (n[1] + 1) * (n[2] + 1);
+    let ranges: Vec<u64> = ranges(world, (n[0] * plane) as u64, false).iter().map(|r| 3 * r).collect();
     let assemble = |element: &[[f64; 24]; 24]| {
         from_rows(world, ranges.clone(), |row| {
-            let (node, c) = (row as usize / 3 + side * side, row as usize % 3);
-            let at = [node / (side * side), node / side % side, node % side];
+            // Nodes at x = 0 have no rows.
+            let (node, c) = (row as usize / 3 + plane, row as usize % 3);
+            let at = [node / plane, node / (n[2] + 1) % (n[1] + 1), node % (n[2] + 1)];
             let mut sums = vec![0.0; 81];
-            // Each brick of which this node is corner `corner`.
+            // Each element of which this node is corner `corner`.
             for corner in 0..8 {
                 let off = offset(corner);
-                if (0..3).any(|d| at[d] < off[d] || at[d] - off[d] >= n) {
+                if (0..3).any(|d| at[d] < off[d] || at[d] - off[d] >= n[d]) {
                     continue;
                 }
                 for other in 0..8 {
@@ -86,27 +91,16 @@ pub fn brick(world: &World, n: usize) -> (DistCsr, DistCsr) {
             for slot in 0..27 {
                 let step = [slot / 9, slot / 3 % 3, slot % 3];
                 let to: Vec<usize> = (0..3).map(|d| (at[d] + step[d]).wrapping_sub(1)).collect();
-                if to[0] == 0 || to.iter().any(|&t| t > n) {
+                if to[0] == 0 || (0..3).any(|d| to[d] > n[d]) {
                     continue;
                 }
-                let column = 3 * ((to[0] - 1) * side * side + to[1] * side + to[2]) as u64;
+                let column = 3 * ((to[0] - 1) * plane + to[1] * (n[2] + 1) + to[2]) as u64;
                 out.extend((0..3).map(|d| (column + d, sums[3 * slot + d as usize])));
             }
             out
         })
     };
     (assemble(&ke), assemble(&me))
-}
-
-/// Coordinates of the local nodes of [`brick`], `[n_nodes, 3]`.
-pub fn brick_coordinates(world: &World, n: usize, ranges: &[u64]) -> Vec<[f64; 3]> {
-    let side = n + 1;
-    (ranges[world.rank] / 3..ranges[world.rank + 1] / 3)
-        .map(|k| {
-            let node = k as usize + side * side;
-            [node / (side * side), node / side % side, node % side].map(|i| i as f64 / n as f64)
-        })
-        .collect()
 }
 
 fn offset(corner: usize) -> [usize; 3] {

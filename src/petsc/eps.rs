@@ -1,0 +1,366 @@
+//! Real symmetric generalised eigenproblem K x = λ M x by SLEPc's Krylov–Schur method, shift-invert.
+//!
+//! SLEPc sees complex vectors, but the operator (K − σM)⁻¹M is applied with the real factorisation: a real starting vector
+//! stays real, as every product with a zero imaginary part is an exact zero. Convergence is judged again here, on
+//! residuals of our own.
+
+use super::csr::{dot, norm2, Operator};
+use super::handle::{read, vector, write, Handle};
+use super::session::{check, Petsc};
+use super::Factor;
+use crate::parallel::World;
+use crate::{Error, Result};
+use mpi::raw::AsRaw;
+use num_complex::Complex;
+use petsc_sys as sys;
+use slepc_sys as slepc;
+use std::ffi::{c_void, CString};
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::ptr;
+
+/// What to compute.
+#[derive(Debug, Clone)]
+pub struct ModesOptions {
+    /// Shift σ that was factorised; the eigenvalues nearest to it are sought.
+    pub sigma: f64,
+    /// Number of eigenpairs.
+    pub count: usize,
+    /// Prefix of the solver's options, such as `"lower_"`.
+    pub prefix: String,
+}
+
+/// Eigenpairs in ascending order of λ. There may be more than were asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Modes {
+    /// Eigenvalues.
+    pub lambda: Vec<f64>,
+    /// Local rows of each eigenvector, normalised to xᵀMx = 1.
+    pub vectors: Vec<Vec<f64>>,
+    /// |Kx − λMx| / (|λ − σ| |Mx|) of each.
+    pub residuals: Vec<f64>,
+    /// Restarts of the method.
+    pub iterations: usize,
+    /// Right-hand sides solved.
+    pub solves: usize,
+}
+
+/// Largest residual of an accepted eigenpair. The eigenvalue's relative error is of the order of its square.
+const RESIDUAL_LIMIT: f64 = 1e-6;
+
+/// Largest |xᵢᵀMxⱼ| of an accepted set.
+const ORTHOGONALITY_LIMIT: f64 = 1e-8;
+
+/// What the callbacks work on.
+struct Context<'a, 'w> {
+    world: &'a World,
+    factor: &'a mut Factor<'w>,
+    mass: &'a Operator<'a>,
+    progress: &'a mut dyn FnMut(usize, usize),
+    wanted: usize,
+    solves: usize,
+    error: Option<Error>,
+}
+
+impl Context<'_, '_> {
+    /// Runs a callback's work: neither an error nor a panic may cross C as anything but a code.
+    fn guard(&mut self, work: impl FnOnce(&mut Self) -> Result<()>) -> sys::PetscErrorCode {
+        let outcome = catch_unwind(AssertUnwindSafe(|| work(self)));
+        let error = match outcome {
+            Ok(Ok(())) => return 0,
+            Ok(Err(error)) => error,
+            Err(_) => Error::Defect("panic in the eigensolver's operator".into()),
+        };
+        self.error.get_or_insert(error);
+        sys::PETSC_ERR_USER as sys::PetscErrorCode
+    }
+
+    /// y = A x on real and imaginary part, the latter only if there is one on any rank.
+    fn apply(&mut self, x: sys::Vec, y: sys::Vec, work: Work) -> Result<()> {
+        // SAFETY: SLEPc passes live vectors, distinct, of the layout they were created with.
+        let (mut real, mut imaginary, any) = unsafe {
+            read(x, |x| {
+                let real: Vec<f64> = x.iter().map(|v| v.re).collect();
+                let imaginary: Vec<f64> = x.iter().map(|v| v.im).collect();
+                let any = imaginary.iter().any(|&v| v != 0.0);
+                (real, imaginary, any)
+            })?
+        };
+        let any = self.world.max(f64::from(u8::from(any))) > 0.0;
+        self.part(&mut real, work)?;
+        if any {
+            self.part(&mut imaginary, work)?;
+        }
+        // SAFETY: as above.
+        unsafe {
+            write(y, |y| {
+                for ((y, re), im) in y.iter_mut().zip(real).zip(imaginary) {
+                    *y = Complex::new(re, im);
+                }
+            })
+        }
+    }
+
+    fn part(&mut self, x: &mut Vec<f64>, work: Work) -> Result<()> {
+        match work {
+            Work::Multiply => {
+                let mut mx = vec![0.0; x.len()];
+                self.mass.apply(self.world, x, &mut mx);
+                *x = mx;
+                Ok(())
+            }
+            Work::Solve => {
+                self.solves += 1;
+                self.factor.solve(x, 1)
+            }
+        }
+    }
+}
+
+/// What a callback does to a vector.
+#[derive(Clone, Copy)]
+enum Work {
+    /// x := M x.
+    Multiply,
+    /// x := (K − σM)⁻¹ x.
+    Solve,
+}
+
+unsafe extern "C" fn apply_mass(mat: sys::Mat, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    let mut context: *mut c_void = ptr::null_mut();
+    // SAFETY: the shell matrix was made with a pointer to a Context that outlives the solve.
+    unsafe {
+        let code = sys::MatShellGetContext(mat, (&raw mut context).cast());
+        if code != 0 {
+            return code;
+        }
+        (*context.cast::<Context>()).guard(|c| c.apply(x, y, Work::Multiply))
+    }
+}
+
+unsafe extern "C" fn apply_inverse(pc: sys::PC, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    let mut context: *mut c_void = ptr::null_mut();
+    // SAFETY: as in `apply_mass`, for the preconditioner.
+    unsafe {
+        let code = sys::PCShellGetContext(pc, (&raw mut context).cast());
+        if code != 0 {
+            return code;
+        }
+        (*context.cast::<Context>()).guard(|c| c.apply(x, y, Work::Solve))
+    }
+}
+
+unsafe extern "C" fn monitor(
+    _eps: slepc::EPS,
+    _its: sys::PetscInt,
+    converged: sys::PetscInt,
+    _re: *mut sys::PetscScalar,
+    _im: *mut sys::PetscScalar,
+    _errors: *mut sys::PetscReal,
+    _n: sys::PetscInt,
+    context: *mut c_void,
+) -> sys::PetscErrorCode {
+    // SAFETY: the context given with the monitor, which outlives the solve.
+    unsafe {
+        (*context.cast::<Context>()).guard(|c| {
+            (c.progress)((converged.max(0) as usize).min(c.wanted), c.wanted);
+            Ok(())
+        })
+    }
+}
+
+/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; `stiffness` and `mass` are
+/// symmetric, `mass` positive definite. `progress` is told converged and wanted pairs at every restart.
+pub fn modes(
+    petsc: &Petsc,
+    factor: &mut Factor,
+    stiffness: &Operator,
+    mass: &Operator,
+    options: &ModesOptions,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
+    let world = petsc.world();
+    let order = stiffness.matrix().order();
+    if options.count == 0 || order == 0 {
+        return Ok(Modes::default());
+    }
+    if options.count as u64 > order {
+        return Err(Error::Job(format!(
+            "{} modes were asked for, but there are only {order} degrees of freedom; ask for fewer or refine the mesh",
+            options.count
+        )));
+    }
+    let n = stiffness.matrix().n_local();
+    let mut context = Context { world, factor, mass, progress, wanted: options.count, solves: 0, error: None };
+    let pointer: *mut c_void = (&raw mut context).cast();
+    let solved = solve(petsc, pointer, n, order, options);
+    // The operator's own error says more than PETSc's report that a callback failed.
+    if let Some(error) = context.error.take() {
+        return Err(error.context("modes"));
+    }
+    let (pairs, iterations) = solved?;
+    let mut modes = normalised(world, stiffness, mass, pairs, options)?;
+    modes.iterations = iterations;
+    modes.solves = context.solves;
+    Ok(modes)
+}
+
+/// Eigenpairs as SLEPc gives them, and the number of restarts.
+type Pairs = (Vec<(f64, Vec<f64>)>, usize);
+
+fn solve(petsc: &Petsc, context: *mut c_void, n: usize, order: u64, options: &ModesOptions) -> Result<Pairs> {
+    let comm = petsc.world().comm.as_raw();
+    let (rows, all) = (n as sys::PetscInt, order as sys::PetscInt);
+    // SAFETY: a live communicator, a context that outlives the matrix, a valid output.
+    let mass = Handle::create(petsc, "creating the mass operator", |m| unsafe {
+        sys::MatCreateShell(comm, rows, rows, all, all, context, m)
+    })?;
+    // SAFETY: PETSc stores every operation as a function without arguments and calls MULT with those of `apply_mass`.
+    let multiply = unsafe {
+        std::mem::transmute::<
+            unsafe extern "C" fn(sys::Mat, sys::Vec, sys::Vec) -> sys::PetscErrorCode,
+            unsafe extern "C" fn(),
+        >(apply_mass)
+    };
+    // SAFETY: a live matrix.
+    check(
+        unsafe { sys::MatShellSetOperation(mass.raw(), sys::MatOperation_MATOP_MULT, Some(multiply)) },
+        "setting the mass operator",
+    )?;
+    // SAFETY: a valid output.
+    let eps = Handle::create(petsc, "creating the eigensolver", |e| unsafe { slepc::EPSCreate(comm, e) })?;
+    let start = vector(petsc, n, order)?;
+    let first = options_start(petsc.world(), order, n);
+    // SAFETY: a live vector that nothing else uses.
+    unsafe { write(start.raw(), |v| v.iter_mut().zip(first).for_each(|(v, x)| *v = Complex::new(x, 0.0)))? };
+    let prefix =
+        CString::new(options.prefix.as_str()).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
+    let (count, subspace) = dimensions(options.count, order);
+    let doing = "setting up the eigensolver";
+    // SAFETY: live objects; strings end in zero; the callbacks' context outlives the solver.
+    unsafe {
+        let e = eps.raw();
+        // The shifted matrix is never formed by SLEPc, and its first part never multiplied: the preconditioner is its
+        // inverse.
+        check(slepc::EPSSetOperators(e, mass.raw(), mass.raw()), doing)?;
+        check(slepc::EPSSetProblemType(e, slepc::EPSProblemType_EPS_GHEP), doing)?;
+        check(slepc::EPSSetType(e, c"krylovschur".as_ptr()), doing)?;
+        check(slepc::EPSSetOptionsPrefix(e, prefix.as_ptr()), doing)?;
+        check(slepc::EPSSetWhichEigenpairs(e, slepc::EPSWhich_EPS_TARGET_MAGNITUDE), doing)?;
+        check(slepc::EPSSetTarget(e, Complex::new(options.sigma, 0.0)), doing)?;
+        check(slepc::EPSSetDimensions(e, count, subspace, sys::PETSC_DEFAULT), doing)?;
+        check(slepc::EPSSetTolerances(e, 1e-9, 200), doing)?;
+        // The eigenvectors of a definite mass need no further step to be freed of a null space.
+        check(slepc::EPSSetPurify(e, sys::PetscBool_PETSC_FALSE), doing)?;
+        let mut first = start.raw();
+        check(slepc::EPSSetInitialSpace(e, 1, &mut first), doing)?;
+        check(slepc::EPSMonitorSet(e, Some(monitor), context, None), doing)?;
+        let mut st = ptr::null_mut();
+        check(slepc::EPSGetST(e, &mut st), doing)?;
+        check(slepc::STSetType(st, c"sinvert".as_ptr()), doing)?;
+        check(slepc::STSetMatMode(st, slepc::STMatMode_ST_MATMODE_SHELL), doing)?;
+        let (mut ksp, mut pc) = (ptr::null_mut(), ptr::null_mut());
+        check(slepc::STGetKSP(st, &mut ksp), doing)?;
+        check(sys::KSPSetType(ksp, c"preonly".as_ptr()), doing)?;
+        check(sys::KSPGetPC(ksp, &mut pc), doing)?;
+        check(sys::PCSetType(pc, c"shell".as_ptr()), doing)?;
+        check(sys::PCShellSetContext(pc, context), doing)?;
+        check(sys::PCShellSetApply(pc, Some(apply_inverse)), doing)?;
+        check(slepc::EPSSetFromOptions(e), doing)?;
+        check(slepc::EPSSolve(e), "solving for modes")?;
+
+        let (mut converged, mut iterations, mut reason) = (0, 0, 0);
+        check(slepc::EPSGetConverged(e, &mut converged), doing)?;
+        check(slepc::EPSGetIterationNumber(e, &mut iterations), doing)?;
+        check(slepc::EPSGetConvergedReason(e, &mut reason), doing)?;
+        if (converged as usize) < options.count {
+            return Err(Error::NotConverged(format!(
+                "modes: only {converged} of {} converged in {iterations} restarts (SLEPc reason {reason}). Ask for fewer \
+                 modes, or give a larger subspace with the PETSc option -{}eps_ncv.",
+                options.count, options.prefix
+            )));
+        }
+        let mut pairs = Vec::with_capacity(converged as usize);
+        for i in 0..converged {
+            let mut value = Complex::default();
+            let null = ptr::null_mut();
+            check(slepc::EPSGetEigenpair(e, i, &mut value, ptr::null_mut(), start.raw(), null), "reading a mode")?;
+            let x = read(start.raw(), <[Complex<f64>]>::to_vec)?;
+            pairs.push((value.re, real_part(petsc.world(), &x, i)?));
+        }
+        Ok((pairs, iterations as usize))
+    }
+}
+
+/// Number of pairs and dimension of the subspace. A small problem takes all of its space.
+fn dimensions(count: usize, order: u64) -> (sys::PetscInt, sys::PetscInt) {
+    let subspace = (2 * count).max(count + 20).min(order as usize);
+    (count as sys::PetscInt, subspace as sys::PetscInt)
+}
+
+/// A starting vector with parts of every mode, the same on any number of ranks.
+fn options_start(world: &World, order: u64, n: usize) -> impl Iterator<Item = f64> {
+    // The rows before this rank's.
+    let mine = [n as u64];
+    let all = world.all_gather(&mine);
+    let first: u64 = all[..world.rank].iter().sum();
+    debug_assert!(first <= order);
+    (first..first + n as u64).map(|i| {
+        // Weyl's sequence: equidistributed, without a period that a regular numbering could meet.
+        let golden = 0.618_033_988_749_894_9;
+        (i as f64 * golden).fract() - 0.5 + 0.3 * (i as f64 * 0.754_877_666_246_692_7).fract()
+    })
+}
+
+/// The eigenvector turned to the phase in which it is real.
+fn real_part(world: &World, x: &[Complex<f64>], index: sys::PetscInt) -> Result<Vec<f64>> {
+    // Σ x² has twice the phase of a real vector times a phase.
+    let square: Complex<f64> = x.iter().map(|v| v * v).sum();
+    let square = Complex::new(world.sum(square.re), world.sum(square.im));
+    let turn = Complex::from_polar(1.0, -0.5 * square.arg());
+    let rotated: Vec<Complex<f64>> = x.iter().map(|v| v * turn).collect();
+    let real: Vec<f64> = rotated.iter().map(|v| v.re).collect();
+    let imaginary: Vec<f64> = rotated.iter().map(|v| v.im).collect();
+    let (re, im) = (norm2(world, &real), norm2(world, &imaginary));
+    if !(im <= 1e-10 * re) {
+        return Err(Error::NotConverged(format!(
+            "mode {}: the eigenvector of a real problem came back complex ({:.1e} of it imaginary)",
+            index + 1,
+            im / re
+        )));
+    }
+    Ok(real)
+}
+
+/// Sorts, normalises and checks.
+fn normalised(
+    world: &World,
+    stiffness: &Operator,
+    mass: &Operator,
+    mut pairs: Vec<(f64, Vec<f64>)>,
+    options: &ModesOptions,
+) -> Result<Modes> {
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut modes = Modes::default();
+    let n = stiffness.matrix().n_local();
+    let (mut kx, mut mx) = (vec![0.0; n], vec![0.0; n]);
+    for (lambda, mut x) in pairs {
+        mass.apply(world, &x, &mut mx);
+        let scale = 1.0 / dot(world, &x, &mx).sqrt();
+        x.iter_mut().for_each(|v| *v *= scale);
+        mx.iter_mut().for_each(|v| *v *= scale);
+        stiffness.apply(world, &x, &mut kx);
+        let r: Vec<f64> = kx.iter().zip(&mx).map(|(k, m)| k - lambda * m).collect();
+        let residual = norm2(world, &r) / ((lambda - options.sigma).abs() * norm2(world, &mx));
+        let skew = modes.vectors.iter().map(|y| dot(world, y, &mx).abs()).fold(0.0, f64::max);
+        if !(residual <= RESIDUAL_LIMIT && skew <= ORTHOGONALITY_LIMIT) {
+            return Err(Error::NotConverged(format!(
+                "modes: SLEPc takes eigenvalue {lambda:e} for converged, but its residual is {residual:.1e} (limit {RESIDUAL_LIMIT:.0e}) \
+                 and its product with another mode {skew:.1e} (limit {ORTHOGONALITY_LIMIT:.0e})"
+            )));
+        }
+        modes.lambda.push(lambda);
+        modes.vectors.push(x);
+        modes.residuals.push(residual);
+    }
+    Ok(modes)
+}
