@@ -24,7 +24,7 @@ def pictures(results, out, count):
     if not bodies:
         return made
     made.append(table(results, bodies, out / f"{results.stem}-frequencies.md"))
-    shapes = results.companion("modes.vtkhdf")
+    shapes = results.companion("free_modes.vtkhdf")
     if shapes.exists():
         made += shape_pictures(shapes, results.stem, out, count)
     return made

@@ -1,12 +1,13 @@
 //! From a job to results: the driver, then one file per analysis.
 
 mod bodies;
+mod modes;
 mod report;
 mod steady;
 
 use crate::job::Job;
 use crate::output::{Provenance, ResultFile};
-use crate::parallel::World;
+use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bodies::Bodies;
@@ -28,20 +29,22 @@ pub struct RunOptions {
 }
 
 /// Collective: runs the analyses of `job` and writes the result file. The summary is the same on every rank.
-pub fn run(world: &World, job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Summary> {
+pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Summary> {
+    let world = petsc.world();
     let date = crate::output::utc_now();
     let mut file = ResultFile::create(world, &options.output, options.force)?;
     let mut summary = Summary::default();
 
     let bodies = Bodies::build(world, job, progress, &mut summary)?;
     let mut solvers = bodies.solvers(world, job, progress, &mut summary)?;
+    if let Some(wanted) = &job.analyses.modes {
+        modes::run(petsc, job, wanted.extent(), &bodies, &mut solvers, options, &mut file, progress, &mut summary)?;
+    }
     match (&job.analyses.steady, &job.contact) {
         (Some(steady), Some(contact)) => {
             steady::run(world, job, steady, contact, &bodies, &mut solvers, &mut file, progress, &mut summary)?;
         }
-        (Some(_), None) => {
-            return Err(Error::Job("analyses.steady needs `contact`, which the job does not have".into()))
-        }
+        (Some(_), None) => return Err(Error::Job("analyses.steady needs `contact`, which the job does not have".into())),
         (None, _) => {
             if job.output.fields {
                 bodies.write_shapes(&mut file)?;

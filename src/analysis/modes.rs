@@ -3,46 +3,62 @@
 use super::bodies::Bodies;
 use super::report::Summary;
 use super::RunOptions;
+use crate::body::fe::BodyModes;
 use crate::body::modes::{compute, Extent};
 use crate::body::statics::Statics;
-use crate::job::ModesExtent;
-use crate::output::{ResultFile, Table};
-use crate::parallel::World;
+use crate::job::{Job, ModesExtent};
+use crate::output::{companion, write_modes, ResultFile, Table};
+use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::Result;
 
-/// Collective: modes of every unique body, written for every place.
+/// Collective: modes of every unique body, written for every place; returns those of each of [`Bodies::unique`].
 #[allow(clippy::too_many_arguments)]
 pub fn run(
-    world: &World,
+    petsc: &Petsc,
+    job: &Job,
+    extent: ModesExtent,
     bodies: &Bodies,
     solvers: &mut [Statics],
-    extent: ModesExtent,
-    _options: &RunOptions,
+    options: &RunOptions,
     file: &mut ResultFile,
     progress: &mut Progress,
     summary: &mut Summary,
-) -> Result<()> {
+) -> Result<Vec<BodyModes>> {
+    let world = petsc.world();
     let extent = match extent {
         ModesExtent::Count(n) => Extent::Count(n),
         ModesExtent::MaxFrequency(f) => Extent::MaxFrequency(f),
     };
+    let mut all = Vec::new();
     for (index, (body, solver)) in bodies.unique.iter().zip(solvers).enumerate() {
         progress.stage(format!("modes, body {}", body.name));
-        let modes = compute(world, body, solver, extent)?;
+        let modes = compute(petsc, body, solver, extent, &mut |done, of| progress.step("modes", done, of))?;
         let frequency = modes.frequency();
-        let rigid = modes.omega.iter().filter(|&&w| w == 0.0).count();
         for place in bodies.places.iter().filter(|p| p.body == index) {
-            let at = format!("/modes/{}", place.name);
-            file.tables([
-                Table::list(&format!("{at}/frequency"), "Hz", "Frequencies of the free-interface modes, ascending; 0: rigid body.", frequency.clone()),
-                Table::list(&format!("{at}/residual"), "1", "Relative residual of each mode.", modes.residual.clone()),
-            ]);
+            let list = |name: &str, units: &str, text: &str, values: &[f64]| {
+                Table::list(&format!("/modes/{}/{name}", place.name), units, text, values.to_vec())
+            };
+            let text = "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.";
+            file.table(list("frequency", "Hz", text, &frequency));
+            let text = "Residual |Kx - w²Mx| / (|w² - s| |Mx|) of each mode, with the shift s.";
+            file.table(list("residual", "1", text, &modes.residual));
         }
-        let elastic: Vec<String> = frequency.iter().filter(|&&f| f > 0.0).take(10).map(|f| format!("{f:.2}")).collect();
-        summary.value(&format!("modes of {}", body.name), format!("{} ({rigid} rigid), lowest {} Hz", frequency.len(), elastic.join(" ")));
-        let worst = modes.residual.iter().copied().fold(0.0, f64::max);
-        summary.value("  largest residual", format!("{worst:.1e}"));
+        let rigid = frequency.iter().filter(|&&f| f == 0.0).count();
+        let elastic: Vec<String> = frequency[rigid..].iter().take(6).map(|f| format!("{f:.2}")).collect();
+        let of = if rigid > 0 { format!("{} ({rigid} rigid)", frequency.len()) } else { frequency.len().to_string() };
+        summary.value(&format!("modes of {}", body.name), format!("{of}; Hz: {} ...", elastic.join(", ")));
+        all.push(modes);
     }
-    Ok(())
+    if job.output.fields {
+        progress.stage("writing mode shapes");
+        let frequencies: Vec<Vec<f64>> = bodies.places.iter().map(|p| all[p.body].frequency()).collect();
+        let path = companion(&options.output, "free_modes.vtkhdf");
+        let shapes = write_modes(world, &path, options.force, &bodies.parts(), &frequencies, |b, k| {
+            let body = bodies.places[b].body;
+            Ok(bodies.unique[body].at_nodes(world, &all[body].vectors[k]).into_flattened())
+        })?;
+        file.attach(shapes);
+    }
+    Ok(all)
 }

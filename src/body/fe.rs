@@ -36,7 +36,7 @@ pub struct FeBody {
 pub struct BodyModes {
     /// Angular frequencies, rad/s, ascending; exactly 0 for rigid-body modes.
     pub omega: Vec<f64>,
-    /// Relative residuals ‖Kφ − ω²Mφ‖ / (‖Kφ‖ + ω²‖Mφ‖ + |σ|‖Mφ‖) with the shift σ.
+    /// Relative residuals ‖Kφ − ω²Mφ‖ / (|ω² − σ| ‖Mφ‖) with the shift σ.
     pub residual: Vec<f64>,
     /// Mass-normalised modes, this rank's degrees of freedom, `[modes][owned]`, 1/√kg.
     pub vectors: Vec<Vec<f64>>,

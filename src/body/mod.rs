@@ -2,6 +2,7 @@
 
 pub mod clusters;
 pub mod fe;
+pub mod modes;
 pub mod statics;
 
 use faer::Mat;

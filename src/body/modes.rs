@@ -4,7 +4,8 @@ use super::clusters;
 use super::fe::{BodyModes, FeBody};
 use super::statics::Statics;
 use crate::parallel::World;
-use crate::petsc::eps;
+use crate::petsc::eps::{self, ModesOptions};
+use crate::petsc::session::Petsc;
 use crate::petsc::mumps::{Factor, FactorOptions, Kind};
 use crate::{Error, Result};
 
@@ -23,7 +24,14 @@ const BEYOND: usize = 3;
 const RIGID: f64 = 1e-6;
 
 /// Collective: the modes of `body`. `statics` holds the factorisation of K − σM with σ = [`FeBody::shift`].
-pub fn compute(world: &World, body: &FeBody, statics: &mut Statics, extent: Extent) -> Result<BodyModes> {
+pub fn compute(
+    petsc: &Petsc,
+    body: &FeBody,
+    statics: &mut Statics,
+    extent: Extent,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<BodyModes> {
+    let world = petsc.world();
     let order = body.dofs.total() as usize;
     let named = |e: Error| e.context(format!("modes of body \"{}\"", body.name));
     let (count, limit) = match extent {
@@ -41,9 +49,12 @@ pub fn compute(world: &World, body: &FeBody, statics: &mut Statics, extent: Exte
     }
     let shift = body.shift(world);
     let Statics::Direct(factor) = statics;
+    let stiffness = body.operators.stiffness.operator(world);
+    let mass = body.operators.mass.operator(world);
     let mut wanted = (count + BEYOND).min(order);
     loop {
-        let found = eps::modes(world, factor, &body.operators.stiffness, &body.operators.mass, shift, wanted).map_err(named)?;
+        let options = ModesOptions { sigma: shift, count: wanted, prefix: format!("{}_", body.name) };
+        let found = eps::modes(petsc, factor, &stiffness, &mass, &options, progress).map_err(named)?;
         let omega: Vec<f64> = found.lambda.iter().map(|&l| if l.abs() <= RIGID * shift.abs() { 0.0 } else { l.max(0.0).sqrt() }).collect();
         let keep = match clusters::cut(&omega, count) {
             Some(end) => end,
@@ -62,7 +73,7 @@ pub fn compute(world: &World, body: &FeBody, statics: &mut Statics, extent: Exte
         }
         let mut vectors = found.vectors;
         vectors.truncate(keep);
-        return Ok(BodyModes { omega: omega[..keep].to_vec(), residual: found.residual[..keep].to_vec(), vectors });
+        return Ok(BodyModes { omega: omega[..keep].to_vec(), residual: found.residuals[..keep].to_vec(), vectors });
     }
 }
 
