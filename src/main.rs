@@ -1,4 +1,189 @@
-//! Command line of railsqueal.
+//! Command line of railsqueal: parses, calls, and maps errors to exit codes.
+
+mod cli;
+
+use clap::Parser;
+use cli::args::{default_output, Cli, Command, JobArgs};
+use cli::{launch, versions};
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator, CommunicatorCollectives};
+use railsqueal::analysis::plan::{self, Limit, Plan};
+use railsqueal::analysis::{self, RunOptions};
+use railsqueal::job::{self, Job};
+use railsqueal::parallel::World;
+use railsqueal::petsc::session::Petsc;
+use railsqueal::progress::Progress;
+use railsqueal::{Error, Result};
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
 fn main() {
-    println!("{}", serde_json::to_string_pretty(&railsqueal::job::schema()).unwrap_or_default());
+    std::process::exit(start());
+}
+
+/// What needs no MPI: usage, help, versions, the schema.
+fn start() -> i32 {
+    let speaks = launch::speaks(&launch::environment);
+    let said = |result: Result<()>| match result {
+        Ok(()) => 0,
+        Err(e) => report(&e),
+    };
+    let text = |text: &str| said(if speaks { print(text) } else { Ok(()) });
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) if e.use_stderr() => {
+            if speaks {
+                eprint!("{}", e.to_string().replacen("error:", "railsqueal: error:", 1));
+            }
+            return 2;
+        }
+        Err(help) => return text(&help.to_string()),
+    };
+    match cli.command {
+        _ if cli.version => text(&versions::text()),
+        Some(Command::Schema) => text(&format!("{:#}\n", job::schema())),
+        None => {
+            if speaks {
+                eprintln!("railsqueal: error: say what to do: run, check or schema (railsqueal --help)");
+            }
+            2
+        }
+        Some(command) => parallel(command, speaks),
+    }
+}
+
+/// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code.
+fn parallel(command: Command, speaks: bool) -> i32 {
+    // Threads of the dense algebra exist beside the one that calls MPI.
+    let Some((universe, _)) = mpi::initialize_with_threading(mpi::Threading::Funneled) else {
+        return report(&Error::Defect("MPI was initialised already".into()));
+    };
+    install_panic_hook();
+    let world = World::new(universe.world().duplicate());
+    let farewell = universe.world().duplicate();
+    if let Some(message) = launch::singletons(world.size, &launch::environment) {
+        if speaks {
+            report(&Error::Job(message));
+        }
+        return 2;
+    }
+    let result = match command {
+        Command::Run { job, output, force, petsc } => run(&world, &job, output, force, &petsc),
+        Command::Check { job } => check(&world, &job),
+        Command::Schema => Ok(()),
+    };
+    match result {
+        Ok(()) => 0,
+        Err(error) => {
+            let together = all_arrive(&farewell);
+            if world.is_root() || !together {
+                report(&error);
+            }
+            if !together {
+                farewell.abort(error.exit_code());
+            }
+            error.exit_code()
+        }
+    }
+}
+
+/// Whether the other ranks come to the same end. They do where errors were agreed upon; where one rank alone failed, the
+/// others wait in a collective call for ever, and it must end them.
+fn all_arrive(farewell: &SimpleCommunicator) -> bool {
+    let begun = Instant::now();
+    let mut request = farewell.immediate_barrier();
+    loop {
+        match request.test() {
+            Ok(_) => return true,
+            Err(pending) => request = pending,
+        }
+        if begun.elapsed() > Duration::from_secs(20) {
+            // The request cannot be completed any more; the process ends by abort.
+            std::mem::forget(request);
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn run(world: &World, args: &JobArgs, output: Option<PathBuf>, force: bool, petsc: &[String]) -> Result<()> {
+    let job = read(world, args)?;
+    let output = output.unwrap_or_else(|| default_output(&args.path));
+    let options =
+        RunOptions { output, force, command: std::env::args_os().map(lossy).collect(), versions: versions::versions() };
+    refuse_what_does_not_fit(world, &job)?;
+    let petsc_options: Vec<(String, String)> =
+        job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
+    let session = Petsc::start(world, &petsc_options, petsc)?;
+    let mut progress = Progress::new(world.is_root());
+    let summary = analysis::run(world, &job, &options, &mut progress)?;
+    let unused = session.unused_options()?;
+    if world.is_root() {
+        print(&summary.to_string())?;
+        if !unused.is_empty() {
+            eprintln!("railsqueal: warning: PETSc options that nothing asked for: {}", unused.join(", "));
+        }
+    }
+    Ok(())
+}
+
+fn check(world: &World, args: &JobArgs) -> Result<()> {
+    let job = read(world, args)?;
+    let (here, plan) = plan_of(world, &job)?;
+    let Some(plan) = plan else { return Ok(()) };
+    let limit = Limit::of(&job);
+    let mut text = format!("{:#}\n\n{plan}", job.to_json());
+    text += &format!("  {:<28} {:>6.1} GB  ({})\n", "there is", limit.bytes / 1e9, limit.source);
+    text += &format!("results of a run go to {}\n", default_output(&args.path).display());
+    print(&text)?;
+    plan.fits(here, &limit)
+}
+
+fn refuse_what_does_not_fit(world: &World, job: &Job) -> Result<()> {
+    let (here, plan) = plan_of(world, job)?;
+    world.agree(plan.map_or(Ok(()), |plan| plan.fits(here, &Limit::of(job))))
+}
+
+/// Collective: number of ranks on the node of this rank, and on rank 0 the plan of the job.
+fn plan_of(world: &World, job: &Job) -> Result<(usize, Option<Plan>)> {
+    let here = world.comm.split_shared(0).size() as usize;
+    Ok((here, world.on_root(|| Ok(Plan::new(job, plan::sizes(job)?, world.size)))?))
+}
+
+/// Collective: the job, read by rank 0 and understood by all.
+fn read(world: &World, args: &JobArgs) -> Result<Job> {
+    let bytes = world.on_root(|| job::read_file(&args.path))?.unwrap_or_default();
+    let bytes = world.broadcast(bytes);
+    world.agree(Job::from_bytes(&bytes, &args.path, &args.sets, args.only.as_deref()))
+}
+
+/// Prints on stdout. A reader that has seen enough (`| head`) is no error.
+fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Io(format!("cannot write to stdout: {e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// Says what is wrong, and returns the exit code. A message that cannot be written is lost; the code is not.
+fn report(error: &Error) -> i32 {
+    let _ = writeln!(std::io::stderr(), "railsqueal: error: {error}");
+    error.exit_code()
+}
+
+/// A panic is a defect: one message, and all ranks end.
+fn install_panic_hook() {
+    std::panic::set_hook(Box::new(|info| {
+        let what = info.payload();
+        let what = what.downcast_ref::<&str>().copied().or_else(|| what.downcast_ref::<String>().map(String::as_str));
+        let place = info.location().map(|l| format!(" at {}:{}", l.file(), l.line())).unwrap_or_default();
+        report(&Error::Defect(format!("{}{place}", what.unwrap_or("panic"))));
+        SimpleCommunicator::world().abort(1);
+    }));
+}
+
+fn lossy(text: std::ffi::OsString) -> String {
+    text.to_string_lossy().into_owned()
 }

@@ -39,9 +39,9 @@ pub struct Bodies {
 }
 
 /// A mesh on rank 0, with its contact grid where it has one.
-struct Meshed {
-    mesh: Mesh,
-    grid: Option<ContactGrid>,
+pub(super) struct Meshed {
+    pub(super) mesh: Mesh,
+    pub(super) grid: Option<ContactGrid>,
 }
 
 impl Bodies {
@@ -171,7 +171,7 @@ fn material_of(body: &job::Body) -> Material {
     Material { young: m.young, poisson: m.poisson, density: m.density }
 }
 
-fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed> {
+pub(super) fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed> {
     let named = |e: crate::Error| e.context(format!("bodies.{name}.mesh"));
     match &body.mesh {
         MeshSource::Cylinder(c) => {

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod modes;
+pub mod plan;
 mod report;
 mod steady;
 

@@ -1,0 +1,410 @@
+//! What a job would compute, how large it is, and how much memory it needs: `railsqueal check`, and the refusal of a job
+//! that cannot fit before anything is meshed.
+
+use super::bodies::{cylinder_spec, mesh_of, Meshed};
+use crate::job::{self, Compliance, Job, LinearSolver, Load, MeshSource, ModesExtent};
+use crate::mesh::cylinder;
+use crate::{Error, Result};
+use std::fmt;
+
+/// Size of one body of the job.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodySize {
+    /// "lower" or "upper".
+    pub name: &'static str,
+    /// Nodes of its mesh.
+    pub nodes: u64,
+    /// Hexahedra of its mesh.
+    pub cells: u64,
+    /// Nodes of its contact grid; 0 without contact.
+    pub contact_nodes: u64,
+}
+
+impl BodySize {
+    /// Displacement degrees of freedom before supports are taken off.
+    pub fn dofs(&self) -> u64 {
+        3 * self.nodes
+    }
+}
+
+/// The plan of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The bodies, lower first.
+    pub bodies: Vec<BodySize>,
+    /// True if both bodies are described alike, so that one is computed.
+    pub alike: bool,
+    /// Number of ranks.
+    pub ranks: usize,
+    /// What is computed, in order, one line each.
+    pub steps: Vec<String>,
+    /// What takes memory at the peak and how much, byte; summed over the ranks.
+    pub shared: Vec<(&'static str, f64)>,
+    /// What takes memory on rank 0 alone, byte.
+    pub on_root: Vec<(&'static str, f64)>,
+}
+
+/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; reads mesh files. For one rank.
+pub fn sizes(job: &Job) -> Result<Vec<BodySize>> {
+    job.bodies().into_iter().map(|(name, body)| size(job, name, body)).collect()
+}
+
+fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
+    let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
+    match &body.mesh {
+        MeshSource::Cylinder(c) => {
+            let (nodes, cells) = cylinder::count(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+            let across = |half: f64| 2.0 * (half / c.element_size - 1e-9).ceil() + 1.0;
+            let contact =
+                job.contact.as_ref().map_or(0.0, |k| across(k.patch.half_length) * across(k.patch.half_width));
+            Ok(BodySize { name, nodes, cells, contact_nodes: contact as u64 })
+        }
+        MeshSource::File(path) => {
+            let Meshed { mesh, grid } = mesh_of(job, name, body)?;
+            for group in body.fixed.iter().filter(|g| !mesh.groups.contains_key(*g)) {
+                let names: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
+                return Err(Error::Input(format!(
+                    "bodies.{name}.fixed: {} has no group \"{group}\"; it has {}",
+                    path.display(),
+                    if names.is_empty() { "none".into() } else { names.join(", ") }
+                )));
+            }
+            let contact = grid.map_or(0, |g| g.nodes.len() as u64);
+            let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
+            Ok(BodySize { name, nodes, cells, contact_nodes: contact })
+        }
+    }
+}
+
+// Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer. Anal. 10,
+// 1973). The factor is from real Cholesky factorisations of hexahedral elasticity with MUMPS, working space included.
+
+/// Memory of a factorisation, byte per n^(4/3).
+const FACTOR: f64 = 150.0;
+/// Neighbours of a node of a hexahedral mesh, itself included.
+const NEIGHBOURS: f64 = 27.0;
+/// Bytes of an entry of a distributed matrix: value and column.
+const ENTRY: f64 = 16.0;
+/// Program, MPI and libraries, per rank.
+const BASE: f64 = 120e6;
+
+impl Plan {
+    /// The plan of `job` for bodies of the given sizes.
+    pub fn new(job: &Job, bodies: Vec<BodySize>, ranks: usize) -> Self {
+        let alike = job.bodies.lower.is_some() && job.bodies.lower == job.bodies.upper;
+        let unique = if alike { &bodies[..1] } else { &bodies[..] };
+        let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
+        let elements = job.analyses.modes.is_some() || !half_space;
+        let direct = job.solver.linear == LinearSolver::Mumps || job.analyses.modes.is_some();
+
+        let mut shared = vec![("program and libraries", BASE * ranks as f64)];
+        let mut on_root = vec![("meshes before distribution", bodies.iter().map(mesh_bytes).sum())];
+        if elements {
+            shared.push(("distributed meshes", unique.iter().map(mesh_bytes).sum()));
+            // K and M, and for a moment the triplets they are made from.
+            let matrices = |b: &BodySize| 3.0 * b.dofs() as f64 * 3.0 * NEIGHBOURS * ENTRY;
+            shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
+            let solver = |b: &BodySize| match direct {
+                true => FACTOR * (b.dofs() as f64).powf(4.0 / 3.0),
+                // Multigrid hierarchy (operator complexity about 1.5) and the vectors of the iteration.
+                false => 2.5 * b.dofs() as f64 * 3.0 * NEIGHBOURS * ENTRY,
+            };
+            shared.push((if direct { "factorisation" } else { "multigrid" }, unique.iter().map(solver).sum()));
+        }
+        if let Some(modes) = &job.analyses.modes {
+            let count = match modes.extent() {
+                ModesExtent::Count(n) => n as f64,
+                ModesExtent::MaxFrequency(_) => 100.0,
+            };
+            // The Krylov basis has about twice as many vectors, complex as SLEPc is; the modes are kept real.
+            let basis = |b: &BodySize| (2.0 * count + 16.0) * b.dofs() as f64 * 16.0;
+            shared.push(("eigenvectors", unique.iter().map(basis).sum()));
+        }
+        let rows = 3.0 * bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0) as f64;
+        if job.analyses.steady.is_some() {
+            // The compliance of each body, their sum, and the matrices of the contact solver.
+            let copies = 4.0 + unique.len() as f64;
+            on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
+        }
+        Self { steps: steps(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
+    }
+
+    /// Estimated peak memory of each rank other than 0, byte.
+    pub fn per_rank(&self) -> f64 {
+        self.shared.iter().map(|(_, bytes)| bytes).sum::<f64>() / self.ranks as f64
+    }
+
+    /// Estimated peak memory of rank 0, byte.
+    pub fn root(&self) -> f64 {
+        self.per_rank() + self.on_root.iter().map(|(_, bytes)| bytes).sum::<f64>()
+    }
+
+    /// Estimated peak memory of the node of rank 0, byte, where `ranks_here` of the ranks run.
+    pub fn node(&self, ranks_here: usize) -> f64 {
+        self.root() + self.per_rank() * ranks_here.saturating_sub(1) as f64
+    }
+
+    /// An error if the node of rank 0, where `ranks_here` ranks run, has less memory than the plan needs there.
+    pub fn fits(&self, ranks_here: usize, limit: &Limit) -> Result<()> {
+        let need = self.node(ranks_here);
+        if need <= limit.bytes {
+            return Ok(());
+        }
+        let mut parts: Vec<(&str, f64)> = self.shared.clone();
+        parts.iter_mut().for_each(|p| p.1 *= ranks_here as f64 / self.ranks as f64);
+        parts.extend(&self.on_root);
+        let largest = parts.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|p| (p.0, p.1)).unwrap_or_default();
+        let dofs: u64 = self.bodies.iter().map(BodySize::dofs).sum();
+        Err(Error::Memory(format!(
+            "the job needs about {} on this node ({} of {} ranks, {dofs} degrees of freedom; most of it: {}, {}), but {} gives {}.\n  \
+             Use a larger element_size or a smaller patch, \"gamg\" as solver.linear, more nodes, or raise solver.memory_limit if the estimate is too high",
+            size_text(need),
+            ranks_here,
+            self.ranks,
+            largest.0,
+            size_text(largest.1),
+            limit.source,
+            size_text(limit.bytes)
+        )))
+    }
+}
+
+fn mesh_bytes(b: &BodySize) -> f64 {
+    // Coordinates, cells, numbering and the graph of the partition.
+    b.nodes as f64 * 64.0 + b.cells as f64 * 160.0
+}
+
+fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
+    let mut steps = Vec::new();
+    let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
+    if let Some(modes) = &job.analyses.modes {
+        steps.push(match modes.extent() {
+            ModesExtent::Count(n) => format!("modes: the {n} lowest of each body{once}"),
+            ModesExtent::MaxFrequency(f) => format!("modes: all of each body up to {f} Hz{once}"),
+        });
+    }
+    if let (Some(steady), Some(contact)) = (&job.analyses.steady, &job.contact) {
+        let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
+        let source = match contact.compliance {
+            Compliance::Fe => format!("finite elements{once}"),
+            Compliance::HalfSpace => "elastic half-spaces".into(),
+        };
+        steps.push(format!("compliance of {nodes} contact nodes ({} rows) from {source}", 3 * nodes));
+        let load = match contact.load() {
+            Load::Normal(n) => format!("normal load {n} N"),
+            Load::Approach(d) => format!("approach {d} m"),
+        };
+        let c = contact.creepage;
+        steps.push(format!(
+            "steady rolling: {load}, friction {}, speed {} m/s, creepages {} {} {} 1/m, tolerance {:e}",
+            contact.friction.coefficient(0.0),
+            contact.speed,
+            c.longitudinal,
+            c.lateral,
+            c.spin,
+            steady.tolerance
+        ));
+    }
+    steps
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "bodies")?;
+        for b in &self.bodies {
+            let contact =
+                if b.contact_nodes > 0 { format!(", {} contact nodes", b.contact_nodes) } else { String::new() };
+            let (nodes, cells, dofs) = (b.nodes, b.cells, b.dofs());
+            writeln!(
+                f,
+                "  {:<6} {nodes} nodes, {cells} hexahedra, {dofs} degrees of freedom less the supports{contact}",
+                b.name
+            )?;
+        }
+        writeln!(f, "what is computed")?;
+        self.steps.iter().try_for_each(|s| writeln!(f, "  {s}"))?;
+        writeln!(f, "estimated memory, {} rank{}", self.ranks, if self.ranks == 1 { "" } else { "s" })?;
+        for (name, bytes) in self.shared.iter().filter(|p| p.1 > 0.0) {
+            writeln!(f, "  {name:<28} {:>10}  over all ranks", size_text(*bytes))?;
+        }
+        for (name, bytes) in self.on_root.iter().filter(|p| p.1 > 0.0) {
+            writeln!(f, "  {name:<28} {:>10}  on rank 0", size_text(*bytes))?;
+        }
+        if self.ranks == 1 {
+            return writeln!(f, "  {:<28} {:>10}", "in all", size_text(self.root()));
+        }
+        writeln!(f, "  {:<28} {:>10}", "rank 0", size_text(self.root()))?;
+        writeln!(f, "  {:<28} {:>10}", "each other rank", size_text(self.per_rank()))
+    }
+}
+
+/// Memory that may be used on this node, and who says so.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Byte.
+    pub bytes: f64,
+    /// Where the figure comes from, for messages.
+    pub source: String,
+}
+
+impl Limit {
+    /// The limit that the job sets, or else what the system and the control groups leave.
+    pub fn of(job: &Job) -> Limit {
+        match job.solver.memory_limit {
+            Some(bytes) => Limit { bytes, source: "solver.memory_limit".into() },
+            None => Limit::of_system(),
+        }
+    }
+
+    /// The least of the memory the kernel calls available and what is left in the control group of this process and those above it.
+    pub fn of_system() -> Limit {
+        let read = |path: &str| std::fs::read_to_string(path).ok();
+        let mut limit = Limit { bytes: f64::INFINITY, source: "the system".into() };
+        if let Some(bytes) = read("/proc/meminfo").as_deref().and_then(mem_available) {
+            limit = Limit { bytes, source: "the system (MemAvailable)".into() };
+        }
+        for (max, used) in control_groups(&read("/proc/self/cgroup").unwrap_or_default()) {
+            let (Some(max), Some(used)) = (read(&max).and_then(|t| number(&t)), read(&used).and_then(|t| number(&t)))
+            else {
+                continue;
+            };
+            // Without a limit version 1 shows a number near 2^63.
+            if max < 1e18 && max - used < limit.bytes {
+                limit = Limit { bytes: (max - used).max(0.0), source: "the control group of this process".into() };
+            }
+        }
+        limit
+    }
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok()
+}
+
+/// MemAvailable of /proc/meminfo, byte.
+fn mem_available(text: &str) -> Option<f64> {
+    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib * 1024.0)
+}
+
+/// Files with the limit and the use of the memory control groups of this process, from its own upwards (versions 1 and 2).
+fn control_groups(text: &str) -> Vec<(String, String)> {
+    let mut files = Vec::new();
+    for line in text.lines() {
+        let mut fields = line.splitn(3, ':');
+        let (Some(_), Some(controllers), Some(path)) = (fields.next(), fields.next(), fields.next()) else { continue };
+        let (root, max, used) = if controllers.is_empty() {
+            ("/sys/fs/cgroup", "memory.max", "memory.current")
+        } else if controllers.split(',').any(|c| c == "memory") {
+            ("/sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes")
+        } else {
+            continue;
+        };
+        let mut path = path.trim_end_matches('/');
+        loop {
+            files.push((format!("{root}{path}/{max}"), format!("{root}{path}/{used}")));
+            match path.rfind('/') {
+                Some(at) => path = &path[..at],
+                None => break,
+            }
+        }
+    }
+    files
+}
+
+/// A number of bytes for people.
+fn size_text(bytes: f64) -> String {
+    match bytes {
+        b if b >= 1e12 => format!("{:.1} TB", b / 1e12),
+        b if b >= 1e9 => format!("{:.1} GB", b / 1e9),
+        b => format!("{:.0} MB", (b / 1e6).max(1.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn job(sets: &[&str]) -> Job {
+        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+        let bytes = include_bytes!("../../jobs/two-cylinders.json");
+        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
+    }
+
+    fn plan(sets: &[&str], ranks: usize) -> Plan {
+        let job = job(sets);
+        Plan::new(&job, sizes(&job).unwrap(), ranks)
+    }
+
+    #[test]
+    fn the_contact_grid_is_counted_as_it_is_built() {
+        for sets in [vec![], vec!["contact.patch.half_length=0.0065", "contact.patch.half_width=0.0071"]] {
+            let job = job(&sets);
+            let counted = sizes(&job).unwrap();
+            let MeshSource::Cylinder(c) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
+            let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
+            assert_eq!(counted[0].contact_nodes, grid.unwrap().nodes.len() as u64, "{sets:?}");
+            assert_eq!((counted[0].nodes, counted[0].cells), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
+        }
+    }
+
+    #[test]
+    fn memory_grows_as_the_mesh_is_refined_and_is_shared_by_the_ranks() {
+        let set = |h: &str| ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.element_size={h}"));
+        let at = |h: &str, ranks| {
+            let sets = set(h);
+            plan(&[&sets[0], &sets[1]], ranks)
+        };
+        let (coarse, fine) = (at("0.002", 1), at("0.0005", 1));
+        assert!(fine.root() > 2.0 * coarse.root(), "{} {}", fine.root(), coarse.root());
+        let two = at("0.0005", 2);
+        assert!(two.per_rank() < 0.6 * fine.per_rank(), "{} {}", two.per_rank(), fine.per_rank());
+        assert_eq!(two.node(1), two.root());
+        assert_eq!(two.node(2), two.root() + two.per_rank());
+    }
+
+    #[test]
+    fn bodies_that_differ_cost_twice() {
+        let (one, two) = (plan(&[], 1), plan(&["bodies.upper.material.young=1e11"], 1));
+        assert!(one.alike && !two.alike);
+        let factor = |p: &Plan| p.shared.iter().find(|s| s.0 == "factorisation").unwrap().1;
+        assert_eq!(factor(&two), 2.0 * factor(&one));
+    }
+
+    #[test]
+    fn a_plan_that_does_not_fit_is_a_memory_error_with_both_figures() {
+        let plan = plan(&["solver.memory_limit=1e8"], 1);
+        let limit = Limit::of(&job(&["solver.memory_limit=1e8"]));
+        let error = plan.fits(1, &limit).unwrap_err();
+        assert_eq!(error.exit_code(), 7);
+        for part in ["solver.memory_limit gives 100 MB", "needs about", "factorisation", "element_size"] {
+            assert!(error.to_string().contains(part), "{part}: {error}");
+        }
+        assert!(plan.fits(1, &Limit { bytes: 1e12, source: "a test".into() }).is_ok());
+    }
+
+    #[test]
+    fn half_spaces_need_no_factorisation() {
+        let plan = plan(&["contact.compliance=half_space", "analyses.modes=null"], 1);
+        assert!(plan.shared.iter().all(|s| s.0 != "factorisation"), "{plan}");
+        assert!(plan.to_string().contains("elastic half-spaces"), "{plan}");
+    }
+
+    #[test]
+    fn the_kernel_files_are_read() {
+        let text = "MemTotal:       32861560 kB\nMemAvailable:    1024 kB\n";
+        assert_eq!(mem_available(text), Some(1048576.0));
+        assert_eq!(mem_available("nothing"), None);
+        let two: Vec<String> = control_groups("0::/user/job\n").into_iter().map(|f| f.0).collect();
+        assert_eq!(
+            two,
+            ["/sys/fs/cgroup/user/job/memory.max", "/sys/fs/cgroup/user/memory.max", "/sys/fs/cgroup/memory.max"]
+        );
+        let one = control_groups("12:cpu,cpuacct:/a\n5:memory:/b\n");
+        assert_eq!(one[0].1, "/sys/fs/cgroup/memory/b/memory.usage_in_bytes");
+        assert_eq!(one.len(), 2);
+        assert!(Limit::of_system().bytes > 0.0);
+    }
+}

@@ -1,0 +1,76 @@
+//! The launcher: which rank this process is before MPI starts, and whether MPI and the launcher agree.
+
+/// Variables by which launchers tell a process how many ranks they started. The first that is set decides: `mpirun`
+/// inside a SLURM allocation leaves SLURM's variables of the batch step in place.
+const SIZES: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"];
+
+/// Variables with the rank of the process, in the same order.
+const RANKS: [&str; 5] = ["OMPI_COMM_WORLD_RANK", "PMI_RANK", "MV2_COMM_WORLD_RANK", "PMIX_RANK", "SLURM_PROCID"];
+
+/// What the environment says: a lookup that tests can replace.
+pub type Lookup<'a> = &'a dyn Fn(&str) -> Option<String>;
+
+/// The process's environment.
+pub fn environment(name: &str) -> Option<String> {
+    std::env::var(name).ok()
+}
+
+/// True on the one process that speaks before MPI is there (or when it will not start).
+pub fn speaks(env: Lookup) -> bool {
+    RANKS.iter().find_map(|name| number(env, name)).unwrap_or(0) == 0
+}
+
+/// `Some` message if the launcher started several processes but MPI made a world of one of each.
+pub fn singletons(world_size: usize, env: Lookup) -> Option<String> {
+    if world_size != 1 {
+        return None;
+    }
+    let (name, size) = SIZES.iter().find_map(|name| Some((*name, number(env, name)?)))?;
+    if size <= 1 {
+        return None;
+    }
+    Some(format!(
+        "the launcher started {size} processes ({name}={size}), but MPI made {size} separate worlds of one rank instead of one world.\n  \
+         The launcher and the MPI library of this program do not speak the same PMI. Use the mpirun of the MPI library \
+         that `railsqueal --version` names, or under SLURM choose the matching interface: `srun --mpi=list` shows those there \
+         are, e.g. srun --mpi=pmix (or pmi2)."
+    ))
+}
+
+fn number(env: Lookup, name: &str) -> Option<u64> {
+    env(name)?.trim().parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of<'a>(pairs: &'a [(&'a str, &'a str)]) -> impl Fn(&str) -> Option<String> + 'a {
+        |name| pairs.iter().find(|(n, _)| *n == name).map(|(_, v)| v.to_string())
+    }
+
+    #[test]
+    fn several_worlds_of_one_are_noticed() {
+        for name in SIZES {
+            let pairs = [(name, "3")];
+            let text = singletons(1, &of(&pairs)).unwrap_or_default();
+            assert!(text.contains("3 processes") && text.contains("PMI") && text.contains(name), "{name}: {text}");
+            assert_eq!(singletons(3, &of(&pairs)), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_true_world_of_one_is_none() {
+        assert_eq!(singletons(1, &of(&[])), None);
+        assert_eq!(singletons(1, &of(&[("OMPI_COMM_WORLD_SIZE", "1"), ("SLURM_STEP_NUM_TASKS", "8")])), None);
+        assert_eq!(singletons(1, &of(&[("PMI_SIZE", "no number")])), None);
+    }
+
+    #[test]
+    fn one_process_speaks() {
+        assert!(speaks(&of(&[])));
+        assert!(speaks(&of(&[("PMI_RANK", "0")])));
+        assert!(!speaks(&of(&[("OMPI_COMM_WORLD_RANK", "1")])));
+        assert!(!speaks(&of(&[("SLURM_PROCID", "2")])));
+    }
+}

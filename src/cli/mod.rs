@@ -1,0 +1,5 @@
+//! The command line: its arguments, the launcher it runs under, and what it says about itself.
+
+pub mod args;
+pub mod launch;
+pub mod versions;
