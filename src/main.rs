@@ -117,7 +117,7 @@ fn run(world: &World, args: &JobArgs, output: Option<PathBuf>, force: bool, pets
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
     let session = Petsc::start(world, &petsc_options, petsc)?;
     let mut progress = Progress::new(world.is_root());
-    let summary = analysis::run(world, &job, &options, &mut progress)?;
+    let summary = analysis::run(&session, &job, &options, &mut progress)?;
     let unused = session.unused_options()?;
     if world.is_root() {
         print(&summary.to_string())?;

@@ -45,7 +45,9 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
         (Some(steady), Some(contact)) => {
             steady::run(world, job, steady, contact, &bodies, &mut solvers, &mut file, progress, &mut summary)?;
         }
-        (Some(_), None) => return Err(Error::Job("analyses.steady needs `contact`, which the job does not have".into())),
+        (Some(_), None) => {
+            return Err(Error::Job("analyses.steady needs `contact`, which the job does not have".into()))
+        }
         (None, _) => {
             if job.output.fields {
                 bodies.write_shapes(&mut file)?;

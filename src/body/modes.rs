@@ -5,8 +5,8 @@ use super::fe::{BodyModes, FeBody};
 use super::statics::Statics;
 use crate::parallel::World;
 use crate::petsc::eps::{self, ModesOptions};
-use crate::petsc::session::Petsc;
 use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::session::Petsc;
 use crate::{Error, Result};
 
 /// Which modes are wanted.
@@ -55,7 +55,11 @@ pub fn compute(
     loop {
         let options = ModesOptions { sigma: shift, count: wanted, prefix: format!("{}_", body.name) };
         let found = eps::modes(petsc, factor, &stiffness, &mass, &options, progress).map_err(named)?;
-        let omega: Vec<f64> = found.lambda.iter().map(|&l| if l.abs() <= RIGID * shift.abs() { 0.0 } else { l.max(0.0).sqrt() }).collect();
+        let omega: Vec<f64> = found
+            .lambda
+            .iter()
+            .map(|&l| if l.abs() <= RIGID * shift.abs() { 0.0 } else { l.max(0.0).sqrt() })
+            .collect();
         let keep = match clusters::cut(&omega, count) {
             Some(end) => end,
             None if omega.len() >= order => omega.len(),
