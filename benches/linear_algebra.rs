@@ -1,0 +1,126 @@
+//! Times of the direct solver and of the eigensolver on the clamped annular cylinder, on the ranks of `mpirun`.
+//!
+//! `mpirun -n 2 linear_algebra [--size METRES] [--modes N]`
+
+use railsqueal::fem::dofs::DofMap;
+use railsqueal::fem::{assembly, Material};
+use railsqueal::mesh::cylinder::{self, CylinderSpec};
+use railsqueal::mesh::distribute::distribute;
+use railsqueal::parallel::World;
+use railsqueal::petsc::eps::{modes, ModesOptions};
+use railsqueal::petsc::{Factor, FactorOptions, Kind, Ordering, Petsc};
+use std::time::Instant;
+
+fn main() {
+    let universe = mpi::initialize().expect("MPI starts");
+    let world = World::new(mpi::traits::Communicator::duplicate(&universe.world()));
+    let arguments: Vec<String> = std::env::args().collect();
+    let number = |name: &str, default: f64| {
+        let at = arguments.iter().position(|a| a == name);
+        at.and_then(|i| arguments.get(i + 1)?.parse().ok()).unwrap_or(default)
+    };
+    let after = arguments.iter().position(|a| a == "--").map_or(arguments.len(), |i| i + 1);
+    if let Err(error) = run(&world, number("--size", 0.0123), number("--modes", 40.0) as usize, &arguments[after..]) {
+        eprintln!("{error}");
+        std::process::exit(error.exit_code());
+    }
+}
+
+/// Processor time of this process, s, and its largest resident memory, MB.
+fn usage() -> (f64, f64) {
+    let read = |file: &str| std::fs::read_to_string(file).unwrap_or_default();
+    let stat = read("/proc/self/stat");
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();
+    let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).unwrap_or(0.0);
+    let status = read("/proc/self/status");
+    let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let peak = peak.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok()).unwrap_or(0.0);
+    ((ticks(11) + ticks(12)) / 100.0, peak / 1e3)
+}
+
+struct Clock<'a> {
+    world: &'a World,
+    wall: Instant,
+    cpu: f64,
+}
+
+impl Clock<'_> {
+    fn lap(&mut self, what: &str) {
+        let (cpu, peak) = usage();
+        let (wall, spent) = (self.wall.elapsed().as_secs_f64(), self.world.sum(cpu - self.cpu));
+        let peak = self.world.sum(peak);
+        if self.world.is_root() {
+            println!("{what:<44} {wall:7.2} s wall {spent:7.2} s cpu, peak {peak:6.0} MB");
+        }
+        self.wall = Instant::now();
+        self.cpu = usage().0;
+    }
+}
+
+fn run(world: &World, size: f64, count: usize, options: &[String]) -> railsqueal::Result<()> {
+    let petsc = Petsc::start(world, &[], options)?;
+    let mut clock = Clock { world, wall: Instant::now(), cpu: 0.0 };
+    let spec = CylinderSpec {
+        inner_radius: 0.1,
+        outer_radius: 0.5,
+        thickness: 0.1,
+        crown_radius: None,
+        contact_offset: 0.0,
+        element_size: size,
+        growth: 1.2,
+        max_element_size: Some(size),
+        patch_half_length: 0.0,
+        patch_half_width: 0.0,
+    };
+    let mesh = world.on_root(|| cylinder::build(&spec))?;
+    let part = distribute(world, mesh.as_ref().map(|m| &m.0))?;
+    let dofs = DofMap::new(world, &part, &["inner".to_string()]);
+    let material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+    let operators = assembly::assemble(world, &part, &dofs, &material)?;
+    drop(mesh);
+    let (k, m) = (&operators.stiffness, &operators.mass);
+    let nonzeros = world.sum_u64(k.cols.len() as u64);
+    clock.lap(&format!("mesh, assembly: {} dofs, {nonzeros} entries", k.order()));
+
+    let compare = std::env::var_os("ORDERINGS").is_some();
+    let orderings: &[Ordering] =
+        if compare { &[Ordering::Pord, Ordering::Scotch, Ordering::Metis] } else { &[Ordering::Metis] };
+    let mut factor = None;
+    for &ordering in orderings {
+        drop(factor.take());
+        let f = Factor::new(world, k, FactorOptions { kind: Kind::Positive, ordering }, "stiffness")?;
+        clock.lap(&format!("factorisation, {ordering:?}"));
+        if world.is_root() {
+            println!("    {:?}", f.statistics());
+        }
+        factor = Some(f);
+    }
+    let mut factor = factor.expect("at least one ordering");
+    let n = factor.n_local();
+    for width in [1, 2, 4, 8, 16, 32, 64] {
+        let mut b: Vec<f64> = (0..n * width).map(|i| (i as f64).sin()).collect();
+        let repeats = if width == 1 { 5 } else { 1 };
+        for _ in 0..repeats {
+            factor.solve(&mut b, width)?;
+        }
+        clock.lap(&format!("{repeats} solves of {width} right-hand sides"));
+    }
+    // Rows spread over part of the surface: neighbouring nodes, as in a contact patch.
+    for side in [100u64, 300, 900] {
+        let first = k.order() / 2;
+        let rows: Vec<u64> = (first..(first + side).min(k.order())).collect();
+        factor.inverse_block(&rows)?;
+        clock.lap(&format!("inverse block of {side} rows"));
+    }
+    let wanted = ModesOptions { sigma: 0.0, count, prefix: String::new() };
+    let found = modes(&petsc, &mut factor, &k.operator(world), &m.operator(world), &wanted, &mut |_, _| ())?;
+    clock.lap(&format!("{count} modes, {} solves, {} restarts", found.solves, found.iterations));
+    if world.is_root() {
+        let hz: Vec<String> =
+            found.lambda.iter().take(6).map(|l| format!("{:.3}", l.sqrt() / std::f64::consts::TAU)).collect();
+        let worst = found.residuals.iter().copied().fold(0.0, f64::max);
+        println!("    {} Hz …, largest residual {worst:.1e}", hz.join(" "));
+        println!("    unused options: {:?}", petsc.unused_options()?);
+    }
+    Ok(())
+}
