@@ -24,6 +24,11 @@ impl HalfSpace {
         0.5 * self.young / (1.0 + self.poisson)
     }
 
+    /// Plane-strain modulus E/(1−ν²), Pa: the contact modulus E* has 1/E* = Σ over the bodies of its inverse.
+    pub fn plane(&self) -> f64 {
+        self.young / (1.0 - self.poisson * self.poisson)
+    }
+
     /// Surface displacement (x, y, n) at the offset `at` (m) from the centre of a rectangle of sides `sides` (m), under a
     /// unit force spread evenly over the rectangle: column c is for the force along c of (x, y, n). m/N, `[row][column]`.
     pub fn influence(&self, at: [f64; 2], sides: [f64; 2]) -> [[f64; 3]; 3] {

@@ -7,7 +7,9 @@
 
 pub mod half_space;
 pub mod interface;
+mod krylov;
 pub mod laws;
+mod linear;
 mod newton;
 mod normal;
 pub mod steady;

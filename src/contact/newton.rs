@@ -2,13 +2,17 @@
 //!
 //! Unknowns are the scaled stresses x = (tx, ty, p)/p̄ of the candidate nodes and the approach. With the scaled influence
 //! matrix K, whose rows are the creep per unit speed times ρ_t and the gap times ρ_n, the map needs the values
-//! s = c + K_s x and g = g0 − δ + K_n x; its generalised derivative follows P. Alart and A. Curnier, Comput. Methods Appl.
+//! y = (s, g) = constant + K x − δ; its generalised derivative follows P. Alart and A. Curnier, Comput. Methods Appl.
 //! Mech. Engrg. 92 (1991): at a sliding node the traction is linearised about the direction ẑ of z = t − s.
+//!
+//! Each linear system is solved by GMRES to what the Newton step can use. Its preconditioner solves the normal block exactly
+//! (Cholesky) and the tangential one line by line along the rolling direction, where the upstream difference couples most.
+//! y is affine in x and GMRES returns the products it made, so a step, its line search included, needs no product of its own.
 
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::Solve;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
+use super::linear::{Linear, NormalBlock};
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::{Error, Result};
 
@@ -16,15 +20,21 @@ use crate::{Error, Result};
 pub(super) struct Candidates {
     /// Node numbers, ascending, `[m]`.
     pub nodes: Vec<usize>,
+    /// Grid line (index along y) of each candidate, `[m]`.
+    pub line: Vec<usize>,
+    /// Augmentation parameter of the normal law, Pa/m, `[m]`.
+    pub rho: Vec<f64>,
+    /// Nodal areas, m², `[m]`.
+    pub weight: Vec<f64>,
     /// Transposed scaled influence matrix: column `3a + r` is row r of candidate a, `[3m, 3m]`, 1.
-    kt: Mat<f64>,
-    /// Scaled rigid creep and undeformed gap, `[3m]`.
+    pub kt: Mat<f64>,
+    /// Scaled rigid creep of the whole creepage and undeformed gap, `[3m]`.
     constant: Vec<f64>,
-    /// Scaled rigid creep alone of the whole creepage is `constant`; derivative of the gap rows by the scaled approach, `[m]`.
-    by_approach: Vec<f64>,
+    /// Derivative of the gap rows by the scaled approach, `[m]`.
+    pub by_approach: Vec<f64>,
     /// Shares of the nodes in the load equation: Σ share·p = target, `[m]`.
-    share: Vec<f64>,
-    target: f64,
+    pub share: Vec<f64>,
+    pub target: f64,
     /// Unit of stress, Pa.
     unit: f64,
     /// Approach in m per scaled approach.
@@ -52,21 +62,27 @@ impl Candidates {
             constant[3 * a + 1] = rt * c[1] / unit;
             constant[3 * a + 2] = rn * s.gap[i] / unit;
             by_approach[a] = -rn / reference;
+            let upstream = s.upstream(i, problem.stencil).map(|(j, d)| (j, d * rt));
             for r in 0..3 {
                 let out = kt.col_as_slice_mut(3 * a + r);
                 // W is symmetric: its column is the row wanted, and contiguous.
-                let terms: &[(usize, f64)] =
-                    if r < 2 { &s.upstream(i, problem.stencil).map(|(j, d)| (j, d * rt)) } else { &[(i, rn)] };
-                for &(j, d) in terms.iter().filter(|t| t.1 != 0.0) {
-                    let col = problem.compliance.col(3 * j + r);
+                let own = [(i, rn)];
+                let terms: &[(usize, f64)] = if r < 2 { &upstream } else { &own };
+                for (first, &(j, d)) in terms.iter().filter(|t| t.1 != 0.0).enumerate() {
+                    let Some(col) = problem.compliance.col(3 * j + r).try_as_col_major().map(|c| c.as_slice()) else {
+                        return Err(Error::Defect("steady contact: the influence matrix is not column-major".into()));
+                    };
                     for (o, &k) in out.chunks_exact_mut(3).zip(&nodes) {
-                        for (c, v) in o.iter_mut().enumerate() {
-                            *v += d * col[3 * k + c];
+                        let d = d * s.weight[k];
+                        let v = &col[3 * k..3 * k + 3];
+                        if first == 0 {
+                            (o[0], o[1], o[2]) = (d * v[0], d * v[1], d * v[2]);
+                        } else {
+                            o[0] += d * v[0];
+                            o[1] += d * v[1];
+                            o[2] += d * v[2];
                         }
                     }
-                }
-                for (o, &k) in out.chunks_exact_mut(3).zip(&nodes) {
-                    o.iter_mut().for_each(|v| *v *= s.weight[k]);
                 }
             }
         }
@@ -76,16 +92,35 @@ impl Candidates {
             NormalLoad::Force(f) => f / (unit * total),
             NormalLoad::Approach(_) => 0.0,
         };
-        Ok(Self { nodes, kt, constant, by_approach, share, target, unit, approach_unit: unit / reference })
+        let line = nodes.iter().map(|&i| i / s.x.len()).collect();
+        Ok(Self {
+            line,
+            rho: nodes.iter().map(|&i| problem.rho_normal(i)).collect(),
+            weight: nodes.iter().map(|&i| s.weight[i]).collect(),
+            nodes,
+            kt,
+            constant,
+            by_approach,
+            share,
+            target,
+            unit,
+            approach_unit: unit / reference,
+        })
+    }
+
+    /// K x, `[3m]`.
+    pub fn product(&self, x: &[f64]) -> Vec<f64> {
+        let n = x.len();
+        let mut y = vec![0.0; n];
+        let rhs = MatRef::from_column_major_slice(x, n, 1);
+        let out = MatMut::from_column_major_slice_mut(&mut y, n, 1);
+        matmul(out, Accum::Replace, self.kt.transpose(), rhs, 1.0, Par::Seq);
+        y
     }
 
     /// Scaled creep and gap of all candidates.
     fn response(&self, x: &[f64], approach: f64, creep_factor: f64) -> Vec<f64> {
-        let n = x.len();
-        let mut y = vec![0.0; n];
-        let rhs = faer::MatRef::from_column_major_slice(x, n, 1);
-        let out = faer::MatMut::from_column_major_slice_mut(&mut y, n, 1);
-        matmul(out, Accum::Replace, self.kt.transpose(), rhs, 1.0, Par::Seq);
+        let mut y = self.product(x);
         for a in 0..self.nodes.len() {
             y[3 * a] += creep_factor * self.constant[3 * a];
             y[3 * a + 1] += creep_factor * self.constant[3 * a + 1];
@@ -95,79 +130,97 @@ impl Candidates {
     }
 }
 
-/// The map at one iterate.
-struct Map {
-    /// Creep and gap, scaled.
-    y: Vec<f64>,
-    /// Largest component as [`super::SteadySolution::residual`] measures it.
+/// An iterate with its response and its map.
+#[derive(Clone)]
+pub(super) struct Iterate {
+    /// Scaled stresses, `[3m]`.
+    pub x: Vec<f64>,
+    /// Scaled approach.
+    d: f64,
+    /// Creep and gap, scaled, `[3m]`.
+    pub y: Vec<f64>,
+    /// Largest component of the map, as [`super::SteadySolution::residual`] measures it.
     largest: f64,
-    /// Euclidean norm.
+    /// Euclidean norm of the map.
     norm: f64,
 }
 
-fn map(c: &Candidates, mu: f64, force_given: bool, x: &[f64], approach: f64, creep_factor: f64) -> Map {
-    let y = c.response(x, approach, creep_factor);
-    let m = c.nodes.len();
-    let mut f = vec![0.0; 3 * m + 1];
-    let mut largest = 0.0f64;
-    let peak = (0..m).map(|a| x[3 * a + 2]).fold(1e-300, f64::max);
-    let friction_scale = if mu > 0.0 { mu } else { 1.0 };
-    for a in 0..m {
-        let (fp, ft, _) = super::laws::natural_map(
-            x[3 * a + 2],
-            [x[3 * a], x[3 * a + 1]],
-            y[3 * a + 2],
-            [y[3 * a], y[3 * a + 1]],
-            1.0,
-            1.0,
-            mu,
-        );
-        f[3 * a..3 * a + 3].copy_from_slice(&[ft[0] / friction_scale, ft[1] / friction_scale, fp]);
-        largest = largest.max(fp.abs() / peak).max(ft[0].hypot(ft[1]) / (friction_scale * peak));
+impl Iterate {
+    fn new(c: &Candidates, law: Law, x: Vec<f64>, d: f64, y: Vec<f64>) -> Self {
+        let m = c.nodes.len();
+        let (mut largest, mut square) = (0.0f64, 0.0);
+        let peak = (0..m).map(|a| x[3 * a + 2]).fold(1e-300, f64::max);
+        let scale = if law.friction > 0.0 { 1.0 / law.friction } else { 1.0 };
+        for (u, v) in x.chunks_exact(3).zip(y.chunks_exact(3)) {
+            let (fp, ft, _) = super::laws::natural_map(u[2], [u[0], u[1]], v[2], [v[0], v[1]], 1.0, 1.0, law.friction);
+            let tangential = scale * scale * (ft[0] * ft[0] + ft[1] * ft[1]);
+            square += tangential + fp * fp;
+            largest = largest.max(fp.abs()).max(tangential.sqrt());
+        }
+        largest /= peak;
+        if law.force_given {
+            let f = (0..m).map(|a| c.share[a] * x[3 * a + 2]).sum::<f64>() - c.target;
+            square += f * f;
+            largest = largest.max(f.abs() / c.target);
+        }
+        Self { x, d, y, largest, norm: square.sqrt() }
     }
-    if force_given {
-        let sum: f64 = (0..m).map(|a| c.share[a] * x[3 * a + 2]).sum();
-        f[3 * m] = sum - c.target;
-        largest = largest.max(f[3 * m].abs() / c.target);
-    }
-    let norm = f.iter().map(|v| v * v).sum::<f64>().sqrt();
-    Map { y, largest, norm }
 }
 
-/// Solves on the candidates, from and into `stress` (Pa, `[3n]`) and `approach` (m). Returns the iterations spent so far,
-/// `spent` among them.
+/// What the map needs to know of the problem.
+#[derive(Clone, Copy)]
+pub(super) struct Law {
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// True where the approach is unknown.
+    pub force_given: bool,
+}
+
+/// Counts of a solution.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Effort {
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Products with the influence matrix of the candidates.
+    pub products: usize,
+}
+
+/// Solves on the candidates, from and into `stress` (Pa, `[3n]`) and `approach` (m), counting in `effort`.
 pub(super) fn solve(
     problem: &SteadyProblem<'_>,
     c: &Candidates,
     stress: &mut [f64],
     approach: &mut f64,
-    spent: usize,
-) -> Result<usize> {
+    effort: &mut Effort,
+) -> Result<()> {
+    let law = Law { friction: problem.friction, force_given: matches!(problem.load, NormalLoad::Force(_)) };
     let mut x: Vec<f64> =
         c.nodes.iter().flat_map(|&i| (0..3).map(move |r| 3 * i + r)).map(|k| stress[k] / c.unit).collect();
     let mut d = *approach / c.approach_unit;
-    let mut iterations = spent;
     let mut history = Vec::new();
     // The whole creepage at once first; where that fails, from the load alone in steps of creepage.
-    let mut reached = 0.0;
-    let mut step = 1.0;
+    let (mut reached, mut step) = (0.0, 1.0);
+    let mut normal = NormalBlock::default();
     while reached < 1.0 {
         let factor = f64::min(1.0, reached + step);
-        let (mut tx, mut td) = (x.clone(), d);
         let mut trace = Vec::new();
-        if newton(problem, c, factor, &mut tx, &mut td, &mut iterations, &mut trace)? {
-            (x, d) = (tx, td);
+        let y = c.response(&x, d, factor);
+        effort.products += 1;
+        let start = Iterate::new(c, law, x.clone(), d, y);
+        if let Some(found) = newton(problem, c, law, factor, start, &mut normal, effort, &mut trace)? {
+            (x, d) = (found.x, found.d);
             reached = factor;
             step *= 2.0;
             continue;
         }
-        history.push(format!("{:.3} of the creepage: {}", factor, list(&trace)));
+        history.push(format!("at {factor:.3} of the creepage {}", list(&trace)));
         step *= 0.25;
-        if step < 1e-3 || iterations >= problem.max_iterations {
+        if step < 1e-3 || effort.iterations >= problem.max_iterations {
             return Err(Error::NotConverged(format!(
-                "steady contact: no solution within {:.1e} after {iterations} iterations \
+                "steady contact: no solution within {:.1e} after {} iterations \
                  (analyses.steady.max_iterations is {}); residuals: {}",
                 problem.tolerance,
+                effort.iterations,
                 problem.max_iterations,
                 history.join("; ")
             )));
@@ -179,142 +232,92 @@ pub(super) fn solve(
         }
     }
     *approach = d * c.approach_unit;
-    Ok(iterations)
+    Ok(())
 }
 
 fn list(trace: &[f64]) -> String {
     trace.iter().map(|r| format!("{r:.1e}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Newton iterations at one creepage; false where they stall.
+/// Newton iterations at one creepage; None where they stall.
+#[allow(clippy::too_many_arguments)]
 fn newton(
     problem: &SteadyProblem<'_>,
     c: &Candidates,
+    law: Law,
     factor: f64,
-    x: &mut Vec<f64>,
-    d: &mut f64,
-    iterations: &mut usize,
+    start: Iterate,
+    normal: &mut NormalBlock,
+    effort: &mut Effort,
     trace: &mut Vec<f64>,
-) -> Result<bool> {
-    let force_given = matches!(problem.load, NormalLoad::Force(_));
-    let mu = problem.friction;
-    let mut now = map(c, mu, force_given, x, *d, factor);
+) -> Result<Option<Iterate>> {
+    let mut now = start;
     // Half the tolerance: the final check sums in another order.
     let target = 0.5 * problem.tolerance;
-    for _ in 0..40 {
+    let mut exact = true;
+    let mut before = f64::INFINITY;
+    for _ in 0..60 {
         trace.push(now.largest);
         if now.largest <= target {
-            return Ok(true);
+            if exact {
+                return Ok(Some(now));
+            }
+            // y was carried along by increments: renew it before believing it.
+            let y = c.response(&now.x, now.d, factor);
+            effort.products += 1;
+            now = Iterate::new(c, law, now.x, now.d, y);
+            exact = true;
+            continue;
         }
-        if *iterations >= problem.max_iterations {
-            return Ok(false);
+        if effort.iterations >= problem.max_iterations || !now.norm.is_finite() {
+            return Ok(None);
         }
-        *iterations += 1;
-        let Some((nx, nd)) = direction(c, mu, force_given, x, *d, &now) else { return Ok(false) };
-        let mut best: Option<(Vec<f64>, f64, Map)> = None;
+        effort.iterations += 1;
+        let closed: Vec<usize> = (0..c.nodes.len()).filter(|&a| now.x[3 * a + 2] > now.y[3 * a + 2]).collect();
+        if closed.is_empty() {
+            return Ok(None);
+        }
+        // Nodes found open lose their stresses at once; the linearisation starts from what is left.
+        let mut dropped = false;
+        let mut next = closed.iter().copied().peekable();
+        for a in 0..c.nodes.len() {
+            if next.peek() == Some(&a) {
+                next.next();
+            } else if now.x[3 * a..3 * a + 3].iter().any(|&v| v != 0.0) {
+                now.x[3 * a..3 * a + 3].fill(0.0);
+                dropped = true;
+            }
+        }
+        if dropped {
+            let y = c.response(&now.x, now.d, factor);
+            effort.products += 1;
+            now = Iterate { y, ..now };
+        }
+        // Solve as exactly as the quadratic model deserves (Eisenstat and Walker's second choice).
+        let ratio = now.norm / before;
+        before = now.norm;
+        let forcing = (0.5 * ratio * ratio).clamp(1e-4, 0.05).max(0.2 * target / now.largest).min(0.3);
+        normal.update(problem, c, &closed)?;
+        let linear = Linear::new(c, law, &now, &closed, normal);
+        let Some(step) = linear.solve(forcing, effort) else { return Ok(None) };
+        let mut best: Option<Iterate> = None;
         let mut t = 1.0;
-        for _ in 0..7 {
-            let tx: Vec<f64> = x.iter().zip(&nx).map(|(a, b)| a + t * (b - a)).collect();
-            let td = *d + t * (nd - *d);
-            let trial = map(c, mu, force_given, &tx, td, factor);
+        for _ in 0..8 {
+            let x = now.x.iter().zip(&step.dx).map(|(a, b)| a + t * b).collect();
+            let y = now.y.iter().zip(&step.dy).map(|(a, b)| a + t * b).collect();
+            let trial = Iterate::new(c, law, x, now.d + t * step.dd, y);
             let good = trial.norm <= (1.0 - 0.1 * t) * now.norm;
-            if trial.norm.is_finite() && best.as_ref().map_or(true, |b| trial.norm < b.2.norm) {
-                best = Some((tx, td, trial));
+            if trial.norm.is_finite() && best.as_ref().map_or(true, |b| trial.norm < b.norm) {
+                best = Some(trial);
             }
             if good {
                 break;
             }
             t *= 0.5;
         }
-        let Some((tx, td, trial)) = best else { return Ok(false) };
-        (*x, *d, now) = (tx, td, trial);
+        let Some(found) = best else { return Ok(None) };
+        now = found;
+        exact = false;
     }
-    trace.push(now.largest);
-    Ok(now.largest <= target)
-}
-
-/// Next iterate by the linearised map.
-fn direction(c: &Candidates, mu: f64, force_given: bool, x: &[f64], d: f64, now: &Map) -> Option<(Vec<f64>, f64)> {
-    let m = c.nodes.len();
-    let closed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] - now.y[3 * a + 2] > 0.0).collect();
-    if closed.is_empty() {
-        return None;
-    }
-    // Nodes found open lose their stresses at once; the response without them is where the linearisation starts.
-    let mut x0 = vec![0.0; 3 * m];
-    for &a in &closed {
-        x0[3 * a..3 * a + 3].copy_from_slice(&x[3 * a..3 * a + 3]);
-    }
-    let k = closed.len();
-    let size = 3 * k + usize::from(force_given);
-    let mut jac = Mat::<f64>::zeros(size, size);
-    let mut rhs = Mat::<f64>::zeros(size, 1);
-    // Row by row; the unknowns are the new values themselves, not increments.
-    let row = |a: usize, r: usize, b: usize, q: usize| c.kt[(3 * b + q, 3 * a + r)];
-    for (i, &a) in closed.iter().enumerate() {
-        let base_of = |r: usize| -> f64 {
-            // Constant part of the response: y(x) − K x.
-            let col = c.kt.col_as_slice(3 * a + r);
-            now.y[3 * a + r] - col.iter().zip(x).map(|(u, v)| u * v).sum::<f64>()
-        };
-        let base = [base_of(0), base_of(1), base_of(2) - c.by_approach[a] * d];
-        for (j, &b) in closed.iter().enumerate() {
-            for q in 0..3 {
-                jac[(3 * i + 2, 3 * j + q)] = row(a, 2, b, q);
-            }
-        }
-        rhs[(3 * i + 2, 0)] = -base[2];
-        if force_given {
-            jac[(3 * i + 2, 3 * k)] = c.by_approach[a];
-            jac[(3 * k, 3 * i + 2)] = c.share[a];
-        } else {
-            rhs[(3 * i + 2, 0)] -= c.by_approach[a] * d;
-        }
-        let p = x[3 * a + 2].max(0.0);
-        let q = x[3 * a + 2] - now.y[3 * a + 2];
-        let z = [x[3 * a] - now.y[3 * a], x[3 * a + 1] - now.y[3 * a + 1]];
-        let norm = z[0].hypot(z[1]);
-        if mu > 0.0 && norm <= mu * q {
-            for (j, &b) in closed.iter().enumerate() {
-                for cc in 0..3 {
-                    jac[(3 * i, 3 * j + cc)] = row(a, 0, b, cc);
-                    jac[(3 * i + 1, 3 * j + cc)] = row(a, 1, b, cc);
-                }
-            }
-            rhs[(3 * i, 0)] = -base[0];
-            rhs[(3 * i + 1, 0)] = -base[1];
-        } else {
-            let e = if norm > 0.0 { [z[0] / norm, z[1] / norm] } else { [1.0, 0.0] };
-            let h = [-e[1], e[0]];
-            let alpha = if norm > 0.0 { (mu * p / norm).min(1.0) } else { 0.0 };
-            // Along ẑ: t·ẑ = μp. Across: (1 − α) t·ĥ + α s·ĥ = 0.
-            jac[(3 * i, 3 * i)] = e[0];
-            jac[(3 * i, 3 * i + 1)] = e[1];
-            jac[(3 * i, 3 * i + 2)] = -mu;
-            if alpha > 0.0 {
-                for (j, &b) in closed.iter().enumerate() {
-                    for cc in 0..3 {
-                        jac[(3 * i + 1, 3 * j + cc)] = alpha * (h[0] * row(a, 0, b, cc) + h[1] * row(a, 1, b, cc));
-                    }
-                }
-            }
-            jac[(3 * i + 1, 3 * i)] += (1.0 - alpha) * h[0];
-            jac[(3 * i + 1, 3 * i + 1)] += (1.0 - alpha) * h[1];
-            rhs[(3 * i + 1, 0)] = -alpha * (h[0] * base[0] + h[1] * base[1]);
-        }
-    }
-    if force_given {
-        rhs[(3 * k, 0)] = c.target;
-    }
-    let lu = jac.partial_piv_lu();
-    lu.solve_in_place(&mut rhs);
-    if (0..size).any(|i| !rhs[(i, 0)].is_finite()) {
-        return None;
-    }
-    for (i, &a) in closed.iter().enumerate() {
-        for r in 0..3 {
-            x0[3 * a + r] = rhs[(3 * i + r, 0)];
-        }
-    }
-    Some((x0, if force_given { rhs[(3 * k, 0)] } else { d }))
+    Ok(None)
 }

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 
 use super::interface::{Creepage, Interface, Stencil};
 use super::laws::{natural_map, State};
-use super::newton::{self, Candidates};
+use super::newton::{self, Candidates, Effort};
 use super::normal::{contact_modulus, solve_normal};
 use crate::{Error, Result};
 
@@ -62,6 +62,8 @@ pub struct SteadySolution {
     pub residual: f64,
     /// Newton iterations spent, all stages together.
     pub iterations: usize,
+    /// Products with the influence matrix of the contact that these took.
+    pub products: usize,
     /// Relative tangential displacement w = u1 − u2, m, `[n][2]`.
     pub w: Vec<[f64; 2]>,
     /// Gap of the deformed bodies, m, `[n]`.
@@ -82,7 +84,7 @@ impl SteadyProblem<'_> {
                 NormalLoad::Approach(d) => d,
                 NormalLoad::Force(_) => s.gap.iter().copied().fold(f64::INFINITY, f64::min),
             };
-            return self.evaluate(&vec![0.0; 3 * s.len()], approach, 0);
+            return self.evaluate(&vec![0.0; 3 * s.len()], approach, Effort::default());
         }
 
         let normal = solve_normal(self.compliance, s, self.load)?;
@@ -93,13 +95,12 @@ impl SteadyProblem<'_> {
             stress[3 * i + 2] = f / s.weight[i];
         }
         let mut approach = normal.approach;
-        let mut iterations = 0;
+        let mut effort = Effort::default();
         // The tangential problem may close nodes outside the candidates taken from the normal one: take them in and go on.
         for _ in 0..10 {
             let candidates = Candidates::new(self, nodes, &stress)?;
-            let found = newton::solve(self, &candidates, &mut stress, &mut approach, iterations)?;
-            iterations = found;
-            let solution = self.evaluate(&stress, approach, iterations)?;
+            newton::solve(self, &candidates, &mut stress, &mut approach, &mut effort)?;
+            let solution = self.evaluate(&stress, approach, effort)?;
             self.check_patch((0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0))?;
             if solution.residual <= self.tolerance {
                 return Ok(solution);
@@ -253,7 +254,7 @@ impl SteadyProblem<'_> {
     }
 
     /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, and the approach, m.
-    fn evaluate(&self, stress: &[f64], approach: f64, iterations: usize) -> Result<SteadySolution> {
+    fn evaluate(&self, stress: &[f64], approach: f64, effort: Effort) -> Result<SteadySolution> {
         let s = self.interface;
         let n = s.len();
         // u = W R, column by column over the loaded nodes only.
@@ -283,7 +284,8 @@ impl SteadyProblem<'_> {
             moment_z: 0.0,
             approach,
             residual: 0.0,
-            iterations,
+            iterations: effort.iterations,
+            products: effort.products,
             w: (0..n).map(|i| [u[(3 * i, 0)], u[(3 * i + 1, 0)]]).collect(),
             gap: (0..n).map(|i| s.gap[i] - approach + u[(3 * i + 2, 0)]).collect(),
         };
