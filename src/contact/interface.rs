@@ -7,12 +7,17 @@ use crate::{Error, Result};
 /// How ∂w/∂x is taken at a node from the node itself and its upstream neighbours (those with smaller x).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stencil {
-    /// (w_i − w_{i−1})/Δx, as in Kalker's CONTACT with V·δt = Δx. First order.
-    #[default]
+    /// (w_i − w_{i−1})/Δx, as in Kalker's CONTACT with V·δt = Δx. First order; on equal grids it gives CONTACT's figures.
     Upwind1,
-    /// Three-point backward difference, second order where w is smooth; falls back to [`Stencil::Upwind1`] at the second
-    /// grid column.
+    /// Three-point backward difference, second order where w is smooth.
     Upwind2,
+    /// Second order inside the contact, and aware of its leading edge, where w is not smooth: ahead of the edge x_e both
+    /// the gap and the departure of w from its course inside grow like (x_e − x)^{3/2}. At the first closed node the
+    /// difference is therefore exact for straight lines plus anything proportional to the gap upstream (which says where
+    /// between the nodes the edge lies); at the second one, whose second upstream neighbour is outside, it is the two-point
+    /// one. It removes most of the grid error of the others, which act as if the edge lay on a node.
+    #[default]
+    Edge,
 }
 
 /// Creepages of the undeformed bodies: rigid creep velocity divided by the rolling speed V.
@@ -108,28 +113,60 @@ impl Interface {
         ix == 0 || iy == 0 || ix + 1 == nx || iy + 1 == ny
     }
 
-    /// Coefficients of ∂/∂x at node `i`, 1/m: up to three pairs (node, coefficient), the first being `i` itself; pairs not
-    /// used have coefficient 0 and node `i`. At the leading grid column, which has nothing upstream, the derivative is the
-    /// one of the cell behind it (zero second difference): a node there can only be open, since a contact that reaches the
-    /// border is refused, and its value serves the written creep alone.
-    pub fn upstream(&self, i: usize, stencil: Stencil) -> [(usize, f64); 3] {
+    /// The operator ∂/∂x of `stencil`. [`Stencil::Edge`] needs the contact it is for: the gap of the deformed bodies (m, `[n]`)
+    /// and which nodes are closed (`[n]`); where it is not given there is no edge, and the operator is that of
+    /// [`Stencil::Upwind2`].
+    ///
+    /// At the leading grid column, which has nothing upstream, the derivative is that of the cell behind it (zero second
+    /// difference). A node there is always open, since a contact that reaches the border is refused, so that its value
+    /// serves the written creep alone. The second column has the two-point difference.
+    pub fn upstream(&self, stencil: Stencil, contact: Option<(&[f64], &[bool])>) -> Upstream {
         let nx = self.x.len();
-        let ix = i % nx;
-        if ix == 0 {
-            let d = 1.0 / (self.x[1] - self.x[0]);
-            return [(i, -d), (i + 1, d), (i, 0.0)];
-        }
-        let h1 = self.x[ix] - self.x[ix - 1];
-        match stencil {
-            Stencil::Upwind2 if ix >= 2 => {
-                // Derivative at x_i of the parabola through x_i, x_{i-1}, x_{i-2}.
-                let h2 = self.x[ix] - self.x[ix - 2];
-                let a1 = -h2 / (h1 * (h2 - h1));
-                let a2 = h1 / (h2 * (h2 - h1));
-                [(i, -a1 - a2), (i - 1, a1), (i - 2, a2)]
+        let row = |i: usize| -> [(usize, f64); 3] {
+            let ix = i % nx;
+            if ix == 0 {
+                let d = 1.0 / (self.x[1] - self.x[0]);
+                return [(i, -d), (i + 1, d), (i, 0.0)];
             }
-            _ => [(i, 1.0 / h1), (i - 1, -1.0 / h1), (i, 0.0)],
-        }
+            let h1 = self.x[ix] - self.x[ix - 1];
+            let two = [(i, 1.0 / h1), (i - 1, -1.0 / h1), (i, 0.0)];
+            if stencil == Stencil::Upwind1 || ix < 2 {
+                return two;
+            }
+            // A three-point stencil assumes a ratio b of the departures e from a straight line at the two upstream nodes:
+            // e_{i−2} = b e_{i−1}. For a parabola they go with the square of the distance.
+            let h2 = self.x[ix] - self.x[ix - 2];
+            let smooth = (h2 / h1).powi(2);
+            let b = match contact {
+                Some((gap, closed)) if stencil == Stencil::Edge => match [closed[i], closed[i - 1], closed[i - 2]] {
+                    [true, true, true] => smooth,
+                    [true, false, false] if gap[i - 1] > 0.0 => {
+                        // Less than this no edge between the nodes would give; a corner of the surface might.
+                        (gap[i - 2] / gap[i - 1]).max((1.0 + 1.2 * (h2 - h1) / h1).powf(1.2))
+                    }
+                    _ => return two,
+                },
+                _ => smooth,
+            };
+            let scale = 1.0 / (b * h1 - h2);
+            [(i, (b - 1.0) * scale), (i - 1, -b * scale), (i - 2, scale)]
+        };
+        Upstream { rows: (0..self.len()).map(row).collect() }
+    }
+}
+
+/// The upstream difference operator ∂/∂x on the nodes of an interface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Upstream {
+    /// For each node three pairs (node, coefficient in 1/m), the first being the node itself; pairs not used have the
+    /// coefficient 0. `[n]`.
+    pub rows: Vec<[(usize, f64); 3]>,
+}
+
+impl Upstream {
+    /// ∂v/∂x at node `i` of one component of a nodal field.
+    pub fn at(&self, i: usize, v: impl Fn(usize) -> f64) -> f64 {
+        self.rows[i].iter().map(|&(j, d)| d * v(j)).sum()
     }
 }
 
@@ -180,22 +217,35 @@ mod tests {
     #[test]
     fn upstream_operators_are_exact_for_their_degree_and_look_upstream() {
         let s = graded();
-        for i in 0..s.len() {
-            let apply = |st, f: &dyn Fn(f64) -> f64| -> f64 {
-                s.upstream(i, st).iter().map(|&(j, d)| d * f(s.point(j)[0])).sum()
-            };
-            for st in [Stencil::Upwind1, Stencil::Upwind2] {
-                let got = apply(st, &|x| 3.0 - 2.0 * x);
+        for st in [Stencil::Upwind1, Stencil::Upwind2, Stencil::Edge] {
+            let d = s.upstream(st, None);
+            for i in 0..s.len() {
+                let ix = i % s.x.len();
+                let got = d.at(i, |j| 3.0 - 2.0 * s.point(j)[0]);
                 assert!((got + 2.0).abs() < 1e-12, "node {i} {st:?}: {got}");
+                if ix >= 2 && st != Stencil::Upwind1 {
+                    let got = d.at(i, |j| s.point(j)[0].powi(2));
+                    assert!((got - 2.0 * s.x[ix]).abs() < 1e-12, "node {i} {st:?}: {got}");
+                }
+                if ix >= 1 {
+                    assert!(d.rows[i].iter().all(|&(j, _)| s.point(j)[0] <= s.x[ix]), "node {i} looks downstream");
+                }
             }
-            let ix = i % s.x.len();
-            if ix >= 2 {
-                let got = apply(Stencil::Upwind2, &|x| x * x);
-                assert!((got - 2.0 * s.x[ix]).abs() < 1e-12, "node {i}: {got}");
-            }
-            if ix >= 1 {
-                let seen = s.upstream(i, Stencil::Upwind2);
-                assert!(seen.iter().all(|&(j, _)| s.point(j)[0] <= s.x[ix]), "node {i} looks downstream: {seen:?}");
+        }
+    }
+
+    #[test]
+    fn edge_operator_does_not_see_the_departure_ahead_of_the_leading_edge() {
+        let x: Vec<f64> = vec![-2.0, -1.5, -1.1, -0.6, -0.2, 0.4, 1.0];
+        let s = Interface::new(x.clone(), vec![0.0, 1.0, 2.0], vec![0.0; 21]).unwrap();
+        for edge in [-0.65, -0.75, -0.9, -1.05] {
+            let ahead = |j: usize| (edge - s.point(j)[0]).max(0.0).powf(1.5);
+            let gap: Vec<f64> = (0..21).map(|j| 0.3 * ahead(j)).collect();
+            let closed: Vec<bool> = (0..21).map(|j| s.point(j)[0] > edge).collect();
+            let d = s.upstream(Stencil::Edge, Some((&gap, &closed)));
+            for i in (0..21).filter(|&i| closed[i]) {
+                let got = d.at(i, |j| 1.0 + 4.0 * s.point(j)[0] - 7.0 * ahead(j));
+                assert!((got - 4.0).abs() < 1e-11, "edge {edge}, node {i}: {got}");
             }
         }
     }

@@ -14,5 +14,5 @@ mod newton;
 mod normal;
 pub mod steady;
 
-pub use interface::{combined_compliance, Creepage, Interface, Stencil};
+pub use interface::{combined_compliance, Creepage, Interface, Stencil, Upstream};
 pub use steady::{NormalLoad, SteadyProblem, SteadySolution};

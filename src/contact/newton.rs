@@ -12,6 +12,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
+use super::interface::Upstream;
 use super::linear::{Linear, NormalBlock};
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::{Error, Result};
@@ -43,7 +44,7 @@ pub(super) struct Candidates {
 
 impl Candidates {
     /// Gathers the rows and columns of `nodes`; `stress` (Pa, `[3n]`) sets the unit of stress.
-    pub fn new(problem: &SteadyProblem<'_>, nodes: Vec<usize>, stress: &[f64]) -> Result<Self> {
+    pub fn new(problem: &SteadyProblem<'_>, upstream: &Upstream, nodes: Vec<usize>, stress: &[f64]) -> Result<Self> {
         let s = problem.interface;
         let m = nodes.len();
         let unit = nodes.iter().map(|&i| stress[3 * i + 2]).fold(0.0, f64::max);
@@ -55,19 +56,19 @@ impl Candidates {
         let mut by_approach = vec![0.0; m];
         let reference = problem.rho_normal(nodes[0]);
         for (a, &i) in nodes.iter().enumerate() {
-            let (rn, rt) = (problem.rho_normal(i), problem.rho_tangential(i));
+            let (rn, rt) = (problem.rho_normal(i), problem.rho_tangential(upstream, i));
             let [x, y] = s.point(i);
             let c = problem.creepage.rigid(x, y);
             constant[3 * a] = rt * c[0] / unit;
             constant[3 * a + 1] = rt * c[1] / unit;
             constant[3 * a + 2] = rn * s.gap[i] / unit;
             by_approach[a] = -rn / reference;
-            let upstream = s.upstream(i, problem.stencil).map(|(j, d)| (j, d * rt));
+            let difference = upstream.rows[i].map(|(j, d)| (j, d * rt));
             for r in 0..3 {
                 let out = kt.col_as_slice_mut(3 * a + r);
                 // W is symmetric: its column is the row wanted, and contiguous.
                 let own = [(i, rn)];
-                let terms: &[(usize, f64)] = if r < 2 { &upstream } else { &own };
+                let terms: &[(usize, f64)] = if r < 2 { &difference } else { &own };
                 for (first, &(j, d)) in terms.iter().filter(|t| t.1 != 0.0).enumerate() {
                     let Some(col) = problem.compliance.col(3 * j + r).try_as_col_major().map(|c| c.as_slice()) else {
                         return Err(Error::Defect("steady contact: the influence matrix is not column-major".into()));

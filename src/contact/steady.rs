@@ -2,10 +2,10 @@
 
 use faer::{Mat, MatRef};
 
-use super::interface::{Creepage, Interface, Stencil};
+use super::interface::{Creepage, Interface, Stencil, Upstream};
 use super::laws::{natural_map, State};
 use super::newton::{self, Candidates, Effort};
-use super::normal::{contact_modulus, solve_normal};
+use super::normal::{contact_modulus, solve_normal, NormalSolution};
 use crate::{Error, Result};
 
 /// What presses the bodies together.
@@ -68,6 +68,8 @@ pub struct SteadySolution {
     pub w: Vec<[f64; 2]>,
     /// Gap of the deformed bodies, m, `[n]`.
     pub gap: Vec<f64>,
+    /// The operator ∂x that `creep` was taken with.
+    pub upstream: Upstream,
 }
 
 impl SteadyProblem<'_> {
@@ -84,12 +86,14 @@ impl SteadyProblem<'_> {
                 NormalLoad::Approach(d) => d,
                 NormalLoad::Force(_) => s.gap.iter().copied().fold(f64::INFINITY, f64::min),
             };
-            return self.evaluate(&vec![0.0; 3 * s.len()], approach, Effort::default());
+            let upstream = s.upstream(Stencil::Upwind1, None);
+            return self.evaluate(&vec![0.0; 3 * s.len()], approach, upstream, Effort::default());
         }
 
         let normal = solve_normal(self.compliance, s, self.load)?;
         self.check_patch(normal.closed.iter().copied())?;
         let mut nodes = self.dilate(&normal.closed);
+        let upstream = self.upstream(&normal);
         let mut stress = vec![0.0; 3 * s.len()];
         for (&i, f) in normal.closed.iter().zip(&normal.force) {
             stress[3 * i + 2] = f / s.weight[i];
@@ -98,9 +102,9 @@ impl SteadyProblem<'_> {
         let mut effort = Effort::default();
         // The tangential problem may close nodes outside the candidates taken from the normal one: take them in and go on.
         for _ in 0..10 {
-            let candidates = Candidates::new(self, nodes, &stress)?;
+            let candidates = Candidates::new(self, &upstream, nodes, &stress)?;
             newton::solve(self, &candidates, &mut stress, &mut approach, &mut effort)?;
-            let solution = self.evaluate(&stress, approach, effort)?;
+            let solution = self.evaluate(&stress, approach, upstream.clone(), effort)?;
             self.check_patch((0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0))?;
             if solution.residual <= self.tolerance {
                 return Ok(solution);
@@ -131,15 +135,28 @@ impl SteadyProblem<'_> {
 
     /// Augmentation parameter of the friction law at node `i` times V, Pa: the inverse of the node's own creep per unit
     /// traction and speed.
-    pub(super) fn rho_tangential(&self, i: usize) -> f64 {
-        let own = |c: usize| -> f64 {
-            self.interface
-                .upstream(i, self.stencil)
-                .iter()
-                .map(|&(j, d)| d * self.compliance[(3 * j + c, 3 * i + c)])
-                .sum::<f64>()
-        };
+    pub(super) fn rho_tangential(&self, upstream: &Upstream, i: usize) -> f64 {
+        let own = |c: usize| upstream.at(i, |j| self.compliance[(3 * j + c, 3 * i + c)]);
         1.0 / (own(0).abs().max(own(1).abs()) * self.interface.weight[i])
+    }
+
+    /// The upstream operator, with the leading edge where the frictionless contact has it: what friction moves it by in
+    /// unlike bodies is small, and one fixed operator is what the linear theory about this state needs as well.
+    fn upstream(&self, normal: &NormalSolution) -> Upstream {
+        let s = self.interface;
+        let mut closed = vec![false; s.len()];
+        normal.closed.iter().for_each(|&i| closed[i] = true);
+        let mut gap = vec![0.0; s.len()];
+        // Only the two nodes ahead of an edge are asked for their gap.
+        for i in (0..s.len()).filter(|&i| {
+            let ix = i % s.x.len();
+            !closed[i] && (1..=2).any(|k| ix + k < s.x.len() && closed[i + k])
+        }) {
+            let col = self.compliance.col(3 * i + 2);
+            let sunk: f64 = normal.closed.iter().zip(&normal.force).map(|(&j, f)| col[3 * j + 2] * f).sum();
+            gap[i] = s.gap[i] - normal.approach + sunk;
+        }
+        s.upstream(self.stencil, Some((&gap, &closed)))
     }
 
     /// Nodes of `set` (ascending or not) and their eight neighbours, ascending.
@@ -254,7 +271,7 @@ impl SteadyProblem<'_> {
     }
 
     /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, and the approach, m.
-    fn evaluate(&self, stress: &[f64], approach: f64, effort: Effort) -> Result<SteadySolution> {
+    fn evaluate(&self, stress: &[f64], approach: f64, upstream: Upstream, effort: Effort) -> Result<SteadySolution> {
         let s = self.interface;
         let n = s.len();
         // u = W R, column by column over the loaded nodes only.
@@ -287,16 +304,16 @@ impl SteadyProblem<'_> {
             iterations: effort.iterations,
             products: effort.products,
             w: (0..n).map(|i| [u[(3 * i, 0)], u[(3 * i + 1, 0)]]).collect(),
+            upstream: Upstream { rows: Vec::new() },
             gap: (0..n).map(|i| s.gap[i] - approach + u[(3 * i + 2, 0)]).collect(),
         };
         for i in 0..n {
             let [x, y] = s.point(i);
             let mut creep = self.creepage.rigid(x, y);
-            for (j, d) in s.upstream(i, self.stencil) {
-                creep[0] += d * solution.w[j][0];
-                creep[1] += d * solution.w[j][1];
+            for (c, v) in creep.iter_mut().enumerate() {
+                *v += upstream.at(i, |j| solution.w[j][c]);
             }
-            let (rn, rt) = (self.rho_normal(i), self.rho_tangential(i));
+            let (rn, rt) = (self.rho_normal(i), self.rho_tangential(&upstream, i));
             let (p, t) = (solution.pressure[i], solution.traction[i]);
             let (fp, ft, state) = natural_map(p, t, solution.gap[i], creep, rn, rt, self.friction);
             // A node at the border of the interface is open; the operator there serves the written creep alone.
@@ -312,6 +329,7 @@ impl SteadyProblem<'_> {
             solution.force[2] -= f[2];
             solution.moment_z += x * f[1] - y * f[0];
         }
+        solution.upstream = upstream;
         if let NormalLoad::Force(f) = self.load {
             if f > 0.0 {
                 solution.residual = solution.residual.max((solution.force[2] + f).abs() / f);
