@@ -7,6 +7,7 @@ import sys
 
 import h5py
 import numpy as np
+from documented import undocumented
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkAppendFilter
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter, vtkMeshQuality
@@ -93,6 +94,10 @@ def main():
         assert file["provenance/job"].asstr()[()] == '{"version":1}'
         assert file["provenance/ranks"][()] == ranks
         assert file["provenance/input_files"].shape == (0,)
+
+    faults = undocumented(path, ignore=["stability/", "history/", "large"])
+    faults += undocumented(path.replace(".h5", ".modes.vtkhdf"))
+    assert not faults, "\n".join(faults)
 
     grid = read(path)
     assert grid.GetNumberOfCells() == 2 * layers * 4 * 5, grid.GetNumberOfCells()
