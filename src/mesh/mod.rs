@@ -1,5 +1,6 @@
 //! Meshes: built-in cylinder or Gmsh file, groups by name, partition and distribution.
 
+mod cursor;
 pub mod cylinder;
 pub mod distribute;
 pub mod grading;

@@ -1,0 +1,234 @@
+//! Gmsh files: the meshes of the repository, wrong files, and damaged ones.
+
+use railsqueal::mesh::grid::ContactGrid;
+use railsqueal::mesh::{msh, Mesh};
+use std::path::{Path, PathBuf};
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(name)
+}
+
+fn read(name: &str) -> Mesh {
+    msh::read(&file(name)).expect(name)
+}
+
+#[test]
+fn ascii_and_binary_hold_the_same_block() {
+    let volume = 40e-3 * 32e-3 * 20e-3;
+    for body in ["lower", "upper"] {
+        let ascii = read(&format!("block-{body}.msh"));
+        let binary = read(&format!("block-{body}-binary.msh"));
+        assert_eq!((ascii.nodes.len(), ascii.cells.len()), (484, 300));
+        assert!(ascii.identical(&binary), "{body}");
+        let facets: Vec<(&str, usize)> = ascii.groups.iter().map(|(n, f)| (n.as_str(), f.len())).collect();
+        assert_eq!(facets, [("base", 100), ("contact", 36), ("sides", 120)]);
+        if body == "lower" {
+            let error = ascii.volume() / volume - 1.0;
+            assert!(error.abs() < 1e-14, "{error:e}");
+        }
+        for (name, direction) in [("contact", 1.0), ("base", -1.0)] {
+            let up = if body == "lower" { direction } else { -direction };
+            for f in &ascii.groups[name] {
+                let [a, b, c] = [f[0], f[1], f[2]].map(|n| ascii.nodes[n as usize]);
+                let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+                assert!(up * area > 0.0, "a facet of {name} of the {body} body faces inwards");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_blocks_have_matching_contact_grids() {
+    let lower = ContactGrid::from_mesh(&read("block-lower.msh"), "contact").expect("lower grid");
+    let upper = ContactGrid::from_mesh(&read("block-upper-binary.msh").reflected(), "contact").expect("upper grid");
+    ContactGrid::matched(&lower, &upper, 1e-12).expect("the same grid");
+    assert_eq!((lower.x.len(), lower.y.len()), (7, 7));
+    assert!(lower.z.iter().all(|z| z.abs() < 1e-15));
+    for (j, y) in upper.y.iter().enumerate() {
+        for (i, x) in upper.x.iter().enumerate() {
+            let exact = -(0.1 - (0.01 - x * x).sqrt() + 0.2 - (0.04 - y * y).sqrt());
+            let found = upper.z[i + 7 * j];
+            assert!((found - exact).abs() < 1e-12, "({i}, {j}): {found} {exact}");
+        }
+    }
+    let error = ContactGrid::from_mesh(&read("block-upper.msh"), "contact").expect_err("not in lower form");
+    assert!(error.message().contains("faces -z"), "{error}");
+}
+
+#[test]
+fn a_missing_group_names_those_there_are() {
+    let mesh = read("block-lower.msh");
+    assert!(msh::require_group(&mesh, "base", "block-lower.msh").is_ok());
+    let error = msh::require_group(&mesh, "inner", "block-lower.msh").expect_err("no such group");
+    assert_eq!(error.exit_code(), 3);
+    assert!(error.message().contains("\"base\", \"contact\", \"sides\""), "{error}");
+}
+
+/// A cube of one hexahedron with tags far apart, in pieces that the tests below exchange.
+struct File {
+    format: &'static str,
+    names: &'static str,
+    entities: &'static str,
+    nodes: String,
+    elements: String,
+}
+
+const NODES: &str = "1 9 10 5000000000\n3 1 0 9\n10\n20\n30\n40\n50\n60\n70\n5000000000\n77\n\
+    0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n9 9 9\n";
+const ELEMENTS: &str = "2 2 1 2\n2 7 3 1\n1 10 20 30 40\n3 1 5 1\n2 10 20 30 40 50 60 70 5000000000\n";
+
+impl File {
+    fn new() -> Self {
+        File {
+            format: "4.1 0 8",
+            names: "2\n2 4 \"bottom of it\"\n3 1 \"body\"\n",
+            entities: "0 0 1 1\n7 0 0 0 1 1 0 1 4 0\n1 0 0 0 1 1 1 0 0\n",
+            nodes: NODES.into(),
+            elements: ELEMENTS.into(),
+        }
+    }
+
+    fn text(&self) -> String {
+        format!(
+            "$MeshFormat\n{}\n$EndMeshFormat\n$Comments\nanything $ here\n$EndComments\n$PhysicalNames\n{}$EndPhysicalNames\n\
+             $Entities\n{}$EndEntities\n$Nodes\n{}$EndNodes\n$Elements\n{}$EndElements\n",
+            self.format, self.names, self.entities, self.nodes, self.elements
+        )
+    }
+
+    fn parse(&self) -> railsqueal::Result<Mesh> {
+        msh::parse(self.text().as_bytes(), "cube.msh")
+    }
+}
+
+#[test]
+fn sparse_tags_unused_nodes_and_facets_turned_inwards_are_read() {
+    let mesh = File::new().parse().expect("a cube");
+    assert_eq!((mesh.nodes.len(), mesh.cells.clone()), (8, vec![[0, 1, 2, 3, 4, 5, 6, 7]]));
+    assert_eq!(mesh.groups["bottom of it"], vec![[0, 3, 2, 1]]);
+    let crlf = File::new().text().replace('\n', "\r\n");
+    assert_eq!(msh::parse(crlf.as_bytes(), "cube.msh").expect("with carriage returns"), mesh);
+}
+
+#[track_caller]
+fn refused(file: File, words: &[&str]) {
+    let error = file.parse().expect_err(words[0]);
+    assert_eq!(error.exit_code(), 3, "{error}");
+    for word in words {
+        assert!(error.message().contains(word), "{word} not in: {error}");
+    }
+}
+
+#[test]
+fn wrong_files_are_refused_with_the_place() {
+    let f = File::new;
+    refused(File { format: "2.2 0 8", ..f() }, &["cube.msh, line 2", "2.2", "4.1"]);
+    refused(File { format: "4 0 8", ..f() }, &["line 2", "\"4\""]);
+    refused(File { format: "4.1 0 4", ..f() }, &["line 2", "data size"]);
+    refused(File { format: "4.1 2 8", ..f() }, &["line 2", "file type"]);
+    refused(File { format: "4.1", ..f() }, &["line 2", "4.1 0 8"]);
+    refused(File { names: "1\n2 4 bottom\n", ..f() }, &["line 9", "bottom", "\"name\""]);
+    refused(File { entities: "0 0 1 x\n", ..f() }, &["line 13", "found \"x\""]);
+    refused(File { nodes: NODES.replace("1 0 1", "1 zero 1"), ..f() }, &["line 34", "zero", "coordinate"]);
+    refused(File { nodes: NODES.replace("1 0 1", "1 nan 1"), ..f() }, &["line 34", "nan", "finite"]);
+    refused(File { nodes: NODES.replace("1 0 1", "1 0 1 5"), ..f() }, &["line 34", "end of the line"]);
+    refused(File { nodes: NODES.replace("\n20\n", "\n10\n"), ..f() }, &["tag 10"]);
+    refused(File { nodes: NODES.replace("1 9 10 ", "1 8 10 "), ..f() }, &["8 nodes announced, 9 found"]);
+    refused(File { nodes: NODES.replace("3 1 0 9", "3 1 0 99999999999999"), ..f() }, &["line", "node tag"]);
+    refused(File { nodes: NODES.replace("1 9 10", "1 99999999999999999999 10"), ..f() }, &["line 18", "whole number"]);
+    refused(File { nodes: NODES.replace("0 1 1\n", "0 0 1\n"), ..f() }, &["inverted", "hexahedron 2"]);
+    let tets = "1 1 1 1\n3 1 4 1\n1 10 20 30 50\n".to_string();
+    refused(File { elements: tets, ..f() }, &["line 41", "4-node tetrahedron", "8-node hexahedra"]);
+    let hex20 = ELEMENTS.replace("3 1 5 1", "3 1 17 1");
+    refused(File { elements: hex20, ..f() }, &["20-node hexahedron"]);
+    refused(File { elements: ELEMENTS.replace("3 1 5 1", "3 1 999 1"), ..f() }, &["element type 999"]);
+    let triangle = "2 2 1 2\n2 7 2 1\n1 10 20 30\n3 1 5 1\n2 10 20 30 40 50 60 70 5000000000\n".to_string();
+    refused(File { elements: triangle, ..f() }, &["3-node triangle", "boundary"]);
+    refused(File { elements: ELEMENTS.replace(" 70 5", " 71 5"), ..f() }, &["hexahedron 2", "node 71"]);
+    refused(File { elements: ELEMENTS.replace(" 70 5", " 5"), ..f() }, &["line 45", "found \"$EndElements\""]);
+    refused(File { elements: ELEMENTS.replace(" 70 5", " 70 60 5"), ..f() }, &["line 44", "end of the line"]);
+    refused(File { elements: ELEMENTS.replace("2 2 1 2", "2 3 1 2"), ..f() }, &["3 elements announced, 2 found"]);
+    refused(
+        File { elements: ELEMENTS.replace("1 10 20 30 40", "1 10 20 30 77"), ..f() },
+        &["quadrilateral 1", "no hexahedron"],
+    );
+    refused(
+        File { elements: ELEMENTS.replace("1 10 20 30 40", "1 10 20 30 60"), ..f() },
+        &["quadrilateral 1", "not a face"],
+    );
+    refused(File { elements: "1 1 1 1\n2 7 3 1\n1 10 20 30 40\n".into(), ..f() }, &["no hexahedra"]);
+    let left = ELEMENTS.replace("10 20 30 40 50 60 70 5000000000", "50 60 70 5000000000 10 20 30 40");
+    refused(File { elements: left, ..f() }, &["hexahedron 2 is inverted", "-1.250e-1", "left-handed"]);
+    let two = "2 17 1 17\n3 1 0 9\n10\n20\n30\n40\n50\n60\n70\n5000000000\n77\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n9 9 9\n\
+        3 1 0 8\n1\n2\n3\n4\n5\n6\n7\n8\n";
+    let both = "2 3 1 3\n2 7 3 1\n1 10 20 30 40\n3 1 5 2\n2 10 20 30 40 50 60 70 5000000000\n3 1 2 3 4 5 6 7 8\n";
+    let apart = "0 0 2\n1 0 2\n1 1 2\n0 1 2\n0 0 3\n1 0 3\n1 1 3\n0 1 3\n";
+    refused(File { nodes: format!("{two}{apart}"), elements: both.into(), ..f() }, &["2 pieces"]);
+    let onto = "0 0 1\n1 0 1\n1 1 1\n0 1 1\n0 0 2\n1 0 2\n1 1 2\n0 1 2\n";
+    refused(
+        File { nodes: format!("{two}{onto}"), elements: both.into(), ..f() },
+        &["same place", "50 and 1", "merged"],
+    );
+    for text in ["", "\n\n", "solid cube", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"] {
+        let error = msh::parse(text.as_bytes(), "empty.msh").expect_err("nothing in it");
+        assert!(error.exit_code() == 3 && error.message().contains("empty.msh"), "{error}");
+    }
+    let error = msh::read(&file("no-such.msh")).expect_err("no such file");
+    assert!(error.exit_code() == 3 && error.message().contains("no-such.msh"), "{error}");
+    let error = msh::read(&file(".")).expect_err("a directory");
+    assert_eq!(error.exit_code(), 3);
+}
+
+#[test]
+fn truncated_files_are_refused_at_every_length() {
+    for name in ["block-upper.msh", "block-upper-binary.msh"] {
+        let data = std::fs::read(file(name)).expect(name);
+        let end = data.len() - "$EndElements\n".len();
+        for length in (0..end).step_by(97).chain(end - 50..end) {
+            let error = msh::parse(&data[..length], name).expect_err("truncated");
+            assert_eq!(error.exit_code(), 3);
+            assert!(error.message().contains(name), "{error}");
+        }
+        let error = msh::parse(&data[..data.len() / 2], name).expect_err("truncated");
+        let place = if name.contains("binary") { "byte " } else { "line " };
+        assert!(error.message().contains(place) && error.message().contains("truncated"), "{error}");
+    }
+}
+
+#[test]
+fn damaged_files_never_panic_and_never_yield_an_invalid_mesh() {
+    // A linear congruential generator: the same damage in every run.
+    let mut state = 12345u64;
+    let mut random = |n: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % n
+    };
+    let mut accepted = 0;
+    for name in ["block-lower.msh", "block-lower-binary.msh"] {
+        let data = std::fs::read(file(name)).expect(name);
+        for _ in 0..3000 {
+            let mut damaged = data.clone();
+            for _ in 0..1 + random(4) {
+                // Half of the damage goes to the head, where the counts and sections are.
+                let at = if random(2) == 0 { random(damaged.len()) } else { random(600) };
+                match random(3) {
+                    0 => damaged[at] ^= 1 << random(8),
+                    1 => damaged[at] = random(256) as u8,
+                    _ => drop(damaged.drain(at..(at + 1 + random(9)).min(damaged.len()))),
+                }
+            }
+            match msh::parse(&damaged, name) {
+                Err(error) => assert_eq!(error.exit_code(), 3, "{error}"),
+                Ok(mesh) => {
+                    accepted += 1;
+                    let n = mesh.nodes.len() as u32;
+                    assert!(mesh.cells.iter().flatten().all(|&i| i < n));
+                    assert!(mesh.groups.values().flatten().flatten().all(|&i| i < n));
+                    let _ = ContactGrid::from_mesh(&mesh, "contact");
+                }
+            }
+        }
+    }
+    // Some damage (a coordinate's last digit, say) makes another valid mesh; most does not.
+    assert!(accepted > 0 && accepted < 5000, "{accepted} of 6000 accepted");
+}
