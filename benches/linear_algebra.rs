@@ -5,9 +5,11 @@
 use railsqueal::fem::dofs::DofMap;
 use railsqueal::fem::{assembly, Material};
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
-use railsqueal::mesh::distribute::distribute;
+use railsqueal::mesh::distribute::{distribute, MeshPart};
 use railsqueal::parallel::World;
+use railsqueal::petsc::csr::DistCsr;
 use railsqueal::petsc::eps::{modes, ModesOptions};
+use railsqueal::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
 use railsqueal::petsc::{Factor, FactorOptions, Kind, Ordering, Petsc};
 use std::time::Instant;
 
@@ -24,6 +26,29 @@ fn main() {
         eprintln!("{error}");
         std::process::exit(error.exit_code());
     }
+}
+
+/// Set-up and solves of conjugate gradients with multigrid.
+fn iterate(world: &World, petsc: &Petsc, part: &MeshPart, k: &DistCsr, clock: &mut Clock) -> railsqueal::Result<()> {
+    let free = |point: &&[f64; 3]| point[0].hypot(point[2] + 0.5) > 0.1 + 1e-6;
+    let nodes: Vec<[f64; 3]> = part.coords[..part.owned].iter().filter(free).copied().collect();
+    let options = IterativeOptions { tolerance: 1e-9, max_iterations: 300, prefix: String::new() };
+    let mut solver = Iterative::new(petsc, k, 3, &rigid_body_motions(&nodes), options, "stiffness")?;
+    clock.lap("set-up of multigrid");
+    for columns in [1, 2] {
+        let before = solver.effort().0;
+        let mut b: Vec<f64> = (0..k.n_local() * columns).map(|i| (i as f64).sin()).collect();
+        solver.solve(&mut b, columns)?;
+        clock.lap(&format!("{columns} right-hand sides, {} iterations", solver.effort().0 - before));
+    }
+    let before = solver.effort().0;
+    let first = k.order() / 2;
+    solver.inverse_block(&(first..first + 6).collect::<Vec<_>>(), &mut |_, _| ())?;
+    clock.lap(&format!("6 columns of the inverse, {} iterations", solver.effort().0 - before));
+    if world.is_root() {
+        println!("    unused options: {:?}", petsc.unused_options()?);
+    }
+    Ok(())
 }
 
 /// Processor time of this process, s, and its largest resident memory, MB.
@@ -82,6 +107,9 @@ fn run(world: &World, size: f64, count: usize, options: &[String]) -> railsqueal
     let nonzeros = world.sum_u64(k.cols.len() as u64);
     clock.lap(&format!("mesh, assembly: {} dofs, {nonzeros} entries", k.order()));
 
+    if std::env::var_os("GAMG").is_some() {
+        return iterate(world, &petsc, &part, k, &mut clock);
+    }
     let compare = std::env::var_os("ORDERINGS").is_some();
     let orderings: &[Ordering] =
         if compare { &[Ordering::Pord, Ordering::Scotch, Ordering::Metis] } else { &[Ordering::Metis] };

@@ -6,6 +6,8 @@
 mod direct;
 #[path = "linear_algebra/eigen.rs"]
 mod eigen;
+#[path = "linear_algebra/iterative.rs"]
+mod iterative;
 #[path = "linear_algebra/matrices.rs"]
 mod matrices;
 
@@ -28,7 +30,7 @@ fn main() -> ExitCode {
         // SAFETY: MPI is initialised; ends all ranks.
         unsafe { mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, 101) };
     }));
-    let checks: Vec<Check> = [direct::CHECKS, eigen::CHECKS].concat();
+    let checks: Vec<Check> = [direct::CHECKS, eigen::CHECKS, iterative::CHECKS].concat();
     for (name, check) in checks.into_iter().filter(|(name, _)| name.contains(&word)) {
         check(&world);
         if world.is_root() {

@@ -4,6 +4,7 @@ pub mod csr;
 pub mod eps;
 pub mod exchange;
 mod handle;
+pub mod ksp;
 pub mod mumps;
 mod ordering;
 pub mod session;

@@ -103,6 +103,24 @@ impl<'w> Petsc<'w> {
         self.world
     }
 
+    /// Sets an option (name without minus) that the user did not give.
+    pub(crate) fn default_option(&self, name: &str, value: &str) -> Result<()> {
+        let text = |s: String| CString::new(s).map_err(|_| Error::Defect(format!("zero byte in option {name}")));
+        let (name, value) = (text(format!("-{name}"))?, text(value.to_owned())?);
+        let mut given = sys::PetscBool_PETSC_FALSE;
+        // SAFETY: strings that end in zero and are copied; a valid output.
+        unsafe {
+            check(
+                sys::PetscOptionsHasName(ptr::null_mut(), ptr::null(), name.as_ptr(), &mut given),
+                "reading an option",
+            )?;
+            if given == sys::PetscBool_PETSC_TRUE {
+                return Ok(());
+            }
+            check(sys::PetscOptionsSetValue(ptr::null_mut(), name.as_ptr(), value.as_ptr()), "setting an option")
+        }
+    }
+
     /// Options that were given and that no object has asked for so far, with their values.
     pub fn unused_options(&self) -> Result<Vec<String>> {
         let (mut n, mut names, mut values) = (0, ptr::null_mut(), ptr::null_mut());

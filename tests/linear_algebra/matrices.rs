@@ -103,6 +103,16 @@ pub fn brick_of(world: &World, n: [usize; 3], h: f64) -> (DistCsr, DistCsr) {
     (assemble(&ke), assemble(&me))
 }
 
+/// Coordinates of the local nodes of [`brick`], three rows each.
+pub fn brick_coordinates(world: &World, n: usize, ranges: &[u64]) -> Vec<[f64; 3]> {
+    let side = n + 1;
+    let place = |k: u64| {
+        let node = k as usize + side * side;
+        [node / (side * side), node / side % side, node % side].map(|i| i as f64 / n as f64)
+    };
+    (ranges[world.rank] / 3..ranges[world.rank + 1] / 3).map(place).collect()
+}
+
 fn offset(corner: usize) -> [usize; 3] {
     [corner >> 2 & 1, corner >> 1 & 1, corner & 1]
 }

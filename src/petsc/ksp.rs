@@ -1,0 +1,360 @@
+//! Iterative solver for real symmetric positive definite matrices too large to factorise: conjugate gradients
+//! preconditioned by PETSc's algebraic multigrid (GAMG, smoothed aggregation with the rigid-body motions as near null space).
+//!
+//! PETSc's vectors are complex and the matrix is real, so one complex solve carries two real right-hand sides, one in the
+//! real and one in the imaginary part.
+
+use super::csr::{norm2, DistCsr, Operator};
+use super::handle::{read, vector, write, Handle};
+use super::session::{check, Petsc};
+use crate::{Error, Result};
+use faer::Mat;
+use mpi::raw::AsRaw;
+use num_complex::Complex;
+use petsc_sys as sys;
+use std::ffi::CString;
+use std::ptr;
+
+/// How to solve.
+#[derive(Debug, Clone)]
+pub struct IterativeOptions {
+    /// |b − Ax| / |b| to reach for each right-hand side.
+    pub tolerance: f64,
+    /// Iterations after which the solver gives up.
+    pub max_iterations: usize,
+    /// Prefix of the solver's options, such as `"lower_"`.
+    pub prefix: String,
+}
+
+/// A matrix with its multigrid hierarchy.
+pub struct Iterative<'p> {
+    petsc: &'p Petsc<'p>,
+    operator: Operator<'p>,
+    ksp: Handle<'p, sys::KSP>,
+    b: Handle<'p, sys::Vec>,
+    x: Handle<'p, sys::Vec>,
+    options: IterativeOptions,
+    iterations: usize,
+    solves: usize,
+}
+
+/// Settings of GAMG that differ from PETSc's defaults, unless the user gives them.
+const DEFAULTS: &[(&str, &str)] = &[];
+
+impl<'p> Iterative<'p> {
+    /// Collective: sets up the solver of `matrix`, whose rows come in blocks of `block` (3 for displacements, 1 if rows do not
+    /// come in equal blocks). `near_null` holds the local rows of vectors that the matrix without its supports maps to zero.
+    /// `name` stands for the matrix in messages.
+    pub fn new(
+        petsc: &'p Petsc<'p>,
+        matrix: &'p DistCsr,
+        block: usize,
+        near_null: &[Vec<f64>],
+        options: IterativeOptions,
+        name: &str,
+    ) -> Result<Self> {
+        let world = petsc.world();
+        matrix.validate(world, name)?;
+        let whole = |rows: u64| rows % block as u64 == 0;
+        if !matrix.ranges.iter().all(|&r| whole(r)) {
+            return Err(Error::Defect(format!("matrix {name}: row ranges {:?} cut blocks of {block}", matrix.ranges)));
+        }
+        let a = assembled(petsc, matrix, block)?;
+        near_null_space(petsc, &a, matrix, near_null)?;
+        let ksp = solver(petsc, &a, &options)?;
+        let (n, order) = (matrix.n_local(), matrix.order());
+        let (b, x) = (vector(petsc, n, order)?, vector(petsc, n, order)?);
+        Ok(Self { petsc, operator: matrix.operator(world), ksp, b, x, options, iterations: 0, solves: 0 })
+    }
+
+    /// Collective: solves for `nrhs` right-hand sides in place. `rhs`: local rows, `[n_local, nrhs]` column by column.
+    pub fn solve(&mut self, rhs: &mut [f64], nrhs: usize) -> Result<()> {
+        let n = self.operator.matrix().n_local();
+        let right = rhs.len() == n * nrhs && rhs.iter().all(|v| v.is_finite());
+        self.petsc.world().agree(right.then_some(()).ok_or_else(|| {
+            Error::Defect(format!(
+                "right-hand side of {} values for {nrhs} columns of {n} rows, or not finite",
+                rhs.len()
+            ))
+        }))?;
+        for pair in 0..nrhs.div_ceil(2) {
+            let columns = (nrhs - 2 * pair).min(2);
+            self.solve_pair(&mut rhs[2 * pair * n..][..columns * n], columns)?;
+        }
+        Ok(())
+    }
+
+    /// One or two columns. They are scaled to norm 1, so that one tolerance serves both.
+    fn solve_pair(&mut self, rhs: &mut [f64], columns: usize) -> Result<()> {
+        let world = self.petsc.world();
+        let n = self.operator.matrix().n_local();
+        let right = rhs.to_vec();
+        let norms: Vec<f64> = (0..columns).map(|j| norm2(world, &right[j * n..][..n])).collect();
+        rhs.fill(0.0);
+        // What is left of each right-hand side, relative to it. A second pass makes up for the drift of the recursive residual.
+        let mut left: Vec<f64> = (0..columns * n).map(|i| scaled(right[i], norms[i / n.max(1)])).collect();
+        let mut errors = vec![f64::INFINITY; columns];
+        for pass in 0..3 {
+            let size = (0..columns).map(|j| norm2(world, &left[j * n..][..n])).fold(0.0, f64::max);
+            if size == 0.0 {
+                return Ok(());
+            }
+            let gain = self.correct(&left, columns, (0.5 * self.options.tolerance / size).min(0.5))?;
+            let mut ax = vec![0.0; n];
+            for j in 0..columns {
+                let span = j * n..(j + 1) * n;
+                for (x, d) in rhs[span.clone()].iter_mut().zip(&gain[span.clone()]) {
+                    *x += d * norms[j];
+                }
+                self.operator.apply(world, &rhs[span.clone()], &mut ax);
+                for (i, ax) in span.clone().zip(&ax) {
+                    left[i] = scaled(right[i] - ax, norms[j]);
+                }
+                errors[j] = norm2(world, &left[span]);
+            }
+            if errors.iter().all(|&e| e <= self.options.tolerance) {
+                return Ok(());
+            }
+            if pass == 0 && errors.iter().any(|e| !e.is_finite()) {
+                break;
+            }
+        }
+        Err(Error::NotConverged(format!(
+            "{}conjugate gradients with multigrid: |b − Ax|/|b| is {:.1e}, not {:.1e} as asked for, after {} iterations. \
+             Use solver.linear \"mumps\", or choose another preconditioner by the PETSc option -{}pc_type.",
+            self.options.prefix,
+            errors.iter().copied().fold(0.0, f64::max),
+            self.options.tolerance,
+            self.iterations,
+            self.options.prefix
+        )))
+    }
+
+    /// A⁻¹ of one or two columns to a relative tolerance.
+    fn correct(&mut self, right: &[f64], columns: usize, tolerance: f64) -> Result<Vec<f64>> {
+        let n = self.operator.matrix().n_local();
+        let (real, imaginary) = right.split_at(n);
+        let doing = "solving by conjugate gradients";
+        // SAFETY: live objects of this solver; the arrays are used within the closures only.
+        let (solution, iterations, reason) = unsafe {
+            write(self.b.raw(), |b| {
+                for (i, b) in b.iter_mut().enumerate() {
+                    *b = Complex::new(real[i], if columns == 2 { imaginary[i] } else { 0.0 });
+                }
+            })?;
+            let ksp = self.ksp.raw();
+            let most = self.options.max_iterations as sys::PetscInt;
+            check(sys::KSPSetTolerances(ksp, tolerance, 0.0, 1e10, most), doing)?;
+            check(sys::KSPSolve(ksp, self.b.raw(), self.x.raw()), doing)?;
+            let (mut iterations, mut reason) = (0, 0);
+            check(sys::KSPGetIterationNumber(ksp, &mut iterations), doing)?;
+            check(sys::KSPGetConvergedReason(ksp, &mut reason), doing)?;
+            let solution = read(self.x.raw(), |x| {
+                let parts: [fn(&Complex<f64>) -> f64; 2] = [|v| v.re, |v| v.im];
+                parts[..columns].iter().flat_map(|part| x.iter().map(part)).collect::<Vec<f64>>()
+            })?;
+            (solution, iterations, reason)
+        };
+        self.iterations += iterations as usize;
+        self.solves += 1;
+        if reason < 0 {
+            let why = match reason {
+                sys::KSPConvergedReason_KSP_DIVERGED_ITS => "the limit of iterations was reached",
+                sys::KSPConvergedReason_KSP_DIVERGED_INDEFINITE_MAT => "the matrix is not positive definite",
+                sys::KSPConvergedReason_KSP_DIVERGED_INDEFINITE_PC => "the preconditioner is not positive definite",
+                sys::KSPConvergedReason_KSP_DIVERGED_NANORINF => {
+                    "a value is not finite: is the body held by a fixed group?"
+                }
+                _ => "PETSc gave up",
+            };
+            return Err(Error::NotConverged(format!(
+                "{}conjugate gradients with multigrid: {why} (reason {reason}) after {iterations} iterations. Use solver.linear \"mumps\".",
+                self.options.prefix
+            )));
+        }
+        Ok(solution)
+    }
+
+    /// Collective: the entries of the inverse at `rows` × `rows` (global numbers, the same on every rank), `[rows, rows]` on
+    /// rank 0 and empty elsewhere, by one solve for two rows. Made symmetric: the two halves differ by the tolerance.
+    /// `progress` is told rows done and rows in all.
+    pub fn inverse_block(&mut self, rows: &[u64], progress: &mut dyn FnMut(usize, usize)) -> Result<Mat<f64>> {
+        let world = self.petsc.world();
+        let own = self.operator.matrix().rows_of(world.rank);
+        let n = self.operator.matrix().n_local();
+        let k = rows.len();
+        let mine: Vec<usize> = (0..k).filter(|&i| own.contains(&rows[i])).collect();
+        let places = world.gather(&mine.iter().map(|&i| i as u64).collect::<Vec<_>>());
+        let mut block = if world.is_root() { Mat::zeros(k, k) } else { Mat::new() };
+        for first in (0..k).step_by(2) {
+            let columns = (k - first).min(2);
+            let mut x = vec![0.0; columns * n];
+            for j in 0..columns {
+                if own.contains(&rows[first + j]) {
+                    x[j * n + (rows[first + j] - own.start) as usize] = 1.0;
+                }
+            }
+            self.solve(&mut x, columns)?;
+            for j in 0..columns {
+                let part: Vec<f64> = mine.iter().map(|&i| x[j * n + (rows[i] - own.start) as usize]).collect();
+                let column = world.gather(&part);
+                if world.is_root() {
+                    for (&i, v) in places.iter().zip(column) {
+                        block[(i as usize, first + j)] = v;
+                    }
+                }
+            }
+            progress(first + columns, k);
+        }
+        for j in 0..block.ncols() {
+            for i in 0..j {
+                let mean = 0.5 * (block[(i, j)] + block[(j, i)]);
+                block[(i, j)] = mean;
+                block[(j, i)] = mean;
+            }
+        }
+        Ok(block)
+    }
+
+    /// Iterations and complex solves so far.
+    pub fn effort(&self) -> (usize, usize) {
+        (self.iterations, self.solves)
+    }
+}
+
+fn scaled(value: f64, norm: f64) -> f64 {
+    if norm > 0.0 {
+        value / norm
+    } else {
+        0.0
+    }
+}
+
+/// The matrix in PETSc's rows, each allocated to its length.
+fn assembled<'p>(petsc: &'p Petsc<'_>, matrix: &DistCsr, block: usize) -> Result<Handle<'p, sys::Mat>> {
+    let world = petsc.world();
+    let own = matrix.rows_of(world.rank);
+    let (n, order) = (matrix.n_local() as sys::PetscInt, matrix.order() as sys::PetscInt);
+    let inside: Vec<sys::PetscInt> = (0..matrix.n_local())
+        .map(|i| matrix.row(i).0.iter().filter(|c| own.contains(c)).count() as sys::PetscInt)
+        .collect();
+    let outside: Vec<sys::PetscInt> =
+        (0..matrix.n_local()).map(|i| matrix.row(i).0.len() as sys::PetscInt - inside[i]).collect();
+    let comm = world.comm.as_raw();
+    // SAFETY: a live communicator and a valid output.
+    let a = Handle::create(petsc, "creating a matrix", |a| unsafe { sys::MatCreate(comm, a) })?;
+    let doing = "assembling a matrix";
+    // SAFETY: a live matrix; the counts have one entry per local row; columns and values are as long as their count says.
+    unsafe {
+        let m = a.raw();
+        check(sys::MatSetSizes(m, n, n, order, order), doing)?;
+        check(sys::MatSetBlockSize(m, block as sys::PetscInt), doing)?;
+        check(sys::MatSetType(m, c"aij".as_ptr()), doing)?;
+        check(sys::MatSeqAIJSetPreallocation(m, 0, inside.as_ptr()), doing)?;
+        check(sys::MatMPIAIJSetPreallocation(m, 0, inside.as_ptr(), 0, outside.as_ptr()), doing)?;
+        check(sys::MatSetOption(m, sys::MatOption_MAT_NO_OFF_PROC_ENTRIES, sys::PetscBool_PETSC_TRUE), doing)?;
+        let mut columns: Vec<sys::PetscInt> = Vec::new();
+        let mut values: Vec<Complex<f64>> = Vec::new();
+        for i in 0..matrix.n_local() {
+            let (cols, vals) = matrix.row(i);
+            columns.clear();
+            columns.extend(cols.iter().map(|&c| c as sys::PetscInt));
+            values.clear();
+            values.extend(vals.iter().map(|&v| Complex::new(v, 0.0)));
+            let row = (own.start + i as u64) as sys::PetscInt;
+            let count = columns.len() as sys::PetscInt;
+            check(
+                sys::MatSetValues(m, 1, &row, count, columns.as_ptr(), values.as_ptr(), sys::InsertMode_INSERT_VALUES),
+                doing,
+            )?;
+        }
+        check(sys::MatAssemblyBegin(m, sys::MatAssemblyType_MAT_FINAL_ASSEMBLY), doing)?;
+        check(sys::MatAssemblyEnd(m, sys::MatAssemblyType_MAT_FINAL_ASSEMBLY), doing)?;
+        for property in [sys::MatOption_MAT_SYMMETRIC, sys::MatOption_MAT_HERMITIAN, sys::MatOption_MAT_SPD] {
+            check(sys::MatSetOption(m, property, sys::PetscBool_PETSC_TRUE), doing)?;
+        }
+    }
+    Ok(a)
+}
+
+/// Gives the matrix its near null space, made orthonormal.
+fn near_null_space(petsc: &Petsc, a: &Handle<sys::Mat>, matrix: &DistCsr, given: &[Vec<f64>]) -> Result<()> {
+    let world = petsc.world();
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for v in given {
+        let mut v = v.clone();
+        let before = norm2(world, &v);
+        // Twice is enough for six vectors.
+        for _ in 0..2 {
+            for b in &basis {
+                let along = super::csr::dot(world, b, &v);
+                v.iter_mut().zip(b).for_each(|(v, b)| *v -= along * b);
+            }
+        }
+        let norm = norm2(world, &v);
+        // A body of few nodes does not have all six motions.
+        if norm > 1e-10 * before {
+            v.iter_mut().for_each(|x| *x /= norm);
+            basis.push(v);
+        }
+    }
+    if basis.is_empty() {
+        return Ok(());
+    }
+    let vectors = basis.iter().map(|values| {
+        let v = vector(petsc, matrix.n_local(), matrix.order())?;
+        // SAFETY: a live vector that nothing else uses.
+        unsafe { write(v.raw(), |v| v.iter_mut().zip(values).for_each(|(v, &x)| *v = Complex::new(x, 0.0)))? };
+        Ok(v)
+    });
+    let vectors = vectors.collect::<Result<Vec<_>>>()?;
+    let raw: Vec<sys::Vec> = vectors.iter().map(Handle::raw).collect();
+    let doing = "setting the near null space";
+    let comm = world.comm.as_raw();
+    // SAFETY: live vectors, as many as said; PETSc counts its own references to them and to the space.
+    let space = Handle::create(petsc, doing, |s| unsafe {
+        sys::MatNullSpaceCreate(comm, sys::PetscBool_PETSC_FALSE, raw.len() as sys::PetscInt, raw.as_ptr(), s)
+    })?;
+    // SAFETY: live objects.
+    check(unsafe { sys::MatSetNearNullSpace(a.raw(), space.raw()) }, doing)
+}
+
+fn solver<'p>(petsc: &'p Petsc<'_>, a: &Handle<sys::Mat>, options: &IterativeOptions) -> Result<Handle<'p, sys::KSP>> {
+    let comm = petsc.world().comm.as_raw();
+    let prefix =
+        CString::new(options.prefix.as_str()).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
+    // SAFETY: a live communicator and a valid output.
+    let ksp = Handle::create(petsc, "creating the iterative solver", |k| unsafe { sys::KSPCreate(comm, k) })?;
+    let doing = "setting up multigrid";
+    for (name, value) in DEFAULTS {
+        petsc.default_option(&format!("{}{}", options.prefix, name), value)?;
+    }
+    // SAFETY: live objects; strings end in zero.
+    unsafe {
+        let k = ksp.raw();
+        check(sys::KSPSetOptionsPrefix(k, prefix.as_ptr()), doing)?;
+        check(sys::KSPSetOperators(k, a.raw(), a.raw()), doing)?;
+        check(sys::KSPSetType(k, c"cg".as_ptr()), doing)?;
+        check(sys::KSPSetNormType(k, sys::KSPNormType_KSP_NORM_UNPRECONDITIONED), doing)?;
+        let mut pc = ptr::null_mut();
+        check(sys::KSPGetPC(k, &mut pc), doing)?;
+        check(sys::PCSetType(pc, c"gamg".as_ptr()), doing)?;
+        check(sys::KSPSetFromOptions(k), doing)?;
+        check(sys::KSPSetUp(k), doing)?;
+    }
+    Ok(ksp)
+}
+
+/// The six rigid-body motions of nodes at `coordinates` (m) as local rows, three per node.
+pub fn rigid_body_motions(coordinates: &[[f64; 3]]) -> Vec<Vec<f64>> {
+    let motion = |k: usize| {
+        let at = move |&[x, y, z]: &[f64; 3]| match k {
+            0..=2 => std::array::from_fn(|c| f64::from(u8::from(c == k))),
+            3 => [0.0, -z, y],
+            4 => [z, 0.0, -x],
+            _ => [-y, x, 0.0],
+        };
+        coordinates.iter().flat_map(at).collect()
+    };
+    (0..6).map(motion).collect()
+}
