@@ -36,6 +36,8 @@ pub(super) struct Candidates {
     /// Shares of the nodes in the load equation: Σ share·p = target, `[m]`.
     pub share: Vec<f64>,
     pub target: f64,
+    /// Operator that the creep rows are taken with.
+    upstream: Upstream,
     /// Unit of stress, Pa.
     unit: f64,
     /// Approach in m per scaled approach.
@@ -55,37 +57,12 @@ impl Candidates {
         let mut constant = vec![0.0; 3 * m];
         let mut by_approach = vec![0.0; m];
         let reference = problem.rho_normal(nodes[0]);
+        let mut rho = vec![0.0; m];
         for (a, &i) in nodes.iter().enumerate() {
-            let (rn, rt) = (problem.rho_normal(i), problem.rho_tangential(upstream, i));
-            let [x, y] = s.point(i);
-            let c = problem.creepage.rigid(x, y);
-            constant[3 * a] = rt * c[0] / unit;
-            constant[3 * a + 1] = rt * c[1] / unit;
-            constant[3 * a + 2] = rn * s.gap[i] / unit;
-            by_approach[a] = -rn / reference;
-            let difference = upstream.rows[i].map(|(j, d)| (j, d * rt));
-            for r in 0..3 {
-                let out = kt.col_as_slice_mut(3 * a + r);
-                // W is symmetric: its column is the row wanted, and contiguous.
-                let own = [(i, rn)];
-                let terms: &[(usize, f64)] = if r < 2 { &difference } else { &own };
-                for (first, &(j, d)) in terms.iter().filter(|t| t.1 != 0.0).enumerate() {
-                    let Some(col) = problem.compliance.col(3 * j + r).try_as_col_major().map(|c| c.as_slice()) else {
-                        return Err(Error::Defect("steady contact: the influence matrix is not column-major".into()));
-                    };
-                    for (o, &k) in out.chunks_exact_mut(3).zip(&nodes) {
-                        let d = d * s.weight[k];
-                        let v = &col[3 * k..3 * k + 3];
-                        if first == 0 {
-                            (o[0], o[1], o[2]) = (d * v[0], d * v[1], d * v[2]);
-                        } else {
-                            o[0] += d * v[0];
-                            o[1] += d * v[1];
-                            o[2] += d * v[2];
-                        }
-                    }
-                }
-            }
+            rho[a] = problem.rho_normal(i);
+            constant[3 * a + 2] = rho[a] * s.gap[i] / unit;
+            by_approach[a] = -rho[a] / reference;
+            gather(problem, &[(i, rho[a])], 2, &nodes, kt.col_as_slice_mut(3 * a + 2))?;
         }
         let total: f64 = nodes.iter().map(|&i| s.weight[i]).sum();
         let share = nodes.iter().map(|&i| s.weight[i] / total).collect();
@@ -94,9 +71,10 @@ impl Candidates {
             NormalLoad::Approach(_) => 0.0,
         };
         let line = nodes.iter().map(|&i| i / s.x.len()).collect();
-        Ok(Self {
+        let mut new = Self {
             line,
-            rho: nodes.iter().map(|&i| problem.rho_normal(i)).collect(),
+            rho,
+            upstream: Upstream { rows: Vec::new() },
             weight: nodes.iter().map(|&i| s.weight[i]).collect(),
             nodes,
             kt,
@@ -106,7 +84,28 @@ impl Candidates {
             target,
             unit,
             approach_unit: unit / reference,
-        })
+        };
+        new.renew(problem, upstream)?;
+        Ok(new)
+    }
+
+    /// Takes the creep rows from another upstream operator; only rows that differ cost anything.
+    pub fn renew(&mut self, problem: &SteadyProblem<'_>, upstream: &Upstream) -> Result<()> {
+        for (a, &i) in self.nodes.iter().enumerate() {
+            if self.upstream.rows.get(i) == Some(&upstream.rows[i]) {
+                continue;
+            }
+            let rho = problem.rho_tangential(upstream, i);
+            let [x, y] = problem.interface.point(i);
+            let rigid = problem.creepage.rigid(x, y);
+            let terms = upstream.rows[i].map(|(j, d)| (j, d * rho));
+            for r in 0..2 {
+                self.constant[3 * a + r] = rho * rigid[r] / self.unit;
+                gather(problem, &terms, r, &self.nodes, self.kt.col_as_slice_mut(3 * a + r))?;
+            }
+        }
+        self.upstream.clone_from(upstream);
+        Ok(())
     }
 
     /// K x, `[3m]`.
@@ -129,6 +128,30 @@ impl Candidates {
         }
         y
     }
+}
+
+/// Writes Σ d_j W[3j + r, columns of `nodes`]·weight into `out`, `[3m]`, for the pairs (j, d_j) of `terms`.
+fn gather(
+    problem: &SteadyProblem<'_>,
+    terms: &[(usize, f64)],
+    r: usize,
+    nodes: &[usize],
+    out: &mut [f64],
+) -> Result<()> {
+    out.fill(0.0);
+    for &(j, d) in terms.iter().filter(|t| t.1 != 0.0) {
+        // W is symmetric: its column is the row wanted, and contiguous.
+        let Some(col) = problem.compliance.col(3 * j + r).try_as_col_major().map(|c| c.as_slice()) else {
+            return Err(Error::Defect("steady contact: the influence matrix is not column-major".into()));
+        };
+        for (o, &k) in out.chunks_exact_mut(3).zip(nodes) {
+            let (d, v) = (d * problem.interface.weight[k], &col[3 * k..3 * k + 3]);
+            o[0] += d * v[0];
+            o[1] += d * v[1];
+            o[2] += d * v[2];
+        }
+    }
+    Ok(())
 }
 
 /// An iterate with its response and its map.
@@ -186,10 +209,12 @@ pub(super) struct Effort {
     pub products: usize,
 }
 
-/// Solves on the candidates, from and into `stress` (Pa, `[3n]`) and `approach` (m), counting in `effort`.
+/// Solves on the candidates to the residual `target`, from and into `stress` (Pa, `[3n]`) and `approach` (m), counting in
+/// `effort`.
 pub(super) fn solve(
     problem: &SteadyProblem<'_>,
     c: &Candidates,
+    target: f64,
     stress: &mut [f64],
     approach: &mut f64,
     effort: &mut Effort,
@@ -208,7 +233,7 @@ pub(super) fn solve(
         let y = c.response(&x, d, factor);
         effort.products += 1;
         let start = Iterate::new(c, law, x.clone(), d, y);
-        if let Some(found) = newton(problem, c, law, factor, start, &mut normal, effort, &mut trace)? {
+        if let Some(found) = newton(problem, c, law, factor, target, start, &mut normal, effort, &mut trace)? {
             (x, d) = (found.x, found.d);
             reached = factor;
             step *= 2.0;
@@ -247,14 +272,13 @@ fn newton(
     c: &Candidates,
     law: Law,
     factor: f64,
+    target: f64,
     start: Iterate,
     normal: &mut NormalBlock,
     effort: &mut Effort,
     trace: &mut Vec<f64>,
 ) -> Result<Option<Iterate>> {
     let mut now = start;
-    // Half the tolerance: the final check sums in another order.
-    let target = 0.5 * problem.tolerance;
     let mut exact = true;
     let mut before = f64::INFINITY;
     for _ in 0..60 {
