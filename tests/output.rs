@@ -48,7 +48,7 @@ fn one_file_on_any_number_of_ranks() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let out = mpirun(n, &["write", &path(&dir, "run.h5")]);
         assert!(out.status.success(), "{n} ranks: {}", said(&out));
-        assert_eq!(listing(dir.path()), ["run.h5", "run.modes.vtkhdf", "run.transient.vtkhdf"], "{n} ranks");
+        assert_eq!(listing(dir.path()), ["run.free_modes.vtkhdf", "run.h5", "run.transient.vtkhdf"], "{n} ranks");
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/check_output.py");
         let check = Command::new(python()).arg(script).arg(path(&dir, "run.h5")).arg(n.to_string()).output();
         let check = check.expect("python3 with h5py and vtk");
@@ -102,7 +102,7 @@ fn killed_run_is_swept_by_the_next() {
     assert!(left.len() == 1 && left[0].ends_with(".partial"), "the killed run left {left:?}");
     let out = mpirun(1, &["write", &path(&dir, "run.h5")]);
     assert!(out.status.success(), "{}", said(&out));
-    assert_eq!(listing(dir.path()), ["run.h5", "run.modes.vtkhdf", "run.transient.vtkhdf"]);
+    assert_eq!(listing(dir.path()), ["run.free_modes.vtkhdf", "run.h5", "run.transient.vtkhdf"]);
 }
 
 fn file_size_limit_is_an_io_error() {
@@ -152,6 +152,14 @@ fn target_is_checked_first() {
     assert_eq!(out.status.code(), Some(2), "{}", said(&out));
     assert!(said(&out).contains("--force"), "{}", said(&out));
     assert_eq!(std::fs::read(dir.path().join("run.h5")).expect("read"), b"precious");
+    std::fs::rename(dir.path().join("run.h5"), dir.path().join("run.modes.vtkhdf")).expect("rename");
+    let out = mpirun(2, &["keep", &path(&dir, "run.h5")]);
+    assert_eq!(out.status.code(), Some(2), "{}", said(&out));
+    assert!(said(&out).contains("run.modes.vtkhdf"), "{}", said(&out));
+    // Replacing the results removes what would no longer belong to them.
+    let out = mpirun(2, &["write", &path(&dir, "run.h5")]);
+    assert!(out.status.success(), "{}", said(&out));
+    assert_eq!(listing(dir.path()), ["run.free_modes.vtkhdf", "run.h5", "run.transient.vtkhdf"]);
 }
 
 fn mpirun(ranks: usize, args: &[&str]) -> Output {
@@ -295,10 +303,10 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
         let scaled: Vec<Vec<f64>> = u.iter().map(|v| v.iter().map(|a| a * time).collect()).collect();
         sequence.step(k, &[scaled.iter().map(|v| &v[..]).collect()])?;
     }
-    file.attach(sequence);
-    file.attach(write_modes(world, &companion(path, "modes.vtkhdf"), true, &bodies, &frequencies, |b, k| {
+    file.attach(sequence)?;
+    file.attach(write_modes(world, &companion(path, "free_modes.vtkhdf"), true, &bodies, &frequencies, |b, k| {
         Ok(u[b].iter().map(|v| v * frequencies[b][k]).collect())
-    })?);
+    })?)?;
     file.finish()?;
 
     // Reading back, on every rank at once.

@@ -81,10 +81,9 @@ def reference(job):
 
 
 def case(job, results):
-    """One line that says what was computed."""
+    """What was computed: the title of the job, if it has one, and below it the load and the creepages."""
     force = results["contact/force"]
-    words = [lookup(job, "title")] if lookup(job, "title") else []
-    words.append(f"N = {-force[2] / 1e3:.4g} kN")
+    words = [f"N = {-force[2] / 1e3:.4g} kN"]
     friction = lookup(job, "contact.friction")
     if isinstance(friction, (int, float)):
         words.append(f"μ = {friction:g}")
@@ -96,7 +95,8 @@ def case(job, results):
         value = lookup(job, f"contact.creepage.{name}", 0)
         if value:
             words.append(f"{symbol} = {factor * value:g}{unit}")
-    return ", ".join(words)
+    title = lookup(job, "title")
+    return (f"{title}\n" if title else "") + ", ".join(words)
 
 
 def line(patch, job, results, path):

@@ -58,7 +58,7 @@ pub fn run(
             let body = bodies.places[b].body;
             Ok(bodies.unique[body].at_nodes(world, &all[body].vectors[k]).into_flattened())
         })?;
-        file.attach(shapes);
+        file.attach(shapes)?;
     }
     Ok(all)
 }

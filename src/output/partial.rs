@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 pub(super) struct Partial {
     /// Temporary name, the same on all ranks.
     pub(super) path: PathBuf,
-    target: PathBuf,
+    /// Final name.
+    pub(super) target: PathBuf,
     owner: bool,
     published: bool,
 }

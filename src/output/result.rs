@@ -10,6 +10,9 @@ use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+/// What may stand beside a main file: real modes of the bodies, complex modes of the coupled system, a transient.
+const COMPANIONS: [&str; 3] = ["free_modes.vtkhdf", "modes.vtkhdf", "transient.vtkhdf"];
+
 /// One HDF5 file being made. Nothing appears under its name before [`ResultFile::finish`], and nothing at all if the run
 /// fails before.
 pub struct ResultFile<'w> {
@@ -25,6 +28,13 @@ impl<'w> ResultFile<'w> {
     /// false). Call it before the long work.
     pub fn create(world: &'w World, path: &Path, overwrite: bool) -> Result<Self> {
         check_target(world, path, overwrite)?;
+        world.on_root(|| match COMPANIONS.map(|c| companion(path, c)).into_iter().find(|c| c.exists()) {
+            Some(old) if !overwrite => Err(Error::Job(format!(
+                "{} of an earlier run exists already; give --force to replace the results, or another --output",
+                old.display()
+            ))),
+            _ => Ok(()),
+        })?;
         Ok(Self { world, target: path.to_owned(), partial: None, tables: Vec::new(), attached: Vec::new() })
     }
 
@@ -59,9 +69,10 @@ impl<'w> ResultFile<'w> {
         tables.into_iter().for_each(|t| self.table(t));
     }
 
-    /// Leaves a complete sequence to this file: it gets its name when this one does.
-    pub fn attach(&mut self, sequence: SequenceFile) {
-        self.attached.push(sequence.into_partial());
+    /// Collective: leaves a complete sequence to this file: it gets its name when this one does.
+    pub fn attach(&mut self, sequence: SequenceFile) -> Result<()> {
+        self.attached.push(sequence.close()?);
+        Ok(())
     }
 
     /// Collective: writes the tables and gives the file, and those attached, their names.
@@ -96,7 +107,13 @@ impl<'w> ResultFile<'w> {
             };
             add().map_err(|e| partial.hdf5_error("writing tables", &e))?;
             attached.iter_mut().try_for_each(Partial::publish)?;
-            partial.publish()
+            partial.publish()?;
+            // Those of an earlier run do not belong to this file.
+            let new = |path: &PathBuf| attached.iter().any(|a| &a.target == path);
+            for old in COMPANIONS.map(|c| companion(&partial.target, c)).iter().filter(|c| !new(c)) {
+                let _ = std::fs::remove_file(old);
+            }
+            Ok(())
         })?;
         Ok(())
     }

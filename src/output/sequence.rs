@@ -3,7 +3,7 @@
 use super::fields::{BodyPart, FieldSpec, PointField};
 use super::partial::{check_target, Partial};
 use super::table::Table;
-use super::vtkhdf::{skeleton, write_slabs, Piece};
+use super::vtkhdf::{skeleton, OpenSlabs, Piece};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::path::Path;
@@ -12,6 +12,8 @@ use std::path::Path;
 /// writing one is writing rows and nothing else. Fields are stored in single precision: they are for looking at.
 pub struct SequenceFile<'w> {
     world: &'w World,
+    // Before the partial file, which is removed when it is dropped.
+    open: OpenSlabs,
     partial: Partial,
     piece: Piece,
     specs: Vec<FieldSpec>,
@@ -51,8 +53,9 @@ impl<'w> SequenceFile<'w> {
             }
             skeleton(&partial, Some([2, 0]), &slots, &all, Some(steps as i64))
         })?;
-        write_slabs(world, &partial, &slabs)?;
-        Ok(Self { world, partial, piece, specs, steps })
+        let open = OpenSlabs::open(world, &partial)?;
+        open.write(world, &partial, &slabs)?;
+        Ok(Self { world, open, partial, piece, specs, steps })
     }
 
     /// Collective: writes the fields of a step, in the order of the specs: `fields[f][b]` are the values of field f at the
@@ -66,19 +69,21 @@ impl<'w> SequenceFile<'w> {
             fields.map(|f| self.piece.slab(&f, step, true)).collect()
         };
         let slabs: Vec<_> = self.world.agree(slabs)?;
-        write_slabs(self.world, &self.partial, &slabs)
+        self.open.write(self.world, &self.partial, &slabs)
     }
 
     /// Collective: gives the file its name. A file that goes with a main one is given to
     /// [`super::ResultFile::attach`] instead, so that both appear or none.
     pub fn finish(self) -> Result<()> {
         let world = self.world;
-        let mut partial = self.partial;
+        let mut partial = self.close()?;
         world.on_root(|| partial.publish()).map(|_| ())
     }
 
-    pub(super) fn into_partial(self) -> Partial {
-        self.partial
+    /// Collective: the complete file, still under its temporary name.
+    pub(super) fn close(self) -> Result<Partial> {
+        self.open.close(self.world, &self.partial)?;
+        Ok(self.partial)
     }
 }
 

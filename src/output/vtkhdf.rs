@@ -297,22 +297,44 @@ pub(super) fn skeleton(
     partial.reserve(size)
 }
 
-/// Collective: writes the slabs of all ranks through MPI-IO, each rank by itself.
+/// A file that all ranks have open, to write their own slabs and nothing else.
+pub(super) struct OpenSlabs {
+    file: hdf5::File,
+}
+
+impl OpenSlabs {
+    /// Collective: opens the file of [`skeleton`] through MPI-IO.
+    pub(super) fn open(world: &World, partial: &Partial) -> Result<Self> {
+        let comm = world.comm.as_raw();
+        let file = hdf5::File::with_options().with_fapl(|p| strong(p).mpio(comm, None)).open_rw(&partial.path);
+        let file = file.map_err(|e| partial.hdf5_error("opening the file on all ranks", &e));
+        Ok(Self { file: world.agree(file)? })
+    }
+
+    /// Collective in its result; each rank writes by itself.
+    pub(super) fn write(&self, world: &World, partial: &Partial, slabs: &[Slab]) -> Result<()> {
+        let write = || -> hdf5::Result<()> {
+            for slab in slabs {
+                let dataset = self.file.dataset(&slab.path)?;
+                slab.values.write_rows(&dataset, slab.start)?;
+            }
+            Ok(())
+        };
+        world.agree(write().map_err(|e| partial.hdf5_error("writing fields", &e)))
+    }
+
+    /// Collective.
+    pub(super) fn close(self, world: &World, partial: &Partial) -> Result<()> {
+        world.agree(self.file.close().map_err(|e| partial.hdf5_error("closing the file", &e)))
+    }
+}
+
+/// Collective: opens, writes and closes. Closing is collective, so a failure to write comes after it.
 pub(super) fn write_slabs(world: &World, partial: &Partial, slabs: &[Slab]) -> Result<()> {
-    let comm = world.comm.as_raw();
-    let open = hdf5::File::with_options().with_fapl(|p| strong(p).mpio(comm, None)).open_rw(&partial.path);
-    let file = world.agree(open.map_err(|e| partial.hdf5_error("opening the file on all ranks", &e)))?;
-    let write = || -> hdf5::Result<()> {
-        for slab in slabs {
-            let dataset = file.dataset(&slab.path)?;
-            slab.values.write_rows(&dataset, slab.start)?;
-        }
-        Ok(())
-    };
-    let written = write().map_err(|e| partial.hdf5_error("writing fields", &e));
-    // Closing is collective, so a rank whose writing failed takes part in it.
-    let closed = file.close().map_err(|e| partial.hdf5_error("closing the file", &e));
-    world.agree(written.and(closed))
+    let open = OpenSlabs::open(world, partial)?;
+    let written = open.write(world, partial, slabs);
+    let closed = open.close(world, partial);
+    written.and(closed)
 }
 
 /// Files close with everything that is open in them.

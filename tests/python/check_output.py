@@ -96,7 +96,7 @@ def main():
         assert file["provenance/input_files"].shape == (0,)
 
     faults = undocumented(path, ignore=["stability/", "history/", "large"])
-    faults += undocumented(path.replace(".h5", ".modes.vtkhdf"))
+    faults += undocumented(path.replace(".h5", ".free_modes.vtkhdf"))
     assert not faults, "\n".join(faults)
 
     grid = read(path)
@@ -137,7 +137,7 @@ def main():
         assert set(np.unique(cells["rank"])) == set(range(ranks))
 
     check_sequence(path.replace(".h5", ".transient.vtkhdf"), "velocity", [0.1, 0.25, 0.4], [1, 2], [0.1, 0.25, 0.4])
-    modes = path.replace(".h5", ".modes.vtkhdf")
+    modes = path.replace(".h5", ".free_modes.vtkhdf")
     for body, steps, factors in ((1, [0, 1], [100, 250, 0]), (2, [2], [0, 0, 400])):
         check_sequence(modes, "shape", [1, 2, 3], [body], factors)
         with h5py.File(modes) as file:
