@@ -155,7 +155,7 @@ fn check_outside(mesh: &Mesh, group: &str, facets: &[[u32; 4]], place: impl Fn(u
     facets.iter().flatten().for_each(|&n| touched[n as usize] = true);
     let mut cells: std::collections::HashMap<[u32; 4], u32> = facets.iter().map(|&f| (key(f), 0)).collect();
     for cell in &mesh.cells {
-        for face in super::joined::FACES {
+        for face in super::quality::FACES {
             let nodes = face.map(|i| cell[i]);
             if nodes.iter().all(|&n| touched[n as usize]) {
                 if let Some(count) = cells.get_mut(&key(nodes)) {
@@ -217,8 +217,18 @@ mod tests {
         refused(|m| m.nodes[inner][0] += 1e-4, "lines x = const");
         refused(|m| drop(m.groups.remove("contact")), "found: \"inner\", \"outer\"");
         refused(|m| m.groups.get_mut("contact").expect("group").clear(), "no group \"contact\"");
-        refused(|m| drop(m.groups.get_mut("contact").expect("group").swap_remove(8)), "no facet behind");
-        refused(|m| drop(m.groups.get_mut("contact").expect("group").swap_remove(0)), "lines x = const");
+        refused(
+            |m| {
+                m.groups.get_mut("contact").expect("group").swap_remove(8);
+            },
+            "no facet behind",
+        );
+        refused(
+            |m| {
+                m.groups.get_mut("contact").expect("group").swap_remove(0);
+            },
+            "lines x = const",
+        );
         refused(|m| m.groups.get_mut("contact").expect("group").push(grid_facet(&grid)), "two facets");
         refused(|m| *m = m.reflected(), "faces -z");
         refused(

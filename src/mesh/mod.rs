@@ -1,11 +1,8 @@
 //! Meshes: built-in cylinder or Gmsh file, groups by name, partition and distribution.
 
-mod cursor;
 pub mod cylinder;
 pub mod distribute;
-pub mod grading;
 pub mod grid;
-mod joined;
 pub mod msh;
 pub mod quality;
 

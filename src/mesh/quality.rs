@@ -15,6 +15,9 @@ const CORNERS: [[f64; 3]; 8] = [
     [-1.0, 1.0, 1.0],
 ];
 
+/// Faces of a hexahedron in VTK order, seen from outside.
+pub const FACES: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+
 /// Determinant of the Jacobian of the trilinear map of a hexahedron (corner positions in m) at the reference point `at`, m³.
 pub fn jacobian(corners: &[[f64; 3]; 8], at: [f64; 3]) -> f64 {
     let mut j = [[0.0; 3]; 3];

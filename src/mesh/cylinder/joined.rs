@@ -5,7 +5,8 @@
 //! cell between is filled by four hexahedra if it has two fine vertices, by five if it has one (the corner of a box). The templates
 //! agree on the faces they share.
 
-use super::Mesh;
+use crate::mesh::quality::FACES;
+use crate::mesh::Mesh;
 use std::collections::BTreeMap;
 
 /// Levels and number of columns of the grid.
@@ -59,10 +60,6 @@ const SIDE_PLUS: u8 = 8;
 const CONTACT: u8 = 16;
 const GROUPS: [(&str, u8); 5] =
     [("inner", INNER), ("outer", OUTER), ("side_minus", SIDE_MINUS), ("side_plus", SIDE_PLUS), ("contact", CONTACT)];
-
-/// Faces of a hexahedron in VTK order, seen from outside.
-pub(super) const FACES: [[usize; 4]; 6] =
-    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
 impl JoinedGrid {
     fn half(&self) -> usize {

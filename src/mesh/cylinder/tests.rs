@@ -1,0 +1,219 @@
+//! Meshes of cylinders against closed forms and each other.
+
+use super::*;
+use crate::mesh::quality::jacobian_range;
+use std::collections::HashMap;
+
+fn paper(element_size: f64) -> CylinderSpec {
+    CylinderSpec {
+        inner_radius: 0.1,
+        outer_radius: 0.5,
+        thickness: 0.1,
+        crown_radius: Some(0.5),
+        contact_offset: 0.0,
+        element_size,
+        growth: DEFAULT_GROWTH,
+        max_element_size: None,
+        patch_half_length: 7e-3,
+        patch_half_width: 7e-3,
+    }
+}
+
+fn plain(element_size: f64) -> CylinderSpec {
+    CylinderSpec { crown_radius: None, patch_half_length: 0.0, patch_half_width: 0.0, ..paper(element_size) }
+}
+
+/// Every face is shared by two cells or lies in exactly one of the four boundary groups; contact lies in outer.
+fn check_watertight(mesh: &Mesh) {
+    let key = |mut f: [u32; 4]| {
+        f.sort_unstable();
+        f
+    };
+    let mut faces: HashMap<[u32; 4], (usize, usize)> = HashMap::new();
+    for cell in &mesh.cells {
+        for face in crate::mesh::quality::FACES {
+            faces.entry(key(face.map(|i| cell[i]))).or_default().0 += 1;
+        }
+    }
+    for name in ["inner", "outer", "side_minus", "side_plus"] {
+        for facet in &mesh.groups[name] {
+            faces.get_mut(&key(*facet)).expect("a facet is a face of a cell").1 += 1;
+        }
+    }
+    for (face, (cells, groups)) in &faces {
+        assert!(
+            (*cells, *groups) == (2, 0) || (*cells, *groups) == (1, 1),
+            "face {face:?}: {cells} cells, {groups} groups"
+        );
+    }
+    if let Some(contact) = mesh.groups.get("contact") {
+        let outer: std::collections::HashSet<_> = mesh.groups["outer"].iter().collect();
+        assert!(!contact.is_empty() && contact.iter().all(|f| outer.contains(f)));
+    }
+    let mut used = vec![false; mesh.nodes.len()];
+    mesh.cells.iter().flatten().for_each(|&n| used[n as usize] = true);
+    assert!(used.iter().all(|&u| u), "unused nodes");
+}
+
+fn cases() -> Vec<CylinderSpec> {
+    vec![
+        paper(1e-3),
+        paper(2e-3),
+        CylinderSpec { contact_offset: 0.03, ..paper(1e-3) },
+        CylinderSpec { contact_offset: -0.02, crown_radius: Some(0.3), ..paper(1.5e-3) },
+        CylinderSpec { patch_half_length: 0.1, patch_half_width: 0.05, ..paper(0.01) },
+        CylinderSpec { patch_half_length: 3e-3, patch_half_width: 9e-3, growth: 1.8, ..paper(0.7e-3) },
+        CylinderSpec { inner_radius: 0.45, ..paper(1e-3) },
+        CylinderSpec { inner_radius: 0.001, outer_radius: 0.06, crown_radius: None, ..paper(2e-3) },
+        plain(0.03),
+        CylinderSpec { max_element_size: Some(0.05), ..plain(0.005) },
+    ]
+}
+
+#[test]
+fn meshes_are_watertight_with_positive_jacobians_and_the_counted_size() {
+    for spec in cases() {
+        let (mesh, grid) = build(&spec).expect("a valid cylinder");
+        assert_eq!(count(&spec).expect("a valid cylinder"), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
+        check_watertight(&mesh);
+        for cell in &mesh.cells {
+            let [low, high] = jacobian_range(&mesh.corners(cell));
+            assert!(low > 0.02 * high, "{spec:?}: Jacobian from {low:e} to {high:e}");
+        }
+        assert_eq!(grid.is_some(), spec.patch_half_length > 0.0);
+    }
+}
+
+#[test]
+fn halves_are_mirror_images() {
+    for spec in cases() {
+        let (mesh, _) = build(&spec).expect("a valid cylinder");
+        let bits = |p: [f64; 3]| p.map(|v| (v + 0.0).to_bits());
+        let all: std::collections::HashSet<_> = mesh.nodes.iter().map(|&p| bits(p)).collect();
+        assert_eq!(all.len(), mesh.nodes.len(), "coinciding nodes");
+        for &[x, y, z] in &mesh.nodes {
+            assert!(all.contains(&bits([-x, y, z])), "no mirror image of {:?}", [x, y, z]);
+        }
+    }
+}
+
+#[test]
+fn volume_converges_at_second_order() {
+    for spec in [plain(0.04), CylinderSpec { contact_offset: 0.02, crown_radius: Some(0.2), ..plain(0.04) }] {
+        let error = |h: f64| {
+            let s = CylinderSpec { element_size: h, ..spec.clone() };
+            let (mesh, _) = build(&s).expect("a valid cylinder");
+            (mesh.volume() / s.exact_volume() - 1.0).abs()
+        };
+        let (coarse, fine) = (error(0.025), error(0.0125));
+        let order = (coarse / fine).log2();
+        assert!(fine < 1e-3 && order > 1.8 && order < 2.3, "errors {coarse:e} {fine:e}, order {order}");
+    }
+    let spec = paper(1e-3);
+    let (mesh, _) = build(&spec).expect("a valid cylinder");
+    let error = mesh.volume() / spec.exact_volume() - 1.0;
+    assert!(error.abs() < 1e-3, "{error:e}");
+}
+
+#[test]
+fn exact_volume_equals_quadrature() {
+    let spec = CylinderSpec { contact_offset: 0.02, crown_radius: Some(0.2), ..paper(1e-3) };
+    let [y0, y1] = spec.sides();
+    let n = 20_000;
+    let h = (y1 - y0) / n as f64;
+    let sum: f64 = (0..n)
+        .map(|k| {
+            let r = spec.outer_radius - spec.drop(y0 + (k as f64 + 0.5) * h);
+            std::f64::consts::PI * (r * r - spec.inner_radius * spec.inner_radius) * h
+        })
+        .sum();
+    let exact = spec.exact_volume();
+    assert!((sum / exact - 1.0).abs() < 1e-8, "{sum} {exact}");
+}
+
+#[test]
+fn patch_nodes_are_exact_and_match_between_bodies() {
+    let lower = CylinderSpec { contact_offset: 0.03, ..paper(1e-3) };
+    let upper = CylinderSpec { outer_radius: 0.3, crown_radius: Some(0.08), contact_offset: 0.02, ..paper(1e-3) };
+    let mut grids = Vec::new();
+    for spec in [lower, upper] {
+        let (mesh, grid) = build(&spec).expect("a valid cylinder");
+        let grid = grid.expect("a patch");
+        assert_eq!((grid.x.len(), grid.y.len()), (15, 15));
+        assert_eq!((grid.x[7], grid.y[7], grid.z[7 + 15 * 7]), (0.0, 0.0, 0.0));
+        for (j, &y) in grid.y.iter().enumerate() {
+            for (i, &x) in grid.x.iter().enumerate() {
+                let k = i + 15 * j;
+                let [px, py, pz] = mesh.nodes[grid.nodes[k] as usize];
+                assert_eq!((px, py, pz), (x, y, grid.z[k]));
+                // On the body of revolution: (x² + (z + R)²) = r_s(y)², written as the difference from the apex.
+                let r = spec.outer_radius - spec.drop(y);
+                let error = ((x * x + (pz + spec.outer_radius).powi(2)).sqrt() - r).abs();
+                assert!(error < 1e-15, "node ({i}, {j}) is {error:e} m off the surface");
+            }
+        }
+        assert_eq!(mesh.groups["contact"].len(), 14 * 14);
+        grids.push(grid);
+    }
+    assert_eq!((&grids[0].x, &grids[0].y), (&grids[1].x, &grids[1].y));
+}
+
+#[test]
+fn a_wheel_at_one_millimetre_needs_about_a_hundred_thousand_dofs() {
+    let dofs = 3 * count(&paper(1e-3)).expect("a valid cylinder").0;
+    assert!((60_000..150_000).contains(&dofs), "{dofs} dofs");
+}
+
+#[test]
+fn impossible_cylinders_are_refused_with_the_key_to_change() {
+    let p = paper(1e-3);
+    let bad = [
+        (CylinderSpec { inner_radius: 0.5, ..p.clone() }, "inner_radius"),
+        (CylinderSpec { outer_radius: f64::NAN, ..p.clone() }, "outer_radius"),
+        (CylinderSpec { thickness: 0.0, ..p.clone() }, "thickness"),
+        (CylinderSpec { thickness: f64::INFINITY, ..p.clone() }, "thickness"),
+        (CylinderSpec { crown_radius: Some(-1.0), ..p.clone() }, "crown_radius"),
+        (CylinderSpec { crown_radius: Some(0.04), ..p.clone() }, "crown_radius"),
+        (CylinderSpec { crown_radius: Some(0.05), inner_radius: 0.46, ..p.clone() }, "crown_radius"),
+        (CylinderSpec { contact_offset: 0.05, ..p.clone() }, "contact_offset"),
+        (CylinderSpec { contact_offset: -0.06, ..p.clone() }, "contact_offset"),
+        (CylinderSpec { element_size: -1e-3, ..p.clone() }, "element_size"),
+        (CylinderSpec { element_size: 1e-12, ..p.clone() }, "would fit"),
+        (CylinderSpec { element_size: 1e-5, ..p.clone() }, "would fit"),
+        (CylinderSpec { element_size: 1e-300, ..p.clone() }, "would fit"),
+        (CylinderSpec { max_element_size: Some(5e-4), ..p.clone() }, "max_element_size"),
+        (CylinderSpec { growth: 1.0, ..p.clone() }, "growth"),
+        (CylinderSpec { patch_half_width: 0.06, ..p.clone() }, "half_width"),
+        (CylinderSpec { patch_half_length: 0.3, ..p.clone() }, "half_length"),
+        (CylinderSpec { patch_half_length: 0.0, ..p.clone() }, "contact.patch"),
+        (CylinderSpec { contact_offset: 0.04295, ..p.clone() }, "strip"),
+        (CylinderSpec { element_size: 1e-9, ..plain(1.0) }, "would fit"),
+    ];
+    for (spec, word) in bad {
+        let error = build(&spec).expect_err(&format!("{word}: {spec:?}"));
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.message().contains(word), "{word} not in: {error}");
+        assert_eq!(count(&spec).expect_err("the same").message(), error.message());
+    }
+}
+
+#[test]
+fn the_size_that_would_fit_fits() {
+    let error = build(&paper(1e-12)).expect_err("far too fine");
+    let text = error.message();
+    let size: f64 = text.split("; ").nth(1).and_then(|t| t.split(' ').next()).and_then(|t| t.parse().ok()).expect(text);
+    let (nodes, _) = count(&paper(1.01 * size)).expect("the advised size");
+    assert!(nodes <= MAX_NODES && nodes > MAX_NODES / 4, "{nodes} nodes at {size} m");
+}
+
+#[test]
+fn reflection_keeps_jacobians_positive_and_undoes_itself() {
+    let (mesh, _) = build(&paper(2e-3)).expect("a valid cylinder");
+    let up = mesh.reflected();
+    assert!(up.cells.iter().all(|c| jacobian_range(&up.corners(c))[0] > 0.0));
+    assert!((up.volume() / mesh.volume() - 1.0).abs() < 1e-12);
+    assert_eq!(up.reflected(), mesh);
+    assert_eq!(up.reflected().checksum(), mesh.checksum());
+    assert_ne!(up.checksum(), mesh.checksum());
+    assert!(mesh.identical(&up.reflected()) && !mesh.identical(&up));
+}

@@ -1,0 +1,43 @@
+//! Gmsh MSH 4.1 reader, ASCII and binary: 8-node hexahedra and the physical groups of their boundary quadrilaterals.
+//!
+//! Format: Gmsh reference manual, "MSH file format". Every error names the file and the line (ASCII) or byte offset (binary).
+
+mod check;
+mod cursor;
+mod sections;
+
+use super::Mesh;
+use crate::{Error, Result};
+use cursor::Cursor;
+use sections::Raw;
+use std::path::Path;
+
+/// Reads a mesh from the file at `path`. Lengths in the file are in m. An upper body's mesh lies at z > 0 and is reflected by the caller
+/// ([`Mesh::reflected`]).
+pub fn read(path: &Path) -> Result<Mesh> {
+    let name = path.display().to_string();
+    let data = std::fs::read(path)
+        .map_err(|e| Error::Input(format!("mesh file {name} cannot be read: {e}; expected a Gmsh MSH 4.1 file")))?;
+    parse(&data, &name)
+}
+
+/// Reads a mesh from the bytes of a file; `name` stands in messages.
+pub fn parse(data: &[u8], name: &str) -> Result<Mesh> {
+    let mut raw = Raw::default();
+    let mut cursor = Cursor::new(data, name);
+    raw.sections(&mut cursor)?;
+    raw.mesh(&cursor, name)
+}
+
+/// Checks that `mesh`, from `source`, has the facet group `group`; the error names those it has.
+pub fn require_group(mesh: &Mesh, group: &str, source: &str) -> Result<()> {
+    if mesh.groups.get(group).is_some_and(|facets| !facets.is_empty()) {
+        return Ok(());
+    }
+    let found: Vec<String> =
+        mesh.groups.iter().filter(|(_, facets)| !facets.is_empty()).map(|(name, _)| format!("\"{name}\"")).collect();
+    let found = if found.is_empty() { "none".to_string() } else { found.join(", ") };
+    Err(Error::Input(format!(
+        "{source} has no group \"{group}\" of boundary quadrilaterals; found: {found}. Name the surface as a physical group in Gmsh"
+    )))
+}
