@@ -3,8 +3,9 @@
 use faer::linalg::solvers::{Llt, PartialPivLu, Solve};
 use faer::{Mat, MatMut, Side};
 
+use super::candidates::Candidates;
 use super::krylov::{dot, gmres};
-use super::newton::{Candidates, Effort, Iterate, Law};
+use super::newton::{Effort, Iterate, Law};
 use super::normal::not_definite;
 use super::steady::SteadyProblem;
 use crate::Result;

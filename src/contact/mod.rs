@@ -5,6 +5,7 @@
 //! upstream neighbour of a node is the one with the smaller x; the traction t acts on body 1 and opposes the creep
 //! ṡ = c + V ∂w/∂x; |t| ≤ μp.
 
+mod candidates;
 pub mod half_space;
 pub mod interface;
 mod krylov;

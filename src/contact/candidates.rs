@@ -1,0 +1,196 @@
+//! The nodes that may touch, with everything scaled and gathered that Newton's method works on.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+use super::interface::Upstream;
+use super::krylov::dot;
+use super::steady::{NormalLoad, SteadyProblem};
+use crate::{Error, Result};
+
+/// The candidate nodes with their scaled influence matrix.
+pub(super) struct Candidates {
+    /// Node numbers, ascending, `[m]`.
+    pub nodes: Vec<usize>,
+    /// Grid line (index along y) of each candidate, `[m]`.
+    pub line: Vec<usize>,
+    /// Augmentation parameter of the normal law, Pa/m, `[m]`.
+    pub rho: Vec<f64>,
+    /// Augmentation parameter of the friction law times V, Pa, `[m]`.
+    rho_creep: Vec<f64>,
+    /// Nodal areas, m², `[m]`.
+    pub weight: Vec<f64>,
+    /// Transposed scaled influence matrix: column `3a + r` is row r of candidate a, `[3m, 3m]`, 1.
+    pub kt: Mat<f64>,
+    /// Scaled rigid creep of the whole creepage and undeformed gap, `[3m]`.
+    constant: Vec<f64>,
+    /// Derivative of the gap rows by the scaled approach, `[m]`.
+    pub by_approach: Vec<f64>,
+    /// Shares of the nodes in the load equation: Σ share·p = target, `[m]`.
+    pub share: Vec<f64>,
+    pub target: f64,
+    /// Operator that the creep rows are taken with.
+    upstream: Upstream,
+    /// Unit of stress, Pa.
+    pub unit: f64,
+    /// Approach in m per scaled approach.
+    pub approach_unit: f64,
+}
+
+impl Candidates {
+    /// Gathers the rows and columns of `nodes`; `stress` (Pa, `[3n]`) sets the unit of stress.
+    pub fn new(problem: &SteadyProblem<'_>, upstream: &Upstream, nodes: Vec<usize>, stress: &[f64]) -> Result<Self> {
+        let s = problem.interface;
+        let m = nodes.len();
+        let unit = nodes.iter().map(|&i| stress[3 * i + 2]).fold(0.0, f64::max);
+        if !(unit > 0.0 && unit.is_finite()) {
+            return Err(Error::Defect("steady contact: Newton's method was started without contact".into()));
+        }
+        let mut kt = Mat::<f64>::zeros(3 * m, 3 * m);
+        let mut constant = vec![0.0; 3 * m];
+        let mut by_approach = vec![0.0; m];
+        let reference = problem.rho_normal(nodes[0]);
+        let mut rho = vec![0.0; m];
+        for (a, &i) in nodes.iter().enumerate() {
+            rho[a] = problem.rho_normal(i);
+            constant[3 * a + 2] = rho[a] * s.gap[i] / unit;
+            by_approach[a] = -rho[a] / reference;
+            gather(problem, &[(i, rho[a])], 2, &nodes, kt.col_as_slice_mut(3 * a + 2))?;
+        }
+        let total: f64 = nodes.iter().map(|&i| s.weight[i]).sum();
+        let share = nodes.iter().map(|&i| s.weight[i] / total).collect();
+        let target = match problem.load {
+            NormalLoad::Force(f) => f / (unit * total),
+            NormalLoad::Approach(_) => 0.0,
+        };
+        let line = nodes.iter().map(|&i| i / s.x.len()).collect();
+        let mut new = Self {
+            line,
+            rho,
+            rho_creep: vec![0.0; m],
+            upstream: Upstream { rows: Vec::new() },
+            weight: nodes.iter().map(|&i| s.weight[i]).collect(),
+            nodes,
+            kt,
+            constant,
+            by_approach,
+            share,
+            target,
+            unit,
+            approach_unit: unit / reference,
+        };
+        new.renew(problem, upstream)?;
+        Ok(new)
+    }
+
+    /// Takes the creep rows from another upstream operator; only rows that differ cost anything. Returns the candidates
+    /// (by index) whose rows have changed.
+    pub fn renew(&mut self, problem: &SteadyProblem<'_>, upstream: &Upstream) -> Result<Vec<usize>> {
+        let mut changed = Vec::new();
+        for (a, &i) in self.nodes.iter().enumerate() {
+            if self.upstream.rows.get(i) == Some(&upstream.rows[i]) {
+                continue;
+            }
+            changed.push(a);
+            let rho = problem.rho_tangential(upstream, i);
+            self.rho_creep[a] = rho;
+            let [x, y] = problem.interface.point(i);
+            let rigid = problem.creepage.rigid(x, y);
+            let terms = upstream.rows[i].map(|(j, d)| (j, d * rho));
+            for r in 0..2 {
+                self.constant[3 * a + r] = rho * rigid[r] / self.unit;
+                gather(problem, &terms, r, &self.nodes, self.kt.col_as_slice_mut(3 * a + r))?;
+            }
+        }
+        self.upstream.clone_from(upstream);
+        Ok(changed)
+    }
+
+    /// Renews the creep of candidate `a` in the response `y` to the stresses `x`.
+    pub fn renew_response(&self, a: usize, x: &[f64], creep_factor: f64, y: &mut [f64]) {
+        for k in [3 * a, 3 * a + 1] {
+            y[k] = dot(self.kt.col_as_slice(k), x) + creep_factor * self.constant[k];
+        }
+    }
+
+    /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified theory of
+    /// rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from the leading edge on
+    /// t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction proportional to the pressure
+    /// has on average the gradient of w that it has in truth: with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
+    pub fn guess_tractions(&self, problem: &SteadyProblem<'_>, friction: f64, x: &mut [f64], y: &[f64]) {
+        let m = self.nodes.len();
+        let closed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] > 0.0).collect();
+        let peak = closed.iter().map(|&a| x[3 * a + 2]).fold(0.0, f64::max);
+        let probe: Vec<f64> = (0..3 * m).map(|k| if k % 3 < 2 { x[3 * (k / 3) + 2] } else { 0.0 }).collect();
+        let s = self.product(&probe);
+        let position = |a: usize| problem.interface.point(self.nodes[a])[0];
+        let count = closed.len() as f64;
+        let centre = closed.iter().map(|&a| position(a)).sum::<f64>() / count;
+        let flexibility = [0, 1].map(|c| {
+            let mean = closed.iter().map(|&a| (position(a) - centre) * s[3 * a + c] / self.rho_creep[a]).sum::<f64>();
+            -2.0 * mean / (count * peak)
+        });
+        if flexibility.iter().any(|l| !(*l > 0.0)) {
+            return;
+        }
+        let mut previous: Option<usize> = None;
+        for &a in &closed {
+            let (t, length) = match previous {
+                Some(b) if self.nodes[a] == self.nodes[b] + 1 && self.line[a] == self.line[b] => {
+                    ([x[3 * b], x[3 * b + 1]], position(a) - position(b))
+                }
+                // The edge lies half-way ahead of the first node, more or less.
+                _ => ([0.0; 2], 0.5 * self.weight[a].sqrt()),
+            };
+            let z = [0, 1].map(|c| t[c] - y[3 * a + c] / self.rho_creep[a] * length / flexibility[c]);
+            let z = super::laws::project_disc(z, friction * x[3 * a + 2]);
+            x[3 * a..3 * a + 2].copy_from_slice(&z);
+            previous = Some(a);
+        }
+    }
+
+    /// K x, `[3m]`.
+    pub fn product(&self, x: &[f64]) -> Vec<f64> {
+        let n = x.len();
+        let mut y = vec![0.0; n];
+        let rhs = MatRef::from_column_major_slice(x, n, 1);
+        let out = MatMut::from_column_major_slice_mut(&mut y, n, 1);
+        matmul(out, Accum::Replace, self.kt.transpose(), rhs, 1.0, Par::Seq);
+        y
+    }
+
+    /// Scaled creep and gap of all candidates.
+    pub fn response(&self, x: &[f64], approach: f64, creep_factor: f64) -> Vec<f64> {
+        let mut y = self.product(x);
+        for a in 0..self.nodes.len() {
+            y[3 * a] += creep_factor * self.constant[3 * a];
+            y[3 * a + 1] += creep_factor * self.constant[3 * a + 1];
+            y[3 * a + 2] += self.constant[3 * a + 2] + self.by_approach[a] * approach;
+        }
+        y
+    }
+}
+
+/// Writes Σ d_j W[3j + r, columns of `nodes`]·weight into `out`, `[3m]`, for the pairs (j, d_j) of `terms`.
+fn gather(
+    problem: &SteadyProblem<'_>,
+    terms: &[(usize, f64)],
+    r: usize,
+    nodes: &[usize],
+    out: &mut [f64],
+) -> Result<()> {
+    out.fill(0.0);
+    for &(j, d) in terms.iter().filter(|t| t.1 != 0.0) {
+        // W is symmetric: its column is the row wanted, and contiguous.
+        let Some(col) = problem.compliance.col(3 * j + r).try_as_col_major().map(|c| c.as_slice()) else {
+            return Err(Error::Defect("steady contact: the influence matrix is not column-major".into()));
+        };
+        for (o, &k) in out.chunks_exact_mut(3).zip(nodes) {
+            let (d, v) = (d * problem.interface.weight[k], &col[3 * k..3 * k + 3]);
+            o[0] += d * v[0];
+            o[1] += d * v[1];
+            o[2] += d * v[2];
+        }
+    }
+    Ok(())
+}
