@@ -147,6 +147,7 @@ fn refuse_what_does_not_fit(world: &World, job: &Job) -> Result<()> {
 
 /// Collective: number of ranks on the node of this rank, and on rank 0 the plan of the job.
 fn plan_of(world: &World, job: &Job) -> Result<(usize, Option<Plan>)> {
+    plan::small_strain(job)?;
     let here = world.comm.split_shared(0).size() as usize;
     Ok((here, world.on_root(|| Ok(Plan::new(job, plan::sizes(job)?, world.size)))?))
 }

@@ -55,9 +55,13 @@ impl Job {
     }
 
     fn resolve(&mut self, folder: &Path) {
+        let graded = self.contact.is_some();
         for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
             match &mut body.mesh {
-                MeshSource::Cylinder(c) => c.max_element_size = Some(c.largest_size()),
+                MeshSource::Cylinder(c) => {
+                    let default = if graded { c.element_size.max(0.25 * c.thickness) } else { c.element_size };
+                    c.max_element_size.get_or_insert(default);
+                }
                 MeshSource::File(file) => *file = folder.join(&*file),
             }
         }

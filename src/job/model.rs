@@ -108,8 +108,8 @@ pub struct Cylinder {
     #[serde(default = "default_growth")]
     #[schemars(range(min = 1.0, max = 4.0), extend("unit" = "1"))]
     pub growth: f64,
-    /// Largest edge length far from the contact, m. Default: the smaller of a quarter of `thickness` and an eighth of
-    /// `outer_radius - inner_radius`, but no less than `element_size`.
+    /// Largest edge length far from the contact, m. Default: a quarter of `thickness`, but no less than `element_size`;
+    /// in a job without contact `element_size`, so that the mesh is uniform.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub max_element_size: Option<f64>,
@@ -117,14 +117,6 @@ pub struct Cylinder {
 
 fn default_growth() -> f64 {
     1.3
-}
-
-impl Cylinder {
-    /// Largest edge length far from the contact, m: the key, or its default.
-    pub fn largest_size(&self) -> f64 {
-        let default = (0.25 * self.thickness).min(0.125 * (self.outer_radius - self.inner_radius));
-        self.max_element_size.unwrap_or(default.max(self.element_size))
-    }
 }
 
 /// Linear elastic, isotropic material.

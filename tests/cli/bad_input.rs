@@ -1,0 +1,165 @@
+//! Job files and inputs that are wrong: the exit code, the message, and nothing left behind.
+
+use super::program::*;
+use serde_json::{json, Value};
+
+/// `run` on this text must fail like this on 1 rank and on 2, and leave nothing behind.
+#[track_caller]
+fn refused(text: impl AsRef<[u8]>, args: &[&str], code: i32, parts: &[&str]) {
+    let folder = Folder::with(text);
+    for ranks in [1, 2] {
+        folder.call(ranks, "run", args).failed(code, parts);
+        folder.untouched();
+    }
+}
+
+/// The small job with one key set is refused with exit code 2, by `check` as by `run`.
+#[track_caller]
+fn refused_key(path: &str, value: Value, parts: &[&str]) {
+    let mut job = small();
+    *job.pointer_mut(path).unwrap_or_else(|| panic!("no {path} in the job")) = value;
+    let folder = Folder::with(job.to_string());
+    for command in ["run", "check"] {
+        folder.call(1, command, &[]).failed(2, parts);
+        folder.untouched();
+    }
+}
+
+#[test]
+fn unknown_key() {
+    let mut job = small();
+    job["contact"]["fricton"] = json!(0.3);
+    refused(job.to_string(), &[], 2, &["job.json: contact.fricton: unknown key; did you mean \"friction\"?"]);
+    let set = ["--set", "contact.patch.half_lenght=0.01"];
+    refused(small().to_string(), &set, 2, &["contact.patch.half_lenght: unknown key; did you mean \"half_length\"?"]);
+}
+
+#[test]
+fn wrong_types_and_values() {
+    refused_key("/contact/speed", json!("fast"), &["contact.speed: found the string \"fast\", expected a number"]);
+    refused_key("/contact/speed", json!(0), &["contact.speed: found 0, expected a number > 0 (m/s)"]);
+    let lower = "/bodies/lower/material";
+    refused_key(&format!("{lower}/young"), json!(-205e9), &["lower.material.young: found -205000000000.0"]);
+    refused_key(&format!("{lower}/density"), json!(0), &["density: found 0, expected a number > 0 (kg/m³)"]);
+    refused_key(&format!("{lower}/poisson"), json!(0.5), &["poisson: found 0.5, expected a number > -1 and < 0.5"]);
+}
+
+#[test]
+fn not_a_number() {
+    let text = small().to_string().replace("205000000000.0", "NaN");
+    assert!(text.contains("NaN"));
+    refused(text, &[], 2, &["line 1, column", "NaN and Infinity are not JSON", "^"]);
+}
+
+#[test]
+fn impossible_cylinders() {
+    let cylinder = "/bodies/lower/mesh/cylinder";
+    let of = |key: &str| format!("{cylinder}/{key}");
+    refused_key(&of("inner_radius"), json!(0.5), &["inner_radius: found 0.5 m, expected less than outer_radius"]);
+    refused_key(&of("crown_radius"), json!(0.02), &["crown_radius: found 0.02 m, expected more than 0.05 m"]);
+    refused_key(&of("contact_offset"), json!(0.06), &["contact_offset: found 0.06 m"]);
+    refused_key(&of("thickness"), json!(-0.1), &["thickness: found -0.1, expected a number > 0 (m)"]);
+}
+
+#[test]
+fn absurdly_small_elements() {
+    for size in [1e-5, 1e-9, 1e-300] {
+        let mut job = small();
+        for body in ["lower", "upper"] {
+            job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(size);
+        }
+        let folder = Folder::with(job.to_string());
+        let ran = folder.call(1, "run", &[]);
+        ran.failed(2, &["element_size"]);
+        folder.untouched();
+    }
+}
+
+#[test]
+fn more_than_the_memory() {
+    let args = ["--set", "solver.memory_limit=1e7"];
+    refused(small().to_string(), &args, 7, &["needs about", "solver.memory_limit gives 10 MB", "element_size"]);
+    // Fine enough that no machine holds the dense compliance of the patch, but not absurd: refused before meshing.
+    let mut job = small();
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(5e-5);
+    }
+    let folder = Folder::with(job.to_string());
+    let begun = std::time::Instant::now();
+    let ran = folder.call(1, "run", &[]);
+    assert!(ran.code == Some(7) || ran.code == Some(2), "{ran:?}");
+    assert!(begun.elapsed().as_secs() < 20, "refused before meshing: {:?}", begun.elapsed());
+    folder.untouched();
+}
+
+#[test]
+fn broken_files() {
+    let whole = small().to_string();
+    refused("", &[], 2, &["job.json: the file is empty"]);
+    refused(&whole[..whole.len() / 2], &[], 2, &["truncated"]);
+    refused("[".repeat(1_000_000), &[], 2, &["nested too deeply"]);
+    refused(b"{\"title\": \"\xff\"}", &[], 2, &["not UTF-8"]);
+    refused(b"\0\0\0\0", &[], 2, &["line 1, column 1"]);
+}
+
+#[test]
+fn missing_files() {
+    for ranks in [1, 2] {
+        railsqueal(ranks, &["run", "no/such/job.json"]).failed(2, &["no/such/job.json", "No such file"]);
+    }
+    railsqueal(1, &["run", "/"]).failed(2, &["cannot read the job file"]);
+    let mut job = job("annulus.json");
+    job["bodies"]["lower"]["mesh"] = json!({ "file": "ring.msh" });
+    refused(job.to_string(), &[], 3, &["ring.msh"]);
+}
+
+#[test]
+fn no_fixed_support_with_a_static_solve() {
+    refused_key("/bodies/upper/fixed", json!([]), &["bodies.upper.fixed: no fixed support", "analyses.steady"]);
+}
+
+#[test]
+fn patch_smaller_than_the_contact() {
+    let mut job = small();
+    job["analyses"] = json!({ "steady": {} });
+    job["contact"]["normal_load"] = json!(1e6);
+    refused(job.to_string(), &[], 2, &["contact.patch", "half_length", "half_width", "needs about", "enlarge"]);
+}
+
+#[test]
+fn load_beyond_small_strain() {
+    for (key, value) in [("normal_load", 1e9), ("normal_load", 1e300), ("approach", 0.05)] {
+        let mut job = small();
+        job["contact"].as_object_mut().expect("contact").remove("normal_load");
+        job["contact"][key] = json!(value);
+        refused(job.to_string(), &[], 2, &[&format!("contact.{key}"), "small strain"]);
+    }
+}
+
+/// No job file makes the program panic or leave something behind, whatever is done to its bytes.
+#[test]
+fn mutated_jobs() {
+    let text = small().to_string();
+    let mut state = 12345u64;
+    let mut below = |n: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((state >> 33) % n as u64) as usize
+    };
+    for _ in 0..25 {
+        let mut bytes = text.clone().into_bytes();
+        for _ in 0..3 {
+            let at = below(bytes.len());
+            match below(3) {
+                0 => bytes[at] = below(256) as u8,
+                1 => drop(bytes.remove(at)),
+                _ => bytes.insert(at, b"0123456789.eE-+\"[]{},:"[below(22)]),
+            }
+        }
+        let folder = Folder::with(&bytes);
+        let ran = folder.call(1, "check", &[]);
+        let shown = String::from_utf8_lossy(&bytes);
+        assert!(matches!(ran.code, Some(0 | 2 | 3 | 7)), "{ran:?} for {shown}");
+        assert!(!ran.err.contains("internal defect") && !ran.err.contains("panic"), "{ran:?} for {shown}");
+        folder.untouched();
+    }
+}

@@ -1,0 +1,85 @@
+//! Runs that fail on the way: places that cannot be written, full disks, and one rank alone.
+
+use super::program::*;
+use std::process::Command;
+
+#[test]
+fn output_that_cannot_be_written() {
+    let folder = Folder::with(small().to_string());
+    for ranks in [1, 2] {
+        // A folder that is not there; a file where a folder should be (root may write to any folder, but not into a file).
+        let ran = folder.call(ranks, "run", &["--output", &folder.text("no/such/run.h5")]);
+        ran.failed(6, &["no/such/run.h5", "cannot write"]);
+        let ran = folder.call(ranks, "run", &["--output", &folder.text("job.json/run.h5")]);
+        ran.failed(6, &["job.json/run.h5"]);
+        let ran = folder.call(ranks, "run", &["--output", &folder.text("")]);
+        ran.failed(6, &["directory"]);
+        folder.untouched();
+    }
+    folder.call(1, "run", &["--output", "/proc/run.h5"]).failed(6, &["/proc/run.h5"]);
+}
+
+#[test]
+fn existing_results_are_kept() {
+    let folder = Folder::with(small().to_string());
+    std::fs::write(folder.path("job.h5"), "precious").expect("write");
+    for ranks in [1, 2] {
+        folder.call(ranks, "run", &[]).failed(2, &["job.h5", "--force"]);
+        assert_eq!(std::fs::read_to_string(folder.path("job.h5")).expect("read"), "precious");
+        assert_eq!(folder.listing(), ["job.h5", "job.json"]);
+    }
+}
+
+/// A limit on the size of files stands for a full disk where no small file system can be mounted: the same code paths.
+#[test]
+fn files_that_may_not_grow() {
+    let folder = Folder::with(small().to_string());
+    for ranks in ["1", "2"] {
+        let mut command = mpirun();
+        // Over shared memory Open MPI itself would need larger files.
+        command.env("OMPI_MCA_btl", "self,tcp");
+        command.args([
+            "-n",
+            ranks,
+            "sh",
+            "-c",
+            "ulimit -f 40; exec \"$0\" run \"$1\" --only steady",
+            PROGRAM,
+            &folder.text("job.json"),
+        ]);
+        finish(&mut command).failed(6, &["job.h5", "ulimit -f"]);
+        folder.untouched();
+    }
+}
+
+#[test]
+fn full_disk() {
+    let folder = Folder::with(small().to_string());
+    std::fs::create_dir(folder.path("disk")).expect("make a folder");
+    let disk = folder.text("disk");
+    let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=200k", "tmpfs", &disk]).output();
+    if !mount.is_ok_and(|m| m.status.success()) {
+        eprintln!("no small file system can be mounted here; files_that_may_not_grow stands for it");
+        return;
+    }
+    let ran = folder.call(2, "run", &["--only", "steady", "--output", &folder.text("disk/run.h5")]);
+    let left = std::fs::read_dir(&disk).expect("list").count();
+    assert!(Command::new("umount").arg(&disk).status().expect("umount").success());
+    ran.failed(6, &["run.h5", "No space left"]);
+    assert_eq!(left, 0);
+}
+
+/// Rank 1 alone may not write large files: it fails where the others do not, and all end with its code and one message.
+#[test]
+fn one_rank_alone_fails() {
+    let folder = Folder::with(small().to_string());
+    let job = folder.text("job.json");
+    let mut command = mpirun();
+    // Over shared memory Open MPI itself would need larger files.
+    command.env("OMPI_MCA_btl", "self,tcp");
+    command.args(["-n", "1", PROGRAM, "run", &job, "--only", "steady", ":"]);
+    command.args(["-n", "1", "sh", "-c", "ulimit -f 8; exec \"$0\" run \"$1\" --only steady", PROGRAM, &job]);
+    command.args([":", "-n", "1", PROGRAM, "run", &job, "--only", "steady"]);
+    finish(&mut command).failed(6, &["job.h5"]);
+    folder.untouched();
+}

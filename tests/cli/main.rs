@@ -1,0 +1,7 @@
+//! The program as its users call it: real processes, under `mpirun` where there are several ranks.
+
+mod bad_input;
+mod failures;
+mod program;
+mod runs;
+mod usage;

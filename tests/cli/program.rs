@@ -1,0 +1,126 @@
+//! How the tests start the program, and the small jobs they start it on.
+
+use serde_json::{json, Value};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// The program under test.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_railsqueal");
+
+/// A finished run of the program.
+#[derive(Debug)]
+pub struct Ran {
+    pub code: Option<i32>,
+    pub out: String,
+    pub err: String,
+}
+
+impl Ran {
+    fn new(output: Output) -> Self {
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        Self { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+    }
+
+    /// Ended well.
+    #[track_caller]
+    pub fn good(&self) -> &Self {
+        assert_eq!(self.code, Some(0), "{self:?}");
+        self
+    }
+
+    /// Ended with this code, and one message that says all the parts.
+    #[track_caller]
+    pub fn failed(&self, code: i32, parts: &[&str]) {
+        assert_eq!(self.code, Some(code), "{self:?}");
+        assert_eq!(self.err.matches("railsqueal: error:").count(), 1, "one message: {self:?}");
+        for part in parts {
+            assert!(self.err.contains(part), "no {part:?} in: {}", self.err);
+        }
+        assert!(!self.err.contains("panicked"), "{self:?}");
+    }
+}
+
+/// `mpirun` with the environment it needs on a small machine, as root or not.
+pub fn mpirun() -> Command {
+    let mut command = Command::new("mpirun");
+    command.env("OPENBLAS_NUM_THREADS", "1").env("OMPI_MCA_rmaps_base_oversubscribe", "1");
+    command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    command
+}
+
+/// Runs any command to its end.
+pub fn finish(command: &mut Command) -> Ran {
+    Ran::new(command.output().expect("the command starts"))
+}
+
+/// The program on so many ranks; without a launcher on one.
+pub fn railsqueal(ranks: usize, args: &[&str]) -> Ran {
+    match ranks {
+        1 => finish(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
+        _ => finish(mpirun().args(["-n", &ranks.to_string(), PROGRAM]).args(args)),
+    }
+}
+
+/// A folder with a job file, and nothing else until the program writes.
+pub struct Folder {
+    dir: TempDir,
+}
+
+impl Folder {
+    /// A folder whose `job.json` has this text.
+    pub fn with(text: impl AsRef<[u8]>) -> Self {
+        let dir = tempfile::tempdir().expect("temporary folder");
+        std::fs::write(dir.path().join("job.json"), text).expect("write the job");
+        Self { dir }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    pub fn text(&self, name: &str) -> String {
+        self.path(name).display().to_string()
+    }
+
+    /// Runs `railsqueal COMMAND job.json ARGS`.
+    pub fn call(&self, ranks: usize, command: &str, args: &[&str]) -> Ran {
+        let job = self.text("job.json");
+        railsqueal(ranks, &[&[command, job.as_str()], args].concat())
+    }
+
+    /// What lies in the folder, sorted.
+    pub fn listing(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.dir.path()).expect("list the folder");
+        let mut names: Vec<String> =
+            entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// Nothing but the job is there.
+    #[track_caller]
+    pub fn untouched(&self) {
+        assert_eq!(self.listing(), ["job.json"]);
+    }
+}
+
+/// A job file of the project.
+pub fn job(name: &str) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs").join(name);
+    serde_json::from_slice(&std::fs::read(path).expect("the job file")).expect("a job")
+}
+
+/// The two cylinders with meshes so coarse that a run takes a second: for behaviour, not for mechanics.
+pub fn small() -> Value {
+    let mut job = job("two-cylinders.json");
+    for body in ["lower", "upper"] {
+        let cylinder = &mut job["bodies"][body]["mesh"]["cylinder"];
+        cylinder["element_size"] = json!(0.004);
+        cylinder["growth"] = json!(2.0);
+        cylinder["max_element_size"] = json!(0.05);
+    }
+    job["contact"]["patch"] = json!({ "half_length": 0.012, "half_width": 0.012 });
+    job["analyses"] = json!({ "modes": { "count": 5 }, "steady": {} });
+    job
+}

@@ -1,0 +1,82 @@
+//! Whole runs: what they print and write, and that the number of ranks does not matter.
+
+use super::program::*;
+use serde_json::json;
+use std::path::Path;
+
+fn numbers(file: &Path, name: &str) -> Vec<f64> {
+    let file = hdf5::File::open(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    file.dataset(name).and_then(|d| d.read_raw::<f64>()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+#[track_caller]
+fn close(what: &str, a: &[f64], b: &[f64], tolerance: f64) {
+    assert_eq!(a.len(), b.len(), "{what}");
+    let scale = b.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    for (x, y) in a.iter().zip(b) {
+        assert!((x - y).abs() <= tolerance * scale, "{what}: {a:?} and {b:?}");
+    }
+}
+
+/// Unlike bodies, all creepages: forces and frequencies agree to 1e-7 on 1, 2 and 3 ranks.
+#[test]
+fn the_number_of_ranks_does_not_matter() {
+    let mut job = small();
+    job["bodies"]["upper"]["material"]["young"] = json!(70e9);
+    job["contact"]["creepage"] = json!({ "longitudinal": 0.001, "lateral": 0.002, "spin": 0.1 });
+    let folder = Folder::with(job.to_string());
+    let names = ["modes/lower/frequency", "modes/upper/frequency", "contact/force", "contact/approach"];
+    let mut first: Option<Vec<Vec<f64>>> = None;
+    for ranks in [1, 2, 3] {
+        let output = folder.text(&format!("{ranks}.h5"));
+        folder.call(ranks, "run", &["--output", &output]).good();
+        let found: Vec<Vec<f64>> = names.iter().map(|n| numbers(Path::new(&output), n)).collect();
+        assert!(found[0].len() >= 5 && found[2].len() == 3, "{found:?}");
+        let expected = first.get_or_insert_with(|| found.clone());
+        for (name, (a, b)) in names.iter().zip(found.iter().zip(expected.iter())) {
+            close(&format!("{name} on {ranks} ranks"), a, b, 1e-7);
+        }
+    }
+}
+
+#[test]
+fn a_run_prints_a_summary_and_writes_beside_the_job() {
+    let folder = Folder::with(small().to_string());
+    let ran = folder.call(2, "run", &["--only", "steady"]);
+    for part in ["steady rolling", "normal force", "job.h5"] {
+        assert!(ran.good().out.contains(part), "no {part:?} in: {}", ran.out);
+    }
+    assert!(ran.err.contains("meshing") && ran.err.contains("factorisation"), "progress: {}", ran.err);
+    assert!(folder.listing().contains(&"job.h5".to_string()), "{:?}", folder.listing());
+    let force = numbers(&folder.path("job.h5"), "contact/force");
+    assert!((force[2].abs() - 70e3).abs() < 1e-2, "{force:?}");
+    // A second run needs --force, and replaces.
+    let half = ["--force", "--only", "steady", "--set", "contact.normal_load=35e3"];
+    folder.call(1, "run", &half).good();
+    let force = numbers(&folder.path("job.h5"), "contact/force");
+    assert!((force[2].abs() - 35e3).abs() < 1e-2, "{force:?}");
+}
+
+#[test]
+fn one_body_without_contact() {
+    let mut job = job("annulus.json");
+    let cylinder = &mut job["bodies"]["lower"]["mesh"]["cylinder"];
+    cylinder["element_size"] = json!(0.05);
+    cylinder["max_element_size"] = json!(0.05);
+    job["analyses"]["modes"]["count"] = json!(4);
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
+    let f = numbers(&folder.path("job.h5"), "modes/lower/frequency");
+    assert!(f.len() >= 4 && f[0] > 100.0 && f.windows(2).all(|w| w[0] <= w[1]), "{f:?}");
+}
+
+#[test]
+fn options_of_petsc_that_nothing_asks_for_are_reported() {
+    let mut job = small();
+    job["petsc_options"] = json!({ "no_such_option": 3 });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &["--only", "steady", "--", "-another_one", "x"]);
+    for part in ["no_such_option", "another_one"] {
+        assert!(ran.good().err.contains(part), "no {part:?} in: {}", ran.err);
+    }
+}

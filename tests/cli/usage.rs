@@ -1,0 +1,99 @@
+//! Usage, help, versions, the schema, `check`, and the launcher.
+
+use super::program::*;
+use std::process::Command;
+
+#[test]
+fn version_names_every_library() {
+    let ran = railsqueal(1, &["--version"]);
+    let ran = ran.good();
+    for name in ["railsqueal", "PETSc", "scalar type", "complex", "SLEPc", "MUMPS", "MPI", "HDF5", "METIS"] {
+        assert!(ran.out.contains(name), "no {name} in: {}", ran.out);
+    }
+    assert_eq!(ran.out.lines().next(), Some(concat!("railsqueal ", env!("CARGO_PKG_VERSION"))));
+}
+
+#[test]
+fn the_printed_schema_is_the_kept_one() {
+    let ran = railsqueal(1, &["schema"]);
+    assert_eq!(ran.good().out, include_str!("../../schemas/job.schema.json"));
+    // One rank speaks.
+    let ran = railsqueal(2, &["schema"]);
+    assert_eq!(ran.good().out, include_str!("../../schemas/job.schema.json"));
+}
+
+#[test]
+fn help_lists_the_exit_codes() {
+    let ran = railsqueal(1, &["--help"]);
+    for part in ["run", "check", "schema", "Exit codes", "7  not enough memory"] {
+        assert!(ran.good().out.contains(part), "no {part:?} in: {}", ran.out);
+    }
+}
+
+#[test]
+fn wrong_usage_is_exit_2() {
+    for (args, part) in [
+        (&[][..], "say what to do"),
+        (&["run"][..], "<JOB>"),
+        (&["rum", "job.json"][..], "rum"),
+        (&["run", "job.json", "--sat", "a=1"][..], "--sat"),
+        (&["check", "job.json", "--output", "x.h5"][..], "--output"),
+    ] {
+        railsqueal(1, args).failed(2, &[part]);
+    }
+    railsqueal(2, &["rum"]).failed(2, &["rum"]);
+}
+
+#[test]
+fn stdout_that_cannot_be_written_is_an_io_error_and_a_closed_pipe_is_none() {
+    let full = Command::new("sh").args(["-c", &format!("{PROGRAM} schema > /dev/full")]).output().expect("sh");
+    assert_eq!(full.status.code(), Some(6), "{full:?}");
+    let pipe = Command::new("bash").args(["-c", &format!("set -o pipefail; {PROGRAM} schema | head -n 1")]).output();
+    let pipe = pipe.expect("bash");
+    assert!(pipe.status.success() && pipe.stderr.is_empty(), "{pipe:?}");
+}
+
+#[test]
+fn check_says_what_would_be_computed_and_writes_nothing() {
+    let folder = Folder::with(small().to_string());
+    for ranks in [1, 2] {
+        let ran = folder.call(ranks, "check", &["--set", "contact.friction=0.45", "--only", "steady"]);
+        for part in [
+            "\"friction\": 0.45",
+            "\"linear\": \"mumps\"",
+            "hexahedra",
+            "degrees of freedom",
+            "49 contact nodes",
+            "steady rolling: normal load 70000 N, friction 0.45",
+            "estimated memory",
+            "job.h5",
+        ] {
+            assert!(ran.good().out.contains(part), "no {part:?} in: {}", ran.out);
+        }
+        assert!(!ran.out.contains("modes: the"), "--only keeps one analysis: {}", ran.out);
+        folder.untouched();
+    }
+}
+
+#[test]
+fn the_jobs_of_the_project_are_valid() {
+    for name in ["two-cylinders.json", "annulus.json"] {
+        let folder = Folder::with(job(name).to_string());
+        folder.call(1, "check", &[]).good();
+        folder.untouched();
+    }
+}
+
+#[test]
+fn several_worlds_of_one_are_refused() {
+    let folder = Folder::with(small().to_string());
+    for variable in ["PMI_SIZE", "SLURM_STEP_NUM_TASKS"] {
+        let job = folder.text("job.json");
+        let ran = finish(Command::new(PROGRAM).env(variable, "4").args(["run", &job]));
+        ran.failed(2, &["4 processes", variable, "PMI", "srun --mpi"]);
+        folder.untouched();
+    }
+    // The processes other than the first say nothing and end with the same code.
+    let silent = finish(Command::new(PROGRAM).env("PMI_SIZE", "4").env("PMI_RANK", "3").args(["run", "x"]));
+    assert_eq!((silent.code, silent.err.as_str()), (Some(2), ""));
+}
