@@ -75,8 +75,8 @@ pub struct Body {
 pub enum MeshSource {
     /// The built-in annular cylinder.
     Cylinder(Cylinder),
-    /// A Gmsh MSH 4.1 file (ASCII or binary) in metres, relative to the job file. The body is in lower form: contact
-    /// point at the origin, outward normal +z there; its contact surface is the group `contact`.
+    /// A Gmsh MSH 4.1 file (ASCII or binary) in metres, relative to the job file: the body in its place, the contact point at the
+    /// origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
     File(PathBuf),
 }
 

@@ -75,6 +75,39 @@ fn every_number_in_the_schema_has_a_unit_or_is_a_count_and_every_key_a_descripti
 }
 
 #[test]
+fn the_documentation_names_every_key() {
+    fn keys(node: &Value, out: &mut Vec<String>) {
+        match node {
+            Value::Object(map) => {
+                if let Some(properties) = map.get("properties").and_then(Value::as_object) {
+                    out.extend(properties.keys().cloned());
+                }
+                map.values().for_each(|v| keys(v, out));
+            }
+            Value::Array(list) => list.iter().for_each(|v| keys(v, out)),
+            _ => {}
+        }
+    }
+    let mut all = Vec::new();
+    keys(&schema(), &mut all);
+    assert!(all.len() > 40, "{all:?}");
+    let text = include_str!("../../docs/job.md");
+    let named = |key: &str| text.contains(&format!("`{key}`")) || text.contains(&format!(".{key}`"));
+    let missing: Vec<&String> = all.iter().filter(|k| !named(k)).collect();
+    // Groups of keys are named by the keys in them.
+    let groups = ["material", "damping", "creepage", "patch", "modes", "steady"];
+    let missing: Vec<_> = missing.into_iter().filter(|k| !groups.contains(&k.as_str())).collect();
+    assert!(missing.is_empty(), "docs/job.md does not name {missing:?}");
+}
+
+#[test]
+fn the_job_in_the_readme_is_valid() {
+    let text = include_str!("../../README.md");
+    let job = text.split("```json").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    assert_eq!(read(job.as_bytes(), &[]).unwrap().analyses.names(), ["steady"]);
+}
+
+#[test]
 fn syntax_errors_point_at_the_place() {
     let of = |text: &str| read(text.as_bytes(), &[]).unwrap_err().to_string();
     says(
