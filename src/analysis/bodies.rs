@@ -7,7 +7,7 @@ use crate::fem::{assembly, Material};
 use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
 use crate::mesh::cylinder::{self, CylinderSpec};
 use crate::mesh::grid::ContactGrid;
-use crate::mesh::Mesh;
+use crate::mesh::{msh, Mesh};
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::parallel::World;
 use crate::petsc::mumps::{Factor, FactorOptions, Kind};
@@ -178,7 +178,14 @@ pub(super) fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed>
             let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
             Ok(Meshed { mesh, grid })
         }
-        MeshSource::File(path) => Err(crate::Error::Input(format!("{}: mesh files are not read yet", path.display()))),
+        MeshSource::File(path) => {
+            let mesh = msh::read(path)?;
+            let grid = match job.contact {
+                Some(_) => Some(ContactGrid::from_mesh(&mesh, "contact").map_err(named)?),
+                None => None,
+            };
+            Ok(Meshed { mesh, grid })
+        }
     }
 }
 

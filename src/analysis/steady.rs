@@ -58,6 +58,9 @@ fn interface_of(bodies: &Bodies) -> Result<Interface> {
     let [lower, upper] = grids[..] else {
         return Err(Error::Defect("contact needs the contact grids of two bodies".into()));
     };
+    // A thousandth of an element: much less than the grid error, much more than rounding in a mesh file.
+    let spacing = lower.x.windows(2).chain(lower.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    ContactGrid::matched(lower, upper, 1e-3 * spacing)?;
     let gap = lower.z.iter().zip(&upper.z).map(|(l, u)| -l - u).collect();
     Interface::new(lower.x.clone(), lower.y.clone(), gap)
 }
@@ -142,8 +145,6 @@ fn fields(
         let nodes = place.grid.as_ref().map_or(&[][..], |g| &g.nodes);
         contact.push(contact_fields(world, &body.part, nodes, pressure, &traction, &state));
     }
-    let slices = |v: &'_ [Vec<f64>]| -> Vec<Vec<f64>> { v.to_vec() };
-    let (displacement, von_mises) = (slices(&displacement), slices(&von_mises));
     let mut all = vec![
         PointField::displacement(displacement.iter().map(Vec::as_slice).collect()),
         PointField::von_mises(von_mises.iter().map(Vec::as_slice).collect()),

@@ -101,7 +101,7 @@ pub struct Cylinder {
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub contact_offset: f64,
-    /// Edge length of the elements at the contact, m.
+    /// Edge length of the elements at the contact, m; of a body without contact, at the edges of its bore.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub element_size: f64,
     /// Ratio of the sizes of neighbouring elements away from the contact; 1 is a uniform mesh.

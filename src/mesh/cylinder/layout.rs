@@ -53,6 +53,7 @@ impl CylinderSpec {
         let mut theta: Vec<f64> = (0..=nxp).map(|i| (i as f64 * h / r).asin()).collect();
         let edge = theta[nxp] * r;
         let rest = half_turn - edge;
+        let first = if self.has_patch() { first } else { largest };
         theta.extend(
             ends(
                 &grading::sizes(rest, grading::elements(rest, first, self.growth, largest), first, largest),
@@ -63,7 +64,11 @@ impl CylinderSpec {
         );
 
         // Depth: layers from the running surface down.
-        let layers = grading::sizes(depth, grading::elements(depth, h, self.growth, largest), h, largest);
+        let mut layers = grading::sizes(depth, grading::elements(depth, h, self.growth, largest), h, largest);
+        if !self.has_patch() {
+            // Fine at the bore instead, where a support bends the body most.
+            layers.reverse();
+        }
         let mut below = vec![0.0];
         below.extend(ends(&layers, 0.0, depth));
 
@@ -94,10 +99,16 @@ impl CylinderSpec {
         if joins > 0 && group as f64 * h > largest {
             return None;
         }
-        if !self.has_patch() && self.max_element_size.is_none() {
-            // A plain body: equal columns; no line need pass through the contact point.
-            let n = grading::elements(self.thickness, h, self.growth, h);
-            return Some(((0..=n).map(|j| y0 + self.thickness * (j as f64 / n as f64)).collect(), 0));
+        if !self.has_patch() {
+            // Fine at both sides, where a supported bore ends in an edge; no line need pass through the contact point.
+            let half = 0.5 * self.thickness;
+            let columns = grading::sizes(half, grading::elements(half, h, self.growth, largest), h, largest);
+            let from_side: Vec<f64> = ends(&columns, 0.0, half).collect();
+            let mut y = vec![y0];
+            y.extend(from_side.iter().map(|d| y0 + d));
+            y.extend(from_side.iter().rev().skip(1).map(|d| y1 - d));
+            y.push(y1);
+            return Some((y, 0));
         }
         let cap = (largest / group as f64).max(h);
         let edge = nyp as f64 * h;

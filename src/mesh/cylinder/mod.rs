@@ -33,7 +33,8 @@ pub struct CylinderSpec {
     pub crown_radius: Option<f64>,
     /// Distance of the contact point from the mid-plane, towards +y: the mid-plane is y = -`contact_offset`.
     pub contact_offset: f64,
-    /// Element size on the patch and of the first layer below it; without a patch and a `max_element_size` the size everywhere.
+    /// Element size on the patch and of the first layer below it; without a patch, at the edges of the bore; without a
+    /// patch and a `max_element_size`, the size everywhere.
     pub element_size: f64,
     /// Largest ratio of neighbouring element sizes away from the patch, above 1 (see [`DEFAULT_GROWTH`]).
     pub growth: f64,
