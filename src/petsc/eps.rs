@@ -321,7 +321,7 @@ fn real_part(world: &World, x: &[Complex<f64>], index: sys::PetscInt) -> Result<
     let real: Vec<f64> = rotated.iter().map(|v| v.re).collect();
     let imaginary: Vec<f64> = rotated.iter().map(|v| v.im).collect();
     let (re, im) = (norm2(world, &real), norm2(world, &imaginary));
-    if !(im <= 1e-10 * re) {
+    if im.is_nan() || im > 1e-10 * re {
         return Err(Error::NotConverged(format!(
             "mode {}: the eigenvector of a real problem came back complex ({:.1e} of it imaginary)",
             index + 1,
@@ -352,7 +352,8 @@ fn normalised(
         let r: Vec<f64> = kx.iter().zip(&mx).map(|(k, m)| k - lambda * m).collect();
         let residual = norm2(world, &r) / ((lambda - options.sigma).abs() * norm2(world, &mx));
         let skew = modes.vectors.iter().map(|y| dot(world, y, &mx).abs()).fold(0.0, f64::max);
-        if !(residual <= RESIDUAL_LIMIT && skew <= ORTHOGONALITY_LIMIT) {
+        let good = residual <= RESIDUAL_LIMIT && skew <= ORTHOGONALITY_LIMIT;
+        if !good {
             return Err(Error::NotConverged(format!(
                 "modes: SLEPc takes eigenvalue {lambda:e} for converged, but its residual is {residual:.1e} (limit {RESIDUAL_LIMIT:.0e}) \
                  and its product with another mode {skew:.1e} (limit {ORTHOGONALITY_LIMIT:.0e})"
