@@ -3,6 +3,10 @@
 //!
 //! Data flows down this list and never back up; see `docs/` for the theory and the conventions.
 
+#![deny(unsafe_code)]
+// What input can reach must not panic.
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::todo))]
+
 pub mod analysis;
 pub mod body;
 pub mod contact;
@@ -12,6 +16,7 @@ pub mod job;
 pub mod mesh;
 pub mod output;
 pub mod parallel;
+#[allow(unsafe_code)] // The one place where the C libraries are called.
 pub mod petsc;
 pub mod progress;
 

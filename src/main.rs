@@ -1,5 +1,8 @@
 //! Command line of railsqueal: parses, calls, and maps errors to exit codes.
 
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::todo))]
+
 mod cli;
 
 use clap::Parser;

@@ -61,7 +61,7 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
         }
         MeshSource::File(path) => {
             let Meshed { mesh, grid } = mesh_of(job, name, body)?;
-            for group in body.fixed.iter().filter(|g| !mesh.groups.contains_key(*g)) {
+            if let Some(group) = body.fixed.iter().find(|g| !mesh.groups.contains_key(*g)) {
                 let names: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
                 return Err(Error::Input(format!(
                     "bodies.{name}.fixed: {} has no group \"{group}\"; it has {}",

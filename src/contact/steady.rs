@@ -236,8 +236,8 @@ impl SteadyProblem<'_> {
             y,
             half(&s.x),
             half(&s.y),
-            a.max(half(&s.x) * if (first % s.x.len()) % (s.x.len() - 1) == 0 { 1.1 } else { 0.0 }),
-            b.max(half(&s.y) * if (first / s.x.len()) % (s.y.len() - 1) == 0 { 1.1 } else { 0.0 }),
+            a.max(half(&s.x) * if (first % s.x.len()).is_multiple_of(s.x.len() - 1) { 1.1 } else { 0.0 }),
+            b.max(half(&s.y) * if (first / s.x.len()).is_multiple_of(s.y.len() - 1) { 1.1 } else { 0.0 }),
         )))
     }
 

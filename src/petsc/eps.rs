@@ -221,8 +221,8 @@ fn solve(petsc: &Petsc, context: *mut c_void, n: usize, order: u64, options: &Mo
             unsafe extern "C" fn(),
         >(apply_mass)
     };
-    // SAFETY: a live matrix.
     check(
+        // SAFETY: a live matrix, and the operation in the form that PETSc stores.
         unsafe { sys::MatShellSetOperation(mass.raw(), sys::MatOperation_MATOP_MULT, Some(multiply)) },
         "setting the mass operator",
     )?;

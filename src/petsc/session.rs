@@ -88,9 +88,9 @@ impl<'w> Petsc<'w> {
         argv.push(ptr::null_mut());
         let argv: &'static mut [*mut c_char] = Box::leak(argv.into_boxed_slice());
         let holder: &'static mut *mut *mut c_char = Box::leak(Box::new(argv.as_mut_ptr()));
-        // SAFETY: argc and argv describe a null-terminated argument vector that is never freed; MPI is initialised, as
-        // the caller holds a World.
         check(
+            // SAFETY: argc and argv describe a null-terminated argument vector that is never freed; MPI is initialised,
+            // as the caller holds a World.
             unsafe { slepc_sys::SlepcInitialize(&mut argc, holder, ptr::null(), ptr::null()) },
             "initialising SLEPc",
         )?;
