@@ -9,6 +9,12 @@ const MAX_DIVISIONS: f64 = 200_000.0;
 /// Columns are joined where the elements have grown, in angle or depth, to this many column widths.
 const JOIN_AT: f64 = 2.5;
 
+/// Largest layer, as a part of the largest element size: bending of the disc, clamped at the bore, varies faster along the radius than around it.
+const RADIAL: f64 = 0.8;
+/// Layer at the bore, as a part of the largest element size: a clamped bore has singular stresses at its edges, and bending is strongest
+/// there. Equal elements of 25 mm in a wheel of 0.5 m put its first clamped frequency 0.9 % too high, a bore layer of 7.5 mm halves that.
+const BORE: f64 = 0.3;
+
 impl CylinderSpec {
     /// The error of a mesh with `found` nodes (or divisions), too many, with a size that would do.
     fn too_fine(&self, found: f64, what: &str) -> Error {
@@ -63,12 +69,7 @@ impl CylinderSpec {
             .map(|arc| arc / r),
         );
 
-        // Depth: layers from the running surface down.
-        let mut layers = grading::sizes(depth, grading::elements(depth, h, self.growth, largest), h, largest);
-        if !self.has_patch() {
-            // Fine at the bore instead, where a support bends the body most.
-            layers.reverse();
-        }
+        let layers = self.layers(depth);
         let mut below = vec![0.0];
         below.extend(ends(&layers, 0.0, depth));
 
@@ -87,6 +88,27 @@ impl CylinderSpec {
             }
         }
         best.map(|(_, l)| Divided::Grid(l)).ok_or_else(|| Error::Defect("no division of the cylinder's width".into()))
+    }
+
+    /// Layers from the running surface down to the bore, m.
+    fn layers(&self, depth: f64) -> Vec<f64> {
+        let (h, g) = (self.element_size, self.growth);
+        let largest = self.largest();
+        if !self.has_patch() {
+            // Fine at the bore alone, where a support bends the body most.
+            let mut layers = grading::sizes(depth, grading::elements(depth, h, g, largest), h, largest);
+            layers.reverse();
+            return layers;
+        }
+        let cap = (RADIAL * largest).max(h);
+        let bore = (BORE * largest).max(h);
+        // Sizes that grow at the same rate from either end are equal here.
+        let meet = (0.5 * (depth + (bore - h) / g.ln())).clamp(0.0, depth);
+        let from =
+            |first: f64, length: f64| grading::sizes(length, grading::elements(length, first, g, cap), first, cap);
+        let mut layers = from(h, meet);
+        layers.extend(from(bore, depth - meet).iter().rev());
+        layers
     }
 
     /// Lines across the width, m, ascending, in a multiple of 3^`joins` columns, and the index of the line y = 0. `None` where so many
