@@ -3,7 +3,7 @@
 
 use super::bodies::{cylinder_spec, mesh_of, Meshed};
 use crate::job::{self, Compliance, Job, LinearSolver, Load, MeshSource, ModesExtent};
-use crate::mesh::cylinder;
+use crate::mesh::{cylinder, msh};
 use crate::{Error, Result};
 use std::fmt;
 
@@ -61,13 +61,8 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
         }
         MeshSource::File(path) => {
             let Meshed { mesh, grid } = mesh_of(job, name, body)?;
-            if let Some(group) = body.fixed.iter().find(|g| !mesh.groups.contains_key(*g)) {
-                let names: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
-                return Err(Error::Input(format!(
-                    "bodies.{name}.fixed: {} has no group \"{group}\"; it has {}",
-                    path.display(),
-                    if names.is_empty() { "none".into() } else { names.join(", ") }
-                )));
+            for group in &body.fixed {
+                msh::require_group(&mesh, group, &format!("bodies.{name}.fixed: {}", path.display()))?;
             }
             let contact = grid.map_or(0, |g| g.nodes.len() as u64);
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);

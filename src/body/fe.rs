@@ -6,7 +6,7 @@ use crate::fem::dofs::{DofMap, FIXED};
 use crate::fem::Material;
 use crate::mesh::distribute::{distribute, MeshPart};
 use crate::mesh::grid::ContactGrid;
-use crate::mesh::Mesh;
+use crate::mesh::{msh, Mesh};
 use crate::parallel::World;
 use crate::petsc::exchange::Exchange;
 use crate::{Error, Result};
@@ -59,7 +59,12 @@ impl FeBody {
         material: Material,
         fixed: &[String],
     ) -> Result<Self> {
-        world.on_root(|| mesh.map_or(Ok(()), |m| require_groups(name, m, fixed)))?;
+        world.on_root(|| match mesh {
+            Some(m) => {
+                fixed.iter().try_for_each(|g| msh::require_group(m, g, &format!("bodies.{name}.fixed: the mesh")))
+            }
+            None => Err(Error::Defect("no mesh on rank 0".into())),
+        })?;
         let part = distribute(world, mesh)?;
         let dofs = DofMap::new(world, &part, fixed);
         let operators = assemble(world, &part, &dofs, &material).map_err(|e| e.context(format!("body \"{name}\"")))?;
@@ -181,17 +186,4 @@ fn sign(row: usize) -> f64 {
 fn columns(part: &MeshPart, dofs: &DofMap) -> Vec<u64> {
     let ghosts = &dofs.local[part.owned..];
     ghosts.iter().filter(|&&d| d != FIXED).flat_map(|&d| [d, d + 1, d + 2]).collect()
-}
-
-fn require_groups(name: &str, mesh: &Mesh, fixed: &[String]) -> Result<()> {
-    for group in fixed {
-        if !mesh.groups.contains_key(group) {
-            let found: Vec<&str> = mesh.groups.keys().map(String::as_str).collect();
-            return Err(Error::Input(format!(
-                "bodies.{name}.fixed: the mesh has no group \"{group}\"; its groups are: {}",
-                found.join(", ")
-            )));
-        }
-    }
-    Ok(())
 }
