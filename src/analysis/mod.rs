@@ -4,6 +4,7 @@ mod bodies;
 mod modes;
 pub mod plan;
 mod report;
+pub mod stability;
 mod steady;
 
 use crate::job::Job;

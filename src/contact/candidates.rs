@@ -97,8 +97,8 @@ impl Candidates {
             let [x, y] = problem.interface.point(i);
             let rigid = problem.creepage.rigid(x, y);
             let terms = upstream.rows[i].map(|(j, d)| (j, d * rho));
-            for r in 0..2 {
-                self.constant[3 * a + r] = rho * rigid[r] / self.unit;
+            for (r, c) in rigid.iter().enumerate() {
+                self.constant[3 * a + r] = rho * c / self.unit;
                 gather(problem, &terms, r, &self.nodes, self.kt.col_as_slice_mut(3 * a + r))?;
             }
         }
@@ -130,7 +130,7 @@ impl Candidates {
             let mean = closed.iter().map(|&a| (position(a) - centre) * s[3 * a + c] / self.rho_creep[a]).sum::<f64>();
             -2.0 * mean / (count * peak)
         });
-        if flexibility.iter().any(|l| !(*l > 0.0)) {
+        if flexibility.iter().any(|l| *l <= 0.0 || !l.is_finite()) {
             return;
         }
         let mut previous: Option<usize> = None;

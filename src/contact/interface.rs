@@ -153,6 +153,31 @@ impl Interface {
         };
         Upstream { rows: (0..self.len()).map(row).collect() }
     }
+
+    /// The upstream operator of the contact that holds the given stresses (tx, ty, p), Pa, `[3n]`, at the given approach, m,
+    /// with the influence matrix `w`, `[3n, 3n]`.
+    pub(super) fn deformed_upstream(
+        &self,
+        stencil: Stencil,
+        w: MatRef<'_, f64>,
+        stress: &[f64],
+        approach: f64,
+    ) -> Upstream {
+        let s = self;
+        let closed: Vec<bool> = (0..s.len()).map(|i| stress[3 * i + 2] > 0.0).collect();
+        let force: Vec<f64> =
+            stress.chunks_exact(3).zip(&s.weight).flat_map(|(t, w)| t.iter().map(move |v| v * w)).collect();
+        let mut gap = vec![0.0; s.len()];
+        // Only the two nodes ahead of an edge are asked for their gap.
+        for i in (0..s.len()).filter(|&i| {
+            let ix = i % s.x.len();
+            !closed[i] && (1..=2).any(|k| ix + k < s.x.len() && closed[i + k])
+        }) {
+            let sunk: f64 = w.col(3 * i + 2).iter().zip(&force).map(|(c, f)| c * f).sum();
+            gap[i] = s.gap[i] - approach + sunk;
+        }
+        s.upstream(stencil, Some((&gap, &closed)))
+    }
 }
 
 /// The upstream difference operator ∂/∂x on the nodes of an interface.

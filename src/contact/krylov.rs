@@ -136,9 +136,9 @@ mod tests {
             |r| r.iter().enumerate().map(|(i, v)| v / a(i, i)).collect(),
             |v| (times(v), v.iter().map(|x| 2.0 * x).collect()),
         );
-        for i in 0..n {
-            assert!((s.x[i] - want[i]).abs() < 1e-10, "component {i}: {} against {}", s.x[i], want[i]);
-            assert!((s.image[i] - 2.0 * want[i]).abs() < 1e-10, "image {i}: {}", s.image[i]);
+        for (i, want) in want.iter().enumerate() {
+            assert!((s.x[i] - want).abs() < 1e-10, "component {i}: {} against {want}", s.x[i]);
+            assert!((s.image[i] - 2.0 * want).abs() < 1e-10, "image {i}: {}", s.image[i]);
         }
         assert!(s.products < n, "{} products", s.products);
     }

@@ -1,5 +1,43 @@
 //! The laws of Signorini and Coulomb as projections, with nodal quadrature (formulation section 3).
 
+/// Coefficient of friction as a function of the sliding velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrictionLaw {
+    /// Coulomb: the same at all velocities, 1.
+    Constant(f64),
+    /// μ(v) = μ_k + (μ_s − μ_k) exp(−v/v_d).
+    Exponential {
+        /// μ_s, at rest, 1.
+        at_rest: f64,
+        /// μ_k, in fast sliding, 1.
+        kinetic: f64,
+        /// v_d, m/s.
+        decay_velocity: f64,
+    },
+}
+
+impl FrictionLaw {
+    /// μ at the sliding velocity `v` ≥ 0, m/s.
+    pub fn coefficient(&self, v: f64) -> f64 {
+        match *self {
+            FrictionLaw::Constant(mu) => mu,
+            FrictionLaw::Exponential { at_rest, kinetic, decay_velocity } => {
+                kinetic + (at_rest - kinetic) * (-v / decay_velocity).exp()
+            }
+        }
+    }
+
+    /// dμ/dv at the sliding velocity `v`, s/m.
+    pub fn slope(&self, v: f64) -> f64 {
+        match *self {
+            FrictionLaw::Constant(_) => 0.0,
+            FrictionLaw::Exponential { at_rest, kinetic, decay_velocity } => {
+                -(at_rest - kinetic) / decay_velocity * (-v / decay_velocity).exp()
+            }
+        }
+    }
+}
+
 /// Projection on the half-line p ≥ 0.
 pub fn project_normal(p: f64) -> f64 {
     p.max(0.0)
@@ -59,6 +97,17 @@ pub fn natural_map(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn slope_of_a_falling_law_is_its_derivative() {
+        let law = FrictionLaw::Exponential { at_rest: 0.4, kinetic: 0.25, decay_velocity: 0.3 };
+        assert_eq!(law.coefficient(0.0), 0.4);
+        for v in [0.0, 0.1, 1.0] {
+            let h = 1e-6;
+            let d = (law.coefficient(v + h) - law.coefficient(v)) / h;
+            assert!((law.slope(v) - d).abs() < 1e-5, "at {v}: {} against {d}", law.slope(v));
+        }
+    }
 
     #[test]
     fn natural_map_vanishes_exactly_where_the_laws_hold() {

@@ -151,7 +151,7 @@ impl<'a> Linear<'a> {
         let k = self.closed.len();
         let solved = gmres(&self.rhs, tolerance, 200, |r| self.precondition(r), |v| self.apply(v));
         effort.products += solved.products;
-        if !(solved.relative <= 0.5) || solved.x.iter().any(|v| !v.is_finite()) {
+        if solved.relative.is_nan() || solved.relative > 0.5 || solved.x.iter().any(|v| !v.is_finite()) {
             return None;
         }
         Some(Step { dx: self.spread(&solved.x), dd: solved.x[3 * k], dy: solved.image })

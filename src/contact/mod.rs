@@ -13,7 +13,11 @@ pub mod laws;
 mod linear;
 mod newton;
 mod normal;
+mod patch;
+pub mod sliding;
 pub mod steady;
 
 pub use interface::{combined_compliance, Creepage, Interface, Stencil, Upstream};
+pub use laws::FrictionLaw;
+pub use sliding::{SlidingContact, SlidingDirection, SlidingProblem, SlidingSolution};
 pub use steady::{NormalLoad, SteadyProblem, SteadySolution};

@@ -62,10 +62,7 @@ pub(super) fn solve_normal(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) 
             }
         }
         let scale = s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())) + approach.abs();
-        for i in 0..n {
-            if in_set[i] {
-                continue;
-            }
+        for (i, _) in in_set.iter().enumerate().filter(|(_, inside)| !**inside) {
             // Only nodes whose undeformed surfaces overlap can be pressed: deformation opens the rest, and skipping them
             // spares most of the products. (Influence entries of unlike sign would break this; the full map of the laws is
             // checked on every node at the end.)

@@ -6,7 +6,8 @@ use super::candidates::Candidates;
 use super::interface::{Creepage, Interface, Stencil, Upstream};
 use super::laws::{natural_map, State};
 use super::newton::{self, Effort};
-use super::normal::{contact_modulus, solve_normal};
+use super::normal::solve_normal;
+use super::patch::refuse_border;
 use crate::{Error, Result};
 
 /// What presses the bodies together.
@@ -92,7 +93,7 @@ impl SteadyProblem<'_> {
         }
 
         let normal = solve_normal(self.compliance, s, self.load)?;
-        self.check_patch(normal.closed.iter().copied())?;
+        refuse_border(self.compliance, s, self.load, &normal.closed)?;
         let mut stress = vec![0.0; 3 * s.len()];
         for (&i, f) in normal.closed.iter().zip(&normal.force) {
             stress[3 * i + 2] = f / s.weight[i];
@@ -105,7 +106,8 @@ impl SteadyProblem<'_> {
         let mut residuals = Vec::new();
         for _ in 0..10 {
             newton::solve(self, &mut candidates, 0.5 * self.tolerance, &mut stress, &mut approach, &mut effort)?;
-            self.check_patch((0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0))?;
+            let closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
+            refuse_border(self.compliance, s, self.load, &closed)?;
             upstream = self.upstream(&stress, approach);
             let solution = self.evaluate(&stress, approach, upstream.clone(), effort)?;
             if solution.residual <= self.tolerance {
@@ -143,20 +145,7 @@ impl SteadyProblem<'_> {
 
     /// The upstream operator of the contact with the given stresses (Pa, `[3n]`) and approach.
     pub(super) fn upstream(&self, stress: &[f64], approach: f64) -> Upstream {
-        let s = self.interface;
-        let closed: Vec<bool> = (0..s.len()).map(|i| stress[3 * i + 2] > 0.0).collect();
-        let force: Vec<f64> =
-            stress.chunks_exact(3).zip(&s.weight).flat_map(|(t, w)| t.iter().map(move |v| v * w)).collect();
-        let mut gap = vec![0.0; s.len()];
-        // Only the two nodes ahead of an edge are asked for their gap.
-        for i in (0..s.len()).filter(|&i| {
-            let ix = i % s.x.len();
-            !closed[i] && (1..=2).any(|k| ix + k < s.x.len() && closed[i + k])
-        }) {
-            let sunk: f64 = self.compliance.col(3 * i + 2).iter().zip(&force).map(|(w, f)| w * f).sum();
-            gap[i] = s.gap[i] - approach + sunk;
-        }
-        s.upstream(self.stencil, Some((&gap, &closed)))
+        self.interface.deformed_upstream(self.stencil, self.compliance, stress, approach)
     }
 
     /// Nodes of `set` (ascending or not) and their eight neighbours, ascending.
@@ -218,56 +207,6 @@ impl SteadyProblem<'_> {
             }
         }
         Ok(())
-    }
-
-    /// Refuses a contact that reaches the border of the patch, saying how large the patch must be.
-    fn check_patch(&self, closed: impl Iterator<Item = usize>) -> Result<()> {
-        let s = self.interface;
-        let mut reached = closed.filter(|&i| s.on_border(i)).peekable();
-        let Some(&first) = reached.peek() else { return Ok(()) };
-        let half = |x: &[f64]| 0.5 * (x[x.len() - 1] - x[0]);
-        let [a, b] = self.needed_half_sizes();
-        let [x, y] = s.point(first);
-        Err(Error::Job(format!(
-            "contact.patch: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch has \
-             half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and half_width {:.4e} m: \
-             enlarge contact.patch.half_length and contact.patch.half_width to these",
-            x,
-            y,
-            half(&s.x),
-            half(&s.y),
-            a.max(half(&s.x) * if (first % s.x.len()).is_multiple_of(s.x.len() - 1) { 1.1 } else { 0.0 }),
-            b.max(half(&s.y) * if (first / s.x.len()).is_multiple_of(s.y.len() - 1) { 1.1 } else { 0.0 }),
-        )))
-    }
-
-    /// Half sizes (m) of a patch that holds the contact with a margin of a fifth: Hertz on the curvatures fitted to the gap
-    /// and the modulus of the compliance, with the axes of the ellipse in the approximation a/b = (κy/κx)^(2/3).
-    fn needed_half_sizes(&self) -> [f64; 2] {
-        let s = self.interface;
-        let nx = s.x.len();
-        let low = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
-        let (x0, y0) = (s.point(low)[0], s.point(low)[1]);
-        // Least squares of gap = (κx X² + κy Y²)/2 along the two grid lines through the lowest node.
-        let fit = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
-            let (mut num, mut den) = (0.0, 0.0);
-            for (d, g) in pairs {
-                num += 0.5 * d * d * (g - s.gap[low]);
-                den += 0.25 * d.powi(4);
-            }
-            (num / den).max(f64::MIN_POSITIVE)
-        };
-        let kx = fit(&mut (0..nx).map(|i| (s.x[i] - x0, s.gap[i + nx * (low / nx)])));
-        let ky = fit(&mut (0..s.y.len()).map(|j| (s.y[j] - y0, s.gap[low % nx + nx * j])));
-        let modulus = contact_modulus(self.compliance, s);
-        let mean = (kx * ky).sqrt();
-        // Circle of the geometric mean curvature: a³ = 3N/(4E* κ), or a² = δ/κ; the mean radius of the ellipse is near it.
-        let c = match self.load {
-            NormalLoad::Force(f) => (0.75 * f / (modulus * mean)).cbrt(),
-            NormalLoad::Approach(d) => ((d - s.gap[low]).max(0.0) / mean).sqrt(),
-        };
-        let ratio = (ky / kx).powf(1.0 / 3.0);
-        [1.2 * (c * ratio) + x0.abs(), 1.2 * (c / ratio) + y0.abs()]
     }
 
     /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, and the approach, m.

@@ -1,0 +1,342 @@
+//! Stability of steady sliding on the reduced model: free-interface modes of both bodies, their residual compliance, and
+//! the linearised contact, as one dense eigenproblem.
+//!
+//! With y = (w, change of gap) on the interface, the modes of both bodies give y = Ψ q + S R, q̈ + c q̇ + Ω² q = Ψᵀ R,
+//! Ψ = [Φ1, E Φ2], S = C1 + E C2 E − Ψ Ω⁻² Ψᵀ, E = diag(−1, −1, 1) at each node. About steady sliding the closed nodes keep
+//! y_n = 0 and the tractions change by δt = −μ τ r − D (λ + V ∂x) w, D = (μp0/|ṡ0|)(I − ττᵀ) + μ′p0 ττᵀ. Writing
+//! D = B d Bᵀ with the directions across (and, where μ′ ≠ 0, along) the sliding, and δt = B f − μ τ r, the pressures are
+//! eliminated, r = −(S_nn − S_nt μτ)⁻¹ (Ψ_n q + S_nt B f), and with v = λq there remains the pencil
+//!
+//! λ q = v,   λ v = −c v − (Ω² − G_q) q + G_f f,   λ A f = −(d⁻¹ + V X_f) f − V X_q q − A_q v,
+//!
+//! G: the modal forces, A, A_q: Bᵀw, and X: Bᵀ∂x w, as functions of q and f. Time is scaled by a mean frequency and f so that
+//! the modal forces it makes are of the size of the stiffness. A is singular where the tangential residual vanishes; the
+//! pencil is therefore solved by one real shift and inversion.
+
+use faer::linalg::solvers::Solve;
+use faer::Mat;
+use num_complex::Complex;
+
+use crate::body::ReducedBody;
+use crate::contact::{combined_compliance, SlidingContact};
+use crate::{Error, Result};
+
+/// Two bodies on one interface: combined compliance and modes.
+#[derive(Debug, Clone)]
+pub struct ModalPair {
+    /// W = C1 + E C2 E, m/N, `[3n, 3n]`.
+    pub compliance: Mat<f64>,
+    /// Residual S = W − Ψ Ω⁻² Ψᵀ, m/N, `[3n, 3n]`.
+    pub residual: Mat<f64>,
+    /// Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m1 + m2]`.
+    pub modes: Mat<f64>,
+    /// Angular frequencies, rad/s, `[m1 + m2]`: the lower body's, then the upper one's.
+    pub omega: Vec<f64>,
+    /// Modal damping coefficients, 1/s, `[m1 + m2]`.
+    pub damping: Vec<f64>,
+    /// m1.
+    pub lower_modes: usize,
+}
+
+impl ModalPair {
+    /// Combines the lower and the upper body (both in lower form). Rigid-body modes (ω = 0) have no part in the compliance.
+    pub fn new(lower: &ReducedBody, upper: &ReducedBody) -> Result<Self> {
+        for (name, b) in [("lower", lower), ("upper", upper)] {
+            let m = b.omega.len();
+            if b.damping.len() != m || b.contact_modes.ncols() != m || b.contact_modes.nrows() != b.compliance.nrows() {
+                return Err(Error::Defect(format!(
+                    "reduced {name} body: {m} frequencies, {} damping coefficients, contact modes {:?}, compliance {:?}",
+                    b.damping.len(),
+                    b.contact_modes.shape(),
+                    b.compliance.shape()
+                )));
+            }
+        }
+        let compliance = combined_compliance(lower.compliance.as_ref(), upper.compliance.as_ref())?;
+        let (rows, m1, m2) = (compliance.nrows(), lower.omega.len(), upper.omega.len());
+        let modes = Mat::from_fn(rows, m1 + m2, |i, k| {
+            if k < m1 {
+                lower.contact_modes[(i, k)]
+            } else {
+                let v = upper.contact_modes[(i, k - m1)];
+                if i % 3 == 2 {
+                    v
+                } else {
+                    -v
+                }
+            }
+        });
+        let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
+        let damping = lower.damping.iter().chain(&upper.damping).copied().collect();
+        let scaled = Mat::from_fn(rows, m1 + m2, |i, k| if omega[k] > 0.0 { modes[(i, k)] / omega[k] } else { 0.0 });
+        let residual = &compliance - &scaled * scaled.transpose();
+        Ok(Self { compliance, residual, modes, omega, damping, lower_modes: m1 })
+    }
+}
+
+/// One eigenvalue of the linearised system with its mode.
+#[derive(Debug, Clone)]
+pub struct Eigenpair {
+    /// λ = σ + iω, 1/s: growth rate and angular frequency.
+    pub value: Complex<f64>,
+    /// Modal amplitudes q of both bodies, `[m1 + m2]`, scaled to Euclidean norm 1 (of (q, v/ω_ref, f)).
+    pub modal: Vec<Complex<f64>>,
+    /// Normwise backward error of (λ, x) in the scaled pencil.
+    pub backward_error: f64,
+}
+
+impl Eigenpair {
+    /// Frequency |ω|/2π, Hz.
+    pub fn frequency(&self) -> f64 {
+        self.value.im.abs() / (2.0 * std::f64::consts::PI)
+    }
+
+    /// Growth rate σ, 1/s; the sliding is unstable if positive.
+    pub fn growth_rate(&self) -> f64 {
+        self.value.re
+    }
+
+    /// Damping ratio −σ/|λ|.
+    pub fn damping_ratio(&self) -> f64 {
+        -self.value.re / self.value.norm().max(f64::MIN_POSITIVE)
+    }
+}
+
+/// The pencil (A − λE) x = 0 in scaled variables.
+struct Pencil {
+    a: Mat<f64>,
+    e: Mat<f64>,
+    /// Unit of time is 1/`rate`, rad/s.
+    rate: f64,
+}
+
+/// All finite eigenvalues of steady sliding, both of each conjugate pair, by falling growth rate. Each pair's backward
+/// error is at most `tolerance`, or the result is an error.
+pub fn eigenpairs(bodies: &ModalPair, contact: &SlidingContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
+    let pencil = assemble(bodies, contact)?;
+    let n = pencil.a.nrows();
+    // A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just
+    // this rate, which the backward error would show.
+    let shift = 0.7390851332151607;
+    let lu = (&pencil.a - faer::Scale(shift) * &pencil.e).partial_piv_lu();
+    let inverted = lu.solve(&pencil.e);
+    if (0..n).any(|i| !inverted[(i, i)].is_finite()) {
+        return Err(Error::NotConverged("reduced stability: the linearised system is singular at the shift".into()));
+    }
+    let eigen = inverted
+        .eigen()
+        .map_err(|e| Error::NotConverged(format!("reduced stability: dense eigenvalues failed: {e:?}")))?;
+    let m = bodies.omega.len();
+    let theta = eigen.S().column_vector();
+    let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
+    let norms = (pencil.a.norm_l2(), pencil.e.norm_l2());
+    let mut pairs = Vec::new();
+    for k in 0..n {
+        // Infinite eigenvalues of a singular E.
+        if theta[k].norm() <= 1e-13 * largest {
+            continue;
+        }
+        let lambda = Complex::new(shift, 0.0) + theta[k].inv();
+        let x: Vec<Complex<f64>> = (0..n).map(|i| eigen.U()[(i, k)]).collect();
+        let norm = x.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
+        let residual = residual(&pencil, lambda, &x);
+        let backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
+        if backward_error > tolerance || backward_error.is_nan() {
+            return Err(Error::NotConverged(format!(
+                "reduced stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, \
+                 {tolerance:.1e} was asked for",
+                lambda.re * pencil.rate,
+                lambda.im * pencil.rate
+            )));
+        }
+        pairs.push(Eigenpair {
+            value: lambda * pencil.rate,
+            modal: x[..m].iter().map(|v| v / norm).collect(),
+            backward_error,
+        });
+    }
+    pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
+    Ok(pairs)
+}
+
+/// ‖(A − λE) x‖.
+fn residual(p: &Pencil, lambda: Complex<f64>, x: &[Complex<f64>]) -> f64 {
+    let n = x.len();
+    let mut r = vec![Complex::new(0.0, 0.0); n];
+    for (j, v) in x.iter().enumerate() {
+        let lv = lambda * v;
+        for ((r, a), e) in r.iter_mut().zip(p.a.col_as_slice(j)).zip(p.e.col_as_slice(j)) {
+            *r += v * a - lv * e;
+        }
+    }
+    r.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt()
+}
+
+fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
+    check(bodies, contact)?;
+    let (m, k) = (bodies.omega.len(), contact.nodes.len());
+    let (s, psi) = (bodies.residual.as_ref(), bodies.modes.as_ref());
+    let nodes = &contact.nodes;
+    // Unknown tangential forces f: (closed node, unit direction, coefficient d of D), N·s/m.
+    let mut across: Vec<(usize, [f64; 2], f64)> = Vec::new();
+    for i in 0..k {
+        let t = contact.direction[i];
+        let d = contact.friction[i] * contact.force[i] / contact.velocity[i];
+        if d != 0.0 {
+            across.push((i, [-t[1], t[0]], d));
+        }
+        let along = contact.slope[i] * contact.force[i];
+        if along != 0.0 {
+            across.push((i, t, along));
+        }
+    }
+    let nf = across.len();
+
+    // Columns of unit forces: p together with its friction −μτ, and f.
+    let combine = |row: usize, node: usize, t: [f64; 2], p: f64| -> f64 {
+        t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
+    };
+    let friction = |j: usize| contact.direction[j].map(|c| -contact.friction[j] * c);
+    let s_np = Mat::from_fn(k, k, |i, j| combine(3 * nodes[i] + 2, nodes[j], friction(j), 1.0));
+    // r = −S_np⁻¹ (Ψ_n q + S_nf f): one right-hand side for q and f.
+    let mut r = Mat::from_fn(k, m + nf, |i, j| {
+        -if j < m {
+            psi[(3 * nodes[i] + 2, j)]
+        } else {
+            let (node, b, _) = across[j - m];
+            combine(3 * nodes[i] + 2, nodes[node], b, 0.0)
+        }
+    });
+    s_np.partial_piv_lu().solve_in_place(&mut r);
+    if r.col_iter().any(|c| c.iter().any(|v| !v.is_finite())) {
+        return Err(Error::NotConverged(
+            "reduced stability: the residual normal compliance is singular on the closed nodes; keep fewer modes"
+                .into(),
+        ));
+    }
+    // y at a row as a function of (q, f): Ψ q + S(·, f) f + S(·, p) r, for lists of rows with coefficients.
+    let rows_of = |list: &dyn Fn(usize) -> Vec<(usize, f64)>| -> Mat<f64> {
+        let lists: Vec<Vec<(usize, f64)>> = (0..nf).map(list).collect();
+        let sum = |i: usize, f: &dyn Fn(usize) -> f64| lists[i].iter().map(|&(row, c)| c * f(row)).sum::<f64>();
+        let direct = Mat::from_fn(nf, m + nf, |i, j| {
+            sum(i, &|row| {
+                if j < m {
+                    psi[(row, j)]
+                } else {
+                    let (node, b, _) = across[j - m];
+                    combine(row, nodes[node], b, 0.0)
+                }
+            })
+        });
+        let by_pressure = Mat::from_fn(nf, k, |i, j| sum(i, &|row| combine(row, nodes[j], friction(j), 1.0)));
+        direct + by_pressure * &r
+    };
+    let w = rows_of(&|i| {
+        let (node, b, _) = across[i];
+        (0..2).map(|q| (3 * nodes[node] + q, b[q])).collect()
+    });
+    let x = rows_of(&|i| {
+        let (node, b, _) = across[i];
+        contact.convection[node].iter().flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * b[q]))).collect()
+    });
+    // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
+    let by_f = Mat::from_fn(m, nf, |i, j| {
+        let (node, b, _) = across[j];
+        b[0] * psi[(3 * nodes[node], i)] + b[1] * psi[(3 * nodes[node] + 1, i)]
+    });
+    let by_p = Mat::from_fn(m, k, |i, j| {
+        let (row, t) = (3 * nodes[j], friction(j));
+        t[0] * psi[(row, i)] + t[1] * psi[(row + 1, i)] + psi[(row + 2, i)]
+    });
+    let mut g = by_p * &r;
+    for j in 0..nf {
+        for i in 0..m {
+            g[(i, m + j)] += by_f[(i, j)];
+        }
+    }
+
+    // Scales.
+    let stiffness = Mat::from_fn(m, m, |i, j| (if i == j { bodies.omega[i].powi(2) } else { 0.0 }) - g[(i, j)]);
+    let norm = stiffness.norm_l2() / (m.max(1) as f64).sqrt();
+    let rate = if norm > 0.0 { norm.sqrt() } else { 1.0 };
+    let reach = g.as_ref().subcols(m, nf).norm_l2() / (nf.max(1) as f64).sqrt();
+    let force = if reach > 0.0 { rate * rate / reach } else { 1.0 };
+
+    let n = 2 * m + nf;
+    let (mut a, mut e) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+    for i in 0..m {
+        a[(i, m + i)] = 1.0;
+        e[(i, i)] = 1.0;
+        e[(m + i, m + i)] = 1.0;
+        a[(m + i, m + i)] = -bodies.damping[i] / rate;
+        for j in 0..m {
+            a[(m + i, j)] = -stiffness[(i, j)] / (rate * rate);
+        }
+        for j in 0..nf {
+            a[(m + i, 2 * m + j)] = g[(i, m + j)] * force / (rate * rate);
+        }
+    }
+    for i in 0..nf {
+        // λ (A_q q + A f) + d⁻¹ f + V X = 0 with λ q = v; the row is scaled to a largest entry of 1.
+        let row = 2 * m + i;
+        a[(row, row)] = -force / across[i].2;
+        for j in 0..m {
+            a[(row, j)] = -x[(i, j)];
+            a[(row, m + j)] = -w[(i, j)] * rate;
+        }
+        for j in 0..nf {
+            a[(row, 2 * m + j)] -= x[(i, m + j)] * force;
+            e[(row, 2 * m + j)] = w[(i, m + j)] * force * rate;
+        }
+        let largest = (0..n).map(|j| a[(row, j)].abs().max(e[(row, j)].abs())).fold(0.0, f64::max);
+        for j in 0..n {
+            a[(row, j)] /= largest;
+            e[(row, j)] /= largest;
+        }
+    }
+    Ok(Pencil { a, e, rate })
+}
+
+fn check(bodies: &ModalPair, contact: &SlidingContact) -> Result<()> {
+    let k = contact.nodes.len();
+    let n = bodies.modes.nrows() / 3;
+    let lengths = [
+        contact.force.len(),
+        contact.direction.len(),
+        contact.velocity.len(),
+        contact.friction.len(),
+        contact.slope.len(),
+        contact.convection.len(),
+    ];
+    if k == 0 || bodies.omega.is_empty() {
+        return Err(Error::Job(
+            "analyses.stability: the contact is open or no modes are kept; stability needs a closed contact and modes"
+                .into(),
+        ));
+    }
+    let columns = contact.convection.iter().flatten().map(|&(j, _)| j);
+    if lengths.iter().any(|&l| l != k) || contact.nodes.iter().copied().chain(columns).any(|i| i >= n) {
+        return Err(Error::Defect(format!(
+            "reduced stability: sliding contact of {k} nodes with lists of {lengths:?}"
+        )));
+    }
+    if let Some(i) = (0..k).find(|&i| contact.velocity[i] <= 0.0 || contact.velocity[i].is_nan()) {
+        return Err(Error::Job(format!(
+            "contact.creepage: no creep at closed contact {i}: the direction of sliding is undefined there"
+        )));
+    }
+    Ok(())
+}
+
+/// Shares of the modes in an eigenvector: |q_k|² ω_k² (elastic energy, or |λq_k|² where ω_k = 0), normalised to the sum 1,
+/// `[m1 + m2]`.
+pub fn participation(bodies: &ModalPair, pair: &Eigenpair) -> Vec<f64> {
+    let e: Vec<f64> = pair
+        .modal
+        .iter()
+        .zip(&bodies.omega)
+        .map(|(q, &w)| q.norm_sqr() * if w > 0.0 { w * w } else { pair.value.norm_sqr() })
+        .collect();
+    let sum: f64 = e.iter().sum();
+    e.iter().map(|v| if sum > 0.0 { v / sum } else { 0.0 }).collect()
+}

@@ -1,0 +1,55 @@
+//! Contacts that reach the border of the patch are refused, with the size that the patch must have.
+
+use faer::MatRef;
+
+use super::interface::Interface;
+use super::normal::contact_modulus;
+use super::steady::NormalLoad;
+use crate::{Error, Result};
+
+/// Refuses a contact that reaches the border of the patch, saying how large the patch must be.
+pub(super) fn refuse_border(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad, closed: &[usize]) -> Result<()> {
+    let Some(&first) = closed.iter().find(|&&i| s.on_border(i)) else { return Ok(()) };
+    let half = |x: &[f64]| 0.5 * (x[x.len() - 1] - x[0]);
+    let [a, b] = needed_half_sizes(w, s, load);
+    let [x, y] = s.point(first);
+    Err(Error::Job(format!(
+        "contact.patch: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch has \
+         half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and half_width {:.4e} m: \
+         enlarge contact.patch.half_length and contact.patch.half_width to these",
+        x,
+        y,
+        half(&s.x),
+        half(&s.y),
+        a.max(half(&s.x) * if (first % s.x.len()).is_multiple_of(s.x.len() - 1) { 1.1 } else { 0.0 }),
+        b.max(half(&s.y) * if (first / s.x.len()).is_multiple_of(s.y.len() - 1) { 1.1 } else { 0.0 }),
+    )))
+}
+
+/// Half sizes (m) of a patch that holds the contact with a margin of a fifth: Hertz on the curvatures fitted to the gap
+/// and the modulus of the compliance, with the axes of the ellipse in the approximation a/b = (κy/κx)^(2/3).
+fn needed_half_sizes(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> [f64; 2] {
+    let nx = s.x.len();
+    let low = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
+    let (x0, y0) = (s.point(low)[0], s.point(low)[1]);
+    // Least squares of gap = (κx X² + κy Y²)/2 along the two grid lines through the lowest node.
+    let fit = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
+        let (mut num, mut den) = (0.0, 0.0);
+        for (d, g) in pairs {
+            num += 0.5 * d * d * (g - s.gap[low]);
+            den += 0.25 * d.powi(4);
+        }
+        (num / den).max(f64::MIN_POSITIVE)
+    };
+    let kx = fit(&mut (0..nx).map(|i| (s.x[i] - x0, s.gap[i + nx * (low / nx)])));
+    let ky = fit(&mut (0..s.y.len()).map(|j| (s.y[j] - y0, s.gap[low % nx + nx * j])));
+    let modulus = contact_modulus(w, s);
+    let mean = (kx * ky).sqrt();
+    // Circle of the geometric mean curvature: a³ = 3N/(4E* κ), or a² = δ/κ; the mean radius of the ellipse is near it.
+    let c = match load {
+        NormalLoad::Force(f) => (0.75 * f / (modulus * mean)).cbrt(),
+        NormalLoad::Approach(d) => ((d - s.gap[low]).max(0.0) / mean).sqrt(),
+    };
+    let ratio = (ky / kx).powf(1.0 / 3.0);
+    [1.2 * (c * ratio) + x0.abs(), 1.2 * (c / ratio) + y0.abs()]
+}

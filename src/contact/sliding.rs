@@ -1,0 +1,321 @@
+//! Steady sliding of the whole contact: the state about which stability is examined (formulation section 6).
+//!
+//! Every closed node slides along τ, so that t = −μ p τ, and the pressure follows from the nonsymmetric problem
+//! g = g0 − δ + (W_nn − W_nt μ τ) p ≥ 0 ⟂ p ≥ 0.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
+
+use super::interface::{Creepage, Interface, Stencil, Upstream};
+use super::krylov::dot;
+use super::laws::FrictionLaw;
+use super::normal::solve_normal;
+use super::patch::refuse_border;
+use super::steady::NormalLoad;
+use crate::{Error, Result};
+
+/// Which way the nodes slide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SlidingDirection {
+    /// Along the rigid creep, τ = c/|c|, at the velocity |c|.
+    #[default]
+    Rigid,
+    /// Along the creep of the deformed bodies, ṡ0 = c + V ∂w0/∂x, by a fixed point; refused where ṡ0·c ≤ 0, since such
+    /// nodes would stick.
+    Actual,
+}
+
+/// A problem of steady sliding on an interface of n nodes.
+#[derive(Debug, Clone)]
+pub struct SlidingProblem<'a> {
+    /// The interface.
+    pub interface: &'a Interface,
+    /// Influence matrix W, m/N, `[3n, 3n]`, as in [`super::SteadyProblem`].
+    pub compliance: MatRef<'a, f64>,
+    /// Friction law.
+    pub friction: FrictionLaw,
+    /// Rolling speed V > 0, m/s.
+    pub speed: f64,
+    /// Creepages.
+    pub creepage: Creepage,
+    /// Normal load or approach.
+    pub load: NormalLoad,
+    /// Upstream operator.
+    pub stencil: Stencil,
+    /// Direction of sliding.
+    pub direction: SlidingDirection,
+}
+
+/// Steady sliding on n nodes.
+#[derive(Debug, Clone)]
+pub struct SlidingSolution {
+    /// Pressure, Pa, `[n]`.
+    pub pressure: Vec<f64>,
+    /// Traction on body 1, Pa, `[n][2]`.
+    pub traction: Vec<[f64; 2]>,
+    /// Closed nodes, ascending, `[k]`.
+    pub closed: Vec<usize>,
+    /// Sliding direction τ of the closed nodes, `[k][2]`.
+    pub direction: Vec<[f64; 2]>,
+    /// Sliding velocity of the closed nodes, m/s, `[k]`.
+    pub velocity: Vec<f64>,
+    /// Contact force on body 1, N: (x, y, z); the third is minus the normal force.
+    pub force: [f64; 3],
+    /// Moment of the tractions on body 1 about the z axis, N·m.
+    pub moment_z: f64,
+    /// Approach, m.
+    pub approach: f64,
+    /// Creep velocity of the deformed bodies, c + V ∂w/∂x, m/s, `[n][2]`.
+    pub creep: Vec<[f64; 2]>,
+    /// Number of closed nodes whose creep in the deformed state points against τ: were the state computed with stick,
+    /// they would stick.
+    pub reversed: usize,
+    /// Relative tangential displacement w, m, `[n][2]`.
+    pub w: Vec<[f64; 2]>,
+    /// Gap of the deformed bodies, m, `[n]`.
+    pub gap: Vec<f64>,
+    /// The upstream operator of this contact.
+    pub upstream: Upstream,
+}
+
+/// What the linear theory of a sliding contact needs: k closed nodes on an interface of n.
+#[derive(Debug, Clone)]
+pub struct SlidingContact {
+    /// Closed nodes (rows 3i + c of the bodies), `[k]`.
+    pub nodes: Vec<usize>,
+    /// Normal nodal force p0, N, `[k]`.
+    pub force: Vec<f64>,
+    /// Sliding direction τ, unit vectors, `[k][2]`.
+    pub direction: Vec<[f64; 2]>,
+    /// Sliding velocity |ṡ0|, m/s, `[k]`.
+    pub velocity: Vec<f64>,
+    /// Coefficient of friction at that velocity, `[k]`.
+    pub friction: Vec<f64>,
+    /// dμ/d|ṡ| there, s/m, `[k]`.
+    pub slope: Vec<f64>,
+    /// V ∂/∂x of each closed node: pairs (node, coefficient in 1/s), `[k]`; empty lists where nothing rolls.
+    pub convection: Vec<Vec<(usize, f64)>>,
+}
+
+impl SlidingProblem<'_> {
+    /// Solves for the sliding state.
+    pub fn solve(&self) -> Result<SlidingSolution> {
+        let s = self.interface;
+        let n = s.len();
+        if self.compliance.shape() != (3 * n, 3 * n) {
+            return Err(Error::Defect(format!(
+                "steady sliding: an influence matrix of {:?} entries for {n} nodes",
+                self.compliance.shape()
+            )));
+        }
+        if !(self.speed > 0.0 && self.speed.is_finite()) {
+            return Err(Error::Job(format!("contact.speed is {}: it must be positive", self.speed)));
+        }
+        if let NormalLoad::Force(f) = self.load {
+            if !(f > 0.0 && f.is_finite()) {
+                return Err(Error::Job(format!("contact.normal_load is {f} N: sliding needs a pressing load")));
+            }
+        }
+        let rigid = |i: usize| {
+            let [x, y] = s.point(i);
+            self.creepage.rigid(x, y).map(|v| v * self.speed)
+        };
+        // The creep that gives direction and velocity; the rigid one to begin with.
+        let mut creep: Vec<[f64; 2]> = (0..n).map(rigid).collect();
+        let mut closed = solve_normal(self.compliance, s, self.load)?.closed;
+        let mut change = f64::INFINITY;
+        for _ in 0..100 {
+            let solution = self.with_creep(&creep, &mut closed)?;
+            if self.direction == SlidingDirection::Rigid || change < 1e-10 {
+                return Ok(solution);
+            }
+            change = 0.0;
+            for &i in &solution.closed {
+                let (new, c) = (solution.creep[i], rigid(i));
+                let ahead = new[0] * c[0] + new[1] * c[1];
+                if ahead <= 0.0 || ahead.is_nan() {
+                    let [x, y] = s.point(i);
+                    return Err(Error::Job(format!(
+                        "contact.creepage: the node at x = {x:.4e} m, y = {y:.4e} m would stick, not slide: the deformation \
+                         takes up its whole creep. Full sliding needs a larger creepage, less load or less friction"
+                    )));
+                }
+                let size = new[0].hypot(new[1]);
+                change = f64::max(change, (new[0] - creep[i][0]).hypot(new[1] - creep[i][1]) / size);
+            }
+            creep = solution.creep;
+        }
+        Err(Error::NotConverged(format!(
+            "steady sliding: the direction of sliding did not settle in 100 iterations, last change {change:.1e}"
+        )))
+    }
+
+    /// The state with direction and velocity of sliding given by `creep` (m/s, `[n][2]`); `closed` is a guess and becomes
+    /// the closed set.
+    fn with_creep(&self, creep: &[[f64; 2]], closed: &mut Vec<usize>) -> Result<SlidingSolution> {
+        let s = self.interface;
+        let n = s.len();
+        let w = self.compliance;
+        // Traction per pressure, −μ τ; where there is no creep only a closed node is wrong.
+        let ratio: Vec<[f64; 2]> = creep
+            .iter()
+            .map(|c| {
+                let v = c[0].hypot(c[1]);
+                if v > 0.0 {
+                    c.map(|c| -self.friction.coefficient(v) * c / v)
+                } else {
+                    [0.0; 2]
+                }
+            })
+            .collect();
+        let mut history = Vec::new();
+        let limit = 30 + s.x.len() + s.y.len();
+        for _ in 0..limit {
+            if closed.is_empty() {
+                return Err(Error::Job(
+                    "contact.approach: the bodies do not touch; sliding needs a closed contact, increase the approach"
+                        .into(),
+                ));
+            }
+            let k = closed.len();
+            let a = Mat::from_fn(k, k, |i, j| {
+                let (i, j) = (closed[i], closed[j]);
+                w[(3 * i + 2, 3 * j + 2)]
+                    + w[(3 * i + 2, 3 * j)] * ratio[j][0]
+                    + w[(3 * i + 2, 3 * j + 1)] * ratio[j][1]
+            });
+            let mut rhs = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
+            a.partial_piv_lu().solve_in_place(&mut rhs);
+            let approach = match self.load {
+                NormalLoad::Approach(d) => d,
+                NormalLoad::Force(f) => {
+                    (f + (0..k).map(|i| rhs[(i, 1)]).sum::<f64>()) / (0..k).map(|i| rhs[(i, 0)]).sum::<f64>()
+                }
+            };
+            let mut reaction = vec![0.0; 3 * n];
+            let mut inside = vec![false; n];
+            let mut next = Vec::new();
+            for (j, &i) in closed.iter().enumerate() {
+                let p = approach * rhs[(j, 0)] - rhs[(j, 1)];
+                inside[i] = true;
+                reaction[3 * i..3 * i + 3].copy_from_slice(&[ratio[i][0] * p, ratio[i][1] * p, p]);
+                if p > 0.0 {
+                    next.push(i);
+                }
+            }
+            if reaction.iter().any(|v| !v.is_finite()) {
+                return Err(Error::NotConverged(
+                    "steady sliding: the normal compliance with friction is singular on the closed nodes; \
+                     with this coefficient of friction the pressure is not determined"
+                        .into(),
+                ));
+            }
+            let removed = k - next.len();
+            // W is symmetric: the row of a displacement is its column.
+            let displacement = |row: usize| -> f64 {
+                match w.col(row).try_as_col_major() {
+                    Some(col) => dot(col.as_slice(), &reaction),
+                    None => w.col(row).iter().zip(&reaction).map(|(a, b)| a * b).sum(),
+                }
+            };
+            let gap: Vec<f64> = (0..n).map(|i| s.gap[i] - approach + displacement(3 * i + 2)).collect();
+            let scale = approach.abs() + s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+            next.extend((0..n).filter(|&i| !inside[i] && gap[i] < -1e-13 * scale));
+            let added = next.len() + removed - k;
+            history.push(removed + added);
+            if removed + added == 0 {
+                refuse_border(w, s, self.load, closed)?;
+                let tangential: Vec<[f64; 2]> =
+                    (0..n).map(|i| [displacement(3 * i), displacement(3 * i + 1)]).collect();
+                return self.solution(creep, closed, &reaction, approach, gap, tangential);
+            }
+            next.sort_unstable();
+            *closed = next;
+        }
+        Err(Error::NotConverged(format!(
+            "steady sliding: the set of closed nodes did not settle in {limit} iterations; nodes changed per iteration: {history:?}"
+        )))
+    }
+
+    fn solution(
+        &self,
+        creep: &[[f64; 2]],
+        closed: &[usize],
+        reaction: &[f64],
+        approach: f64,
+        gap: Vec<f64>,
+        w: Vec<[f64; 2]>,
+    ) -> Result<SlidingSolution> {
+        let s = self.interface;
+        let n = s.len();
+        let (mut direction, mut velocity) = (Vec::new(), Vec::new());
+        for &i in closed {
+            let v = creep[i][0].hypot(creep[i][1]);
+            if v <= 1e-12 * self.speed || v.is_nan() {
+                let [x, y] = s.point(i);
+                return Err(Error::Job(format!(
+                    "contact.creepage: no creep at the closed node x = {x:.4e} m, y = {y:.4e} m, so the direction of sliding is \
+                     undefined; give a longitudinal or lateral creepage (spin alone has a pole inside the contact)"
+                )));
+            }
+            direction.push(creep[i].map(|c| c / v));
+            velocity.push(v);
+        }
+        let stress: Vec<f64> = (0..3 * n).map(|k| reaction[k] / s.weight[k / 3]).collect();
+        let upstream = s.deformed_upstream(self.stencil, self.compliance, &stress, approach);
+        let actual: Vec<[f64; 2]> = (0..n)
+            .map(|i| {
+                let [x, y] = s.point(i);
+                let c = self.creepage.rigid(x, y);
+                [0, 1].map(|q| self.speed * (c[q] + upstream.at(i, |j| w[j][q])))
+            })
+            .collect();
+        let reversed =
+            closed.iter().zip(&direction).filter(|(&i, t)| actual[i][0] * t[0] + actual[i][1] * t[1] <= 0.0).count();
+        let mut force = [0.0; 3];
+        let mut moment_z = 0.0;
+        for &i in closed {
+            let [x, y] = s.point(i);
+            let r = &reaction[3 * i..3 * i + 3];
+            force[0] += r[0];
+            force[1] += r[1];
+            force[2] -= r[2];
+            moment_z += x * r[1] - y * r[0];
+        }
+        Ok(SlidingSolution {
+            pressure: (0..n).map(|i| stress[3 * i + 2]).collect(),
+            traction: (0..n).map(|i| [stress[3 * i], stress[3 * i + 1]]).collect(),
+            closed: closed.to_vec(),
+            direction,
+            velocity,
+            force,
+            moment_z,
+            approach,
+            creep: actual,
+            reversed,
+            w,
+            gap,
+            upstream,
+        })
+    }
+
+    /// The contact of `solution` as the linear theory needs it.
+    pub fn contact(&self, solution: &SlidingSolution) -> SlidingContact {
+        let s = self.interface;
+        SlidingContact {
+            nodes: solution.closed.clone(),
+            force: solution.closed.iter().map(|&i| solution.pressure[i] * s.weight[i]).collect(),
+            direction: solution.direction.clone(),
+            velocity: solution.velocity.clone(),
+            friction: solution.velocity.iter().map(|&v| self.friction.coefficient(v)).collect(),
+            slope: solution.velocity.iter().map(|&v| self.friction.slope(v)).collect(),
+            convection: solution
+                .closed
+                .iter()
+                .map(|&i| {
+                    solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0).map(|&(j, d)| (j, self.speed * d)).collect()
+                })
+                .collect(),
+        }
+    }
+}

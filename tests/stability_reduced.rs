@@ -1,0 +1,435 @@
+//! Stability of steady sliding on the reduced model: closed forms, symmetries, and the original equations.
+
+use faer::linalg::solvers::Solve;
+use faer::Mat;
+use num_complex::Complex;
+use railsqueal::analysis::stability::reduced::{eigenpairs, participation, Eigenpair, ModalPair};
+use railsqueal::body::ReducedBody;
+use railsqueal::contact::half_space::HalfSpace;
+use railsqueal::contact::{
+    Creepage, FrictionLaw, Interface, NormalLoad, SlidingContact, SlidingDirection, SlidingProblem, Stencil,
+};
+use railsqueal::Error;
+
+const PI: f64 = std::f64::consts::PI;
+const TOLERANCE: f64 = 1e-10;
+
+fn near(got: f64, want: f64, relative: f64, what: &str) {
+    assert!(
+        (got - want).abs() <= relative * want.abs(),
+        "{what}: {got:.9e}, expected {want:.9e} within {relative:.1e}"
+    );
+}
+
+/// A counter-body that does not move, with `n` contact nodes.
+fn rigid(n: usize) -> ReducedBody {
+    ReducedBody {
+        omega: vec![],
+        damping: vec![],
+        contact_modes: Mat::zeros(3 * n, 0),
+        compliance: Mat::zeros(3 * n, 3 * n),
+    }
+}
+
+fn single(omega: Vec<f64>, damping: Vec<f64>, contact_modes: Mat<f64>, residual: Mat<f64>) -> ModalPair {
+    let c = Mat::from_fn(residual.nrows(), residual.ncols(), |i, j| {
+        let modal = |k: usize| {
+            if omega[k] > 0.0 {
+                contact_modes[(i, k)] * contact_modes[(j, k)] / omega[k].powi(2)
+            } else {
+                0.0
+            }
+        };
+        residual[(i, j)] + (0..omega.len()).map(modal).sum::<f64>()
+    });
+    let n = residual.nrows() / 3;
+    ModalPair::new(&ReducedBody { omega, damping, contact_modes, compliance: c }, &rigid(n)).unwrap()
+}
+
+/// Hultén's oscillator: two masses, each pressed through a spring on a belt that rubs the other one: contact 1 has the massless
+/// normal dof a1 and the tangent x2, contact 2 has a2 and x1.
+fn hulten(mu: f64, damping: f64) -> Vec<Eigenpair> {
+    let w = [2.0 * PI * 100.0, 2.0 * PI * 75.0];
+    let mut modes = Mat::zeros(6, 2);
+    let mut residual = Mat::zeros(6, 6);
+    for contact in 0..2 {
+        // The free body moves as two rigid masses with their springs; the springs alone are the residual compliance.
+        modes[(3 * contact + 2, contact)] = 1.0;
+        modes[(3 * contact, 1 - contact)] = 1.0;
+        residual[(3 * contact + 2, 3 * contact + 2)] = 1.0 / (w[contact] * w[contact]);
+    }
+    let bodies = single(vec![0.0, 0.0], w.map(|v| damping * v).to_vec(), modes, residual);
+    let contact = SlidingContact {
+        nodes: vec![0, 1],
+        force: vec![1.0, 1.0],
+        direction: vec![[-1.0, 0.0], [1.0, 0.0]],
+        velocity: vec![1.0, 1.0],
+        friction: vec![mu; 2],
+        slope: vec![0.0; 2],
+        convection: vec![vec![]; 2],
+    };
+    eigenpairs(&bodies, &contact, TOLERANCE).unwrap()
+}
+
+fn limit(grows: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
+    assert!(!grows(low) && grows(high), "no limit between {low} and {high}");
+    while high - low > 1e-9 {
+        let middle = 0.5 * (low + high);
+        if grows(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn hulten_without_damping() {
+    // At the limit two eigenvalues meet, so that σ grows like the root of the distance.
+    let critical = limit(|mu| hulten(mu, 0.0)[0].growth_rate() > 0.1, 0.2, 0.4);
+    near(critical, 0.2916667, 1e-6, "critical friction");
+    near(hulten(critical, 0.0)[0].frequency(), 88.388, 1e-5, "frequency at the limit");
+    let unstable = &hulten(0.4, 0.0)[0];
+    near(unstable.growth_rate(), 72.3586, 1e-6, "growth rate");
+    near(unstable.frequency(), 89.1354, 1e-6, "frequency");
+}
+
+#[test]
+fn hulten_with_damping() {
+    let critical = limit(|mu| hulten(mu, 0.02)[0].growth_rate() > 0.0, 0.2, 0.4);
+    near(critical, 0.2893671, 3e-7, "critical friction");
+    near(hulten(critical, 0.02)[0].frequency(), 86.6025, 1e-6, "frequency at the limit");
+}
+
+/// One mass that can move across the sliding: D = μp0/|ṡ0| damps it through the residual compliance s in series:
+/// λ² + cλ + ω² + φ² dλ/(1 + d s λ) = 0.
+#[test]
+fn sliding_damps_the_motion_across() {
+    let (omega, c, phi, mu, p0, v) = (2.0 * PI * 500.0, 3.0, 0.2, 0.3, 7e3, 0.4);
+    let d = mu * p0 / v;
+    for s in [0.0, 1e-8, 1e-6] {
+        let modes = Mat::from_fn(3, 1, |i, _| if i == 0 { phi } else { 0.0 });
+        let mut residual = Mat::zeros(3, 3);
+        residual[(0, 0)] = s;
+        residual[(1, 1)] = s;
+        residual[(2, 2)] = 1e-9;
+        let bodies = single(vec![omega], vec![c], modes, residual);
+        let contact = SlidingContact {
+            nodes: vec![0],
+            force: vec![p0],
+            direction: vec![[0.0, 1.0]],
+            velocity: vec![v],
+            friction: vec![mu],
+            slope: vec![0.0],
+            convection: vec![vec![]],
+        };
+        let pairs = eigenpairs(&bodies, &contact, TOLERANCE).unwrap();
+        assert_eq!(pairs.len(), if s == 0.0 { 2 } else { 3 }, "residual compliance {s}");
+        for p in &pairs {
+            let l = p.value;
+            let terms = [l * l, l * c, Complex::new(omega * omega, 0.0), l * phi * phi * d / (1.0 + d * s * l)];
+            let sum: Complex<f64> = terms.iter().sum();
+            let size: f64 = terms.iter().map(|t| t.norm()).sum();
+            assert!(sum.norm() < 1e-9 * size, "s = {s}: characteristic equation {sum} at {l}");
+            assert!(p.growth_rate() < 0.0, "{l}");
+        }
+    }
+}
+
+/// Along the sliding a falling law is negative damping: λ² + (c + μ′p0 φ²) λ + ω² = 0, unstable from c = −μ′p0 φ² on.
+#[test]
+fn falling_friction_destabilises_at_its_closed_form_limit() {
+    let (omega, phi, p0, v) = (2.0 * PI * 300.0, 0.1, 5e3, 0.5);
+    let law = FrictionLaw::Exponential { at_rest: 0.45, kinetic: 0.2, decay_velocity: 0.6 };
+    let slope = law.slope(v);
+    let critical = -slope * p0 * phi * phi;
+    for factor in [0.9, 1.1] {
+        let c = factor * critical;
+        let modes = Mat::from_fn(3, 1, |i, _| if i == 1 { phi } else { 0.0 });
+        let mut residual = Mat::zeros(3, 3);
+        residual[(2, 2)] = 1e-9;
+        let bodies = single(vec![omega], vec![c], modes, residual);
+        let contact = SlidingContact {
+            nodes: vec![0],
+            force: vec![p0],
+            direction: vec![[0.0, 1.0]],
+            velocity: vec![v],
+            friction: vec![law.coefficient(v)],
+            slope: vec![slope],
+            convection: vec![vec![]],
+        };
+        let pairs = eigenpairs(&bodies, &contact, TOLERANCE).unwrap();
+        let sigma = -0.5 * (c + slope * p0 * phi * phi);
+        near(pairs[0].growth_rate(), sigma, 1e-7, "growth rate");
+        near(pairs[0].frequency(), (omega * omega - sigma * sigma).sqrt() / (2.0 * PI), 1e-9, "frequency");
+        assert_eq!(pairs[0].growth_rate() > 0.0, factor < 1.0);
+    }
+}
+
+/// A body with half-space contact compliance and modes that move the contact as a rigid piece, normal and tangential motion
+/// coupled by `offset`.
+fn body(material: HalfSpace, s: &Interface, frequencies: &[f64], offset: f64) -> ReducedBody {
+    let n = s.len();
+    let m = frequencies.len();
+    let omega: Vec<f64> = frequencies.iter().map(|f| 2.0 * PI * f).collect();
+    let contact_modes = Mat::from_fn(3 * n, m, |i, k| {
+        let [x, y] = s.point(i / 3);
+        let f = |a: f64| (1.7 * (k as f64 + 1.0) + a).sin();
+        0.08 * match i % 3 {
+            0 => f(0.3) - 4.0 * f(0.5) * y,
+            1 => f(1.1) + offset * f(2.0) + 4.0 * f(0.5) * x,
+            _ => f(2.0) + offset * f(1.1) + 6.0 * f(0.9) * x + 5.0 * f(1.6) * y,
+        }
+    });
+    let mut compliance = material.compliance(&s.x, &s.y).unwrap();
+    for k in 0..m {
+        for j in 0..3 * n {
+            for i in 0..3 * n {
+                compliance[(i, j)] += contact_modes[(i, k)] * contact_modes[(j, k)] / omega[k].powi(2);
+            }
+        }
+    }
+    let damping = omega.iter().map(|w| 1.0 + 1e-7 * w * w).collect();
+    ReducedBody { omega, damping, contact_modes, compliance }
+}
+
+const LOWER: [f64; 6] = [310.0, 420.0, 430.0, 700.0, 1130.0, 1500.0];
+const UPPER: [f64; 5] = [290.0, 450.0, 690.0, 1210.0, 1490.0];
+const STEEL: HalfSpace = HalfSpace { young: 205e9, poisson: 0.3 };
+
+fn interface(k: usize) -> Interface {
+    let n = 2 * k + 5;
+    let half = 4.884e-3 * (k + 2) as f64 / k as f64;
+    Interface::paraboloid(n, n, [half, half], [4.0, 4.0]).unwrap()
+}
+
+fn problem<'a>(s: &'a Interface, b: &'a ModalPair, mu: f64, c: [f64; 3]) -> SlidingProblem<'a> {
+    SlidingProblem {
+        interface: s,
+        compliance: b.compliance.as_ref(),
+        friction: FrictionLaw::Constant(mu),
+        speed: 10.0,
+        creepage: Creepage { longitudinal: c[0], lateral: c[1], spin: c[2] },
+        load: NormalLoad::Force(70e3),
+        stencil: Stencil::default(),
+        direction: SlidingDirection::Rigid,
+    }
+}
+
+fn spectrum(s: &Interface, b: &ModalPair, mu: f64, c: [f64; 3]) -> Vec<Eigenpair> {
+    let p = problem(s, b, mu, c);
+    eigenpairs(b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap()
+}
+
+#[test]
+fn equilibrium_of_sliding_obeys_its_laws() {
+    let s = interface(5);
+    let (lower, upper) =
+        (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
+    let b = ModalPair::new(&lower, &upper).unwrap();
+    let p = problem(&s, &b, 0.4, [0.003, -0.012, 0.2]);
+    let r = p.solve().unwrap();
+    assert!((r.force[2] + 70e3).abs() < 1e-7 * 70e3, "normal force {}", r.force[2]);
+    let peak = r.pressure.iter().copied().fold(0.0, f64::max);
+    let mut closed = 0;
+    for i in 0..s.len() {
+        let [x, y] = s.point(i);
+        let c = p.creepage.rigid(x, y);
+        let v = c[0].hypot(c[1]);
+        for q in 0..2 {
+            let want = -0.4 * r.pressure[i] * c[q] / v;
+            assert!((r.traction[i][q] - want).abs() < 1e-9 * peak, "node {i}: {} against {want}", r.traction[i][q]);
+        }
+        if r.pressure[i] > 0.0 {
+            closed += 1;
+            assert!(r.gap[i].abs() < 1e-12, "gap {} at the closed node {i}", r.gap[i]);
+        } else {
+            assert!(r.pressure[i] == 0.0 && r.gap[i] >= -1e-15, "node {i}: p {} gap {}", r.pressure[i], r.gap[i]);
+        }
+    }
+    assert_eq!(closed, r.closed.len());
+    assert!(closed > 60 && closed < s.len() / 2 + 30, "{closed} closed nodes");
+    // The same with the creep of the deformed bodies: the direction is then that of the creep.
+    let mut a = p.clone();
+    a.direction = SlidingDirection::Actual;
+    a.creepage = Creepage { longitudinal: 0.008, lateral: -0.03, spin: 0.2 };
+    let r = a.solve().unwrap();
+    for (j, &i) in r.closed.iter().enumerate() {
+        let (t, c) = (r.direction[j], r.creep[i]);
+        let across = (t[0] * c[1] - t[1] * c[0]) / c[0].hypot(c[1]);
+        assert!(across.abs() < 1e-8, "node {i}: creep {c:?} across {t:?}");
+    }
+    // Too little creepage: some nodes would stick.
+    a.creepage = Creepage { longitudinal: 0.0, lateral: 0.001, spin: 0.0 };
+    assert!(matches!(a.solve(), Err(Error::Job(m)) if m.contains("stick")));
+    let mut none = p.clone();
+    none.creepage = Creepage::default();
+    assert!(matches!(none.solve(), Err(Error::Job(m)) if m.contains("direction of sliding")));
+}
+
+/// The eigenpairs satisfy the equations they come from: contact forces solved for directly at each λ and put into the modal
+/// equations.
+#[test]
+fn eigenpairs_satisfy_the_original_equations() {
+    let s = interface(3);
+    let (lower, upper) =
+        (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
+    let b = ModalPair::new(&lower, &upper).unwrap();
+    let mut p = problem(&s, &b, 0.4, [0.004, 0.009, 0.3]);
+    p.friction = FrictionLaw::Exponential { at_rest: 0.5, kinetic: 0.3, decay_velocity: 0.2 };
+    let contact = p.contact(&p.solve().unwrap());
+    let pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
+    let (k, m) = (contact.nodes.len(), b.omega.len());
+    assert_eq!(pairs.len(), 2 * m + 2 * k);
+    let mut checked = 0;
+    for pair in pairs.iter().filter(|p| p.value.im > 0.0) {
+        let l = pair.value;
+        // Unknown forces R of the closed nodes; rows: y_n = 0, and t + μτ r + D (λ + V∂x) w = 0.
+        let (mut a, mut rhs) = (Mat::<Complex<f64>>::zeros(3 * k, 3 * k), Mat::<Complex<f64>>::zeros(3 * k, 1));
+        for i in 0..k {
+            let (node, t, mu) = (contact.nodes[i], contact.direction[i], contact.friction[i]);
+            let (p0, v, slope) = (contact.force[i], contact.velocity[i], contact.slope[i]);
+            let d = |q: usize, c: usize| {
+                let unit = f64::from(u8::from(q == c));
+                mu * p0 / v * (unit - t[q] * t[c]) + slope * p0 * t[q] * t[c]
+            };
+            // (λ + V∂x) w_c at this node as weights of rows.
+            let motion = |c: usize| -> Vec<(usize, Complex<f64>)> {
+                let mut list = vec![(3 * node + c, l)];
+                list.extend(contact.convection[i].iter().map(|&(j, v)| (3 * j + c, Complex::new(v, 0.0))));
+                list
+            };
+            let mut row = |r: usize, weights: Vec<(usize, Complex<f64>)>| {
+                for (from, weight) in weights {
+                    for j in 0..k {
+                        for c in 0..3 {
+                            a[(r, 3 * j + c)] += weight * b.residual[(from, 3 * contact.nodes[j] + c)];
+                        }
+                    }
+                    for mode in 0..m {
+                        rhs[(r, 0)] -= weight * b.modes[(from, mode)] * pair.modal[mode];
+                    }
+                }
+            };
+            row(3 * i + 2, vec![(3 * node + 2, Complex::new(1.0, 0.0))]);
+            for q in 0..2 {
+                let weights = (0..2).flat_map(|c| motion(c).into_iter().map(move |(f, w)| (f, w * d(q, c)))).collect();
+                row(3 * i + q, weights);
+            }
+            for q in 0..2 {
+                a[(3 * i + q, 3 * i + q)] += Complex::new(1.0, 0.0);
+                a[(3 * i + q, 3 * i + 2)] += Complex::new(mu * t[q], 0.0);
+            }
+        }
+        a.partial_piv_lu().solve_in_place(&mut rhs);
+        for mode in 0..m {
+            let force: Complex<f64> = (0..k)
+                .flat_map(|j| (0..3).map(move |c| (j, c)))
+                .map(|(j, c)| rhs[(3 * j + c, 0)] * b.modes[(3 * contact.nodes[j] + c, mode)])
+                .sum();
+            let q = pair.modal[mode];
+            let own = (l * l + l * b.damping[mode] + b.omega[mode].powi(2)) * q;
+            let size = (l.norm_sqr() + b.omega[mode].powi(2)) * pair.modal.iter().map(|q| q.norm()).fold(0.0, f64::max);
+            assert!((own - force).norm() < 1e-6 * size, "mode {mode} at {l}: {own} against {force}");
+        }
+        checked += 1;
+    }
+    assert!(checked >= m, "only {checked} oscillating pairs");
+}
+
+#[test]
+fn spectra_are_conjugate_and_participations_sum_to_one() {
+    let s = interface(4);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let pairs = spectrum(&s, &b, 0.5, [0.0, 0.01, 0.2]);
+    for p in &pairs {
+        let partner = pairs.iter().map(|q| (q.value - p.value.conj()).norm()).fold(f64::INFINITY, f64::min);
+        assert!(partner < 1e-8 * p.value.norm().max(1.0), "{} has no conjugate", p.value);
+        let sum: f64 = participation(&b, p).iter().sum();
+        assert!((sum - 1.0).abs() < 1e-12, "participations sum to {sum}");
+    }
+}
+
+/// Mirror images with constant friction: the pressure perturbation lives in the symmetric motions, the creep in the
+/// antisymmetric ones, and nothing couples back.
+#[test]
+fn mirror_images_are_stable_at_any_constant_friction() {
+    let s = interface(4);
+    let one = body(STEEL, &s, &LOWER, 0.4);
+    let b = ModalPair::new(&one, &one).unwrap();
+    for mu in [0.1, 0.3, 0.6, 1.0] {
+        for c in [[0.0, 0.02, 0.0], [0.0, -0.02, 0.0], [0.02, 0.0, 0.0], [-0.02, 0.0, 0.0], [0.015, 0.015, 0.1]] {
+            let top = &spectrum(&s, &b, mu, c)[0];
+            assert!(top.growth_rate() < 0.0, "mu {mu}, creepage {c:?}: {}", top.value);
+        }
+    }
+    // The same bodies with one of them detuned do flutter, so that the test above can fail.
+    let other = body(STEEL, &s, &UPPER, -0.6);
+    let b = ModalPair::new(&one, &other).unwrap();
+    let top = [0.02, -0.02].map(|eta| spectrum(&s, &b, 0.6, [0.0, eta, 0.0])[0].growth_rate());
+    assert!(top[0].max(top[1]) > 0.0, "growth rates {top:?}");
+}
+
+/// The bodies change places and ξ, η, φ their signs: nothing else changes.
+#[test]
+fn exchange_of_the_bodies_leaves_the_spectrum() {
+    let s = interface(4);
+    let (one, two) = (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
+    let a = spectrum(&s, &ModalPair::new(&one, &two).unwrap(), 0.4, [0.004, 0.009, 0.3]);
+    let b = spectrum(&s, &ModalPair::new(&two, &one).unwrap(), 0.4, [-0.004, -0.009, -0.3]);
+    assert_eq!(a.len(), b.len());
+    for p in &a {
+        let partner = b.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
+        assert!(partner < 1e-7 * p.value.norm(), "{} has no partner, nearest at {partner}", p.value);
+    }
+    // Reversing the creepages alone is another problem.
+    let c = spectrum(&s, &ModalPair::new(&one, &two).unwrap(), 0.4, [-0.004, -0.009, -0.3]);
+    assert!((c[0].value - a[0].value).norm() > 1e-3 * a[0].value.norm(), "{} {}", c[0].value, a[0].value);
+}
+
+/// The convective term across longitudinal sliding depends on the upstream difference; refining the grid must settle it.
+#[test]
+fn longitudinal_sliding_converges_with_the_grid() {
+    let bodies = |k: usize, stencil| {
+        let s = interface(k);
+        let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.6)).unwrap();
+        let mut p = problem(&s, &b, 0.6, [0.02, 0.0, 0.0]);
+        p.stencil = stencil;
+        let pairs = eigenpairs(&b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap();
+        // The modes of the bodies; the relaxation of the contact itself is far more damped.
+        let mut v: Vec<Complex<f64>> = pairs.iter().map(|p| p.value).filter(|l| l.im > 0.0 && l.re > -1000.0).collect();
+        v.sort_by(|a, b| a.im.total_cmp(&b.im));
+        assert_eq!(v.len(), LOWER.len() + UPPER.len(), "a/{k}: {v:?}");
+        v
+    };
+    let [coarse, middle, fine] = [5, 8, 11].map(|k| bodies(k, Stencil::Edge));
+    let distance =
+        |a: &[Complex<f64>]| a.iter().zip(&fine).map(|(a, b)| (a.re - b.re).abs() / b.re.abs()).fold(0.0, f64::max);
+    let d = [distance(&coarse), distance(&middle)];
+    assert!(d[0] < 0.15 && d[1] < 0.02 && d[1] < 0.25 * d[0], "growth rates differ from those at a/11 by {d:?}");
+    // The two-point difference comes to the same from further away.
+    let two = distance(&bodies(11, Stencil::Upwind1));
+    assert!(two < 0.15, "two-point difference at a/11: {two}");
+}
+
+#[test]
+fn an_open_contact_and_one_without_direction_are_refused() {
+    let s = interface(3);
+    let one = body(STEEL, &s, &LOWER, 0.4);
+    let b = ModalPair::new(&one, &one).unwrap();
+    let p = problem(&s, &b, 0.3, [0.0, 0.01, 0.0]);
+    let mut contact = p.contact(&p.solve().unwrap());
+    contact.velocity[3] = 0.0;
+    assert!(matches!(eigenpairs(&b, &contact, TOLERANCE), Err(Error::Job(_))));
+    let empty = SlidingContact {
+        nodes: vec![],
+        force: vec![],
+        direction: vec![],
+        velocity: vec![],
+        friction: vec![],
+        slope: vec![],
+        convection: vec![],
+    };
+    assert!(matches!(eigenpairs(&b, &empty, TOLERANCE), Err(Error::Job(_))));
+}
