@@ -328,14 +328,13 @@ fn unlike_bodies_agree_with_marching_in_time() {
                 let bound = MU * r[k];
                 let [x, y] = pair.interface.point(i);
                 let rigid = c.rigid(x, y);
-                let mut z = [0.0; 2];
-                for q in 0..2 {
+                let z = [0, 1].map(|q| {
                     let foot = if i % nx == 0 { 0.0 } else { old[3 * (i - 1) + q] };
-                    z[q] = r[3 * i + q] - (rigid[q] * dx + u[3 * i + q] - foot) / w(3 * i + q, 3 * i + q);
-                }
+                    r[3 * i + q] - (rigid[q] * dx + u[3 * i + q] - foot) / w(3 * i + q, 3 * i + q)
+                });
                 let f = (bound / z[0].hypot(z[1]).max(1e-300)).min(1.0);
-                for q in 0..2 {
-                    set(3 * i + q, f * z[q], &mut r, &mut u);
+                for (q, z) in z.iter().enumerate() {
+                    set(3 * i + q, f * z, &mut r, &mut u);
                 }
             }
             if change < 1e-9 {

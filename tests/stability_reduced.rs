@@ -237,9 +237,9 @@ fn equilibrium_of_sliding_obeys_its_laws() {
         let [x, y] = s.point(i);
         let c = p.creepage.rigid(x, y);
         let v = c[0].hypot(c[1]);
-        for q in 0..2 {
-            let want = -0.4 * r.pressure[i] * c[q] / v;
-            assert!((r.traction[i][q] - want).abs() < 1e-9 * peak, "node {i}: {} against {want}", r.traction[i][q]);
+        for (got, c) in r.traction[i].iter().zip(c) {
+            let want = -0.4 * r.pressure[i] * c / v;
+            assert!((got - want).abs() < 1e-9 * peak, "node {i}: {got} against {want}");
         }
         if r.pressure[i] > 0.0 {
             closed += 1;
