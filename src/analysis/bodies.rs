@@ -180,6 +180,8 @@ pub(super) fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed>
         }
         MeshSource::File(path) => {
             let mesh = msh::read(path)?;
+            // Files hold a body where it is.
+            let mesh = if name == "upper" { mesh.reflected() } else { mesh };
             let grid = match job.contact {
                 Some(_) => Some(ContactGrid::from_mesh(&mesh, "contact").map_err(named)?),
                 None => None,
@@ -191,6 +193,7 @@ pub(super) fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed>
 
 /// The built-in cylinder as the job describes it, with the patch of its contact.
 pub fn cylinder_spec(c: &job::Cylinder, contact: Option<&job::Contact>) -> CylinderSpec {
+    let patch = contact.and_then(|k| k.patch);
     CylinderSpec {
         inner_radius: c.inner_radius,
         outer_radius: c.outer_radius,
@@ -200,7 +203,7 @@ pub fn cylinder_spec(c: &job::Cylinder, contact: Option<&job::Contact>) -> Cylin
         element_size: c.element_size,
         growth: c.growth,
         max_element_size: c.max_element_size,
-        patch_half_length: contact.map_or(0.0, |k| k.patch.half_length),
-        patch_half_width: contact.map_or(0.0, |k| k.patch.half_width),
+        patch_half_length: patch.map_or(0.0, |p| p.half_length),
+        patch_half_width: patch.map_or(0.0, |p| p.half_width),
     }
 }

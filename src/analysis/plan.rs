@@ -55,8 +55,11 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
         MeshSource::Cylinder(c) => {
             let (nodes, cells) = cylinder::count(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
             let across = |half: f64| 2.0 * (half / c.element_size - 1e-9).ceil() + 1.0;
-            let contact =
-                job.contact.as_ref().map_or(0.0, |k| across(k.patch.half_length) * across(k.patch.half_width));
+            let contact = job
+                .contact
+                .as_ref()
+                .and_then(|k| k.patch)
+                .map_or(0.0, |p| across(p.half_length) * across(p.half_width));
             Ok(BodySize { name, nodes, cells, contact_nodes: contact as u64 })
         }
         MeshSource::File(path) => {

@@ -171,8 +171,10 @@ pub struct Contact {
     /// Where the compliance of the contact surface comes from.
     #[serde(default)]
     pub compliance: Compliance,
-    /// The finely meshed rectangle on which contact is looked for; it must hold the whole contact.
-    pub patch: Patch,
+    /// The finely meshed rectangle on which contact is looked for; it must hold the whole contact. Needed by built-in
+    /// cylinders; a mesh file brings its own grid, the group `contact`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patch: Option<Patch>,
 }
 
 impl Contact {

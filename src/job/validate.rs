@@ -131,7 +131,12 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             ));
         }
     }
-    let patch = contact.patch;
+    let Some(patch) = contact.patch else {
+        if !cylinders.is_empty() {
+            faults.push("contact.patch: missing; a built-in cylinder needs it, e.g. {\"half_length\": 0.007, \"half_width\": 0.007} (m)".into());
+        }
+        return;
+    };
     for (name, c) in cylinders {
         if patch.half_length >= 0.5 * c.outer_radius {
             faults.push(format!(

@@ -114,6 +114,30 @@ fn missing_files() {
 }
 
 #[test]
+fn wrong_mesh_files() {
+    let mesh = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/block-lower.msh")).expect("mesh");
+    let folder = Folder::with(small().to_string());
+    let mut job = job("blocks.json");
+    job["bodies"]["upper"]["mesh"]["file"] = json!(concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/block-upper.msh"));
+    job["bodies"]["lower"]["mesh"]["file"] = json!("lower.msh");
+    let cases: [(String, &[&str]); 4] = [
+        (mesh[..mesh.len() / 2].to_string(), &["lower.msh"]),
+        (mesh.replacen("4.1 0 8", "2.2 0 8", 1), &["lower.msh", "2.2", "4.1"]),
+        (mesh.replace("\"base\"", "\"floor\""), &["bodies.lower.fixed", "\"base\"", "\"floor\""]),
+        (String::new(), &["lower.msh"]),
+    ];
+    std::fs::write(folder.path("job.json"), job.to_string()).expect("write the job");
+    for (i, (text, parts)) in cases.iter().enumerate() {
+        assert_ne!(*text, mesh, "case {i} changes the mesh");
+        std::fs::write(folder.path("lower.msh"), text).expect("write the mesh");
+        for ranks in [1, 2] {
+            folder.call(ranks, "run", &[]).failed(3, parts);
+            assert_eq!(folder.listing(), ["job.json", "lower.msh"]);
+        }
+    }
+}
+
+#[test]
 fn no_fixed_support_with_a_static_solve() {
     refused_key("/bodies/upper/fixed", json!([]), &["bodies.upper.fixed: no fixed support", "analyses.steady"]);
 }

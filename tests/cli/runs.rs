@@ -70,6 +70,20 @@ fn one_body_without_contact() {
     assert!(f.len() >= 4 && f[0] > 100.0 && f.windows(2).all(|w| w[0] <= w[1]), "{f:?}");
 }
 
+/// Mesh files, relative to the job file wherever the program is started.
+#[test]
+fn bodies_from_files() {
+    let folder = Folder::with("");
+    let output = folder.text("blocks.h5");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/blocks.json");
+    railsqueal(2, &["run", path, "--output", &output]).good();
+    let force = numbers(Path::new(&output), "contact/force");
+    assert!((force[2].abs() - 5e3).abs() < 1e-3, "{force:?}");
+    // Creepages towards +x and +y: friction on body 1 acts towards -x and -y.
+    assert!(force[0] < 0.0 && force[1] < 0.0, "{force:?}");
+    assert!(force[0].hypot(force[1]) <= 0.3 * 5e3 * (1.0 + 1e-6), "{force:?}");
+}
+
 #[test]
 fn options_of_petsc_that_nothing_asks_for_are_reported() {
     let mut job = small();
