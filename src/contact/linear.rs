@@ -1,7 +1,8 @@
 //! The linear systems of Newton's method: the linearised map on the closed nodes, its preconditioner, and their solution.
 
+use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::{Llt, PartialPivLu, Solve};
-use faer::{Mat, MatMut, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
 use super::candidates::Candidates;
 use super::krylov::{dot, gmres};
@@ -56,6 +57,61 @@ impl NormalBlock {
     }
 }
 
+/// The influence matrix of the closed nodes alone in single precision, for the products of GMRES: they are bound by memory,
+/// and a Newton step needs no more digits. What the rounding leaves in the response is removed by computing it afresh.
+#[derive(Default)]
+pub(super) struct Compact {
+    /// Closed nodes (indices into the candidates).
+    pub closed: Vec<usize>,
+    /// Transposed: column `3i + r` is row r of the closed node i, `[3k, 3k]`.
+    kt: Option<Mat<f32>>,
+}
+
+impl Compact {
+    /// Makes the matrix that of `closed`; where the set is the same, only the rows of the candidates `changed`.
+    pub fn update(&mut self, c: &Candidates, closed: &[usize], changed: &[usize]) {
+        let k = closed.len();
+        let mut kt = match self.kt.take() {
+            Some(kt) if self.closed == closed => kt,
+            _ => {
+                self.closed = closed.to_vec();
+                let mut kt = Mat::zeros(3 * k, 3 * k);
+                (0..k).for_each(|i| gather(c, closed, i, &mut kt));
+                self.kt = Some(kt);
+                return;
+            }
+        };
+        for a in changed {
+            if let Ok(i) = closed.binary_search(a) {
+                gather(c, closed, i, &mut kt);
+            }
+        }
+        self.kt = Some(kt);
+    }
+
+    /// Change of creep and gap of the closed nodes under changes `x` of their stresses, `[3k]`.
+    fn product(&self, x: &[f64]) -> Vec<f64> {
+        let Some(kt) = &self.kt else { return vec![0.0; x.len()] };
+        let x: Vec<f32> = x.iter().map(|&v| v as f32).collect();
+        let mut y = vec![0.0f32; x.len()];
+        let n = x.len();
+        let (rhs, out) = (MatRef::from_column_major_slice(&x, n, 1), MatMut::from_column_major_slice_mut(&mut y, n, 1));
+        matmul(out, Accum::Replace, kt.transpose(), rhs, 1.0, Par::Seq);
+        y.iter().map(|&v| f64::from(v)).collect()
+    }
+}
+
+/// Copies the rows of the closed node `i`.
+fn gather(c: &Candidates, closed: &[usize], i: usize, kt: &mut Mat<f32>) {
+    for r in 0..3 {
+        let from = c.kt.col_as_slice(3 * closed[i] + r);
+        for (o, &b) in kt.col_as_slice_mut(3 * i + r).chunks_exact_mut(3).zip(closed) {
+            let v = &from[3 * b..3 * b + 3];
+            (o[0], o[1], o[2]) = (v[0] as f32, v[1] as f32, v[2] as f32);
+        }
+    }
+}
+
 /// Linearised friction law at a closed node.
 #[derive(Clone, Copy)]
 enum Friction {
@@ -71,7 +127,7 @@ pub(super) struct Step {
     pub dx: Vec<f64>,
     /// Change of the approach.
     pub dd: f64,
-    /// Change of creep and gap that follows, `[3m]`.
+    /// Change of creep and gap that follows, `[3m]`; of the nodes that are not closed, the gap alone.
     pub dy: Vec<f64>,
 }
 
@@ -82,6 +138,7 @@ pub(super) struct Linear<'a> {
     closed: &'a [usize],
     friction: Vec<Friction>,
     normal: &'a NormalBlock,
+    compact: &'a Compact,
     lines: Vec<Line>,
     rhs: Vec<f64>,
 }
@@ -94,8 +151,9 @@ struct Line {
 }
 
 impl<'a> Linear<'a> {
-    /// Linearises at `now` with the closed nodes `closed` (indices into the candidates, ascending).
-    pub fn new(c: &'a Candidates, law: Law, now: &Iterate, closed: &'a [usize], normal: &'a NormalBlock) -> Self {
+    /// Linearises at `now` with the closed nodes `compact.closed`, for which `normal` has been updated too.
+    pub fn new(c: &'a Candidates, law: Law, now: &Iterate, normal: &'a NormalBlock, compact: &'a Compact) -> Self {
+        let closed = &compact.closed[..];
         let k = closed.len();
         let mu = law.friction;
         let mut friction = Vec::with_capacity(k);
@@ -143,7 +201,7 @@ impl<'a> Linear<'a> {
                 Line { first, len, factor: block.partial_piv_lu() }
             })
             .collect();
-        Self { c, law, closed, friction, normal, lines, rhs }
+        Self { c, law, closed, friction, normal, compact, lines, rhs }
     }
 
     /// Solves to the relative residual `tolerance`; None when that fails badly.
@@ -154,38 +212,35 @@ impl<'a> Linear<'a> {
         if solved.relative.is_nan() || solved.relative > 0.5 || solved.x.iter().any(|v| !v.is_finite()) {
             return None;
         }
-        Some(Step { dx: self.spread(&solved.x), dd: solved.x[3 * k], dy: solved.image })
-    }
-
-    /// Values of the closed nodes on all candidates.
-    fn spread(&self, v: &[f64]) -> Vec<f64> {
-        let mut x = vec![0.0; 3 * self.c.nodes.len()];
+        let (mut dx, mut dy) = (vec![0.0; 3 * self.c.nodes.len()], vec![0.0; 3 * self.c.nodes.len()]);
+        let mut inside = vec![false; self.c.nodes.len()];
         for (i, &a) in self.closed.iter().enumerate() {
-            x[3 * a..3 * a + 3].copy_from_slice(&v[3 * i..3 * i + 3]);
+            inside[a] = true;
+            dx[3 * a..3 * a + 3].copy_from_slice(&solved.x[3 * i..3 * i + 3]);
+            dy[3 * a..3 * a + 3].copy_from_slice(&solved.image[3 * i..3 * i + 3]);
         }
-        x
+        let dd = solved.x[3 * k];
+        for a in (0..self.c.nodes.len()).filter(|&a| !inside[a]) {
+            dy[3 * a + 2] = dot(self.c.kt.col_as_slice(3 * a + 2), &dx) + self.c.by_approach[a] * dd;
+        }
+        Some(Step { dx, dd, dy })
     }
 
-    /// Linearised map of `v`, and the change of creep and gap on all candidates.
+    /// Linearised map of `v`, and the change of creep and gap of the closed nodes.
     fn apply(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let k = self.closed.len();
-        let x = self.spread(v);
-        let mut y = self.c.product(&x);
-        if self.law.force_given {
-            for (g, b) in y.chunks_exact_mut(3).zip(&self.c.by_approach) {
-                g[2] += b * v[3 * k];
-            }
-        }
+        let mut y = self.compact.product(&v[..3 * k]);
         let mut out = vec![0.0; 3 * k + 1];
         for (i, &a) in self.closed.iter().enumerate() {
-            let (t, s) = (&v[3 * i..3 * i + 3], &y[3 * a..3 * a + 3]);
+            let (t, s) = (&v[3 * i..3 * i + 3], &mut y[3 * i..3 * i + 3]);
+            if self.law.force_given {
+                s[2] += self.c.by_approach[a] * v[3 * k];
+                out[3 * k] += self.c.share[a] * t[2];
+            }
             let (u, w) = linearised(self.friction[i], [t[0], t[1]], t[2], [s[0], s[1]], self.law.friction);
             out[3 * i] = u;
             out[3 * i + 1] = w;
             out[3 * i + 2] = s[2];
-            if self.law.force_given {
-                out[3 * k] += self.c.share[a] * t[2];
-            }
         }
         if !self.law.force_given {
             out[3 * k] = v[3 * k];

@@ -10,7 +10,7 @@
 //! y is affine in x and GMRES returns the products it made, so a step, its line search included, needs no product of its own.
 
 use super::candidates::Candidates;
-use super::linear::{Linear, NormalBlock, Step};
+use super::linear::{Compact, Linear, NormalBlock, Step};
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::{Error, Result};
 
@@ -88,6 +88,7 @@ pub(super) fn solve(
         target,
         factor: 1.0,
         normal: NormalBlock::default(),
+        compact: Compact::default(),
         effort,
         trace: Vec::new(),
     };
@@ -146,6 +147,7 @@ struct Run<'a, 'p> {
     /// Part of the creepage that is applied.
     factor: f64,
     normal: NormalBlock,
+    compact: Compact,
     effort: &'a mut Effort,
     /// Residuals so far.
     trace: Vec<f64>,
@@ -156,7 +158,10 @@ impl Run<'_, '_> {
     /// changes is small against what is left, so that the derivative can do without it.
     fn newton(&mut self, c: &mut Candidates, start: Iterate) -> Result<Option<Iterate>> {
         let mut now = start;
-        let mut exact = true;
+        // Whether y is as computed from x, not carried along; whether that was done once near the solution; and the
+        // candidates whose rows have changed since the compact matrix was made.
+        let (mut exact, mut near) = (true, false);
+        let mut stale = Vec::new();
         let mut before = None;
         for _ in 0..60 {
             if now.largest < 0.1 {
@@ -167,6 +172,7 @@ impl Run<'_, '_> {
                 }
                 if !changed.is_empty() {
                     now = Iterate::new(c, self.law, now.x, now.d, now.y);
+                    stale.extend(changed);
                 }
             }
             self.trace.push(now.largest);
@@ -187,7 +193,11 @@ impl Run<'_, '_> {
             if closed.is_empty() {
                 return Ok(None);
             }
-            if open_others(&mut now.x, &closed) {
+            // The creep of open nodes is not carried along, and the first steps are long: their rounding stays.
+            let grown = !exact && closed.iter().any(|a| self.compact.closed.binary_search(a).is_err());
+            let dropped = open_others(&mut now.x, &closed);
+            if dropped || grown || (!near && !exact && now.largest < 1e-3) {
+                near = now.largest < 1e-3;
                 now = self.renewed(c, now);
             }
             // Solve as exactly as the quadratic model deserves (Eisenstat and Walker's second choice), and no further than
@@ -196,7 +206,9 @@ impl Run<'_, '_> {
             before = Some(now.norm);
             let forcing = (0.5f64 * ratio * ratio).clamp(0.01, 0.05).max(0.2 * self.target / now.largest).min(0.3);
             self.normal.update(self.problem, c, &closed)?;
-            let linear = Linear::new(c, self.law, &now, &closed, &self.normal);
+            self.compact.update(c, &closed, &stale);
+            stale.clear();
+            let linear = Linear::new(c, self.law, &now, &self.normal, &self.compact);
             let Some(step) = linear.solve(forcing, self.effort) else { return Ok(None) };
             let Some(found) = self.search(c, &now, &step) else { return Ok(None) };
             now = found;
