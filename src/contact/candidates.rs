@@ -1,7 +1,7 @@
 //! The nodes that may touch, with everything scaled and gathered that Newton's method works on.
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, MatMut, MatRef, Par};
 
 use super::interface::Upstream;
 use super::krylov::dot;
@@ -20,8 +20,8 @@ pub(super) struct Candidates {
     rho_creep: Vec<f64>,
     /// Nodal areas, m², `[m]`.
     pub weight: Vec<f64>,
-    /// Transposed scaled influence matrix: column `3a + r` is row r of candidate a, `[3m, 3m]`, 1.
-    pub kt: Mat<f64>,
+    /// Scaled influence matrix, row after row (row `3a + r` is row r of candidate a), `[3m, 3m]`, 1.
+    kt: Vec<f64>,
     /// Scaled rigid creep of the whole creepage and undeformed gap, `[3m]`.
     constant: Vec<f64>,
     /// Derivative of the gap rows by the scaled approach, `[m]`.
@@ -46,7 +46,7 @@ impl Candidates {
         if !(unit > 0.0 && unit.is_finite()) {
             return Err(Error::Defect("steady contact: Newton's method was started without contact".into()));
         }
-        let mut kt = Mat::<f64>::zeros(3 * m, 3 * m);
+        let mut kt = vec![0.0; 9 * m * m];
         let mut constant = vec![0.0; 3 * m];
         let mut by_approach = vec![0.0; m];
         let reference = problem.rho_normal(nodes[0]);
@@ -55,7 +55,7 @@ impl Candidates {
             rho[a] = problem.rho_normal(i);
             constant[3 * a + 2] = rho[a] * s.gap[i] / unit;
             by_approach[a] = -rho[a] / reference;
-            gather(problem, &[(i, rho[a])], 2, &nodes, kt.col_as_slice_mut(3 * a + 2))?;
+            gather(problem, &[(i, rho[a])], 2, &nodes, &mut kt[3 * m * (3 * a + 2)..][..3 * m])?;
         }
         let total: f64 = nodes.iter().map(|&i| s.weight[i]).sum();
         let share = nodes.iter().map(|&i| s.weight[i] / total).collect();
@@ -87,6 +87,7 @@ impl Candidates {
     /// (by index) whose rows have changed.
     pub fn renew(&mut self, problem: &SteadyProblem<'_>, upstream: &Upstream) -> Result<Vec<usize>> {
         let mut changed = Vec::new();
+        let width = 3 * self.nodes.len();
         for (a, &i) in self.nodes.iter().enumerate() {
             if self.upstream.rows.get(i) == Some(&upstream.rows[i]) {
                 continue;
@@ -99,7 +100,7 @@ impl Candidates {
             let terms = upstream.rows[i].map(|(j, d)| (j, d * rho));
             for (r, c) in rigid.iter().enumerate() {
                 self.constant[3 * a + r] = rho * c / self.unit;
-                gather(problem, &terms, r, &self.nodes, self.kt.col_as_slice_mut(3 * a + r))?;
+                gather(problem, &terms, r, &self.nodes, &mut self.kt[width * (3 * a + r)..][..width])?;
             }
         }
         self.upstream.clone_from(upstream);
@@ -109,7 +110,7 @@ impl Candidates {
     /// Renews the creep of candidate `a` in the response `y` to the stresses `x`.
     pub fn renew_response(&self, a: usize, x: &[f64], creep_factor: f64, y: &mut [f64]) {
         for k in [3 * a, 3 * a + 1] {
-            y[k] = dot(self.kt.col_as_slice(k), x) + creep_factor * self.constant[k];
+            y[k] = dot(self.row(k), x) + creep_factor * self.constant[k];
         }
     }
 
@@ -149,13 +150,20 @@ impl Candidates {
         }
     }
 
+    /// Row `k` of K, `[3m]`.
+    pub fn row(&self, k: usize) -> &[f64] {
+        let width = 3 * self.nodes.len();
+        &self.kt[width * k..][..width]
+    }
+
     /// K x, `[3m]`.
     pub fn product(&self, x: &[f64]) -> Vec<f64> {
         let n = x.len();
         let mut y = vec![0.0; n];
         let rhs = MatRef::from_column_major_slice(x, n, 1);
         let out = MatMut::from_column_major_slice_mut(&mut y, n, 1);
-        matmul(out, Accum::Replace, self.kt.transpose(), rhs, 1.0, Par::Seq);
+        let k = MatRef::from_column_major_slice(&self.kt, n, n);
+        matmul(out, Accum::Replace, k.transpose(), rhs, 1.0, Par::Seq);
         y
     }
 
@@ -179,7 +187,7 @@ fn gather(
     nodes: &[usize],
     out: &mut [f64],
 ) -> Result<()> {
-    out.fill(0.0);
+    let mut first = true;
     for &(j, d) in terms.iter().filter(|t| t.1 != 0.0) {
         // W is symmetric: its column is the row wanted, and contiguous.
         let Some(col) = problem.compliance.col(3 * j + r).try_as_col_major().map(|c| c.as_slice()) else {
@@ -187,10 +195,11 @@ fn gather(
         };
         for (o, &k) in out.chunks_exact_mut(3).zip(nodes) {
             let (d, v) = (d * problem.interface.weight[k], &col[3 * k..3 * k + 3]);
-            o[0] += d * v[0];
-            o[1] += d * v[1];
-            o[2] += d * v[2];
+            let v = [d * v[0], d * v[1], d * v[2]];
+            let old = if first { [0.0; 3] } else { [o[0], o[1], o[2]] };
+            o.copy_from_slice(&[old[0] + v[0], old[1] + v[1], old[2] + v[2]]);
         }
+        first = false;
     }
     Ok(())
 }

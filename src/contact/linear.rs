@@ -63,8 +63,8 @@ impl NormalBlock {
 pub(super) struct Compact {
     /// Closed nodes (indices into the candidates).
     pub closed: Vec<usize>,
-    /// Transposed: column `3i + r` is row r of the closed node i, `[3k, 3k]`.
-    kt: Option<Mat<f32>>,
+    /// Row after row: row `3i + r` is row r of the closed node i, `[3k, 3k]`.
+    kt: Option<Vec<f32>>,
 }
 
 impl Compact {
@@ -75,7 +75,7 @@ impl Compact {
             Some(kt) if self.closed == closed => kt,
             _ => {
                 self.closed = closed.to_vec();
-                let mut kt = Mat::zeros(3 * k, 3 * k);
+                let mut kt = vec![0.0; 9 * k * k];
                 (0..k).for_each(|i| gather(c, closed, i, &mut kt));
                 self.kt = Some(kt);
                 return;
@@ -96,16 +96,18 @@ impl Compact {
         let mut y = vec![0.0f32; x.len()];
         let n = x.len();
         let (rhs, out) = (MatRef::from_column_major_slice(&x, n, 1), MatMut::from_column_major_slice_mut(&mut y, n, 1));
+        let kt = MatRef::from_column_major_slice(kt, n, n);
         matmul(out, Accum::Replace, kt.transpose(), rhs, 1.0, Par::Seq);
         y.iter().map(|&v| f64::from(v)).collect()
     }
 }
 
 /// Copies the rows of the closed node `i`.
-fn gather(c: &Candidates, closed: &[usize], i: usize, kt: &mut Mat<f32>) {
+fn gather(c: &Candidates, closed: &[usize], i: usize, kt: &mut [f32]) {
+    let width = 3 * closed.len();
     for r in 0..3 {
-        let from = c.kt.col_as_slice(3 * closed[i] + r);
-        for (o, &b) in kt.col_as_slice_mut(3 * i + r).chunks_exact_mut(3).zip(closed) {
+        let from = c.row(3 * closed[i] + r);
+        for (o, &b) in kt[width * (3 * i + r)..][..width].chunks_exact_mut(3).zip(closed) {
             let v = &from[3 * b..3 * b + 3];
             (o[0], o[1], o[2]) = (v[0] as f32, v[1] as f32, v[2] as f32);
         }
@@ -186,7 +188,7 @@ impl<'a> Linear<'a> {
                 let (first, len) = (ids[0], ids.len());
                 let mut block = Mat::<f64>::zeros(2 * len, 2 * len);
                 for i in 0..len {
-                    let rows = [0, 1].map(|r| c.kt.col_as_slice(3 * closed[first + i] + r));
+                    let rows = [0, 1].map(|r| c.row(3 * closed[first + i] + r));
                     for j in 0..len {
                         let b = 3 * closed[first + j];
                         for q in 0..2 {
@@ -221,7 +223,7 @@ impl<'a> Linear<'a> {
         }
         let dd = solved.x[3 * k];
         for a in (0..self.c.nodes.len()).filter(|&a| !inside[a]) {
-            dy[3 * a + 2] = dot(self.c.kt.col_as_slice(3 * a + 2), &dx) + self.c.by_approach[a] * dd;
+            dy[3 * a + 2] = dot(self.c.row(3 * a + 2), &dx) + self.c.by_approach[a] * dd;
         }
         Some(Step { dx, dd, dy })
     }
