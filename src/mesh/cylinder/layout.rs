@@ -136,7 +136,7 @@ impl CylinderSpec {
         let edge = nyp as f64 * h;
         let rest = [-y0 - edge, y1 - edge].map(|l| if l <= 1e-9 * h { 0.0 } else { l });
         let mut n = rest.map(|l| grading::elements(l, first, self.growth, cap));
-        while (n[0] + n[1] + 2 * nyp) % group > 0 {
+        while !(n[0] + n[1] + 2 * nyp).is_multiple_of(group) {
             // To the side whose elements are the larger on the mean; never to a side without any.
             let mean = [0, 1].map(|k| if n[k] == 0 { 0.0 } else { rest[k] / n[k] as f64 });
             let k = usize::from(mean[1] > mean[0]);
