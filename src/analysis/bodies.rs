@@ -10,7 +10,7 @@ use crate::mesh::grid::ContactGrid;
 use crate::mesh::{msh, Mesh};
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::parallel::World;
-use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::Result;
 
@@ -95,38 +95,29 @@ impl Bodies {
         Ok(bodies)
     }
 
-    /// Collective: factorises, or prepares to iterate with, K − σM of each body.
-    pub fn solvers<'w>(
-        &self,
-        world: &'w World,
+    /// Collective: factorises, or prepares to iterate with, the stiffness of each body.
+    pub fn solvers<'p>(
+        &'p self,
+        petsc: &'p Petsc<'p>,
         job: &Job,
         progress: &mut Progress,
         summary: &mut Summary,
-    ) -> Result<Vec<Statics<'w>>> {
+    ) -> Result<Vec<Statics<'p>>> {
         let mut solvers = Vec::new();
         for body in &self.unique {
-            progress.stage(format!("factorisation, body {}", body.name));
-            let shift = body.shift(world);
-            let (k, m) = (&body.operators.stiffness, &body.operators.mass);
-            let options = FactorOptions::new(Kind::Positive);
-            let name = format!("stiffness of body {}", body.name);
-            let factor = if shift == 0.0 {
-                Factor::new(world, k, options, &name)?
-            } else {
-                Factor::new(world, &k.minus_scaled(shift, m), options, &name)?
+            let solver = match job.solver.linear {
+                LinearSolver::Mumps => {
+                    progress.stage(format!("factorisation, body {}", body.name));
+                    Statics::direct(petsc, body)?
+                }
+                LinearSolver::Gamg => {
+                    progress.stage(format!("multigrid, body {}", body.name));
+                    Statics::iterative(petsc, body)?
+                }
             };
-            let s = factor.statistics();
-            summary.value(
-                &format!("factor of {}", body.name),
-                format!(
-                    "{:.1} M entries, {:.2} GB on all ranks",
-                    s.factor_entries as f64 / 1e6,
-                    s.memory_sum_mb as f64 / 1e3
-                ),
-            );
-            solvers.push(Statics::Direct(factor));
+            summary.value(&format!("solver of {}", body.name), solver.describe());
+            solvers.push(solver);
         }
-        let _ = job.solver.linear == LinearSolver::Mumps;
         Ok(solvers)
     }
 

@@ -38,7 +38,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     let mut summary = Summary::default();
 
     let bodies = Bodies::build(world, job, progress, &mut summary)?;
-    let mut solvers = bodies.solvers(world, job, progress, &mut summary)?;
+    let mut solvers = bodies.solvers(petsc, job, progress, &mut summary)?;
     if let Some(wanted) = &job.analyses.modes {
         modes::run(petsc, job, wanted.extent(), &bodies, &mut solvers, options, &mut file, progress, &mut summary)?;
     }

@@ -31,7 +31,7 @@ pub fn run(
     let interface = world.on_root(|| interface_of(bodies))?;
     progress.stage("compliance of the contact");
     let compliance = match contact.compliance {
-        Compliance::Fe => fe_compliance(world, bodies, solvers)?,
+        Compliance::Fe => fe_compliance(world, bodies, solvers, progress)?,
         Compliance::HalfSpace => world.on_root(|| half_space_compliance(bodies, interface.as_ref()))?,
     };
     progress.stage("steady rolling");
@@ -66,10 +66,15 @@ fn interface_of(bodies: &Bodies) -> Result<Interface> {
 }
 
 /// Collective: influence matrix of the interface from the finite-element bodies, m/N, `[3n, 3n]` on rank 0.
-fn fe_compliance(world: &World, bodies: &Bodies, solvers: &mut [Statics]) -> Result<Option<Mat<f64>>> {
+fn fe_compliance(
+    world: &World,
+    bodies: &Bodies,
+    solvers: &mut [Statics],
+    progress: &mut Progress,
+) -> Result<Option<Mat<f64>>> {
     let mut unique = Vec::new();
     for (body, solver) in bodies.unique.iter().zip(solvers) {
-        unique.push(body.compliance(world, solver)?);
+        unique.push(body.compliance(world, solver, &mut |done, of| progress.step("contact rows", done, of))?);
     }
     world.on_root(|| {
         let of = |place: usize| {

@@ -94,10 +94,15 @@ impl FeBody {
     }
 
     /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
-    pub fn compliance(&self, world: &World, statics: &mut Statics) -> Result<Option<Mat<f64>>> {
+    pub fn compliance(
+        &self,
+        world: &World,
+        statics: &mut Statics,
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<Option<Mat<f64>>> {
         let rows = world.agree(self.contact_dofs())?;
         let rows = world.broadcast(rows);
-        let block = statics.inverse_block(&rows)?;
+        let block = statics.inverse_block(&rows, progress)?;
         Ok(world
             .is_root()
             .then(|| Mat::from_fn(block.nrows(), block.ncols(), |i, j| sign(i) * sign(j) * block[(i, j)])))

@@ -48,7 +48,11 @@ pub fn compute(
         )));
     }
     let shift = body.shift(world);
-    let Statics::Direct(factor) = statics;
+    let Statics::Direct(factor) = statics else {
+        return Err(Error::Job(
+            "analyses.modes needs the factorisation that solver.linear = \"mumps\" makes; it is \"gamg\": leave out one of the two".into(),
+        ));
+    };
     let stiffness = body.operators.stiffness.operator(world);
     let mass = body.operators.mass.operator(world);
     let mut wanted = (count + BEYOND).min(order);

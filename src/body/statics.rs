@@ -1,27 +1,80 @@
 //! Static solves with the stiffness of a body, by the method the job selects.
 
-use crate::petsc::mumps::Factor;
+use super::fe::FeBody;
+use crate::fem::dofs::FIXED;
+use crate::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
+use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::session::Petsc;
 use crate::Result;
 use faer::Mat;
 
+/// Relative residual of an iterative solve: an order below the steady analysis' default tolerance.
+const TOLERANCE: f64 = 1e-10;
+/// Iterations after which an iterative solve gives up; multigrid takes some tens.
+const MAX_ITERATIONS: usize = 1000;
+
 /// Solver of K u = f for one body.
-pub enum Statics<'w> {
-    /// Factorisation of K.
-    Direct(Factor<'w>),
+pub enum Statics<'p> {
+    /// Factorisation of K, or of K − σM for a body without supports.
+    Direct(Factor<'p>),
+    /// Conjugate gradients with algebraic multigrid.
+    Iterative(Iterative<'p>),
 }
 
-impl Statics<'_> {
+impl<'p> Statics<'p> {
+    /// Collective: factorises K − σM with σ = [`FeBody::shift`].
+    pub fn direct(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
+        let world = petsc.world();
+        let (k, m) = (&body.operators.stiffness, &body.operators.mass);
+        let options = FactorOptions::new(Kind::Positive);
+        let name = format!("stiffness of body {}", body.name);
+        let shift = body.shift(world);
+        if shift == 0.0 {
+            return Ok(Statics::Direct(Factor::new(world, k, options, &name)?));
+        }
+        Ok(Statics::Direct(Factor::new(world, &k.minus_scaled(shift, m), options, &name)?))
+    }
+
+    /// Collective: sets up multigrid on K with the rigid-body motions as near-null space.
+    pub fn iterative(petsc: &'p Petsc<'p>, body: &'p FeBody) -> Result<Self> {
+        let free = |&n: &usize| body.dofs.local[n] != FIXED;
+        let at: Vec<[f64; 3]> = (0..body.part.owned).filter(free).map(|n| body.part.coords[n]).collect();
+        let prefix = format!("{}_", body.name);
+        let options = IterativeOptions { tolerance: TOLERANCE, max_iterations: MAX_ITERATIONS, prefix };
+        let name = format!("stiffness of body {}", body.name);
+        let near_null = rigid_body_motions(&at);
+        Ok(Statics::Iterative(Iterative::new(petsc, &body.operators.stiffness, 3, &near_null, options, &name)?))
+    }
+
     /// Collective: solves in place; `f` holds this rank's degrees of freedom, N in, m out.
     pub fn solve(&mut self, f: &mut [f64]) -> Result<()> {
         match self {
             Statics::Direct(factor) => factor.solve(f, 1),
+            Statics::Iterative(solver) => solver.solve(f, 1),
         }
     }
 
-    /// Collective: entries of K⁻¹ at `rows` × `rows` (the same on every rank), m/N, on rank 0.
-    pub fn inverse_block(&mut self, rows: &[u64]) -> Result<Mat<f64>> {
+    /// Collective: entries of K⁻¹ at `rows` × `rows` (the same on every rank), m/N, on rank 0. `progress` is told rows
+    /// done and rows in all where they are made one after the other.
+    pub fn inverse_block(&mut self, rows: &[u64], progress: &mut dyn FnMut(usize, usize)) -> Result<Mat<f64>> {
         match self {
             Statics::Direct(factor) => factor.inverse_block(rows),
+            Statics::Iterative(solver) => solver.inverse_block(rows, progress),
+        }
+    }
+
+    /// What the summary says of it.
+    pub fn describe(&self) -> String {
+        match self {
+            Statics::Direct(factor) => {
+                let s = factor.statistics();
+                let (entries, memory) = (s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3);
+                format!("factor of {entries:.1} M entries, {memory:.2} GB on all ranks")
+            }
+            Statics::Iterative(solver) => {
+                let (iterations, solves) = solver.effort();
+                format!("conjugate gradients with multigrid, {iterations} iterations in {solves} solves so far")
+            }
         }
     }
 }
