@@ -1,0 +1,33 @@
+"""Convergence studies with the program itself; writes docs/validation.md. Called by scripts/validate."""
+
+import json
+import sys
+
+import modes
+import ranks
+import report
+import steady
+from program import KEPT
+
+STUDIES = {
+    "half_space": steady.half_space,
+    "finite_elements": steady.finite_elements,
+    "modes": modes.annulus,
+    "ranks": ranks.agreement,
+}
+
+
+def main():
+    wanted = sys.argv[1:] or list(STUDIES)
+    unknown = [name for name in wanted if name not in STUDIES]
+    if unknown:
+        sys.exit(f"scripts/validate: no study {', '.join(unknown)}; there are {', '.join(STUDIES)}")
+    KEPT.mkdir(parents=True, exist_ok=True)
+    for name in wanted:
+        print(f"== {name}", flush=True)
+        (KEPT / f"{name}.json").write_text(json.dumps(STUDIES[name](), indent=1))
+    found = {name: KEPT / f"{name}.json" for name in STUDIES}
+    report.write({name: json.loads(path.read_text()) for name, path in found.items() if path.exists()})
+
+
+main()

@@ -1,0 +1,70 @@
+"""docs/validation.md from the figures of the studies."""
+
+from math import log2
+
+from program import ROOT
+
+INTRODUCTION = """# Validation
+
+Written by `scripts/validate`, which runs the program on the jobs of `jobs/` with other mesh sizes, loads and creepages. The tests hold
+more comparisons, of the single parts.
+"""
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]) + "\n"
+
+
+def percent(ratio):
+    return f"{100 * ratio:+.2f} %"
+
+
+def steady(rows):
+    forces, normal = [], []
+    for r in rows:
+        cells = [f"{p['force']:.4f} (a/{p['per_radius']})" for p in r["points"]]
+        forces.append([f"{r['load'] / 1e3:g}", f"{100 * r['eta']:g} %", *cells, f"{r['force']:.4f}", r["contact"], percent(r["force"] / r["contact"] - 1)])
+        if r["eta"] == 0.003:
+            for p in r["points"]:
+                normal.append([f"{r['load'] / 1e3:g}", f"a/{p['per_radius']}", percent(p["pressure"] - 1), percent(p["approach"] - 1), f"{p['along']:.1e}"])
+    head = ["N, kN", "η", "coarse", "middle", "fine", "extrapolated", "CONTACT", "difference"]
+    return table(head, forces) + "\n" + table(["N, kN", "elements", "largest pressure − Hertz", "approach − Hertz", "F_x/μN"], normal)
+
+
+def modes(rows):
+    cells = []
+    for before, r in zip([None, *rows], rows):
+        same = before and before["support"] == r["support"]
+        order = f"{log2(before['largest'] / r['largest']):.2f}" if same else "–"
+        rigid = f"{r['rigid']:.1e}" if r["support"] == "free" else "–"
+        cells.append([r["support"], f"{1e3 * r['size']:g}", r["modes"], f"{100 * r['largest']:.3f} %", order, rigid])
+    return table(["support", "element size, mm", "modes", "largest error", "order", "largest rigid-body frequency, Hz"], cells)
+
+
+def ranks(rows):
+    names = list(rows[0]["difference"])
+    return table(["ranks", *names], [[r["ranks"], *(f"{r['difference'][n]:.1e}" for n in names)] for r in rows])
+
+
+def write(found):
+    parts = [INTRODUCTION]
+    if "half_space" in found:
+        parts.append(
+            "## Steady rolling on half-spaces\n\nLateral force F_y/μN of two equal steel bodies with radii of 0.5 m both ways, μ = 0.3, with element sizes of a "
+            "fraction of Hertz's contact radius a, extrapolated by f0 + c h² (the order of the upstream difference), beside CONTACT extrapolated "
+            "to zero grid size. Pressure and approach beside Hertz.\n\n" + steady(found["half_space"]))
+    if "finite_elements" in found:
+        parts.append(
+            "## Steady rolling with finite elements\n\nThe same with the compliance of the finite-element cylinders. Their approach is larger than Hertz's "
+            "half-space value: it includes the bending and shear of the discs from the contact to the clamped bore.\n\n"
+            + steady(found["finite_elements"]))
+    if "modes" in found:
+        parts.append(
+            "## Modes of the plain annular cylinder\n\nFirst 30 modes on uniform meshes against the converged reference in `docs/reference/annulus_modes.csv`; "
+            "the order is that of the largest error.\n\n" + modes(found["modes"]))
+    if "ranks" in found:
+        parts.append(
+            "## Number of ranks\n\nUnlike bodies, all creepages: largest difference from one rank, relative to the largest entry.\n\n" + ranks(found["ranks"]))
+    (ROOT / "docs/validation.md").write_text("\n".join(parts))
+    print("docs/validation.md")
