@@ -1,6 +1,9 @@
 //! Times of the direct solver and of the eigensolver on the clamped annular cylinder, on the ranks of `mpirun`.
 //!
-//! `mpirun -n 2 linear_algebra [--size METRES] [--modes N]`
+//! `mpirun -n 2 linear_algebra [--size METRES] [--graded 0|1] [--modes N] [-- PETSC OPTIONS]`
+//!
+//! With `--graded 1` the cylinder is crowned and `--size` is that of the elements in a contact patch of 14 mm by 14 mm.
+//! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver.
 
 use railsqueal::fem::dofs::DofMap;
 use railsqueal::fem::{assembly, Material};
@@ -22,7 +25,13 @@ fn main() {
         at.and_then(|i| arguments.get(i + 1)?.parse().ok()).unwrap_or(default)
     };
     let after = arguments.iter().position(|a| a == "--").map_or(arguments.len(), |i| i + 1);
-    if let Err(error) = run(&world, number("--size", 0.0123), number("--modes", 40.0) as usize, &arguments[after..]) {
+    if let Err(error) = run(
+        &world,
+        number("--size", 0.0123),
+        number("--graded", 0.0) != 0.0,
+        number("--modes", 40.0) as usize,
+        &arguments[after..],
+    ) {
         eprintln!("{error}");
         std::process::exit(error.exit_code());
     }
@@ -82,20 +91,20 @@ impl Clock<'_> {
     }
 }
 
-fn run(world: &World, size: f64, count: usize, options: &[String]) -> railsqueal::Result<()> {
+fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String]) -> railsqueal::Result<()> {
     let petsc = Petsc::start(world, &[], options)?;
     let mut clock = Clock { world, wall: Instant::now(), cpu: 0.0 };
     let spec = CylinderSpec {
         inner_radius: 0.1,
         outer_radius: 0.5,
         thickness: 0.1,
-        crown_radius: None,
+        crown_radius: graded.then_some(0.5),
         contact_offset: 0.0,
         element_size: size,
         growth: 1.2,
-        max_element_size: Some(size),
-        patch_half_length: 0.0,
-        patch_half_width: 0.0,
+        max_element_size: (!graded).then_some(size),
+        patch_half_length: if graded { 0.007 } else { 0.0 },
+        patch_half_width: if graded { 0.007 } else { 0.0 },
     };
     let mesh = world.on_root(|| cylinder::build(&spec))?;
     let part = distribute(world, mesh.as_ref().map(|m| &m.0))?;

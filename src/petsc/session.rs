@@ -19,6 +19,8 @@ thread_local! {
 /// PETSc and SLEPc, initialised. Objects of theirs borrow it and so end before it; it ends before MPI does.
 pub struct Petsc<'w> {
     world: &'w World,
+    /// Options set by [`Petsc::default_option`].
+    defaults: RefCell<Vec<String>>,
 }
 
 /// Versions of the libraries in this process.
@@ -45,7 +47,7 @@ impl<'w> Petsc<'w> {
             return Err(Error::Defect("PETSc was started twice".into()));
         }
         match Self::initialise(options, arguments) {
-            Ok(()) => Ok(Self { world }),
+            Ok(()) => Ok(Self { world, defaults: RefCell::default() }),
             Err(error) => {
                 RUNNING.store(false, Ordering::SeqCst);
                 Err(error)
@@ -106,7 +108,8 @@ impl<'w> Petsc<'w> {
     /// Sets an option (name without minus) that the user did not give.
     pub(crate) fn default_option(&self, name: &str, value: &str) -> Result<()> {
         let text = |s: String| CString::new(s).map_err(|_| Error::Defect(format!("zero byte in option {name}")));
-        let (name, value) = (text(format!("-{name}"))?, text(value.to_owned())?);
+        let option = format!("-{name}");
+        let (name, value) = (text(option.clone())?, text(value.to_owned())?);
         let mut given = sys::PetscBool_PETSC_FALSE;
         // SAFETY: strings that end in zero and are copied; a valid output.
         unsafe {
@@ -117,8 +120,10 @@ impl<'w> Petsc<'w> {
             if given == sys::PetscBool_PETSC_TRUE {
                 return Ok(());
             }
-            check(sys::PetscOptionsSetValue(ptr::null_mut(), name.as_ptr(), value.as_ptr()), "setting an option")
+            check(sys::PetscOptionsSetValue(ptr::null_mut(), name.as_ptr(), value.as_ptr()), "setting an option")?;
         }
+        self.defaults.borrow_mut().push(option);
+        Ok(())
     }
 
     /// Options that were given and that no object has asked for so far, with their values.
@@ -138,9 +143,11 @@ impl<'w> Petsc<'w> {
                     None => format!("-{name}"),
                 })
             });
-            // Those of `start` itself are not the user's.
+            // Those set here are not the user's.
             let own = ["-no_signal_handler", "-skip_petscrc", "-options_left"];
-            let list = list.filter(|o| !own.iter().any(|w| o.split(' ').next() == Some(w))).collect();
+            let defaults = self.defaults.borrow();
+            let ours = |name: &str| own.contains(&name) || defaults.iter().any(|d| d == name);
+            let list = list.filter(|o| !o.split(' ').next().is_some_and(ours)).collect();
             check(
                 sys::PetscOptionsLeftRestore(ptr::null_mut(), &mut n, &mut names, &mut values),
                 "listing unused options",
