@@ -62,8 +62,8 @@ fn parallel(command: Command, speaks: bool) -> i32 {
     let Some((universe, _)) = mpi::initialize_with_threading(mpi::Threading::Funneled) else {
         return report(&Error::Defect("MPI was initialised already".into()));
     };
-    install_panic_hook();
     let world = World::new(universe.world().duplicate());
+    install_panic_hook(world.is_root());
     let farewell = universe.world().duplicate();
     if let Some(message) = launch::singletons(world.size, &launch::environment) {
         if speaks {
@@ -177,9 +177,12 @@ fn report(error: &Error) -> i32 {
     error.exit_code()
 }
 
-/// A panic is a defect: one message, and all ranks end.
-fn install_panic_hook() {
-    std::panic::set_hook(Box::new(|info| {
+/// A panic is a defect: one message, and all ranks end. Rank 0 speaks first, should all panic together.
+fn install_panic_hook(root: bool) {
+    std::panic::set_hook(Box::new(move |info| {
+        if !root {
+            std::thread::sleep(Duration::from_millis(500));
+        }
         let what = info.payload();
         let what = what.downcast_ref::<&str>().copied().or_else(|| what.downcast_ref::<String>().map(String::as_str));
         let place = info.location().map(|l| format!(" at {}:{}", l.file(), l.line())).unwrap_or_default();

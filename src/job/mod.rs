@@ -62,7 +62,11 @@ impl Job {
                     let default = if graded { c.element_size.max(0.25 * c.thickness) } else { c.element_size };
                     c.max_element_size.get_or_insert(default);
                 }
-                MeshSource::File(file) => *file = folder.join(&*file),
+                // Absolute, so that the resolved job means the same file wherever it is kept.
+                MeshSource::File(file) => {
+                    let path = folder.join(&*file);
+                    *file = std::path::absolute(&path).unwrap_or(path);
+                }
             }
         }
     }
