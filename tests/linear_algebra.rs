@@ -10,6 +10,8 @@ mod eigen;
 mod iterative;
 #[path = "linear_algebra/matrices.rs"]
 mod matrices;
+#[path = "linear_algebra/quadratic.rs"]
+mod quadratic;
 
 use railsqueal::parallel::World;
 use std::process::{Command, ExitCode};
@@ -30,7 +32,7 @@ fn main() -> ExitCode {
         // SAFETY: MPI is initialised; ends all ranks.
         unsafe { mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, 101) };
     }));
-    let checks: Vec<Check> = [direct::CHECKS, eigen::CHECKS, iterative::CHECKS].concat();
+    let checks: Vec<Check> = [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS].concat();
     for (name, check) in checks.into_iter().filter(|(name, _)| name.contains(&word)) {
         check(&world);
         if world.is_root() {

@@ -4,6 +4,7 @@
 //! PETSc's vectors are complex and the matrix is real, so one complex solve carries two real right-hand sides, one in the
 //! real and one in the imaginary part.
 
+use super::aij::assembled;
 use super::csr::{norm2, DistCsr, Operator};
 use super::handle::{read, vector, write, Handle};
 use super::session::{check, Petsc};
@@ -66,6 +67,10 @@ impl<'p> Iterative<'p> {
             return Err(Error::Defect(format!("matrix {name}: row ranges {:?} cut blocks of {block}", matrix.ranges)));
         }
         let a = assembled(petsc, matrix, block)?;
+        for property in [sys::MatOption_MAT_SYMMETRIC, sys::MatOption_MAT_HERMITIAN, sys::MatOption_MAT_SPD] {
+            // SAFETY: a live matrix.
+            check(unsafe { sys::MatSetOption(a.raw(), property, sys::PetscBool_PETSC_TRUE) }, "setting up multigrid")?;
+        }
         near_null_space(petsc, &a, matrix, near_null)?;
         let ksp = solver(petsc, &a, &options, DIAGONAL_SHIFT * matrix.max_abs(world))?;
         let (n, order) = (matrix.n_local(), matrix.order());
@@ -234,53 +239,6 @@ fn scaled(value: f64, norm: f64) -> f64 {
     } else {
         0.0
     }
-}
-
-/// The matrix in PETSc's rows, each allocated to its length.
-fn assembled<'p>(petsc: &'p Petsc<'_>, matrix: &DistCsr, block: usize) -> Result<Handle<'p, sys::Mat>> {
-    let world = petsc.world();
-    let own = matrix.rows_of(world.rank);
-    let (n, order) = (matrix.n_local() as sys::PetscInt, matrix.order() as sys::PetscInt);
-    let inside: Vec<sys::PetscInt> = (0..matrix.n_local())
-        .map(|i| matrix.row(i).0.iter().filter(|c| own.contains(c)).count() as sys::PetscInt)
-        .collect();
-    let outside: Vec<sys::PetscInt> =
-        (0..matrix.n_local()).map(|i| matrix.row(i).0.len() as sys::PetscInt - inside[i]).collect();
-    let comm = world.comm.as_raw();
-    // SAFETY: a live communicator and a valid output.
-    let a = Handle::create(petsc, "creating a matrix", |a| unsafe { sys::MatCreate(comm, a) })?;
-    let doing = "assembling a matrix";
-    // SAFETY: a live matrix; the counts have one entry per local row; columns and values are as long as their count says.
-    unsafe {
-        let m = a.raw();
-        check(sys::MatSetSizes(m, n, n, order, order), doing)?;
-        check(sys::MatSetBlockSize(m, block as sys::PetscInt), doing)?;
-        check(sys::MatSetType(m, c"aij".as_ptr()), doing)?;
-        check(sys::MatSeqAIJSetPreallocation(m, 0, inside.as_ptr()), doing)?;
-        check(sys::MatMPIAIJSetPreallocation(m, 0, inside.as_ptr(), 0, outside.as_ptr()), doing)?;
-        check(sys::MatSetOption(m, sys::MatOption_MAT_NO_OFF_PROC_ENTRIES, sys::PetscBool_PETSC_TRUE), doing)?;
-        let mut columns: Vec<sys::PetscInt> = Vec::new();
-        let mut values: Vec<Complex<f64>> = Vec::new();
-        for i in 0..matrix.n_local() {
-            let (cols, vals) = matrix.row(i);
-            columns.clear();
-            columns.extend(cols.iter().map(|&c| c as sys::PetscInt));
-            values.clear();
-            values.extend(vals.iter().map(|&v| Complex::new(v, 0.0)));
-            let row = (own.start + i as u64) as sys::PetscInt;
-            let count = columns.len() as sys::PetscInt;
-            check(
-                sys::MatSetValues(m, 1, &row, count, columns.as_ptr(), values.as_ptr(), sys::InsertMode_INSERT_VALUES),
-                doing,
-            )?;
-        }
-        check(sys::MatAssemblyBegin(m, sys::MatAssemblyType_MAT_FINAL_ASSEMBLY), doing)?;
-        check(sys::MatAssemblyEnd(m, sys::MatAssemblyType_MAT_FINAL_ASSEMBLY), doing)?;
-        for property in [sys::MatOption_MAT_SYMMETRIC, sys::MatOption_MAT_HERMITIAN, sys::MatOption_MAT_SPD] {
-            check(sys::MatSetOption(m, property, sys::PetscBool_PETSC_TRUE), doing)?;
-        }
-    }
-    Ok(a)
 }
 
 /// Gives the matrix its near null space, made orthonormal.

@@ -1,5 +1,6 @@
 //! Safe layer on PETSc, SLEPc and MUMPS. It knows no mechanics.
 
+mod aij;
 pub mod csr;
 pub mod eps;
 pub mod exchange;
@@ -7,6 +8,7 @@ mod handle;
 pub mod ksp;
 pub mod mumps;
 mod ordering;
+pub mod pep;
 pub mod session;
 
 pub use mumps::{Factor, FactorOptions, FactorStatistics, Kind, Ordering};
