@@ -1,6 +1,7 @@
 //! From a job to results: the driver, then one file per analysis.
 
 mod bodies;
+mod interface;
 mod modes;
 pub mod plan;
 mod report;
@@ -13,6 +14,7 @@ use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bodies::Bodies;
+use interface::ContactModel;
 use std::path::PathBuf;
 
 pub use report::Summary;
@@ -39,21 +41,25 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
 
     let bodies = Bodies::build(world, job, progress, &mut summary)?;
     let mut solvers = bodies.solvers(petsc, job, progress, &mut summary)?;
-    if let Some(wanted) = &job.analyses.modes {
-        modes::run(petsc, job, wanted.extent(), &bodies, &mut solvers, options, &mut file, progress, &mut summary)?;
+    let found = match &job.analyses.modes {
+        Some(wanted) => {
+            let extent = wanted.extent();
+            modes::run(petsc, job, extent, &bodies, &mut solvers, options, &mut file, progress, &mut summary)?
+        }
+        None => Vec::new(),
+    };
+    let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
+    if let (true, Some(contact)) = (statics, &job.contact) {
+        let model = ContactModel::build(world, contact, &bodies, &mut solvers, progress)?;
+        if let Some(wanted) = &job.analyses.stability {
+            stability::run(world, job, wanted, contact, &bodies, &found, &model, &mut file, progress, &mut summary)?;
+        }
+        if let Some(wanted) = &job.analyses.steady {
+            steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, &mut file, progress, &mut summary)?;
+        }
     }
-    match (&job.analyses.steady, &job.contact) {
-        (Some(steady), Some(contact)) => {
-            steady::run(world, job, steady, contact, &bodies, &mut solvers, &mut file, progress, &mut summary)?;
-        }
-        (Some(_), None) => {
-            return Err(Error::Job("analyses.steady needs `contact`, which the job does not have".into()))
-        }
-        (None, _) => {
-            if job.output.fields {
-                bodies.write_shapes(&mut file)?;
-            }
-        }
+    if job.analyses.steady.is_none() && job.output.fields {
+        bodies.write_shapes(&mut file)?;
     }
     drop(solvers);
 

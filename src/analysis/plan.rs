@@ -122,7 +122,7 @@ impl Plan {
             shared.push(("eigenvectors", unique.iter().map(basis).sum()));
         }
         let rows = 3.0 * bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0) as f64;
-        if job.analyses.steady.is_some() {
+        if job.analyses.steady.is_some() || job.analyses.stability.is_some() {
             // The compliance of each body, their sum, and the matrices of the contact solver.
             let copies = 4.0 + unique.len() as f64;
             on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
@@ -223,7 +223,8 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
             ModesExtent::MaxFrequency(f) => format!("modes: all of each body up to {f} Hz{once}"),
         });
     }
-    if let (Some(steady), Some(contact)) = (&job.analyses.steady, &job.contact) {
+    let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
+    if let (true, Some(contact)) = (statics, &job.contact) {
         let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
         let source = match contact.compliance {
             Compliance::Fe => format!("finite elements{once}"),
@@ -235,15 +236,20 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
             Load::Approach(d) => format!("approach {d} m"),
         };
         let c = contact.creepage;
-        steps.push(format!(
-            "steady rolling: {load}, friction {}, speed {} m/s, creepages {} {} {} 1/m, tolerance {:e}",
+        let given = format!(
+            "{load}, friction {}, speed {} m/s, creepages {} {} {} 1/m",
             contact.friction.coefficient(0.0),
             contact.speed,
             c.longitudinal,
             c.lateral,
             c.spin,
-            steady.tolerance
-        ));
+        );
+        if let Some(steady) = &job.analyses.steady {
+            steps.push(format!("steady rolling: {given}, tolerance {:e}", steady.tolerance));
+        }
+        if job.analyses.stability.is_some() {
+            steps.push(format!("stability of steady sliding on the modes: {given}"));
+        }
     }
     steps
 }

@@ -1,18 +1,16 @@
 //! The analysis `steady`: rolling with friction, everything constant in time.
 
 use super::bodies::Bodies;
+use super::interface::{creepage, normal_load, ContactModel};
 use super::report::Summary;
 use crate::body::statics::Statics;
-use crate::contact::half_space::HalfSpace;
-use crate::contact::interface::{combined_compliance, Creepage, Interface, Stencil};
-use crate::contact::steady::{NormalLoad, SteadyProblem, SteadySolution};
-use crate::fem::{stress, Material};
-use crate::job::{self, Compliance, Job, Load};
-use crate::mesh::grid::ContactGrid;
+use crate::contact::{Interface, SteadyProblem, SteadySolution, Stencil};
+use crate::fem::stress;
+use crate::job::{self, Compliance, Job};
 use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
-use crate::{Error, Result};
+use crate::Result;
 use faer::Mat;
 
 /// Collective: the steady state, its tables and, with finite elements, its fields on the bodies.
@@ -23,78 +21,29 @@ pub fn run(
     steady: &job::Steady,
     contact: &job::Contact,
     bodies: &Bodies,
+    model: &ContactModel,
     solvers: &mut [Statics],
     file: &mut ResultFile,
     progress: &mut Progress,
     summary: &mut Summary,
 ) -> Result<()> {
-    let interface = world.on_root(|| interface_of(bodies))?;
-    progress.stage("compliance of the contact");
-    let compliance = match contact.compliance {
-        Compliance::Fe => fe_compliance(world, bodies, solvers, progress)?,
-        Compliance::HalfSpace => world.on_root(|| half_space_compliance(bodies, interface.as_ref()))?,
-    };
     progress.stage("steady rolling");
-    let solution = world.on_root(|| match (&interface, &compliance) {
-        (Some(s), Some(w)) => solve(s, w, steady, contact),
-        _ => Err(Error::Defect("no interface on rank 0".into())),
+    let solution = world.on_root(|| {
+        let root = model.root()?;
+        solve(&root.interface, &root.compliance, steady, contact)
     })?;
-    if let (Some(s), Some(solution)) = (&interface, &solution) {
+    let interface = model.root.as_ref().map(|r| &r.interface);
+    if let (Some(s), Some(solution)) = (interface, &solution) {
         file.tables(tables(s, solution));
         summarise(contact, solution, summary);
     }
     if contact.compliance == Compliance::Fe && job.output.fields {
         progress.stage("fields in the bodies");
-        fields(world, bodies, solvers, interface.as_ref().zip(solution.as_ref()), file)?;
+        fields(world, bodies, solvers, interface.zip(solution.as_ref()), file)?;
     } else if job.output.fields {
         bodies.write_shapes(file)?;
     }
     Ok(())
-}
-
-/// On rank 0: the grid both bodies share and the gap between them.
-fn interface_of(bodies: &Bodies) -> Result<Interface> {
-    let grids: Vec<&ContactGrid> = bodies.places.iter().filter_map(|p| p.grid.as_ref()).collect();
-    let [lower, upper] = grids[..] else {
-        return Err(Error::Defect("contact needs the contact grids of two bodies".into()));
-    };
-    // A thousandth of an element: much less than the grid error, much more than rounding in a mesh file.
-    let spacing = lower.x.windows(2).chain(lower.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    ContactGrid::matched(lower, upper, 1e-3 * spacing)?;
-    let gap = lower.z.iter().zip(&upper.z).map(|(l, u)| -l - u).collect();
-    Interface::new(lower.x.clone(), lower.y.clone(), gap)
-}
-
-/// Collective: influence matrix of the interface from the finite-element bodies, m/N, `[3n, 3n]` on rank 0.
-fn fe_compliance(
-    world: &World,
-    bodies: &Bodies,
-    solvers: &mut [Statics],
-    progress: &mut Progress,
-) -> Result<Option<Mat<f64>>> {
-    let mut unique = Vec::new();
-    for (body, solver) in bodies.unique.iter().zip(solvers) {
-        unique.push(body.compliance(world, solver, &mut |done, of| progress.step("contact rows", done, of))?);
-    }
-    world.on_root(|| {
-        let of = |place: usize| {
-            bodies
-                .places
-                .get(place)
-                .and_then(|p| unique[p.body].as_ref())
-                .ok_or_else(|| Error::Defect("compliance is not on rank 0".into()))
-        };
-        combined_compliance(of(0)?.as_ref(), of(1)?.as_ref())
-    })
-}
-
-/// On rank 0: influence matrix of two half-spaces of the bodies' materials.
-fn half_space_compliance(bodies: &Bodies, interface: Option<&Interface>) -> Result<Mat<f64>> {
-    let Some(s) = interface else { return Err(Error::Defect("no interface on rank 0".into())) };
-    let of = |m: &Material| HalfSpace { young: m.young, poisson: m.poisson }.compliance(&s.x, &s.y);
-    let lower = of(&bodies.places[0].material)?;
-    let upper = of(&bodies.places[1].material)?;
-    combined_compliance(lower.as_ref(), upper.as_ref())
 }
 
 fn solve(s: &Interface, w: &Mat<f64>, steady: &job::Steady, contact: &job::Contact) -> Result<SteadySolution> {
@@ -103,15 +52,8 @@ fn solve(s: &Interface, w: &Mat<f64>, steady: &job::Steady, contact: &job::Conta
         compliance: w.as_ref(),
         friction: contact.friction.coefficient(0.0),
         speed: contact.speed,
-        creepage: Creepage {
-            longitudinal: contact.creepage.longitudinal,
-            lateral: contact.creepage.lateral,
-            spin: contact.creepage.spin,
-        },
-        load: match contact.load() {
-            Load::Normal(n) => NormalLoad::Force(n),
-            Load::Approach(d) => NormalLoad::Approach(d),
-        },
+        creepage: creepage(contact),
+        load: normal_load(contact),
         stencil: Stencil::default(),
         tolerance: steady.tolerance,
         max_iterations: steady.max_iterations as usize,

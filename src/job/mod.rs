@@ -82,11 +82,15 @@ fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
             if words.is_empty() { "none".into() } else { schema::quoted(&words) }
         )));
     }
-    if only != "modes" {
+    // Stability is computed on the modes.
+    if only != "modes" && only != "stability" {
         analyses.modes = None;
     }
     if only != "steady" {
         analyses.steady = None;
+    }
+    if only != "stability" {
+        analyses.stability = None;
     }
     Ok(())
 }

@@ -266,12 +266,19 @@ pub struct Analyses {
     /// Steady rolling with friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady: Option<Steady>,
+    /// Stability of steady sliding of the whole contact: the modes that squeal, with their growth rates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stability: Option<Stability>,
 }
 
 impl Analyses {
     /// Names of the analyses that are given, in the order in which they run.
     pub fn names(&self) -> Vec<&'static str> {
-        let given = [("modes", self.modes.is_some()), ("steady", self.steady.is_some())];
+        let given = [
+            ("modes", self.modes.is_some()),
+            ("steady", self.steady.is_some()),
+            ("stability", self.stability.is_some()),
+        ];
         given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
     }
 }
@@ -322,6 +329,38 @@ pub struct Steady {
     #[serde(default = "default_iterations")]
     #[schemars(range(min = 1, max = 1_000_000))]
     pub max_iterations: u32,
+}
+
+/// Stability of steady sliding on the modes of `analyses.modes` and the residual compliance of the contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stability {
+    /// Eigenvalues up to this frequency are kept, Hz. Default: the highest frequency that both bodies' modes reach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub max_frequency: Option<f64>,
+    /// Where the direction and the velocity of sliding come from.
+    #[serde(default)]
+    pub direction: Direction,
+    /// Largest backward error of an accepted eigenpair.
+    #[serde(default = "default_backward_error")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
+    pub tolerance: f64,
+}
+
+fn default_backward_error() -> f64 {
+    1e-9
+}
+
+/// Where the direction and the velocity of sliding come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// The rigid creep at each node.
+    #[default]
+    Rigid,
+    /// The creep of the deformed bodies, by a fixed point; refused where a node would stick.
+    Actual,
 }
 
 fn default_tolerance() -> f64 {

@@ -165,7 +165,8 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
 
 fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     if job.analyses.names().is_empty() {
-        faults.push("analyses: nothing to compute; give at least one of \"modes\" and \"steady\"".into());
+        faults
+            .push("analyses: nothing to compute; give at least one of \"modes\", \"steady\" and \"stability\"".into());
     }
     if let Some(modes) = &job.analyses.modes {
         match (modes.count, modes.max_frequency) {
@@ -176,17 +177,37 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             _ => {}
         }
     }
-    if job.analyses.steady.is_some() {
+    let statics = [("steady", job.analyses.steady.is_some()), ("stability", job.analyses.stability.is_some())];
+    if let Some((analysis, _)) = statics.into_iter().find(|(_, given)| *given) {
         match &job.contact {
-            None => faults.push("contact: missing; analyses.steady needs it".into()),
+            None => faults.push(format!("contact: missing; analyses.{analysis} needs it")),
             Some(contact) if contact.compliance == Compliance::Fe => {
                 for (name, _) in job.bodies().iter().filter(|(_, b)| b.fixed.is_empty()) {
                     faults.push(format!(
-                        "bodies.{name}.fixed: no fixed support, but analyses.steady solves a static problem; name a group to clamp, e.g. [\"inner\"]"
+                        "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static problem; name a group to clamp, e.g. [\"inner\"]"
                     ));
                 }
             }
             Some(_) => {}
         }
+    }
+    if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
+        check_stability(job, contact, faults);
+    }
+}
+
+fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
+    if job.analyses.modes.is_none() {
+        faults
+            .push("analyses.modes: missing; analyses.stability is computed on the modes, e.g. {\"count\": 60}".into());
+    }
+    if contact.compliance != Compliance::Fe {
+        faults.push("contact.compliance: \"half_space\" has no modes; analyses.stability needs \"fe\"".into());
+    }
+    let c = contact.creepage;
+    if c.longitudinal == 0.0 && c.lateral == 0.0 && c.spin == 0.0 {
+        faults.push(
+            "contact.creepage: all three are 0, so the direction of sliding is undefined; analyses.stability needs a creepage".into(),
+        );
     }
 }

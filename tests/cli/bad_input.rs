@@ -187,3 +187,20 @@ fn mutated_jobs() {
         folder.untouched();
     }
 }
+
+/// Stability needs modes, a creepage and a frequency range that the modes reach.
+#[test]
+fn stability_without_what_it_needs() {
+    let mut job = small();
+    job["contact"]["creepage"] = json!({});
+    job["analyses"] = json!({ "stability": {} });
+    refused(
+        job.to_string(),
+        &[],
+        2,
+        &["analyses.modes: missing", "contact.creepage", "direction of sliding is undefined"],
+    );
+    let mut job = small();
+    job["analyses"] = json!({ "modes": { "count": 5 }, "stability": { "max_frequency": 1e5 } });
+    refused(job.to_string(), &[], 2, &["analyses.stability.max_frequency", "reach", "more modes"]);
+}

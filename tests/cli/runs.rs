@@ -94,3 +94,60 @@ fn options_of_petsc_that_nothing_asks_for_are_reported() {
         assert!(ran.good().err.contains(part), "no {part:?} in: {}", ran.err);
     }
 }
+
+/// The small job in full lateral sliding.
+fn sliding(offsets: [f64; 2]) -> serde_json::Value {
+    let mut job = small();
+    for (body, offset) in [("lower", offsets[0]), ("upper", offsets[1])] {
+        job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
+    }
+    job["contact"]["creepage"] = json!({ "lateral": 0.01 });
+    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": {} });
+    job["output"] = json!({ "fields": false });
+    job
+}
+
+/// Growth rates of a job on one rank, falling.
+fn growth_rates(job: &serde_json::Value) -> Vec<f64> {
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let rates = numbers(&folder.path("job.h5"), "stability/growth_rate");
+    assert!(rates.len() > 20, "{} eigenvalues of 40 modes", rates.len());
+    rates
+}
+
+/// Mirror images are never unstable at constant friction; a contact off the mid-planes is, for one sign of the creepage.
+#[test]
+fn squeal_needs_a_contact_off_the_mid_plane_and_the_right_sign_of_creepage() {
+    let mut mirrored = sliding([0.02, 0.02]);
+    mirrored["contact"]["friction"] = json!(1.0);
+    let rates = growth_rates(&mirrored);
+    assert!(rates[0] < 0.0, "mirror images: {rates:?}");
+    let mut curve = sliding([0.03, 0.02]);
+    let rates = growth_rates(&curve);
+    assert!(rates[0] > 0.0, "contact off the mid-planes, creepage +1 %: {rates:?}");
+    curve["contact"]["creepage"]["lateral"] = json!(-0.01);
+    let rates = growth_rates(&curve);
+    assert!(rates[0] < 0.0, "contact off the mid-planes, creepage -1 %: {rates:?}");
+}
+
+/// Exchanging the bodies and turning all creepages round changes no eigenvalue; neither does the number of ranks.
+#[test]
+fn exchanged_bodies_have_the_same_spectrum() {
+    let mut job = sliding([0.03, 0.02]);
+    job["contact"]["creepage"] = json!({ "longitudinal": 0.004, "lateral": 0.01, "spin": 0.3 });
+    let mut turned = sliding([0.02, 0.03]);
+    turned["contact"]["creepage"] = json!({ "longitudinal": -0.004, "lateral": -0.01, "spin": -0.3 });
+    let names = ["stability/growth_rate", "stability/frequency"];
+    let spectrum = |job: &serde_json::Value, ranks| {
+        let folder = Folder::with(job.to_string());
+        folder.call(ranks, "run", &[]).good();
+        names.map(|n| numbers(&folder.path("job.h5"), n))
+    };
+    let here = spectrum(&job, 1);
+    for (what, there) in [("exchanged", spectrum(&turned, 1)), ("on 2 ranks", spectrum(&job, 2))] {
+        for (name, (a, b)) in names.iter().zip(here.iter().zip(&there)) {
+            close(&format!("{name}, {what}"), a, b, 1e-7);
+        }
+    }
+}

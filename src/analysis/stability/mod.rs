@@ -1,3 +1,236 @@
-//! Stability of steady sliding: which modes grow (formulation section 6).
+//! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
 
 pub mod reduced;
+
+use super::bodies::Bodies;
+use super::interface::{creepage, normal_load, ContactModel, RootModel};
+use super::report::Summary;
+use crate::body::fe::BodyModes;
+use crate::body::ReducedBody;
+use crate::contact::laws::FrictionLaw;
+use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
+use crate::contact::Stencil;
+use crate::job::{self, Direction, Job};
+use crate::output::{ResultFile, Table};
+use crate::parallel::World;
+use crate::progress::Progress;
+use crate::{Error, Result};
+use faer::Mat;
+use num_complex::Complex;
+use reduced::{eigenpairs, participation, Eigenpair, ModalPair};
+
+/// Collective: stability on the reduced model; tables under `/stability`.
+#[allow(clippy::too_many_arguments)]
+pub fn run(
+    world: &World,
+    job: &Job,
+    stability: &job::Stability,
+    contact: &job::Contact,
+    bodies: &Bodies,
+    modes: &[BodyModes],
+    model: &ContactModel,
+    file: &mut ResultFile,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<()> {
+    progress.stage("stability of steady sliding");
+    let mut contact_modes = Vec::new();
+    for (body, modes) in bodies.unique.iter().zip(modes) {
+        contact_modes.push(body.contact_modes(world, modes)?);
+    }
+    let found = world.on_root(|| {
+        let root = model.root()?;
+        let of = |place: usize| reduced_body(job, bodies, modes, &contact_modes, root, place);
+        let pair = ModalPair::new(&of(0)?, &of(1)?)?;
+        analyse(stability, contact, root, pair)
+    })?;
+    if let Some(found) = &found {
+        file.tables(found.tables());
+        found.summarise(bodies, summary);
+    }
+    Ok(())
+}
+
+/// On rank 0: the body at a place as the interface sees it.
+fn reduced_body(
+    job: &Job,
+    bodies: &Bodies,
+    modes: &[BodyModes],
+    contact_modes: &[Option<Mat<f64>>],
+    root: &RootModel,
+    place: usize,
+) -> Result<ReducedBody> {
+    let missing = || Error::Defect("stability: a body is missing on rank 0".into());
+    let body = bodies.places.get(place).ok_or_else(missing)?.body;
+    let (_, described) = job.bodies().get(place).copied().ok_or_else(missing)?;
+    let omega = modes.get(body).ok_or_else(missing)?.omega.clone();
+    let (alpha, beta) = (described.damping.alpha, described.damping.beta);
+    Ok(ReducedBody {
+        damping: omega.iter().map(|w| alpha + beta * w * w).collect(),
+        omega,
+        contact_modes: contact_modes.get(body).cloned().flatten().ok_or_else(missing)?,
+        compliance: root.bodies.get(body).cloned().ok_or_else(missing)?,
+    })
+}
+
+/// What the analysis found, on rank 0.
+struct Found {
+    pair: ModalPair,
+    sliding: SlidingSolution,
+    /// One of each conjugate pair, by falling growth rate, up to the frequency limit.
+    eigenpairs: Vec<Eigenpair>,
+    limit: f64,
+}
+
+/// On rank 0: the sliding state and the eigenvalues about it.
+fn analyse(stability: &job::Stability, contact: &job::Contact, root: &RootModel, pair: ModalPair) -> Result<Found> {
+    let problem = SlidingProblem {
+        interface: &root.interface,
+        compliance: root.compliance.as_ref(),
+        friction: FrictionLaw::Constant(contact.friction.coefficient(0.0)),
+        speed: contact.speed,
+        creepage: creepage(contact),
+        load: normal_load(contact),
+        stencil: Stencil::default(),
+        direction: match stability.direction {
+            Direction::Rigid => SlidingDirection::Rigid,
+            Direction::Actual => SlidingDirection::Actual,
+        },
+    };
+    let sliding = problem.solve()?;
+    if sliding.closed.is_empty() {
+        return Err(Error::Job(
+            "analyses.stability: the contact is open, so nothing slides; raise contact.approach or give a normal_load"
+                .into(),
+        ));
+    }
+    let reach = frequency_reach(&pair);
+    let limit = stability.max_frequency.unwrap_or(reach);
+    if limit > reach * (1.0 + 1e-12) {
+        return Err(Error::Job(format!(
+            "analyses.stability.max_frequency is {limit} Hz, but the modes of the bodies reach {reach:.1} Hz only; \
+             ask for more modes in analyses.modes or for a lower limit"
+        )));
+    }
+    let all = eigenpairs(&pair, &problem.contact(&sliding), stability.tolerance)?;
+    // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
+    let kept = all.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit).collect();
+    Ok(Found { pair, sliding, eigenpairs: kept, limit })
+}
+
+/// Highest frequency that the modes of both bodies reach, Hz.
+fn frequency_reach(pair: &ModalPair) -> f64 {
+    let highest = |w: &[f64]| w.iter().copied().fold(0.0, f64::max) / (2.0 * std::f64::consts::PI);
+    let (lower, upper) = pair.omega.split_at(pair.lower_modes);
+    highest(lower).min(highest(upper))
+}
+
+impl Found {
+    /// The group `/stability`.
+    fn tables(&self) -> Vec<Table> {
+        let e = &self.eigenpairs;
+        let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Eigenpair) -> f64| {
+            Table::list(&format!("/stability/{name}"), units, text, e.iter().map(of).collect::<Vec<f64>>())
+        };
+        let value: Vec<Complex<f64>> = e.iter().map(|p| p.value).collect();
+        let shares: Vec<f64> = e.iter().flat_map(|p| participation(&self.pair, p)).collect();
+        let lower = self.pair.lower_modes;
+        let body: Vec<i8> = (0..self.pair.omega.len()).map(|k| if k < lower { 1 } else { 2 }).collect();
+        let frequency: Vec<f64> = self.pair.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
+        let s = &self.sliding;
+        vec![
+            Table::list(
+                "/stability/eigenvalue",
+                "1/s",
+                "Eigenvalues, growth rate + i angular frequency, one of each conjugate pair, by falling growth rate.",
+                value,
+            ),
+            list("frequency", "Hz", "Frequency of each eigenvalue.", &Eigenpair::frequency),
+            list(
+                "growth_rate",
+                "1/s",
+                "Growth rate of each eigenvalue; unstable if positive.",
+                &Eigenpair::growth_rate,
+            ),
+            list("damping_ratio", "1", "Damping ratio, minus growth rate over modulus.", &Eigenpair::damping_ratio),
+            list("backward_error", "1", "Backward error of each eigenpair in the scaled problem.", &|p| {
+                p.backward_error
+            }),
+            Table::list(
+                "/stability/source",
+                "-",
+                "Where each eigenvalue comes from: reduced or full.",
+                vec!["reduced".to_owned(); e.len()],
+            ),
+            Table::new(
+                "/stability/participation",
+                "1",
+                "Share of each free-interface mode in each eigenvector, by elastic energy.",
+                &[e.len(), self.pair.omega.len()],
+                shares,
+            ),
+            Table::list("/stability/mode_body", "-", "Body of each free-interface mode: 1 lower, 2 upper.", body),
+            Table::list("/stability/mode_frequency", "Hz", "Frequency of each free-interface mode.", frequency),
+            Table::list(
+                "/stability/force",
+                "N",
+                "Contact force (x, y, z) on body 1 in steady sliding.",
+                s.force.to_vec(),
+            ),
+            Table::scalar("/stability/approach", "m", "Rigid approach in steady sliding.", s.approach),
+            Table::list(
+                "/stability/pressure",
+                "Pa",
+                "Pressure at the contact nodes in steady sliding.",
+                s.pressure.clone(),
+            ),
+            Table::scalar(
+                "/stability/reversed",
+                "1",
+                "Closed nodes whose creep in the deformed state points against the sliding assumed.",
+                s.reversed as i64,
+            ),
+        ]
+    }
+
+    fn summarise(&self, bodies: &Bodies, summary: &mut Summary) {
+        let unstable: Vec<&Eigenpair> = self.eigenpairs.iter().filter(|e| e.growth_rate() > 0.0).collect();
+        summary.line(format!(
+            "stability of steady sliding: {} unstable of {} eigenvalues up to {:.0} Hz, {} closed nodes",
+            unstable.len(),
+            self.eigenpairs.len(),
+            self.limit,
+            self.sliding.closed.len()
+        ));
+        if self.sliding.reversed > 0 {
+            summary.value(
+                "nodes that would stick",
+                format!(
+                    "{} of {}: the creepage is too small for full sliding",
+                    self.sliding.reversed,
+                    self.sliding.closed.len()
+                ),
+            );
+        }
+        let most = unstable.len().max(3);
+        for e in self.eigenpairs.iter().take(most) {
+            summary.value(
+                &format!("{:.3} Hz", e.frequency()),
+                format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), self.partners(bodies, e)),
+            );
+        }
+    }
+
+    /// The free modes that make up an eigenvector, the largest shares first.
+    fn partners(&self, bodies: &Bodies, pair: &Eigenpair) -> String {
+        let mut shares: Vec<(usize, f64)> = participation(&self.pair, pair).into_iter().enumerate().collect();
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let named = shares.iter().take(3).filter(|(_, s)| *s > 0.01).map(|&(k, share)| {
+            let upper = k >= self.pair.lower_modes;
+            let number = if upper { k - self.pair.lower_modes } else { k } + 1;
+            let place = bodies.places.get(usize::from(upper)).map_or("", |p| p.name);
+            format!("{:.0} % {place} mode {number}", 100.0 * share)
+        });
+        named.collect::<Vec<_>>().join(", ")
+    }
+}
