@@ -4,6 +4,7 @@
 use super::dofs::{DofMap, FIXED};
 use super::{hex8, Material};
 use crate::mesh::distribute::MeshPart;
+use crate::mesh::quality;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
 use crate::{Error, Result};
@@ -79,7 +80,7 @@ pub fn assemble(world: &World, part: &MeshPart, dofs: &DofMap, material: &Materi
     let local = (|| {
         for (cell, id) in part.cells.iter().zip(&part.cell_ids) {
             let x = cell.map(|n| part.coords[n as usize]);
-            let det = hex8::smallest_jacobian(&x);
+            let [det, _] = quality::jacobian_range(&x);
             if det.is_nan() || det <= 0.0 {
                 return Err(Error::Input(format!(
                     "mesh: element {id} is inverted or degenerate (Jacobian {det:e} m³ at a corner, must be positive); \
@@ -127,7 +128,7 @@ pub fn volume(world: &World, part: &MeshPart) -> f64 {
         .iter()
         .zip(&part.cell_owned)
         .filter(|(_, &o)| o)
-        .map(|(c, _)| hex8::volume(&c.map(|n| part.coords[n as usize])))
+        .map(|(c, _)| quality::volume(&c.map(|n| part.coords[n as usize])))
         .sum();
     world.sum(mine)
 }

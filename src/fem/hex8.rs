@@ -3,18 +3,7 @@
 //! and, with the Jacobian of the incompatible part taken at the centre, passes the patch test on distorted meshes.
 
 use super::Material;
-
-/// Corner coordinates of the reference cube in VTK (= Gmsh) order.
-pub const CORNERS: [[f64; 3]; 8] = [
-    [-1., -1., -1.],
-    [1., -1., -1.],
-    [1., 1., -1.],
-    [-1., 1., -1.],
-    [-1., -1., 1.],
-    [1., -1., 1.],
-    [1., 1., 1.],
-    [-1., 1., 1.],
-];
+use crate::mesh::quality::CORNERS;
 
 /// Number of displacement degrees of freedom of the element.
 pub const DOFS: usize = 24;
@@ -219,16 +208,6 @@ pub fn mass(x: &[[f64; 3]; 8], density: f64) -> ScalarMass {
         }
     }
     m
-}
-
-/// Smallest Jacobian determinant over the corners, m³; not positive means an inverted or degenerate element.
-pub fn smallest_jacobian(x: &[[f64; 3]; 8]) -> f64 {
-    CORNERS.iter().map(|&c| determinant(&jacobian(x, &shape_gradients(c)))).fold(f64::INFINITY, f64::min)
-}
-
-/// Volume of the element, m³.
-pub fn volume(x: &[[f64; 3]; 8]) -> f64 {
-    gauss_points().iter().map(|&p| determinant(&jacobian(x, &shape_gradients(p)))).sum()
 }
 
 /// Stress (xx, yy, zz, xy, yz, zx), Pa, at the corners, `[8][6]`: evaluated at the Gauss points, where it is most

@@ -2,6 +2,7 @@
 
 use super::{hex8, Material};
 use crate::mesh::distribute::MeshPart;
+use crate::mesh::quality;
 
 /// Von Mises stress, Pa, of the owned nodes, `[owned]`. `u` is the displacement of all local nodes, m, `[node_ids.len()][3]`.
 /// A rank holds every cell of its nodes, so the average is complete without communication.
@@ -15,7 +16,7 @@ pub fn von_mises(part: &MeshPart, u: &[[f64; 3]], material: &Material) -> Vec<f6
             ue[3 * a..3 * a + 3].copy_from_slice(&u[n as usize]);
         }
         let stress = hex8::corner_stress(&x, &ue, material);
-        let volume = hex8::volume(&x);
+        let volume = quality::volume(&x);
         for (&n, s) in cell.iter().zip(&stress) {
             if (n as usize) < part.owned {
                 weight[n as usize] += volume;

@@ -3,8 +3,8 @@
 use super::Mesh;
 use sha2::{Digest, Sha256};
 
-/// Corner signs of the reference hexahedron [-1, 1]³ in VTK order.
-const CORNERS: [[f64; 3]; 8] = [
+/// Corners of the reference hexahedron [-1, 1]³ in VTK (= Gmsh) order.
+pub const CORNERS: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],
     [1.0, 1.0, -1.0],
@@ -42,22 +42,21 @@ pub fn jacobian_range(corners: &[[f64; 3]; 8]) -> [f64; 2] {
     })
 }
 
+/// Volume of a hexahedron, m³; 2 × 2 × 2 Gauss points are exact for the trilinear map.
+pub fn volume(corners: &[[f64; 3]; 8]) -> f64 {
+    let g = 1.0 / 3f64.sqrt();
+    CORNERS.iter().map(|c| jacobian(corners, c.map(|s| s * g))).sum()
+}
+
 impl Mesh {
     /// Corner positions of a cell, m.
     pub fn corners(&self, cell: &[u32; 8]) -> [[f64; 3]; 8] {
         cell.map(|n| self.nodes[n as usize])
     }
 
-    /// Volume of the hexahedra, m³; 2 × 2 × 2 Gauss points are exact for the trilinear map.
+    /// Volume of the hexahedra, m³.
     pub fn volume(&self) -> f64 {
-        let g = 1.0 / 3f64.sqrt();
-        self.cells
-            .iter()
-            .map(|cell| {
-                let x = self.corners(cell);
-                CORNERS.iter().map(|c| jacobian(&x, c.map(|s| s * g))).sum::<f64>()
-            })
-            .sum()
+        self.cells.iter().map(|cell| volume(&self.corners(cell))).sum()
     }
 
     /// The mesh mirrored in the plane z = 0. Nodes keep their numbers; the nodes of cells and facets are reordered so that Jacobians stay positive
