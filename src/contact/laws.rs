@@ -1,4 +1,4 @@
-//! The laws of Signorini and Coulomb as projections, with nodal quadrature (formulation section 3).
+//! The laws of Signorini and Coulomb as projections, with nodal quadrature (`docs/theory.md`).
 
 /// Coefficient of friction as a function of the sliding velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
