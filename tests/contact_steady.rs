@@ -4,7 +4,7 @@
 use faer::Mat;
 use railsqueal::contact::half_space::HalfSpace;
 use railsqueal::contact::{
-    combined_compliance, Creepage, Interface, NormalLoad, SteadyProblem, SteadySolution, Stencil,
+    combined_compliance, Creepage, FrictionLaw, Interface, NormalLoad, SteadyProblem, SteadySolution, Stencil,
 };
 use railsqueal::Error;
 
@@ -38,7 +38,7 @@ impl Pair {
         SteadyProblem {
             interface: &self.interface,
             compliance: self.w.as_ref(),
-            friction: MU,
+            friction: FrictionLaw::Constant(MU),
             speed: 10.0,
             creepage: Creepage { longitudinal: xi, lateral: eta, spin: phi },
             load: NormalLoad::Force(self.load),
@@ -176,7 +176,7 @@ fn forces_without_slip_are_those_of_the_linear_theory() {
     let coefficient = |m: HalfSpace, c: [f64; 3], component: usize, power: i32| {
         let pair = Pair::new(m, m, 10e3, 16);
         let mut p = pair.problem(c[0], c[1], c[2]);
-        p.friction = 1e3;
+        p.friction = FrictionLaw::Constant(1e3);
         let s = p.solve().unwrap();
         assert!(s.state.iter().all(|&v| v != 2), "slip at friction 1000");
         s.force[component] / (m.shear() * pair.a.powi(power) * (c[0] + c[1] + c[2]))
@@ -241,6 +241,60 @@ fn sliding_longitudinally_sticks_at_the_leading_edge_too() {
         let half = closed.len() / 2;
         assert!(closed[1..half - 2].iter().all(|&v| v == 1), "leading half: {closed:?}");
         assert_eq!(closed[closed.len() - 1], 2, "trailing edge: {closed:?}");
+    }
+}
+
+/// A law that falls with the velocity: every sliding node has the coefficient at its own creep velocity, which is not the
+/// rigid one, and every sticking node stays below the coefficient at rest.
+#[test]
+fn falling_friction_takes_the_coefficient_at_the_local_creep() {
+    let pair = Pair::new(STEEL, SOFT, 70e3, 8);
+    let law = FrictionLaw::Exponential { at_rest: 0.4, kinetic: 0.2, decay_velocity: 0.05 };
+    let (mut slipping, mut sticking, mut spread) = (0, 0, 0.0f64);
+    for creepages in [[0.0, 2e-3, 0.0], [-3e-3, 4e-3, 0.3], [0.02, 0.01, 0.0]] {
+        let [xi, eta, phi] = creepages;
+        let mut p = pair.problem(xi, eta, phi);
+        p.friction = law;
+        let s = p.solve().unwrap();
+        let peak = s.pressure.iter().copied().fold(0.0, f64::max);
+        for i in (0..s.pressure.len()).filter(|&i| s.state[i] > 0) {
+            let (t, c) = (s.traction[i], s.creep[i]);
+            let v = c[0].hypot(c[1]);
+            let size = t[0].hypot(t[1]);
+            if s.state[i] == 1 {
+                sticking += 1;
+                assert!(size <= 0.4 * s.pressure[i] + 1e-7 * peak, "stick at node {i}: {size}");
+            } else {
+                slipping += 1;
+                let [x, y] = pair.interface.point(i);
+                let rigid = p.creepage.rigid(x, y);
+                spread = spread.max((law.coefficient(10.0 * rigid[0].hypot(rigid[1])) - law.coefficient(v)).abs());
+                let bound = law.coefficient(v) * s.pressure[i];
+                assert!((size - bound).abs() < 1e-7 * peak, "slip at node {i}: |t| = {size}, mu(v) p = {bound}");
+                let along = (t[0] * c[0] + t[1] * c[1]) / (size * v).max(1e-300);
+                assert!(v < 1e-6 || along < -1.0 + 1e-9, "node {i}: traction along the creep {along}");
+            }
+        }
+        // The same coefficient at all velocities is Coulomb's law.
+        p.friction = FrictionLaw::Exponential { at_rest: MU, kinetic: MU, decay_velocity: 0.05 };
+        let (flat, constant) = (p.solve().unwrap(), pair.solve(xi, eta, phi));
+        assert!(largest_difference(&flat.traction, |i| constant.traction[i]) < 1e-6 * peak);
+    }
+    assert!(slipping > 100 && sticking > 50, "{slipping} slip, {sticking} stick");
+    assert!(spread > 0.01, "local and rigid creep give coefficients that differ by {spread} at the most");
+}
+
+/// However steeply friction falls within reason, a state is found that obeys the laws at the local creep.
+#[test]
+fn friction_that_falls_steeply_is_solved() {
+    let pair = Pair::new(STEEL, STEEL, 70e3, 6);
+    for decay_velocity in [2e-1, 2e-2, 5e-3, 1e-3, 2e-4] {
+        for eta in [5e-4, 4e-3] {
+            let mut p = pair.problem(0.0, eta, 0.0);
+            p.friction = FrictionLaw::Exponential { at_rest: 0.6, kinetic: 0.05, decay_velocity };
+            let s = p.solve().unwrap_or_else(|e| panic!("v_d = {decay_velocity}, eta = {eta}: {e}"));
+            assert!(s.residual <= 1e-8, "v_d = {decay_velocity}, eta = {eta}: residual {}", s.residual);
+        }
     }
 }
 
@@ -367,7 +421,7 @@ fn bad_problems_are_refused_with_a_reason() {
         other => panic!("{word}: {other:?}"),
     };
     job(SteadyProblem { speed: 0.0, ..good.clone() }, "contact.speed");
-    job(SteadyProblem { friction: f64::NAN, ..good.clone() }, "contact.friction");
+    job(SteadyProblem { friction: FrictionLaw::Constant(f64::NAN), ..good.clone() }, "contact.friction");
     job(SteadyProblem { load: NormalLoad::Force(-1.0), ..good.clone() }, "contact.normal_load");
     job(SteadyProblem { creepage: Creepage { spin: f64::INFINITY, ..good.creepage }, ..good.clone() }, "spin");
     // Four times the load needs a patch 1.59 times as large.

@@ -4,6 +4,7 @@ mod bodies;
 mod interface;
 mod modes;
 pub mod plan;
+pub mod reduction;
 mod report;
 pub mod stability;
 mod steady;
@@ -14,7 +15,7 @@ use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bodies::Bodies;
-use interface::ContactModel;
+use reduction::Reduction;
 use std::path::PathBuf;
 
 pub use report::Summary;
@@ -50,9 +51,9 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     };
     let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
     if let (true, Some(contact)) = (statics, &job.contact) {
-        let model = ContactModel::build(world, contact, &bodies, &mut solvers, progress)?;
+        let model = Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?;
         if let Some(wanted) = &job.analyses.stability {
-            stability::run(world, job, wanted, contact, &bodies, &found, &model, &mut file, progress, &mut summary)?;
+            stability::run(world, wanted, contact, &model, &mut file, progress, &mut summary)?;
         }
         if let Some(wanted) = &job.analyses.steady {
             steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, &mut file, progress, &mut summary)?;

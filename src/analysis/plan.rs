@@ -238,11 +238,7 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
         let c = contact.creepage;
         let given = format!(
             "{load}, friction {}, speed {} m/s, creepages {} {} {} 1/m",
-            contact.friction.coefficient(0.0),
-            contact.speed,
-            c.longitudinal,
-            c.lateral,
-            c.spin,
+            contact.friction, contact.speed, c.longitudinal, c.lateral, c.spin,
         );
         if let Some(steady) = &job.analyses.steady {
             steps.push(format!("steady rolling: {given}, tolerance {:e}", steady.tolerance));

@@ -1,7 +1,8 @@
 //! The analysis `steady`: rolling with friction, everything constant in time.
 
 use super::bodies::Bodies;
-use super::interface::{creepage, normal_load, ContactModel};
+use super::interface::{creepage, friction, normal_load};
+use super::reduction::Reduction;
 use super::report::Summary;
 use crate::body::statics::Statics;
 use crate::contact::{Interface, SteadyProblem, SteadySolution, Stencil};
@@ -21,7 +22,7 @@ pub fn run(
     steady: &job::Steady,
     contact: &job::Contact,
     bodies: &Bodies,
-    model: &ContactModel,
+    model: &Reduction,
     solvers: &mut [Statics],
     file: &mut ResultFile,
     progress: &mut Progress,
@@ -30,9 +31,9 @@ pub fn run(
     progress.stage("steady rolling");
     let solution = world.on_root(|| {
         let root = model.root()?;
-        solve(&root.interface, &root.compliance, steady, contact)
+        solve(&root.interface, &root.pair.compliance, steady, contact)
     })?;
-    let interface = model.root.as_ref().map(|r| &r.interface);
+    let interface = model.on_root().map(|r| &r.interface);
     if let (Some(s), Some(solution)) = (interface, &solution) {
         file.tables(tables(s, solution));
         summarise(contact, solution, summary);
@@ -50,7 +51,7 @@ fn solve(s: &Interface, w: &Mat<f64>, steady: &job::Steady, contact: &job::Conta
     SteadyProblem {
         interface: s,
         compliance: w.as_ref(),
-        friction: contact.friction.coefficient(0.0),
+        friction: friction(contact),
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),
@@ -155,9 +156,10 @@ fn summarise(contact: &job::Contact, r: &SteadySolution, summary: &mut Summary) 
     summary.value("approach", format!("{:.4} µm", 1e6 * r.approach));
     summary.value("largest pressure", format!("{:.2} MPa", 1e-6 * peak));
     summary.value("force on body 1 (x, y)", format!("{fx:.6e}, {fy:.6e} N"));
-    let limit = -fz * contact.friction.coefficient(0.0);
+    let limit = -fz * friction(contact).coefficient(0.0);
     if limit > 0.0 {
-        summary.value("  over μN", format!("{:.4}, {:.4}", fx / limit, fy / limit));
+        let at_rest = if friction(contact).is_constant() { "" } else { " (μ at rest)" };
+        summary.value(&format!("  over μN{at_rest}"), format!("{:.4}, {:.4}", fx / limit, fy / limit));
     }
     summary.value("contact nodes closed / in stick", format!("{closed} / {stick}"));
     summary.value("residual, iterations", format!("{:.1e}, {}", r.residual, r.iterations));

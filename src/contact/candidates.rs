@@ -117,8 +117,8 @@ impl Candidates {
     /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified theory of
     /// rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from the leading edge on
     /// t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction proportional to the pressure
-    /// has on average the gradient of w that it has in truth: with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
-    pub fn guess_tractions(&self, problem: &SteadyProblem<'_>, friction: f64, x: &mut [f64], y: &[f64]) {
+    /// has on average the gradient of w that it has in truth (`friction`: μ of each candidate, `[m]`): with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
+    pub fn guess_tractions(&self, problem: &SteadyProblem<'_>, friction: &[f64], x: &mut [f64], y: &[f64]) {
         let m = self.nodes.len();
         let closed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] > 0.0).collect();
         let peak = closed.iter().map(|&a| x[3 * a + 2]).fold(0.0, f64::max);
@@ -144,7 +144,7 @@ impl Candidates {
                 _ => ([0.0; 2], 0.5 * self.weight[a].sqrt()),
             };
             let z = [0, 1].map(|c| t[c] - y[3 * a + c] / self.rho_creep[a] * length / flexibility[c]);
-            let z = super::laws::project_disc(z, friction * x[3 * a + 2]);
+            let z = super::laws::project_disc(z, friction[a] * x[3 * a + 2]);
             x[3 * a..3 * a + 2].copy_from_slice(&z);
             previous = Some(a);
         }

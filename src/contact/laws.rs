@@ -27,6 +27,11 @@ impl FrictionLaw {
         }
     }
 
+    /// True if the coefficient is the same at all velocities.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, FrictionLaw::Constant(_))
+    }
+
     /// dμ/dv at the sliding velocity `v`, s/m.
     pub fn slope(&self, v: f64) -> f64 {
         match *self {

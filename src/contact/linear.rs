@@ -136,7 +136,7 @@ pub(super) struct Step {
 /// The linearised map at an iterate. Unknowns `[3k + 1]`: (δtx, δty, δp) of the closed nodes, then δδ.
 pub(super) struct Linear<'a> {
     c: &'a Candidates,
-    law: Law,
+    law: Law<'a>,
     closed: &'a [usize],
     friction: Vec<Friction>,
     normal: &'a NormalBlock,
@@ -154,14 +154,14 @@ struct Line {
 
 impl<'a> Linear<'a> {
     /// Linearises at `now` with the closed nodes `compact.closed`, for which `normal` has been updated too.
-    pub fn new(c: &'a Candidates, law: Law, now: &Iterate, normal: &'a NormalBlock, compact: &'a Compact) -> Self {
+    pub fn new(c: &'a Candidates, law: Law<'a>, now: &Iterate, normal: &'a NormalBlock, compact: &'a Compact) -> Self {
         let closed = &compact.closed[..];
         let k = closed.len();
-        let mu = law.friction;
         let mut friction = Vec::with_capacity(k);
         let mut rhs = vec![0.0; 3 * k + 1];
         for (i, &a) in closed.iter().enumerate() {
             let (x, y) = (&now.x[3 * a..3 * a + 3], &now.y[3 * a..3 * a + 3]);
+            let mu = law.friction[a];
             let z = [x[0] - y[0], x[1] - y[1]];
             let norm = z[0].hypot(z[1]);
             rhs[3 * i + 2] = -y[2];
@@ -189,6 +189,7 @@ impl<'a> Linear<'a> {
                 let mut block = Mat::<f64>::zeros(2 * len, 2 * len);
                 for i in 0..len {
                     let rows = [0, 1].map(|r| c.row(3 * closed[first + i] + r));
+                    let mu = law.friction[closed[first + i]];
                     for j in 0..len {
                         let b = 3 * closed[first + j];
                         for q in 0..2 {
@@ -239,7 +240,7 @@ impl<'a> Linear<'a> {
                 s[2] += self.c.by_approach[a] * v[3 * k];
                 out[3 * k] += self.c.share[a] * t[2];
             }
-            let (u, w) = linearised(self.friction[i], [t[0], t[1]], t[2], [s[0], s[1]], self.law.friction);
+            let (u, w) = linearised(self.friction[i], [t[0], t[1]], t[2], [s[0], s[1]], self.law.friction[a]);
             out[3 * i] = u;
             out[3 * i + 1] = w;
             out[3 * i + 2] = s[2];
@@ -271,7 +272,7 @@ impl<'a> Linear<'a> {
             for i in line.first..line.first + line.len {
                 let radial = match self.friction[i] {
                     Friction::Stick => 0.0,
-                    Friction::Slip { .. } => self.law.friction * p[i],
+                    Friction::Slip { .. } => self.law.friction[self.closed[i]] * p[i],
                 };
                 t.extend([r[3 * i] + radial, r[3 * i + 1]]);
             }

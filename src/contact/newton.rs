@@ -30,13 +30,13 @@ pub(super) struct Iterate {
 }
 
 impl Iterate {
-    fn new(c: &Candidates, law: Law, x: Vec<f64>, d: f64, y: Vec<f64>) -> Self {
+    fn new(c: &Candidates, law: Law<'_>, x: Vec<f64>, d: f64, y: Vec<f64>) -> Self {
         let m = c.nodes.len();
         let (mut largest, mut square) = (0.0f64, 0.0);
         let peak = (0..m).map(|a| x[3 * a + 2]).fold(1e-300, f64::max);
-        let scale = if law.friction > 0.0 { 1.0 / law.friction } else { 1.0 };
-        for (u, v) in x.chunks_exact(3).zip(y.chunks_exact(3)) {
-            let (fp, ft, _) = super::laws::natural_map(u[2], [u[0], u[1]], v[2], [v[0], v[1]], 1.0, 1.0, law.friction);
+        let scale = if law.largest > 0.0 { 1.0 / law.largest } else { 1.0 };
+        for ((u, v), &mu) in x.chunks_exact(3).zip(y.chunks_exact(3)).zip(law.friction) {
+            let (fp, ft, _) = super::laws::natural_map(u[2], [u[0], u[1]], v[2], [v[0], v[1]], 1.0, 1.0, mu);
             let tangential = scale * scale * (ft[0] * ft[0] + ft[1] * ft[1]);
             square += tangential + fp * fp;
             largest = largest.max(fp.abs()).max(tangential.sqrt());
@@ -53,9 +53,11 @@ impl Iterate {
 
 /// What the map needs to know of the problem.
 #[derive(Clone, Copy)]
-pub(super) struct Law {
-    /// Coefficient of friction.
-    pub friction: f64,
+pub(super) struct Law<'a> {
+    /// Coefficient of friction of each candidate, `[m]`.
+    pub friction: &'a [f64],
+    /// The largest that the law knows, the unit in which violations of it are measured.
+    pub largest: f64,
     /// True where the approach is unknown.
     pub force_given: bool,
 }
@@ -69,11 +71,13 @@ pub(super) struct Effort {
     pub products: usize,
 }
 
-/// Solves on the candidates to the residual `target`, from and into `stress` (Pa, `[3n]`) and `approach` (m), counting in
-/// `effort`. Tractions that are all zero are replaced by a guess first.
+/// Solves on the candidates with the coefficients of friction `friction` (of all nodes, `[n]`) to the residual `target`, from
+/// and into `stress` (Pa, `[3n]`) and `approach` (m), counting in `effort`. Tractions that are all zero are replaced by a
+/// guess first.
 pub(super) fn solve(
     problem: &SteadyProblem<'_>,
     c: &mut Candidates,
+    friction: &[f64],
     target: f64,
     stress: &mut [f64],
     approach: &mut f64,
@@ -82,9 +86,14 @@ pub(super) fn solve(
     let mut x: Vec<f64> =
         c.nodes.iter().flat_map(|&i| (0..3).map(move |r| 3 * i + r)).map(|k| stress[k] / c.unit).collect();
     let mut d = *approach / c.approach_unit;
+    let friction: Vec<f64> = c.nodes.iter().map(|&i| friction[i]).collect();
     let mut run = Run {
         problem,
-        law: Law { friction: problem.friction, force_given: matches!(problem.load, NormalLoad::Force(_)) },
+        law: Law {
+            friction: &friction,
+            largest: problem.friction.coefficient(0.0),
+            force_given: matches!(problem.load, NormalLoad::Force(_)),
+        },
         target,
         factor: 1.0,
         normal: NormalBlock::default(),
@@ -101,8 +110,8 @@ pub(super) fn solve(
         let mut y = c.response(&x, d, run.factor);
         run.effort.products += 1;
         let mut start = x.clone();
-        if problem.friction > 0.0 && x.chunks_exact(3).all(|v| v[0] == 0.0 && v[1] == 0.0) {
-            c.guess_tractions(problem, problem.friction, &mut start, &y);
+        if run.law.largest > 0.0 && x.chunks_exact(3).all(|v| v[0] == 0.0 && v[1] == 0.0) {
+            c.guess_tractions(problem, run.law.friction, &mut start, &y);
             y = c.response(&start, d, run.factor);
             run.effort.products += 2;
         }
@@ -142,7 +151,7 @@ fn list(trace: &[f64]) -> String {
 /// A solution in progress.
 struct Run<'a, 'p> {
     problem: &'a SteadyProblem<'p>,
-    law: Law,
+    law: Law<'a>,
     target: f64,
     /// Part of the creepage that is applied.
     factor: f64,

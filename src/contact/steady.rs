@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 
 use super::candidates::Candidates;
 use super::interface::{Creepage, Interface, Stencil, Upstream};
-use super::laws::{natural_map, State};
+use super::laws::{natural_map, FrictionLaw, State};
 use super::newton::{self, Effort};
 use super::normal::solve_normal;
 use super::patch::refuse_border;
@@ -26,8 +26,8 @@ pub struct SteadyProblem<'a> {
     pub interface: &'a Interface,
     /// Influence matrix W of the interface (see [`super::combined_compliance`]), m/N, `[3n, 3n]`, symmetric, rows (x, y, n).
     pub compliance: MatRef<'a, f64>,
-    /// Coefficient of friction μ ≥ 0.
-    pub friction: f64,
+    /// Friction law: the coefficient at each node is that at its creep velocity.
+    pub friction: FrictionLaw,
     /// Rolling speed V > 0, m/s. Steady stresses do not depend on it; the creep velocity is proportional to it.
     pub speed: f64,
     /// Creepages ξ, η (1), φ (1/m).
@@ -76,6 +76,10 @@ pub struct SteadySolution {
 
 impl SteadyProblem<'_> {
     /// Solves the problem. A result always has a residual within the tolerance, on all nodes.
+    ///
+    /// A law that falls with the velocity is solved for with the coefficient frozen at each node, which is then renewed from
+    /// the creep found. The traction at a node moves its own creep by about V μ′ p/ρ_t of what changed its coefficient, a
+    /// small part in ordinary contacts; where it is not small there may be several states, and one of them is found.
     pub fn solve(&self) -> Result<SteadySolution> {
         self.check()?;
         let s = self.interface;
@@ -102,10 +106,25 @@ impl SteadyProblem<'_> {
         let mut upstream = self.upstream(&stress, approach);
         let mut candidates = Candidates::new(self, &upstream, self.dilate(&normal.closed), &stress)?;
         let mut effort = Effort::default();
+        let rigid = |i: usize| {
+            let [x, y] = s.point(i);
+            let c = self.creepage.rigid(x, y);
+            self.speed * c[0].hypot(c[1])
+        };
+        let mut friction: Vec<f64> = (0..s.len()).map(|i| self.friction.coefficient(rigid(i))).collect();
         // In rare cases friction closes nodes outside the candidates taken from the frictionless contact: take them in.
         let mut residuals = Vec::new();
-        for _ in 0..10 {
-            newton::solve(self, &mut candidates, 0.5 * self.tolerance, &mut stress, &mut approach, &mut effort)?;
+        let rounds = if self.friction.is_constant() { 10 } else { 60 };
+        for _ in 0..rounds {
+            newton::solve(
+                self,
+                &mut candidates,
+                &friction,
+                0.5 * self.tolerance,
+                &mut stress,
+                &mut approach,
+                &mut effort,
+            )?;
             let closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
             refuse_border(self.compliance, s, self.load, &closed)?;
             upstream = self.upstream(&stress, approach);
@@ -114,6 +133,9 @@ impl SteadyProblem<'_> {
                 return Ok(solution);
             }
             residuals.push(format!("{:.1e}", solution.residual));
+            for (mu, c) in friction.iter_mut().zip(&solution.creep) {
+                *mu = self.friction.coefficient(c[0].hypot(c[1]));
+            }
             let peak = solution.pressure.iter().copied().fold(0.0, f64::max);
             let mut closed: Vec<usize> = (0..s.len())
                 .filter(|&i| {
@@ -126,7 +148,12 @@ impl SteadyProblem<'_> {
             }
         }
         Err(Error::NotConverged(format!(
-            "steady contact: the contact area did not settle; residuals on the whole interface: {}",
+            "steady contact: {} did not settle; residuals on the whole interface: {}",
+            if self.friction.is_constant() {
+                "the contact area"
+            } else {
+                "the coefficients of friction at the velocities of the nodes"
+            },
             residuals.join(" ")
         )))
     }
@@ -174,8 +201,10 @@ impl SteadyProblem<'_> {
                 self.compliance.shape()
             )));
         }
+        let (at_rest, fast) = (self.friction.coefficient(0.0), self.friction.coefficient(f64::MAX));
         for (key, value, fits, expected) in [
-            ("contact.friction", self.friction, self.friction >= 0.0, "at least 0"),
+            ("contact.friction", at_rest, at_rest >= 0.0, "at least 0"),
+            ("contact.friction", fast, fast >= 0.0, "at least 0"),
             ("contact.speed", self.speed, self.speed > 0.0, "positive"),
             ("contact.creepage.longitudinal", self.creepage.longitudinal, true, "finite"),
             ("contact.creepage.lateral", self.creepage.lateral, true, "finite"),
@@ -246,6 +275,7 @@ impl SteadyProblem<'_> {
             upstream: Upstream { rows: Vec::new() },
             gap: (0..n).map(|i| s.gap[i] - approach + u[(3 * i + 2, 0)]).collect(),
         };
+        let largest = self.friction.coefficient(0.0);
         for i in 0..n {
             let [x, y] = s.point(i);
             let mut creep = self.creepage.rigid(x, y);
@@ -254,11 +284,12 @@ impl SteadyProblem<'_> {
             }
             let (rn, rt) = (self.rho_normal(i), self.rho_tangential(&upstream, i));
             let (p, t) = (solution.pressure[i], solution.traction[i]);
-            let (fp, ft, state) = natural_map(p, t, solution.gap[i], creep, rn, rt, self.friction);
+            let mu = self.friction.coefficient(self.speed * creep[0].hypot(creep[1]));
+            let (fp, ft, state) = natural_map(p, t, solution.gap[i], creep, rn, rt, mu);
             // A node at the border of the interface is open; the operator there serves the written creep alone.
             solution.state[i] = if p > 0.0 { state as u8 } else { State::Open as u8 };
             if peak > 0.0 {
-                let scale = if self.friction > 0.0 { self.friction * peak } else { peak };
+                let scale = if largest > 0.0 { largest * peak } else { peak };
                 solution.residual = solution.residual.max(fp.abs() / peak).max(ft[0].hypot(ft[1]) / scale);
             }
             solution.creep[i] = creep.map(|v| v * self.speed);

@@ -60,7 +60,7 @@ pub struct Body {
     pub mesh: MeshSource,
     /// Linear elastic, isotropic material.
     pub material: Material,
-    /// Rayleigh damping C = alpha M + beta K.
+    /// Damping: Rayleigh's, or loss factors of the modes.
     #[serde(default)]
     pub damping: Damping,
     /// Names of the boundary groups that are clamped; none: the body is free. The built-in cylinder has the groups
@@ -134,7 +134,7 @@ pub struct Material {
     pub density: f64,
 }
 
-/// Rayleigh damping C = alpha M + beta K.
+/// Damping: Rayleigh's, C = alpha M + beta K, or loss factors of the modes in its place.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Damping {
@@ -146,13 +146,44 @@ pub struct Damping {
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("unit" = "s"))]
     pub beta: f64,
+    /// Loss factors of the modes, in place of alpha and beta: a mode of angular frequency w and loss factor eta has the
+    /// damping coefficient c = eta w (twice the damping ratio is eta).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modal: Option<ModalDamping>,
+}
+
+/// Loss factors of the free-interface modes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum ModalDamping {
+    /// Loss factor of each mode in the order of the frequencies; the last one holds for all modes that follow.
+    ByMode(Vec<LossFactor>),
+    /// Loss factors by bands of frequency, ascending; every mode must lie in a band.
+    ByFrequency(Vec<DampingBand>),
+}
+
+/// A loss factor: damping coefficient over angular frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct LossFactor(#[schemars(range(min = 0.0), extend("unit" = "1"))] pub f64);
+
+/// A band of frequency with its loss factor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DampingBand {
+    /// Upper end of the band, which begins where the one before ends, Hz; the last band may do without and has no end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub up_to: Option<f64>,
+    /// Loss factor of the modes in the band, 1.
+    pub loss_factor: LossFactor,
 }
 
 /// Rolling contact with Coulomb friction. Rolling is towards -x: the leading edge is x = -a.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Friction law: a number is Coulomb's coefficient, 0 frictionless.
+    /// Friction law: a number is Coulomb's coefficient, 0 frictionless; `{"exponential": ...}` falls with the velocity.
     pub friction: Friction,
     /// Normal force that presses the bodies together, N. Give either this or `approach`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -203,13 +234,41 @@ pub enum Load {
 pub enum Friction {
     /// Coulomb friction with a constant coefficient.
     Constant(#[schemars(range(min = 0.0), extend("unit" = "1"))] f64),
+    /// Friction that falls with the sliding velocity.
+    Falling(FallingFriction),
 }
 
-impl Friction {
-    /// Coefficient of friction at the slip velocity `slip`, m/s.
-    pub fn coefficient(&self, _slip: f64) -> f64 {
+/// Friction that falls with the sliding velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FallingFriction {
+    /// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
+    pub exponential: ExponentialFriction,
+}
+
+/// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ExponentialFriction {
+    /// Coefficient at rest; no less than `kinetic`.
+    #[serde(rename = "static")]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub at_rest: f64,
+    /// Coefficient in fast sliding.
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub kinetic: f64,
+    /// Velocity at which the coefficient has fallen by 63 % of the difference, m/s.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
+    pub decay_velocity: f64,
+}
+
+impl std::fmt::Display for Friction {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Friction::Constant(mu) => *mu,
+            Friction::Constant(mu) => write!(f, "{mu}"),
+            Friction::Falling(FallingFriction { exponential: e }) => {
+                write!(f, "falling from {} to {} over {} m/s", e.at_rest, e.kinetic, e.decay_velocity)
+            }
         }
     }
 }

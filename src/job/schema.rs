@@ -147,7 +147,7 @@ impl Checker {
             if !map.contains_key(key) {
                 let about = properties
                     .and_then(|p| p.get(key))
-                    .map(|child| expectation(self.resolve(child), child))
+                    .map(|child| self.expectation(child))
                     .unwrap_or_else(|| "a value".into());
                 faults.push(format!("{}: missing; expected {about}", join(path, key)));
             }
@@ -204,9 +204,25 @@ impl Checker {
         match forms.iter().find(|n| n.get("type").and_then(Value::as_str).is_some_and(|t| is_type(value, t))) {
             Some(form) => self.walk(value, form, path, faults),
             None => {
-                let expected: Vec<String> = forms.iter().map(|n| expectation(n, n)).collect();
+                let expected: Vec<String> = forms.iter().map(|n| self.expectation(n)).collect();
                 faults.push(format!("{place}: found {}, expected {}", brief(value), expected.join(" or ")));
             }
+        }
+    }
+
+    /// What is expected at `node`: every form of it, and the keys of forms that are told apart by them.
+    fn expectation(&self, node: &Value) -> String {
+        let resolved = self.resolve(node);
+        let null = |n: &Value| n.get("type").and_then(Value::as_str) == Some("null");
+        if let Some(list) = self.alternatives(resolved) {
+            let mut forms: Vec<String> = list.iter().filter(|n| !null(n)).map(|n| self.expectation(n)).collect();
+            forms.dedup();
+            return forms.join(" or ");
+        }
+        let text = expectation(resolved, node);
+        match resolved.get("required").and_then(Value::as_array).map(|r| &r[..]) {
+            Some([Value::String(only)]) if text == "an object" => format!("an object with the key \"{only}\""),
+            _ => text,
         }
     }
 }

@@ -29,7 +29,7 @@ fn the_two_jobs_resolve_with_defaults() {
     let job = read(TWO, &[]).unwrap();
     let contact = job.contact.as_ref().unwrap();
     assert_eq!(contact.load(), Load::Normal(70e3));
-    assert_eq!(contact.friction.coefficient(1.0), 0.3);
+    assert_eq!(contact.friction, Friction::Constant(0.3));
     assert_eq!(job.analyses.names(), ["modes", "steady"]);
     assert_eq!(job.analyses.steady.as_ref().unwrap().max_iterations, 200);
     let json = job.to_json();
@@ -187,6 +187,42 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("contact.speed=0".into(), vec!["contact.speed: found 0, expected a number > 0 (m/s)"]),
         ("contact.friction=-0.1".into(), vec!["contact.friction: found -0.1, expected a number ≥ 0"]),
         ("contact.friction=[]".into(), vec!["contact.friction: found a list of 0, expected a number ≥ 0"]),
+        (
+            "contact.friction=rough".into(),
+            vec!["friction: found the string \"rough\", expected a number ≥ 0 or an object with the key \"exponential\""],
+        ),
+        ("contact.friction={}".into(), vec!["contact.friction.exponential: missing; expected an object"]),
+        ("contact.friction={\"exponentail\":{}}".into(), vec!["exponentail: unknown key; did you mean \"exponential\"?"]),
+        (
+            "contact.friction.exponential={\"static\":0.4,\"kinetic\":0.3}".into(),
+            vec!["contact.friction.exponential.decay_velocity: missing; expected a number > 0 (m/s)"],
+        ),
+        (
+            "contact.friction.exponential={\"static\":0.2,\"kinetic\":0.3,\"decay_velocity\":1}".into(),
+            vec!["exponential.kinetic: found 0.3, expected at most static (0.2)"],
+        ),
+        (
+            "bodies.lower.damping.modal={\"by_mode\":[0.01]}".into(),
+            vec!["bodies.lower.damping: both modal and Rayleigh damping"],
+        ),
+        (
+            "bodies.lower.damping={\"modal\":{}}".into(),
+            vec!["damping.modal: give exactly one of the keys \"by_mode\", \"by_frequency\"; found 0"],
+        ),
+        ("bodies.lower.damping={\"modal\":{\"by_mode\":[]}}".into(), vec!["modal.by_mode: the list is empty"]),
+        (
+            "bodies.lower.damping={\"modal\":{\"by_mode\":[0.01,-1]}}".into(),
+            vec!["damping.modal.by_mode.1: found -1, expected a number ≥ 0"],
+        ),
+        (
+            "bodies.lower.damping={\"modal\":{\"by_frequency\":[{\"loss_factor\":0.1},{\"loss_factor\":0.2}]}}".into(),
+            vec!["by_frequency.0.up_to: missing; only the last band may do without (Hz)"],
+        ),
+        (
+            "bodies.lower.damping={\"modal\":{\"by_frequency\":[{\"up_to\":900,\"loss_factor\":0.1},{\"up_to\":900,\"loss_factor\":0.2}]}}".into(),
+            vec!["by_frequency.1.up_to: found 900 Hz, expected more than 900 Hz"],
+        ),
+        ("bodies.lower.damping={\"modal\":{\"by_frequency\":[{}]}}".into(), vec!["loss_factor: missing; expected a number ≥ 0"]),
         ("contact.normal_load=0".into(), vec!["contact.normal_load: found 0"]),
         ("contact.approach=1e-4".into(), vec!["both normal_load and approach"]),
         ("contact.normal_load=null".into(), vec!["give exactly one of normal_load (N) and approach (m)"]),
@@ -247,6 +283,28 @@ fn overrides_take_json_or_text_in_order_and_reach_new_keys() {
     assert_eq!(job.analyses.names(), ["steady"]);
     assert_eq!(job.solver.memory_limit, Some(1e9));
     says(&refused(&["bodies.lower.fixed.3=inner"]), &["a list of 1", "\"3\" is not an index"]);
+}
+
+#[test]
+fn friction_and_damping_have_several_forms() {
+    let mut job: Value = serde_json::from_slice(TWO).unwrap();
+    job["contact"].as_object_mut().unwrap().remove("friction");
+    let message = read(job.to_string().as_bytes(), &[]).unwrap_err().to_string();
+    says(&message, &["contact.friction: missing; expected a number ≥ 0 or an object with the key \"exponential\""]);
+    let job = read(
+        TWO,
+        &[
+            "contact.friction.exponential={\"static\":0.4,\"kinetic\":0.3,\"decay_velocity\":0.5}",
+            "bodies.lower.damping={\"modal\":{\"by_mode\":[0.002,0.001]}}",
+            "bodies.upper.damping={\"modal\":{\"by_frequency\":[{\"up_to\":900,\"loss_factor\":0.002},{\"loss_factor\":0.001}]}}",
+        ],
+    )
+    .unwrap();
+    let law = ExponentialFriction { at_rest: 0.4, kinetic: 0.3, decay_velocity: 0.5 };
+    let contact = job.contact.as_ref().unwrap();
+    assert_eq!(contact.friction, Friction::Falling(FallingFriction { exponential: law }));
+    // The resolved job can be read again.
+    assert_eq!(read(job.to_json().to_string().as_bytes(), &[]).unwrap(), job);
 }
 
 #[test]

@@ -30,6 +30,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
             faults.push(format!("{path}.fixed.{i}: the contact surface cannot be clamped; fix another group"));
         }
     }
+    check_damping(&format!("{path}.damping"), &body.damping, faults);
     match &body.mesh {
         MeshSource::Cylinder(c) => {
             check_cylinder(&format!("{path}.mesh.cylinder"), c, faults);
@@ -47,6 +48,38 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
             faults.push(format!("{path}.mesh.file: the file name is empty"));
         }
         MeshSource::File(_) => {}
+    }
+}
+
+fn check_damping(path: &str, damping: &Damping, faults: &mut Vec<String>) {
+    let Some(modal) = &damping.modal else { return };
+    if damping.alpha != 0.0 || damping.beta != 0.0 {
+        faults.push(format!(
+            "{path}: both modal and Rayleigh damping (alpha, beta) are given; loss factors take the place of Rayleigh's damping, give one of the two"
+        ));
+    }
+    match modal {
+        ModalDamping::ByMode(factors) if factors.is_empty() => {
+            faults.push(format!("{path}.modal.by_mode: the list is empty; give at least one loss factor"));
+        }
+        ModalDamping::ByFrequency(bands) if bands.is_empty() => {
+            faults.push(format!("{path}.modal.by_frequency: the list is empty; give at least one band"));
+        }
+        ModalDamping::ByMode(_) => {}
+        ModalDamping::ByFrequency(bands) => {
+            for (i, pair) in bands.windows(2).enumerate() {
+                match (pair[0].up_to, pair[1].up_to) {
+                    (None, _) => faults.push(format!(
+                        "{path}.modal.by_frequency.{i}.up_to: missing; only the last band may do without (Hz)"
+                    )),
+                    (Some(a), Some(b)) if b <= a => faults.push(format!(
+                        "{path}.modal.by_frequency.{}.up_to: found {b} Hz, expected more than {a} Hz, the end of the band before",
+                        i + 1
+                    )),
+                    _ => {}
+                }
+            }
+        }
     }
 }
 
@@ -101,6 +134,14 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     for (name, body) in [("lower", &job.bodies.lower), ("upper", &job.bodies.upper)] {
         if body.is_none() {
             faults.push(format!("bodies.{name}: missing; contact needs both bodies"));
+        }
+    }
+    if let Friction::Falling(FallingFriction { exponential: e }) = contact.friction {
+        if e.kinetic > e.at_rest {
+            faults.push(format!(
+                "contact.friction.exponential.kinetic: found {}, expected at most static ({}): the law falls with the velocity",
+                e.kinetic, e.at_rest
+            ));
         }
     }
     match (contact.normal_load, contact.approach) {

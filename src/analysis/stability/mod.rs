@@ -2,80 +2,43 @@
 
 pub mod reduced;
 
-use super::bodies::Bodies;
-use super::interface::{creepage, normal_load, ContactModel, RootModel};
+use super::interface::{creepage, friction, normal_load};
+use super::reduction::{ModalPair, Reduction};
 use super::report::Summary;
-use crate::body::fe::BodyModes;
-use crate::body::ReducedBody;
-use crate::contact::laws::FrictionLaw;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
-use crate::contact::Stencil;
-use crate::job::{self, Direction, Job};
+use crate::contact::{Interface, Stencil};
+use crate::job::{self, Direction};
 use crate::output::{ResultFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
-use faer::Mat;
 use num_complex::Complex;
-use reduced::{eigenpairs, participation, Eigenpair, ModalPair};
+use reduced::{eigenpairs, participation, Eigenpair};
 
 /// Collective: stability on the reduced model; tables under `/stability`.
-#[allow(clippy::too_many_arguments)]
 pub fn run(
     world: &World,
-    job: &Job,
     stability: &job::Stability,
     contact: &job::Contact,
-    bodies: &Bodies,
-    modes: &[BodyModes],
-    model: &ContactModel,
+    model: &Reduction,
     file: &mut ResultFile,
     progress: &mut Progress,
     summary: &mut Summary,
 ) -> Result<()> {
     progress.stage("stability of steady sliding");
-    let mut contact_modes = Vec::new();
-    for (body, modes) in bodies.unique.iter().zip(modes) {
-        contact_modes.push(body.contact_modes(world, modes)?);
-    }
     let found = world.on_root(|| {
         let root = model.root()?;
-        let of = |place: usize| reduced_body(job, bodies, modes, &contact_modes, root, place);
-        let pair = ModalPair::new(&of(0)?, &of(1)?)?;
-        analyse(stability, contact, root, pair)
+        analyse(stability, contact, &root.interface, &root.pair)
     })?;
-    if let Some(found) = &found {
-        file.tables(found.tables());
-        found.summarise(bodies, summary);
+    if let (Some(found), Some(root)) = (&found, model.on_root()) {
+        file.tables(found.tables(&root.pair));
+        found.summarise(&root.pair, summary);
     }
     Ok(())
 }
 
-/// On rank 0: the body at a place as the interface sees it.
-fn reduced_body(
-    job: &Job,
-    bodies: &Bodies,
-    modes: &[BodyModes],
-    contact_modes: &[Option<Mat<f64>>],
-    root: &RootModel,
-    place: usize,
-) -> Result<ReducedBody> {
-    let missing = || Error::Defect("stability: a body is missing on rank 0".into());
-    let body = bodies.places.get(place).ok_or_else(missing)?.body;
-    let (_, described) = job.bodies().get(place).copied().ok_or_else(missing)?;
-    let omega = modes.get(body).ok_or_else(missing)?.omega.clone();
-    let (alpha, beta) = (described.damping.alpha, described.damping.beta);
-    Ok(ReducedBody {
-        damping: omega.iter().map(|w| alpha + beta * w * w).collect(),
-        omega,
-        contact_modes: contact_modes.get(body).cloned().flatten().ok_or_else(missing)?,
-        compliance: root.bodies.get(body).cloned().ok_or_else(missing)?,
-    })
-}
-
 /// What the analysis found, on rank 0.
 struct Found {
-    pair: ModalPair,
     sliding: SlidingSolution,
     /// One of each conjugate pair, by falling growth rate, up to the frequency limit.
     eigenpairs: Vec<Eigenpair>,
@@ -83,11 +46,16 @@ struct Found {
 }
 
 /// On rank 0: the sliding state and the eigenvalues about it.
-fn analyse(stability: &job::Stability, contact: &job::Contact, root: &RootModel, pair: ModalPair) -> Result<Found> {
+fn analyse(
+    stability: &job::Stability,
+    contact: &job::Contact,
+    interface: &Interface,
+    pair: &ModalPair,
+) -> Result<Found> {
     let problem = SlidingProblem {
-        interface: &root.interface,
-        compliance: root.compliance.as_ref(),
-        friction: FrictionLaw::Constant(contact.friction.coefficient(0.0)),
+        interface,
+        compliance: pair.compliance.as_ref(),
+        friction: friction(contact),
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),
@@ -104,7 +72,7 @@ fn analyse(stability: &job::Stability, contact: &job::Contact, root: &RootModel,
                 .into(),
         ));
     }
-    let reach = frequency_reach(&pair);
+    let reach = frequency_reach(pair);
     let limit = stability.max_frequency.unwrap_or(reach);
     if limit > reach * (1.0 + 1e-12) {
         return Err(Error::Job(format!(
@@ -112,10 +80,10 @@ fn analyse(stability: &job::Stability, contact: &job::Contact, root: &RootModel,
              ask for more modes in analyses.modes or for a lower limit"
         )));
     }
-    let all = eigenpairs(&pair, &problem.contact(&sliding), stability.tolerance)?;
+    let all = eigenpairs(pair, &problem.contact(&sliding), stability.tolerance)?;
     // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
     let kept = all.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit).collect();
-    Ok(Found { pair, sliding, eigenpairs: kept, limit })
+    Ok(Found { sliding, eigenpairs: kept, limit })
 }
 
 /// Highest frequency that the modes of both bodies reach, Hz.
@@ -127,16 +95,16 @@ fn frequency_reach(pair: &ModalPair) -> f64 {
 
 impl Found {
     /// The group `/stability`.
-    fn tables(&self) -> Vec<Table> {
+    fn tables(&self, model: &ModalPair) -> Vec<Table> {
         let e = &self.eigenpairs;
         let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Eigenpair) -> f64| {
             Table::list(&format!("/stability/{name}"), units, text, e.iter().map(of).collect::<Vec<f64>>())
         };
         let value: Vec<Complex<f64>> = e.iter().map(|p| p.value).collect();
-        let shares: Vec<f64> = e.iter().flat_map(|p| participation(&self.pair, p)).collect();
-        let lower = self.pair.lower_modes;
-        let body: Vec<i8> = (0..self.pair.omega.len()).map(|k| if k < lower { 1 } else { 2 }).collect();
-        let frequency: Vec<f64> = self.pair.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
+        let shares: Vec<f64> = e.iter().flat_map(|p| participation(model, p)).collect();
+        let lower = model.lower_modes;
+        let body: Vec<i8> = (0..model.omega.len()).map(|k| if k < lower { 1 } else { 2 }).collect();
+        let frequency: Vec<f64> = model.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
         let s = &self.sliding;
         vec![
             Table::list(
@@ -166,7 +134,7 @@ impl Found {
                 "/stability/participation",
                 "1",
                 "Share of each free-interface mode in each eigenvector, by elastic energy.",
-                &[e.len(), self.pair.omega.len()],
+                &[e.len(), model.omega.len()],
                 shares,
             ),
             Table::list("/stability/mode_body", "-", "Body of each free-interface mode: 1 lower, 2 upper.", body),
@@ -193,7 +161,7 @@ impl Found {
         ]
     }
 
-    fn summarise(&self, bodies: &Bodies, summary: &mut Summary) {
+    fn summarise(&self, model: &ModalPair, summary: &mut Summary) {
         let unstable: Vec<&Eigenpair> = self.eigenpairs.iter().filter(|e| e.growth_rate() > 0.0).collect();
         summary.line(format!(
             "stability of steady sliding: {} unstable of {} eigenvalues up to {:.0} Hz, {} closed nodes",
@@ -216,19 +184,19 @@ impl Found {
         for e in self.eigenpairs.iter().take(most) {
             summary.value(
                 &format!("{:.3} Hz", e.frequency()),
-                format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), self.partners(bodies, e)),
+                format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), self.partners(model, e)),
             );
         }
     }
 
     /// The free modes that make up an eigenvector, the largest shares first.
-    fn partners(&self, bodies: &Bodies, pair: &Eigenpair) -> String {
-        let mut shares: Vec<(usize, f64)> = participation(&self.pair, pair).into_iter().enumerate().collect();
+    fn partners(&self, model: &ModalPair, pair: &Eigenpair) -> String {
+        let mut shares: Vec<(usize, f64)> = participation(model, pair).into_iter().enumerate().collect();
         shares.sort_by(|a, b| b.1.total_cmp(&a.1));
         let named = shares.iter().take(3).filter(|(_, s)| *s > 0.01).map(|&(k, share)| {
-            let upper = k >= self.pair.lower_modes;
-            let number = if upper { k - self.pair.lower_modes } else { k } + 1;
-            let place = bodies.places.get(usize::from(upper)).map_or("", |p| p.name);
+            let upper = k >= model.lower_modes;
+            let number = if upper { k - model.lower_modes } else { k } + 1;
+            let place = ["lower", "upper"][usize::from(upper)];
             format!("{:.0} % {place} mode {number}", 100.0 * share)
         });
         named.collect::<Vec<_>>().join(", ")

@@ -17,62 +17,10 @@ use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::body::ReducedBody;
-use crate::contact::{combined_compliance, SlidingContact};
+pub use crate::analysis::reduction::ModalPair;
+
+use crate::contact::SlidingContact;
 use crate::{Error, Result};
-
-/// Two bodies on one interface: combined compliance and modes.
-#[derive(Debug, Clone)]
-pub struct ModalPair {
-    /// W = C1 + E C2 E, m/N, `[3n, 3n]`.
-    pub compliance: Mat<f64>,
-    /// Residual S = W − Ψ Ω⁻² Ψᵀ, m/N, `[3n, 3n]`.
-    pub residual: Mat<f64>,
-    /// Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m1 + m2]`.
-    pub modes: Mat<f64>,
-    /// Angular frequencies, rad/s, `[m1 + m2]`: the lower body's, then the upper one's.
-    pub omega: Vec<f64>,
-    /// Modal damping coefficients, 1/s, `[m1 + m2]`.
-    pub damping: Vec<f64>,
-    /// m1.
-    pub lower_modes: usize,
-}
-
-impl ModalPair {
-    /// Combines the lower and the upper body (both in lower form). Rigid-body modes (ω = 0) have no part in the compliance.
-    pub fn new(lower: &ReducedBody, upper: &ReducedBody) -> Result<Self> {
-        for (name, b) in [("lower", lower), ("upper", upper)] {
-            let m = b.omega.len();
-            if b.damping.len() != m || b.contact_modes.ncols() != m || b.contact_modes.nrows() != b.compliance.nrows() {
-                return Err(Error::Defect(format!(
-                    "reduced {name} body: {m} frequencies, {} damping coefficients, contact modes {:?}, compliance {:?}",
-                    b.damping.len(),
-                    b.contact_modes.shape(),
-                    b.compliance.shape()
-                )));
-            }
-        }
-        let compliance = combined_compliance(lower.compliance.as_ref(), upper.compliance.as_ref())?;
-        let (rows, m1, m2) = (compliance.nrows(), lower.omega.len(), upper.omega.len());
-        let modes = Mat::from_fn(rows, m1 + m2, |i, k| {
-            if k < m1 {
-                lower.contact_modes[(i, k)]
-            } else {
-                let v = upper.contact_modes[(i, k - m1)];
-                if i % 3 == 2 {
-                    v
-                } else {
-                    -v
-                }
-            }
-        });
-        let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
-        let damping = lower.damping.iter().chain(&upper.damping).copied().collect();
-        let scaled = Mat::from_fn(rows, m1 + m2, |i, k| if omega[k] > 0.0 { modes[(i, k)] / omega[k] } else { 0.0 });
-        let residual = &compliance - &scaled * scaled.transpose();
-        Ok(Self { compliance, residual, modes, omega, damping, lower_modes: m1 })
-    }
-}
 
 /// One eigenvalue of the linearised system with its mode.
 #[derive(Debug, Clone)]
