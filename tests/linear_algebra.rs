@@ -12,6 +12,8 @@ mod iterative;
 mod matrices;
 #[path = "linear_algebra/quadratic.rs"]
 mod quadratic;
+#[path = "linear_algebra/reduction.rs"]
+mod reduction;
 
 use railsqueal::parallel::World;
 use std::process::{Command, ExitCode};
@@ -32,7 +34,7 @@ fn main() -> ExitCode {
         // SAFETY: MPI is initialised; ends all ranks.
         unsafe { mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, 101) };
     }));
-    let checks: Vec<Check> = [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS].concat();
+    let checks: Vec<Check> = [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS].concat();
     for (name, check) in checks.into_iter().filter(|(name, _)| name.contains(&word)) {
         check(&world);
         if world.is_root() {

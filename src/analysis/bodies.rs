@@ -66,7 +66,7 @@ impl Bodies {
                 upper: *name == "upper",
                 body: if same { 0 } else { i },
                 grid: mine.and_then(|m| m.grid.clone()),
-                material: material_of(body),
+                material: material_of(body)?,
                 checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),
             });
         }
@@ -82,7 +82,7 @@ impl Bodies {
             }
             let mine = meshed.as_ref().map(|m| &m[i]);
             let grid = mine.and_then(|m| m.grid.clone());
-            let fe = FeBody::new(world, name, mine.map(|m| &m.mesh), grid, material_of(body), &body.fixed)?;
+            let fe = FeBody::new(world, name, mine.map(|m| &m.mesh), grid, material_of(body)?, &body.fixed)?;
             let volume = assembly::volume(world, &fe.part);
             summary.line(format!(
                 "body {name}: {} nodes, {} degrees of freedom, volume {volume:.6e} m³, mass {:.6e} kg",
@@ -138,7 +138,7 @@ impl Bodies {
     pub fn checksums(&self, job: &Job) -> Result<Vec<(String, String)>> {
         let mut sums = Vec::new();
         for (place, (_, body)) in self.places.iter().zip(job.bodies()) {
-            if let MeshSource::File(path) = &body.mesh {
+            if let Some(MeshSource::File(path)) = &body.mesh {
                 sums.push((path.display().to_string(), sha256(path)?));
             }
             sums.push((format!("mesh of body {}", place.name), place.checksum.clone()));
@@ -157,14 +157,14 @@ fn same_groups(a: &[String], b: &[String]) -> bool {
     a.iter().all(|g| b.contains(g)) && b.iter().all(|g| a.contains(g))
 }
 
-fn material_of(body: &job::Body) -> Material {
-    let m = &body.material;
-    Material { young: m.young, poisson: m.poisson, density: m.density }
+fn material_of(body: &job::Body) -> Result<Material> {
+    let (_, m) = body.elements()?;
+    Ok(Material { young: m.young, poisson: m.poisson, density: m.density })
 }
 
 pub(super) fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed> {
     let named = |e: crate::Error| e.context(format!("bodies.{name}.mesh"));
-    match &body.mesh {
+    match body.elements()?.0 {
         MeshSource::Cylinder(c) => {
             let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
             Ok(Meshed { mesh, grid })

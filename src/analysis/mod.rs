@@ -2,6 +2,7 @@
 
 mod bodies;
 mod interface;
+mod matrices;
 mod modes;
 pub mod plan;
 pub mod reduction;

@@ -2,6 +2,7 @@
 //! that cannot fit before anything is meshed.
 
 use super::bodies::{cylinder_spec, mesh_of, Meshed};
+use crate::body::matrix_market;
 use crate::job::{self, Compliance, Job, LinearSolver, Load, MeshSource, ModesExtent};
 use crate::mesh::{cylinder, msh};
 use crate::{Error, Result};
@@ -16,15 +17,10 @@ pub struct BodySize {
     pub nodes: u64,
     /// Hexahedra of its mesh.
     pub cells: u64,
+    /// Degrees of freedom before supports are taken off.
+    pub dofs: u64,
     /// Nodes of its contact grid; 0 without contact.
     pub contact_nodes: u64,
-}
-
-impl BodySize {
-    /// Displacement degrees of freedom before supports are taken off.
-    pub fn dofs(&self) -> u64 {
-        3 * self.nodes
-    }
 }
 
 /// The plan of a run.
@@ -51,7 +47,11 @@ pub fn sizes(job: &Job) -> Result<Vec<BodySize>> {
 
 fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
     let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
-    match &body.mesh {
+    if let Some(m) = &body.matrices {
+        let dofs = matrix_market::read(&m.stiffness)?.n as u64;
+        return Ok(BodySize { name, nodes: 0, cells: 0, dofs, contact_nodes: m.contacts.len() as u64 });
+    }
+    match body.elements()?.0 {
         MeshSource::Cylinder(c) => {
             let (nodes, cells) = cylinder::count(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
             let across = |half: f64| 2.0 * (half / c.element_size - 1e-9).ceil() + 1.0;
@@ -60,7 +60,7 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
                 .as_ref()
                 .and_then(|k| k.patch)
                 .map_or(0.0, |p| across(p.half_length) * across(p.half_width));
-            Ok(BodySize { name, nodes, cells, contact_nodes: contact as u64 })
+            Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::File(path) => {
             let Meshed { mesh, grid } = mesh_of(job, name, body)?;
@@ -69,7 +69,7 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
             }
             let contact = grid.map_or(0, |g| g.nodes.len() as u64);
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
-            Ok(BodySize { name, nodes, cells, contact_nodes: contact })
+            Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact })
         }
     }
 }
@@ -102,13 +102,13 @@ impl Plan {
         let mut on_root = vec![("meshes before distribution", bodies.iter().map(mesh_bytes).sum())];
         if elements {
             shared.push(("distributed meshes", unique.iter().map(mesh_bytes).sum()));
-            let matrices = |b: &BodySize| 2.0 * b.dofs() as f64 * 3.0 * NEIGHBOURS * ENTRY;
+            let matrices = |b: &BodySize| 2.0 * b.dofs as f64 * 3.0 * NEIGHBOURS * ENTRY;
             shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
             let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
             let solver = |b: &BodySize| match direct {
-                true => FACTOR * spread * (b.dofs() as f64).powf(4.0 / 3.0),
+                true => FACTOR * spread * (b.dofs as f64).powf(4.0 / 3.0),
                 // Multigrid hierarchy (operator complexity about 1.5) and the vectors of the iteration.
-                false => 2.5 * b.dofs() as f64 * 3.0 * NEIGHBOURS * ENTRY,
+                false => 2.5 * b.dofs as f64 * 3.0 * NEIGHBOURS * ENTRY,
             };
             shared.push((if direct { "factorisation" } else { "multigrid" }, unique.iter().map(solver).sum()));
         }
@@ -118,7 +118,7 @@ impl Plan {
                 ModesExtent::MaxFrequency(_) => 100.0,
             };
             // The Krylov basis has about twice as many vectors, complex as SLEPc is; the modes are kept real.
-            let basis = |b: &BodySize| (2.0 * count + 16.0) * b.dofs() as f64 * 16.0;
+            let basis = |b: &BodySize| (2.0 * count + 16.0) * b.dofs as f64 * 16.0;
             shared.push(("eigenvectors", unique.iter().map(basis).sum()));
         }
         let rows = 3.0 * bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0) as f64;
@@ -155,7 +155,7 @@ impl Plan {
         parts.iter_mut().for_each(|p| p.1 *= ranks_here as f64 / self.ranks as f64);
         parts.extend(&self.on_root);
         let largest = parts.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|p| (p.0, p.1)).unwrap_or_default();
-        let dofs: u64 = self.bodies.iter().map(BodySize::dofs).sum();
+        let dofs: u64 = self.bodies.iter().map(|b| b.dofs).sum();
         Err(Error::Memory(format!(
             "the job needs about {} on this node ({} of {} ranks, {dofs} degrees of freedom; most of it: {}, {}), but {} gives {}.\n  \
              Use a larger element_size or a smaller patch, \"gamg\" as solver.linear, more nodes, or raise solver.memory_limit if the estimate is too high",
@@ -179,9 +179,11 @@ const MAX_STRAIN: f64 = 0.05;
 /// as a line contact across the width (eq. 4.45).
 pub fn small_strain(job: &Job) -> Result<()> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return Ok(()) };
-    let (MeshSource::Cylinder(a), MeshSource::Cylinder(b)) = (&lower.mesh, &upper.mesh) else { return Ok(()) };
+    let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
+        return Ok(());
+    };
     let compliance = |m: &job::Material| (1.0 - m.poisson * m.poisson) / m.young;
-    let modulus = 1.0 / (compliance(&lower.material) + compliance(&upper.material));
+    let modulus = 1.0 / (compliance(lower.elements()?.1) + compliance(upper.elements()?.1));
     let along = 1.0 / a.outer_radius + 1.0 / b.outer_radius;
     let across = a.crown_radius.map_or(0.0, |r| 1.0 / r) + b.crown_radius.map_or(0.0, |r| 1.0 / r);
     let curvature = (along * across).sqrt();
@@ -256,7 +258,7 @@ impl fmt::Display for Plan {
         for b in &self.bodies {
             let contact =
                 if b.contact_nodes > 0 { format!(", {} contact nodes", b.contact_nodes) } else { String::new() };
-            let (nodes, cells, dofs) = (b.nodes, b.cells, b.dofs());
+            let (nodes, cells, dofs) = (b.nodes, b.cells, b.dofs);
             writeln!(
                 f,
                 "  {:<6} {nodes} nodes, {cells} hexahedra, {dofs} degrees of freedom less the supports{contact}",
@@ -385,7 +387,7 @@ mod tests {
         for sets in [vec![], vec!["contact.patch.half_length=0.0065", "contact.patch.half_width=0.0071"]] {
             let job = job(&sets);
             let counted = sizes(&job).unwrap();
-            let MeshSource::Cylinder(c) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
+            let Some(MeshSource::Cylinder(c)) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
             let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
             assert_eq!(counted[0].contact_nodes, grid.unwrap().nodes.len() as u64, "{sets:?}");
             assert_eq!((counted[0].nodes, counted[0].cells), (mesh.nodes.len() as u64, mesh.cells.len() as u64));

@@ -2,6 +2,8 @@
 
 pub mod clusters;
 pub mod fe;
+pub mod matrices;
+pub mod matrix_market;
 pub mod modes;
 pub mod statics;
 

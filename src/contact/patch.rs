@@ -7,12 +7,24 @@ use super::normal::contact_modulus;
 use super::steady::NormalLoad;
 use crate::{Error, Result};
 
+/// A contact that would need a patch this many times as large has flat surfaces.
+const FLAT: f64 = 100.0;
+
 /// Refuses a contact that reaches the border of the patch, saying how large the patch must be.
 pub(super) fn refuse_border(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad, closed: &[usize]) -> Result<()> {
     let Some(&first) = closed.iter().find(|&&i| s.on_border(i)) else { return Ok(()) };
     let half = |x: &[f64]| 0.5 * (x[x.len() - 1] - x[0]);
     let [a, b] = needed_half_sizes(w, s, load);
     let [x, y] = s.point(first);
+    let flat = |needed: f64, half: f64| !needed.is_finite() || needed > FLAT * half;
+    let flat = [("x", flat(a, half(&s.x))), ("y", flat(b, half(&s.y)))];
+    if let Some((axis, _)) = flat.iter().find(|(_, is)| *is) {
+        return Err(Error::Job(format!(
+            "contact.patch: the contact reaches the border of the patch at x = {x:.4e} m, y = {y:.4e} m, and the surfaces are flat on \
+             each other along {axis}: their contact ends at an edge of the bodies, not within a patch. Give one of them a curvature there \
+             (for cylinders crown_radius)"
+        )));
+    }
     Err(Error::Job(format!(
         "contact.patch: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch has \
          half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and half_width {:.4e} m: \
@@ -52,4 +64,24 @@ fn needed_half_sizes(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> [f6
     };
     let ratio = (ky / kx).powf(1.0 / 3.0);
     [1.2 * (c * ratio) + x0.abs(), 1.2 * (c / ratio) + y0.abs()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::half_space::HalfSpace;
+
+    #[test]
+    fn the_message_says_how_large_or_that_the_surfaces_are_flat() {
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 };
+        let message = |curvature: [f64; 2]| {
+            let s = Interface::paraboloid(7, 7, [1e-3, 1e-3], curvature).unwrap();
+            let w = steel.compliance(&s.x, &s.y).unwrap();
+            refuse_border(w.as_ref(), &s, NormalLoad::Force(1e4), &[0]).unwrap_err().to_string()
+        };
+        let curved = message([4.0, 4.0]);
+        assert!(curved.contains("this load needs about half_length") && !curved.contains("inf"), "{curved}");
+        let flat = message([4.0, 0.0]);
+        assert!(flat.contains("flat on each other along y") && !flat.contains("inf"), "{flat}");
+    }
 }

@@ -57,16 +57,21 @@ impl Job {
     fn resolve(&mut self, folder: &Path) {
         let graded = self.contact.is_some();
         for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
+            // Absolute, so that the resolved job means the same file wherever it is kept.
+            let absolute = |file: &mut std::path::PathBuf| {
+                let path = folder.join(&*file);
+                *file = std::path::absolute(&path).unwrap_or(path);
+            };
+            if let Some(m) = &mut body.matrices {
+                [Some(&mut m.mass), m.damping.as_mut(), Some(&mut m.stiffness)].into_iter().flatten().for_each(absolute);
+            }
             match &mut body.mesh {
-                MeshSource::Cylinder(c) => {
+                None => {}
+                Some(MeshSource::Cylinder(c)) => {
                     let default = if graded { c.element_size.max(0.25 * c.thickness) } else { c.element_size };
                     c.max_element_size.get_or_insert(default);
                 }
-                // Absolute, so that the resolved job means the same file wherever it is kept.
-                MeshSource::File(file) => {
-                    let path = folder.join(&*file);
-                    *file = std::path::absolute(&path).unwrap_or(path);
-                }
+                Some(MeshSource::File(file)) => absolute(file),
             }
         }
     }

@@ -56,10 +56,15 @@ pub struct Bodies {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Where the mesh comes from.
-    pub mesh: MeshSource,
-    /// Linear elastic, isotropic material.
-    pub material: Material,
+    /// Where the mesh comes from. A body has a mesh and a material, or matrices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshSource>,
+    /// Linear elastic, isotropic material of the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+    /// Mass, damping and stiffness matrices from another program, instead of mesh, material, damping and supports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrices: Option<Matrices>,
     /// Damping: Rayleigh's, or loss factors of the modes.
     #[serde(default)]
     pub damping: Damping,
@@ -67,6 +72,43 @@ pub struct Body {
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
     #[serde(default)]
     pub fixed: Vec<String>,
+}
+
+impl Body {
+    /// Mesh and material of a body of finite elements. Reading a job makes sure that a body without matrices has both.
+    pub fn elements(&self) -> crate::Result<(&MeshSource, &Material)> {
+        match (&self.mesh, &self.material) {
+            (Some(mesh), Some(material)) => Ok((mesh, material)),
+            _ => Err(crate::Error::Defect("finite elements are asked for of a body without a mesh".into())),
+        }
+    }
+}
+
+/// A body by its matrices, real Matrix Market files relative to the job file. Degrees of freedom without mass and rigid-body
+/// motions are allowed. Such a body may be alone: its counter-body is then rigid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Matrices {
+    /// File of the mass matrix M, symmetric, kg.
+    pub mass: PathBuf,
+    /// File of the damping matrix C, N·s/m. Without it there is no damping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<PathBuf>,
+    /// File of the stiffness matrix K, symmetric, N/m.
+    pub stiffness: PathBuf,
+    /// Where the body touches: one entry for each of `contact.points`, in their order.
+    pub contacts: Vec<MatrixContact>,
+}
+
+/// The degrees of freedom of a body at one contact, by their 1-based row in the matrices. A minus sign turns the direction
+/// round; 0 means that the body does not move in that direction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MatrixContact {
+    /// Row of the displacement along the normal, into the body.
+    pub normal: i64,
+    /// Rows of the displacements along x and y; y may be left out.
+    pub tangential: Vec<i64>,
 }
 
 /// A built-in shape or a file.
@@ -193,7 +235,8 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub approach: Option<f64>,
-    /// Rolling speed V, m/s.
+    /// Rolling speed V, m/s; needed unless `points` are given.
+    #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
     pub speed: f64,
     /// Rigid creep of body 1 relative to body 2, divided by the speed.
@@ -206,6 +249,31 @@ pub struct Contact {
     /// cylinders; a mesh file brings its own grid, the group `contact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<Patch>,
+    /// Contact points of bodies given by matrices, all closed and sliding. They take the place of load, speed, creepage and
+    /// patch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<Vec<ContactPoint>>,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// One sliding contact point between bodies given by matrices.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactPoint {
+    /// Direction (x, y) in which body 1 slides over body 2, of any length; y may be left out.
+    pub direction: Vec<f64>,
+    /// Static normal force, N. With `slip_velocity` it damps motion across the sliding direction, and makes a falling
+    /// friction law act.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0), extend("unit" = "N"))]
+    pub force: Option<f64>,
+    /// Sliding velocity, m/s. Needed with `force`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
+    pub slip_velocity: Option<f64>,
 }
 
 impl Contact {

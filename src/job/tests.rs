@@ -314,7 +314,7 @@ fn another_form_of_the_mesh_takes_the_place_of_the_first() {
     let job = read(job.to_string().as_bytes(), &[]).unwrap();
     let file = &job.bodies.lower.as_ref().unwrap().mesh;
     let expected = std::env::current_dir().unwrap().join("folder/meshes/ring.msh");
-    assert_eq!(*file, MeshSource::File(expected), "relative to the job file, and absolute from then on");
+    assert_eq!(*file, Some(MeshSource::File(expected)), "relative to the job file, and absolute from then on");
     let both = read(ANNULUS, &["bodies.lower.mesh.file=x.msh"]).unwrap_err().to_string();
     says(&both, &["give exactly one of the keys \"cylinder\", \"file\"; found 2"]);
 }

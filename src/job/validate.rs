@@ -2,6 +2,8 @@
 
 use super::model::*;
 
+mod matrices;
+
 /// All faults of a job that fits the schema; empty if it makes sense.
 pub fn validate(job: &Job) -> Vec<String> {
     let mut faults = Vec::new();
@@ -10,6 +12,10 @@ pub fn validate(job: &Job) -> Vec<String> {
     }
     for (name, body) in job.bodies() {
         check_body(&format!("bodies.{name}"), body, &mut faults);
+    }
+    if matrices::given(job) {
+        matrices::check(job, &mut faults);
+        return faults;
     }
     if let Some(contact) = &job.contact {
         check_contact(job, contact, &mut faults);
@@ -30,9 +36,16 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
             faults.push(format!("{path}.fixed.{i}: the contact surface cannot be clamped; fix another group"));
         }
     }
+    if let Some(matrices) = &body.matrices {
+        return matrices::check_body(path, body, matrices, faults);
+    }
+    if body.material.is_none() {
+        faults.push(format!("{path}.material: missing; expected an object"));
+    }
     check_damping(&format!("{path}.damping"), &body.damping, faults);
     match &body.mesh {
-        MeshSource::Cylinder(c) => {
+        None => faults.push(format!("{path}.mesh: missing; a body has a mesh and a material, or matrices")),
+        Some(MeshSource::Cylinder(c)) => {
             check_cylinder(&format!("{path}.mesh.cylinder"), c, faults);
             for (i, group) in body.fixed.iter().enumerate().filter(|(_, g)| !CYLINDER_GROUPS.contains(&g.as_str())) {
                 let names = CYLINDER_GROUPS.map(String::from);
@@ -44,10 +57,10 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
                 ));
             }
         }
-        MeshSource::File(file) if file.as_os_str().is_empty() => {
+        Some(MeshSource::File(file)) if file.as_os_str().is_empty() => {
             faults.push(format!("{path}.mesh.file: the file name is empty"));
         }
-        MeshSource::File(_) => {}
+        Some(MeshSource::File(_)) => {}
     }
 }
 
@@ -131,6 +144,9 @@ fn check_cylinder(path: &str, c: &Cylinder, faults: &mut Vec<String>) {
 }
 
 fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
+    if contact.speed == 0.0 {
+        faults.push("contact.speed: missing; expected a number > 0 (m/s)".into());
+    }
     for (name, body) in [("lower", &job.bodies.lower), ("upper", &job.bodies.upper)] {
         if body.is_none() {
             faults.push(format!("bodies.{name}: missing; contact needs both bodies"));
@@ -155,8 +171,8 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         .bodies()
         .into_iter()
         .filter_map(|(name, b)| match &b.mesh {
-            MeshSource::Cylinder(c) => Some((name, c)),
-            MeshSource::File(_) => None,
+            Some(MeshSource::Cylinder(c)) => Some((name, c)),
+            _ => None,
         })
         .collect();
     if contact.compliance == Compliance::HalfSpace && cylinders.len() < job.bodies().len() {
@@ -171,6 +187,9 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
                 b.element_size, a.element_size
             ));
         }
+    }
+    if contact.points.is_some() {
+        faults.push("contact.points: only for bodies given by matrices; bodies with meshes touch on their surfaces".into());
     }
     let Some(patch) = contact.patch else {
         if !cylinders.is_empty() {

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod failures;
+mod matrices;
 mod program;
 mod runs;
 mod usage;

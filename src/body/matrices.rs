@@ -1,0 +1,371 @@
+//! A body given by its matrices instead of a mesh: M, C, K from files and the rows that touch the contacts.
+//!
+//! Small bodies are reduced densely, with their complete spectrum; large ones by the same distributed solvers as finite
+//! elements. A body without supports has a singular K: everything is then taken from K − σM with a negative shift σ, from
+//! which the kept modes are subtracted, so that rigid-body modes enter as modes and the rest as residual compliance.
+
+use super::clusters;
+use super::matrix_market::{self, Csr};
+use super::modes::Extent;
+use super::ReducedBody;
+use crate::parallel::World;
+use crate::petsc::csr::DistCsr;
+use crate::petsc::eps::{self, ModesOptions};
+use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::session::Petsc;
+use crate::{Error, Result};
+use faer::linalg::solvers::Llt;
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::{Mat, Par, Side};
+use std::path::Path;
+
+/// Bodies up to this order are reduced densely.
+const DENSE: usize = 800;
+/// Largest |a_ij − a_ji| of M and K over their largest entry: rounding of printed figures.
+const ASYMMETRY: f64 = 1e-9;
+/// Eigenvalues smaller than this part of the shift of a free body are its rigid-body motions.
+const RIGID: f64 = 1e-6;
+/// Pivots of the scaled stiffness below this mean rigid-body motions.
+const SINGULAR: f64 = 1e-11;
+
+/// A signed row: the displacement in one direction of a contact is `sign` times degree of freedom `dof` (0-based); `None`
+/// where the body does not move in that direction.
+pub type SignedRow = Option<(usize, f64)>;
+
+/// M, C, K and the contact rows of a body, whole, on rank 0.
+#[derive(Debug, Clone)]
+pub struct Matrices {
+    /// Mass matrix, symmetric, positive semidefinite.
+    pub mass: Csr,
+    /// Damping matrix.
+    pub damping: Option<Csr>,
+    /// Stiffness matrix, symmetric, positive semidefinite.
+    pub stiffness: Csr,
+    /// Rows (x, y, n into the body) of each contact.
+    pub contacts: Vec<[SignedRow; 3]>,
+}
+
+impl Matrices {
+    /// Reads the files of the body `name` and checks that they fit each other and the contact rows.
+    pub fn read(
+        name: &str,
+        mass: &Path,
+        damping: Option<&Path>,
+        stiffness: &Path,
+        contacts: Vec<[SignedRow; 3]>,
+    ) -> Result<Self> {
+        let (m, k) = (matrix_market::read(mass)?, matrix_market::read(stiffness)?);
+        let c = damping.map(matrix_market::read).transpose()?;
+        for (path, matrix) in [(mass, Some(&m)), (damping.unwrap_or(mass), c.as_ref())] {
+            if let Some(other) = matrix.filter(|x| x.n != k.n) {
+                return Err(Error::Input(format!(
+                    "{}: a matrix of order {}, but {} is of order {}; the matrices of bodies.{name} must have the same order",
+                    path.display(),
+                    other.n,
+                    stiffness.display(),
+                    k.n
+                )));
+            }
+        }
+        for (path, matrix) in [(mass, &m), (stiffness, &k)] {
+            if let Some((i, j, d)) = matrix.asymmetry().filter(|a| a.2 > ASYMMETRY) {
+                return Err(Error::Input(format!(
+                    "{}: not symmetric: entries ({}, {}) and ({}, {}) differ by {d:.1e} of the largest entry",
+                    path.display(),
+                    i + 1,
+                    j + 1,
+                    j + 1,
+                    i + 1
+                )));
+            }
+        }
+        for (i, row) in contacts.iter().enumerate() {
+            for (direction, signed) in ["tangential.0", "tangential.1", "normal"].iter().zip(row) {
+                if let Some((dof, _)) = signed.filter(|(dof, _)| *dof >= k.n) {
+                    return Err(Error::Job(format!(
+                        "bodies.{name}.matrices.contacts.{i}.{direction}: found row {}, but the matrices have the rows 1 to {}",
+                        dof + 1,
+                        k.n
+                    )));
+                }
+            }
+        }
+        if let Some(i) = (0..k.n).find(|&i| m.get(i, i) == 0.0 && k.get(i, i) == 0.0) {
+            return Err(Error::Input(format!(
+                "{}: row {} has neither stiffness nor mass on its diagonal",
+                stiffness.display(),
+                i + 1
+            )));
+        }
+        Ok(Self { mass: m, damping: c, stiffness: k, contacts })
+    }
+
+    /// `[3k, columns]` values at the contact rows of a field of all degrees of freedom, `value(dof, column)`.
+    fn at_contacts(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Mat<f64> {
+        Mat::from_fn(3 * self.contacts.len(), columns, |row, j| {
+            self.contacts[row / 3][row % 3].map_or(0.0, |(dof, sign)| sign * value(dof, j))
+        })
+    }
+}
+
+/// A reduced body with what a damping matrix adds.
+pub struct Reduced {
+    /// The body as the interface sees it.
+    pub body: ReducedBody,
+    /// ΦᵀCΦ, 1/s, `[m, m]`, where there is a damping matrix. Its diagonal is `body.damping`.
+    pub damping: Option<Mat<f64>>,
+}
+
+/// Collective: modes and compliance of the body `name`, whose matrices rank 0 holds; the result is on rank 0.
+pub fn reduce(
+    petsc: &Petsc,
+    name: &str,
+    matrices: Option<&Matrices>,
+    extent: Extent,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Option<Reduced>> {
+    let world = petsc.world();
+    let named = |e: Error| e.context(format!("bodies.{name}.matrices"));
+    let order = world.broadcast(vec![matrices.map_or(0, |m| m.stiffness.n as u64)])[0] as usize;
+    if order <= DENSE {
+        return world.on_root(|| match matrices {
+            Some(m) => dense(m, extent).map_err(named),
+            None => Err(Error::Defect("no matrices on rank 0".into())),
+        });
+    }
+    sparse(petsc, name, matrices, extent, progress).map_err(named)
+}
+
+/// A negative shift of the scale of the mean eigenvalue.
+fn mean_shift(m: &Matrices) -> f64 {
+    let trace = |a: &Csr| (0..a.n).map(|i| a.get(i, i)).sum::<f64>();
+    let massive = (0..m.mass.n).filter(|&i| m.mass.get(i, i) > 0.0);
+    let stiffness: f64 = massive.map(|i| m.stiffness.get(i, i)).sum();
+    -1e-4 * stiffness / trace(&m.mass)
+}
+
+/// Whether K has rigid-body motions, from the pivots of its Cholesky factor after scaling to a unit diagonal.
+fn singular(k: &Mat<f64>) -> bool {
+    let n = k.nrows();
+    if (0..n).any(|i| k[(i, i)] <= 0.0) {
+        return true;
+    }
+    let scaled = Mat::from_fn(n, n, |i, j| k[(i, j)] / (k[(i, i)] * k[(j, j)]).sqrt());
+    match scaled.llt(Side::Lower) {
+        Ok(factor) => (0..n).any(|i| factor.L()[(i, i)].powi(2) < SINGULAR),
+        Err(_) => true,
+    }
+}
+
+/// How many of the ascending `omega` to keep.
+fn keep(omega: &[f64], extent: Extent) -> Result<usize> {
+    match extent {
+        Extent::Count(n) if n > omega.len() => Err(Error::Job(format!(
+            "analyses.modes.count: {n} modes are asked for, but the body has only {} of finite frequency",
+            omega.len()
+        ))),
+        Extent::Count(n) => Ok(clusters::cut(omega, n).unwrap_or(omega.len())),
+        Extent::MaxFrequency(f) => Ok(omega.partition_point(|w| *w <= 2.0 * std::f64::consts::PI * f)),
+    }
+}
+
+/// All eigenpairs of finite frequency of K φ = ω² M φ and the compliance, densely.
+fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
+    let n = m.stiffness.n;
+    let full = |a: &Csr| Mat::from_fn(n, n, |i, j| a.get(i, j));
+    let (k, mass) = (full(&m.stiffness), full(&m.mass));
+    let shift = if singular(&k) { mean_shift(m) } else { 0.0 };
+    let shifted = &k - faer::Scale(shift) * &mass;
+    let factor: Llt<f64> = shifted.llt(Side::Lower).map_err(|_| {
+        Error::Input("the stiffness has negative eigenvalues, or a motion has neither stiffness nor mass".into())
+    })?;
+    let l = factor.L();
+    // B = L⁻¹ M L⁻ᵀ has the eigenvalues 1/(ω² − σ), 0 for massless motions.
+    let mut b = mass.clone();
+    solve_lower_triangular_in_place(l, b.as_mut(), Par::Seq);
+    let mut b = b.transpose().to_owned();
+    solve_lower_triangular_in_place(l, b.as_mut(), Par::Seq);
+    let eigen = b
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|e| Error::NotConverged(format!("dense eigenvalues of the body failed: {e:?}")))?;
+    let theta: Vec<f64> = (0..n).rev().map(|i| eigen.S().column_vector()[i]).collect();
+    let largest = theta.first().copied().unwrap_or(0.0);
+    let finite = theta.iter().take_while(|&&t| t > 1e-13 * largest).count();
+    let mut vectors = Mat::from_fn(n, finite, |i, j| eigen.U()[(i, n - 1 - j)] / theta[j].sqrt());
+    solve_upper_triangular_in_place(l.transpose(), vectors.as_mut(), Par::Seq);
+    let squares: Vec<f64> = theta[..finite].iter().map(|t| shift + 1.0 / t).collect();
+    let omega = frequencies(&squares, shift)?;
+    let kept = keep(&omega, extent)?;
+
+    let modes = m.at_contacts(finite, |dof, j| vectors[(dof, j)]);
+    // (K − σM)⁻¹ Pᵀ at the contact rows.
+    let mut columns = Mat::zeros(n, 3 * m.contacts.len());
+    for (row, signed) in m.contacts.iter().flatten().enumerate() {
+        if let Some((dof, sign)) = signed {
+            columns[(*dof, row)] = *sign;
+        }
+    }
+    solve_lower_triangular_in_place(l, columns.as_mut(), Par::Seq);
+    let whole = columns.transpose() * &columns;
+    // Without all modes of finite frequency what is left is massless; the modes beyond the kept ones come back statically.
+    let compliance = recombine(whole, &modes, &squares, &omega, shift);
+    let modal = m.damping.as_ref().map(|c| {
+        let phi = vectors.subcols(0, kept);
+        phi.transpose() * (full(c) * phi)
+    });
+    Ok(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal))
+}
+
+/// Angular frequencies of the eigenvalues `squares`: 0 for rigid-body motions, an error below.
+fn frequencies(squares: &[f64], shift: f64) -> Result<Vec<f64>> {
+    let rigid = RIGID * shift.abs();
+    squares
+        .iter()
+        .map(|&s| match s {
+            s if s.abs() <= rigid => Ok(0.0),
+            s if s > 0.0 => Ok(s.sqrt()),
+            s => Err(Error::Input(format!("the stiffness has a negative eigenvalue, ω² = {s:.3e} 1/s²"))),
+        })
+        .collect()
+}
+
+/// From (K − σM)⁻¹ at the contact rows to the static compliance without rigid-body motions: every known mode is exchanged
+/// from 1/(ω² − σ) to 1/ω².
+fn recombine(mut whole: Mat<f64>, modes: &Mat<f64>, squares: &[f64], omega: &[f64], shift: f64) -> Mat<f64> {
+    if shift == 0.0 {
+        return whole;
+    }
+    for (k, (&s, &w)) in squares.iter().zip(omega).enumerate() {
+        let change = (if w > 0.0 { 1.0 / (w * w) } else { 0.0 }) - 1.0 / (s - shift);
+        for j in 0..whole.ncols() {
+            for i in 0..whole.nrows() {
+                whole[(i, j)] += change * modes[(i, k)] * modes[(j, k)];
+            }
+        }
+    }
+    whole
+}
+
+fn reduced(omega: &[f64], contact_modes: Mat<f64>, compliance: Mat<f64>, damping: Option<Mat<f64>>) -> Reduced {
+    let diagonal = |k: usize| damping.as_ref().map_or(0.0, |c| c[(k, k)]);
+    let body = ReducedBody {
+        damping: (0..omega.len()).map(diagonal).collect(),
+        omega: omega.to_vec(),
+        contact_modes,
+        compliance,
+    };
+    Reduced { body, damping }
+}
+
+/// Collective: the lowest modes and the compliance by distributed factorisations.
+fn sparse(
+    petsc: &Petsc,
+    name: &str,
+    matrices: Option<&Matrices>,
+    extent: Extent,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Option<Reduced>> {
+    let world = petsc.world();
+    let Extent::Count(count) = extent else {
+        return Err(Error::Job(
+            "analyses.modes.max_frequency: a body given by large matrices takes analyses.modes.count".into(),
+        ));
+    };
+    let k = scatter(world, matrices.map(|m| &m.stiffness));
+    let m = scatter(world, matrices.map(|m| &m.mass));
+    let factor_of = |shift: f64| -> Result<Factor<'_>> {
+        Factor::new(world, &k.minus_scaled(shift, &m), FactorOptions::new(Kind::Positive), &format!("K of body {name}"))
+    };
+    let mut shift = 0.0;
+    let mut factor = match factor_of(0.0) {
+        Ok(factor) => factor,
+        // Rigid-body motions; anything else that is wrong comes up again with the shift.
+        Err(Error::NotConverged(_)) => {
+            shift = world.broadcast(vec![matrices.map_or(0.0, mean_shift)])[0];
+            factor_of(shift)?
+        }
+        Err(e) => return Err(e),
+    };
+    let (stiffness, mass) = (k.operator(world), m.operator(world));
+    let mut wanted = (count + 3).min(k.order() as usize);
+    let found = loop {
+        let options = ModesOptions { sigma: shift, count: wanted, prefix: format!("{name}_") };
+        let found = eps::modes(petsc, &mut factor, &stiffness, &mass, &options, progress)?;
+        let omega = frequencies(&found.lambda, shift)?;
+        if clusters::cut(&omega, count).is_none() && omega.len() < k.order() as usize {
+            wanted = (omega.len() + omega.len() / 4 + 3).min(k.order() as usize);
+            continue;
+        }
+        // A shift well below the first elastic frequency: the residual compliance is taken at the shift.
+        let elastic = omega.iter().copied().find(|w| *w > 0.0).unwrap_or(0.0);
+        let near = -0.01 * elastic * elastic;
+        if shift >= near || elastic == 0.0 {
+            break found;
+        }
+        shift = near;
+        factor = factor_of(shift)?;
+    };
+    let omega = frequencies(&found.lambda, shift)?;
+    let kept = keep(&omega, extent)?;
+
+    let contacts = matrices.map(|m| m.contacts.clone()).unwrap_or_default();
+    let mut rows: Vec<u64> = contacts.iter().flatten().flatten().map(|(dof, _)| *dof as u64).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    let rows = world.broadcast(rows);
+    let at_shift = factor.inverse_block(&rows)?;
+    // The residual of the modes left out is wanted at σ = 0: two shifts and a straight line through them.
+    let twice = if shift == 0.0 { None } else { Some(factor_of(2.0 * shift)?.inverse_block(&rows)?) };
+    let whole: Vec<Vec<f64>> = found.vectors.iter().map(|v| world.gather(v)).collect();
+    let modal = match matrices.and_then(|m| m.damping.as_ref()) {
+        Some(c) => Some(Mat::from_fn(kept, kept, |i, j| bilinear(c, &whole[i], &whole[j]))),
+        None => None,
+    };
+    let Some(given) = matrices else { return Ok(None) };
+    let place = |dof: usize| rows.binary_search(&(dof as u64)).unwrap_or(0);
+    let expand = |block: &Mat<f64>| -> Mat<f64> {
+        Mat::from_fn(3 * contacts.len(), 3 * contacts.len(), |i, j| match (contacts[i / 3][i % 3], contacts[j / 3][j % 3]) {
+            (Some((a, s)), Some((b, t))) => s * t * block[(place(a), place(b))],
+            _ => 0.0,
+        })
+    };
+    let modes = given.at_contacts(omega.len(), |dof, j| whole[j][dof]);
+    let compliance = match twice {
+        None => expand(&at_shift),
+        Some(twice) => {
+            let one = recombine(expand(&at_shift), &modes, &found.lambda, &omega, shift);
+            let two = recombine(expand(&twice), &modes, &found.lambda, &omega, 2.0 * shift);
+            faer::Scale(2.0) * one - two
+        }
+    };
+    Ok(Some(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal)))
+}
+
+/// xᵀ C y.
+fn bilinear(c: &Csr, x: &[f64], y: &[f64]) -> f64 {
+    let row = |i: usize| {
+        let (cols, values) = c.row(i);
+        cols.iter().zip(values).map(|(&j, v)| v * y[j as usize]).sum::<f64>()
+    };
+    (0..c.n).map(|i| x[i] * row(i)).sum()
+}
+
+/// Collective: the matrix of rank 0 in contiguous rows over the ranks.
+fn scatter(world: &World, matrix: Option<&Csr>) -> DistCsr {
+    let n = world.broadcast(vec![matrix.map_or(0, |m| m.n as u64)])[0];
+    let ranges: Vec<u64> = (0..=world.size as u64).map(|r| r * n / world.size as u64).collect();
+    let parts = |of: &dyn Fn(&Csr, usize) -> (Vec<u64>, Vec<u64>, Vec<f64>)| match matrix {
+        Some(m) => (0..world.size).map(|r| of(m, r)).collect(),
+        None => Vec::new(),
+    };
+    let pieces: Vec<(Vec<u64>, Vec<u64>, Vec<f64>)> = parts(&|m, r| {
+        let rows = ranges[r] as usize..ranges[r + 1] as usize;
+        let entries = m.indptr[rows.start]..m.indptr[rows.end];
+        let starts = m.indptr[rows.start..=rows.end].iter().map(|&p| (p - entries.start) as u64).collect();
+        (starts, m.cols[entries.clone()].to_vec(), m.values[entries].to_vec())
+    });
+    let starts = world.scatter(pieces.iter().map(|p| p.0.clone()).collect::<Vec<_>>());
+    let cols = world.scatter(pieces.iter().map(|p| p.1.clone()).collect::<Vec<_>>());
+    let values = world.scatter(pieces.into_iter().map(|p| p.2).collect::<Vec<_>>());
+    DistCsr { ranges, indptr: starts.into_iter().map(|s| s as usize).collect(), cols, values }
+}

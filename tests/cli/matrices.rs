@@ -1,0 +1,146 @@
+//! Bodies given by their matrices, through the whole program: Hultén's oscillator in closed form (S. Hultén, *Friction
+//! phenomena related to drum brake squeal instabilities*, ASME 1997), and what is refused.
+
+use super::program::*;
+use serde_json::{json, Value};
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// The job and its matrices in a folder of their own.
+fn hulten(change: impl FnOnce(&mut Value)) -> Folder {
+    let mut job = job("hulten.json");
+    change(&mut job);
+    let folder = Folder::with(job.to_string());
+    std::fs::create_dir(folder.path("hulten")).unwrap();
+    for name in ["mass", "damping", "stiffness"] {
+        let file = format!("hulten/{name}.mtx");
+        std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs").join(&file), folder.path(&file)).unwrap();
+    }
+    folder
+}
+
+/// Largest growth rate and its frequency.
+fn leading(folder: &Folder, ranks: usize, friction: f64, args: &[&str]) -> (f64, f64) {
+    let set = format!("contact.friction={friction}");
+    folder.call(ranks, "run", &[&["--force", "--set", set.as_str()], args].concat()).good();
+    let file = hdf5::File::open(folder.path("job.h5")).unwrap();
+    let first = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap()[0];
+    (first("stability/growth_rate"), first("stability/frequency"))
+}
+
+#[track_caller]
+fn near(got: f64, want: f64, relative: f64) {
+    assert!((got - want).abs() <= relative * want.abs(), "{got:.9}, expected {want:.9} within {relative:.0e}");
+}
+
+const UNDAMPED: &[&str] = &["--set", "bodies.lower.matrices.damping=null"];
+
+#[test]
+fn hultens_flutter_without_damping() {
+    let folder = hulten(|_| ());
+    for ranks in [1, 2] {
+        let (growth, frequency) = leading(&folder, ranks, 0.4, UNDAMPED);
+        near(growth, 72.3586, 1e-6);
+        near(frequency, 89.1354, 1e-6);
+    }
+    // μ_c = (ω1² − ω2²) / 2 ω1 ω2 for these springs; there both frequencies are the root of the mean square.
+    let critical = (100.0f64.powi(2) - 75.0f64.powi(2)) / (2.0 * 100.0 * 75.0);
+    near(critical, 0.2916667, 1e-6);
+    let (above, frequency) = leading(&folder, 1, critical * 1.0001, UNDAMPED);
+    near(frequency, ((100.0f64.powi(2) + 75.0f64.powi(2)) / 2.0).sqrt(), 1e-4);
+    let (below, _) = leading(&folder, 1, critical * 0.9999, UNDAMPED);
+    assert!(above > 1.0 && below.abs() < 1e-3, "growth rates {below} below and {above} above the limit");
+}
+
+#[test]
+fn hultens_flutter_with_damping() {
+    let folder = hulten(|_| ());
+    let (mut low, mut high) = (0.28, 0.30);
+    for _ in 0..16 {
+        let middle = 0.5 * (low + high);
+        let (growth, frequency) = leading(&folder, 1, middle, &[]);
+        if growth > 0.0 {
+            high = middle;
+            near(frequency, 86.6025, 2e-2);
+        } else {
+            low = middle;
+        }
+    }
+    near(high, 0.2893671, 2e-6);
+    near(leading(&folder, 1, high, &[]).1, 86.6025, 1e-5);
+}
+
+/// One mass m = 2 kg on springs along x and y, without normal motion, slides along x under N = 50 N at v = 0.5 m/s: across the
+/// sliding D = μN/v damps, so that λ = −μN/(2 v m) ± i …, while along it nothing does.
+#[test]
+fn sliding_damps_across_its_direction() {
+    let folder = hulten(|job| {
+        job["bodies"]["lower"]["matrices"] = json!({
+            "mass": "m.mtx", "stiffness": "k.mtx", "contacts": [{ "normal": 0, "tangential": [1, -2] }]
+        });
+        job["contact"] = json!({
+            "friction": 0.4, "points": [{ "direction": [3, 0], "force": 50, "slip_velocity": 0.5 }]
+        });
+    });
+    std::fs::write(folder.path("m.mtx"), "%%MatrixMarket matrix array real general\n2 2\n2\n0\n0\n2\n").unwrap();
+    std::fs::write(folder.path("k.mtx"), "%%MatrixMarket matrix array real general\n2 2\n8e4\n0\n0\n9.8e4\n").unwrap();
+    folder.call(1, "run", &[]).good();
+    let file = hdf5::File::open(folder.path("job.h5")).unwrap();
+    let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
+    let (growth, frequency) = (read("stability/growth_rate"), read("stability/frequency"));
+    assert_eq!(growth.len(), 2, "{growth:?}");
+    near(frequency[0], 200.0 / (2.0 * PI), 1e-9);
+    assert!(growth[0].abs() < 1e-8, "{growth:?}");
+    let sigma = -0.4 * 50.0 / (2.0 * 0.5 * 2.0);
+    near(growth[1], sigma, 1e-9);
+    near(frequency[1], (9.8e4 / 2.0 - sigma * sigma).sqrt() / (2.0 * PI), 1e-9);
+}
+
+#[test]
+fn faults_are_named() {
+    let refused = |change: &dyn Fn(&mut Value), code: i32, parts: &[&str]| {
+        hulten(|job| change(job)).call(1, "run", &[]).failed(code, parts);
+    };
+    let lower = |job: &mut Value| job["bodies"]["lower"].take();
+    refused(
+        &|job| job["bodies"]["lower"]["matrices"]["contacts"][1]["normal"] = json!(-9),
+        2,
+        &["bodies.lower.matrices.contacts.1.normal", "found row 9", "rows 1 to 4"],
+    );
+    refused(
+        &|job| job["contact"]["points"] = json!([{ "direction": [1] }]),
+        2,
+        &["bodies.lower.matrices.contacts: found 2 contacts, expected 1"],
+    );
+    refused(
+        &|job| job["contact"]["points"][0]["direction"] = json!([0, 0]),
+        2,
+        &["contact.points.0.direction", "not all 0"],
+    );
+    refused(&|job| job["contact"]["speed"] = json!(10), 2, &["contact.speed: has no meaning"]);
+    refused(&|job| job["analyses"]["steady"] = json!({}), 2, &["analyses.steady: needs meshes"]);
+    refused(&|job| job["bodies"]["lower"]["fixed"] = json!(["inner"]), 2, &["bodies.lower.fixed: given beside"]);
+    refused(&|job| job["analyses"]["modes"]["count"] = json!(3), 2, &["analyses.modes.count: 3 modes", "only 2 of finite"]);
+    refused(
+        &|job| {
+            let matrices = lower(job);
+            job["bodies"] = json!({ "lower": small()["bodies"]["lower"].clone(), "upper": matrices });
+        },
+        2,
+        &["bodies.lower: found a mesh, but the other body is given by matrices"],
+    );
+    let folder = hulten(|_| ());
+    let head = "%%MatrixMarket matrix coordinate real general\n";
+    for (text, parts) in [
+        (format!("{head}3 3 1\n1 1 1\n"), &["stiffness.mtx", "order 4", "mass.mtx", "order 3"][..]),
+        (format!("{head}4 3 1\n1 1 1\n"), &["mass.mtx: line 2", "4 rows and 3 columns"]),
+        (format!("{head}4 4 3\n1 1 1\n2 2 1\n1 2 0.1\n"), &["mass.mtx: not symmetric: entries (1, 2) and (2, 1)"]),
+        (format!("{head}4 4 3\n1 1 1\n2 2 1\n"), &["mass.mtx: line 4", "truncated"]),
+    ] {
+        std::fs::write(folder.path("hulten/mass.mtx"), text).unwrap();
+        folder.call(2, "run", &[]).failed(3, parts);
+    }
+    std::fs::remove_file(folder.path("hulten/mass.mtx")).unwrap();
+    folder.call(1, "run", &[]).failed(3, &["mass.mtx: cannot read the matrix"]);
+    assert!(!folder.listing().contains(&"job.h5".to_string()), "{:?}", folder.listing());
+}
