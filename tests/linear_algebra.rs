@@ -34,7 +34,8 @@ fn main() -> ExitCode {
         // SAFETY: MPI is initialised; ends all ranks.
         unsafe { mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, 101) };
     }));
-    let checks: Vec<Check> = [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS].concat();
+    let checks: Vec<Check> =
+        [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS].concat();
     for (name, check) in checks.into_iter().filter(|(name, _)| name.contains(&word)) {
         check(&world);
         if world.is_root() {

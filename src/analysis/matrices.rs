@@ -55,7 +55,9 @@ pub fn run(
         let body = |place: &str| of(place).map_or(&rigid, |found| &found.body);
         let mut pair = ModalPair::new(body("lower"), body("upper"))?;
         pair.set_damping(of("lower").and_then(|f| f.damping.as_ref()), of("upper").and_then(|f| f.damping.as_ref()));
-        let spectrum = stability::spectrum(wanted, &pair, &sliding)?;
+        // A body of which all modes are kept sets no limit.
+        let reach = reduced.iter().map(|(_, found)| found.reach()).fold(f64::INFINITY, f64::min);
+        let spectrum = stability::spectrum(wanted, &pair, &sliding, reach)?;
         Ok((pair, spectrum))
     })?;
     if let Some((pair, spectrum)) = &found {

@@ -41,29 +41,12 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     let mut file = ResultFile::create(world, &options.output, options.force)?;
     let mut summary = Summary::default();
 
-    let bodies = Bodies::build(world, job, progress, &mut summary)?;
-    let mut solvers = bodies.solvers(petsc, job, progress, &mut summary)?;
-    let found = match &job.analyses.modes {
-        Some(wanted) => {
-            let extent = wanted.extent();
-            modes::run(petsc, job, extent, &bodies, &mut solvers, options, &mut file, progress, &mut summary)?
-        }
-        None => Vec::new(),
+    let inputs = if job.by_matrices() {
+        matrices::run(petsc, job, &mut file, progress, &mut summary)?;
+        world.on_root(|| matrices::checksums(job))?
+    } else {
+        elements(petsc, job, options, &mut file, progress, &mut summary)?
     };
-    let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
-    if let (true, Some(contact)) = (statics, &job.contact) {
-        let model = Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?;
-        if let Some(wanted) = &job.analyses.stability {
-            stability::run(world, wanted, contact, &model, &mut file, progress, &mut summary)?;
-        }
-        if let Some(wanted) = &job.analyses.steady {
-            steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, &mut file, progress, &mut summary)?;
-        }
-    }
-    if job.analyses.steady.is_none() && job.output.fields {
-        bodies.write_shapes(&mut file)?;
-    }
-    drop(solvers);
 
     progress.stage("writing results");
     progress.finish();
@@ -72,7 +55,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
         command: options.command.clone(),
         versions: options.versions.clone(),
         ranks: world.size,
-        inputs: world.on_root(|| bodies.checksums(job))?.unwrap_or_default(),
+        inputs: inputs.unwrap_or_default(),
         stages: progress.times().to_vec(),
         date,
     };
@@ -80,4 +63,40 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     file.finish()?;
     summary.line(format!("results: {}", options.output.display()));
     Ok(summary)
+}
+
+/// Collective: the analyses of bodies of finite elements; returns name and checksum of every input on rank 0.
+fn elements(
+    petsc: &Petsc,
+    job: &Job,
+    options: &RunOptions,
+    file: &mut ResultFile,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<Option<Vec<(String, String)>>> {
+    let world = petsc.world();
+    let bodies = Bodies::build(world, job, progress, summary)?;
+    let mut solvers = bodies.solvers(petsc, job, progress, summary)?;
+    let found = match &job.analyses.modes {
+        Some(wanted) => {
+            let extent = wanted.extent();
+            modes::run(petsc, job, extent, &bodies, &mut solvers, options, file, progress, summary)?
+        }
+        None => Vec::new(),
+    };
+    let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
+    if let (true, Some(contact)) = (statics, &job.contact) {
+        let model = Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?;
+        if let Some(wanted) = &job.analyses.stability {
+            stability::run(world, wanted, contact, &model, file, progress, summary)?;
+        }
+        if let Some(wanted) = &job.analyses.steady {
+            steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, file, progress, summary)?;
+        }
+    }
+    if job.analyses.steady.is_none() && job.output.fields {
+        bodies.write_shapes(file)?;
+    }
+
+    world.on_root(|| bodies.checksums(job))
 }

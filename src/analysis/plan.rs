@@ -225,6 +225,11 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
             ModesExtent::MaxFrequency(f) => format!("modes: all of each body up to {f} Hz{once}"),
         });
     }
+    if let (true, Some(contact)) = (job.by_matrices() && job.analyses.stability.is_some(), &job.contact) {
+        let points = contact.points.as_ref().map_or(0, Vec::len);
+        steps.push(format!("stability of steady sliding on the modes, {points} contact points"));
+        return steps;
+    }
     let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
     if let (true, Some(contact)) = (statics, &job.contact) {
         let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
@@ -259,6 +264,10 @@ impl fmt::Display for Plan {
             let contact =
                 if b.contact_nodes > 0 { format!(", {} contact nodes", b.contact_nodes) } else { String::new() };
             let (nodes, cells, dofs) = (b.nodes, b.cells, b.dofs);
+            if nodes == 0 {
+                writeln!(f, "  {:<6} matrices of {dofs} degrees of freedom, {} contacts", b.name, b.contact_nodes)?;
+                continue;
+            }
             writeln!(
                 f,
                 "  {:<6} {nodes} nodes, {cells} hexahedra, {dofs} degrees of freedom less the supports{contact}",

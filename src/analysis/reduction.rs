@@ -159,6 +159,8 @@ pub struct ModalPair {
     pub damping: Vec<f64>,
     /// m1.
     pub lower_modes: usize,
+    /// Damping between different modes, 1/s, `[m1 + m2, m1 + m2]` with a zero diagonal; only a damping matrix has it.
+    pub coupling: Option<Mat<f64>>,
 }
 
 impl ModalPair {
@@ -193,7 +195,26 @@ impl ModalPair {
         let damping = lower.damping.iter().chain(&upper.damping).copied().collect();
         let scaled = Mat::from_fn(rows, m1 + m2, |i, k| if omega[k] > 0.0 { modes[(i, k)] / omega[k] } else { 0.0 });
         let residual = &compliance - &scaled * scaled.transpose();
-        Ok(Self { compliance, residual, modes, omega, damping, lower_modes: m1 })
+        Ok(Self { compliance, residual, modes, omega, damping, lower_modes: m1, coupling: None })
+    }
+
+    /// Takes the modal damping matrices ΦᵀCΦ of the bodies, 1/s, `[m1, m1]` and `[m2, m2]`, where there are any.
+    pub fn set_damping(&mut self, lower: Option<&Mat<f64>>, upper: Option<&Mat<f64>>) {
+        let m = self.omega.len();
+        let mut coupling = Mat::zeros(m, m);
+        for (first, matrix) in [(0, lower), (self.lower_modes, upper)] {
+            let Some(c) = matrix else { continue };
+            for j in 0..c.ncols() {
+                for i in 0..c.nrows() {
+                    if i == j {
+                        self.damping[first + i] = c[(i, i)];
+                    } else {
+                        coupling[(first + i, first + j)] = c[(i, j)];
+                    }
+                }
+            }
+        }
+        self.coupling = Some(coupling);
     }
 }
 

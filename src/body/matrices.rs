@@ -114,6 +114,19 @@ pub struct Reduced {
     pub body: ReducedBody,
     /// ΦᵀCΦ, 1/s, `[m, m]`, where there is a damping matrix. Its diagonal is `body.damping`.
     pub damping: Option<Mat<f64>>,
+    /// Whether these are all modes of finite frequency.
+    pub complete: bool,
+}
+
+impl Reduced {
+    /// Frequency up to which the modes are known, Hz.
+    pub fn reach(&self) -> f64 {
+        match self.body.omega.last() {
+            _ if self.complete => f64::INFINITY,
+            Some(w) => w / (2.0 * std::f64::consts::PI),
+            None => 0.0,
+        }
+    }
 }
 
 /// Collective: modes and compliance of the body `name`, whose matrices rank 0 holds; the result is on rank 0.
@@ -213,7 +226,7 @@ fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
         let phi = vectors.subcols(0, kept);
         phi.transpose() * (full(c) * phi)
     });
-    Ok(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal))
+    Ok(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal, kept == finite))
 }
 
 /// Angular frequencies of the eigenvalues `squares`: 0 for rigid-body motions, an error below.
@@ -246,7 +259,13 @@ fn recombine(mut whole: Mat<f64>, modes: &Mat<f64>, squares: &[f64], omega: &[f6
     whole
 }
 
-fn reduced(omega: &[f64], contact_modes: Mat<f64>, compliance: Mat<f64>, damping: Option<Mat<f64>>) -> Reduced {
+fn reduced(
+    omega: &[f64],
+    contact_modes: Mat<f64>,
+    compliance: Mat<f64>,
+    damping: Option<Mat<f64>>,
+    complete: bool,
+) -> Reduced {
     let diagonal = |k: usize| damping.as_ref().map_or(0.0, |c| c[(k, k)]);
     let body = ReducedBody {
         damping: (0..omega.len()).map(diagonal).collect(),
@@ -254,7 +273,7 @@ fn reduced(omega: &[f64], contact_modes: Mat<f64>, compliance: Mat<f64>, damping
         contact_modes,
         compliance,
     };
-    Reduced { body, damping }
+    Reduced { body, damping, complete }
 }
 
 /// Collective: the lowest modes and the compliance by distributed factorisations.
@@ -317,16 +336,16 @@ fn sparse(
     // The residual of the modes left out is wanted at σ = 0: two shifts and a straight line through them.
     let twice = if shift == 0.0 { None } else { Some(factor_of(2.0 * shift)?.inverse_block(&rows)?) };
     let whole: Vec<Vec<f64>> = found.vectors.iter().map(|v| world.gather(v)).collect();
-    let modal = match matrices.and_then(|m| m.damping.as_ref()) {
-        Some(c) => Some(Mat::from_fn(kept, kept, |i, j| bilinear(c, &whole[i], &whole[j]))),
-        None => None,
-    };
+    let modal = matrices.and_then(|m| m.damping.as_ref());
+    let modal = modal.map(|c| Mat::from_fn(kept, kept, |i, j| bilinear(c, &whole[i], &whole[j])));
     let Some(given) = matrices else { return Ok(None) };
     let place = |dof: usize| rows.binary_search(&(dof as u64)).unwrap_or(0);
     let expand = |block: &Mat<f64>| -> Mat<f64> {
-        Mat::from_fn(3 * contacts.len(), 3 * contacts.len(), |i, j| match (contacts[i / 3][i % 3], contacts[j / 3][j % 3]) {
-            (Some((a, s)), Some((b, t))) => s * t * block[(place(a), place(b))],
-            _ => 0.0,
+        Mat::from_fn(3 * contacts.len(), 3 * contacts.len(), |i, j| {
+            match (contacts[i / 3][i % 3], contacts[j / 3][j % 3]) {
+                (Some((a, s)), Some((b, t))) => s * t * block[(place(a), place(b))],
+                _ => 0.0,
+            }
         })
     };
     let modes = given.at_contacts(omega.len(), |dof, j| whole[j][dof]);
@@ -338,7 +357,7 @@ fn sparse(
             faer::Scale(2.0) * one - two
         }
     };
-    Ok(Some(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal)))
+    Ok(Some(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal, false)))
 }
 
 /// xᵀ C y.
@@ -354,18 +373,18 @@ fn bilinear(c: &Csr, x: &[f64], y: &[f64]) -> f64 {
 fn scatter(world: &World, matrix: Option<&Csr>) -> DistCsr {
     let n = world.broadcast(vec![matrix.map_or(0, |m| m.n as u64)])[0];
     let ranges: Vec<u64> = (0..=world.size as u64).map(|r| r * n / world.size as u64).collect();
-    let parts = |of: &dyn Fn(&Csr, usize) -> (Vec<u64>, Vec<u64>, Vec<f64>)| match matrix {
-        Some(m) => (0..world.size).map(|r| of(m, r)).collect(),
-        None => Vec::new(),
-    };
-    let pieces: Vec<(Vec<u64>, Vec<u64>, Vec<f64>)> = parts(&|m, r| {
-        let rows = ranges[r] as usize..ranges[r + 1] as usize;
+    // Row starts, columns and values of each rank.
+    let mut pieces: (Vec<Vec<u64>>, Vec<Vec<u64>>, Vec<Vec<f64>>) = Default::default();
+    for rank in ranges.windows(2) {
+        let Some(m) = matrix else { break };
+        let rows = rank[0] as usize..rank[1] as usize;
         let entries = m.indptr[rows.start]..m.indptr[rows.end];
-        let starts = m.indptr[rows.start..=rows.end].iter().map(|&p| (p - entries.start) as u64).collect();
-        (starts, m.cols[entries.clone()].to_vec(), m.values[entries].to_vec())
-    });
-    let starts = world.scatter(pieces.iter().map(|p| p.0.clone()).collect::<Vec<_>>());
-    let cols = world.scatter(pieces.iter().map(|p| p.1.clone()).collect::<Vec<_>>());
-    let values = world.scatter(pieces.into_iter().map(|p| p.2).collect::<Vec<_>>());
+        pieces.0.push(m.indptr[rows.start..=rows.end].iter().map(|&p| (p - entries.start) as u64).collect());
+        pieces.1.push(m.cols[entries.clone()].to_vec());
+        pieces.2.push(m.values[entries].to_vec());
+    }
+    let starts = world.scatter(pieces.0);
+    let cols = world.scatter(pieces.1);
+    let values = world.scatter(pieces.2);
     DistCsr { ranges, indptr: starts.into_iter().map(|s| s as usize).collect(), cols, values }
 }

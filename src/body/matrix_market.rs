@@ -80,7 +80,8 @@ enum Symmetry {
 /// Reads a real square matrix. Errors name the file, the line, what was found and what was expected.
 pub fn read(path: &Path) -> Result<Csr> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).map_err(|e| Error::Input(format!("{name}: cannot read the matrix: {e}")))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|e| Error::Input(format!("{name}: cannot read the matrix: {e}")))?;
     parse(&text).map_err(|(line, what)| Error::Input(format!("{name}: line {line}: {what}")))
 }
 
@@ -137,7 +138,10 @@ fn parse(text: &str) -> std::result::Result<Csr, Fault> {
         let (at, line) = content.next().ok_or_else(|| missing("its last entry"))?;
         let (i, j, v) = entry(line, array.then_some(place), n).map_err(|what| (at, what))?;
         if symmetry != Symmetry::General && (i < j || (i == j && symmetry == Symmetry::Skew)) {
-            return Err((at, format!("found the entry ({}, {}), expected those below the diagonal only", i + 1, j + 1)));
+            return Err((
+                at,
+                format!("found the entry ({}, {}), expected those below the diagonal only", i + 1, j + 1),
+            ));
         }
         entries.push((i, j, v));
         if i != j && symmetry != Symmetry::General {
@@ -145,7 +149,10 @@ fn parse(text: &str) -> std::result::Result<Csr, Fault> {
         }
     }
     if let Some((at, line)) = content.next() {
-        return Err((at, format!("found \"{line}\", expected the end of the file: all entries announced have been read")));
+        return Err((
+            at,
+            format!("found \"{line}\", expected the end of the file: all entries announced have been read"),
+        ));
     }
     Ok(Csr::from_entries(n, entries))
 }

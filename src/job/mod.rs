@@ -63,7 +63,10 @@ impl Job {
                 *file = std::path::absolute(&path).unwrap_or(path);
             };
             if let Some(m) = &mut body.matrices {
-                [Some(&mut m.mass), m.damping.as_mut(), Some(&mut m.stiffness)].into_iter().flatten().for_each(absolute);
+                [Some(&mut m.mass), m.damping.as_mut(), Some(&mut m.stiffness)]
+                    .into_iter()
+                    .flatten()
+                    .for_each(absolute);
             }
             match &mut body.mesh {
                 None => {}

@@ -573,6 +573,11 @@ impl Job {
         both.into_iter().filter_map(|(name, body)| body.map(|b| (name, b))).collect()
     }
 
+    /// Whether the bodies are given by matrices. Reading a job makes sure that they are if one is.
+    pub fn by_matrices(&self) -> bool {
+        self.bodies().iter().any(|(_, b)| b.matrices.is_some())
+    }
+
     /// The resolved job as JSON: every default filled in.
     pub fn to_json(&self) -> Value {
         serde_json::to_value(self).unwrap_or(Value::Null)

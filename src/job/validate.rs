@@ -13,7 +13,7 @@ pub fn validate(job: &Job) -> Vec<String> {
     for (name, body) in job.bodies() {
         check_body(&format!("bodies.{name}"), body, &mut faults);
     }
-    if matrices::given(job) {
+    if job.by_matrices() {
         matrices::check(job, &mut faults);
         return faults;
     }
@@ -189,7 +189,9 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         }
     }
     if contact.points.is_some() {
-        faults.push("contact.points: only for bodies given by matrices; bodies with meshes touch on their surfaces".into());
+        faults.push(
+            "contact.points: only for bodies given by matrices; bodies with meshes touch on their surfaces".into(),
+        );
     }
     let Some(patch) = contact.patch else {
         if !cylinders.is_empty() {

@@ -120,7 +120,11 @@ fn faults_are_named() {
     refused(&|job| job["contact"]["speed"] = json!(10), 2, &["contact.speed: has no meaning"]);
     refused(&|job| job["analyses"]["steady"] = json!({}), 2, &["analyses.steady: needs meshes"]);
     refused(&|job| job["bodies"]["lower"]["fixed"] = json!(["inner"]), 2, &["bodies.lower.fixed: given beside"]);
-    refused(&|job| job["analyses"]["modes"]["count"] = json!(3), 2, &["analyses.modes.count: 3 modes", "only 2 of finite"]);
+    refused(
+        &|job| job["analyses"]["modes"]["count"] = json!(3),
+        2,
+        &["analyses.modes.count: 3 modes", "only 2 of finite"],
+    );
     refused(
         &|job| {
             let matrices = lower(job);

@@ -6,7 +6,7 @@ use super::interface::{creepage, friction, normal_load};
 use super::reduction::{ModalPair, Reduction};
 use super::report::Summary;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
-use crate::contact::{Interface, Stencil};
+use crate::contact::{Interface, SlidingContact, Stencil};
 use crate::job::{self, Direction};
 use crate::output::{ResultFile, Table};
 use crate::parallel::World;
@@ -30,19 +30,27 @@ pub fn run(
         let root = model.root()?;
         analyse(stability, contact, &root.interface, &root.pair)
     })?;
-    if let (Some(found), Some(root)) = (&found, model.on_root()) {
-        file.tables(found.tables(&root.pair));
-        found.summarise(&root.pair, summary);
+    if let (Some((sliding, spectrum)), Some(root)) = (&found, model.on_root()) {
+        file.tables(spectrum.tables(&root.pair));
+        file.tables(sliding_tables(sliding));
+        spectrum.summarise(&root.pair, summary);
+        if sliding.reversed > 0 {
+            let (reversed, closed) = (sliding.reversed, sliding.closed.len());
+            let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
+            summary.value("nodes that would stick", text);
+        }
     }
     Ok(())
 }
 
-/// What the analysis found, on rank 0.
-struct Found {
-    sliding: SlidingSolution,
+/// Eigenvalues about steady sliding.
+pub(super) struct Spectrum {
     /// One of each conjugate pair, by falling growth rate, up to the frequency limit.
     eigenpairs: Vec<Eigenpair>,
+    /// Highest frequency kept, Hz; infinite where the modes are all there are.
     limit: f64,
+    /// Number of closed contacts.
+    closed: usize,
 }
 
 /// On rank 0: the sliding state and the eigenvalues about it.
@@ -51,7 +59,7 @@ fn analyse(
     contact: &job::Contact,
     interface: &Interface,
     pair: &ModalPair,
-) -> Result<Found> {
+) -> Result<(SlidingSolution, Spectrum)> {
     let problem = SlidingProblem {
         interface,
         compliance: pair.compliance.as_ref(),
@@ -72,7 +80,17 @@ fn analyse(
                 .into(),
         ));
     }
-    let reach = frequency_reach(pair);
+    let spectrum = spectrum(stability, pair, &problem.contact(&sliding), frequency_reach(pair))?;
+    Ok((sliding, spectrum))
+}
+
+/// On rank 0: the eigenvalues about a sliding contact. The modes of the bodies reach the frequency `reach`, Hz.
+pub(super) fn spectrum(
+    stability: &job::Stability,
+    pair: &ModalPair,
+    contact: &SlidingContact,
+    reach: f64,
+) -> Result<Spectrum> {
     let limit = stability.max_frequency.unwrap_or(reach);
     if limit > reach * (1.0 + 1e-12) {
         return Err(Error::Job(format!(
@@ -80,10 +98,10 @@ fn analyse(
              ask for more modes in analyses.modes or for a lower limit"
         )));
     }
-    let all = eigenpairs(pair, &problem.contact(&sliding), stability.tolerance)?;
+    let all = eigenpairs(pair, contact, stability.tolerance)?;
     // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
     let kept = all.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit).collect();
-    Ok(Found { sliding, eigenpairs: kept, limit })
+    Ok(Spectrum { eigenpairs: kept, limit, closed: contact.nodes.len() })
 }
 
 /// Highest frequency that the modes of both bodies reach, Hz.
@@ -93,9 +111,9 @@ fn frequency_reach(pair: &ModalPair) -> f64 {
     highest(lower).min(highest(upper))
 }
 
-impl Found {
-    /// The group `/stability`.
-    fn tables(&self, model: &ModalPair) -> Vec<Table> {
+impl Spectrum {
+    /// What the group `/stability` says of the eigenvalues.
+    pub(super) fn tables(&self, model: &ModalPair) -> Vec<Table> {
         let e = &self.eigenpairs;
         let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Eigenpair) -> f64| {
             Table::list(&format!("/stability/{name}"), units, text, e.iter().map(of).collect::<Vec<f64>>())
@@ -105,7 +123,6 @@ impl Found {
         let lower = model.lower_modes;
         let body: Vec<i8> = (0..model.omega.len()).map(|k| if k < lower { 1 } else { 2 }).collect();
         let frequency: Vec<f64> = model.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
-        let s = &self.sliding;
         vec![
             Table::list(
                 "/stability/eigenvalue",
@@ -139,47 +156,18 @@ impl Found {
             ),
             Table::list("/stability/mode_body", "-", "Body of each free-interface mode: 1 lower, 2 upper.", body),
             Table::list("/stability/mode_frequency", "Hz", "Frequency of each free-interface mode.", frequency),
-            Table::list(
-                "/stability/force",
-                "N",
-                "Contact force (x, y, z) on body 1 in steady sliding.",
-                s.force.to_vec(),
-            ),
-            Table::scalar("/stability/approach", "m", "Rigid approach in steady sliding.", s.approach),
-            Table::list(
-                "/stability/pressure",
-                "Pa",
-                "Pressure at the contact nodes in steady sliding.",
-                s.pressure.clone(),
-            ),
-            Table::scalar(
-                "/stability/reversed",
-                "1",
-                "Closed nodes whose creep in the deformed state points against the sliding assumed.",
-                s.reversed as i64,
-            ),
         ]
     }
 
-    fn summarise(&self, model: &ModalPair, summary: &mut Summary) {
+    pub(super) fn summarise(&self, model: &ModalPair, summary: &mut Summary) {
         let unstable: Vec<&Eigenpair> = self.eigenpairs.iter().filter(|e| e.growth_rate() > 0.0).collect();
         summary.line(format!(
-            "stability of steady sliding: {} unstable of {} eigenvalues up to {:.0} Hz, {} closed nodes",
+            "stability of steady sliding: {} unstable of {} eigenvalues{}, {} closed contacts",
             unstable.len(),
             self.eigenpairs.len(),
-            self.limit,
-            self.sliding.closed.len()
+            if self.limit.is_finite() { format!(" up to {:.0} Hz", self.limit) } else { String::new() },
+            self.closed
         ));
-        if self.sliding.reversed > 0 {
-            summary.value(
-                "nodes that would stick",
-                format!(
-                    "{} of {}: the creepage is too small for full sliding",
-                    self.sliding.reversed,
-                    self.sliding.closed.len()
-                ),
-            );
-        }
         let most = unstable.len().max(3);
         for e in self.eigenpairs.iter().take(most) {
             summary.value(
@@ -201,4 +189,24 @@ impl Found {
         });
         named.collect::<Vec<_>>().join(", ")
     }
+}
+
+/// What the group `/stability` says of the sliding state.
+fn sliding_tables(s: &SlidingSolution) -> Vec<Table> {
+    vec![
+        Table::list("/stability/force", "N", "Contact force (x, y, z) on body 1 in steady sliding.", s.force.to_vec()),
+        Table::scalar("/stability/approach", "m", "Rigid approach in steady sliding.", s.approach),
+        Table::list(
+            "/stability/pressure",
+            "Pa",
+            "Pressure at the contact nodes in steady sliding.",
+            s.pressure.clone(),
+        ),
+        Table::scalar(
+            "/stability/reversed",
+            "1",
+            "Closed nodes whose creep in the deformed state points against the sliding assumed.",
+            s.reversed as i64,
+        ),
+    ]
 }

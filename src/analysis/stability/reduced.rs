@@ -145,7 +145,14 @@ fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
         t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
     };
     let friction = |j: usize| contact.direction[j].map(|c| -contact.friction[j] * c);
-    let s_np = Mat::from_fn(k, k, |i, j| combine(3 * nodes[i] + 2, nodes[j], friction(j), 1.0));
+    let mut s_np = Mat::from_fn(k, k, |i, j| combine(3 * nodes[i] + 2, nodes[j], friction(j), 1.0));
+    // Where no body moves along the normal the normal force stays as it is: r = 0.
+    for i in 0..k {
+        let row = 3 * nodes[i] + 2;
+        if (0..m).all(|j| psi[(row, j)] == 0.0) && (0..s.ncols()).all(|j| s[(row, j)] == 0.0) {
+            s_np[(i, i)] = 1.0;
+        }
+    }
     // r = −S_np⁻¹ (Ψ_n q + S_nf f): one right-hand side for q and f.
     let mut r = Mat::from_fn(k, m + nf, |i, j| {
         -if j < m {
@@ -218,6 +225,9 @@ fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
         e[(m + i, m + i)] = 1.0;
         a[(m + i, m + i)] = -bodies.damping[i] / rate;
         for j in 0..m {
+            if let Some(coupling) = &bodies.coupling {
+                a[(m + i, m + j)] -= coupling[(i, j)] / rate;
+            }
             a[(m + i, j)] = -stiffness[(i, j)] / (rate * rate);
         }
         for j in 0..nf {

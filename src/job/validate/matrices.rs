@@ -2,11 +2,6 @@
 
 use super::super::model::*;
 
-/// Whether some body of the job is given by matrices.
-pub(super) fn given(job: &Job) -> bool {
-    job.bodies().iter().any(|(_, b)| b.matrices.is_some())
-}
-
 /// Rules within one body.
 pub(super) fn check_body(path: &str, body: &Body, matrices: &Matrices, faults: &mut Vec<String>) {
     let others = [
@@ -45,9 +40,8 @@ pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
         faults.push("analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\"".into());
     }
     match &analyses.modes {
-        None if analyses.stability.is_some() => faults.push(
-            "analyses.modes: missing; analyses.stability is computed on the modes, e.g. {\"count\": 60}".into(),
-        ),
+        None if analyses.stability.is_some() => faults
+            .push("analyses.modes: missing; analyses.stability is computed on the modes, e.g. {\"count\": 60}".into()),
         Some(m) if m.count.is_some() == m.max_frequency.is_some() => {
             faults.push("analyses.modes: give exactly one of count and max_frequency (Hz)".into());
         }
@@ -88,7 +82,9 @@ fn check_contact(contact: &Contact, faults: &mut Vec<String>) -> Option<usize> {
         ));
     }
     let Some(points) = &contact.points else {
-        faults.push("contact.points: missing; bodies given by matrices touch at points, e.g. [{\"direction\": [1]}]".into());
+        faults.push(
+            "contact.points: missing; bodies given by matrices touch at points, e.g. [{\"direction\": [1]}]".into(),
+        );
         return None;
     };
     if points.is_empty() {
