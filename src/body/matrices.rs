@@ -374,17 +374,16 @@ fn scatter(world: &World, matrix: Option<&Csr>) -> DistCsr {
     let n = world.broadcast(vec![matrix.map_or(0, |m| m.n as u64)])[0];
     let ranges: Vec<u64> = (0..=world.size as u64).map(|r| r * n / world.size as u64).collect();
     // Row starts, columns and values of each rank.
-    let mut pieces: (Vec<Vec<u64>>, Vec<Vec<u64>>, Vec<Vec<f64>>) = Default::default();
+    let (mut starts, mut cols, mut values) = (Vec::new(), Vec::new(), Vec::new());
     for rank in ranges.windows(2) {
         let Some(m) = matrix else { break };
         let rows = rank[0] as usize..rank[1] as usize;
         let entries = m.indptr[rows.start]..m.indptr[rows.end];
-        pieces.0.push(m.indptr[rows.start..=rows.end].iter().map(|&p| (p - entries.start) as u64).collect());
-        pieces.1.push(m.cols[entries.clone()].to_vec());
-        pieces.2.push(m.values[entries].to_vec());
+        starts.push(m.indptr[rows.start..=rows.end].iter().map(|&p| (p - entries.start) as u64).collect::<Vec<u64>>());
+        cols.push(m.cols[entries.clone()].to_vec());
+        values.push(m.values[entries].to_vec());
     }
-    let starts = world.scatter(pieces.0);
-    let cols = world.scatter(pieces.1);
-    let values = world.scatter(pieces.2);
+    let starts = world.scatter(starts);
+    let (cols, values) = (world.scatter(cols), world.scatter(values));
     DistCsr { ranges, indptr: starts.into_iter().map(|s| s as usize).collect(), cols, values }
 }
