@@ -128,6 +128,8 @@ fn run(world: &World, args: &JobArgs, output: Option<PathBuf>, force: bool, pets
             eprintln!("railsqueal: warning: PETSc options that nothing asked for: {}", unused.join(", "));
         }
     }
+    // Rank 0 knows of failures of parts of the work.
+    world.on_root(|| summary.failure().map_or(Ok(()), |e| Err(e.clone())))?;
     Ok(())
 }
 
@@ -145,7 +147,13 @@ fn check(world: &World, args: &JobArgs) -> Result<()> {
 
 fn refuse_what_does_not_fit(world: &World, job: &Job) -> Result<()> {
     let (here, plan) = plan_of(world, job)?;
-    world.agree(plan.map_or(Ok(()), |plan| plan.fits(here, &Limit::of(job))))
+    world.agree(plan.map_or(Ok(()), |plan| plan.fits(here, &Limit::of(job))))?;
+    let models = || job.sweep.as_ref().map(plan::models).unwrap_or_default();
+    world.on_root(|| {
+        let fits = |p: &Job| Plan::new(p, plan::sizes(p)?, world.size).fits(here, &Limit::of(job));
+        models().into_iter().try_for_each(|p| fits(p).map_err(|e| e.context("analyses.sweep")))
+    })?;
+    Ok(())
 }
 
 /// Collective: number of ranks on the node of this rank, and on rank 0 the plan of the job.

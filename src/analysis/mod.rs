@@ -9,6 +9,7 @@ pub mod reduction;
 mod report;
 pub mod stability;
 mod steady;
+mod sweep;
 
 use crate::job::Job;
 use crate::output::{Provenance, ResultFile};
@@ -77,13 +78,8 @@ fn elements(
     let world = petsc.world();
     let bodies = Bodies::build(world, job, progress, summary)?;
     let mut solvers = bodies.solvers(petsc, job, progress, summary)?;
-    let found = match &job.analyses.modes {
-        Some(wanted) => {
-            let extent = wanted.extent();
-            modes::run(petsc, job, extent, &bodies, &mut solvers, options, file, progress, summary)?
-        }
-        None => Vec::new(),
-    };
+    let found = modes::run(petsc, job, &bodies, &mut solvers, options, file, progress, summary)?;
+    let mut reduced = None;
     let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
     if let (true, Some(contact)) = (statics, &job.contact) {
         let model = Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?;
@@ -93,10 +89,14 @@ fn elements(
         if let Some(wanted) = &job.analyses.steady {
             steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, file, progress, summary)?;
         }
+        reduced = Some(model);
     }
     if job.analyses.steady.is_none() && job.output.fields {
         bodies.write_shapes(file)?;
     }
-
+    drop(solvers);
+    if let (Some(plan), Some(model)) = (&job.sweep, &reduced) {
+        sweep::run(petsc, job, plan, model, file, progress, summary)?;
+    }
     world.on_root(|| bodies.checksums(job))
 }

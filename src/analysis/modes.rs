@@ -12,12 +12,32 @@ use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::Result;
 
+/// Collective: modes of each of [`Bodies::unique`]; none where the job asks for none.
+pub fn compute_all(
+    petsc: &Petsc,
+    job: &Job,
+    bodies: &Bodies,
+    solvers: &mut [Statics],
+    progress: &mut Progress,
+) -> Result<Vec<BodyModes>> {
+    let Some(wanted) = &job.analyses.modes else { return Ok(Vec::new()) };
+    let extent = match wanted.extent() {
+        ModesExtent::Count(n) => Extent::Count(n),
+        ModesExtent::MaxFrequency(f) => Extent::MaxFrequency(f),
+    };
+    let mut all = Vec::new();
+    for (body, solver) in bodies.unique.iter().zip(solvers) {
+        progress.stage(format!("modes, body {}", body.name));
+        all.push(compute(petsc, body, solver, extent, &mut |done, of| progress.step("modes", done, of))?);
+    }
+    Ok(all)
+}
+
 /// Collective: modes of every unique body, written for every place; returns those of each of [`Bodies::unique`].
 #[allow(clippy::too_many_arguments)]
 pub fn run(
     petsc: &Petsc,
     job: &Job,
-    extent: ModesExtent,
     bodies: &Bodies,
     solvers: &mut [Statics],
     options: &RunOptions,
@@ -26,14 +46,8 @@ pub fn run(
     summary: &mut Summary,
 ) -> Result<Vec<BodyModes>> {
     let world = petsc.world();
-    let extent = match extent {
-        ModesExtent::Count(n) => Extent::Count(n),
-        ModesExtent::MaxFrequency(f) => Extent::MaxFrequency(f),
-    };
-    let mut all = Vec::new();
-    for (index, (body, solver)) in bodies.unique.iter().zip(solvers).enumerate() {
-        progress.stage(format!("modes, body {}", body.name));
-        let modes = compute(petsc, body, solver, extent, &mut |done, of| progress.step("modes", done, of))?;
+    let all = compute_all(petsc, job, bodies, solvers, progress)?;
+    for (index, (body, modes)) in bodies.unique.iter().zip(&all).enumerate() {
         let frequency = modes.frequency();
         for place in bodies.places.iter().filter(|p| p.body == index) {
             let list = |name: &str, units: &str, text: &str, values: &[f64]| {
@@ -48,9 +62,8 @@ pub fn run(
         let elastic: Vec<String> = frequency[rigid..].iter().take(6).map(|f| format!("{f:.2}")).collect();
         let of = if rigid > 0 { format!("{} ({rigid} rigid)", frequency.len()) } else { frequency.len().to_string() };
         summary.value(&format!("modes of {}", body.name), format!("{of}; Hz: {} ...", elastic.join(", ")));
-        all.push(modes);
     }
-    if job.output.fields {
+    if job.output.fields && !all.is_empty() {
         progress.stage("writing mode shapes");
         let frequencies: Vec<Vec<f64>> = bodies.places.iter().map(|p| all[p.body].frequency()).collect();
         let path = companion(&options.output, "free_modes.vtkhdf");

@@ -2,8 +2,9 @@
 //! that cannot fit before anything is meshed.
 
 use super::bodies::{cylinder_spec, mesh_of, Meshed};
+use super::reduction::fe_inputs;
 use crate::body::matrix_market;
-use crate::job::{self, Compliance, Job, LinearSolver, Load, MeshSource, ModesExtent};
+use crate::job::{self, Compliance, Job, LinearSolver, Load, MeshSource, ModesExtent, SweepPlan};
 use crate::mesh::{cylinder, msh};
 use crate::{Error, Result};
 use std::fmt;
@@ -211,6 +212,19 @@ pub fn small_strain(job: &Job) -> Result<()> {
     )))
 }
 
+/// The first point of a sweep on each set of finite elements.
+pub fn models(sweep: &SweepPlan) -> Vec<&Job> {
+    let mut seen: Vec<serde_json::Value> = Vec::new();
+    let mut new = |inputs: serde_json::Value| {
+        let is = !seen.contains(&inputs);
+        if is {
+            seen.push(inputs);
+        }
+        is
+    };
+    sweep.points.iter().filter(|p| new(fe_inputs(p))).collect()
+}
+
 fn mesh_bytes(b: &BodySize) -> f64 {
     // Coordinates, cells, numbering and the graph of the partition.
     b.nodes as f64 * 64.0 + b.cells as f64 * 160.0
@@ -253,6 +267,15 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
         if job.analyses.stability.is_some() {
             steps.push(format!("stability of steady sliding on the modes: {given}"));
         }
+    }
+    if let Some(sweep) = &job.sweep {
+        let models = models(sweep).len();
+        steps.push(format!(
+            "sweep of {}: {} points on {models} finite-element model{}",
+            sweep.keys.join(", "),
+            sweep.points.len(),
+            if models == 1 { "" } else { "s" }
+        ));
     }
     steps
 }

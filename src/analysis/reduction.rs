@@ -12,6 +12,7 @@ use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use faer::Mat;
+use serde_json::{json, Value};
 
 /// The reduced model on rank 0, nothing elsewhere.
 pub struct Reduction {
@@ -116,6 +117,60 @@ impl ReducedModel {
         let pair = ModalPair::new(lower, upper)?;
         Ok(Self { interface, bodies, place, pair })
     }
+}
+
+/// Interface and pair of a reduced model, on every rank.
+#[derive(Debug, Clone)]
+pub struct SharedModel {
+    /// The grid both bodies share, with the gap.
+    pub interface: Interface,
+    /// Both bodies together.
+    pub pair: ModalPair,
+}
+
+impl SharedModel {
+    /// Collective: the model of rank 0 on every rank.
+    pub fn broadcast(world: &World, root: Option<&ReducedModel>) -> Result<Self> {
+        let list = |of: &dyn Fn(&ReducedModel) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
+        let matrix = |of: &dyn Fn(&ReducedModel) -> &Mat<f64>| {
+            let shape =
+                world.broadcast(root.map(|m| vec![of(m).nrows() as u64, of(m).ncols() as u64]).unwrap_or_default());
+            let values = list(&|m| of(m).col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()).collect());
+            let rows = shape.first().map_or(0, |&n| n as usize);
+            Mat::from_fn(rows, shape.get(1).map_or(0, |&n| n as usize), |i, j| values[i + rows * j])
+        };
+        let (x, y) = (list(&|m| m.interface.x.clone()), list(&|m| m.interface.y.clone()));
+        let gap = list(&|m| m.interface.gap.clone());
+        let pair = ModalPair {
+            compliance: matrix(&|m| &m.pair.compliance),
+            residual: matrix(&|m| &m.pair.residual),
+            modes: matrix(&|m| &m.pair.modes),
+            omega: list(&|m| m.pair.omega.clone()),
+            damping: list(&|m| m.pair.damping.clone()),
+            coupling: None,
+            lower_modes: list(&|m| vec![m.pair.lower_modes as f64]).first().map_or(0, |&n| n as usize),
+        };
+        let interface = world.agree(Interface::new(x, y, gap))?;
+        Ok(Self { interface, pair })
+    }
+}
+
+/// What of a job its reduced model depends on, damping apart: two jobs with the same have the same modes and compliances.
+pub fn fe_inputs(job: &Job) -> Value {
+    let body = |b: &job::Body| {
+        let mut fixed = b.fixed.clone();
+        fixed.sort();
+        json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed })
+    };
+    let contact = job.contact.as_ref();
+    json!({
+        "bodies": {
+            "lower": job.bodies.lower.as_ref().map(body),
+            "upper": job.bodies.upper.as_ref().map(body),
+        },
+        "contact": { "patch": contact.map(|c| c.patch), "compliance": contact.map(|c| c.compliance) },
+        "analyses": { "modes": job.analyses.modes },
+    })
 }
 
 /// Modal damping coefficients c_k of modes with the angular frequencies `omega` (rad/s), 1/s, `[m]`: α + β ω_k², or η_k ω_k with

@@ -5,10 +5,12 @@ mod model;
 mod overrides;
 mod parse;
 mod schema;
+mod sweep;
 mod validate;
 
 pub use model::*;
 pub use schema::schema;
+pub use sweep::SweepPlan;
 
 use crate::{Error, Result};
 use std::io::Read;
@@ -50,7 +52,11 @@ impl Job {
             keep_only(&mut job.analyses, only)?;
         }
         report(&name, validate::validate(&job))?;
-        job.resolve(path.parent().unwrap_or(Path::new("")));
+        let folder = path.parent().unwrap_or(Path::new(""));
+        if let Some(wanted) = &job.analyses.sweep {
+            job.sweep = Some(sweep::plan(&value, wanted, &name, folder, &checker)?);
+        }
+        job.resolve(folder);
         Ok(job)
     }
 
@@ -90,15 +96,18 @@ fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
             if words.is_empty() { "none".into() } else { schema::quoted(&words) }
         )));
     }
-    // Stability is computed on the modes.
-    if only != "modes" && only != "stability" {
+    // Stability is computed on the modes, and a sweep is one of stability.
+    if !["modes", "stability", "sweep"].contains(&only) {
         analyses.modes = None;
     }
     if only != "steady" {
         analyses.steady = None;
     }
-    if only != "stability" {
+    if !["stability", "sweep"].contains(&only) {
         analyses.stability = None;
+    }
+    if only != "sweep" {
+        analyses.sweep = None;
     }
     Ok(())
 }

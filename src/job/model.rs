@@ -1,11 +1,14 @@
 //! The job as data: every key, its unit, its default and its simple bounds. The JSON Schema is generated from here,
 //! and the bounds in it are the ones that reading enforces. SI units throughout.
 
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+use super::sweep::SweepPlan;
 
 /// Version of the job format that this program reads.
 pub const VERSION: u32 = 1;
@@ -38,6 +41,9 @@ pub struct Job {
     /// What is written.
     #[serde(default)]
     pub output: Output,
+    /// The points of `analyses.sweep`, made when the job is read.
+    #[serde(skip)]
+    pub sweep: Option<SweepPlan>,
 }
 
 /// The two bodies by their place.
@@ -396,6 +402,9 @@ pub struct Analyses {
     /// Stability of steady sliding of the whole contact: the modes that squeal, with their growth rates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stability: Option<Stability>,
+    /// Stability at many values of keys of the job.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<Sweep>,
 }
 
 impl Analyses {
@@ -405,6 +414,7 @@ impl Analyses {
             ("modes", self.modes.is_some()),
             ("steady", self.steady.is_some()),
             ("stability", self.stability.is_some()),
+            ("sweep", self.sweep.is_some()),
         ];
         given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
     }
@@ -477,6 +487,59 @@ pub struct Stability {
 
 fn default_backward_error() -> f64 {
     1e-9
+}
+
+/// Stability at many values of keys of the job: every point has its own sliding equilibrium, contact set and spectrum, as
+/// `analyses.stability` has for the job itself. What needs new modes or compliances makes them once for all points that share them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sweep {
+    /// Values of each swept key, by its dotted path, e.g. `{"contact.friction": [0.2, 0.3]}`: a list, or a range.
+    pub keys: IndexMap<String, SweepValues>,
+    /// How the values of several keys are combined.
+    #[serde(default)]
+    pub combine: Combine,
+}
+
+/// Values of a swept key.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SweepValues {
+    /// These values, of any type the key may have.
+    List(Vec<Value>),
+    /// Equidistant numbers.
+    Range(SweepRange),
+}
+
+/// Equidistant numbers, both ends included. Give either `count` or `step`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SweepRange {
+    /// First value, in the unit of the key.
+    #[schemars(extend("unit" = "1"))]
+    pub from: f64,
+    /// Last value, in the unit of the key.
+    #[schemars(extend("unit" = "1"))]
+    pub to: f64,
+    /// Number of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 100_000))]
+    pub count: Option<u32>,
+    /// Distance of the values, in the unit of the key; the last one may fall short of `to`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "1"))]
+    pub step: Option<f64>,
+}
+
+/// How the values of several keys are combined.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Combine {
+    /// Every value of each with every value of the others; the last key runs fastest.
+    #[default]
+    Grid,
+    /// Side by side: the first values of all, then the second ones, and so on.
+    Zip,
 }
 
 /// Where the direction and the velocity of sliding come from.

@@ -16,8 +16,8 @@ pub fn apply(job: &mut Value, sets: &[String], checker: &Checker) -> Result<()> 
         if segments.iter().any(|s| s.is_empty()) {
             return Err(Error::Job(format!("--set {set}: the path has an empty part; write it like contact.friction")));
         }
-        check_path(&segments, set, checker)?;
-        put(job, &segments, value, set)?;
+        check_path(&segments, &format!("--set {set}"), checker)?;
+        put(job, &segments, value, &format!("--set {set}"))?;
     }
     Ok(())
 }
@@ -26,7 +26,8 @@ fn parse_value(text: &str) -> Value {
     super::parse::parse(text.as_bytes(), "--set").unwrap_or_else(|_| Value::String(text.into()))
 }
 
-fn check_path(segments: &[&str], set: &str, checker: &Checker) -> Result<()> {
+/// Refuses a path that the schema has not; `what` begins the message.
+pub(super) fn check_path(segments: &[&str], what: &str, checker: &Checker) -> Result<()> {
     for n in 0..segments.len() {
         if checker.keys_at(&segments[..=n]).is_some() {
             continue;
@@ -34,21 +35,20 @@ fn check_path(segments: &[&str], set: &str, checker: &Checker) -> Result<()> {
         let allowed = checker.keys_at(&segments[..n]).unwrap_or_default();
         let place = segments[..=n].join(".");
         if allowed.is_empty() {
-            let what = segments[..n].join(".");
-            return Err(Error::Job(format!(
-                "--set {set}: \"{what}\" has no keys inside, so \"{place}\" does not exist"
-            )));
+            let outer = segments[..n].join(".");
+            return Err(Error::Job(format!("{what}: \"{outer}\" has no keys inside, so \"{place}\" does not exist")));
         }
-        let mut message = format!("--set {set}: {}", unknown_key(&place, segments[n], &allowed));
+        let mut message = format!("{what}: {}", unknown_key(&place, segments[n], &allowed));
         if nearest(segments[n], &allowed).is_none() && n == 0 {
-            message = format!("--set {set}: unknown key \"{place}\". A path begins with one of {}", quoted(&allowed));
+            message = format!("{what}: unknown key \"{place}\". A path begins with one of {}", quoted(&allowed));
         }
         return Err(Error::Job(message));
     }
     Ok(())
 }
 
-fn put(job: &mut Value, segments: &[&str], value: Value, set: &str) -> Result<()> {
+/// Sets the value at a path; `what` begins messages.
+pub(super) fn put(job: &mut Value, segments: &[&str], value: Value, what: &str) -> Result<()> {
     let mut node = job;
     for (n, segment) in segments.iter().enumerate() {
         if node.is_null() {
@@ -62,7 +62,7 @@ fn put(job: &mut Value, segments: &[&str], value: Value, set: &str) -> Result<()
                 let found = segment.parse::<usize>().ok().and_then(|i| items.get_mut(i));
                 found.ok_or_else(|| {
                     Error::Job(format!(
-                        "--set {set}: \"{place}\" is a list of {len}; \"{segment}\" is not an index of it (0 is the first)"
+                        "{what}: \"{place}\" is a list of {len}; \"{segment}\" is not an index of it (0 is the first)"
                     ))
                 })?
             }

@@ -37,6 +37,18 @@ impl Checker {
         Some(self.keys(node))
     }
 
+    /// Unit of the number at `path`, "-" where there is none.
+    pub fn unit_at(&self, path: &[&str]) -> String {
+        let mut node = &self.root;
+        for segment in path {
+            let Some(child) = self.child(node, segment) else { return "-".into() };
+            node = child;
+        }
+        let unit = |n: &Value| n.get("unit").and_then(Value::as_str).map(str::to_owned);
+        let of_a_form = || self.alternatives(self.resolve(node))?.iter().find_map(|n| unit(n));
+        unit(node).or_else(|| unit(self.resolve(node))).or_else(of_a_form).unwrap_or_else(|| "-".into())
+    }
+
     fn resolve<'a>(&'a self, mut node: &'a Value) -> &'a Value {
         // References point into `$defs` and do not form cycles among themselves, so a few steps are enough.
         for _ in 0..16 {
@@ -79,6 +91,10 @@ impl Checker {
     }
 
     fn walk(&self, value: &Value, node: &Value, path: &str, faults: &mut Vec<String>) {
+        // A schema without any demand: free values, checked where they are used.
+        if node == &Value::Bool(true) {
+            return;
+        }
         let place = |path: &str| if path.is_empty() { "the job".to_string() } else { path.to_string() };
         if let Some(fixed) = node.get("const") {
             if value != fixed {

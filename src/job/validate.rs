@@ -253,6 +253,9 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             Some(_) => {}
         }
     }
+    if job.analyses.sweep.is_some() && job.analyses.stability.is_none() {
+        faults.push("analyses.stability: missing; analyses.sweep computes it at every point, e.g. {}".into());
+    }
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
         check_stability(job, contact, faults);
     }

@@ -5,4 +5,5 @@ mod failures;
 mod matrices;
 mod program;
 mod runs;
+mod sweep;
 mod usage;

@@ -46,7 +46,7 @@ pub fn run(
 /// Eigenvalues about steady sliding.
 pub(super) struct Spectrum {
     /// One of each conjugate pair, by falling growth rate, up to the frequency limit.
-    eigenpairs: Vec<Eigenpair>,
+    pub(super) eigenpairs: Vec<Eigenpair>,
     /// Highest frequency kept, Hz; infinite where the modes are all there are.
     limit: f64,
     /// Number of closed contacts.
@@ -54,7 +54,7 @@ pub(super) struct Spectrum {
 }
 
 /// On rank 0: the sliding state and the eigenvalues about it.
-fn analyse(
+pub(super) fn analyse(
     stability: &job::Stability,
     contact: &job::Contact,
     interface: &Interface,

@@ -1,0 +1,116 @@
+//! Sweeps: every point equals a run of its own, on any number of ranks, and failures of some points leave the others.
+
+use super::program::*;
+use serde_json::{json, Value};
+
+struct Sweep(hdf5::File);
+
+impl Sweep {
+    fn open(path: impl AsRef<std::path::Path>) -> Self {
+        Self(hdf5::File::open(path).expect("result file"))
+    }
+
+    fn read<T: hdf5::H5Type>(&self, name: &str) -> Vec<T> {
+        self.0.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// Eigenvalues of a point.
+    fn spectrum(&self, point: usize) -> Vec<num_complex::Complex64> {
+        let offset: Vec<i64> = self.read("sweep/offset");
+        self.read("sweep/eigenvalue")[offset[point] as usize..offset[point + 1] as usize].to_vec()
+    }
+}
+
+fn sliding(sweep: Value) -> Value {
+    let mut job = small();
+    for (body, offset) in [("lower", 0.03), ("upper", 0.02)] {
+        job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
+    }
+    job["contact"]["creepage"] = json!({ "lateral": 0.01 });
+    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": {}, "sweep": sweep });
+    job["output"] = json!({ "fields": false });
+    job
+}
+
+/// Keys that reuse the finite elements and one that does not; on 1 and 2 ranks; each point against a run of its own.
+#[test]
+fn points_equal_single_runs_on_any_number_of_ranks() {
+    let law = json!({ "exponential": { "static": 0.5, "kinetic": 0.2, "decay_velocity": 0.3 } });
+    let sweep = json!({
+        "keys": {
+            "bodies.upper.material.young": [205e9, 150e9],
+            "contact.friction": [0.2, law],
+            "contact.normal_load": [70e3, 50e3],
+            "bodies.lower.damping": [{ "alpha": 1.0 }, { "modal": { "by_mode": [1e-3] } }],
+        },
+        "combine": "zip"
+    });
+    let folder = Folder::with(sliding(sweep.clone()).to_string());
+    let ran = folder.call(2, "run", &["--output", &folder.text("2.h5")]);
+    assert!(ran.good().out.contains("2 points on 2 finite-element models"), "{}", ran.out);
+    folder.call(1, "run", &["--output", &folder.text("1.h5")]).good();
+    let (two, one) = (Sweep::open(folder.path("2.h5")), Sweep::open(folder.path("1.h5")));
+    assert_eq!(two.read::<i32>("sweep/status"), [0, 0]);
+    assert_eq!(two.read::<f64>("sweep/values/contact.normal_load"), [70e3, 50e3]);
+    for point in 0..2 {
+        let mut args = vec!["--output".to_string(), folder.text("single.h5"), "--force".into()];
+        for (key, values) in sweep["keys"].as_object().expect("keys") {
+            args.extend(["--set".into(), format!("{key}={}", values[point])]);
+        }
+        args.extend(["--only".into(), "stability".into()]);
+        folder.call(1, "run", &args.iter().map(String::as_str).collect::<Vec<_>>()).good();
+        let single: Vec<num_complex::Complex64> = Sweep::open(folder.path("single.h5")).read("stability/eigenvalue");
+        assert!(single.len() >= 40, "{}", single.len());
+        for (ranks, file) in [(1, &one), (2, &two)] {
+            let found = file.spectrum(point);
+            assert_eq!(found.len(), single.len(), "point {point} on {ranks} ranks");
+            for (a, b) in found.iter().zip(&single) {
+                // The spectrum of one model is the same to the last bits; on two ranks the modes themselves are not.
+                let tolerance = if ranks == 1 { 1e-8 } else { 1e-7 };
+                assert!((a - b).norm() <= tolerance * b.norm(), "point {point} on {ranks} ranks: {a} and {b}");
+            }
+            assert_eq!(file.read::<f64>("sweep/growth_rate")[point], found[0].re);
+        }
+    }
+}
+
+/// A load that the patch does not hold, and one that it does: the file is written, the exit code says that a point failed.
+#[test]
+fn a_point_that_fails_leaves_the_others() {
+    let sweep = json!({ "keys": { "contact.normal_load": [70e3, 1e6, 60e3], "contact.friction": [0.3, 0.4] } });
+    let folder = Folder::with(sliding(sweep).to_string());
+    let ran = folder.call(2, "run", &[]);
+    ran.failed(4, &["2 of 6 points", "contact.normal_load = 1000000.0", "contact.patch", "/sweep/status"]);
+    assert!(ran.out.contains("6 points on 1 finite-element model, "), "{}", ran.out);
+    let file = Sweep::open(folder.path("job.h5"));
+    assert_eq!(file.read::<i32>("sweep/status"), [0, 0, 2, 2, 0, 0]);
+    let rates = file.read::<f64>("sweep/growth_rate");
+    assert!(rates[2].is_nan() && rates[3].is_nan() && rates[4].is_finite(), "{rates:?}");
+    assert!(file.spectrum(2).is_empty() && file.spectrum(5).len() >= 40);
+    let messages: Vec<hdf5::types::VarLenUnicode> = file.read("sweep/message");
+    assert!(messages[2].contains("contact.patch") && messages[0].is_empty());
+}
+
+/// Finite elements that cannot be made fail the points that need them, and no others.
+#[test]
+fn finite_elements_that_fail_leave_the_points_of_the_others() {
+    let sweep = json!({ "keys": { "bodies.lower.fixed": [["inner"], ["side_plus", "outer"]] } });
+    let folder = Folder::with(sliding(sweep).to_string());
+    folder.call(2, "run", &[]).failed(4, &["1 of 2 points", "contact"]);
+    assert_eq!(Sweep::open(folder.path("job.h5")).read::<i32>("sweep/status"), [0, 2]);
+}
+
+#[test]
+fn sweeps_that_cannot_be_are_refused() {
+    for (keys, part) in [
+        (json!({}), "the sweep is empty"),
+        (json!({ "contact.fricton": [0.3] }), "did you mean \"friction\"?"),
+        (json!({ "contact.speed": ["fast"] }), "found the string \"fast\", expected a number"),
+    ] {
+        let folder = Folder::with(sliding(json!({ "keys": keys })).to_string());
+        for ranks in [1, 2] {
+            folder.call(ranks, "run", &[]).failed(2, &[part]);
+            folder.untouched();
+        }
+    }
+}
