@@ -107,11 +107,7 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
 
 /// Whether a key can change the stability of steady sliding.
 fn sweepable(segments: &[&str]) -> bool {
-    match segments {
-        ["bodies" | "contact", _, ..] => true,
-        ["analyses", "modes" | "stability", ..] => true,
-        _ => false,
-    }
+    matches!(segments, ["bodies" | "contact", _, ..] | ["analyses", "modes" | "stability", ..])
 }
 
 impl SweepValues {
