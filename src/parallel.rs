@@ -72,6 +72,15 @@ impl World {
         out
     }
 
+    /// Collective: sum over the ranks, entry by entry; the same length everywhere.
+    pub fn sum_all<T: Equivalence + Clone + Default>(&self, values: &[T]) -> Vec<T> {
+        let mut out = buffer(values.len());
+        if !values.is_empty() {
+            self.comm.all_reduce_into(values, &mut out[..], SystemOperation::sum());
+        }
+        out
+    }
+
     /// Collective: maximum over the ranks.
     pub fn max(&self, value: f64) -> f64 {
         let mut out = 0.0;

@@ -61,7 +61,7 @@ pub fn run(
         Ok((pair, spectrum))
     })?;
     if let Some((pair, spectrum)) = &found {
-        file.tables(spectrum.tables(pair));
+        file.tables(spectrum.tables(pair, None));
         spectrum.summarise(pair, summary);
     }
     Ok(())

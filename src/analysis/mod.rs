@@ -84,7 +84,7 @@ fn elements(
     if let (true, Some(contact)) = (statics, &job.contact) {
         let model = Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?;
         if let Some(wanted) = &job.analyses.stability {
-            stability::run(world, wanted, contact, &model, file, progress, summary)?;
+            stability::run(petsc, job, wanted, contact, &bodies, &found, &model, file, progress, summary)?;
         }
         if let Some(wanted) = &job.analyses.steady {
             steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, file, progress, summary)?;

@@ -128,6 +128,9 @@ impl Plan {
             let copies = 4.0 + unique.len() as f64;
             on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
         }
+        if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
+            full_stability(job, &bodies, alike, ranks, &mut shared);
+        }
         Self { steps: steps(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
     }
 
@@ -169,6 +172,30 @@ impl Plan {
             size_text(limit.bytes)
         )))
     }
+}
+
+/// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the bytes) for a
+/// body that is damped unlike the lower one, responses to unit forces on the contact rows, and the Krylov basis with the eigenvectors.
+fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize, shared: &mut Vec<(&'static str, f64)>) {
+    let damping: Vec<_> = job.bodies().iter().map(|(_, b)| b.damping.clone()).collect();
+    let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
+    let (mut factors, mut responses, mut unknowns) = (0.0, 0.0, 0.0);
+    for (i, body) in bodies.iter().enumerate() {
+        let n = body.dofs as f64;
+        unknowns += n;
+        if i > 0 && alike {
+            continue;
+        }
+        let numbers = if i > 0 && damping[i] != damping[0] { 2.0 } else { 1.0 };
+        factors += numbers * FACTOR * spread * n.powf(4.0 / 3.0);
+        // The ellipse in the patch, twice while MUMPS solves for them.
+        let rows = 3.0 * std::f64::consts::FRAC_PI_4 * body.contact_nodes as f64;
+        responses += 2.0 * numbers * rows * n * 8.0;
+    }
+    let count = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()).map_or(0, |f| f.count) as f64;
+    shared.push(("factorisations at a shift", factors));
+    shared.push(("responses of the contact rows", responses));
+    shared.push(("eigenvectors, full system", (4.0 * count + 16.0) * unknowns * 16.0));
 }
 
 /// Largest strain of the contact surfaces, about, for which linear elasticity is used.
@@ -266,6 +293,12 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
         }
         if job.analyses.stability.is_some() {
             steps.push(format!("stability of steady sliding on the modes: {given}"));
+            if let Some(full) = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()) {
+                steps.push(format!(
+                    "stability of the full system: all eigenvalues up to {} Hz by successive shifts, compared with those of the modes",
+                    full.max_frequency
+                ));
+            }
         }
     }
     if let Some(sweep) = &job.sweep {

@@ -140,7 +140,8 @@ fn solve(point: &Job, model: &mut SharedModel) -> Outcome {
             coefficients.extend(damping(&body.damping, omega, &format!("bodies.{name}.damping"))?);
         }
         model.pair.damping = coefficients;
-        let (sliding, found) = stability::analyse(wanted, contact, &model.interface, &model.pair)?;
+        let stability::Found { sliding, spectrum: found, .. } =
+            stability::analyse(wanted, contact, &model.interface, &model.pair)?;
         Ok(Outcome {
             status: 0,
             message: String::new(),

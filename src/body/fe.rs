@@ -93,6 +93,12 @@ impl FeBody {
         Ok(rows)
     }
 
+    /// Collective: degrees of freedom of the contact rows, `[3n]`, interleaved (x, y, z), on every rank.
+    pub fn contact_rows(&self, world: &World) -> Result<Vec<u64>> {
+        let rows = world.agree(self.contact_dofs())?;
+        Ok(world.broadcast(rows))
+    }
+
     /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
     pub fn compliance(
         &self,
@@ -100,8 +106,7 @@ impl FeBody {
         statics: &mut Statics,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Mat<f64>>> {
-        let rows = world.agree(self.contact_dofs())?;
-        let rows = world.broadcast(rows);
+        let rows = self.contact_rows(world)?;
         let block = statics.inverse_block(&rows, progress)?;
         Ok(world
             .is_root()
@@ -111,8 +116,7 @@ impl FeBody {
     /// Collective: displacement of the local nodes (ghosts included), m, under forces on the contact rows (x, y, n), N,
     /// `[3n]` on rank 0.
     pub fn displacement(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        let rows = world.agree(self.contact_dofs())?;
-        let rows = world.broadcast(rows);
+        let rows = self.contact_rows(world)?;
         let signed = forces.iter().enumerate().map(|(i, f)| sign(i) * f).collect();
         let signed = world.broadcast(signed);
         let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
@@ -180,7 +184,7 @@ impl FeBody {
 }
 
 /// Row n of a contact node points into the body: −z in lower form.
-fn sign(row: usize) -> f64 {
+pub(crate) fn sign(row: usize) -> f64 {
     if row % 3 == 2 {
         -1.0
     } else {

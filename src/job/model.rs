@@ -483,6 +483,47 @@ pub struct Stability {
     #[serde(default = "default_backward_error")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
     pub tolerance: f64,
+    /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full: Option<FullStability>,
+}
+
+/// Stability on the full finite-element system: the quadratic eigenproblem with a multiplier for each closed node, by
+/// successive shifts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FullStability {
+    /// All eigenvalues up to this frequency are computed, Hz.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub max_frequency: f64,
+    /// and up to this damping ratio of either sign: faster decay is not looked for.
+    #[serde(default = "default_damping_ratio")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.9))]
+    pub damping_ratio: f64,
+    /// Eigenvalues per shift, about: the shifts are as far apart as this allows.
+    #[serde(default = "default_shift_count")]
+    #[schemars(range(min = 6, max = 1000))]
+    pub count: u32,
+    /// Largest backward error and constraint violation of an accepted eigenpair.
+    #[serde(default = "default_backward_error")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
+    pub tolerance: f64,
+    /// Relative distance |Δλ|/|λ| within which every eigenvalue must have its partner in the reduced model, and the other way round.
+    #[serde(default = "default_agreement")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.5))]
+    pub agreement: f64,
+}
+
+fn default_damping_ratio() -> f64 {
+    0.1
+}
+
+fn default_shift_count() -> u32 {
+    20
+}
+
+fn default_agreement() -> f64 {
+    0.01
 }
 
 fn default_backward_error() -> f64 {

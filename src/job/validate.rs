@@ -15,6 +15,12 @@ pub fn validate(job: &Job) -> Vec<String> {
     }
     if job.by_matrices() {
         matrices::check(job, &mut faults);
+        if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
+            faults.push(
+                "analyses.stability.full: bodies given by matrices have no finite elements; leave it out, their own modes may all be kept"
+                    .into(),
+            );
+        }
         return faults;
     }
     if let Some(contact) = &job.contact {
@@ -268,6 +274,13 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     }
     if contact.compliance != Compliance::Fe {
         faults.push("contact.compliance: \"half_space\" has no modes; analyses.stability needs \"fe\"".into());
+    }
+    if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
+        for (name, _) in job.bodies().iter().filter(|(_, b)| b.damping.modal.is_some()) {
+            faults.push(format!(
+                "bodies.{name}.damping.modal: loss factors of modes are no damping matrix; analyses.stability.full needs damping.alpha and damping.beta"
+            ));
+        }
     }
     let c = contact.creepage;
     if c.longitudinal == 0.0 && c.lateral == 0.0 && c.spin == 0.0 {

@@ -1,4 +1,4 @@
-//! Real matrices in PETSc's own format.
+//! Matrices in PETSc's own format.
 
 use super::csr::DistCsr;
 use super::handle::Handle;
@@ -10,6 +10,18 @@ use petsc_sys as sys;
 
 /// Collective: the matrix in PETSc's rows, each allocated to its length.
 pub(crate) fn assembled<'p>(petsc: &'p Petsc<'_>, matrix: &DistCsr, block: usize) -> Result<Handle<'p, sys::Mat>> {
+    assembled_with(petsc, matrix, block, |row, at, _| Complex::new(matrix.row(row).1[at], 0.0))
+}
+
+/// Collective: a matrix with the pattern of `pattern` whose entry in local row `row`, the `at`-th of that row, in global column `column` is
+/// `value(row, at, column)`.
+pub(crate) fn assembled_with<'p>(
+    petsc: &'p Petsc<'_>,
+    pattern: &DistCsr,
+    block: usize,
+    value: impl Fn(usize, usize, u64) -> Complex<f64>,
+) -> Result<Handle<'p, sys::Mat>> {
+    let matrix = pattern;
     let world = petsc.world();
     let own = matrix.rows_of(world.rank);
     let (n, order) = (matrix.n_local() as sys::PetscInt, matrix.order() as sys::PetscInt);
@@ -34,11 +46,11 @@ pub(crate) fn assembled<'p>(petsc: &'p Petsc<'_>, matrix: &DistCsr, block: usize
         let mut columns: Vec<sys::PetscInt> = Vec::new();
         let mut values: Vec<Complex<f64>> = Vec::new();
         for i in 0..matrix.n_local() {
-            let (cols, vals) = matrix.row(i);
+            let cols = matrix.row(i).0;
             columns.clear();
             columns.extend(cols.iter().map(|&c| c as sys::PetscInt));
             values.clear();
-            values.extend(vals.iter().map(|&v| Complex::new(v, 0.0)));
+            values.extend(cols.iter().enumerate().map(|(at, &c)| value(i, at, c)));
             let row = (own.start + i as u64) as sys::PetscInt;
             let count = columns.len() as sys::PetscInt;
             check(

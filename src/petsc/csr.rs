@@ -239,13 +239,17 @@ impl Operator<'_> {
         self.matrix
     }
 
-    /// Collective: y = A x over local rows, `x` and `y` of `[n_local]`.
-    pub fn apply(&self, world: &World, x: &[f64], y: &mut [f64]) {
+    /// Collective: y = A x over local rows, `x` and `y` real or complex, of `[n_local]`.
+    pub fn apply<T>(&self, world: &World, x: &[T], y: &mut [T])
+    where
+        T: Equivalence + Copy + Default + std::ops::AddAssign,
+        f64: std::ops::Mul<T, Output = T>,
+    {
         let ghosts = self.exchange.fetch(world, x);
         let n = self.matrix.n_local();
         for (i, out) in y.iter_mut().enumerate() {
             let span = self.matrix.indptr[i]..self.matrix.indptr[i + 1];
-            let mut sum = 0.0;
+            let mut sum = T::default();
             for (&c, &v) in self.local[span.clone()].iter().zip(&self.matrix.values[span]) {
                 let c = c as usize;
                 sum += v * if c < n { x[c] } else { ghosts[c - n] };

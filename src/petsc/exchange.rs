@@ -45,9 +45,9 @@ impl Exchange {
 
     /// Collective: the ghosts' values of the distributed vector whose local part is `x`, in the order of
     /// [`Exchange::ghosts`].
-    pub fn fetch(&self, world: &World, x: &[f64]) -> Vec<f64> {
-        let mut values = vec![0.0; self.ghosts.len()];
-        let outgoing: Vec<Vec<f64>> =
+    pub fn fetch<T: Equivalence + Copy + Default>(&self, world: &World, x: &[T]) -> Vec<T> {
+        let mut values = vec![T::default(); self.ghosts.len()];
+        let outgoing: Vec<Vec<T>> =
             self.send.iter().map(|(_, rows)| rows.iter().map(|&r| x[r as usize]).collect()).collect();
         mpi::request::multiple_scope(self.send.len() + self.receive.len(), |scope, requests| {
             let mut rest = &mut values[..];

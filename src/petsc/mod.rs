@@ -1,6 +1,7 @@
 //! Safe layer on PETSc, SLEPc and MUMPS. It knows no mechanics.
 
 mod aij;
+pub mod complex;
 pub mod csr;
 pub mod eps;
 pub mod exchange;

@@ -1,21 +1,31 @@
-//! Quadratic eigenproblem (λ²M + λC + K) x = 0 with real matrices of any kind, eigenvalues nearest to a complex target, by
-//! SLEPc's TOAR method, shift-invert, complex MUMPS.
+//! Quadratic eigenproblem (λ²M + λC + K) x = 0, eigenvalues nearest to a complex target, by SLEPc's TOAR method with shift
+//! and inversion. The matrices and the inverse at the target are given by what they do to a vector.
 //!
-//! With its default scaling SLEPc reports convergence on wrong pairs of saddle-point problems with a singular mass. The scaling is
-//! therefore set here, and every pair has to pass a backward error of our own.
+//! SLEPc has been seen to report convergence on wrong pairs of saddle-point problems with a singular mass: the caller scales the
+//! problem so that the unknowns are of one size and |target| is about 1, and judges every pair on a residual of its own.
 
-use super::aij::assembled;
-use super::csr::{norm2, DistCsr, Operator};
-use super::handle::{read, vector, Handle};
+use super::handle::{read, vector, write, Handle};
 use super::session::{check, Petsc};
-use crate::parallel::World;
 use crate::{Error, Result};
 use mpi::raw::AsRaw;
 use num_complex::Complex;
 use petsc_sys as sys;
 use slepc_sys as slepc;
-use std::ffi::CString;
+use std::ffi::{c_void, CString};
+use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::ptr;
+
+/// A quadratic eigenproblem as the solver sees it, distributed over the ranks by rows.
+pub trait QuadraticOperator {
+    /// Rows on this rank; at least one.
+    fn n_local(&self) -> usize;
+
+    /// Collective: y = K x, C x, M x for power 0, 1, 2; local rows.
+    fn multiply(&mut self, power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>]) -> Result<()>;
+
+    /// Collective: x := (σ²M + σC + K)⁻¹ x at the target σ; local rows.
+    fn solve(&mut self, x: &mut [Complex<f64>]) -> Result<()>;
+}
 
 /// What to compute.
 #[derive(Debug, Clone)]
@@ -24,8 +34,8 @@ pub struct QuadraticOptions {
     pub target: Complex<f64>,
     /// Number of eigenpairs.
     pub count: usize,
-    /// Largest accepted backward error.
-    pub backward_error: f64,
+    /// SLEPc's own tolerance, relative to the eigenvalue.
+    pub tolerance: f64,
     /// Prefix of the solver's options, such as `"stability_"`.
     pub prefix: String,
 }
@@ -37,99 +47,131 @@ pub struct QuadraticModes {
     pub lambda: Vec<Complex<f64>>,
     /// Local rows of each eigenvector, of Euclidean norm 1.
     pub vectors: Vec<Vec<Complex<f64>>>,
-    /// |(λ²M + λC + K) x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) of each, with norms of row sums (Tisseur, Linear Algebra Appl. 309, 2000).
-    pub backward_error: Vec<f64>,
     /// Restarts of the method.
     pub iterations: usize,
+    /// Solves with the matrix at the target.
+    pub solves: usize,
 }
 
-/// Collective: the eigenpairs of (λ²M + λC + K) x = 0 nearest to the target. The matrices have the same ranges. Pairs that SLEPc
-/// takes for converged but whose backward error is above the limit end the call with an error.
+/// What the callbacks work on.
+struct Context<'a> {
+    operator: &'a mut dyn QuadraticOperator,
+    progress: &'a mut dyn FnMut(usize, usize),
+    wanted: usize,
+    solves: usize,
+    error: Option<Error>,
+}
+
+/// One of the shell matrices.
+struct Power {
+    context: *mut c_void,
+    power: usize,
+}
+
+impl Context<'_> {
+    /// Runs a callback's work: neither an error nor a panic may cross C as anything but a code.
+    fn guard(&mut self, work: impl FnOnce(&mut Self) -> Result<()>) -> sys::PetscErrorCode {
+        let outcome = catch_unwind(AssertUnwindSafe(|| work(self)));
+        let error = match outcome {
+            Ok(Ok(())) => return 0,
+            Ok(Err(error)) => error,
+            Err(_) => Error::Defect("panic in the quadratic eigensolver's operator".into()),
+        };
+        self.error.get_or_insert(error);
+        sys::PETSC_ERR_USER as sys::PetscErrorCode
+    }
+}
+
+unsafe extern "C" fn apply_matrix(mat: sys::Mat, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    let mut power: *mut c_void = ptr::null_mut();
+    // SAFETY: the shell matrix was made with a pointer to a Power that outlives the solve, as does the Context that it points to.
+    unsafe {
+        let code = sys::MatShellGetContext(mat, (&raw mut power).cast());
+        if code != 0 {
+            return code;
+        }
+        let Power { context, power } = *power.cast::<Power>();
+        // SAFETY: SLEPc passes live vectors, distinct, of the layout they were created with.
+        (*context.cast::<Context>()).guard(|c| read(x, |x| write(y, |y| c.operator.multiply(power, x, y)))??)
+    }
+}
+
+unsafe extern "C" fn apply_inverse(pc: sys::PC, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    let mut context: *mut c_void = ptr::null_mut();
+    // SAFETY: as in `apply_matrix`, for the preconditioner.
+    unsafe {
+        let code = sys::PCShellGetContext(pc, (&raw mut context).cast());
+        if code != 0 {
+            return code;
+        }
+        (*context.cast::<Context>()).guard(|c| {
+            c.solves += 1;
+            read(x, |x| {
+                write(y, |y| {
+                    y.copy_from_slice(x);
+                    c.operator.solve(y)
+                })
+            })??
+        })
+    }
+}
+
+unsafe extern "C" fn monitor(
+    _pep: slepc::PEP,
+    _its: sys::PetscInt,
+    converged: sys::PetscInt,
+    _re: *mut sys::PetscScalar,
+    _im: *mut sys::PetscScalar,
+    _errors: *mut sys::PetscReal,
+    _n: sys::PetscInt,
+    context: *mut c_void,
+) -> sys::PetscErrorCode {
+    // SAFETY: the context given with the monitor, which outlives the solve.
+    unsafe {
+        (*context.cast::<Context>()).guard(|c| {
+            (c.progress)((converged.max(0) as usize).min(c.wanted), c.wanted);
+            Ok(())
+        })
+    }
+}
+
+/// Collective: the eigenpairs nearest to the target. `start` holds the local rows of the vector to begin with. `progress` is told converged
+/// and wanted pairs at every restart.
 pub fn quadratic(
     petsc: &Petsc,
-    stiffness: &DistCsr,
-    damping: &DistCsr,
-    mass: &DistCsr,
+    operator: &mut dyn QuadraticOperator,
+    start: &[Complex<f64>],
     options: &QuadraticOptions,
+    progress: &mut dyn FnMut(usize, usize),
 ) -> Result<QuadraticModes> {
     let world = petsc.world();
-    let order = stiffness.order();
-    if options.count == 0 || order == 0 {
-        return Ok(QuadraticModes::default());
-    }
+    let n = operator.n_local();
+    let order = world.sum_u64(n as u64);
+    // On a rank without rows TOAR's projected problem of SLEPc 3.18 holds garbage, and the ranks part ways.
+    world.agree(match n {
+        0 => Err(Error::Defect("quadratic eigenproblem: a rank without rows".into())),
+        _ if start.len() != n => Err(Error::Defect(format!("a start of {} values for {n} rows", start.len()))),
+        _ => Ok(()),
+    })?;
     if options.count as u64 > 2 * order {
         return Err(Error::Job(format!(
-            "{} eigenvalues were asked for, but there are only {}",
+            "{} eigenvalues were asked for, but there are only {}; ask for fewer",
             options.count,
             2 * order
         )));
     }
-    // On a rank without rows TOAR's projected problem of SLEPc 3.18 holds garbage, and the ranks part ways.
-    if stiffness.ranges.windows(2).any(|w| w[0] == w[1]) {
-        return Err(Error::Job(format!(
-            "the quadratic eigenproblem has {order} rows, and some of the {} ranks none of them; start fewer ranks",
-            world.size
-        )));
+    let mut context = Context { operator, progress, wanted: options.count, solves: 0, error: None };
+    let pointer: *mut c_void = (&raw mut context).cast();
+    let solved = solve(petsc, pointer, start, order, options);
+    let solves = context.solves;
+    // The operator's own error says more than PETSc's report that a callback failed.
+    if let Some(error) = context.error.take() {
+        return Err(error);
     }
-    let given = [(stiffness, "K"), (damping, "C"), (mass, "M")];
-    for (matrix, name) in given {
-        matrix.validate(world, name)?;
-    }
-    let handles = given.iter().map(|(matrix, _)| assembled(petsc, matrix, 1)).collect::<Result<Vec<_>>>()?;
-    let (pairs, iterations) = solve(petsc, &handles, stiffness.n_local(), order, options)?;
-    drop(handles);
-    let operators = given.map(|(matrix, _)| matrix.operator(world));
-    let norms = given.map(|(matrix, _)| matrix.norm_inf(world));
-    let mut modes = QuadraticModes { iterations, ..Default::default() };
-    for (lambda, mut x) in pairs {
-        let size = norm2(world, &parts(&x).concat());
-        x.iter_mut().for_each(|v| *v /= size);
-        let error = backward_error(world, &operators, &norms, lambda, &x);
-        if error.is_nan() || error > options.backward_error {
-            // Beyond those asked for, the first bad one ends the list.
-            if modes.lambda.len() >= options.count {
-                break;
-            }
-            return Err(Error::NotConverged(format!(
-                "SLEPc takes eigenvalue {lambda:.6e} for converged, but its backward error is {error:.1e} (limit {:.0e}). Try another \
-                 scaling by the PETSc option -{}pep_scale.",
-                options.backward_error, options.prefix
-            )));
-        }
-        modes.lambda.push(lambda);
-        modes.vectors.push(x);
-        modes.backward_error.push(error);
-    }
-    Ok(modes)
-}
-
-/// Real and imaginary part.
-fn parts(x: &[Complex<f64>]) -> [Vec<f64>; 2] {
-    [x.iter().map(|v| v.re).collect(), x.iter().map(|v| v.im).collect()]
-}
-
-/// Of K, C, M and their norms.
-fn backward_error(
-    world: &World,
-    operators: &[Operator; 3],
-    norms: &[f64; 3],
-    lambda: Complex<f64>,
-    x: &[Complex<f64>],
-) -> f64 {
-    let split = parts(x);
-    let mut sum = vec![Complex::default(); x.len()];
-    let mut y = vec![0.0; x.len()];
-    let mut scale = 0.0;
-    let mut power = Complex::new(1.0, 0.0);
-    for (operator, norm) in operators.iter().zip(norms) {
-        for (part, unit) in split.iter().zip([Complex::new(1.0, 0.0), Complex::i()]) {
-            operator.apply(world, part, &mut y);
-            sum.iter_mut().zip(&y).for_each(|(s, &y)| *s += power * unit * y);
-        }
-        scale += power.norm() * norm;
-        power *= lambda;
-    }
-    norm2(world, &parts(&sum).concat()) / (scale * norm2(world, &split.concat()))
+    let (mut pairs, iterations) = solved?;
+    pairs.sort_by(|a, b| (a.0 - options.target).norm().total_cmp(&(b.0 - options.target).norm()));
+    let (lambda, vectors) = pairs.into_iter().unzip();
+    Ok(QuadraticModes { lambda, vectors, iterations, solves })
 }
 
 /// Eigenpairs as SLEPc gives them, and the number of restarts.
@@ -137,50 +179,73 @@ type Pairs = (Vec<(Complex<f64>, Vec<Complex<f64>>)>, usize);
 
 fn solve(
     petsc: &Petsc,
-    matrices: &[Handle<sys::Mat>],
-    n: usize,
+    context: *mut c_void,
+    start: &[Complex<f64>],
     order: u64,
     options: &QuadraticOptions,
 ) -> Result<Pairs> {
     let comm = petsc.world().comm.as_raw();
+    let (rows, all) = (start.len() as sys::PetscInt, order as sys::PetscInt);
     let prefix =
         CString::new(options.prefix.as_str()).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
-    // PETSc passes MUMPS its ordering by the option only. SCOTCH (3) is used where MUMPS has it, else MUMPS chooses.
-    petsc.default_option(&format!("{}st_mat_mumps_icntl_7", options.prefix), "3")?;
+    // SAFETY: PETSc stores every operation as a function without arguments and calls MULT with those of `apply_matrix`.
+    let multiply = unsafe {
+        std::mem::transmute::<
+            unsafe extern "C" fn(sys::Mat, sys::Vec, sys::Vec) -> sys::PetscErrorCode,
+            unsafe extern "C" fn(),
+        >(apply_matrix)
+    };
+    let mut powers = [0, 1, 2].map(|power| Power { context, power });
+    let mut matrices = Vec::new();
+    for power in &mut powers {
+        let place: *mut c_void = (&raw mut *power).cast();
+        // SAFETY: a live communicator, a context that outlives the matrix, a valid output.
+        let matrix = Handle::create(petsc, "creating a matrix of the quadratic eigenproblem", |m| unsafe {
+            sys::MatCreateShell(comm, rows, rows, all, all, place, m)
+        })?;
+        check(
+            // SAFETY: a live matrix, and the operation in the form that PETSc stores.
+            unsafe { sys::MatShellSetOperation(matrix.raw(), sys::MatOperation_MATOP_MULT, Some(multiply)) },
+            "setting a matrix of the quadratic eigenproblem",
+        )?;
+        matrices.push(matrix);
+    }
     // SAFETY: a live communicator and a valid output.
     let pep = Handle::create(petsc, "creating the quadratic eigensolver", |p| unsafe { slepc::PEPCreate(comm, p) })?;
-    let x = vector(petsc, n, order)?;
+    let x = vector(petsc, start.len(), order)?;
+    // SAFETY: a live vector that nothing else uses.
+    unsafe { write(x.raw(), |v| v.copy_from_slice(start))? };
     let mut raw: Vec<sys::Mat> = matrices.iter().map(Handle::raw).collect();
     let space = (2 * options.count).max(options.count + 15).min(order as usize);
     let doing = "setting up the quadratic eigensolver";
-    // SAFETY: live objects, strings that end in zero, valid outputs.
+    // SAFETY: live objects, strings that end in zero, valid outputs; the callbacks' context outlives the solver.
     unsafe {
         let p = pep.raw();
         check(slepc::PEPSetOperators(p, 3, raw.as_mut_ptr()), doing)?;
         check(slepc::PEPSetProblemType(p, slepc::PEPProblemType_PEP_GENERAL), doing)?;
         check(slepc::PEPSetType(p, c"toar".as_ptr()), doing)?;
         check(slepc::PEPSetOptionsPrefix(p, prefix.as_ptr()), doing)?;
-        let automatic = f64::from(sys::PETSC_DEFAULT);
-        let none = ptr::null_mut();
-        check(slepc::PEPSetScale(p, slepc::PEPScale_PEP_SCALE_BOTH, automatic, none, none, 5, 1.0), doing)?;
         check(slepc::PEPSetWhichEigenpairs(p, slepc::PEPWhich_PEP_TARGET_MAGNITUDE), doing)?;
         check(slepc::PEPSetTarget(p, options.target), doing)?;
-        check(slepc::PEPSetTolerances(p, 1e-10, 200), doing)?;
+        check(slepc::PEPSetTolerances(p, options.tolerance, 200), doing)?;
         check(
             slepc::PEPSetDimensions(p, options.count as sys::PetscInt, space as sys::PetscInt, sys::PETSC_DEFAULT),
             doing,
         )?;
+        let mut first = x.raw();
+        check(slepc::PEPSetInitialSpace(p, 1, &mut first), doing)?;
+        check(slepc::PEPMonitorSet(p, Some(monitor), context, None), doing)?;
         let (mut st, mut ksp, mut pc) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
         check(slepc::PEPGetST(p, &mut st), doing)?;
         check(slepc::STSetType(st, c"sinvert".as_ptr()), doing)?;
+        // The matrix at the target is never formed; its inverse is the preconditioner.
+        check(slepc::STSetMatMode(st, slepc::STMatMode_ST_MATMODE_SHELL), doing)?;
         check(slepc::STGetKSP(st, &mut ksp), doing)?;
         check(sys::KSPSetType(ksp, c"preonly".as_ptr()), doing)?;
-        // Else a failed factorisation would pass for a solve.
-        check(sys::KSPSetErrorIfNotConverged(ksp, sys::PetscBool_PETSC_TRUE), doing)?;
         check(sys::KSPGetPC(ksp, &mut pc), doing)?;
-        check(sys::PCSetType(pc, c"lu".as_ptr()), doing)?;
-        // PETSc's own factorisation, its default, breaks down on the zero pivots of a saddle point.
-        check(sys::PCFactorSetMatSolverType(pc, c"mumps".as_ptr()), doing)?;
+        check(sys::PCSetType(pc, c"shell".as_ptr()), doing)?;
+        check(sys::PCShellSetContext(pc, context), doing)?;
+        check(sys::PCShellSetApply(pc, Some(apply_inverse)), doing)?;
         check(slepc::PEPSetFromOptions(p), doing)?;
         check(slepc::PEPSolve(p), "solving the quadratic eigenproblem")?;
 
@@ -204,7 +269,6 @@ fn solve(
             )?;
             pairs.push((value, read(x.raw(), <[Complex<f64>]>::to_vec)?));
         }
-        pairs.sort_by(|a, b| (a.0 - options.target).norm().total_cmp(&(b.0 - options.target).norm()));
         Ok((pairs, iterations as usize))
     }
 }

@@ -151,3 +151,51 @@ fn exchanged_bodies_have_the_same_spectrum() {
         }
     }
 }
+
+/// The full system has the eigenvalues of the reduced model, the nearer the more modes are kept, on any number of ranks.
+#[test]
+fn the_reduced_model_converges_to_the_full_system() {
+    let mut job = sliding([0.03, 0.02]);
+    job["analyses"]["stability"] = json!({ "full": { "max_frequency": 1500, "count": 10 } });
+    // Damping of the residual compliance, which the reduced model leaves out, would hide what the modes do.
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["damping"] = json!({ "alpha": 1.0 });
+    }
+    let mut errors = Vec::new();
+    let mut first: Option<[Vec<f64>; 2]> = None;
+    for (modes, ranks) in [(20, 1), (80, 3)] {
+        job["analyses"]["modes"]["count"] = json!(modes);
+        let folder = Folder::with(job.to_string());
+        let ran = folder.call(ranks, "run", &[]);
+        assert!(ran.good().out.contains("stability of the full system"), "{}", ran.out);
+        let file = folder.path("job.h5");
+        let [growth, frequency, partner] =
+            ["growth_rate", "frequency", "partner"].map(|n| numbers(&file, &format!("stability/{n}")));
+        let (backward, opening) =
+            (numbers(&file, "stability/backward_error"), numbers(&file, "stability/constraint_violation"));
+        assert!(backward.iter().chain(&opening).all(|e| *e <= 1e-9), "{backward:?} {opening:?}");
+        let shares = numbers(&file, "stability/participation");
+        let columns = shares.len() / growth.len();
+        let mut worst = 0.0f64;
+        let full: Vec<usize> = (0..growth.len()).filter(|&i| partner[i] >= 0.0 && partner[i] < i as f64).collect();
+        assert!(full.len() >= 10, "{} pairs", full.len());
+        for &i in &full {
+            let j = partner[i] as usize;
+            assert_eq!(partner[j] as usize, i, "partners of each other");
+            let omega = 2.0 * std::f64::consts::PI;
+            let distance = (growth[i] - growth[j]).hypot(omega * (frequency[i] - frequency[j]));
+            worst = worst.max(distance / (omega * frequency[i]));
+            let difference = (0..columns).map(|k| (shares[i * columns + k] - shares[j * columns + k]).abs());
+            let difference: f64 = difference.sum();
+            assert!(difference < 5e-3, "participation at {} Hz differs by {difference}", frequency[i]);
+        }
+        errors.push(worst);
+        let found = [&frequency, &growth].map(|v| full.iter().map(|&i| v[i]).collect::<Vec<f64>>());
+        let expected = first.get_or_insert_with(|| found.clone());
+        for (a, b) in found.iter().zip(expected.iter()) {
+            close("full spectrum", a, b, 1e-7);
+        }
+    }
+    // Four times the modes reach twice the frequency or more; what is left out falls at least with its square.
+    assert!(errors[0] < 5e-4 && errors[1] < 0.25 * errors[0], "{errors:?}");
+}

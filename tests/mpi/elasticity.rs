@@ -13,7 +13,7 @@ use railsqueal::petsc::mumps::{Factor, FactorOptions, Kind};
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
 
 /// A block of nx × ny × nz hexahedra over `size`, its inner nodes moved by `move_node`; groups `left` (x = 0) and `right`.
-fn block(n: [usize; 3], size: [f64; 3], move_node: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
+pub fn block(n: [usize; 3], size: [f64; 3], move_node: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
     let mut mesh = Mesh::default();
     let id = |i: usize, j: usize, k: usize| (i + (n[0] + 1) * (j + (n[1] + 1) * k)) as u32;
     for k in 0..=n[2] {

@@ -7,6 +7,7 @@ use std::process::{exit, Command};
 
 mod distribution;
 mod elasticity;
+mod stability;
 
 /// A test is called on all ranks of a world and panics when it fails.
 type Test = (&'static str, fn(&World));
@@ -21,6 +22,10 @@ const TESTS: &[Test] = &[
     ("distribution::no_cells", distribution::no_cells),
     ("distribution::a_rank_without_nodes", distribution::a_rank_without_nodes),
     ("distribution::no_mesh", distribution::no_mesh),
+    ("stability::unlike_bodies", stability::unlike_bodies),
+    ("stability::unlike_damping", stability::unlike_damping),
+    ("stability::mirror_images", stability::mirror_images),
+    ("stability::inaccurate_pairs_are_refused", stability::inaccurate_pairs_are_refused),
 ];
 
 const CHILD: &str = "RAILSQUEAL_TEST_RANKS";

@@ -1,37 +1,53 @@
 //! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
 
+pub mod full;
 pub mod reduced;
 
+use super::bodies::Bodies;
 use super::interface::{creepage, friction, normal_load};
 use super::reduction::{ModalPair, Reduction};
 use super::report::Summary;
+use crate::body::fe::BodyModes;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 use crate::contact::{Interface, SlidingContact, Stencil};
-use crate::job::{self, Direction};
+use crate::job::{self, Direction, Job};
 use crate::output::{ResultFile, Table};
-use crate::parallel::World;
+use crate::petsc::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
+use full::driver::FullResult;
 use num_complex::Complex;
 use reduced::{eigenpairs, participation, Eigenpair};
 
-/// Collective: stability on the reduced model; tables under `/stability`.
-pub fn run(
-    world: &World,
+/// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn run(
+    petsc: &Petsc,
+    job: &Job,
     stability: &job::Stability,
     contact: &job::Contact,
+    bodies: &Bodies,
+    modes: &[BodyModes],
     model: &Reduction,
     file: &mut ResultFile,
     progress: &mut Progress,
     summary: &mut Summary,
 ) -> Result<()> {
+    let world = petsc.world();
     progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let root = model.root()?;
         analyse(stability, contact, &root.interface, &root.pair)
     })?;
-    if let (Some((sliding, spectrum)), Some(root)) = (&found, model.on_root()) {
-        file.tables(spectrum.tables(&root.pair));
+    let full = match &stability.full {
+        Some(wanted) => {
+            let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (&f.spectrum, &f.contact, &root.pair));
+            Some(full::driver::run(petsc, job, wanted, bodies, modes, reduced, progress)?)
+        }
+        None => None,
+    };
+    if let (Some(Found { sliding, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
+        file.tables(spectrum.tables(&root.pair, full.as_ref()));
         file.tables(sliding_tables(sliding));
         spectrum.summarise(&root.pair, summary);
         if sliding.reversed > 0 {
@@ -39,18 +55,40 @@ pub fn run(
             let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
             summary.value("nodes that would stick", text);
         }
+        if let Some(full) = &full {
+            full.summarise(summary);
+        }
     }
     Ok(())
+}
+
+/// What rank 0 found on the reduced model.
+pub(super) struct Found {
+    pub(super) sliding: SlidingSolution,
+    contact: SlidingContact,
+    pub(super) spectrum: Spectrum,
 }
 
 /// Eigenvalues about steady sliding.
 pub(super) struct Spectrum {
     /// One of each conjugate pair, by falling growth rate, up to the frequency limit.
     pub(super) eigenpairs: Vec<Eigenpair>,
+    /// All finite eigenvalues, both of each conjugate pair.
+    all: Vec<Complex<f64>>,
     /// Highest frequency kept, Hz; infinite where the modes are all there are.
     limit: f64,
     /// Number of closed contacts.
     closed: usize,
+}
+
+/// One line of the table of eigenvalues.
+struct Listed {
+    value: Complex<f64>,
+    backward_error: f64,
+    constraint: f64,
+    source: &'static str,
+    shares: Vec<f64>,
+    partner: i64,
 }
 
 /// On rank 0: the sliding state and the eigenvalues about it.
@@ -59,7 +97,7 @@ pub(super) fn analyse(
     contact: &job::Contact,
     interface: &Interface,
     pair: &ModalPair,
-) -> Result<(SlidingSolution, Spectrum)> {
+) -> Result<Found> {
     let problem = SlidingProblem {
         interface,
         compliance: pair.compliance.as_ref(),
@@ -80,8 +118,9 @@ pub(super) fn analyse(
                 .into(),
         ));
     }
-    let spectrum = spectrum(stability, pair, &problem.contact(&sliding), frequency_reach(pair))?;
-    Ok((sliding, spectrum))
+    let contact = problem.contact(&sliding);
+    let spectrum = spectrum(stability, pair, &contact, frequency_reach(pair))?;
+    Ok(Found { sliding, contact, spectrum })
 }
 
 /// On rank 0: the eigenvalues about a sliding contact. The modes of the bodies reach the frequency `reach`, Hz.
@@ -98,10 +137,11 @@ pub(super) fn spectrum(
              ask for more modes in analyses.modes or for a lower limit"
         )));
     }
-    let all = eigenpairs(pair, contact, stability.tolerance)?;
+    let pairs = eigenpairs(pair, contact, stability.tolerance)?;
+    let all = pairs.iter().map(|p| p.value).collect();
     // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
-    let kept = all.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit).collect();
-    Ok(Spectrum { eigenpairs: kept, limit, closed: contact.nodes.len() })
+    let kept = pairs.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit).collect();
+    Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len() })
 }
 
 /// Highest frequency that the modes of both bodies reach, Hz.
@@ -112,51 +152,108 @@ fn frequency_reach(pair: &ModalPair) -> f64 {
 }
 
 impl Spectrum {
-    /// What the group `/stability` says of the eigenvalues.
-    pub(super) fn tables(&self, model: &ModalPair) -> Vec<Table> {
-        let e = &self.eigenpairs;
-        let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Eigenpair) -> f64| {
-            Table::list(&format!("/stability/{name}"), units, text, e.iter().map(of).collect::<Vec<f64>>())
+    /// The eigenvalues of the reduced model, then those of the full one.
+    fn listed(&self, model: &ModalPair, full: Option<&FullResult>) -> Vec<Listed> {
+        let of_reduced = |p: &Eigenpair| Listed {
+            value: p.value,
+            backward_error: p.backward_error,
+            constraint: 0.0,
+            source: "reduced",
+            shares: participation(model, p),
+            partner: -1,
         };
-        let value: Vec<Complex<f64>> = e.iter().map(|p| p.value).collect();
-        let shares: Vec<f64> = e.iter().flat_map(|p| participation(model, p)).collect();
+        let mut all: Vec<Listed> = self.eigenpairs.iter().map(of_reduced).collect();
+        let reduced = all.len();
+        for (i, p) in full.iter().flat_map(|f| f.spectrum.pairs.iter().enumerate()) {
+            let partner = full.and_then(|f| f.partners.get(i).copied().flatten());
+            if let Some(partner) = partner {
+                all[partner].partner = (reduced + i) as i64;
+            }
+            all.push(Listed {
+                value: p.value,
+                backward_error: p.residuals.backward_error,
+                constraint: p.residuals.constraint,
+                source: "full",
+                shares: full.and_then(|f| f.shares.get(i).cloned()).unwrap_or_default(),
+                partner: partner.map_or(-1, |p| p as i64),
+            });
+        }
+        all
+    }
+
+    /// What the group `/stability` says of the eigenvalues.
+    pub(super) fn tables(&self, model: &ModalPair, full: Option<&FullResult>) -> Vec<Table> {
+        let all = self.listed(model, full);
+        let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Listed) -> f64| {
+            Table::list(&format!("/stability/{name}"), units, text, all.iter().map(of).collect::<Vec<f64>>())
+        };
+        let value: Vec<Complex<f64>> = all.iter().map(|p| p.value).collect();
+        let shares: Vec<f64> = all.iter().flat_map(|p| p.shares.iter().copied()).collect();
         let lower = model.lower_modes;
         let body: Vec<i8> = (0..model.omega.len()).map(|k| if k < lower { 1 } else { 2 }).collect();
         let frequency: Vec<f64> = model.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
-        vec![
+        let mut tables = vec![
             Table::list(
                 "/stability/eigenvalue",
                 "1/s",
-                "Eigenvalues, growth rate + i angular frequency, one of each conjugate pair, by falling growth rate.",
+                "Eigenvalues, growth rate + i angular frequency, one of each conjugate pair, by falling growth rate; \
+                 those of the reduced model, then those of the full one.",
                 value,
             ),
-            list("frequency", "Hz", "Frequency of each eigenvalue.", &Eigenpair::frequency),
-            list(
-                "growth_rate",
-                "1/s",
-                "Growth rate of each eigenvalue; unstable if positive.",
-                &Eigenpair::growth_rate,
-            ),
-            list("damping_ratio", "1", "Damping ratio, minus growth rate over modulus.", &Eigenpair::damping_ratio),
+            list("frequency", "Hz", "Frequency of each eigenvalue.", &|p| {
+                p.value.im.abs() / (2.0 * std::f64::consts::PI)
+            }),
+            list("growth_rate", "1/s", "Growth rate of each eigenvalue; unstable if positive.", &|p| p.value.re),
+            list("damping_ratio", "1", "Damping ratio, minus growth rate over modulus.", &|p| {
+                -p.value.re / p.value.norm().max(f64::MIN_POSITIVE)
+            }),
             list("backward_error", "1", "Backward error of each eigenpair in the scaled problem.", &|p| {
                 p.backward_error
             }),
+            list(
+                "constraint_violation",
+                "1",
+                "Largest opening of a closed node over the largest displacement; 0 where the pressures are eliminated.",
+                &|p| p.constraint,
+            ),
             Table::list(
                 "/stability/source",
                 "-",
                 "Where each eigenvalue comes from: reduced or full.",
-                vec!["reduced".to_owned(); e.len()],
+                all.iter().map(|p| p.source.to_owned()).collect::<Vec<_>>(),
+            ),
+            Table::list(
+                "/stability/partner",
+                "1",
+                "Place of the same eigenvalue from the other source, from 0; -1: none was looked for or needed.",
+                all.iter().map(|p| p.partner).collect::<Vec<i64>>(),
             ),
             Table::new(
                 "/stability/participation",
                 "1",
                 "Share of each free-interface mode in each eigenvector, by elastic energy.",
-                &[e.len(), model.omega.len()],
+                &[all.len(), model.omega.len()],
                 shares,
             ),
             Table::list("/stability/mode_body", "-", "Body of each free-interface mode: 1 lower, 2 upper.", body),
             Table::list("/stability/mode_frequency", "Hz", "Frequency of each free-interface mode.", frequency),
-        ]
+        ];
+        if let Some(full) = full {
+            let shifts = &full.spectrum.shifts;
+            tables.push(Table::list(
+                "/stability/shift",
+                "1/s",
+                "Shifts at which the full system was inverted.",
+                shifts.iter().map(|s| s.shift).collect::<Vec<_>>(),
+            ));
+            tables.push(Table::list(
+                "/stability/shift_radius",
+                "1/s",
+                "Distance from each shift within which every eigenvalue of the full system was found.",
+                shifts.iter().map(|s| s.radius).collect::<Vec<_>>(),
+            ));
+        }
+        tables
     }
 
     pub(super) fn summarise(&self, model: &ModalPair, summary: &mut Summary) {

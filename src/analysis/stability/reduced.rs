@@ -288,15 +288,16 @@ fn check(bodies: &ModalPair, contact: &SlidingContact) -> Result<()> {
     Ok(())
 }
 
-/// Shares of the modes in an eigenvector: |q_k|² ω_k² (elastic energy, or |λq_k|² where ω_k = 0), normalised to the sum 1,
-/// `[m1 + m2]`.
+/// Shares of the modes in an eigenvector, `[m1 + m2]`, as in [`shares`].
 pub fn participation(bodies: &ModalPair, pair: &Eigenpair) -> Vec<f64> {
-    let e: Vec<f64> = pair
-        .modal
-        .iter()
-        .zip(&bodies.omega)
-        .map(|(q, &w)| q.norm_sqr() * if w > 0.0 { w * w } else { pair.value.norm_sqr() })
-        .collect();
+    shares(&bodies.omega, &pair.modal, pair.value)
+}
+
+/// Shares of modes of angular frequencies `omega` in a motion with amplitudes `modal` and eigenvalue `value`: |q_k|² ω_k² (elastic
+/// energy, or |λq_k|² where ω_k = 0), normalised to the sum 1.
+pub fn shares(omega: &[f64], modal: &[Complex<f64>], value: Complex<f64>) -> Vec<f64> {
+    let e: Vec<f64> =
+        modal.iter().zip(omega).map(|(q, &w)| q.norm_sqr() * if w > 0.0 { w * w } else { value.norm_sqr() }).collect();
     let sum: f64 = e.iter().sum();
     e.iter().map(|v| if sum > 0.0 { v / sum } else { 0.0 }).collect()
 }

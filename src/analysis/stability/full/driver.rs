@@ -1,0 +1,154 @@
+//! The full analysis of a job: from the reduced spectrum to the full one, compared.
+
+use super::cover::{partners, Wedge};
+use super::{spectrum, Damping, FullOptions, FullPair, FullSpectrum};
+use crate::analysis::bodies::Bodies;
+use crate::analysis::reduction::ModalPair;
+use crate::analysis::report::Summary;
+use crate::analysis::stability::Spectrum;
+use crate::body::fe::BodyModes;
+use crate::contact::SlidingContact;
+use crate::job::{self, Job};
+use crate::parallel::World;
+use crate::petsc::Petsc;
+use crate::progress::Progress;
+use crate::{Error, Result};
+use num_complex::Complex;
+
+type C = Complex<f64>;
+
+/// What was found; the pairs by falling growth rate.
+pub struct FullResult {
+    /// Spectrum and shifts.
+    pub spectrum: FullSpectrum,
+    /// On rank 0: share of each free mode in each pair.
+    pub shares: Vec<Vec<f64>>,
+    /// On rank 0: place of each pair's partner among the reduced eigenpairs.
+    pub partners: Vec<Option<usize>>,
+}
+
+/// Collective: the full spectrum about a sliding contact; rank 0 gives the contact, the model and the spectrum of the `reduced` analysis.
+#[allow(clippy::too_many_arguments)]
+pub fn run(
+    petsc: &Petsc,
+    job: &Job,
+    wanted: &job::FullStability,
+    bodies: &Bodies,
+    modes: &[BodyModes],
+    reduced: Option<(&Spectrum, &SlidingContact, &ModalPair)>,
+    progress: &mut Progress,
+) -> Result<FullResult> {
+    let world = petsc.world();
+    progress.stage("stability of the full system");
+    world.on_root(|| match reduced {
+        Some((f, ..)) if wanted.max_frequency > f.limit * (1.0 + 1e-12) => Err(Error::Job(format!(
+            "analyses.stability.full.max_frequency is {} Hz, but the reduced model, which it is compared with, reaches {:.1} Hz; ask for more \
+             modes in analyses.modes or for a lower limit",
+            wanted.max_frequency, f.limit
+        ))),
+        _ => Ok(()),
+    })?;
+    let contact = shared_contact(world, reduced.map(|r| r.1));
+    let guide: Vec<C> = world.broadcast(reduced.map(|r| r.0.all.clone()).unwrap_or_default());
+    let poles: Vec<f64> = modes.iter().flat_map(|m| m.omega.iter().copied()).collect();
+    let places: Vec<(usize, Damping)> = bodies
+        .places
+        .iter()
+        .zip(job.bodies())
+        .map(|(place, (_, body))| (place.body, Damping { alpha: body.damping.alpha, beta: body.damping.beta }))
+        .collect();
+    let [lower, upper] = places[..] else {
+        return Err(Error::Defect("full stability of other than two bodies".into()));
+    };
+    let options = FullOptions {
+        max_frequency: wanted.max_frequency,
+        damping_ratio: wanted.damping_ratio,
+        count: wanted.count as usize,
+        tolerance: wanted.tolerance,
+    };
+    let mut spectrum = spectrum(petsc, &bodies.unique, [lower, upper], &contact, &guide, &poles, &options, progress)?;
+    let paired = world.on_root(|| {
+        let full: Vec<C> = spectrum.pairs.iter().map(|p| p.value).collect();
+        let reduced: Vec<C> = reduced.map(|r| r.0.eigenpairs.iter().map(|p| p.value).collect()).unwrap_or_default();
+        partners(&full, &reduced, &Wedge::new(wanted.max_frequency, wanted.damping_ratio), wanted.agreement)
+    })?;
+    let mut order: Vec<usize> = (0..spectrum.pairs.len()).collect();
+    order.sort_by(|&a, &b| spectrum.pairs[b].value.re.total_cmp(&spectrum.pairs[a].value.re));
+    let partners = paired.map(|p| order.iter().map(|&i| p[i]).collect()).unwrap_or_default();
+    let mut slots: Vec<Option<FullPair>> = spectrum.pairs.into_iter().map(Some).collect();
+    spectrum.pairs = order.iter().filter_map(|&i| slots[i].take()).collect();
+    let mut shares = Vec::new();
+    for pair in &spectrum.pairs {
+        let q = amplitudes(world, bodies, modes, pair);
+        if let Some((_, _, model)) = reduced {
+            shares.push(super::super::reduced::shares(&model.omega, &q, pair.value));
+        }
+    }
+    Ok(FullResult { spectrum, shares, partners })
+}
+
+/// Collective: modal amplitudes Φᵀ M u of both bodies, lower first.
+fn amplitudes(world: &World, bodies: &Bodies, modes: &[BodyModes], pair: &FullPair) -> Vec<C> {
+    let mut q = Vec::new();
+    for (place, u) in bodies.places.iter().zip(&pair.motion) {
+        let mut mu = vec![C::default(); u.len()];
+        bodies.unique[place.body].operators.mass.operator(world).apply(world, u, &mut mu);
+        for phi in modes.get(place.body).iter().flat_map(|m| &m.vectors) {
+            q.push(phi.iter().zip(&mu).map(|(p, m)| p * m).sum());
+        }
+    }
+    world.sum_all(&q)
+}
+
+impl FullResult {
+    /// What the summary says of it.
+    pub fn summarise(&self, summary: &mut Summary) {
+        let FullSpectrum { pairs, shifts } = &self.spectrum;
+        let worst = |of: &dyn Fn(&FullPair) -> f64| pairs.iter().map(of).fold(0.0, f64::max);
+        let solves: usize = shifts.iter().map(|s| s.solves).sum();
+        summary.line(format!(
+            "stability of the full system: {} unstable of {} eigenvalues",
+            pairs.iter().filter(|p| p.value.re > 0.0).count(),
+            pairs.len()
+        ));
+        summary.value(
+            "completeness",
+            format!("{} shifts, {solves} solves; discs meet, every eigenvalue has its partner", shifts.len()),
+        );
+        summary.value(
+            "accuracy",
+            format!(
+                "backward error {:.1e}, opening of closed nodes {:.1e}, change by one more iteration {:.1e}",
+                worst(&|p| p.residuals.backward_error),
+                worst(&|p| p.residuals.constraint),
+                worst(&|p| p.residuals.correction)
+            ),
+        );
+        let unstable = pairs.iter().filter(|p| p.value.re > 0.0).count();
+        for p in pairs.iter().take(unstable.max(3)) {
+            summary.value(
+                &format!("{:.3} Hz", p.value.im / (2.0 * std::f64::consts::PI)),
+                format!("growth rate {:+.4} 1/s", p.value.re),
+            );
+        }
+    }
+}
+
+/// Collective: the contact of rank 0 on every rank.
+fn shared_contact(world: &World, contact: Option<&SlidingContact>) -> SlidingContact {
+    let list = |of: &dyn Fn(&SlidingContact) -> Vec<f64>| world.broadcast(contact.map(of).unwrap_or_default());
+    let nodes = list(&|c| c.nodes.iter().map(|&n| n as f64).collect());
+    let direction = list(&|c| c.direction.as_flattened().to_vec());
+    let lengths = list(&|c| c.convection.iter().map(|l| l.len() as f64).collect());
+    let terms = list(&|c| c.convection.iter().flatten().flat_map(|&(n, v)| [n as f64, v]).collect());
+    let mut terms = terms.chunks_exact(2).map(|t| (t[0] as usize, t[1]));
+    SlidingContact {
+        nodes: nodes.into_iter().map(|n| n as usize).collect(),
+        force: list(&|c| c.force.clone()),
+        direction: direction.chunks_exact(2).map(|t| [t[0], t[1]]).collect(),
+        velocity: list(&|c| c.velocity.clone()),
+        friction: list(&|c| c.friction.clone()),
+        slope: list(&|c| c.slope.clone()),
+        convection: lengths.into_iter().map(|n| terms.by_ref().take(n as usize).collect()).collect(),
+    }
+}

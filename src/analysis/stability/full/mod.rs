@@ -1,0 +1,159 @@
+//! Stability of steady sliding on the full finite-element system: the quadratic eigenproblem of both bodies with the pressures
+//! of the closed nodes as multipliers, by successive shifts up the imaginary axis.
+
+pub mod coupling;
+pub mod cover;
+pub(super) mod driver;
+pub mod system;
+
+use crate::body::fe::FeBody;
+use crate::contact::SlidingContact;
+use crate::petsc::pep::{quadratic, QuadraticOptions};
+use crate::petsc::Petsc;
+use crate::progress::Progress;
+use crate::{Error, Result};
+use cover::{Disc, Wedge};
+use num_complex::Complex;
+use system::{Residuals, System};
+
+pub use coupling::Coupling;
+pub use system::Damping;
+
+type C = Complex<f64>;
+
+/// Largest accepted change of an eigenvector by one more inverse iteration.
+const CORRECTION_LIMIT: f64 = 1e-7;
+
+/// What to compute.
+#[derive(Debug, Clone, Copy)]
+pub struct FullOptions {
+    /// Eigenvalues up to this frequency, Hz.
+    pub max_frequency: f64,
+    /// and up to this damping ratio of either sign.
+    pub damping_ratio: f64,
+    /// Eigenvalues per shift, about.
+    pub count: usize,
+    /// Largest accepted backward error and constraint violation.
+    pub tolerance: f64,
+}
+
+/// One eigenvalue of the full system with its mode.
+#[derive(Debug, Clone)]
+pub struct FullPair {
+    /// λ, 1/s.
+    pub value: C,
+    /// This rank's degrees of freedom of the lower and of the upper body (in lower form), of Euclidean norm 1 together.
+    pub motion: [Vec<C>; 2],
+    /// Pressures of the closed nodes with that motion, N, `[k]`, on every rank.
+    pub pressure: Vec<C>,
+    /// Its residuals.
+    pub residuals: Residuals,
+}
+
+/// A shift that was worked at.
+#[derive(Debug, Clone, Copy)]
+pub struct ShiftReport {
+    /// The shift, 1/s.
+    pub shift: C,
+    /// Radius within which everything is known, 1/s.
+    pub radius: f64,
+    /// Eigenvalues found.
+    pub found: usize,
+    /// Solves.
+    pub solves: usize,
+}
+
+/// The spectrum in the wedge.
+#[derive(Debug, Clone)]
+pub struct FullSpectrum {
+    /// Eigenpairs by rising frequency.
+    pub pairs: Vec<FullPair>,
+    /// The shifts in the order in which they were worked at.
+    pub shifts: Vec<ShiftReport>,
+}
+
+/// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `places` are the lower and the upper body, each an index in `bodies`
+/// and its damping. `reduced` are the eigenvalues of the reduced model (both of each conjugate pair), which say where to look; `poles` the angular
+/// frequencies of the bodies' free modes.
+#[allow(clippy::too_many_arguments)]
+pub fn spectrum<'a>(
+    petsc: &'a Petsc<'a>,
+    bodies: &'a [FeBody],
+    places: [(usize, Damping); 2],
+    contact: &SlidingContact,
+    reduced: &[C],
+    poles: &[f64],
+    options: &FullOptions,
+    progress: &mut Progress,
+) -> Result<FullSpectrum> {
+    let wedge = Wedge::new(options.max_frequency, options.damping_ratio);
+    let mut system = System::new(petsc, bodies, places, Coupling::new(contact), 0.5 * wedge.height)?;
+    let mut from = 0.0;
+    let (mut discs, mut pairs, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
+    while from < wedge.height {
+        let next = cover::next(&wedge, from, options.count, reduced, poles);
+        let shift = system.shift_to(next.height)?;
+        let mut count = next.count;
+        let mut attempt = 0;
+        let (disc, found) = loop {
+            let (found, solves) = around(petsc, &mut system, shift, count, options, progress)?;
+            let radius = found.iter().map(|p| (p.value - shift).norm()).fold(0.0, f64::max) * (1.0 - 1e-9);
+            let disc = Disc { centre: shift, radius, found: found.iter().map(|p| p.value).collect() };
+            shifts.push(ShiftReport { shift, radius, found: found.len(), solves });
+            match wedge.covered(&disc) {
+                Some((low, high)) if low <= from && high > from => break (disc, found),
+                _ if attempt == 3 => break (disc, found),
+                _ => {}
+            }
+            attempt += 1;
+            count += count / 2 + 2;
+        };
+        let reached = wedge.covered(&disc).filter(|c| c.0 <= from).map_or(from, |c| c.1);
+        discs.push(disc);
+        pairs.push(found);
+        if reached <= from {
+            break;
+        }
+        from = reached;
+    }
+    let kept = cover::merge(&discs, &wedge)?;
+    let mut slots: Vec<Vec<Option<FullPair>>> = pairs.into_iter().map(|l| l.into_iter().map(Some).collect()).collect();
+    let pairs = kept.into_iter().filter_map(|(d, i)| slots[d][i].take()).collect();
+    Ok(FullSpectrum { pairs, shifts })
+}
+
+/// Collective: the eigenpairs around the shift at which the system stands.
+fn around(
+    petsc: &Petsc,
+    system: &mut System,
+    shift: C,
+    count: usize,
+    options: &FullOptions,
+    progress: &mut Progress,
+) -> Result<(Vec<FullPair>, usize)> {
+    let start = system.start()?;
+    let rate = system.rate();
+    let wanted = QuadraticOptions { target: shift / rate, count, tolerance: 1e-10, prefix: "stability_".into() };
+    let hertz = shift.im / (2.0 * std::f64::consts::PI);
+    let found = quadratic(petsc, system, &start, &wanted, &mut |done, of| {
+        progress.step(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
+    })
+    .map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
+    let mut pairs = Vec::new();
+    for (lambda, x) in found.lambda.iter().zip(&found.vectors) {
+        let value = lambda * rate;
+        let residuals = system.residuals(value, x)?;
+        let worst = residuals.backward_error.max(residuals.constraint);
+        if !(worst <= options.tolerance && residuals.correction <= CORRECTION_LIMIT) {
+            return Err(Error::NotConverged(format!(
+                "stability, full system: SLEPc takes the eigenvalue {value:.6e} 1/s for converged, but its backward error is {:.1e} and its \
+                 violation of the closed contact {:.1e} (analyses.stability.full.tolerance is {:.1e}), and one more inverse iteration changes it by {:.1e} \
+                 (limit {CORRECTION_LIMIT:.0e})",
+                residuals.backward_error, residuals.constraint, options.tolerance, residuals.correction
+            )));
+        }
+        let (motion, pressure) = system.split(x);
+        pairs.push(FullPair { value, motion, pressure, residuals });
+    }
+    Ok((pairs, found.solves))
+}

@@ -1,0 +1,482 @@
+//! The linearised system of two finite-element bodies in sliding contact: what its matrices and its inverse at a shift do to a
+//! vector.
+//!
+//! (λ²M + λC + K) u − Yᵀ R = 0 with the tractions and pressures R of [`Coupling`], and Y_n u = 0 at the closed nodes; Y = [B1, E B2]
+//! gives the motion of the contact rows. The bodies meet in the contact rows alone. With Rayleigh damping
+//! λ²M + λC + K = (1 + λβ)(K − sM), s = −(λ² + λα)/(1 + λβ), and on the curve of the shifts that [`Damping::on_curve`] gives s is real: then one
+//! real symmetric factorisation for each body is all, and what couples the bodies is a small dense problem on their receptances
+//! at the contact rows (Woodbury's identity).
+
+use super::coupling::{CoupledContact, Coupling};
+use crate::body::fe::{sign, FeBody};
+use crate::parallel::World;
+use crate::petsc::complex::ComplexFactor;
+use crate::petsc::csr::Operator;
+use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::pep::QuadraticOperator;
+use crate::petsc::Petsc;
+use crate::{Error, Result};
+use faer::Mat;
+use num_complex::Complex;
+
+type C = Complex<f64>;
+
+/// Rayleigh damping C = αM + βK.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Damping {
+    /// α, 1/s.
+    pub alpha: f64,
+    /// β, s.
+    pub beta: f64,
+}
+
+impl Damping {
+    /// The shift of imaginary part `height` (rad/s) at which s is real, with that s (1/s²): the eigenvalue that a mode of a body with this
+    /// damping would have. `None` where so fast a mode would not oscillate.
+    pub fn on_curve(&self, height: f64) -> Option<(C, f64)> {
+        let mut s = height * height;
+        for _ in 0..200 {
+            let half = 0.5 * (self.alpha + self.beta * s);
+            let next = height * height + half * half;
+            if (next - s).abs() <= 1e-15 * s {
+                break;
+            }
+            s = next;
+        }
+        let half = 0.5 * (self.alpha + self.beta * s);
+        ((height * height + half * half - s).abs() <= 1e-12 * s && s.is_finite()).then(|| (C::new(-half, height), s))
+    }
+}
+
+/// One of the two bodies.
+struct Part<'a> {
+    fe: &'a FeBody,
+    stiffness: Operator<'a>,
+    mass: Operator<'a>,
+    damping: Damping,
+    /// Index in the list of finite-element bodies: equal for mirror images.
+    body: usize,
+    /// This rank's contact rows: (row of the coupling, local degree of freedom, entry of Y).
+    rows: Vec<(usize, usize, f64)>,
+    /// First of its local unknowns.
+    first: usize,
+}
+
+impl Part<'_> {
+    fn len(&self) -> usize {
+        self.fe.dofs.owned()
+    }
+}
+
+/// Inverse of a body's dynamic stiffness.
+enum Inverse<'a> {
+    /// That of K − sM with real s, and the factor 1/(1 + λβ) that belongs to it.
+    Real(Factor<'a>, C),
+    /// That of λ²M + λC + K.
+    Complex(ComplexFactor<'a>),
+}
+
+/// A body, or two mirror images, at a shift.
+struct ShiftedBody<'a> {
+    inverse: Inverse<'a>,
+    /// The inverse times Bᵀ (without the factor of a real one): local rows of `[3m]` columns, m/N; imaginary parts, empty if there are none.
+    columns: [Vec<f64>; 2],
+    /// The parts that it stands for.
+    parts: Vec<usize>,
+}
+
+/// The inverse at a shift.
+struct Shift<'a> {
+    bodies: Vec<ShiftedBody<'a>>,
+    /// On rank 0.
+    contact: Option<CoupledContact>,
+}
+
+/// The system, distributed: each rank has its rows of body 1, of body 2, and rank 0 those of the pressures.
+pub struct System<'a> {
+    world: &'a World,
+    petsc: &'a Petsc<'a>,
+    parts: Vec<Part<'a>>,
+    coupling: Coupling,
+    /// Unit of λ, rad/s, and of stiffness, N/m: the pressures are counted in it times a metre.
+    rate: f64,
+    stiffness: f64,
+    /// ‖K‖, ‖C‖, ‖M‖ by row sums in these units.
+    norms: [f64; 3],
+    shift: Option<Shift<'a>>,
+}
+
+/// Residuals of an eigenpair.
+#[derive(Debug, Clone, Copy)]
+pub struct Residuals {
+    /// |P(λ)x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) (Tisseur, Linear Algebra Appl. 309, 2000).
+    pub backward_error: f64,
+    /// |P(σ)⁻¹P(λ)x| / |x| with the last shift σ.
+    pub correction: f64,
+    /// Largest |Y_n u| of the closed nodes over the largest |u|.
+    pub constraint: f64,
+}
+
+impl<'a> System<'a> {
+    /// Collective: the system of two places, each an index in `bodies` and the damping of what is there, lower first. `rate` is the unit of λ, rad/s.
+    pub fn new(
+        petsc: &'a Petsc<'a>,
+        bodies: &'a [FeBody],
+        places: [(usize, Damping); 2],
+        coupling: Coupling,
+        rate: f64,
+    ) -> Result<Self> {
+        let world = petsc.world();
+        let mut parts = Vec::new();
+        let mut first = 0;
+        for (place, (body, damping)) in places.into_iter().enumerate() {
+            let fe = bodies.get(body).ok_or_else(|| Error::Defect("full stability: a body is missing".into()))?;
+            let contact = fe.contact_rows(world)?;
+            let own = fe.dofs.begin()..fe.dofs.begin() + fe.dofs.owned() as u64;
+            let mut rows = Vec::new();
+            for (at, &node) in coupling.nodes.iter().enumerate() {
+                for c in 0..3 {
+                    let dof = contact[3 * node + c];
+                    if own.contains(&dof) {
+                        let mirrored = if place == 1 && c < 2 { -1.0 } else { 1.0 };
+                        rows.push((3 * at + c, (dof - own.start) as usize, mirrored * sign(c)));
+                    }
+                }
+            }
+            let (stiffness, mass) = (fe.operators.stiffness.operator(world), fe.operators.mass.operator(world));
+            parts.push(Part { fe, stiffness, mass, damping, body, rows, first });
+            first += fe.dofs.owned();
+        }
+        let stiffness = parts.iter().map(|p| p.stiffness.matrix().max_abs(world)).fold(0.0, f64::max);
+        let mut norms = [0.0f64; 3];
+        for p in &parts {
+            let k = p.stiffness.matrix().norm_inf(world);
+            let m = p.mass.matrix().norm_inf(world);
+            let c = p.damping.alpha.abs() * m + p.damping.beta.abs() * k;
+            for (norm, v) in norms.iter_mut().zip([k, c * rate, m * rate * rate]) {
+                *norm = norm.max(v / stiffness);
+            }
+        }
+        let d = coupling.largest_damping();
+        norms[0] += 1.0 + d * coupling.largest_rate() / stiffness;
+        norms[1] += d * rate / stiffness;
+        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift: None })
+    }
+
+    /// Unit of λ, rad/s.
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// First local unknown of the pressures.
+    fn pressures(&self) -> usize {
+        self.parts.iter().map(Part::len).sum()
+    }
+
+    /// Collective: gets the inverse ready at the shift of imaginary part `height`, rad/s; returns the shift, 1/s.
+    pub fn shift_to(&mut self, height: f64) -> Result<C> {
+        self.shift = None;
+        let damping = self.parts[0].damping;
+        let (sigma, s) = damping.on_curve(height).ok_or_else(|| {
+            Error::Job(format!(
+                "bodies.lower.damping: at {:.1} Hz it is beyond critical, so no mode of that frequency oscillates; lower analyses.stability.full.max_frequency",
+                height / (2.0 * std::f64::consts::PI)
+            ))
+        })?;
+        let m = 3 * self.coupling.nodes.len();
+        let mut bodies: Vec<ShiftedBody> = Vec::new();
+        for index in 0..self.parts.len() {
+            let part = &self.parts[index];
+            let same = |b: &&mut ShiftedBody| {
+                let other = &self.parts[b.parts[0]];
+                other.body == part.body && other.damping == part.damping
+            };
+            match bodies.iter_mut().find(same) {
+                Some(body) => body.parts.push(index),
+                None => bodies.push(self.invert(index, sigma, (part.damping == damping).then_some(s))?),
+            }
+        }
+        let mut receptance = vec![C::default(); m * m];
+        for body in &bodies {
+            for &index in &body.parts {
+                let part = &self.parts[index];
+                let n = part.len();
+                for column in 0..m {
+                    let mirrored = mirror(index, column) * body.scale();
+                    for &(row, dof, y) in &part.rows {
+                        receptance[row + column * m] += y * mirrored * body.column(column * n + dof);
+                    }
+                }
+            }
+        }
+        let receptance = self.world.sum_all(&receptance);
+        let contact =
+            self.world.on_root(|| self.coupling.at(&Mat::from_fn(m, m, |i, j| receptance[i + j * m]), sigma))?;
+        self.shift = Some(Shift { bodies, contact });
+        Ok(sigma)
+    }
+
+    /// The inverse of part `index` at λ = `sigma`, with the real s that belongs to it if there is one.
+    fn invert(&self, index: usize, sigma: C, s: Option<f64>) -> Result<ShiftedBody<'a>> {
+        let part = &self.parts[index];
+        let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
+        let (k, mass) = (&part.fe.operators.stiffness, &part.fe.operators.mass);
+        let name = format!("body {} at {:.1} Hz", part.fe.name, sigma.im / (2.0 * std::f64::consts::PI));
+        let mut real = vec![0.0; n * m];
+        for &(row, dof, _) in &part.rows {
+            real[row * n + dof] = sign(row);
+        }
+        let Damping { alpha, beta } = part.damping;
+        if let Some(s) = s {
+            let options = FactorOptions::new(Kind::Indefinite);
+            let mut factor = Factor::new(self.world, &k.minus_scaled(s, mass), options, &name)?;
+            factor.solve(&mut real, m)?;
+            let inverse = Inverse::Real(factor, 1.0 / (1.0 + sigma * beta));
+            return Ok(ShiftedBody { inverse, columns: [real, Vec::new()], parts: vec![index] });
+        }
+        let (a, b) = (1.0 + sigma * beta, sigma * sigma + sigma * alpha);
+        let mut factor = ComplexFactor::new(self.petsc, k, mass, [a, b], "stability_", &name)?;
+        let mut columns: Vec<C> = real.iter().map(|&v| C::from(v)).collect();
+        factor.solve(&mut columns, m)?;
+        let split = [columns.iter().map(|v| v.re).collect(), columns.iter().map(|v| v.im).collect()];
+        Ok(ShiftedBody { inverse: Inverse::Complex(factor), columns: split, parts: vec![index] })
+    }
+
+    /// Collective: motion of the contact rows, Y u, m, `[3m]`, on every rank.
+    pub fn motion(&self, x: &[C]) -> Vec<C> {
+        let mut y = vec![C::default(); 3 * self.coupling.nodes.len()];
+        for part in &self.parts {
+            for &(row, dof, sign) in &part.rows {
+                y[row] += sign * x[part.first + dof];
+            }
+        }
+        self.world.sum_all(&y)
+    }
+
+    /// out += factor Yᵀ R.
+    fn add_forces(&self, forces: &[C], factor: f64, out: &mut [C]) {
+        for part in &self.parts {
+            for &(row, dof, sign) in &part.rows {
+                out[part.first + dof] += factor * sign * forces[row];
+            }
+        }
+    }
+
+    /// The pressures of `x` on every rank, N.
+    fn pressures_of(&self, x: &[C]) -> Vec<C> {
+        let first = self.pressures();
+        let mine = if self.world.is_root() { &x[first..first + self.coupling.closed()] } else { &[] };
+        self.world.broadcast(mine.iter().map(|r| r * self.stiffness).collect())
+    }
+
+    /// Collective: the motion of the two bodies (local rows) and the pressures (N, on every rank) of a vector.
+    pub fn split(&self, x: &[C]) -> ([Vec<C>; 2], Vec<C>) {
+        let of = |p: usize| self.parts.get(p).map_or(Vec::new(), |p| x[p.first..p.first + p.len()].to_vec());
+        ([of(0), of(1)], self.pressures_of(x))
+    }
+
+    /// Collective: residuals of the pair (λ in 1/s, x).
+    pub fn residuals(&mut self, lambda: C, x: &[C]) -> Result<Residuals> {
+        let world = self.world;
+        let scaled = lambda / self.rate;
+        let mut sum = vec![C::default(); x.len()];
+        let mut y = sum.clone();
+        let mut power = C::from(1.0);
+        let mut scale = 0.0;
+        for (p, norm) in self.norms.into_iter().enumerate() {
+            self.multiply(p, x, &mut y)?;
+            sum.iter_mut().zip(&y).for_each(|(s, y)| *s += power * y);
+            scale += power.norm() * norm;
+            power *= scaled;
+        }
+        let norm = |v: &[C]| world.sum(v.iter().map(|v| v.norm_sqr()).sum()).sqrt();
+        let size = norm(x);
+        let backward_error = norm(&sum) / (scale * size);
+        self.solve(&mut sum)?;
+        let correction = norm(&sum) / size;
+        let y = self.motion(x);
+        let gap = (0..self.coupling.closed()).map(|i| y[3 * i + 2].norm()).fold(0.0, f64::max);
+        let u = world.max(x[..self.pressures()].iter().map(|v| v.norm()).fold(0.0, f64::max));
+        Ok(Residuals { backward_error, correction, constraint: gap / u })
+    }
+
+    /// Collective: a start for the eigensolver, the same on any number of ranks: the answer to unlike forces on the contact rows.
+    pub fn start(&mut self) -> Result<Vec<C>> {
+        let mut x = vec![C::default(); self.n_local()];
+        let forces: Vec<C> = (0..3 * self.coupling.nodes.len())
+            .map(|i| {
+                C::new(0.3 + (i as f64 * 0.618_033_988_749_894_9).fract(), (i as f64 * 0.754_877_666_246_692_7).fract())
+            })
+            .collect();
+        self.add_forces(&forces, 1.0, &mut x);
+        self.solve(&mut x)?;
+        let size = self.world.sum(x.iter().map(|v| v.norm_sqr()).sum()).sqrt();
+        x.iter_mut().for_each(|v| *v /= size);
+        Ok(x)
+    }
+}
+
+/// Tangential rows of the upper body (part 1) count with a minus sign.
+fn mirror(part: usize, row: usize) -> f64 {
+    if part == 1 && row % 3 < 2 {
+        -1.0
+    } else {
+        1.0
+    }
+}
+
+impl ShiftedBody<'_> {
+    fn scale(&self) -> C {
+        match &self.inverse {
+            Inverse::Real(_, scale) => *scale,
+            Inverse::Complex(_) => C::from(1.0),
+        }
+    }
+
+    fn column(&self, at: usize) -> C {
+        C::new(self.columns[0][at], self.columns[1].get(at).copied().unwrap_or(0.0))
+    }
+
+    /// Solves for columns of `n` local rows in place.
+    fn solve(&mut self, columns: &mut [C], count: usize) -> Result<()> {
+        match &mut self.inverse {
+            Inverse::Real(factor, scale) => {
+                // Real and imaginary parts are columns of one real solve.
+                let mut both: Vec<f64> = columns.iter().map(|v| v.re).chain(columns.iter().map(|v| v.im)).collect();
+                factor.solve(&mut both, 2 * count)?;
+                let (re, im) = both.split_at(columns.len());
+                for ((v, re), im) in columns.iter_mut().zip(re).zip(im) {
+                    *v = *scale * C::new(*re, *im);
+                }
+                Ok(())
+            }
+            Inverse::Complex(factor) => factor.solve(columns, count),
+        }
+    }
+
+    /// u += X F for the contact forces of one part in its lower form, `[3m]`; `u` has the part's local rows.
+    fn add_response(&self, forces: &[C], u: &mut [C]) {
+        const BLOCK: usize = 2048;
+        let n = u.len();
+        for first in (0..n).step_by(BLOCK) {
+            let end = (first + BLOCK).min(n);
+            let mut sum = vec![C::default(); end - first];
+            for (column, &f) in forces.iter().enumerate() {
+                for (s, v) in sum.iter_mut().zip(&self.columns[0][column * n + first..column * n + end]) {
+                    *s += f * v;
+                }
+                if !self.columns[1].is_empty() {
+                    let turned = f * C::i();
+                    for (s, v) in sum.iter_mut().zip(&self.columns[1][column * n + first..column * n + end]) {
+                        *s += turned * v;
+                    }
+                }
+            }
+            let scale = self.scale();
+            for (u, s) in u[first..end].iter_mut().zip(sum) {
+                *u += scale * s;
+            }
+        }
+    }
+}
+
+impl QuadraticOperator for System<'_> {
+    fn n_local(&self) -> usize {
+        let pressures = if self.world.is_root() { self.coupling.closed() } else { 0 };
+        // A rank without any unknown gets one that is zero.
+        (self.pressures() + pressures).max(1)
+    }
+
+    fn multiply(&mut self, power: usize, x: &[C], out: &mut [C]) -> Result<()> {
+        let world = self.world;
+        let unit = self.rate.powi(power as i32) / self.stiffness;
+        out.fill(C::default());
+        let mut product = Vec::new();
+        for part in &self.parts {
+            let span = part.first..part.first + part.len();
+            let x = &x[span.clone()];
+            product.resize(x.len(), C::default());
+            let Damping { alpha, beta } = part.damping;
+            let terms = match power {
+                0 => [(1.0, Some(&part.stiffness)), (0.0, None)],
+                1 => [(alpha, Some(&part.mass)), (beta, Some(&part.stiffness))],
+                _ => [(1.0, Some(&part.mass)), (0.0, None)],
+            };
+            for (factor, matrix) in terms {
+                let Some(matrix) = matrix.filter(|_| factor != 0.0) else { continue };
+                matrix.apply(world, x, &mut product);
+                for (o, p) in out[span.clone()].iter_mut().zip(&product) {
+                    *o += factor * unit * p;
+                }
+            }
+        }
+        let first = self.pressures();
+        match power {
+            0 => {
+                let y = self.motion(x);
+                let mut forces = self.coupling.convection_forces(&y);
+                let pressed = self.coupling.pressure_forces(&self.pressures_of(x));
+                forces.iter_mut().zip(pressed).for_each(|(f, p)| *f += p);
+                self.add_forces(&forces, -unit, out);
+                if world.is_root() {
+                    for i in 0..self.coupling.closed() {
+                        out[first + i] = y[3 * i + 2];
+                    }
+                } else if first == 0 {
+                    out[0] = x[0];
+                }
+            }
+            1 => {
+                let y = self.motion(x);
+                self.add_forces(&self.coupling.damping_forces(&y), -unit, out);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn solve(&mut self, x: &mut [C]) -> Result<()> {
+        let world = self.world;
+        let first = self.pressures();
+        let mut shift = self.shift.take().ok_or_else(|| Error::Defect("full stability: no shift is set".into()))?;
+        for body in &mut shift.bodies {
+            let mut columns: Vec<C> = Vec::new();
+            for &part in &body.parts {
+                let part = &self.parts[part];
+                columns.extend(x[part.first..part.first + part.len()].iter().map(|v| v * self.stiffness));
+            }
+            let solved = body.solve(&mut columns, body.parts.len());
+            if let Err(e) = solved {
+                self.shift = Some(shift);
+                return Err(e);
+            }
+            let mut rest = &columns[..];
+            for &part in &body.parts {
+                let part = &self.parts[part];
+                let (mine, tail) = rest.split_at(part.len());
+                x[part.first..part.first + part.len()].copy_from_slice(mine);
+                rest = tail;
+            }
+        }
+        let y = self.motion(x);
+        let forces = match &shift.contact {
+            Some(contact) => contact.forces(&self.coupling, &y, &x[first..first + self.coupling.closed()]),
+            None => Vec::new(),
+        };
+        let forces = world.broadcast(forces);
+        for body in &shift.bodies {
+            for &index in &body.parts {
+                let part = &self.parts[index];
+                let turned: Vec<C> = forces.iter().enumerate().map(|(row, f)| mirror(index, row) * f).collect();
+                body.add_response(&turned, &mut x[part.first..part.first + part.len()]);
+            }
+        }
+        if world.is_root() {
+            for i in 0..self.coupling.closed() {
+                x[first + i] = forces[3 * i + 2] / self.stiffness;
+            }
+        }
+        self.shift = Some(shift);
+        Ok(())
+    }
+}
