@@ -11,6 +11,7 @@ use cli::{launch, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::plan::{self, Limit, Plan};
+use railsqueal::analysis::reduction::fe_inputs;
 use railsqueal::analysis::{self, RunOptions};
 use railsqueal::job::{self, Job};
 use railsqueal::parallel::World;
@@ -72,7 +73,13 @@ fn parallel(command: Command, speaks: bool) -> i32 {
         return 2;
     }
     let result = match command {
-        Command::Run { job, output, force, petsc } => run(&world, &job, output, force, &petsc),
+        Command::Run { job, output, force, reuse, petsc } => {
+            let job = read(&world, &job).map(|read| (read, job.path.clone()));
+            job.and_then(|(job, path)| {
+                let output = output.unwrap_or_else(|| default_output(&path));
+                run(&world, &job, output, force, reuse, &petsc)
+            })
+        }
         Command::Check { job } => check(&world, &job),
         Command::Schema => Ok(()),
     };
@@ -110,17 +117,15 @@ fn all_arrive(farewell: &SimpleCommunicator) -> bool {
     }
 }
 
-fn run(world: &World, args: &JobArgs, output: Option<PathBuf>, force: bool, petsc: &[String]) -> Result<()> {
-    let job = read(world, args)?;
-    let output = output.unwrap_or_else(|| default_output(&args.path));
-    let options =
-        RunOptions { output, force, command: std::env::args_os().map(lossy).collect(), versions: versions::versions() };
-    refuse_what_does_not_fit(world, &job)?;
+fn run(world: &World, job: &Job, output: PathBuf, force: bool, reuse: Option<PathBuf>, petsc: &[String]) -> Result<()> {
+    let command = std::env::args_os().map(lossy).collect();
+    let options = RunOptions { output, force, reuse, command, versions: versions::versions() };
+    refuse_what_does_not_fit(world, job, options.reuse.is_some() && !job.output.fields)?;
     let petsc_options: Vec<(String, String)> =
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
     let session = Petsc::start(world, &petsc_options, petsc)?;
     let mut progress = Progress::new(world.is_root());
-    let summary = analysis::run(&session, &job, &options, &mut progress)?;
+    let summary = analysis::run(&session, job, &options, &mut progress)?;
     let unused = session.unused_options()?;
     if world.is_root() {
         print(&summary.to_string())?;
@@ -145,13 +150,17 @@ fn check(world: &World, args: &JobArgs) -> Result<()> {
     plan.fits(here, &limit)
 }
 
-fn refuse_what_does_not_fit(world: &World, job: &Job) -> Result<()> {
+/// Collective: an error if the job, or a point of its sweep, needs more memory than there is. Of a `reduced` job the finite
+/// elements themselves need none.
+fn refuse_what_does_not_fit(world: &World, job: &Job, reduced: bool) -> Result<()> {
     let (here, plan) = plan_of(world, job)?;
+    let plan = plan.filter(|_| !reduced);
     world.agree(plan.map_or(Ok(()), |plan| plan.fits(here, &Limit::of(job))))?;
     let models = || job.sweep.as_ref().map(plan::models).unwrap_or_default();
     world.on_root(|| {
         let fits = |p: &Job| Plan::new(p, plan::sizes(p)?, world.size).fits(here, &Limit::of(job));
-        models().into_iter().try_for_each(|p| fits(p).map_err(|e| e.context("analyses.sweep")))
+        let new = |p: &&Job| !reduced || fe_inputs(p) != fe_inputs(job);
+        models().into_iter().filter(new).try_for_each(|p| fits(p).map_err(|e| e.context("analyses.sweep")))
     })?;
     Ok(())
 }

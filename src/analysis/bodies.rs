@@ -45,6 +45,11 @@ pub(super) struct Meshed {
 }
 
 impl Bodies {
+    /// No bodies, where what they give comes from elsewhere.
+    pub fn none() -> Self {
+        Self { places: Vec::new(), unique: Vec::new() }
+    }
+
     /// Collective: meshes, distributes and assembles the bodies of the job.
     pub fn build(world: &World, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
         progress.stage("meshing");

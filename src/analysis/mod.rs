@@ -7,12 +7,13 @@ mod modes;
 pub mod plan;
 pub mod reduction;
 mod report;
+mod reuse;
 pub mod stability;
 mod steady;
 mod sweep;
 
-use crate::job::Job;
-use crate::output::{Provenance, ResultFile};
+use crate::job::{Compliance, Job};
+use crate::output::{sha256, Provenance, ResultFile};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -29,6 +30,8 @@ pub struct RunOptions {
     pub output: PathBuf,
     /// Whether existing results are overwritten.
     pub force: bool,
+    /// A result file whose modes and compliance are taken instead of computing them.
+    pub reuse: Option<PathBuf>,
     /// The command line, for the provenance.
     pub command: Vec<String>,
     /// Name and version of the program and of its libraries, for the provenance.
@@ -76,13 +79,42 @@ fn elements(
     summary: &mut Summary,
 ) -> Result<Option<Vec<(String, String)>>> {
     let world = petsc.world();
-    let bodies = Bodies::build(world, job, progress, summary)?;
-    let mut solvers = bodies.solvers(petsc, job, progress, summary)?;
-    let found = modes::run(petsc, job, &bodies, &mut solvers, options, file, progress, summary)?;
+    let reused = match &options.reuse {
+        Some(path) => {
+            progress.stage("reading the reduced model of an earlier run");
+            Some(world.on_root(|| reuse::read(path, job))?)
+        }
+        None => None,
+    };
+    // With modes and compliance at hand, meshes serve the fields alone, and factors those of steady rolling.
+    let bodies = match reused {
+        Some(_) if !job.output.fields => Bodies::none(),
+        _ => Bodies::build(world, job, progress, summary)?,
+    };
+    let mut solvers = match reused {
+        Some(_) if job.analyses.steady.is_none() => Vec::new(),
+        _ => bodies.solvers(petsc, job, progress, summary)?,
+    };
+    let found = match &reused {
+        Some(reused) => {
+            if let (Some(reused), Some(_)) = (reused, &job.analyses.modes) {
+                modes::write_reused(&reused.modes, file, summary);
+            }
+            Vec::new()
+        }
+        None => modes::run(petsc, job, &bodies, &mut solvers, options, file, progress, summary)?,
+    };
     let mut reduced = None;
     let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
     if let (true, Some(contact)) = (statics, &job.contact) {
-        let model = Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?;
+        let model = match reused {
+            Some(reused) => reused.map_or_else(Reduction::elsewhere, |r| r.reduction),
+            None => Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?,
+        };
+        if options.reuse.is_none() && job.output.reduced && contact.compliance == Compliance::Fe {
+            let tables = world.on_root(|| reuse::tables(job, &bodies, &found, model.root()?))?;
+            file.tables(tables.unwrap_or_default());
+        }
         if let Some(wanted) = &job.analyses.stability {
             stability::run(petsc, job, wanted, contact, &bodies, &found, &model, file, progress, summary)?;
         }
@@ -98,5 +130,11 @@ fn elements(
     if let (Some(plan), Some(model)) = (&job.sweep, &reduced) {
         sweep::run(petsc, job, plan, model, file, progress, summary)?;
     }
-    world.on_root(|| bodies.checksums(job))
+    world.on_root(|| {
+        let mut sums = bodies.checksums(job)?;
+        if let Some(path) = &options.reuse {
+            sums.push((path.display().to_string(), sha256(path)?));
+        }
+        Ok(sums)
+    })
 }

@@ -50,18 +50,9 @@ pub fn run(
     for (index, (body, modes)) in bodies.unique.iter().zip(&all).enumerate() {
         let frequency = modes.frequency();
         for place in bodies.places.iter().filter(|p| p.body == index) {
-            let list = |name: &str, units: &str, text: &str, values: &[f64]| {
-                Table::list(&format!("/modes/{}/{name}", place.name), units, text, values.to_vec())
-            };
-            let text = "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.";
-            file.table(list("frequency", "Hz", text, &frequency));
-            let text = "Residual |Kx - w²Mx| / (|w² - s| |Mx|) of each mode, with the shift s.";
-            file.table(list("residual", "1", text, &modes.residual));
+            file.tables(tables(place.name, &frequency, &modes.residual));
         }
-        let rigid = frequency.iter().filter(|&&f| f == 0.0).count();
-        let elastic: Vec<String> = frequency[rigid..].iter().take(6).map(|f| format!("{f:.2}")).collect();
-        let of = if rigid > 0 { format!("{} ({rigid} rigid)", frequency.len()) } else { frequency.len().to_string() };
-        summary.value(&format!("modes of {}", body.name), format!("{of}; Hz: {} ...", elastic.join(", ")));
+        summarise(&body.name, &frequency, summary);
     }
     if job.output.fields && !all.is_empty() {
         progress.stage("writing mode shapes");
@@ -74,4 +65,35 @@ pub fn run(
         file.attach(shapes)?;
     }
     Ok(all)
+}
+
+/// On rank 0: the tables of modes (frequencies in Hz, residuals) that come from an earlier run, for the lower and the upper body.
+pub fn write_reused(modes: &[(Vec<f64>, Vec<f64>); 2], file: &mut ResultFile, summary: &mut Summary) {
+    for (name, (frequency, residual)) in ["lower", "upper"].into_iter().zip(modes) {
+        file.tables(tables(name, frequency, residual));
+        summarise(name, frequency, summary);
+    }
+    summary.value("modes and compliance", "from the earlier run; mode shapes are not written");
+}
+
+fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> [Table; 2] {
+    let list = |name: &str, units: &str, text: &str, values: &[f64]| {
+        Table::list(&format!("/modes/{place}/{name}"), units, text, values.to_vec())
+    };
+    [
+        list(
+            "frequency",
+            "Hz",
+            "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.",
+            frequency,
+        ),
+        list("residual", "1", "Residual |Kx - w²Mx| / (|w² - s| |Mx|) of each mode, with the shift s.", residual),
+    ]
+}
+
+fn summarise(name: &str, frequency: &[f64], summary: &mut Summary) {
+    let rigid = frequency.iter().filter(|&&f| f == 0.0).count();
+    let elastic: Vec<String> = frequency[rigid..].iter().take(6).map(|f| format!("{f:.2}")).collect();
+    let of = if rigid > 0 { format!("{} ({rigid} rigid)", frequency.len()) } else { frequency.len().to_string() };
+    summary.value(&format!("modes of {name}"), format!("{of}; Hz: {} ...", elastic.join(", ")));
 }

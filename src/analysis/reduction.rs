@@ -56,45 +56,35 @@ impl Reduction {
                     None => compliance.as_ref().map(|c| Mat::zeros(c.nrows(), 0)),
                 };
                 let omega = modes.get(i).map(|m| m.omega.clone()).unwrap_or_default();
-                parts.extend(compliance.zip(shapes).map(|(c, s)| (omega, s, c)));
+                let part = |(compliance, contact_modes)| BodyPart { omega, contact_modes, compliance };
+                parts.extend(compliance.zip(shapes).map(part));
             }
         }
         let root = world.on_root(|| {
             let interface = interface.ok_or_else(|| Error::Defect("no interface on rank 0".into()))?;
-            let missing = || Error::Defect("compliance is not on rank 0".into());
             let mut place: Vec<usize> = bodies.places.iter().map(|p| p.body).collect();
             if contact.compliance == Compliance::HalfSpace {
-                let none = |c: Mat<f64>| (Vec::new(), Mat::zeros(c.nrows(), 0), c);
-                parts = half_spaces(bodies, &interface)?.map(none).into();
+                let rigid = |compliance: Mat<f64>| BodyPart {
+                    omega: Vec::new(),
+                    contact_modes: Mat::zeros(compliance.nrows(), 0),
+                    compliance,
+                };
+                parts = half_spaces(bodies, &interface)?.map(rigid).into();
                 place = vec![0, 1];
             }
-            let given = job.bodies();
-            let mut reduced: Vec<ReducedBody> = Vec::new();
-            for (i, (name, body)) in given.iter().enumerate() {
-                let first = (0..i).find(|&j| place[j] == place[i]);
-                // One body in two places is one still if it is damped alike.
-                if let Some(first) = first.filter(|&j| given[j].1.damping == body.damping) {
-                    place[i] = first;
-                    continue;
-                }
-                let (omega, contact_modes, compliance) = match first {
-                    Some(first) => {
-                        let b = reduced.get(first).ok_or_else(missing)?;
-                        (b.omega.clone(), b.contact_modes.clone(), b.compliance.clone())
-                    }
-                    None => {
-                        let part = parts.get_mut(place[i]).ok_or_else(missing)?;
-                        std::mem::replace(part, (Vec::new(), Mat::new(), Mat::new()))
-                    }
-                };
-                let damping = damping(&body.damping, &omega, &format!("bodies.{name}.damping"))?;
-                place[i] = reduced.len();
-                reduced.push(ReducedBody { omega, damping, contact_modes, compliance });
-            }
-            let [lower, upper] = place[..] else { return Err(missing()) };
-            ReducedModel::new(interface, reduced, [lower, upper])
+            ReducedModel::assemble(job, interface, parts, place)
         })?;
         Ok(Self { root })
+    }
+
+    /// On rank 0: the reduction to `model`.
+    pub fn of(model: ReducedModel) -> Self {
+        Self { root: Some(model) }
+    }
+
+    /// Elsewhere: no model.
+    pub fn elsewhere() -> Self {
+        Self { root: None }
     }
 
     /// The model; to be asked for on rank 0 only.
@@ -108,7 +98,50 @@ impl Reduction {
     }
 }
 
+/// What the finite elements give of a body, in lower form; damping comes from the job.
+#[derive(Debug, Clone)]
+pub struct BodyPart {
+    /// Angular frequencies, rad/s, `[m]`.
+    pub omega: Vec<f64>,
+    /// Mass-normalised modes at the contact rows, 1/√kg, `[3n, m]`.
+    pub contact_modes: Mat<f64>,
+    /// Compliance of the contact rows, m/N, `[3n, 3n]`.
+    pub compliance: Mat<f64>,
+}
+
 impl ReducedModel {
+    /// The model of the job from the bodies that differ, `place` naming the lower and the upper one of `parts`.
+    pub fn assemble(job: &Job, interface: Interface, mut parts: Vec<BodyPart>, mut place: Vec<usize>) -> Result<Self> {
+        let missing = || Error::Defect("a body of the reduced model is missing on rank 0".into());
+        let given = job.bodies();
+        let mut reduced: Vec<ReducedBody> = Vec::new();
+        for (i, (name, body)) in given.iter().enumerate() {
+            let first = (0..i).find(|&j| place[j] == place[i]);
+            // One body in two places is one still if it is damped alike.
+            if let Some(first) = first.filter(|&j| given[j].1.damping == body.damping) {
+                place[i] = first;
+                continue;
+            }
+            let (omega, contact_modes, compliance) = match first {
+                Some(first) => {
+                    let b = reduced.get(first).ok_or_else(missing)?;
+                    (b.omega.clone(), b.contact_modes.clone(), b.compliance.clone())
+                }
+                None => {
+                    let part = parts.get_mut(place[i]).ok_or_else(missing)?;
+                    let empty = BodyPart { omega: Vec::new(), contact_modes: Mat::new(), compliance: Mat::new() };
+                    let part = std::mem::replace(part, empty);
+                    (part.omega, part.contact_modes, part.compliance)
+                }
+            };
+            let damping = damping(&body.damping, &omega, &format!("bodies.{name}.damping"))?;
+            place[i] = reduced.len();
+            reduced.push(ReducedBody { omega, damping, contact_modes, compliance });
+        }
+        let [lower, upper] = place[..] else { return Err(missing()) };
+        Self::new(interface, reduced, [lower, upper])
+    }
+
     /// Puts `bodies` together, `place` naming the lower and the upper one.
     pub fn new(interface: Interface, bodies: Vec<ReducedBody>, place: [usize; 2]) -> Result<Self> {
         let (Some(lower), Some(upper)) = (bodies.get(place[0]), bodies.get(place[1])) else {

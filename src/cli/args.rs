@@ -42,6 +42,9 @@ pub enum Command {
         /// Replace an existing result file
         #[arg(short, long)]
         force: bool,
+        /// Take modes and compliance from the result file of an earlier run with the same bodies
+        #[arg(long, value_name = "FILE.h5")]
+        reuse: Option<PathBuf>,
         /// PETSc options, after `--`
         #[arg(last = true, value_name = "PETSC OPTIONS")]
         petsc: Vec<String>,

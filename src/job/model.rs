@@ -633,11 +633,15 @@ pub struct Output {
     /// Whether the fields on the meshes (`/VTKHDF`) are written.
     #[serde(default = "yes")]
     pub fields: bool,
+    /// Whether the reduced model (`/reduced`: modes and compliance at the contact) is written, which `--reuse` takes up: 72 n² bytes
+    /// for each body with n contact nodes, before compression.
+    #[serde(default = "yes")]
+    pub reduced: bool,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { fields: true }
+        Self { fields: true, reduced: true }
     }
 }
 

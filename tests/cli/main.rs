@@ -4,6 +4,7 @@ mod bad_input;
 mod failures;
 mod matrices;
 mod program;
+mod reuse;
 mod runs;
 mod sweep;
 mod usage;

@@ -1,0 +1,181 @@
+//! The reduced model in a result file, and its reuse by a later run whose bodies are the same.
+
+use super::bodies::Bodies;
+use super::reduction::{fe_inputs, BodyPart, ReducedModel, Reduction};
+use crate::body::fe::BodyModes;
+use crate::contact::Interface;
+use crate::job::{Compliance, Job};
+use crate::output::{sha256, Reader, Table, Values};
+use crate::{Error, Result};
+use faer::Mat;
+use serde_json::{Map, Value};
+use std::path::Path;
+
+/// Version of the group `/reduced`.
+const VERSION: i64 = 1;
+
+/// On rank 0: the group `/reduced` of the `model` made from `bodies` with these `modes`.
+pub fn tables(job: &Job, bodies: &Bodies, modes: &[BodyModes], model: &ReducedModel) -> Result<Vec<Table>> {
+    let s = &model.interface;
+    let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
+    let inputs = summed_inputs(job)?.to_string();
+    let mut tables = vec![
+        Table::scalar("/reduced/version", "-", "Version of this group.", VERSION),
+        Table::scalar("/reduced/inputs", "-", "What of the job the reduced model depends on, JSON.", inputs.as_str()),
+        Table::list("/reduced/x", "m", "Longitudinal positions of the grid lines.", s.x.clone()),
+        Table::list("/reduced/y", "m", "Lateral positions of the grid lines.", s.y.clone()),
+        Table::list("/reduced/gap", "m", "Gap of the undeformed bodies at each node.", s.gap.clone()),
+        Table::scalar("/reduced/alike", "-", "1 if the upper body is the lower one's mirror image.", i8::from(alike)),
+    ];
+    for place in bodies.places.iter().take(if alike { 1 } else { 2 }) {
+        let body = &model.bodies[model.place[usize::from(place.upper)]];
+        let path = |name: &str| format!("/reduced/{}/{name}", place.name);
+        let (rows, count) = body.contact_modes.shape();
+        let residual = modes.get(place.body).map(|m| m.residual.clone()).unwrap_or_default();
+        let by_rows = |m: &Mat<f64>| -> Vec<f64> {
+            (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
+        };
+        let text = "Angular frequencies of the free-interface modes, ascending.";
+        tables.push(Table::list(&path("omega"), "rad/s", text, body.omega.clone()));
+        tables.push(Table::list(&path("residual"), "1", "Relative residual of each mode.", residual));
+        let text = "Mass-normalised modes at the contact rows 3i + c, c = x, y, n into the body, in lower form.";
+        tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(&body.contact_modes)));
+        let text = "Static compliance of the contact rows, in lower form.";
+        tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(&body.compliance)));
+    }
+    Ok(tables)
+}
+
+/// A reduced model from an earlier run.
+pub struct Reused {
+    /// The model.
+    pub reduction: Reduction,
+    /// Frequencies, Hz, and residuals of the modes of the lower and the upper body.
+    pub modes: [(Vec<f64>, Vec<f64>); 2],
+}
+
+/// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if it is not.
+pub fn read(file: &Path, job: &Job) -> Result<Reused> {
+    let name = file.display();
+    let refuse = |text: &str| Err(Error::Job(format!("--reuse {name}: {text}")));
+    match &job.contact {
+        Some(c) if job.analyses.steady.is_none() && job.analyses.stability.is_none() || c.points.is_some() => {
+            return refuse("no analysis of the job works on a reduced model of finite elements");
+        }
+        Some(c) if c.compliance == Compliance::Fe => {}
+        Some(_) => return refuse("contact.compliance is \"half_space\": there is nothing to spare"),
+        None => return refuse("the job has no contact"),
+    }
+    let reader = Reader::open(file)?;
+    if !reader.has("/reduced/version") {
+        return Err(Error::Input(format!(
+            "{name}: has no reduced model; it is written by runs with a contact of finite elements and output.reduced = true"
+        )));
+    }
+    let integer = |path: &str| match reader.read(path)?.1 {
+        Values::I64(v) if v.len() == 1 => Ok(v[0]),
+        Values::I8(v) if v.len() == 1 => Ok(i64::from(v[0])),
+        _ => Err(Error::Input(format!("{name}: {path} is not one whole number"))),
+    };
+    let version = integer("/reduced/version")?;
+    if version != VERSION {
+        return Err(Error::Input(format!(
+            "{name}: its reduced model has version {version}, this program reads {VERSION}; make the file again"
+        )));
+    }
+    let text = reader.text("/reduced/inputs")?;
+    let stored: Value = serde_json::from_str(&text)
+        .map_err(|e| Error::Input(format!("{name}: /reduced/inputs is no JSON ({e}); make the file again")))?;
+    let mut wanted = summed_inputs(job)?;
+    let mut stored = stored;
+    if job.analyses.modes.is_none() {
+        // Modes that are not asked for do no harm: they are left out.
+        for inputs in [&mut wanted, &mut stored] {
+            inputs["analyses"] = Value::Null;
+        }
+    }
+    let mut differing = Vec::new();
+    differences(&stored, &wanted, "", &mut differing);
+    if !differing.is_empty() {
+        return refuse(&format!("it is of another job; what differs: {}. Run without --reuse", differing.join(", ")));
+    }
+    let line = |path: &str| reader.numbers(path).map(|(_, v)| v);
+    let interface = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?)
+        .map_err(|e| Error::Input(format!("{name}: {}", e.message())))?;
+    let rows = 3 * interface.len();
+    let matrix = |path: &str, columns: usize| -> Result<Mat<f64>> {
+        let (shape, v) = reader.numbers(path)?;
+        if shape != [rows, columns] {
+            return Err(Error::Input(format!(
+                "{name}: {path} has the shape {shape:?}, expected {:?}",
+                [rows, columns]
+            )));
+        }
+        Ok(Mat::from_fn(rows, columns, |i, j| v[i * columns + j]))
+    };
+    let alike = integer("/reduced/alike")? == 1;
+    let mut parts = Vec::new();
+    let mut modes = Vec::new();
+    for place in ["lower", "upper"].into_iter().take(if alike { 1 } else { 2 }) {
+        let path = |what: &str| format!("/reduced/{place}/{what}");
+        let omega = line(&path("omega"))?;
+        let (contact_modes, compliance) =
+            (matrix(&path("contact_modes"), omega.len())?, matrix(&path("compliance"), rows)?);
+        let frequency = omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
+        modes.push((frequency, line(&path("residual"))?));
+        parts.push(match job.analyses.modes {
+            Some(_) => BodyPart { omega, contact_modes, compliance },
+            None => BodyPart { omega: Vec::new(), contact_modes: Mat::zeros(rows, 0), compliance },
+        });
+    }
+    if alike {
+        modes.push(modes[0].clone());
+    }
+    let place = if alike { vec![0, 0] } else { vec![0, 1] };
+    let reduction = Reduction::of(ReducedModel::assemble(job, interface, parts, place)?);
+    let modes = modes.try_into().map_err(|_| Error::Defect("modes of other than two bodies".into()))?;
+    Ok(Reused { reduction, modes })
+}
+
+/// What the reduced model depends on, with the contents of mesh files in place of their paths.
+fn summed_inputs(job: &Job) -> Result<Value> {
+    let mut inputs = fe_inputs(job);
+    for place in ["lower", "upper"] {
+        let Some(file) = inputs.pointer_mut(&format!("/bodies/{place}/mesh/file")) else { continue };
+        let sum = sha256(Path::new(file.as_str().unwrap_or_default()))?;
+        *file = Value::String(format!("sha256 {sum}"));
+    }
+    Ok(inputs)
+}
+
+/// Dotted paths at which two values differ.
+fn differences(a: &Value, b: &Value, path: &str, out: &mut Vec<String>) {
+    let empty = Map::new();
+    match (a, b) {
+        (Value::Object(_), Value::Object(_)) => {
+            let (a, b) = (a.as_object().unwrap_or(&empty), b.as_object().unwrap_or(&empty));
+            let mut keys: Vec<&String> = a.keys().chain(b.keys()).collect();
+            keys.sort();
+            keys.dedup();
+            for key in keys {
+                let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                differences(a.get(key).unwrap_or(&Value::Null), b.get(key).unwrap_or(&Value::Null), &inner, out);
+            }
+        }
+        // 1 and 1.0 are the same number.
+        (Value::Number(x), Value::Number(y)) if x.as_f64() == y.as_f64() => {}
+        _ if a == b => {}
+        _ => out.push(format!("{path} ({} there, {} here)", brief(a), brief(b))),
+    }
+}
+
+fn brief(value: &Value) -> String {
+    let text = match value {
+        Value::Null => "none".into(),
+        other => other.to_string(),
+    };
+    if text.chars().count() > 60 {
+        return text.chars().take(59).chain(['…']).collect();
+    }
+    text
+}
