@@ -66,6 +66,9 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
         Some(_) => return refuse("contact.compliance is \"half_space\": there is nothing to spare"),
         None => return refuse("the job has no contact"),
     }
+    if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
+        return refuse("analyses.stability.full needs the finite elements and whole mode shapes, which the file has not; leave one of the two out");
+    }
     let reader = Reader::open(file)?;
     if !reader.has("/reduced/version") {
         return Err(Error::Input(format!(

@@ -81,6 +81,8 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
     let mut stripped = base.clone();
     if let Some(analyses) = stripped.get_mut("analyses").and_then(Value::as_object_mut) {
         analyses.retain(|k, _| k == "modes" || k == "stability");
+        // Points are computed on the reduced model.
+        analyses.get_mut("stability").and_then(Value::as_object_mut).map(|stability| stability.remove("full"));
     }
     let mut points = Vec::with_capacity(count);
     for point in 0..count {
@@ -107,7 +109,8 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
 
 /// Whether a key can change the stability of steady sliding.
 fn sweepable(segments: &[&str]) -> bool {
-    matches!(segments, ["bodies" | "contact", _, ..] | ["analyses", "modes" | "stability", ..])
+    segments.get(..3) != Some(&["analyses", "stability", "full"])
+        && matches!(segments, ["bodies" | "contact", _, ..] | ["analyses", "modes" | "stability", ..])
 }
 
 impl SweepValues {

@@ -91,6 +91,7 @@ fn files_of_other_jobs_are_refused_by_the_keys_that_differ() {
         ("bodies.upper.fixed=[\"side_plus\"]", &["bodies.upper.fixed"]),
         ("contact.patch.half_width=0.016", &["contact.patch.half_width"]),
         ("analyses.modes.count=13", &["analyses.modes.count (12 there, 13 here)"]),
+        ("analyses.stability.full={\"max_frequency\":500}", &["analyses.stability.full"]),
         ("contact.compliance=half_space", &["half_space"]),
     ] {
         let sets = ["--set", set, "--set", "output.fields=false"];
