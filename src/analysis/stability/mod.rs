@@ -1,5 +1,6 @@
 //! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
 
+pub(super) mod dense;
 pub mod full;
 pub mod reduced;
 

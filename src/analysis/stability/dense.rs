@@ -1,0 +1,236 @@
+//! Stability of steady sliding of bodies given by matrices, on all their degrees of freedom, densely:
+//!
+//! (λ²M + λ(C + P_tᵀ D P_t) + K) u = (P_n − μ τᵀP_t)ᵀ r,  P_n u = 0,  D = (μp0/|ṡ0|)(I − ττᵀ) + μ′p0 ττᵀ
+//!
+//! (`docs/theory.md`). The multipliers r are taken out exactly: u = Z q with P_n Z = 0, and the equations are projected on Y with
+//! (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric since Y ≠ Z.
+
+use crate::body::matrices::{Matrices, SignedRow};
+use crate::body::matrix_market::Csr;
+use crate::contact::SlidingContact;
+use crate::{Error, Result};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
+use num_complex::Complex;
+
+/// An eigenvalue with its motion.
+#[derive(Debug, Clone)]
+pub struct DensePair {
+    /// λ, 1/s.
+    pub value: Complex<f64>,
+    /// Degrees of freedom of the lower and then the upper body, of norm 1, `[n]`.
+    pub motion: Vec<Complex<f64>>,
+    /// Normwise backward error of the pair in the projected quadratic problem.
+    pub backward_error: f64,
+}
+
+/// Eigenvalues this much smaller than the largest of the inverted problem are infinite: motions without mass, whose
+/// double infinite eigenvalues rounding moves to the root of the machine precision.
+const INFINITE: f64 = 1e-6;
+
+/// All finite eigenvalues, both of each conjugate pair, by falling growth rate, each with a backward error of at most `tolerance`.
+pub fn eigenpairs(
+    lower: Option<&Matrices>,
+    upper: Option<&Matrices>,
+    contact: &SlidingContact,
+    tolerance: f64,
+) -> Result<Vec<DensePair>> {
+    let bodies = [lower, upper];
+    let sizes = bodies.map(|b| b.map_or(0, |m| m.stiffness.n));
+    let n = sizes[0] + sizes[1];
+    let full = |of: &dyn Fn(&Matrices) -> Option<Csr>| {
+        let mut a = Mat::<f64>::zeros(n, n);
+        for (body, first) in bodies.iter().zip([0, sizes[0]]) {
+            let Some(csr) = body.and_then(of) else { continue };
+            for i in 0..csr.n {
+                let (cols, values) = csr.row(i);
+                for (&j, v) in cols.iter().zip(values) {
+                    a[(first + i, first + j as usize)] += v;
+                }
+            }
+        }
+        a
+    };
+    let mass = full(&|m| Some(m.mass.clone()));
+    let stiffness = full(&|m| Some(m.stiffness.clone()));
+    let mut damping = full(&|m| m.damping.clone());
+
+    // Rows of w = u1 − u2 along x and y, and of the change of gap, at each contact.
+    let rows = |node: usize| -> [Vec<(usize, f64)>; 3] {
+        std::array::from_fn(|c| {
+            let of = |body: Option<&Matrices>, first: usize, sign: f64| -> Option<(usize, f64)> {
+                let row: SignedRow = body.and_then(|m| m.contacts.get(node)).and_then(|r| r[c]);
+                row.map(|(dof, s)| (first + dof, sign * s))
+            };
+            let opposite = if c == 2 { 1.0 } else { -1.0 };
+            [of(lower, 0, 1.0), of(upper, sizes[0], opposite)].into_iter().flatten().collect()
+        })
+    };
+    let k = contact.nodes.len();
+    let (mut normal, mut friction) = (Mat::<f64>::zeros(k, n), Mat::<f64>::zeros(k, n));
+    for i in 0..k {
+        let [x, y, gap] = rows(contact.nodes[i]);
+        let t = contact.direction[i];
+        let across = contact.friction[i] * contact.force[i] / contact.velocity[i];
+        let along = contact.slope[i] * contact.force[i];
+        for (b, d) in [([-t[1], t[0]], across), (t, along)] {
+            let both = || x.iter().map(|&(j, s)| (j, s * b[0])).chain(y.iter().map(|&(j, s)| (j, s * b[1])));
+            for (p, v) in both() {
+                for (q, w) in both() {
+                    damping[(p, q)] += d * v * w;
+                }
+            }
+        }
+        // A contact without normal motion keeps its force: no multiplier, no friction.
+        if gap.is_empty() {
+            continue;
+        }
+        for (j, s) in gap {
+            normal[(i, j)] += s;
+            friction[(i, j)] += s;
+        }
+        for (row, c) in [(&x, 0), (&y, 1)] {
+            for &(j, s) in row {
+                friction[(i, j)] -= contact.friction[i] * t[c] * s;
+            }
+        }
+    }
+    let (z, y) = (null_space(normal.as_ref())?, null_space(friction.as_ref())?);
+    if z.ncols() != y.ncols() {
+        return Err(Error::NotConverged(format!(
+            "stability: {} motions keep the contacts closed, but {} are free of their reactions: friction locks a contact",
+            z.ncols(),
+            y.ncols()
+        )));
+    }
+    let project = |a: &Mat<f64>| y.transpose() * (a * &z);
+    let (k2, c2, m2) = (project(&stiffness), project(&damping), project(&mass));
+    let (kn, cn, mn) = (k2.norm_l2(), c2.norm_l2(), m2.norm_l2());
+    if mn == 0.0 {
+        return Ok(Vec::new());
+    }
+    let rate = (kn / mn).sqrt().max(f64::MIN_POSITIVE);
+
+    // λ (q, v) of v = λ q, time in units of 1/rate, equations in units of the stiffness.
+    let m = z.ncols();
+    let mut a = Mat::<f64>::zeros(2 * m, 2 * m);
+    let mut e = Mat::<f64>::zeros(2 * m, 2 * m);
+    for j in 0..m {
+        a[(j, m + j)] = 1.0;
+        e[(j, j)] = 1.0;
+        for i in 0..m {
+            a[(m + i, j)] = -k2[(i, j)] / kn;
+            a[(m + i, m + j)] = -c2[(i, j)] * rate / kn;
+            e[(m + i, m + j)] = m2[(i, j)] * rate * rate / kn;
+        }
+    }
+    // A real shift in the right half-plane; an eigenvalue there would show in the backward errors.
+    let shift = 0.7390851332151607;
+    let inverted = (&a - faer::Scale(shift) * &e).partial_piv_lu().solve(&e);
+    if inverted.col_iter().any(|c| c.iter().any(|v| !v.is_finite())) {
+        return Err(Error::NotConverged("stability: the linearised system is singular at the shift".into()));
+    }
+    let eigen =
+        inverted.eigen().map_err(|e| Error::NotConverged(format!("stability: dense eigenvalues failed: {e:?}")))?;
+    let theta = eigen.S().column_vector();
+    let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
+    let mut pairs = Vec::new();
+    for p in (0..2 * m).filter(|&p| theta[p].norm() > INFINITE * largest) {
+        let scaled = Complex::new(shift, 0.0) + theta[p].inv();
+        let lambda = scaled * rate;
+        let q: Vec<Complex<f64>> = (0..m).map(|i| eigen.U()[(i, p)]).collect();
+        let norm = |v: &[Complex<f64>]| v.iter().map(|c| c.norm_sqr()).sum::<f64>().sqrt();
+        let residual: Vec<Complex<f64>> = (0..m)
+            .map(|i| (0..m).map(|j| q[j] * (lambda * (lambda * m2[(i, j)] + c2[(i, j)]) + k2[(i, j)])).sum())
+            .collect();
+        let size = lambda.norm_sqr() * mn + lambda.norm() * cn + kn;
+        let backward_error = norm(&residual) / (size * norm(&q));
+        if !(backward_error <= tolerance) {
+            return Err(Error::NotConverged(format!(
+                "stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, {tolerance:.1e} was asked for",
+                lambda.re, lambda.im
+            )));
+        }
+        let motion: Vec<Complex<f64>> = (0..n).map(|i| (0..m).map(|j| q[j] * z[(i, j)]).sum()).collect();
+        let length = norm(&motion);
+        pairs.push(DensePair {
+            value: lambda,
+            motion: motion.into_iter().map(|v| v / length).collect(),
+            backward_error,
+        });
+    }
+    pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
+    Ok(pairs)
+}
+
+/// Orthonormal basis of the motions that the rows of `a` do not see, `[n, n − rank]`.
+fn null_space(a: MatRef<'_, f64>) -> Result<Mat<f64>> {
+    let n = a.ncols();
+    let svd = a.transpose().svd().map_err(|e| Error::NotConverged(format!("stability: contact rows: {e:?}")))?;
+    let s = svd.S().column_vector();
+    let largest = (0..s.nrows()).map(|i| s[i]).fold(0.0, f64::max);
+    let rank = (0..s.nrows()).filter(|&i| s[i] > 1e-12 * largest).count();
+    Ok(svd.U().subcols(rank, n - rank).to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    fn csr(n: usize, entries: &[(usize, usize, f64)]) -> Csr {
+        Csr::from_entries(n, entries.to_vec())
+    }
+
+    fn contact(k: usize, friction: f64) -> SlidingContact {
+        SlidingContact {
+            nodes: (0..k).collect(),
+            force: vec![0.0; k],
+            direction: vec![[1.0, 0.0]; k],
+            velocity: vec![1.0; k],
+            friction: vec![friction; k],
+            slope: vec![0.0; k],
+            convection: vec![Vec::new(); k],
+        }
+    }
+
+    /// S. Hultén, 1997: two masses, two massless contact points.
+    #[test]
+    fn hultens_flutter() {
+        let [k1, k2] = [100.0, 75.0].map(|f: f64| (2.0 * PI * f).powi(2));
+        let entries = [(0, 0, k1), (2, 2, k1), (0, 2, -k1), (2, 0, -k1), (1, 1, k2), (3, 3, k2), (1, 3, -k2), (3, 1, -k2)];
+        let body = Matrices {
+            mass: csr(4, &[(0, 0, 1.0), (1, 1, 1.0)]),
+            damping: None,
+            stiffness: csr(4, &entries),
+            contacts: vec![[Some((1, 1.0)), None, Some((2, 1.0))], [Some((0, 1.0)), None, Some((3, 1.0))]],
+        };
+        let mut c = contact(2, 0.4);
+        c.direction = vec![[-1.0, 0.0], [1.0, 0.0]];
+        let found = eigenpairs(Some(&body), None, &c, 1e-12).unwrap();
+        assert_eq!(found.len(), 4, "{found:?}");
+        let first = found[0].value;
+        assert!((first.re - 72.3586).abs() < 1e-4 && (first.im / (2.0 * PI) - 89.1354).abs() < 1e-4, "{first}");
+    }
+
+    /// A mass on a spring k along x and y slides on a rigid belt: λ = −d/2m ± i√(k/m − d²/4m²) across the sliding with d = μN/v,
+    /// and with d = μ′N along it, where a falling law makes it grow.
+    #[test]
+    fn damping_across_and_falling_friction_along() {
+        let (m, k) = (2.0, 8e4);
+        let body = Matrices {
+            mass: csr(2, &[(0, 0, m), (1, 1, m)]),
+            damping: None,
+            stiffness: csr(2, &[(0, 0, k), (1, 1, k)]),
+            contacts: vec![[Some((0, 1.0)), Some((1, 1.0)), None]],
+        };
+        let mut c = contact(1, 0.4);
+        (c.force[0], c.velocity[0], c.slope[0], c.direction[0]) = (50.0, 0.5, -0.3, [0.6, 0.8]);
+        let found = eigenpairs(None, Some(&body), &c, 1e-12).unwrap();
+        for (pair, d) in found.iter().step_by(2).zip([-0.3 * 50.0, 0.4 * 50.0 / 0.5]) {
+            let sigma = -d / (2.0 * m);
+            let want = Complex::new(sigma, (k / m - sigma * sigma).sqrt());
+            assert!((pair.value - want).norm() < 1e-9 * want.norm(), "{} against {want}", pair.value);
+        }
+    }
+}
