@@ -3,7 +3,7 @@
 use super::interface::friction;
 use super::reduction::ModalPair;
 use super::report::Summary;
-use super::stability;
+use super::stability::{self, dense};
 use crate::body::matrices::{reduce, Matrices, SignedRow};
 use crate::body::modes::Extent;
 use crate::body::ReducedBody;
@@ -44,25 +44,36 @@ pub fn run(
         summary.value(&format!("modes of {name}"), format!("{}; Hz: {} ...", frequency.len(), listed.join(", ")));
         let text = "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.";
         file.table(Table::list(&format!("/modes/{name}/frequency"), "Hz", text, frequency));
-        reduced.push((name, found));
+        reduced.push((name, found, matrices));
     }
     let (Some(wanted), Some(contact)) = (&job.analyses.stability, &job.contact) else { return Ok(()) };
     progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let sliding = sliding(contact)?;
-        let of = |place: &str| reduced.iter().find(|(name, _)| *name == place).map(|(_, found)| found);
+        let of = |place: &str| reduced.iter().find(|r| r.0 == place).map(|r| &r.1);
         let rigid = rigid(sliding.nodes.len());
         let body = |place: &str| of(place).map_or(&rigid, |found| &found.body);
         let mut pair = ModalPair::new(body("lower"), body("upper"))?;
         pair.set_damping(of("lower").and_then(|f| f.damping.as_ref()), of("upper").and_then(|f| f.damping.as_ref()));
         // A body of which all modes are kept sets no limit.
-        let reach = reduced.iter().map(|(_, found)| found.reach()).fold(f64::INFINITY, f64::min);
+        let reach = reduced.iter().map(|r| r.1.reach()).fold(f64::INFINITY, f64::min);
         let spectrum = stability::spectrum(wanted, &pair, &sliding, reach)?;
-        Ok((pair, spectrum))
+        let place = |name: &str| {
+            let found = reduced.iter().find(|r| r.0 == name)?;
+            Some((found.2.as_ref()?, &found.1))
+        };
+        let full = match &wanted.full {
+            Some(full) => Some(dense::run(full, ["lower", "upper"].map(place), &sliding, &pair, &spectrum)?),
+            None => None,
+        };
+        Ok((pair, spectrum, full))
     })?;
-    if let Some((pair, spectrum)) = &found {
-        file.tables(spectrum.tables(pair, None));
+    if let Some((pair, spectrum, full)) = &found {
+        file.tables(spectrum.tables(pair, full.as_ref()));
         spectrum.summarise(pair, summary);
+        if let Some(full) = full {
+            full.summarise(summary);
+        }
     }
     Ok(())
 }

@@ -19,8 +19,8 @@ use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_uppe
 use faer::{Mat, Par, Side};
 use std::path::Path;
 
-/// Bodies up to this order are reduced densely.
-const DENSE: usize = 800;
+/// Bodies up to this order are treated densely.
+pub const DENSE: usize = 800;
 /// Largest |a_ij − a_ji| of M and K over their largest entry: rounding of printed figures.
 const ASYMMETRY: f64 = 1e-9;
 /// Eigenvalues smaller than this part of the shift of a free body are its rigid-body motions.
@@ -116,6 +116,8 @@ pub struct Reduced {
     pub damping: Option<Mat<f64>>,
     /// Whether these are all modes of finite frequency.
     pub complete: bool,
+    /// The modes at all degrees of freedom, 1/√kg, `[n, m]`, of a body that is small enough to be treated densely.
+    pub vectors: Option<Mat<f64>>,
 }
 
 impl Reduced {
@@ -226,7 +228,14 @@ fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
         let phi = vectors.subcols(0, kept);
         phi.transpose() * (full(c) * phi)
     });
-    Ok(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal, kept == finite))
+    Ok(reduced(
+        &omega[..kept],
+        modes.subcols(0, kept).to_owned(),
+        compliance,
+        modal,
+        kept == finite,
+        Some(vectors.subcols(0, kept).to_owned()),
+    ))
 }
 
 /// Angular frequencies of the eigenvalues `squares`: 0 for rigid-body motions, an error below.
@@ -265,6 +274,7 @@ fn reduced(
     compliance: Mat<f64>,
     damping: Option<Mat<f64>>,
     complete: bool,
+    vectors: Option<Mat<f64>>,
 ) -> Reduced {
     let diagonal = |k: usize| damping.as_ref().map_or(0.0, |c| c[(k, k)]);
     let body = ReducedBody {
@@ -273,7 +283,7 @@ fn reduced(
         contact_modes,
         compliance,
     };
-    Reduced { body, damping, complete }
+    Reduced { body, damping, complete, vectors }
 }
 
 /// Collective: the lowest modes and the compliance by distributed factorisations.
@@ -357,7 +367,7 @@ fn sparse(
             faer::Scale(2.0) * one - two
         }
     };
-    Ok(Some(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal, false)))
+    Ok(Some(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal, false, None)))
 }
 
 /// xᵀ C y.

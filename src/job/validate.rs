@@ -15,12 +15,6 @@ pub fn validate(job: &Job) -> Vec<String> {
     }
     if job.by_matrices() {
         matrices::check(job, &mut faults);
-        if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
-            faults.push(
-                "analyses.stability.full: bodies given by matrices have no finite elements; leave it out, their own modes may all be kept"
-                    .into(),
-            );
-        }
         return faults;
     }
     if let Some(contact) = &job.contact {

@@ -52,6 +52,27 @@ fn hultens_flutter_without_damping() {
     assert!(above > 1.0 && below.abs() < 1e-3, "growth rates {below} below and {above} above the limit");
 }
 
+/// On all degrees of freedom, without reduction, the figures are the same.
+#[test]
+fn hultens_flutter_on_all_degrees_of_freedom() {
+    let folder = hulten(|job| {
+        job["analyses"]["stability"]["full"] = json!({ "max_frequency": 1000, "damping_ratio": 0.2 });
+    });
+    folder.call(1, "run", UNDAMPED).good();
+    let file = hdf5::File::open(folder.path("job.h5")).unwrap();
+    let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
+    let (growth, frequency) = (read("stability/growth_rate"), read("stability/frequency"));
+    // Two of the reduced model, then two of the full one.
+    assert_eq!(growth.len(), 4, "{growth:?}");
+    near(growth[2], 72.3586, 1e-6);
+    near(frequency[2], 89.1354, 1e-6);
+    near(growth[2], growth[0], 1e-10);
+    let partner = file.dataset("stability/partner").unwrap().read_raw::<i64>().unwrap();
+    assert_eq!(partner, [2, 3, 0, 1]);
+    let shares = read("stability/participation");
+    near(shares[0], shares[4], 1e-9);
+}
+
 #[test]
 fn hultens_flutter_with_damping() {
     let folder = hulten(|_| ());

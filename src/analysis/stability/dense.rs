@@ -5,23 +5,81 @@
 //! (`docs/theory.md`). The multipliers r are taken out exactly: u = Z q with P_n Z = 0, and the equations are projected on Y with
 //! (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric since Y ≠ Z.
 
-use crate::body::matrices::{Matrices, SignedRow};
+use super::full::cover::{partners, Wedge};
+use super::full::driver::FullResult;
+use super::full::system::Residuals;
+use super::full::{FullPair, FullSpectrum};
+use super::Spectrum;
+use crate::analysis::reduction::ModalPair;
+use crate::body::matrices::{Matrices, Reduced, SignedRow, DENSE};
 use crate::body::matrix_market::Csr;
 use crate::contact::SlidingContact;
+use crate::job;
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
-use num_complex::Complex;
+
+type C = num_complex::Complex<f64>;
 
 /// An eigenvalue with its motion.
 #[derive(Debug, Clone)]
 pub struct DensePair {
     /// λ, 1/s.
-    pub value: Complex<f64>,
+    pub value: C,
     /// Degrees of freedom of the lower and then the upper body, of norm 1, `[n]`.
-    pub motion: Vec<Complex<f64>>,
+    pub motion: Vec<C>,
     /// Normwise backward error of the pair in the projected quadratic problem.
     pub backward_error: f64,
+    /// Largest opening of a closed contact over the largest displacement.
+    pub constraint: f64,
+}
+
+/// A body with its reduction; `None` for one that does not move.
+pub type Place<'a> = Option<(&'a Matrices, &'a Reduced)>;
+
+/// The eigenvalues that `wanted` asks for about the sliding `contact` of two `places`, compared with those of their reduced `model`.
+pub fn run(
+    wanted: &job::FullStability,
+    places: [Place<'_>; 2],
+    contact: &SlidingContact,
+    model: &ModalPair,
+    reduced: &Spectrum,
+) -> Result<FullResult> {
+    let sizes = places.map(|p| p.map_or(0, |(m, _)| m.stiffness.n));
+    if sizes[0] + sizes[1] > DENSE {
+        return Err(Error::Job(format!(
+            "analyses.stability.full: bodies given by matrices are treated densely there, up to {DENSE} degrees of freedom; found {}. \
+             Leave it out: the reduced analysis takes larger bodies",
+            sizes[0] + sizes[1]
+        )));
+    }
+    let [lower, upper] = places.map(|p| p.map(|(m, _)| m));
+    let wedge = Wedge::new(wanted.max_frequency, wanted.damping_ratio);
+    let mut found = eigenpairs(lower, upper, contact, wanted.tolerance)?;
+    found.retain(|p| wedge.holds(p.value));
+    let values: Vec<C> = found.iter().map(|p| p.value).collect();
+    let guide: Vec<C> = reduced.eigenpairs.iter().map(|p| p.value).collect();
+    let partners = partners(&values, &guide, &wedge, wanted.agreement)?;
+    let (mut pairs, mut shares) = (Vec::new(), Vec::new());
+    for pair in found {
+        let (first, second) = pair.motion.split_at(sizes[0]);
+        let motion = [first.to_vec(), second.to_vec()];
+        let amplitudes = |(place, u): (&Place<'_>, &Vec<C>)| -> Vec<C> {
+            let Some((matrices, Some(phi))) = place.map(|(m, r)| (m, r.vectors.as_ref())) else { return Vec::new() };
+            let mu: Vec<C> = (0..u.len())
+                .map(|i| {
+                    let (cols, values) = matrices.mass.row(i);
+                    cols.iter().zip(values).map(|(&j, v)| u[j as usize] * v).sum()
+                })
+                .collect();
+            (0..phi.ncols()).map(|k| mu.iter().zip(phi.col(k).iter()).map(|(m, p)| m * p).sum()).collect()
+        };
+        let q: Vec<C> = places.iter().zip(&motion).flat_map(amplitudes).collect();
+        shares.push(super::reduced::shares(&model.omega, &q, pair.value));
+        let residuals = Residuals { backward_error: pair.backward_error, correction: 0.0, constraint: pair.constraint };
+        pairs.push(FullPair { value: pair.value, motion, pressure: Vec::new(), residuals });
+    }
+    Ok(FullResult { spectrum: FullSpectrum { pairs, shifts: Vec::new() }, shares, partners })
 }
 
 /// Eigenvalues this much smaller than the largest of the inverted problem are infinite: motions without mass, whose
@@ -136,11 +194,11 @@ pub fn eigenpairs(
     let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
     let mut pairs = Vec::new();
     for p in (0..2 * m).filter(|&p| theta[p].norm() > INFINITE * largest) {
-        let scaled = Complex::new(shift, 0.0) + theta[p].inv();
+        let scaled = C::new(shift, 0.0) + theta[p].inv();
         let lambda = scaled * rate;
-        let q: Vec<Complex<f64>> = (0..m).map(|i| eigen.U()[(i, p)]).collect();
-        let norm = |v: &[Complex<f64>]| v.iter().map(|c| c.norm_sqr()).sum::<f64>().sqrt();
-        let residual: Vec<Complex<f64>> = (0..m)
+        let q: Vec<C> = (0..m).map(|i| eigen.U()[(i, p)]).collect();
+        let norm = |v: &[C]| v.iter().map(|c| c.norm_sqr()).sum::<f64>().sqrt();
+        let residual: Vec<C> = (0..m)
             .map(|i| (0..m).map(|j| q[j] * (lambda * (lambda * m2[(i, j)] + c2[(i, j)]) + k2[(i, j)])).sum())
             .collect();
         let size = lambda.norm_sqr() * mn + lambda.norm() * cn + kn;
@@ -151,12 +209,16 @@ pub fn eigenpairs(
                 lambda.re, lambda.im
             )));
         }
-        let motion: Vec<Complex<f64>> = (0..n).map(|i| (0..m).map(|j| q[j] * z[(i, j)]).sum()).collect();
+        let motion: Vec<C> = (0..n).map(|i| (0..m).map(|j| q[j] * z[(i, j)]).sum()).collect();
         let length = norm(&motion);
+        let largest = motion.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let opening = |i: usize| (0..n).map(|j| motion[j] * normal[(i, j)]).sum::<C>().norm();
+        let constraint = (0..k).map(opening).fold(0.0, f64::max) / largest;
         pairs.push(DensePair {
             value: lambda,
             motion: motion.into_iter().map(|v| v / length).collect(),
             backward_error,
+            constraint,
         });
     }
     pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
@@ -198,7 +260,8 @@ mod tests {
     #[test]
     fn hultens_flutter() {
         let [k1, k2] = [100.0, 75.0].map(|f: f64| (2.0 * PI * f).powi(2));
-        let entries = [(0, 0, k1), (2, 2, k1), (0, 2, -k1), (2, 0, -k1), (1, 1, k2), (3, 3, k2), (1, 3, -k2), (3, 1, -k2)];
+        let entries =
+            [(0, 0, k1), (2, 2, k1), (0, 2, -k1), (2, 0, -k1), (1, 1, k2), (3, 3, k2), (1, 3, -k2), (3, 1, -k2)];
         let body = Matrices {
             mass: csr(4, &[(0, 0, 1.0), (1, 1, 1.0)]),
             damping: None,
@@ -229,7 +292,7 @@ mod tests {
         let found = eigenpairs(None, Some(&body), &c, 1e-12).unwrap();
         for (pair, d) in found.iter().step_by(2).zip([-0.3 * 50.0, 0.4 * 50.0 / 0.5]) {
             let sigma = -d / (2.0 * m);
-            let want = Complex::new(sigma, (k / m - sigma * sigma).sqrt());
+            let want = C::new(sigma, (k / m - sigma * sigma).sqrt());
             assert!((pair.value - want).norm() < 1e-9 * want.norm(), "{} against {want}", pair.value);
         }
     }

@@ -113,7 +113,10 @@ impl FullResult {
         ));
         summary.value(
             "completeness",
-            format!("{} shifts, {solves} solves; discs meet, every eigenvalue has its partner", shifts.len()),
+            match shifts.len() {
+                0 => "all eigenvalues at once, every one has its partner".into(),
+                n => format!("{n} shifts, {solves} solves; discs meet, every eigenvalue has its partner"),
+            },
         );
         summary.value(
             "accuracy",
