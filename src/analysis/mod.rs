@@ -41,6 +41,12 @@ pub struct RunOptions {
 /// Collective: runs the analyses of `job` and writes the result file. The summary is the same on every rank.
 pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Summary> {
     let world = petsc.world();
+    if let (true, Some(path)) = (job.by_matrices(), &options.reuse) {
+        return Err(Error::Job(format!(
+            "--reuse {}: bodies given by matrices are reduced anew in each run; leave it out",
+            path.display()
+        )));
+    }
     let date = crate::output::utc_now();
     let mut file = ResultFile::create(world, &options.output, options.force)?;
     let mut summary = Summary::default();
