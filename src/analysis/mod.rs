@@ -122,7 +122,8 @@ fn elements(
             file.tables(tables.unwrap_or_default());
         }
         if let Some(wanted) = &job.analyses.stability {
-            stability::run(petsc, job, wanted, contact, &bodies, &found, &model, file, progress, summary)?;
+            let parts = stability::Parts { bodies: &bodies, modes: &found, model: &model };
+            stability::run(petsc, job, wanted, contact, &parts, &mut solvers, options, file, progress, summary)?;
         }
         if let Some(wanted) = &job.analyses.steady {
             steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, file, progress, summary)?;

@@ -11,6 +11,7 @@ use crate::parallel::World;
 use crate::petsc::exchange::Exchange;
 use crate::{Error, Result};
 use faer::Mat;
+use num_complex::Complex;
 
 /// A body of finite elements, distributed over the ranks, in lower form.
 pub struct FeBody {
@@ -116,6 +117,12 @@ impl FeBody {
     /// Collective: displacement of the local nodes (ghosts included), m, under forces on the contact rows (x, y, n), N,
     /// `[3n]` on rank 0.
     pub fn displacement(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<[f64; 3]>> {
+        let u = self.response(world, statics, forces)?;
+        Ok(self.at_nodes(world, &u))
+    }
+
+    /// Collective: this rank's degrees of freedom, m, under forces on the contact rows (x, y, n), N, `[3n]` on rank 0.
+    pub fn response(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<f64>> {
         let rows = self.contact_rows(world)?;
         let signed = forces.iter().enumerate().map(|(i, f)| sign(i) * f).collect();
         let signed = world.broadcast(signed);
@@ -127,7 +134,19 @@ impl FeBody {
             }
         }
         statics.solve(&mut u)?;
-        Ok(self.at_nodes(world, &u))
+        Ok(u)
+    }
+
+    /// Collective: a complex motion of this rank's degrees of freedom at the contact rows (x, y, n), `[3n]`, on every rank.
+    pub fn at_contact(&self, world: &World, u: &[Complex<f64>]) -> Result<Vec<Complex<f64>>> {
+        let rows = self.contact_rows(world)?;
+        let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
+        let value = |(i, row): (usize, &u64)| match own.contains(row) {
+            true => sign(i) * u[(row - own.start) as usize],
+            false => Complex::default(),
+        };
+        let mine: Vec<Complex<f64>> = rows.iter().enumerate().map(value).collect();
+        Ok(world.sum_all(&mine))
     }
 
     /// Collective: a vector of this rank's degrees of freedom as values at the local nodes (ghosts included), 0 at supports.

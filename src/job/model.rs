@@ -483,6 +483,14 @@ pub struct Stability {
     #[serde(default = "default_backward_error")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
     pub tolerance: f64,
+    /// Complex modes that are written as motions of the bodies: the unstable ones, and if these are fewer the least damped up to this number; 0: none.
+    #[serde(default = "default_shapes")]
+    #[schemars(range(max = 10_000))]
+    pub shapes: u32,
+    /// Pictures of each complex mode over its period, a multiple of 4.
+    #[serde(default = "default_phases")]
+    #[schemars(range(min = 4, max = 1000), extend("multipleOf" = 4))]
+    pub phases: u32,
     /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full: Option<FullStability>,
@@ -512,6 +520,14 @@ pub struct FullStability {
     #[serde(default = "default_agreement")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.5))]
     pub agreement: f64,
+}
+
+fn default_shapes() -> u32 {
+    3
+}
+
+fn default_phases() -> u32 {
+    16
 }
 
 fn default_damping_ratio() -> f64 {

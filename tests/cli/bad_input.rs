@@ -203,6 +203,8 @@ fn stability_without_what_it_needs() {
     let mut job = small();
     job["analyses"] = json!({ "modes": { "count": 5 }, "stability": { "max_frequency": 1e5 } });
     refused(job.to_string(), &[], 2, &["analyses.stability.max_frequency", "reach", "more modes"]);
+    job["analyses"]["stability"] = json!({ "phases": 6 });
+    refused(job.to_string(), &[], 2, &["analyses.stability.phases", "multiple of 4"]);
     job["analyses"]["stability"] = json!({ "full": { "max_frequency": 1e5 } });
     refused(job.to_string(), &[], 2, &["analyses.stability.full.max_frequency", "reaches", "more modes"]);
     job["analyses"]["stability"]["full"]["max_frequency"] = json!(500);

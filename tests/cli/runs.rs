@@ -199,3 +199,25 @@ fn the_reduced_model_converges_to_the_full_system() {
     // Four times the modes reach twice the frequency or more; what is left out falls at least with its square.
     assert!(errors[0] < 5e-4 && errors[1] < 0.25 * errors[0], "{errors:?}");
 }
+
+/// Complex modes play in VTK, keep to the supports and the contact, and their energies add up; on the reduced and on the full system.
+#[test]
+fn complex_modes_are_motions_of_the_bodies() {
+    let mut job = sliding([0.03, 0.02]);
+    job["output"] = json!({ "fields": true });
+    let radii = ["inner_radius", "outer_radius"].map(|r| job["bodies"]["lower"]["mesh"]["cylinder"][r].to_string());
+    for (stability, ranks) in
+        [(json!({ "shapes": 4, "phases": 8 }), 2), (json!({ "full": { "max_frequency": 700 } }), 1)]
+    {
+        job["analyses"]["stability"] = stability;
+        let folder = Folder::with(job.to_string());
+        folder.call(ranks, "run", &[]).good();
+        assert!(folder.listing().contains(&"job.modes.vtkhdf".to_string()), "{:?}", folder.listing());
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/check_modes.py");
+        let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python");
+        let python = if venv.exists() { venv } else { "python3".into() };
+        let check = std::process::Command::new(python).arg(script).arg(folder.path("job.h5")).args(&radii).output();
+        let check = check.expect("python3 with h5py and vtk");
+        assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
+    }
+}

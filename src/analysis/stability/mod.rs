@@ -3,12 +3,15 @@
 pub(super) mod dense;
 pub mod full;
 pub mod reduced;
+mod shapes;
 
 use super::bodies::Bodies;
 use super::interface::{creepage, friction, normal_load};
 use super::reduction::{ModalPair, Reduction};
 use super::report::Summary;
+use super::RunOptions;
 use crate::body::fe::BodyModes;
+use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 use crate::contact::{Interface, SlidingContact, Stencil};
 use crate::job::{self, Direction, Job};
@@ -27,14 +30,15 @@ pub(super) fn run(
     job: &Job,
     stability: &job::Stability,
     contact: &job::Contact,
-    bodies: &Bodies,
-    modes: &[BodyModes],
-    model: &Reduction,
+    parts: &Parts,
+    solvers: &mut [Statics],
+    options: &RunOptions,
     file: &mut ResultFile,
     progress: &mut Progress,
     summary: &mut Summary,
 ) -> Result<()> {
     let world = petsc.world();
+    let Parts { bodies, modes, model } = *parts;
     progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let root = model.root()?;
@@ -60,7 +64,28 @@ pub(super) fn run(
             full.summarise(summary);
         }
     }
+    if options.reuse.is_some() {
+        summary.value("complex modes", "not written: the reused file has no shapes on the mesh");
+    } else if job.output.fields {
+        progress.stage("complex modes");
+        let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
+        let full = full.as_ref().map(|f| (f, rayleigh(job)));
+        shapes::run(world, stability, bodies, modes, solvers, reduced, full, options, file)?;
+    }
     Ok(())
+}
+
+/// What the bodies give.
+pub(super) struct Parts<'a> {
+    pub(super) bodies: &'a Bodies,
+    /// Free modes of each of [`Bodies::unique`].
+    pub(super) modes: &'a [BodyModes],
+    pub(super) model: &'a Reduction,
+}
+
+/// Rayleigh damping of the bodies, lower first.
+fn rayleigh(job: &Job) -> Vec<full::Damping> {
+    job.bodies().iter().map(|(_, b)| full::Damping { alpha: b.damping.alpha, beta: b.damping.beta }).collect()
 }
 
 /// What rank 0 found on the reduced model.

@@ -29,6 +29,9 @@ pub struct Eigenpair {
     pub value: Complex<f64>,
     /// Modal amplitudes q of both bodies, `[m1 + m2]`, scaled to Euclidean norm 1 (of (q, v/ω_ref, f)).
     pub modal: Vec<Complex<f64>>,
+    /// The unknown tangential forces f that go with them, N: at each closed node across the sliding where D resists it, then
+    /// along it where the law has a slope.
+    pub tangential: Vec<Complex<f64>>,
     /// Normwise backward error of (λ, x) in the scaled pencil.
     pub backward_error: f64,
 }
@@ -56,6 +59,8 @@ struct Pencil {
     e: Mat<f64>,
     /// Unit of time is 1/`rate`, rad/s.
     rate: f64,
+    /// Unit of the tangential forces, N.
+    force: f64,
 }
 
 /// All finite eigenvalues of steady sliding, both of each conjugate pair, by falling growth rate. Each pair's backward
@@ -95,11 +100,13 @@ pub fn eigenpairs(bodies: &ModalPair, contact: &SlidingContact, tolerance: f64) 
             )));
         }
         let modal: Vec<Complex<f64>> = (0..m).map(|i| x[i] / norm).collect();
+        let tangential: Vec<Complex<f64>> = (2 * m..n).map(|i| x[i] * (pencil.force / norm)).collect();
         if lambda.im != 0.0 {
-            let modal = modal.iter().map(|q| q.conj()).collect();
-            pairs.push(Eigenpair { value: lambda.conj() * pencil.rate, modal, backward_error });
+            let conjugate = |v: &[Complex<f64>]| v.iter().map(|q| q.conj()).collect();
+            let (modal, tangential) = (conjugate(&modal), conjugate(&tangential));
+            pairs.push(Eigenpair { value: lambda.conj() * pencil.rate, modal, tangential, backward_error });
         }
-        pairs.push(Eigenpair { value: lambda * pencil.rate, modal, backward_error });
+        pairs.push(Eigenpair { value: lambda * pencil.rate, modal, tangential, backward_error });
     }
     pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
     Ok(pairs)
@@ -122,14 +129,10 @@ fn residuals(p: &Pencil, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -
     values.iter().enumerate().map(norm).collect()
 }
 
-fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
-    check(bodies, contact)?;
-    let (m, k) = (bodies.omega.len(), contact.nodes.len());
-    let (s, psi) = (bodies.residual.as_ref(), bodies.modes.as_ref());
-    let nodes = &contact.nodes;
-    // Unknown tangential forces f: (closed node, unit direction, coefficient d of D), N·s/m.
-    let mut across: Vec<(usize, [f64; 2], f64)> = Vec::new();
-    for i in 0..k {
+/// Unknown tangential forces f: (closed contact, unit direction, coefficient d of D, N·s/m).
+fn tangential_unknowns(contact: &SlidingContact) -> Vec<(usize, [f64; 2], f64)> {
+    let mut across = Vec::new();
+    for i in 0..contact.nodes.len() {
         let t = contact.direction[i];
         let d = contact.friction[i] * contact.force[i] / contact.velocity[i];
         if d != 0.0 {
@@ -140,9 +143,14 @@ fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
             across.push((i, t, along));
         }
     }
-    let nf = across.len();
+    across
+}
 
-    // Columns of unit forces: p together with its friction −μτ, and f.
+/// Pressures r of the closed nodes as a function of (q, f), `[k, m + nf]`.
+fn pressures(bodies: &ModalPair, contact: &SlidingContact, across: &[(usize, [f64; 2], f64)]) -> Result<Mat<f64>> {
+    let (m, k, nf) = (bodies.omega.len(), contact.nodes.len(), across.len());
+    let (s, psi) = (bodies.residual.as_ref(), bodies.modes.as_ref());
+    let nodes = &contact.nodes;
     let combine = |row: usize, node: usize, t: [f64; 2], p: f64| -> f64 {
         t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
     };
@@ -171,6 +179,43 @@ fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
                 .into(),
         ));
     }
+    Ok(r)
+}
+
+/// The reactions of the closed nodes that go with an eigenpair, N, rows (x, y, n), `[3k]`.
+pub fn reactions(bodies: &ModalPair, contact: &SlidingContact, pair: &Eigenpair) -> Result<Vec<Complex<f64>>> {
+    let across = tangential_unknowns(contact);
+    let r = pressures(bodies, contact, &across)?;
+    let mut forces = vec![Complex::default(); 3 * contact.nodes.len()];
+    for i in 0..contact.nodes.len() {
+        let unknowns = pair.modal.iter().chain(&pair.tangential);
+        let p: Complex<f64> = unknowns.enumerate().map(|(j, v)| r[(i, j)] * v).sum();
+        for q in 0..2 {
+            forces[3 * i + q] = -contact.friction[i] * contact.direction[i][q] * p;
+        }
+        forces[3 * i + 2] = p;
+    }
+    for ((i, b, _), f) in across.iter().zip(&pair.tangential) {
+        forces[3 * i] += b[0] * f;
+        forces[3 * i + 1] += b[1] * f;
+    }
+    Ok(forces)
+}
+
+fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
+    check(bodies, contact)?;
+    let (m, k) = (bodies.omega.len(), contact.nodes.len());
+    let (s, psi) = (bodies.residual.as_ref(), bodies.modes.as_ref());
+    let nodes = &contact.nodes;
+    let across = tangential_unknowns(contact);
+    let nf = across.len();
+
+    // Columns of unit forces: p together with its friction −μτ, and f.
+    let combine = |row: usize, node: usize, t: [f64; 2], p: f64| -> f64 {
+        t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
+    };
+    let friction = |j: usize| contact.direction[j].map(|c| -contact.friction[j] * c);
+    let r = pressures(bodies, contact, &across)?;
     // y at a row as a function of (q, f): Ψ q + S(·, f) f + S(·, p) r, for lists of rows with coefficients.
     let rows_of = |list: &dyn Fn(usize) -> Vec<(usize, f64)>| -> Mat<f64> {
         let lists: Vec<Vec<(usize, f64)>> = (0..nf).map(list).collect();
@@ -254,7 +299,7 @@ fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
             e[(row, j)] /= largest;
         }
     }
-    Ok(Pencil { a, e, rate })
+    Ok(Pencil { a, e, rate, force })
 }
 
 fn check(bodies: &ModalPair, contact: &SlidingContact) -> Result<()> {

@@ -46,6 +46,8 @@ pub struct FullPair {
     pub motion: [Vec<C>; 2],
     /// Pressures of the closed nodes with that motion, N, `[k]`, on every rank.
     pub pressure: Vec<C>,
+    /// Reactions of the closed nodes, N, rows (x, y, n), `[3k]`, on every rank.
+    pub forces: Vec<C>,
     /// Its residuals.
     pub residuals: Residuals,
 }
@@ -153,7 +155,8 @@ fn around(
             )));
         }
         let (motion, pressure) = system.split(x);
-        pairs.push(FullPair { value, motion, pressure, residuals });
+        let forces = system.reactions(value, x);
+        pairs.push(FullPair { value, motion, pressure, forces, residuals });
     }
     Ok((pairs, found.solves))
 }

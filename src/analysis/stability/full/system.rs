@@ -275,6 +275,18 @@ impl<'a> System<'a> {
         ([of(0), of(1)], self.pressures_of(x))
     }
 
+    /// Collective: reactions of the closed nodes in the pair (λ in 1/s, x), N, rows (x, y, n), `[3k]`, on every rank.
+    pub fn reactions(&self, lambda: C, x: &[C]) -> Vec<C> {
+        let y = self.motion(x);
+        let mut forces = self.coupling.pressure_forces(&self.pressures_of(x));
+        let (damped, rolling) = (self.coupling.damping_forces(&y), self.coupling.convection_forces(&y));
+        for ((f, d), r) in forces.iter_mut().zip(damped).zip(rolling) {
+            *f += lambda * d + r;
+        }
+        forces.truncate(3 * self.coupling.closed());
+        forces
+    }
+
     /// Collective: residuals of the pair (λ in 1/s, x).
     pub fn residuals(&mut self, lambda: C, x: &[C]) -> Result<Residuals> {
         let world = self.world;

@@ -1,0 +1,327 @@
+//! Complex modes as motions of the bodies: recovered from the reduced model or taken from the full one, their energies, and the
+//! file that shows them over a period.
+
+use super::full::driver::FullResult;
+use super::full::{Damping, FullPair};
+use super::reduced::{reactions, Eigenpair};
+use super::Found;
+use crate::analysis::bodies::Bodies;
+use crate::analysis::reduction::ModalPair;
+use crate::analysis::RunOptions;
+use crate::body::fe::{BodyModes, FeBody};
+use crate::body::statics::Statics;
+use crate::job;
+use crate::output::{companion, BodyPart, FieldSpec, Kind, ResultFile, SequenceFile, Table};
+use crate::parallel::World;
+use crate::Result;
+use num_complex::Complex;
+
+type C = Complex<f64>;
+
+/// A complex mode of both bodies.
+struct Shape {
+    /// λ, 1/s.
+    value: C,
+    /// Its place in the list of eigenvalues, on rank 0.
+    place: usize,
+    /// This rank's degrees of freedom of the lower and the upper body, in lower form.
+    motion: [Vec<C>; 2],
+    /// Reactions of the closed nodes, N, `[3k]`, on every rank.
+    forces: Vec<C>,
+    /// Power of the damping of each body with this motion over |λ|²: uᴴ C u, N·s/m·m².
+    damping: [f64; 2],
+}
+
+/// What a complex mode is made of.
+struct Energy {
+    /// Share of each body in kinetic and strain energy.
+    body: [f64; 2],
+    /// Share of each body, normal and tangential, in the squared motion of the closed nodes.
+    contact: [[f64; 2]; 2],
+    /// Growth rate from the damping of the lower and the upper body and from the contact forces, 1/s.
+    growth: [f64; 3],
+}
+
+/// Collective: recovers and writes the selected complex modes. The `full` system (with the bodies' damping) is preferred where it is given.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn run(
+    world: &World,
+    stability: &job::Stability,
+    bodies: &Bodies,
+    modes: &[BodyModes],
+    solvers: &mut [Statics],
+    reduced: Option<(&Found, &ModalPair)>,
+    full: Option<(&FullResult, Vec<Damping>)>,
+    options: &RunOptions,
+    file: &mut ResultFile,
+) -> Result<()> {
+    let shapes = match full {
+        Some((full, damping)) => of_full(world, bodies, full, reduced, &damping, stability.shapes as usize),
+        None => of_reduced(world, bodies, modes, solvers, reduced, stability.shapes as usize)?,
+    };
+    if shapes.is_empty() {
+        return Ok(());
+    }
+    let nodes: Vec<u64> =
+        world.broadcast(reduced.map(|r| r.0.contact.nodes.iter().map(|&n| n as u64).collect()).unwrap_or_default());
+    let energies = shapes.iter().map(|s| energy(world, bodies, &nodes, s)).collect::<Result<Vec<_>>>()?;
+    file.tables(tables(&shapes, &energies));
+    let file_of_modes = write(world, stability.phases as usize, bodies, &shapes, options)?;
+    file.attach(file_of_modes)
+}
+
+/// Number of eigenvalues, listed by falling growth rate, that are shown.
+fn selected(growth: impl Iterator<Item = f64>, least: usize) -> usize {
+    let growth: Vec<f64> = growth.collect();
+    growth.iter().filter(|g| **g > 0.0).count().max(least).min(growth.len())
+}
+
+fn of_full(
+    world: &World,
+    bodies: &Bodies,
+    full: &FullResult,
+    reduced: Option<(&Found, &ModalPair)>,
+    damping: &[Damping],
+    least: usize,
+) -> Vec<Shape> {
+    if least == 0 {
+        return Vec::new();
+    }
+    let pairs = &full.spectrum.pairs;
+    let before = reduced.map_or(0, |r| r.0.spectrum.eigenpairs.len());
+    let count = selected(pairs.iter().map(|p| p.value.re), least);
+    let shape = |(i, p): (usize, &FullPair)| {
+        let damping = [0, 1].map(|b| {
+            let (m, k) = forms(world, fe(bodies, b), &p.motion[b]);
+            damping[b].alpha * m + damping[b].beta * k
+        });
+        Shape { value: p.value, place: before + i, motion: p.motion.clone(), forces: p.forces.clone(), damping }
+    };
+    pairs.iter().take(count).enumerate().map(shape).collect()
+}
+
+/// Motion from the modal amplitudes and, statically, the residual compliance under the reactions: u = Φq + (I − ΦΦᵀM) K⁻¹BᵀR.
+fn of_reduced(
+    world: &World,
+    bodies: &Bodies,
+    modes: &[BodyModes],
+    solvers: &mut [Statics],
+    reduced: Option<(&Found, &ModalPair)>,
+    least: usize,
+) -> Result<Vec<Shape>> {
+    let chosen: Vec<&Eigenpair> = match reduced {
+        Some((found, _)) if least > 0 => {
+            // Real eigenvalues do not oscillate: they have no period to be shown over.
+            let oscillating: Vec<&Eigenpair> = found.spectrum.eigenpairs.iter().filter(|e| e.value.im > 0.0).collect();
+            let count = selected(oscillating.iter().map(|e| e.value.re), least);
+            oscillating.into_iter().take(count).collect()
+        }
+        _ => Vec::new(),
+    };
+    let count = world.broadcast(vec![chosen.len() as u64])[0] as usize;
+    let mut shapes = Vec::new();
+    for i in 0..count {
+        let on_root = world.on_root(|| {
+            let (Some((found, model)), Some(pair)) = (reduced, chosen.get(i)) else {
+                return Err(crate::Error::Defect("complex modes: no reduced model on rank 0".into()));
+            };
+            let place = found.spectrum.eigenpairs.iter().position(|e| std::ptr::eq(e, *pair)).unwrap_or(0);
+            Ok((reactions(model, &found.contact, pair)?, *pair, place, model, &found.contact))
+        })?;
+        let forces = world.broadcast(on_root.as_ref().map(|r| r.0.clone()).unwrap_or_default());
+        let modal = world.broadcast(on_root.as_ref().map(|r| r.1.modal.clone()).unwrap_or_default());
+        let value = world.broadcast(on_root.as_ref().map(|r| vec![r.1.value]).unwrap_or_default())[0];
+        let mut motion = [Vec::new(), Vec::new()];
+        let mut damping = [0.0; 2];
+        let mut first = 0;
+        for place in 0..2 {
+            let index = bodies.places[place].body;
+            let (body, phi) = (&bodies.unique[index], &modes[index].vectors);
+            // Reactions on all contact rows of this body in its lower form.
+            let part = |of: fn(&C) -> f64| -> Vec<f64> {
+                let Some((forces, _, _, model, contact)) = &on_root else { return Vec::new() };
+                let mut all = vec![0.0; model.modes.nrows()];
+                for (j, f) in forces.iter().enumerate() {
+                    let turned = if place == 1 && j % 3 < 2 { -1.0 } else { 1.0 };
+                    all[3 * contact.nodes[j / 3] + j % 3] = turned * of(f);
+                }
+                all
+            };
+            let re = body.response(world, &mut solvers[index], &part(|f| f.re))?;
+            let im = body.response(world, &mut solvers[index], &part(|f| f.im))?;
+            let mut u: Vec<C> = re.into_iter().zip(im).map(|(re, im)| C::new(re, im)).collect();
+            let mut mu = vec![C::default(); u.len()];
+            body.operators.mass.operator(world).apply(world, &u, &mut mu);
+            let products: Vec<C> = phi.iter().map(|p| p.iter().zip(&mu).map(|(p, m)| p * m).sum()).collect();
+            let products = world.sum_all(&products);
+            for (k, (p, statics)) in phi.iter().zip(products).enumerate() {
+                let amplitude = modal[first + k] - statics;
+                u.iter_mut().zip(p).for_each(|(u, p)| *u += amplitude * p);
+            }
+            if let Some((_, _, _, model, _)) = &on_root {
+                damping[place] =
+                    (first..first + phi.len()).map(|k| model.damping[k] * modal[k].norm_sqr()).sum::<f64>();
+            }
+            first += phi.len();
+            motion[place] = u;
+        }
+        shapes.push(Shape { value, place: on_root.map_or(0, |r| r.2), motion, forces, damping });
+    }
+    Ok(shapes)
+}
+
+fn fe(bodies: &Bodies, place: usize) -> &FeBody {
+    &bodies.unique[bodies.places[place].body]
+}
+
+/// Collective: uᴴ M u and uᴴ K u.
+fn forms(world: &World, body: &FeBody, u: &[C]) -> (f64, f64) {
+    let product = |matrix: &crate::petsc::csr::DistCsr| {
+        let mut au = vec![C::default(); u.len()];
+        matrix.operator(world).apply(world, u, &mut au);
+        world.sum(u.iter().zip(&au).map(|(u, a)| (u.conj() * a).re).sum())
+    };
+    (product(&body.operators.mass), product(&body.operators.stiffness))
+}
+
+/// Collective. Multiplying the equation of motion with conj(λ) uᴴ gives, exactly,
+/// σ Σ (|λ|² uᴴMu + uᴴKu) = Re(conj(λ) yᴴR) − |λ|² Σ uᴴCu: what the growth rate is made of.
+fn energy(world: &World, bodies: &Bodies, nodes: &[u64], shape: &Shape) -> Result<Energy> {
+    let square = shape.value.norm_sqr();
+    let mut sizes = [0.0; 2];
+    let mut contact = [[0.0; 2]; 2];
+    let mut work = C::default();
+    for place in 0..2 {
+        let body = fe(bodies, place);
+        let (m, k) = forms(world, body, &shape.motion[place]);
+        sizes[place] = square * m + k;
+        let u = body.at_contact(world, &shape.motion[place])?;
+        for (i, &node) in nodes.iter().enumerate() {
+            for c in 0..3 {
+                let turned = if place == 1 && c < 2 { -1.0 } else { 1.0 };
+                let v = u[3 * node as usize + c];
+                contact[place][usize::from(c < 2)] += v.norm_sqr();
+                work += turned * v.conj() * shape.forces[3 * i + c];
+            }
+        }
+    }
+    let total: f64 = sizes.iter().sum();
+    let moved: f64 = contact.as_flattened().iter().sum();
+    Ok(Energy {
+        body: sizes.map(|s| s / total),
+        contact: contact.map(|b| b.map(|v| v / moved)),
+        growth: [
+            -square * shape.damping[0] / total,
+            -square * shape.damping[1] / total,
+            (shape.value.conj() * work).re / total,
+        ],
+    })
+}
+
+fn tables(shapes: &[Shape], energies: &[Energy]) -> Vec<Table> {
+    let n = shapes.len();
+    let flat = |of: &dyn Fn(&Energy) -> Vec<f64>| energies.iter().flat_map(of).collect::<Vec<f64>>();
+    vec![
+        Table::list(
+            "/stability/shape",
+            "1",
+            "Place in the list of eigenvalues, from 0, of each complex mode that is written as a motion of the bodies.",
+            shapes.iter().map(|s| s.place as i64).collect::<Vec<_>>(),
+        ),
+        Table::new(
+            "/stability/body_energy",
+            "1",
+            "Share of the lower and of the upper body in the kinetic and strain energy of each complex mode.",
+            &[n, 2],
+            flat(&|e| e.body.to_vec()),
+        ),
+        Table::new(
+            "/stability/contact_motion",
+            "1",
+            "Share of the lower and of the upper body, normal and tangential, in the squared motion of the closed nodes.",
+            &[n, 2, 2],
+            flat(&|e| e.contact.as_flattened().to_vec()),
+        ),
+        Table::new(
+            "/stability/growth_parts",
+            "1/s",
+            "What the growth rate is made of: damping of the lower body, of the upper body, work of the contact forces.",
+            &[n, 3],
+            flat(&|e| e.growth.to_vec()),
+        ),
+    ]
+}
+
+/// Collective: the file with every mode over its period, without growth. At the first phase the largest displacement is real, a quarter period on
+/// minus the imaginary part is shown.
+fn write<'w>(
+    world: &'w World,
+    phases: usize,
+    bodies: &Bodies,
+    shapes: &[Shape],
+    options: &RunOptions,
+) -> Result<SequenceFile<'w>> {
+    let steps = shapes.len() * phases;
+    let times: Vec<f64> = (0..steps).map(|i| i as f64 / phases as f64).collect();
+    let of_step = |of: &dyn Fn(&Shape) -> f64| (0..steps).map(|i| of(&shapes[i / phases])).collect::<Vec<f64>>();
+    let tables = [
+        Table::list(
+            "/modes/frequency",
+            "Hz",
+            "Frequency of the mode of each step.",
+            of_step(&|s| s.value.im / (2.0 * std::f64::consts::PI)),
+        ),
+        Table::list("/modes/growth_rate", "1/s", "Growth rate of the mode of each step.", of_step(&|s| s.value.re)),
+        Table::list(
+            "/modes/eigenvalue",
+            "1",
+            "Place of the mode of each step in /stability/eigenvalue of the main file, from 0.",
+            (0..steps).map(|i| shapes[i / phases].place as i64).collect::<Vec<_>>(),
+        ),
+        Table::list(
+            "/modes/phase",
+            "1",
+            "Time of each step as a part of the period.",
+            (0..steps).map(|i| (i % phases) as f64 / phases as f64).collect::<Vec<_>>(),
+        ),
+    ];
+    let text = "Motion of a complex mode at one moment of its period, growth left out; the largest displacement of the mode is 1.";
+    let spec = FieldSpec::new("motion", "1", text, Kind::Vector);
+    let what = ("1", "Periods shown so far: mode k of the file, from 0, takes k to k + 1.");
+    let path = companion(&options.output, "modes.vtkhdf");
+    let parts: Vec<BodyPart> = bodies.parts();
+    let mut file = SequenceFile::create(world, &path, options.force, &parts, vec![spec], &times, what, &tables)?;
+    for (number, shape) in shapes.iter().enumerate() {
+        let mut at_nodes: Vec<[Vec<f64>; 2]> = Vec::new();
+        for place in 0..2 {
+            let part = |of: fn(&C) -> f64| {
+                let u: Vec<f64> = shape.motion[place].iter().map(of).collect();
+                fe(bodies, place).at_nodes(world, &u).into_flattened()
+            };
+            at_nodes.push([part(|v| v.re), part(|v| v.im)]);
+        }
+        let unit = unit(world, &at_nodes);
+        for phase in 0..phases {
+            let turn = unit * C::from_polar(1.0, 2.0 * std::f64::consts::PI * phase as f64 / phases as f64);
+            let real = |[re, im]: &[Vec<f64>; 2]| -> Vec<f64> {
+                re.iter().zip(im).map(|(re, im)| (C::new(*re, *im) * turn).re).collect()
+            };
+            let moved: Vec<Vec<f64>> = at_nodes.iter().map(real).collect();
+            file.step(number * phases + phase, &[moved.iter().map(Vec::as_slice).collect()])?;
+        }
+    }
+    Ok(file)
+}
+
+/// The factor that makes the largest component of a motion 1, the same on all ranks.
+fn unit(world: &World, at_nodes: &[[Vec<f64>; 2]]) -> C {
+    let all = at_nodes.iter().flat_map(|[re, im]| re.iter().zip(im).map(|(re, im)| C::new(*re, *im)));
+    let largest = all.max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default();
+    let everywhere = world.all_gather(&[largest]);
+    let largest = everywhere.into_iter().max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default();
+    if largest.norm() > 0.0 {
+        1.0 / largest
+    } else {
+        C::default()
+    }
+}
