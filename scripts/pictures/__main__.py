@@ -10,6 +10,7 @@ matplotlib.use("Agg")  # no screen is needed
 
 import contact  # noqa: E402
 import modes  # noqa: E402
+import receptance  # noqa: E402
 import style  # noqa: E402
 import sweep  # noqa: E402
 from results import Results, ResultsError  # noqa: E402
@@ -27,13 +28,13 @@ def main():
         with Results(arguments.file) as results:
             out.mkdir(parents=True, exist_ok=True)
             made = contact.pictures(results, out) + modes.pictures(results, out, arguments.modes)
-            made += sweep.pictures(results, out)
+            made += receptance.pictures(results, out) + sweep.pictures(results, out)
     except ResultsError as error:
         sys.exit(fail(error, 3))
     except OSError as error:
         sys.exit(fail(f"cannot write to {out}: {error}", 6))
     if not made:
-        sys.exit(fail(f"{arguments.file} holds no contact, no modes and no sweep: nothing to draw", 3))
+        sys.exit(fail(f"{arguments.file} holds no contact, no modes, no receptances and no sweep: nothing to draw", 3))
     for path in made:
         print(path)
 

@@ -5,6 +5,7 @@ mod interface;
 mod matrices;
 mod modes;
 pub mod plan;
+pub mod receptance;
 pub mod reduction;
 mod report;
 mod reuse;
@@ -111,8 +112,7 @@ fn elements(
         None => modes::run(petsc, job, &bodies, &mut solvers, options, file, progress, summary)?,
     };
     let mut reduced = None;
-    let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
-    if let (true, Some(contact)) = (statics, &job.contact) {
+    if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
         let model = match reused {
             Some(reused) => reused.map_or_else(Reduction::elsewhere, |r| r.reduction),
             None => Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?,
@@ -120,6 +120,9 @@ fn elements(
         if options.reuse.is_none() && job.output.reduced && contact.compliance == Compliance::Fe {
             let tables = world.on_root(|| reuse::tables(job, &bodies, &found, model.root()?))?;
             file.tables(tables.unwrap_or_default());
+        }
+        if let Some(wanted) = &job.analyses.receptance {
+            receptance::run(world, wanted, contact, &model, file, progress, summary)?;
         }
         if let Some(wanted) = &job.analyses.stability {
             let parts = stability::Parts { bodies: &bodies, modes: &found, model: &model };

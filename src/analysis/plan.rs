@@ -123,7 +123,7 @@ impl Plan {
             shared.push(("eigenvectors", unique.iter().map(basis).sum()));
         }
         let rows = 3.0 * bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0) as f64;
-        if job.analyses.steady.is_some() || job.analyses.stability.is_some() {
+        if !job.analyses.on_contact().is_empty() {
             // The compliance of each body, their sum, and the matrices of the contact solver.
             let copies = 4.0 + unique.len() as f64;
             on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
@@ -271,8 +271,7 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
         steps.push(format!("stability of steady sliding on the modes, {points} contact points"));
         return steps;
     }
-    let statics = job.analyses.steady.is_some() || job.analyses.stability.is_some();
-    if let (true, Some(contact)) = (statics, &job.contact) {
+    if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
         let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
         let source = match contact.compliance {
             Compliance::Fe => format!("finite elements{once}"),
@@ -290,6 +289,10 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
         );
         if let Some(steady) = &job.analyses.steady {
             steps.push(format!("steady rolling: {given}, tolerance {:e}", steady.tolerance));
+        }
+        if let Some(receptance) = &job.analyses.receptance {
+            let count = receptance.frequency.numbers().map_or(0, |f| f.len());
+            steps.push(format!("receptances of the contact point at {count} frequencies"));
         }
         if job.analyses.stability.is_some() {
             steps.push(format!("stability of steady sliding on the modes: {given}"));

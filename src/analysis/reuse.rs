@@ -59,7 +59,7 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     let name = file.display();
     let refuse = |text: &str| Err(Error::Job(format!("--reuse {name}: {text}")));
     match &job.contact {
-        Some(c) if job.analyses.steady.is_none() && job.analyses.stability.is_none() || c.points.is_some() => {
+        Some(c) if job.analyses.on_contact().is_empty() || c.points.is_some() => {
             return refuse("no analysis of the job works on a reduced model of finite elements");
         }
         Some(c) if c.compliance == Compliance::Fe => {}

@@ -96,8 +96,8 @@ fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
             if words.is_empty() { "none".into() } else { schema::quoted(&words) }
         )));
     }
-    // Stability is computed on the modes, and a sweep is one of stability.
-    if !["modes", "stability", "sweep"].contains(&only) {
+    // Stability and receptances are computed on the modes, and a sweep is one of stability.
+    if !["modes", "stability", "sweep", "receptance"].contains(&only) {
         analyses.modes = None;
     }
     if only != "steady" {
@@ -108,6 +108,9 @@ fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
     }
     if only != "sweep" {
         analyses.sweep = None;
+    }
+    if only != "receptance" {
+        analyses.receptance = None;
     }
     Ok(())
 }

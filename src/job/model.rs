@@ -402,18 +402,27 @@ pub struct Analyses {
     /// Stability of steady sliding of the whole contact: the modes that squeal, with their growth rates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stability: Option<Stability>,
+    /// Receptances of the bodies at the contact point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub receptance: Option<Receptance>,
     /// Stability at many values of keys of the job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
 }
 
 impl Analyses {
+    /// The analyses given that work on the contact of two bodies, by name; each needs their compliance.
+    pub fn on_contact(&self) -> Vec<&'static str> {
+        self.names().into_iter().filter(|n| !["modes", "sweep"].contains(n)).collect()
+    }
+
     /// Names of the analyses that are given, in the order in which they run.
     pub fn names(&self) -> Vec<&'static str> {
         let given = [
             ("modes", self.modes.is_some()),
             ("steady", self.steady.is_some()),
             ("stability", self.stability.is_some()),
+            ("receptance", self.receptance.is_some()),
             ("sweep", self.sweep.is_some()),
         ];
         given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
@@ -544,6 +553,58 @@ fn default_agreement() -> f64 {
 
 fn default_backward_error() -> f64 {
     1e-9
+}
+
+/// Displacement of each body at the contact point per unit force there, over frequency, from the modes and the residual compliance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Receptance {
+    /// Frequencies, Hz: a list, or a range. None may lie beyond the modes of the bodies.
+    pub frequency: Frequencies,
+    /// How the force is spread over the contact nodes; the displacement is their mean with the same shares.
+    #[serde(default)]
+    pub spread: Spread,
+}
+
+/// Frequencies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Frequencies {
+    /// These.
+    List(Vec<Hertz>),
+    /// Equidistant ones.
+    Range(SweepRange),
+}
+
+/// A frequency, Hz.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Hertz(#[schemars(range(min = 0.0), extend("unit" = "Hz"))] pub f64);
+
+impl Frequencies {
+    /// The frequencies one by one, Hz, or what is wrong with them.
+    pub fn numbers(&self) -> Result<Vec<f64>, String> {
+        let list = match self {
+            Frequencies::List(list) => list.iter().map(|f| f.0).collect(),
+            Frequencies::Range(range) => range.numbers()?,
+        };
+        match list.iter().find(|f| **f < 0.0) {
+            _ if list.is_empty() => Err("the list is empty".into()),
+            Some(f) => Err(format!("found {f} Hz, expected frequencies ≥ 0")),
+            None => Ok(list),
+        }
+    }
+}
+
+/// How a unit force is spread over the contact nodes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Spread {
+    /// As the pressure of the contact without friction under the load of the job.
+    #[default]
+    Pressure,
+    /// Evenly over the whole patch.
+    Uniform,
 }
 
 /// Stability at many values of keys of the job: every point has its own sliding equilibrium, contact set and spectrum, as

@@ -121,8 +121,15 @@ impl SweepValues {
             SweepValues::List(list) => return Ok(list.clone()),
             SweepValues::Range(range) => range,
         };
-        let (from, to) = (range.from, range.to);
-        let count = match (range.count, range.step) {
+        range.numbers()?.into_iter().map(number).collect()
+    }
+}
+
+impl SweepRange {
+    /// The numbers one by one, or what is wrong with them.
+    pub fn numbers(&self) -> std::result::Result<Vec<f64>, String> {
+        let (from, to) = (self.from, self.to);
+        let count = match (self.count, self.step) {
             (Some(n), None) => n as usize,
             (None, Some(step)) => {
                 if (to - from) * step < 0.0 {
@@ -133,8 +140,7 @@ impl SweepValues {
                 if steps >= MAX_POINTS as f64 {
                     return Err(format!("steps of {step} from {from} to {to} are more than {MAX_POINTS}"));
                 }
-                let value = |i: usize| from + step * i as f64;
-                return (0..=steps as usize).map(|i| number(value(i))).collect();
+                return Ok((0..=steps as usize).map(|i| rounded(from + step * i as f64)).collect());
             }
             _ => return Err("give exactly one of count and step".into()),
         };
@@ -142,12 +148,15 @@ impl SweepValues {
             return Err(format!("one value cannot reach from {from} to {to}; give a count of 2 or more"));
         }
         let part = |i: usize| i as f64 / (count.max(2) - 1) as f64;
-        (0..count).map(|i| number(from + (to - from) * part(i))).collect()
+        Ok((0..count).map(|i| rounded(from + (to - from) * part(i))).collect())
     }
 }
 
+/// Sums like 0.1 + 0.2 in a column are ugly, and differ from what a user would type: 15 digits are kept.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
+}
+
 fn number(value: f64) -> std::result::Result<Value, String> {
-    // Sums like 0.1 + 0.2 in a column are ugly, and differ from what a user would type: round to 15 digits.
-    let rounded: f64 = format!("{value:.14e}").parse().unwrap_or(value);
-    serde_json::Number::from_f64(rounded).map(Value::Number).ok_or_else(|| format!("{value} is no finite number"))
+    serde_json::Number::from_f64(value).map(Value::Number).ok_or_else(|| format!("{value} is no finite number"))
 }

@@ -95,7 +95,7 @@ fn the_documentation_names_every_key() {
     let named = |key: &str| text.contains(&format!("`{key}`")) || text.contains(&format!(".{key}`"));
     let missing: Vec<&String> = all.iter().filter(|k| !named(k)).collect();
     // Groups of keys are named by the keys in them.
-    let groups = ["material", "damping", "creepage", "patch", "modes", "steady", "sweep"];
+    let groups = ["material", "damping", "creepage", "patch", "modes", "steady", "sweep", "receptance"];
     let missing: Vec<_> = missing.into_iter().filter(|k| !groups.contains(&k.as_str())).collect();
     assert!(missing.is_empty(), "docs/job.md does not name {missing:?}");
 }
@@ -241,6 +241,9 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("analyses.modes.count=1.5".into(), vec!["count: found the number 1.5, expected a whole number"]),
         ("analyses.modes.count=0".into(), vec!["count: found 0, expected a whole number ≥ 1"]),
         ("analyses.sweep={\"keys\":{\"contact.friction\":[0.1]}}".into(), vec!["analyses.stability: missing; analyses.sweep"]),
+        ("analyses.receptance={\"frequency\":[]}".into(), vec!["analyses.receptance.frequency: the list is empty"]),
+        ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a number ≥ 0"]),
+        ("analyses.receptance={}".into(), vec!["receptance.frequency: missing; expected a list or an object"]),
         ("version=2".into(), vec!["version: found the number 2, expected 1"]),
         ("solver.linear=lu".into(), vec!["solver.linear", "\"mumps\", \"gamg\""]),
         ("petsc_options.ksp_type={}".into(), vec!["petsc_options.ksp_type: found an object"]),

@@ -239,8 +239,7 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             _ => {}
         }
     }
-    let statics = [("steady", job.analyses.steady.is_some()), ("stability", job.analyses.stability.is_some())];
-    if let Some((analysis, _)) = statics.into_iter().find(|(_, given)| *given) {
+    if let Some(analysis) = job.analyses.on_contact().first() {
         match &job.contact {
             None => faults.push(format!("contact: missing; analyses.{analysis} needs it")),
             Some(contact) if contact.compliance == Compliance::Fe => {
@@ -251,6 +250,19 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
                 }
             }
             Some(_) => {}
+        }
+    }
+    if let Some(receptance) = &job.analyses.receptance {
+        if job.analyses.modes.is_none() {
+            faults.push(
+                "analyses.modes: missing; analyses.receptance is computed on the modes, e.g. {\"count\": 60}".into(),
+            );
+        }
+        if job.contact.as_ref().is_some_and(|c| c.compliance != Compliance::Fe) {
+            faults.push("contact.compliance: \"half_space\" has no modes; analyses.receptance needs \"fe\"".into());
+        }
+        if let Err(fault) = receptance.frequency.numbers() {
+            faults.push(format!("analyses.receptance.frequency: {fault}"));
         }
     }
     if job.analyses.sweep.is_some() && job.analyses.stability.is_none() {

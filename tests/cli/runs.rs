@@ -131,6 +131,38 @@ fn squeal_needs_a_contact_off_the_mid_plane_and_the_right_sign_of_creepage() {
     assert!(rates[0] < 0.0, "contact off the mid-planes, creepage -1 %: {rates:?}");
 }
 
+/// At 0 Hz the receptance is the static compliance that the file holds too; beyond the modes it is refused.
+#[test]
+fn receptances_begin_at_the_static_compliance() {
+    let mut job = sliding([0.03, 0.02]);
+    job["analyses"] = json!({ "modes": { "count": 10 }, "receptance": { "frequency": [0, 200.0, 500.0] } });
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
+    let share = numbers(&folder.path("job.h5"), "receptance/share");
+    assert!((share.iter().sum::<f64>() - 1.0).abs() < 1e-12 && share.iter().all(|s| *s >= 0.0), "{share:?}");
+    let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+    for body in ["lower", "upper"] {
+        let compliance = numbers(&folder.path("job.h5"), &format!("reduced/{body}/compliance"));
+        let h: Vec<num_complex::Complex64> =
+            file.dataset(&format!("receptance/{body}")).and_then(|d| d.read_raw()).expect("receptance");
+        assert_eq!(h.len(), 27);
+        let rows = 3 * share.len();
+        for k in 0..9 {
+            let mut want = 0.0;
+            for (i, a) in share.iter().enumerate() {
+                for (j, b) in share.iter().enumerate() {
+                    want += a * b * compliance[(3 * i + k / 3) * rows + 3 * j + k % 3];
+                }
+            }
+            assert!((h[k] - want).norm() < 1e-9 * h[8].norm(), "{body}, {k}: {} and {want}", h[k]);
+        }
+        // Off the mid-plane a normal force moves the contact sideways.
+        assert!(h[5].norm() > 1e-3 * h[8].norm(), "{body}: {} beside {}", h[5], h[8]);
+    }
+    let beyond = ["--force", "--set", "analyses.receptance.frequency=[0,1e5]"];
+    folder.call(1, "run", &beyond).failed(2, &["analyses.receptance.frequency: 100000 Hz", "more modes"]);
+}
+
 /// Exchanging the bodies and turning all creepages round changes no eigenvalue; neither does the number of ranks.
 #[test]
 fn exchanged_bodies_have_the_same_spectrum() {
