@@ -1,0 +1,224 @@
+//! Stability of the full finite-element system of `jobs/curve.json` on some 100 thousand degrees of freedom: 20 eigenvalues about
+//! 2 kHz, one shift. Prints wall and CPU time of the inverse and of the eigensolver, the largest memory, and the eigenvalues.
+//!
+//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--export FILE]`; with `--export` the matrices K, C and M of the same problem, multipliers
+//! in units of the largest stiffness, are written one after the other in PETSc's binary format (complex scalars, 32-bit indices) for
+//! `benches/peers/slepc4py_pep.py`. Runs on one rank.
+
+use std::io::Write;
+use std::time::Instant;
+
+use num_complex::Complex;
+use railsqueal::analysis::stability::full::system::System;
+use railsqueal::analysis::stability::full::{Coupling, Damping};
+use railsqueal::body::fe::FeBody;
+use railsqueal::body::statics::Statics;
+use railsqueal::contact::{
+    combined_compliance, Creepage, FrictionLaw, Interface, NormalLoad, SlidingContact, SlidingDirection,
+    SlidingProblem, Stencil,
+};
+use railsqueal::fem::Material;
+use railsqueal::mesh::cylinder::{self, CylinderSpec};
+use railsqueal::parallel::World;
+use railsqueal::petsc::pep::{quadratic, QuadraticOperator, QuadraticOptions};
+use railsqueal::petsc::Petsc;
+
+const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+const DAMPING: Damping = Damping { alpha: 1.0, beta: 1e-6 };
+const HEIGHT: f64 = 2.0 * std::f64::consts::PI * 2000.0;
+const COUNT: usize = 20;
+/// Largest element, m.
+const LARGEST: f64 = 0.03;
+
+/// CPU time of this process so far, s, where the system tells (Linux).
+fn cpu() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|v| v.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1e-9
+}
+
+/// Largest resident set so far, kB.
+fn memory() -> String {
+    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    text.lines().find(|l| l.starts_with("VmHWM")).unwrap_or_default().to_owned()
+}
+
+fn argument(name: &str) -> Option<String> {
+    let all: Vec<String> = std::env::args().collect();
+    all.iter().position(|a| a == name).and_then(|i| all.get(i + 1).cloned())
+}
+
+fn main() {
+    let universe = mpi::initialize().expect("MPI starts");
+    let world = World::new(mpi::traits::Communicator::duplicate(&universe.world()));
+    assert_eq!(world.size, 1, "this benchmark runs on one rank");
+    let petsc = Petsc::start(&world, &[], &[]).unwrap();
+    let size: f64 = argument("--size").map_or(1.2e-3, |s| s.parse().expect("an element size, m"));
+    let (bodies, interface) = bodies(&world, size);
+    let contact = sliding(&world, &petsc, &bodies, interface);
+    if let Some(path) = argument("--export") {
+        export(&world, &path, &bodies, &contact).unwrap();
+    }
+    let mut system =
+        System::new(&petsc, &bodies, [(0, DAMPING), (1, DAMPING)], Coupling::new(&contact), HEIGHT).unwrap();
+    let order = world.sum_u64(system.n_local() as u64);
+    let (start, start_cpu) = (Instant::now(), cpu());
+    let shift = system.shift_to(HEIGHT).unwrap();
+    let (ready, ready_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
+    let first = system.start().unwrap();
+    let options =
+        QuadraticOptions { target: shift / HEIGHT, count: COUNT, tolerance: 1e-10, prefix: "stability_".into() };
+    let found = quadratic(&petsc, &mut system, &first, &options, &mut |_, _| {}).unwrap();
+    let (done, done_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
+    let mut lines = Vec::new();
+    let mut worst = 0.0f64;
+    for (lambda, x) in found.lambda.iter().zip(&found.vectors) {
+        let value = lambda * HEIGHT;
+        worst = worst.max(system.residuals(value, x).unwrap().backward_error);
+        lines.push(format!("  {:.6} {:+.6}i", value.re, value.im));
+    }
+    if world.is_root() {
+        println!("{order} unknowns, {} closed nodes, {} ranks", contact.nodes.len(), world.size);
+        println!("inverse      {ready:8.2} s wall {ready_cpu:8.2} s cpu");
+        println!(
+            "eigensolver  {:8.2} s wall {:8.2} s cpu, {} solves",
+            done - ready,
+            done_cpu - ready_cpu,
+            found.solves
+        );
+        println!("in all       {done:8.2} s wall {done_cpu:8.2} s cpu, backward error {worst:.1e}, {}", memory());
+        lines.iter().take(COUNT).for_each(|l| println!("{l}"));
+    }
+}
+
+fn bodies(world: &World, size: f64) -> (Vec<FeBody>, Option<Interface>) {
+    let mut gap = Vec::new();
+    let mut axes = None;
+    let bodies = [("lower", 0.03), ("upper", 0.02)].map(|(name, offset)| {
+        let spec = CylinderSpec {
+            inner_radius: 0.1,
+            outer_radius: 0.5,
+            thickness: 0.1,
+            crown_radius: Some(0.5),
+            contact_offset: offset,
+            element_size: size,
+            growth: 1.5,
+            max_element_size: Some(LARGEST),
+            patch_half_length: 0.007,
+            patch_half_width: 0.007,
+        };
+        let (mesh, grid) = cylinder::build(&spec).unwrap();
+        let grid = grid.expect("a contact grid");
+        gap.push(grid.z.iter().map(|z| -z).collect::<Vec<f64>>());
+        axes = Some((grid.x.clone(), grid.y.clone()));
+        let fixed = ["inner".to_owned()];
+        FeBody::new(world, name, world.is_root().then_some(&mesh), world.is_root().then_some(grid), STEEL, &fixed)
+            .unwrap()
+    });
+    let (x, y) = axes.expect("a contact grid");
+    let gap = gap[0].iter().zip(&gap[1]).map(|(a, b)| a + b).collect();
+    (bodies.into(), world.is_root().then(|| Interface::new(x, y, gap).unwrap()))
+}
+
+/// Full lateral sliding of 1 % at 70 kN.
+fn sliding(world: &World, petsc: &Petsc, bodies: &[FeBody], interface: Option<Interface>) -> SlidingContact {
+    let compliance: Vec<_> = bodies
+        .iter()
+        .map(|b| {
+            let mut statics = Statics::direct(petsc, b).unwrap();
+            b.compliance(world, &mut statics, &mut |_, _| {}).unwrap()
+        })
+        .collect();
+    let interface = interface.expect("one rank");
+    let [a, b] = [0, 1].map(|i| compliance[i].as_ref().expect("one rank"));
+    let w = combined_compliance(a.as_ref(), b.as_ref()).unwrap();
+    let problem = SlidingProblem {
+        interface: &interface,
+        compliance: w.as_ref(),
+        friction: FrictionLaw::Constant(0.3),
+        speed: 10.0,
+        creepage: Creepage { longitudinal: 0.0, lateral: 0.01, spin: 0.0 },
+        load: NormalLoad::Force(70e3),
+        stencil: Stencil::default(),
+        direction: SlidingDirection::Rigid,
+    };
+    problem.contact(&problem.solve().unwrap())
+}
+
+/// How PETSc marks a matrix in its binary files.
+const MATRIX: i32 = 1211216;
+
+/// One row of a sparse matrix: columns and values.
+type Row = Vec<(u32, f64)>;
+
+fn export(world: &World, path: &str, bodies: &[FeBody], s: &SlidingContact) -> std::io::Result<()> {
+    let rows = [0, 1].map(|b| bodies[b].contact_rows(world).unwrap());
+    let sizes = [0, 1].map(|b: usize| bodies[b].dofs.total() as u32);
+    let (n, k) = ((sizes[0] + sizes[1]) as usize, s.nodes.len());
+    let first = [0, sizes[0]];
+    let unit = bodies.iter().map(|b| b.operators.stiffness.max_abs(world)).fold(0.0, f64::max);
+    let mut matrices: [Vec<Row>; 3] = [0, 1, 2].map(|_| vec![Row::new(); n + k]);
+    for b in 0..2 {
+        let (stiffness, mass) = (&bodies[b].operators.stiffness, &bodies[b].operators.mass);
+        for i in 0..sizes[b] as usize {
+            let row = first[b] as usize + i;
+            for (p, matrix, factor) in
+                [(0, stiffness, 1.0), (1, stiffness, DAMPING.beta), (1, mass, DAMPING.alpha), (2, mass, 1.0)]
+            {
+                let (cols, values) = matrix.row(i);
+                matrices[p][row].extend(cols.iter().zip(values).map(|(&c, v)| (first[b] + c as u32, factor * v)));
+            }
+        }
+    }
+    let motion = |node: usize, c: usize| {
+        let sign = if c == 2 { [-1.0, -1.0] } else { [1.0, -1.0] };
+        [0, 1].map(|b| (first[b] + rows[b][3 * node + c] as u32, sign[b]))
+    };
+    for (i, &node) in s.nodes.iter().enumerate() {
+        let (t, multiplier) = (s.direction[i], (n + i) as u32);
+        for p in 0..2 {
+            for q in 0..2 {
+                let same = if p == q { 1.0 } else { 0.0 };
+                let d = s.friction[i] * s.force[i] / s.velocity[i] * (same - t[p] * t[q])
+                    + s.slope[i] * s.force[i] * t[p] * t[q];
+                for (row, a) in motion(node, p) {
+                    let at = row as usize;
+                    matrices[1][at].extend(motion(node, q).map(|(c, b)| (c, a * d * b)));
+                    for &(other, v) in &s.convection[i] {
+                        matrices[0][at].extend(motion(other, q).map(|(c, b)| (c, a * d * v * b)));
+                    }
+                }
+            }
+            for (row, a) in motion(node, p) {
+                matrices[0][row as usize].push((multiplier, a * s.friction[i] * t[p] * unit));
+            }
+        }
+        for (row, a) in motion(node, 2) {
+            matrices[0][row as usize].push((multiplier, -a * unit));
+            matrices[0][n + i].push((row, a * unit));
+        }
+    }
+    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    for rows in &mut matrices {
+        for row in rows.iter_mut() {
+            row.sort_by_key(|e| e.0);
+            row.dedup_by(|b, a| {
+                a.0 == b.0 && {
+                    a.1 += b.1;
+                    true
+                }
+            });
+        }
+        let entries: usize = rows.iter().map(Vec::len).sum();
+        let counts = rows.iter().map(|r| r.len() as i32);
+        let head = [MATRIX, rows.len() as i32, rows.len() as i32, entries as i32];
+        for v in head.into_iter().chain(counts).chain(rows.iter().flatten().map(|e| e.0 as i32)) {
+            file.write_all(&v.to_be_bytes())?;
+        }
+        for (_, v) in rows.iter().flatten() {
+            for part in [Complex::from(*v).re, 0.0] {
+                file.write_all(&part.to_be_bytes())?;
+            }
+        }
+    }
+    file.flush()
+}
