@@ -30,7 +30,7 @@ fn the_two_jobs_resolve_with_defaults() {
     let contact = job.contact.as_ref().unwrap();
     assert_eq!(contact.load(), Load::Normal(70e3));
     assert_eq!(contact.friction, Friction::Constant(0.3));
-    assert_eq!(job.analyses.names(), ["modes", "steady"]);
+    assert_eq!(job.analyses.names(), ["modes", "steady", "stability"]);
     assert_eq!(job.analyses.steady.as_ref().unwrap().max_iterations, 200);
     let json = job.to_json();
     assert_eq!(json["bodies"]["lower"]["mesh"]["cylinder"]["max_element_size"], json!(0.025));
@@ -240,7 +240,6 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("analyses.modes.max_frequency=100".into(), vec!["both count and max_frequency"]),
         ("analyses.modes.count=1.5".into(), vec!["count: found the number 1.5, expected a whole number"]),
         ("analyses.modes.count=0".into(), vec!["count: found 0, expected a whole number ≥ 1"]),
-        ("analyses.sweep={\"keys\":{\"contact.friction\":[0.1]}}".into(), vec!["analyses.stability: missing; analyses.sweep"]),
         ("analyses.receptance={\"frequency\":[]}".into(), vec!["analyses.receptance.frequency: the list is empty"]),
         ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a number ≥ 0"]),
         ("analyses.receptance={}".into(), vec!["receptance.frequency: missing; expected a list or an object"]),
@@ -276,6 +275,7 @@ fn overrides_take_json_or_text_in_order_and_reach_new_keys() {
         "bodies.lower.fixed.0=side_plus",
         "petsc_options.eps_view=true",
         "analyses.modes=null",
+        "analyses.stability=null",
         "contact.compliance=half_space",
         "solver.memory_limit=1e9",
     ];
@@ -378,6 +378,8 @@ fn sweeps_are_expanded_and_checked_before_anything_is_computed() {
         assert_eq!(error.exit_code(), 2, "{error}");
         says(&error.to_string(), &parts);
     }
+    let alone = ["analyses.stability=null", "analyses.sweep={\"keys\":{\"contact.friction\":[0.1]}}"];
+    says(&refused(&alone), &["analyses.stability: missing; analyses.sweep computes it"]);
     let uneven = json!({ "keys": { "contact.friction": [0.1, 0.2], "contact.speed": [5] }, "combine": "zip" });
     says(&swept(uneven).unwrap_err().to_string(), &["contact.friction has 2 values and contact.speed has 1"]);
 }

@@ -200,6 +200,11 @@ fn stability_without_what_it_needs() {
         2,
         &["analyses.modes: missing", "contact.creepage", "direction of sliding is undefined"],
     );
+    // Spin alone has a pole inside the contact, where nothing slides.
+    let mut job = small();
+    job["contact"]["creepage"] = json!({ "spin": 0.5 });
+    job["analyses"] = json!({ "modes": { "count": 5 }, "stability": {} });
+    refused(job.to_string(), &[], 2, &["contact.creepage: no creep at the closed node", "pole"]);
     let mut job = small();
     job["analyses"] = json!({ "modes": { "count": 5 }, "stability": { "max_frequency": 1e5 } });
     refused(job.to_string(), &[], 2, &["analyses.stability.max_frequency", "reach", "more modes"]);

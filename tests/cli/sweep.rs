@@ -74,6 +74,38 @@ fn points_equal_single_runs_on_any_number_of_ranks() {
     }
 }
 
+/// Bodies of revolution that are mirror images of each other, supports and meshes included, are stable at any constant friction
+/// whatever the direction of sliding.
+#[test]
+fn mirror_images_are_stable_for_every_friction_and_direction() {
+    let mut job = sliding(json!({ "keys": {
+        "contact.friction": [0.05, 0.3, 0.6, 1.0],
+        "contact.creepage": [
+            { "lateral": 0.01 },
+            { "lateral": -0.01 },
+            { "longitudinal": 0.01 },
+            { "longitudinal": -0.01 },
+            { "longitudinal": 0.01, "lateral": 0.01 },
+            { "longitudinal": -0.004, "lateral": 0.01, "spin": 0.3 },
+            { "longitudinal": 0.005, "lateral": -0.02, "spin": -0.5 },
+        ],
+    }}));
+    job["bodies"]["upper"]["mesh"]["cylinder"]["contact_offset"] = json!(0.03);
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(2, "run", &[]);
+    assert!(ran.good().out.contains("28 points on 1 finite-element model, 0 unstable, 0 failed"), "{}", ran.out);
+    let file = Sweep::open(folder.path("job.h5"));
+    let rates = file.read::<f64>("sweep/growth_rate");
+    assert!(rates.len() == 28 && rates.iter().all(|r| *r < 0.0), "{rates:?}");
+    // Rayleigh damping alone would leave the least damped mode at −(α + βω²)/2 of the lowest frequency; nothing rises above it by much.
+    let lowest: Vec<f64> = hdf5::File::open(folder.path("job.h5"))
+        .and_then(|f| f.dataset("modes/lower/frequency"))
+        .and_then(|d| d.read_raw())
+        .expect("frequencies");
+    let alone = -0.5 * (1.0 + 1e-6 * (2.0 * std::f64::consts::PI * lowest[0]).powi(2));
+    assert!(rates.iter().all(|r| *r < 0.5 * alone), "{rates:?}, damping alone {alone}");
+}
+
 /// A load that the patch does not hold, and one that it does: the file is written, the exit code says that a point failed.
 #[test]
 fn a_point_that_fails_leaves_the_others() {
