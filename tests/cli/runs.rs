@@ -163,6 +163,45 @@ fn receptances_begin_at_the_static_compliance() {
     folder.call(1, "run", &beyond).failed(2, &["analyses.receptance.frequency: 100000 Hz", "more modes"]);
 }
 
+/// A law that falls with the velocity makes modes grow faster than the same coefficient held constant; loss factors damp.
+#[test]
+fn falling_friction_drives_and_loss_factors_damp() {
+    let mut job = sliding([0.03, 0.02]);
+    job["analyses"]["steady"] = json!({});
+    // 10 m/s and 1 %: all nodes slide at 0.1 m/s, where the coefficient is 0.25 + 0.15/e.
+    let at_slip = 0.25 + 0.15 * (-1.0f64).exp();
+    let runs = [
+        ("constant", json!(at_slip), json!({ "alpha": 1.0, "beta": 1e-6 })),
+        (
+            "falling",
+            json!({ "exponential": { "static": 0.4, "kinetic": 0.25, "decay_velocity": 0.1 } }),
+            json!({ "alpha": 1.0, "beta": 1e-6 }),
+        ),
+        (
+            "damped",
+            json!(at_slip),
+            json!({ "modal": { "by_frequency": [{ "up_to": 800, "loss_factor": 0.05 }, { "loss_factor": 0.01 }] } }),
+        ),
+    ];
+    let mut rates = Vec::new();
+    for (name, friction, damping) in runs {
+        job["contact"]["friction"] = friction;
+        job["bodies"]["lower"]["damping"] = damping.clone();
+        job["bodies"]["upper"]["damping"] = damping;
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "run", &[]).good();
+        rates.push((name, numbers(&folder.path("job.h5"), "stability/growth_rate")[0]));
+        if name == "falling" {
+            // Steady rolling has the coefficient at the local creep: between those of fast sliding and of rest.
+            let force = numbers(&folder.path("job.h5"), "contact/force");
+            let used = force[0].hypot(force[1]) / -force[2];
+            assert!(used > 0.25 && used < 0.4 && (used - at_slip).abs() < 0.05, "{used} beside {at_slip}");
+        }
+    }
+    let [constant, falling, damped] = rates[..] else { panic!("{rates:?}") };
+    assert!(constant.1 > 0.0 && falling.1 > constant.1 + 1.0 && damped.1 < 0.0, "{rates:?}");
+}
+
 /// Exchanging the bodies and turning all creepages round changes no eigenvalue; neither does the number of ranks.
 #[test]
 fn exchanged_bodies_have_the_same_spectrum() {
