@@ -32,6 +32,7 @@ class Patch2d:
         self.pressure = MPA * results["contact/pressure"].reshape(ny, nx)
         self.traction = MPA * results["contact/traction"].reshape(ny, nx, 2)
         self.state = results["contact/state"].reshape(ny, nx)
+        self.velocity = np.linalg.norm(results["contact/creep"].reshape(ny, nx, 2), axis=2)
         self.closed = self.state > 0
         if not self.closed.any():
             raise ResultsError(f"{results.path}: no contact node is closed, so there is no contact to draw")
@@ -87,6 +88,8 @@ def case(job, results):
     friction = lookup(job, "contact.friction")
     if isinstance(friction, (int, float)):
         words.append(f"μ = {friction:g}")
+    elif law := lookup(job, "contact.friction.exponential"):
+        words.append(f"μ from {law['static']:g} to {law['kinetic']:g} over {law['decay_velocity']:g} m/s")
     for name, symbol, factor, unit in (
         ("longitudinal", "ξ", 100, " %"),
         ("lateral", "η", 100, " %"),
@@ -97,6 +100,18 @@ def case(job, results):
             words.append(f"{symbol} = {factor * value:g}{unit}")
     title = lookup(job, "title")
     return (f"{title}\n" if title else "") + ", ".join(words)
+
+
+def coefficients(friction, patch):
+    """Coefficient of friction at every node, at its own creep velocity where the law falls; None if the job does not say."""
+    if isinstance(friction, (int, float)):
+        return np.full(patch.velocity.shape, float(friction))
+    law = lookup(friction, "exponential") if isinstance(friction, dict) else None
+    if law is None:
+        return None
+    # A sticking node has the coefficient at rest.
+    velocity = np.where(patch.state == STICK, 0.0, patch.velocity)
+    return law["kinetic"] + (law["static"] - law["kinetic"]) * np.exp(-velocity / law["decay_velocity"])
 
 
 def line(patch, job, results, path):
@@ -120,8 +135,9 @@ def line(patch, job, results, path):
     upper.set_ylim(bottom=0, top=1.38 * pressure.max())
     upper.legend(loc="upper right", ncols=1)
 
-    if isinstance(friction, (int, float)):
-        bound = friction * pressure
+    coefficient = coefficients(friction, patch)
+    if coefficient is not None:
+        bound = patch.along_axis(coefficient * patch.pressure)
         lower.fill_between(patch.x, -bound, bound, color=GREY, alpha=0.13, linewidth=0)
         lower.plot(patch.x, bound, color=GREY, linewidth=1, label="±μp")
         lower.plot(patch.x, -bound, color=GREY, linewidth=1)
@@ -140,7 +156,7 @@ def line(patch, job, results, path):
     handles.append(
         Line2D([], [], color=GREY, marker="o", markerfacecolor="white", linestyle="none", markersize=4.5, label="slip")
     )
-    top = (friction * pressure.max()) if isinstance(friction, (int, float)) else largest
+    top = bound.max() if coefficient is not None else largest
     # The legend stands on the side where there is less to see.
     below = sum(traction[c].sum() for c in drawn) < 0
     lower.set_ylim((-1.12 * top, 1.75 * top) if below else (-1.75 * top, 1.12 * top))
