@@ -2,6 +2,7 @@
 
 use super::program::*;
 use serde_json::{json, Value};
+use std::process::Command;
 
 struct Sweep(hdf5::File);
 
@@ -110,7 +111,9 @@ fn mirror_images_are_stable_for_every_friction_and_direction() {
 #[test]
 fn a_point_that_fails_leaves_the_others() {
     let sweep = json!({ "keys": { "contact.normal_load": [70e3, 1e6, 60e3], "contact.friction": [0.3, 0.4] } });
-    let folder = Folder::with(sliding(sweep).to_string());
+    let mut job = sliding(sweep);
+    job["analyses"]["receptance"] = json!({ "frequency": { "from": 0, "to": 400, "count": 5 } });
+    let folder = Folder::with(job.to_string());
     let ran = folder.call(2, "run", &[]);
     ran.failed(4, &["2 of 6 points", "contact.normal_load = 1000000.0", "contact.patch", "/sweep/status"]);
     assert!(ran.out.contains("6 points on 1 finite-element model, "), "{}", ran.out);
@@ -121,6 +124,17 @@ fn a_point_that_fails_leaves_the_others() {
     assert!(file.spectrum(2).is_empty() && file.spectrum(5).len() >= 40);
     let messages: Vec<hdf5::types::VarLenUnicode> = file.read("sweep/message");
     assert!(messages[2].contains("contact.patch") && messages[0].is_empty());
+    drop(file);
+    // Every dataset of such a file is documented, and its pictures can be drawn.
+    let root = env!("CARGO_MANIFEST_DIR");
+    let venv = format!("{root}/.venv/bin/python");
+    let python = if std::path::Path::new(&venv).exists() { venv } else { "python3".into() };
+    let result = folder.text("job.h5");
+    finish(Command::new(&python).args([&format!("{root}/tests/python/documented.py"), &result])).good();
+    let drawn = finish(Command::new(&python).args([&format!("{root}/scripts/pictures"), &result]));
+    for picture in ["job-sweep-map.png", "job-receptance.png"] {
+        assert!(drawn.good().out.contains(picture) && folder.path(picture).exists(), "{drawn:?}");
+    }
 }
 
 /// Finite elements that cannot be made fail the points that need them, and no others.
