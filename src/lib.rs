@@ -19,5 +19,6 @@ pub mod parallel;
 #[allow(unsafe_code)] // The one place where the C libraries are called.
 pub mod petsc;
 pub mod progress;
+pub mod transient;
 
 pub use error::{Error, Result};

@@ -2,7 +2,7 @@
 //! contact, without restarts. It also returns the operator's images, so that no product is spent on what is known already.
 
 /// Result of [`gmres`].
-pub(super) struct Solved {
+pub(crate) struct Solved {
     /// Solution.
     pub x: Vec<f64>,
     /// Image of the solution as `apply` returned it beside the residual rows (see there).
@@ -15,7 +15,7 @@ pub(super) struct Solved {
 
 /// Solves A x = b from zero to ‖b − A x‖ ≤ tolerance·‖b‖ or `limit` products. `precondition` maps a vector to an approximate
 /// solution; `apply` returns (A v, image of v), the image being any linear function of v that the caller wants of x as well.
-pub(super) fn gmres(
+pub(crate) fn gmres(
     b: &[f64],
     tolerance: f64,
     limit: usize,
@@ -97,7 +97,7 @@ pub(super) fn gmres(
 }
 
 /// Inner product in several partial sums, which the compiler can keep in vector registers.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (ac, bc) = (a.chunks_exact(8), b.chunks_exact(8));
     let tail: f64 = ac.remainder().iter().zip(bc.remainder()).map(|(x, y)| x * y).sum();
     let mut s = [0.0; 8];

@@ -8,7 +8,7 @@
 mod candidates;
 pub mod half_space;
 pub mod interface;
-mod krylov;
+pub(crate) mod krylov;
 pub mod laws;
 mod linear;
 mod newton;

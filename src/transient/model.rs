@@ -1,0 +1,87 @@
+//! The two bodies and their interface as the transient takes them.
+
+use faer::{Mat, MatRef};
+
+use crate::contact::Interface;
+use crate::{Error, Result};
+
+/// How the reactions act in time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Impact {
+    /// The residual compliance is positive at every contact: position law.
+    Compliant,
+    /// There is none: velocity law with inelastic impacts.
+    Rigid,
+}
+
+/// Two bodies on an interface of n nodes: m modes and a residual compliance, rows `3*i + (x, y, n)`.
+#[derive(Debug, Clone)]
+pub struct Model<'a> {
+    /// The interface with the gap of the undeformed bodies.
+    pub interface: &'a Interface,
+    /// Residual S, m/N, `[3n, 3n]`, symmetric.
+    pub residual: MatRef<'a, f64>,
+    /// Modes at the contact, Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m]`.
+    pub modes: MatRef<'a, f64>,
+    /// Angular frequencies, rad/s, `[m]`; 0 for rigid-body modes.
+    pub omega: &'a [f64],
+    /// Modal damping coefficients, 1/s, `[m]`.
+    pub damping: &'a [f64],
+    /// Modal loads that are not contact forces, ΦᵀF, N/√kg, `[m]`; an empty slice for none.
+    pub load: &'a [f64],
+}
+
+impl Model<'_> {
+    /// Checks the sizes and says which law of impact holds.
+    pub fn impact(&self) -> Result<Impact> {
+        let (n, m) = (self.interface.len(), self.omega.len());
+        let fits = self.residual.shape() == (3 * n, 3 * n)
+            && self.modes.shape() == (3 * n, m)
+            && self.damping.len() == m
+            && (self.load.is_empty() || self.load.len() == m);
+        if !fits {
+            return Err(Error::Defect(format!(
+                "transient: residual {:?}, modes {:?}, {} damping coefficients, {} loads for {n} nodes and {m} modes",
+                self.residual.shape(),
+                self.modes.shape(),
+                self.damping.len(),
+                self.load.len()
+            )));
+        }
+        if let Some(k) =
+            (0..m).find(|&k| !(self.omega[k] >= 0.0 && self.damping[k] >= 0.0 && self.omega[k].is_finite()))
+        {
+            return Err(Error::Input(format!(
+                "transient: mode {k} has the frequency {} rad/s and the damping {} 1/s; neither may be negative",
+                self.omega[k], self.damping[k]
+            )));
+        }
+        let d = |k: usize| self.residual[(k, k)];
+        if (0..3 * n).all(|k| d(k) > 0.0) {
+            return Ok(Impact::Compliant);
+        }
+        if (0..3 * n).all(|k| d(k) == 0.0) {
+            return Ok(Impact::Rigid);
+        }
+        let k = (0..3 * n).find(|&k| !(d(k) > 0.0)).unwrap_or(0);
+        Err(Error::Job(format!(
+            "analyses.transient: the residual compliance of contact node {} in direction {} is {:.3e} m/N, it must be positive; \
+             keep fewer modes in analyses.modes",
+            k / 3,
+            ["x", "y", "n"][k % 3],
+            d(k)
+        )))
+    }
+
+    /// Compliance of the whole model where no mode is rigid, S + Ψ Ω⁻² Ψᵀ, m/N, `[3n, 3n]`.
+    pub fn statics(&self) -> Mat<f64> {
+        let scaled = Mat::from_fn(self.modes.nrows(), self.omega.len(), |i, k| {
+            if self.omega[k] > 0.0 {
+                self.modes[(i, k)] / self.omega[k]
+            } else {
+                0.0
+            }
+        });
+        self.residual + &scaled * scaled.transpose()
+    }
+}

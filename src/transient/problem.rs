@@ -1,0 +1,297 @@
+//! The frictional contact problem of one step.
+//!
+//! With the reactions R = (tx, ty, p) of k nodes and u = free + W R + shift, where u holds the tangential displacements d of the
+//! particle over the step relative to the other body, and the gap g (or θh times its rate):
+//! g ≥ 0 ⟂ p ≥ 0, |t| ≤ μp, t = −μ p d/|d| where d ≠ 0. The shift is the same for all nodes: unknown in the components whose
+//! total force is prescribed, 0 in the others.
+
+use super::compact::Operator;
+use super::newton::Memory;
+use super::{fixed_point, gauss_seidel, newton};
+use crate::contact::laws::{project_disc, State};
+use crate::contact::FrictionLaw;
+use crate::{Error, Result};
+
+/// How the problem of a step is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ContactSolver {
+    /// Semi-smooth Newton method on a factorisation that serves many steps.
+    #[default]
+    Newton,
+    /// The paper's fixed point on the reactions, its equation (3): the reference.
+    FixedPoint,
+}
+
+/// Counts of a solution.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Iterations.
+    pub iterations: usize,
+    /// Products with W.
+    pub products: usize,
+    /// Solutions with the factorisation.
+    pub solutions: usize,
+    /// Factorisations.
+    pub factorisations: usize,
+    /// Sweeps of block Gauss–Seidel.
+    pub sweeps: usize,
+}
+
+impl std::ops::AddAssign for Effort {
+    fn add_assign(&mut self, o: Effort) {
+        self.iterations += o.iterations;
+        self.products += o.products;
+        self.solutions += o.solutions;
+        self.factorisations += o.factorisations;
+        self.sweeps += o.sweeps;
+    }
+}
+
+/// The problem of one step on k nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct StepProblem<'a> {
+    /// W, m/N, `[3k, 3k]`.
+    pub matrix: Operator<'a>,
+    /// (dx, dy, g) at R = 0, m, `[3k]`.
+    pub free: &'a [f64],
+    /// Friction law, of the velocity |d|/h.
+    pub friction: FrictionLaw,
+    /// Step h, s.
+    pub step: f64,
+    /// Prescribed totals of the reactions (tx, ty, p), N.
+    pub total: [Option<f64>; 3],
+    /// Residual of a solution (largest component of [`StepProblem::map`]) relative to the normal force.
+    pub tolerance: f64,
+}
+
+/// Reactions that satisfy the laws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepSolution {
+    /// Reactions (tx, ty, p), N, `[3k]`.
+    pub reaction: Vec<f64>,
+    /// Shift of (dx, dy, g), m.
+    pub shift: [f64; 3],
+    /// W R, m, `[3k]`.
+    pub response: Vec<f64>,
+    /// Status of the nodes, `[k]`.
+    pub status: Vec<State>,
+    /// Largest component of the map, N.
+    pub residual: f64,
+}
+
+/// Augmentation parameters of a node, N/m: the inverse of its own compliance.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rho {
+    pub normal: f64,
+    pub tangential: f64,
+}
+
+impl StepProblem<'_> {
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.matrix.size() / 3
+    }
+
+    /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shift that goes with it. `memory` keeps what serves
+    /// the next step too.
+    pub fn solve(
+        &self,
+        solver: ContactSolver,
+        guess: &[f64],
+        shift: [f64; 3],
+        memory: &mut Memory,
+        effort: &mut Effort,
+    ) -> Result<StepSolution> {
+        if self.total[2].is_some_and(|n| n < 0.0) {
+            return Err(Error::Job(format!(
+                "the normal load is {:.4e} N; a contact can only press",
+                self.total[2].unwrap_or(0.0)
+            )));
+        }
+        let scale = self.scale(guess);
+        if scale == 0.0 {
+            let k = self.nodes();
+            return Ok(StepSolution {
+                reaction: vec![0.0; 3 * k],
+                shift,
+                response: vec![0.0; 3 * k],
+                status: vec![State::Open; k],
+                residual: 0.0,
+            });
+        }
+        let target = self.tolerance * scale;
+        let solved = match solver {
+            ContactSolver::FixedPoint => fixed_point::solve(self, target, guess, shift, 200_000, effort)?,
+            ContactSolver::Newton => match self.direct(target, guess, shift, memory, effort)? {
+                Ok(solution) => solution,
+                Err(best) => match [0, 1].into_iter().find(|&c| self.total[c].is_some()) {
+                    Some(c) => self.bracketed(c, target, guess.to_vec(), shift, memory, effort)?,
+                    None => fixed_point::solve(self, target, &best.0, best.1, 5_000, effort)?,
+                },
+            },
+        };
+        Ok(solved)
+    }
+
+    /// Newton's method, with sweeps of Gauss–Seidel where it stalls; the best reactions where that does not help either.
+    #[allow(clippy::type_complexity)]
+    fn direct(
+        &self,
+        target: f64,
+        guess: &[f64],
+        shift: [f64; 3],
+        memory: &mut Memory,
+        effort: &mut Effort,
+    ) -> Result<std::result::Result<StepSolution, (Vec<f64>, [f64; 3])>> {
+        let mut start = (guess.to_vec(), shift);
+        for round in 0..4 {
+            match newton::solve(self, target, &start.0, start.1, memory, effort)? {
+                Ok(solution) => return Ok(Ok(solution)),
+                // Newton's method cycles where several nodes are about to change; sweeps do not.
+                Err(best) if round < 3 => start = gauss_seidel::sweep(self, target, best.0, best.1, 30, effort),
+                Err(best) => start = best,
+            }
+        }
+        Ok(Err(start))
+    }
+
+    /// The shift of component `c` by bracketing: the force falls with the shift, and at a given shift the problem is a good-natured
+    /// one. A prescribed force near the limit of friction needs this: where all nodes slide it says nothing of the shift.
+    fn bracketed(
+        &self,
+        c: usize,
+        target: f64,
+        mut reaction: Vec<f64>,
+        start: [f64; 3],
+        memory: &mut Memory,
+        effort: &mut Effort,
+    ) -> Result<StepSolution> {
+        let total = self.total[c].unwrap_or(0.0);
+        let mut given = self.total;
+        given[c] = None;
+        let mut others = start;
+        others[c] = 0.0;
+        let mut at = |s: f64, effort: &mut Effort| -> Result<(StepSolution, f64)> {
+            let free: Vec<f64> =
+                self.free.iter().enumerate().map(|(k, f)| if k % 3 == c { f + s } else { *f }).collect();
+            let inner = StepProblem { free: &free, total: given, tolerance: 0.1 * self.tolerance, ..*self };
+            let mut found = inner.solve(ContactSolver::Newton, &reaction, others, memory, effort)?;
+            reaction.clone_from(&found.reaction);
+            others = found.shift;
+            found.shift[c] = s;
+            let error = found.reaction[c..].iter().step_by(3).sum::<f64>() - total;
+            Ok((found, error))
+        };
+        let (found, error) = at(start[c], effort)?;
+        if error.abs() <= target {
+            return Ok(found);
+        }
+        let stiffness = (0..self.nodes()).map(|i| self.rho(i).tangential).sum::<f64>() / self.nodes().max(1) as f64;
+        let mut near = (start[c], error);
+        let mut step = error / stiffness;
+        let mut far = None;
+        for _ in 0..60 {
+            let s = near.0 + step;
+            let (found, e) = at(s, effort)?;
+            if e.abs() <= target {
+                return Ok(found);
+            }
+            if e * error < 0.0 {
+                far = Some((s, e));
+                break;
+            }
+            near = (s, e);
+            step *= 2.0;
+        }
+        let Some(mut far) = far else {
+            return Err(Error::NotConverged(format!(
+                "contact of a time step: friction cannot carry the tangential force of {total:.4e} N along {}",
+                ["x", "y"][c.min(1)]
+            )));
+        };
+        // Regula falsi of the Illinois kind: the end that stays is halved.
+        for _ in 0..100 {
+            let s = (near.0 * far.1 - far.0 * near.1) / (far.1 - near.1);
+            let (found, e) = at(s, effort)?;
+            if e.abs() <= target {
+                return Ok(found);
+            }
+            if e * far.1 < 0.0 {
+                near = far;
+            } else {
+                near.1 *= 0.5;
+            }
+            far = (s, e);
+        }
+        Err(Error::NotConverged(format!(
+            "contact of a time step: the creep for the tangential force of {total:.4e} N was not found; last error {:.2e} N",
+            far.1
+        )))
+    }
+
+    /// Measure of the forces in this problem, N: the load where it is given, else what the guess and the penetrations say;
+    /// 0 where nothing touches.
+    fn scale(&self, guess: &[f64]) -> f64 {
+        if let Some(n) = self.total[2] {
+            return n;
+        }
+        let pressed: f64 = guess.chunks_exact(3).map(|r| r[2].max(0.0)).sum();
+        (0..self.nodes()).map(|i| -self.rho(i).normal * self.free[3 * i + 2]).fold(pressed, f64::max).max(0.0)
+    }
+
+    pub(super) fn rho(&self, i: usize) -> Rho {
+        let d = |c: usize| self.matrix.col(3 * i + c)[3 * i + c];
+        // A node that cannot move along the surface has no slip either, whatever the traction.
+        let tangential = d(0).max(d(1));
+        Rho { normal: 1.0 / d(2), tangential: if tangential > 0.0 { 1.0 / tangential } else { 0.0 } }
+    }
+
+    /// Natural map of the laws at node `i` with the reaction `r`, N, and the displacement `u`, m: R − Proj(R − ρ u), and the status
+    /// that the projections find.
+    pub fn map(&self, i: usize, r: &[f64], u: &[f64]) -> ([f64; 3], State) {
+        let rho = self.rho(i);
+        let q = (r[2] - rho.normal * u[2]).max(0.0);
+        let z = [r[0] - rho.tangential * u[0], r[1] - rho.tangential * u[1]];
+        let bound = q * self.friction.coefficient(u[0].hypot(u[1]) / self.step);
+        let t = project_disc(z, bound);
+        let state = if q == 0.0 {
+            State::Open
+        } else if z[0].hypot(z[1]) <= bound {
+            State::Stick
+        } else {
+            State::Slip
+        };
+        ([r[0] - t[0], r[1] - t[1], r[2] - q], state)
+    }
+
+    /// Largest component of the map over all nodes and of the errors in the totals, N; and the status of the nodes.
+    pub fn residual(&self, reaction: &[f64], u: &[f64]) -> (f64, Vec<State>) {
+        let mut largest = self.total_error(reaction).into_iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+        let mut states = Vec::with_capacity(self.nodes());
+        for i in 0..self.nodes() {
+            let (f, state) = self.map(i, &reaction[3 * i..3 * i + 3], &u[3 * i..3 * i + 3]);
+            let size = f[0].hypot(f[1]).max(f[2].abs());
+            if !(size <= largest) {
+                largest = size;
+            }
+            states.push(state);
+        }
+        (largest, states)
+    }
+
+    /// Totals of the reactions minus the prescribed ones, N; 0 where none is prescribed.
+    pub(super) fn total_error(&self, reaction: &[f64]) -> [f64; 3] {
+        let mut error = [0.0; 3];
+        for c in 0..3 {
+            if let Some(t) = self.total[c] {
+                error[c] = reaction[c..].iter().step_by(3).sum::<f64>() - t;
+            }
+        }
+        error
+    }
+
+    /// u = free + y + shift, `[3k]`.
+    pub(super) fn displacement(&self, y: &[f64], shift: [f64; 3]) -> Vec<f64> {
+        self.free.iter().zip(y).enumerate().map(|(k, (f, y))| f + y + shift[k % 3]).collect()
+    }
+}

@@ -1,0 +1,147 @@
+//! The θ-method on modal velocities.
+
+use super::model::{Impact, Model};
+use crate::{Error, Result};
+use faer::Mat;
+
+/// Largest h ω of a kept mode: 2π steps to its period. The frequency of the scheme is low by the share (hω)²/12, 8 % at this limit.
+pub const LIMIT: f64 = 1.0;
+
+/// Step and weight of the θ-method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scheme {
+    /// Step h, s.
+    pub step: f64,
+    /// θ in [½, 1]: ½ conserves energy and is of second order.
+    pub theta: f64,
+}
+
+impl Scheme {
+    /// Refuses what cannot be integrated: θ outside [½, 1], a step too long for the highest of the `omega` (rad/s).
+    pub fn check(&self, omega: &[f64]) -> Result<()> {
+        if !(0.5..=1.0).contains(&self.theta) {
+            return Err(Error::Job(format!(
+                "analyses.transient.theta is {}: it must lie in [0.5, 1]; below 0.5 the scheme is unstable",
+                self.theta
+            )));
+        }
+        if !(self.step > 0.0 && self.step.is_finite()) {
+            return Err(Error::Job(format!("analyses.transient.step is {} s: it must be positive", self.step)));
+        }
+        let highest = omega.iter().copied().fold(0.0, f64::max);
+        if self.step * highest > LIMIT {
+            return Err(Error::Job(format!(
+                "analyses.transient.step is {:.4e} s, too long for the highest mode kept, {:.1} Hz: the limit is {:.4e} s, \
+                 2π steps to its period; take a shorter step or fewer modes",
+                self.step,
+                highest / (2.0 * std::f64::consts::PI),
+                LIMIT / highest
+            )));
+        }
+        Ok(())
+    }
+
+    /// Damping that the scheme adds to a motion of angular frequency `omega` (rad/s), 1/s: (θ − ½) ω² h/2.
+    pub fn own_damping(&self, omega: f64) -> f64 {
+        0.5 * (self.theta - 0.5) * omega * omega * self.step
+    }
+}
+
+/// The scheme on the modes of a model.
+#[derive(Debug, Clone)]
+pub struct Modal {
+    h: f64,
+    theta: f64,
+    /// Weight of the reaction at the end of the step in the force that the modes feel.
+    gamma: f64,
+    omega2: Vec<f64>,
+    damping: Vec<f64>,
+    load: Vec<f64>,
+    /// 1/(1 + hθc + h²θ²ω²).
+    inverse: Vec<f64>,
+}
+
+impl Modal {
+    /// Coefficients for `model`.
+    pub fn new(model: &Model, scheme: Scheme, impact: Impact) -> Self {
+        let (h, theta) = (scheme.step, scheme.theta);
+        let omega2: Vec<f64> = model.omega.iter().map(|w| w * w).collect();
+        let inverse =
+            omega2.iter().zip(model.damping).map(|(w, c)| 1.0 / (1.0 + h * theta * (c + h * theta * w))).collect();
+        let load = if model.load.is_empty() { vec![0.0; omega2.len()] } else { model.load.to_vec() };
+        let gamma = match impact {
+            Impact::Compliant => theta,
+            Impact::Rigid => 1.0,
+        };
+        Self { h, theta, gamma, omega2, damping: model.damping.to_vec(), load, inverse }
+    }
+
+    /// Velocity that a unit of modal reaction at the end of the step adds, s, for each mode: hγ/(1 + hθc + h²θ²ω²).
+    pub fn velocity_gain(&self, k: usize) -> f64 {
+        self.h * self.gamma * self.inverse[k]
+    }
+
+    /// Displacement that a unit of modal reaction at the end of the step adds, s²: θh times the velocity.
+    pub fn gain(&self, k: usize) -> f64 {
+        self.h * self.theta * self.velocity_gain(k)
+    }
+
+    /// W = S + Ψ diag(gain) Ψᵀ, m/N, `[3n, 3n]`.
+    pub fn operator(&self, model: &Model) -> Mat<f64> {
+        let root: Vec<f64> = (0..self.inverse.len()).map(|k| self.gain(k).sqrt()).collect();
+        let scaled = Mat::from_fn(model.modes.nrows(), root.len(), |i, k| model.modes[(i, k)] * root[k]);
+        model.residual + &scaled * scaled.transpose()
+    }
+
+    /// The step without the reaction at its end, from displacements `q`, velocities `v` and the modal reactions at its beginning
+    /// `f` (all `[m]`): (q, v) at the end.
+    pub fn free(&self, q: &[f64], v: &[f64], f: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (h, theta) = (self.h, self.theta);
+        let (mut q_end, mut v_end) = (vec![0.0; q.len()], vec![0.0; q.len()]);
+        for k in 0..q.len() {
+            let force = self.load[k] + (1.0 - self.gamma) * f[k];
+            let rate = force - self.damping[k] * v[k] - self.omega2[k] * (q[k] + theta * h * v[k]);
+            let change = h * self.inverse[k] * rate;
+            v_end[k] = v[k] + change;
+            q_end[k] = q[k] + h * (v[k] + theta * change);
+        }
+        (q_end, v_end)
+    }
+
+    /// Adds what the modal reactions at the end of the step, `f`, do.
+    pub fn add(&self, f: &[f64], q: &mut [f64], v: &mut [f64]) {
+        for k in 0..q.len() {
+            q[k] += self.gain(k) * f[k];
+            v[k] += self.velocity_gain(k) * f[k];
+        }
+    }
+
+    /// Weight γ of the reaction at the end of the step in the mean force of the step.
+    pub fn gamma(&self) -> f64 {
+        self.gamma
+    }
+
+    /// Kinetic energy of the modes, J.
+    pub fn kinetic(&self, v: &[f64]) -> f64 {
+        0.5 * v.iter().map(|v| v * v).sum::<f64>()
+    }
+
+    /// Elastic energy of the modes, J.
+    pub fn elastic(&self, q: &[f64]) -> f64 {
+        0.5 * q.iter().zip(&self.omega2).map(|(q, w)| w * q * q).sum::<f64>()
+    }
+
+    /// Energy that damping takes in a step, J.
+    pub fn damped(&self, before: &[f64], after: &[f64]) -> f64 {
+        let mean = |a: f64, b: f64| (1.0 - self.theta) * a + self.theta * b;
+        self.h
+            * (0..before.len())
+                .map(|k| self.damping[k] * mean(before[k], after[k]) * 0.5 * (before[k] + after[k]))
+                .sum::<f64>()
+    }
+
+    /// Work of the loads in a step, J.
+    pub fn loaded(&self, before: &[f64], after: &[f64]) -> f64 {
+        (0..before.len()).map(|k| self.load[k] * (after[k] - before[k])).sum()
+    }
+}
