@@ -19,7 +19,7 @@ use railsqueal::petsc::session::Petsc;
 use railsqueal::progress::Progress;
 use railsqueal::{Error, Result};
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+
 use std::time::{Duration, Instant};
 
 fn main() {
@@ -73,11 +73,19 @@ fn parallel(command: Command, speaks: bool) -> i32 {
         return 2;
     }
     let result = match command {
-        Command::Run { job, output, force, reuse, petsc } => {
+        Command::Run { job, output, force, reuse, resume, wall_time, petsc } => {
             let job = read(&world, &job).map(|read| (read, job.path.clone()));
             job.and_then(|(job, path)| {
-                let output = output.unwrap_or_else(|| default_output(&path));
-                run(&world, &job, output, force, reuse, &petsc)
+                let options = RunOptions {
+                    resume: resume.is_some(),
+                    output: resume.or(output).unwrap_or_else(|| default_output(&path)),
+                    force,
+                    reuse,
+                    command: std::env::args_os().map(lossy).collect(),
+                    versions: versions::versions(),
+                    wall_time,
+                };
+                run(&world, &job, &options, &petsc)
             })
         }
         Command::Check { job } => check(&world, &job),
@@ -117,15 +125,16 @@ fn all_arrive(farewell: &SimpleCommunicator) -> bool {
     }
 }
 
-fn run(world: &World, job: &Job, output: PathBuf, force: bool, reuse: Option<PathBuf>, petsc: &[String]) -> Result<()> {
-    let command = std::env::args_os().map(lossy).collect();
-    let options = RunOptions { output, force, reuse, command, versions: versions::versions() };
+fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Result<()> {
+    if options.wall_time.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
+        return Err(Error::Job("--wall-time: expected a number of seconds > 0".into()));
+    }
     refuse_what_does_not_fit(world, job, options.reuse.is_some() && !job.output.fields)?;
     let petsc_options: Vec<(String, String)> =
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
     let session = Petsc::start(world, &petsc_options, petsc)?;
     let mut progress = Progress::new(world.is_root());
-    let summary = analysis::run(&session, job, &options, &mut progress)?;
+    let summary = analysis::run(&session, job, options, &mut progress)?;
     let unused = session.unused_options()?;
     if world.is_root() {
         print(&summary.to_string())?;

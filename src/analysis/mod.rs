@@ -12,15 +12,17 @@ mod reuse;
 pub mod stability;
 mod steady;
 mod sweep;
+pub mod transient;
 
 use crate::job::{Compliance, Job};
-use crate::output::{sha256, Provenance, ResultFile};
+use crate::output::{sha256, Provenance, ResultFile, Segments};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bodies::Bodies;
 use reduction::Reduction;
 use std::path::PathBuf;
+use transient::{Inputs, Stop};
 
 pub use report::Summary;
 
@@ -37,6 +39,10 @@ pub struct RunOptions {
     pub command: Vec<String>,
     /// Name and version of the program and of its libraries, for the provenance.
     pub versions: Vec<(String, String)>,
+    /// Whether a transient is continued from the segments beside `output`.
+    pub resume: bool,
+    /// Wall time after which a transient stops, s.
+    pub wall_time: Option<f64>,
 }
 
 /// Collective: runs the analyses of `job` and writes the result file. The summary is the same on every rank.
@@ -48,7 +54,18 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
             path.display()
         )));
     }
+    let begun = std::time::Instant::now();
     let date = crate::output::utc_now();
+    if options.resume {
+        if job.analyses.transient.is_none() {
+            return Err(Error::Job("--resume: only a transient can be continued; the job has none".into()));
+        }
+        world.on_root(|| transient::refuse_other_job(&Segments::of(&options.output), job))?;
+    }
+    if let (Some(wanted), Some(contact)) = (&job.analyses.transient, &job.contact) {
+        transient::check(wanted, contact)?;
+    }
+    let stop = job.analyses.transient.as_ref().map(|_| Stop::listen(begun, options.wall_time));
     let mut file = ResultFile::create(world, &options.output, options.force)?;
     let mut summary = Summary::default();
 
@@ -56,7 +73,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
         matrices::run(petsc, job, &mut file, progress, &mut summary)?;
         world.on_root(|| matrices::checksums(job))?
     } else {
-        elements(petsc, job, options, &mut file, progress, &mut summary)?
+        elements(petsc, job, options, stop.as_ref(), &mut file, progress, &mut summary)?
     };
 
     progress.stage("writing results");
@@ -81,7 +98,8 @@ fn elements(
     petsc: &Petsc,
     job: &Job,
     options: &RunOptions,
-    file: &mut ResultFile,
+    stop: Option<&Stop>,
+    file: &mut ResultFile<'_>,
     progress: &mut Progress,
     summary: &mut Summary,
 ) -> Result<Option<Vec<(String, String)>>> {
@@ -124,12 +142,20 @@ fn elements(
         if let Some(wanted) = &job.analyses.receptance {
             receptance::run(world, wanted, contact, &model, file, progress, summary)?;
         }
+        let mut spectrum = None;
         if let Some(wanted) = &job.analyses.stability {
             let parts = stability::Parts { bodies: &bodies, modes: &found, model: &model };
-            stability::run(petsc, job, wanted, contact, &parts, &mut solvers, options, file, progress, summary)?;
+            spectrum =
+                stability::run(petsc, job, wanted, contact, &parts, &mut solvers, options, file, progress, summary)?;
         }
         if let Some(wanted) = &job.analyses.steady {
             steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, file, progress, summary)?;
+        }
+        if let (Some(wanted), Some(stop)) = (&job.analyses.transient, stop) {
+            let eigenpairs = spectrum.as_ref().map_or(&[][..], |s| &s.eigenpairs);
+            let (bodies, modes, model) = (&bodies, &found, &model);
+            let inputs = Inputs { job, wanted, contact, bodies, modes, model, eigenpairs, options, stop };
+            transient::run(world, &inputs, file, progress, summary)?;
         }
         reduced = Some(model);
     }

@@ -303,6 +303,10 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
                 ));
             }
         }
+        if let Some(t) = &job.analyses.transient {
+            let count = (t.duration / t.step).round();
+            steps.push(format!("transient on the modes: {count} steps of {} s, {} s", t.step, t.duration));
+        }
     }
     if let Some(sweep) = &job.sweep {
         let models = models(sweep).len();

@@ -45,6 +45,12 @@ pub enum Command {
         /// Take modes and compliance from the result file of an earlier run with the same bodies
         #[arg(long, value_name = "FILE.h5")]
         reuse: Option<PathBuf>,
+        /// Continue a transient that was stopped, with this result file
+        #[arg(long, value_name = "FILE.h5", conflicts_with_all = ["output", "force"])]
+        resume: Option<PathBuf>,
+        /// Wall time, s, within which a transient stops by itself, its state saved
+        #[arg(long, value_name = "SECONDS")]
+        wall_time: Option<f64>,
         /// PETSc options, after `--`
         #[arg(last = true, value_name = "PETSC OPTIONS")]
         petsc: Vec<String>,

@@ -124,7 +124,7 @@ impl SlidingProblem<'_> {
         let mut creep: Vec<[f64; 2]> = (0..n).map(rigid).collect();
         let mut closed = solve_normal(self.compliance, s, self.load)?.closed;
         let mut change = f64::INFINITY;
-        for _ in 0..100 {
+        for round in 0..100 {
             let solution = self.with_creep(&creep, &mut closed)?;
             if self.direction == SlidingDirection::Rigid || change < 1e-10 {
                 return Ok(solution);
@@ -143,7 +143,11 @@ impl SlidingProblem<'_> {
                 let size = new[0].hypot(new[1]);
                 change = f64::max(change, (new[0] - creep[i][0]).hypot(new[1] - creep[i][1]) / size);
             }
-            creep = solution.creep;
+            // Where the creep is small it may overshoot from step to step: then half the way.
+            let way = if round < 8 { 1.0 } else { 0.5 };
+            for (c, new) in creep.iter_mut().zip(&solution.creep) {
+                *c = [0, 1].map(|k| c[k] + way * (new[k] - c[k]));
+            }
         }
         Err(Error::NotConverged(format!(
             "steady sliding: the direction of sliding did not settle in 100 iterations, last change {change:.1e}"

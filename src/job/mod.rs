@@ -6,11 +6,13 @@ mod overrides;
 mod parse;
 mod schema;
 mod sweep;
+mod transient;
 mod validate;
 
 pub use model::*;
 pub use schema::schema;
 pub use sweep::SweepPlan;
+pub use transient::*;
 
 use crate::{Error, Result};
 use std::io::Read;
@@ -97,14 +99,18 @@ fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
         )));
     }
     // Stability and receptances are computed on the modes, and a sweep is one of stability.
-    if !["modes", "stability", "sweep", "receptance"].contains(&only) {
+    if !["modes", "stability", "sweep", "receptance", "transient"].contains(&only) {
         analyses.modes = None;
     }
     if only != "steady" {
         analyses.steady = None;
     }
-    if !["stability", "sweep"].contains(&only) {
+    // A transient may start from a mode of stability.
+    if !["stability", "sweep", "transient"].contains(&only) {
         analyses.stability = None;
+    }
+    if only != "transient" {
+        analyses.transient = None;
     }
     if only != "sweep" {
         analyses.sweep = None;

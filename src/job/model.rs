@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::sweep::SweepPlan;
+use super::transient::Transient;
 
 /// Version of the job format that this program reads.
 pub const VERSION: u32 = 1;
@@ -405,6 +406,9 @@ pub struct Analyses {
     /// Receptances of the bodies at the contact point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub receptance: Option<Receptance>,
+    /// Rolling contact in time: how instability grows, and to what.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transient: Option<Transient>,
     /// Stability at many values of keys of the job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
@@ -423,6 +427,7 @@ impl Analyses {
             ("steady", self.steady.is_some()),
             ("stability", self.stability.is_some()),
             ("receptance", self.receptance.is_some()),
+            ("transient", self.transient.is_some()),
             ("sweep", self.sweep.is_some()),
         ];
         given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()

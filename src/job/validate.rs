@@ -1,6 +1,7 @@
 //! What the schema cannot say: rules between keys.
 
 use super::model::*;
+use super::transient::{Hold, Transient};
 
 mod matrices;
 
@@ -227,8 +228,10 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
 
 fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     if job.analyses.names().is_empty() {
-        faults
-            .push("analyses: nothing to compute; give at least one of \"modes\", \"steady\" and \"stability\"".into());
+        faults.push(
+            "analyses: nothing to compute; give at least one of \"modes\", \"steady\", \"stability\" and \"transient\""
+                .into(),
+        );
     }
     if let Some(modes) = &job.analyses.modes {
         match (modes.count, modes.max_frequency) {
@@ -265,11 +268,56 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             faults.push(format!("analyses.receptance.frequency: {fault}"));
         }
     }
+    if let Some(transient) = &job.analyses.transient {
+        check_transient(job, transient, faults);
+    }
     if job.analyses.sweep.is_some() && job.analyses.stability.is_none() {
         faults.push("analyses.stability: missing; analyses.sweep computes it at every point, e.g. {}".into());
     }
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
         check_stability(job, contact, faults);
+    }
+}
+
+fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
+    let path = "analyses.transient";
+    if job.analyses.modes.is_none() {
+        faults.push(format!("analyses.modes: missing; {path} is computed on the modes, e.g. {{\"count\": 60}}"));
+    }
+    if job.contact.as_ref().is_some_and(|c| c.compliance != Compliance::Fe) {
+        faults.push(format!("contact.compliance: \"half_space\" has no modes; {path} needs \"fe\""));
+    }
+    if transient.duration < transient.step {
+        faults.push(format!(
+            "{path}.duration: found {} s, expected at least one step ({} s)",
+            transient.duration, transient.step
+        ));
+    }
+    if transient.body_stride > 0 && (transient.modal_stride == 0 || transient.body_stride % transient.modal_stride != 0)
+    {
+        faults.push(format!(
+            "{path}.body_stride: found {}, expected a multiple of modal_stride ({})",
+            transient.body_stride, transient.modal_stride
+        ));
+    }
+    if transient.start.mode.is_some() && job.analyses.stability.is_none() {
+        faults.push(format!("analyses.stability: missing; {path}.start.mode names a mode of it, e.g. {{}}"));
+    }
+    for (i, point) in transient.points.iter().enumerate() {
+        if point.name.trim().is_empty() || transient.points[..i].iter().any(|p| p.name == point.name) {
+            faults.push(format!("{path}.points.{i}.name: found {:?}, expected a name of its own", point.name));
+        }
+    }
+    let load_given = job.contact.as_ref().is_some_and(|c| c.normal_load.is_some());
+    match &transient.histories {
+        Some(h) if h.normal_load.is_some() && h.approach.is_some() => {
+            faults.push(format!("{path}.histories: both normal_load and approach are given; give one of them"));
+        }
+        Some(h) if h.normal_load.is_some() || h.approach.is_some() => {}
+        _ if transient.hold == Hold::Load && !load_given => {
+            faults.push(format!("{path}.hold: \"load\" needs contact.normal_load; the job gives an approach"));
+        }
+        _ => {}
     }
 }
 

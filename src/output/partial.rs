@@ -48,6 +48,11 @@ impl Partial {
         Ok(Self { path, target: target.to_owned(), owner: world.is_root(), published: false })
     }
 
+    /// On one rank alone: the same.
+    pub(super) fn alone(target: &Path) -> Self {
+        Self { path: temporary_name(target), target: target.to_owned(), owner: true, published: false }
+    }
+
     /// On rank 0: fails where a file of `bytes` could not be made. HDF5 1.10 does not survive a failure while it closes a
     /// file, so what can be known is known before.
     pub(super) fn probe(&self, bytes: u64) -> Result<()> {
@@ -158,7 +163,7 @@ fn temporary_name(target: &Path) -> PathBuf {
 }
 
 /// Removes what killed runs on this host have left of the same target.
-fn sweep(target: &Path) {
+pub(super) fn sweep(target: &Path) {
     let Ok(entries) = fs::read_dir(directory(target)) else { return };
     let prefix = prefix(target);
     for entry in entries.flatten() {

@@ -32,6 +32,12 @@ impl Reader {
         })
     }
 
+    /// Names of what is in a group, in alphabetical order.
+    pub fn names(&self, group: &str) -> Result<Vec<String>> {
+        let names = self.file.group(group).and_then(|g| g.member_names());
+        names.map_err(|e| self.fault(group, &e.to_string()))
+    }
+
     /// Shape and values of a dataset.
     pub fn read(&self, path: &str) -> Result<(Vec<usize>, Values)> {
         if !self.has(path) {

@@ -2,6 +2,7 @@
 
 use super::fields::{BodyPart, PointField};
 use super::partial::{check_target, Partial};
+use super::segments::{append_to, Segments};
 use super::sequence::SequenceFile;
 use super::table::Table;
 use super::vtkhdf::{skeleton, strong, write_slabs, Piece};
@@ -21,6 +22,7 @@ pub struct ResultFile<'w> {
     partial: Option<Partial>,
     tables: Vec<Table>,
     attached: Vec<Partial>,
+    segments: Option<(Segments, String)>,
 }
 
 impl<'w> ResultFile<'w> {
@@ -35,7 +37,14 @@ impl<'w> ResultFile<'w> {
             ))),
             _ => Ok(()),
         })?;
-        Ok(Self { world, target: path.to_owned(), partial: None, tables: Vec::new(), attached: Vec::new() })
+        Ok(Self {
+            world,
+            target: path.to_owned(),
+            partial: None,
+            tables: Vec::new(),
+            attached: Vec::new(),
+            segments: None,
+        })
     }
 
     /// Collective: writes the static fields, once: both bodies, the fields at their points, the body and the rank of each
@@ -75,6 +84,11 @@ impl<'w> ResultFile<'w> {
         Ok(())
     }
 
+    /// The datasets of `group` in these segments become part of the file, which then takes their place.
+    pub fn append(&mut self, segments: Segments, group: &str) {
+        self.segments = Some((segments, group.to_owned()));
+    }
+
     /// Collective: writes the tables and gives the file, and those attached, their names.
     pub fn finish(mut self) -> Result<()> {
         let world = self.world;
@@ -88,6 +102,7 @@ impl<'w> ResultFile<'w> {
         };
         let tables = &self.tables;
         let attached = &mut self.attached;
+        let segments = &self.segments;
         world.on_root(|| {
             let mut seen = BTreeSet::new();
             for table in tables {
@@ -99,15 +114,22 @@ impl<'w> ResultFile<'w> {
                 }
             }
             let have = std::fs::metadata(&partial.path).map(|m| m.len()).unwrap_or(0);
-            partial.reserve(have + tables.iter().map(Table::bytes).sum::<u64>() + 65536)?;
+            let appended = segments.as_ref().map_or(0, |(s, _)| 2 * s.bytes());
+            partial.reserve(have + appended + tables.iter().map(Table::bytes).sum::<u64>() + 65536)?;
             let add = || -> hdf5::Result<()> {
                 let file = hdf5::File::with_options().with_fapl(strong).open_rw(&partial.path)?;
                 tables.iter().try_for_each(|table| table.write(&file))?;
                 file.close()
             };
             add().map_err(|e| partial.hdf5_error("writing tables", &e))?;
+            if let Some((segments, group)) = segments {
+                append_to(&partial.path, segments, group)?;
+            }
             attached.iter_mut().try_for_each(Partial::publish)?;
             partial.publish()?;
+            if let Some((segments, _)) = segments {
+                segments.remove();
+            }
             // Those of an earlier run do not belong to this file.
             let new = |path: &PathBuf| attached.iter().any(|a| &a.target == path);
             for old in COMPANIONS.map(|c| companion(&partial.target, c)).iter().filter(|c| !new(c)) {

@@ -2,7 +2,7 @@
 
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, Group};
-use ndarray::{s, ArrayView1, ArrayView2};
+use ndarray::{s, ArrayView1, ArrayView2, ArrayView3};
 use num_complex::Complex64;
 
 /// Values of one dataset in row-major order.
@@ -133,7 +133,7 @@ impl Values {
         }
     }
 
-    /// Writes the rows from `start` on of a dataset with one or two dimensions.
+    /// Writes the rows from `start` on of a dataset with up to three dimensions.
     pub(super) fn write_rows(&self, dataset: &Dataset, start: usize) -> hdf5::Result<()> {
         match self {
             Values::F64(v) => rows(dataset, start, v),
@@ -195,6 +195,11 @@ fn rows<T: hdf5::H5Type>(dataset: &Dataset, start: usize, values: &[T]) -> hdf5:
             let view = ArrayView2::from_shape((values.len() / columns.max(1), columns), values)
                 .map_err(|e| hdf5::Error::from(e.to_string()))?;
             dataset.write_slice(view, s![start..start + view.nrows(), ..])
+        }
+        [_, a, b] => {
+            let view = ArrayView3::from_shape((values.len() / (a * b).max(1), a, b), values)
+                .map_err(|e| hdf5::Error::from(e.to_string()))?;
+            dataset.write_slice(view, s![start..start + view.shape()[0], .., ..])
         }
         _ => Err(format!("rows of a dataset of shape {shape:?} cannot be written").into()),
     }

@@ -7,4 +7,5 @@ mod program;
 mod reuse;
 mod runs;
 mod sweep;
+mod transient;
 mod usage;

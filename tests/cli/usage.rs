@@ -77,7 +77,15 @@ fn check_says_what_would_be_computed_and_writes_nothing() {
 
 #[test]
 fn the_jobs_of_the_project_are_valid() {
-    for name in ["two-cylinders.json", "annulus.json", "blocks.json", "curve.json", "hulten.json", "sweep-curve.json"] {
+    for name in [
+        "two-cylinders.json",
+        "annulus.json",
+        "blocks.json",
+        "curve.json",
+        "squeal.json",
+        "hulten.json",
+        "sweep-curve.json",
+    ] {
         let path = format!("{}/jobs/{name}", env!("CARGO_MANIFEST_DIR"));
         assert!(railsqueal(1, &["check", &path]).good().out.contains("estimated memory"), "{name}");
     }

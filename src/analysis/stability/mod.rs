@@ -36,7 +36,7 @@ pub(super) fn run(
     file: &mut ResultFile,
     progress: &mut Progress,
     summary: &mut Summary,
-) -> Result<()> {
+) -> Result<Option<Spectrum>> {
     let world = petsc.world();
     let Parts { bodies, modes, model } = *parts;
     progress.stage("stability of steady sliding");
@@ -72,7 +72,7 @@ pub(super) fn run(
         let full = full.as_ref().map(|f| (f, rayleigh(job)));
         shapes::run(world, stability, bodies, modes, solvers, reduced, full, options, file)?;
     }
-    Ok(())
+    Ok(found.map(|f| f.spectrum))
 }
 
 /// What the bodies give.
@@ -96,9 +96,9 @@ pub(super) struct Found {
 }
 
 /// Eigenvalues about steady sliding.
-pub(super) struct Spectrum {
+pub struct Spectrum {
     /// One of each conjugate pair, by falling growth rate, up to the frequency limit.
-    pub(super) eigenpairs: Vec<Eigenpair>,
+    pub eigenpairs: Vec<Eigenpair>,
     /// All finite eigenvalues, both of each conjugate pair.
     all: Vec<Complex<f64>>,
     /// Highest frequency kept, Hz; infinite where the modes are all there are.

@@ -1,0 +1,379 @@
+//! The analysis `transient`: rolling contact in time, from a state of rest and its perturbation, written in segments.
+
+mod checkpoint;
+mod fields;
+mod observe;
+mod points;
+mod stop;
+
+pub use checkpoint::refuse_other_job;
+pub use stop::Stop;
+
+use super::bodies::Bodies;
+use super::interface::{creepage, friction, normal_load};
+use super::reduction::{ModalPair, ReducedModel, Reduction};
+use super::report::Summary;
+use super::stability::reduced::Eigenpair;
+use super::RunOptions;
+use crate::body::fe::BodyModes;
+use crate::contact::sliding::{SlidingDirection, SlidingProblem};
+use crate::contact::{NormalLoad, SteadyProblem, Stencil};
+use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
+use crate::output::{ResultFile, Segments, Table};
+use crate::parallel::World;
+use crate::progress::Progress;
+use crate::transient::drive::{Drive, History, Normal, Tangential};
+use crate::transient::{ContactSolver, Effort, Model, Scheme, Settings, State, Stepper};
+use crate::{Error, Result};
+use checkpoint::Checkpoint;
+use observe::Recorder;
+use points::Points;
+use std::time::Instant;
+
+/// What the transient takes from the other stages of a run.
+pub struct Inputs<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// Its transient.
+    pub wanted: &'a job::Transient,
+    /// Its contact.
+    pub contact: &'a job::Contact,
+    /// The bodies with their modes.
+    pub bodies: &'a Bodies,
+    /// Modes of each of [`Bodies::unique`].
+    pub modes: &'a [BodyModes],
+    /// The reduced model.
+    pub model: &'a Reduction,
+    /// On rank 0: what stability found, where it was asked for.
+    pub eigenpairs: &'a [Eigenpair],
+    /// What the command line says.
+    pub options: &'a RunOptions,
+    /// When to stop.
+    pub stop: &'a Stop,
+}
+
+/// Collective: the transient; its results become part of `file`.
+pub fn run(
+    world: &World,
+    inputs: &Inputs<'_>,
+    file: &mut ResultFile,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<()> {
+    let wanted = inputs.wanted;
+    if wanted.body_stride > 0 && inputs.modes.is_empty() {
+        return Err(Error::Job(
+            "analyses.transient.body_stride: with --reuse there are no mode shapes of the bodies; set it to 0, or run without \
+             --reuse"
+                .into(),
+        ));
+    }
+    let points = Points::find(world, wanted, inputs.bodies, inputs.modes)?;
+    progress.stage("transient");
+    let segments = Segments::of(&inputs.options.output);
+    let done = world.on_root(|| advance(inputs, &points, &segments, progress))?;
+    if let Some((effort, steps, seconds)) = &done {
+        let pair = &inputs.model.root()?.pair;
+        report_damping(wanted, inputs.eigenpairs, progress, summary);
+        let per = |n: usize| n as f64 / (*steps).max(1) as f64;
+        summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
+        if *steps > 0 {
+            summary.value("time of a step", format!("{:.3} ms", 1e3 * seconds / *steps as f64));
+            summary.value(
+                "of a step",
+                format!(
+                    "{:.2} iterations, {:.2} products, {:.2} solutions, {:.4} factorisations, {:.4} sweeps",
+                    per(effort.iterations),
+                    per(effort.products),
+                    per(effort.solutions),
+                    per(effort.factorisations),
+                    per(effort.sweeps)
+                ),
+            );
+        }
+        file.tables(points.tables());
+        file.tables(inputs.model.root().map(|m| grid_tables(m, pair))?);
+        file.append(segments.clone(), "/transient");
+    }
+    if wanted.body_stride > 0 {
+        progress.stage("motion of the bodies");
+        fields::write(world, inputs, &segments, file)?;
+    }
+    Ok(())
+}
+
+/// Grid and modes that the datasets refer to.
+fn grid_tables(model: &ReducedModel, pair: &ModalPair) -> Vec<Table> {
+    let s = &model.interface;
+    let xy = |c: usize| (0..s.len()).map(|i| s.point(i)[c]).collect::<Vec<f64>>();
+    vec![
+        Table::list("/transient/grid/x", "m", "Longitudinal position of each contact node.", xy(0)),
+        Table::list("/transient/grid/y", "m", "Lateral position of each contact node.", xy(1)),
+        Table::list("/transient/grid/weight", "m²", "Area of each contact node.", s.weight.clone()),
+        Table::list(
+            "/transient/grid/mode_frequency",
+            "Hz",
+            "Frequency of each mode, the lower body's, then the upper one's.",
+            pair.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect::<Vec<f64>>(),
+        ),
+    ]
+}
+
+/// The scheme's own damping beside the growth rates that it would falsify.
+fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progress, summary: &mut Summary) {
+    let scheme = Scheme { step: wanted.step, theta: wanted.theta };
+    for e in pairs.iter().filter(|e| e.growth_rate() > 0.0 && e.frequency() > 0.0) {
+        let own = scheme.own_damping(e.value.im.abs());
+        let share = own / e.growth_rate();
+        let text = format!("{own:.3e} 1/s, {:.2} % of the growth rate {:.4} 1/s", 100.0 * share, e.growth_rate());
+        summary.value(&format!("damping by the scheme, {:.2} Hz", e.frequency()), &text);
+        if share > 0.02 {
+            progress.note(format!(
+                "warning: the scheme damps the unstable motion at {:.2} Hz by {text}; take theta nearer to 0.5 or a shorter step",
+                e.frequency()
+            ));
+        }
+    }
+}
+
+/// On rank 0: all steps; returns effort, number of steps and time.
+fn advance(
+    inputs: &Inputs<'_>,
+    points: &Points,
+    segments: &Segments,
+    progress: &mut Progress,
+) -> Result<(Effort, u64, f64)> {
+    let root = inputs.model.root()?;
+    let wanted = inputs.wanted;
+    if root.pair.coupling.is_some() {
+        return Err(Error::Job("analyses.transient: damping matrices that couple modes are not supported".into()));
+    }
+    let model = Model {
+        interface: &root.interface,
+        residual: root.pair.residual.as_ref(),
+        modes: root.pair.modes.as_ref(),
+        omega: &root.pair.omega,
+        damping: &root.pair.damping,
+        load: &[],
+    };
+    let scheme = Scheme { step: wanted.step, theta: wanted.theta };
+    scheme.check(model.omega)?;
+    let identity = checkpoint::identity(&model);
+    let resumed = if inputs.options.resume { Checkpoint::last(segments, inputs.job)? } else { None };
+    // The settings follow from the state of rest, whose approach is held; a resumed run finds the same again.
+    let (rest, approach) = at_rest(inputs, root, &model)?;
+    let settings = Settings {
+        scheme,
+        friction: friction(inputs.contact),
+        solver: match wanted.solver {
+            TransientSolver::Newton => ContactSolver::Newton,
+            TransientSolver::FixedPoint => ContactSolver::FixedPoint,
+        },
+        tolerance: wanted.tolerance,
+        drive: drive(wanted, inputs.contact, approach)?,
+    };
+    let total = (wanted.duration / wanted.step).round() as u64;
+    let mut stepper;
+    match resumed {
+        Some(found) => {
+            if found.identity != identity {
+                progress.note(
+                    "warning: the reduced model differs in rounding from that of the run to be continued; the results do too",
+                );
+            }
+            stepper = Stepper::new(model, settings, found.state)?;
+        }
+        None => {
+            segments.begin(inputs.options.force || inputs.options.resume)?;
+            let (start, moved) = perturbed(inputs, root, rest)?;
+            stepper = Stepper::new(model, settings, start)?;
+            if moved {
+                stepper.settle().map_err(|e| e.context("analyses.transient: the start"))?;
+            }
+        }
+    }
+    let mut recorder = Recorder::new(points, wanted, root);
+    let mut effort = Effort::default();
+    let first = stepper.state().step;
+    let begun = Instant::now();
+    if first == 0 {
+        segments.write(0, &checkpoint::tables(stepper.state(), &identity, inputs)?)?;
+    }
+    let mut segment_begun = Instant::now();
+    while stepper.state().step < total {
+        let result = stepper.advance();
+        if result.is_ok() {
+            recorder.take(&stepper);
+            effort += stepper.report().effort;
+        }
+        let step = stepper.state().step;
+        let end = step.is_multiple_of(u64::from(wanted.segment)) || step == total;
+        if result.is_err() || end {
+            let mut tables = recorder.tables();
+            tables.extend(checkpoint::tables(stepper.state(), &identity, inputs)?);
+            if result.is_ok() || recorder.any() {
+                segments.write(step, &tables)?;
+            }
+            recorder.clear();
+        }
+        result.map_err(|e| {
+            let place = segments.folder().display();
+            e.context(format!("analyses.transient (the state before is kept in {place})"))
+        })?;
+        if end {
+            // A run that is continued from here begins with an empty solver; one that goes on does as well.
+            stepper.reset()?;
+            progress.step("steps", (step - first) as usize, (total - first) as usize);
+            let segment = segment_begun.elapsed();
+            segment_begun = Instant::now();
+            if step < total {
+                if let Some(why) = inputs.stop.asked(segment) {
+                    return Err(Error::Stopped(format!(
+                        "stopped {why} after {step} of {total} steps (t = {:.6} s); the state is kept in {}. Continue with \
+                         --resume {}",
+                        step as f64 * wanted.step,
+                        segments.folder().display(),
+                        inputs.options.output.display()
+                    )));
+                }
+            }
+        }
+    }
+    Ok((effort, total - first, begun.elapsed().as_secs_f64()))
+}
+
+/// The state of rest and its approach.
+fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Result<(State, f64)> {
+    let contact = inputs.contact;
+    let histories = inputs.wanted.histories.clone().unwrap_or_default();
+    // A history says what holds at the start too.
+    let at_start = |table: &Option<Vec<[f64; 2]>>, key: &str| -> Result<Option<f64>> {
+        let Some(points) = table else { return Ok(None) };
+        Ok(Some(
+            History::table(&format!("analyses.transient.histories.{key}"), points, inputs.wanted.duration)?.at(0.0),
+        ))
+    };
+    let mut creepage = creepage(contact);
+    for (value, given, key) in [
+        (&mut creepage.longitudinal, &histories.longitudinal, "longitudinal"),
+        (&mut creepage.lateral, &histories.lateral, "lateral"),
+        (&mut creepage.spin, &histories.spin, "spin"),
+    ] {
+        if let Some(v) = at_start(given, key)? {
+            *value = v;
+        }
+    }
+    let mut load = normal_load(contact);
+    if let Some(n) = at_start(&histories.normal_load, "normal_load")? {
+        load = NormalLoad::Force(n);
+    }
+    if let Some(d) = at_start(&histories.approach, "approach")? {
+        load = NormalLoad::Approach(d);
+    }
+    let compliance = root.pair.compliance.as_ref();
+    let (interface, friction, speed) = (&root.interface, friction(contact), contact.speed);
+    let (pressure, traction, approach) = match inputs.wanted.start.state {
+        StartState::Sliding => {
+            let direction = match inputs.job.analyses.stability.as_ref().map(|s| s.direction) {
+                Some(Direction::Actual) => SlidingDirection::Actual,
+                _ => SlidingDirection::Rigid,
+            };
+            let stencil = Stencil::default();
+            let problem = SlidingProblem { interface, compliance, friction, speed, creepage, load, stencil, direction };
+            let found = problem.solve()?;
+            (found.pressure, found.traction, found.approach)
+        }
+        StartState::Steady => {
+            let stencil = Stencil::default();
+            let (tolerance, max_iterations) = match &inputs.job.analyses.steady {
+                Some(s) => (s.tolerance, s.max_iterations as usize),
+                None => (1e-8, 200),
+            };
+            let problem = SteadyProblem {
+                interface,
+                compliance,
+                friction,
+                speed,
+                creepage,
+                load,
+                stencil,
+                tolerance,
+                max_iterations,
+            };
+            let found = problem.solve()?;
+            (found.pressure, found.traction, found.approach)
+        }
+    };
+    let reaction: Vec<f64> = (0..interface.len())
+        .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
+        .collect();
+    Ok((State::at_rest(model, &reaction, approach), approach))
+}
+
+/// The start with its perturbations, and whether there are any.
+fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Result<(State, bool)> {
+    let start = &inputs.wanted.start;
+    if let Some(number) = start.mode {
+        let pair = (number as usize).checked_sub(1).and_then(|i| inputs.eigenpairs.get(i)).ok_or_else(|| {
+            let found = inputs.eigenpairs.len();
+            Error::Job(format!("analyses.transient.start.mode is {number}: stability found {found} eigenvalues"))
+        })?;
+        // Largest displacement of a contact node over the period.
+        let psi = &root.pair.modes;
+        let mut largest: f64 = 0.0;
+        for i in 0..root.interface.len() {
+            let square: f64 = (0..3)
+                .map(|c| {
+                    pair.modal
+                        .iter()
+                        .enumerate()
+                        .map(|(k, z)| z * psi[(3 * i + c, k)])
+                        .sum::<num_complex::Complex<f64>>()
+                })
+                .map(|z| z.norm_sqr())
+                .sum();
+            largest = largest.max(square.sqrt());
+        }
+        state = state.perturbed(&pair.modal, pair.value, start.amplitude / largest);
+    }
+    if let Some(random) = start.random {
+        state = state.shaken(u64::from(random.seed), random.energy);
+    }
+    Ok((state, start.mode.is_some() || start.random.is_some()))
+}
+
+/// What can be refused before anything is meshed.
+pub fn check(wanted: &job::Transient, contact: &job::Contact) -> Result<()> {
+    Scheme { step: wanted.step, theta: wanted.theta }.check(&[])?;
+    drive(wanted, contact, 0.0).map(|_| ())
+}
+
+/// What is prescribed in time.
+fn drive(wanted: &job::Transient, contact: &job::Contact, approach: f64) -> Result<Drive> {
+    let histories = wanted.histories.clone().unwrap_or_default();
+    let history = |key: &str, table: &Option<Vec<[f64; 2]>>, constant: f64, factor: f64| -> Result<History> {
+        let Some(points) = table else { return Ok(History::constant(constant * factor)) };
+        let points: Vec<[f64; 2]> = points.iter().map(|p| [p[0], p[1] * factor]).collect();
+        History::table(&format!("analyses.transient.histories.{key}"), &points, wanted.duration)
+    };
+    let load = match (wanted.hold, normal_load(contact)) {
+        (Hold::Load, NormalLoad::Force(n)) => NormalLoad::Force(n),
+        _ => NormalLoad::Approach(approach),
+    };
+    let normal = match (&histories.normal_load, &histories.approach, load) {
+        (table @ Some(_), _, _) => Normal::Force(history("normal_load", table, 0.0, 1.0)?),
+        (_, table @ Some(_), _) => Normal::Approach(history("approach", table, 0.0, 1.0)?),
+        (_, _, load) => Normal::constant(load),
+    };
+    let v = contact.speed;
+    let c = creepage(contact);
+    Ok(Drive {
+        normal,
+        tangential: [
+            Tangential::Creep(history("longitudinal", &histories.longitudinal, c.longitudinal, v)?),
+            Tangential::Creep(history("lateral", &histories.lateral, c.lateral, v)?),
+        ],
+        spin: history("spin", &histories.spin, c.spin, v)?,
+        speed: v,
+    })
+}

@@ -1,0 +1,180 @@
+//! What is kept of the steps until the next segment is written.
+
+use super::points::Points;
+use crate::analysis::reduction::ReducedModel;
+use crate::job;
+use crate::output::{Table, Values};
+use crate::transient::Stepper;
+
+/// One dataset: a row for each time.
+struct Column {
+    name: &'static str,
+    units: &'static str,
+    text: &'static str,
+    /// Shape of a row.
+    row: Vec<usize>,
+    values: Values,
+}
+
+impl Column {
+    fn numbers(name: &'static str, units: &'static str, row: &[usize], text: &'static str) -> Self {
+        Self { name, units, text, row: row.to_vec(), values: Values::F64(Vec::new()) }
+    }
+
+    fn push(&mut self, row: impl IntoIterator<Item = f64>) {
+        match &mut self.values {
+            Values::F64(v) => v.extend(row),
+            Values::F32(v) => v.extend(row.into_iter().map(|x| x as f32)),
+            Values::I32(v) => v.extend(row.into_iter().map(|x| x as i32)),
+            Values::I8(v) => v.extend(row.into_iter().map(|x| x as i8)),
+            _ => {}
+        }
+    }
+
+    fn clear(&mut self) {
+        match &mut self.values {
+            Values::F64(v) => v.clear(),
+            Values::F32(v) => v.clear(),
+            Values::I32(v) => v.clear(),
+            Values::I8(v) => v.clear(),
+            _ => {}
+        }
+    }
+
+    fn table(&self) -> Table {
+        let size: usize = self.row.iter().product();
+        let mut shape = vec![self.values.len() / size.max(1)];
+        shape.extend(&self.row);
+        Table::new(&format!("/transient/{}", self.name), self.units, self.text, &shape, self.values.clone())
+            .extendible()
+    }
+}
+
+/// Keeps the observables of a segment.
+pub struct Recorder<'a> {
+    points: &'a Points,
+    contact_stride: u64,
+    modal_stride: u64,
+    steps: Vec<Column>,
+    contact: Vec<Column>,
+    modal: Vec<Column>,
+}
+
+impl<'a> Recorder<'a> {
+    /// An empty one.
+    pub fn new(points: &'a Points, wanted: &job::Transient, model: &ReducedModel) -> Self {
+        let number = Column::numbers;
+        let count = |name, text| Column { values: Values::I32(Vec::new()), ..number(name, "1", &[], text) };
+        let p = points.names.len();
+        let mut steps = vec![
+            number("time", "s", &[], "Time of each step."),
+            number("force", "N", &[3], "Contact force (x, y, z) on body 1; z is minus the normal force."),
+            number("moment_z", "N m", &[], "Moment of the tractions on body 1 about the common normal."),
+            number("approach", "m", &[], "Rigid approach of the bodies."),
+            number("kinetic", "J", &[], "Kinetic energy of the modes."),
+            number("elastic", "J", &[], "Elastic energy, that of the contact included."),
+            number("friction_loss", "J", &[], "Energy dissipated by friction since the start."),
+            number("damping_loss", "J", &[], "Energy dissipated by damping since the start."),
+            number("impact_loss", "J", &[], "Energy lost in impacts since the start."),
+            number("drive_work", "J", &[], "Work of the drive since the start."),
+            number("rolling_work", "J", &[], "Part of the work of the drive that is the rolling moment's."),
+            number("balance", "J", &[], "Energy gained by the discretisation since the start."),
+            number("residual", "N", &[], "Residual of the contact laws."),
+            count("closed", "Closed contact nodes."),
+            count("stick", "Those of them that stick."),
+            count("iterations", "Iterations of the contact solver."),
+            count("products", "Products with the influence matrix."),
+        ];
+        if p > 0 {
+            steps.push(number(
+                "point_displacement",
+                "m",
+                &[p, 3],
+                "Displacement (x, y, z) of each point by the modes.",
+            ));
+            steps.push(number("point_velocity", "m/s", &[p, 3], "Velocity (x, y, z) of each point by the modes."));
+        }
+        let n = model.interface.len();
+        let contact = vec![
+            number("contact_time", "s", &[], "Times of the contact fields."),
+            number("contact_pressure", "Pa", &[n], "Contact pressure."),
+            number("contact_traction", "Pa", &[n, 2], "Tangential traction (x, y) on body 1."),
+            number("contact_creep", "m/s", &[n, 2], "Creep velocity (x, y) over the step, 0 away from the contact."),
+            Column { values: Values::I8(Vec::new()), ..number("contact_state", "-", &[n], "0 open, 1 stick, 2 slip.") },
+        ];
+        let modal = vec![
+            number("modal_time", "s", &[], "Times of modal_displacement."),
+            number("modal_displacement", "m kg^1/2", &[model.pair.omega.len()], "Amplitude of each mode."),
+        ];
+        Self {
+            points,
+            contact_stride: u64::from(wanted.contact_stride),
+            modal_stride: u64::from(wanted.modal_stride),
+            steps,
+            contact,
+            modal,
+        }
+    }
+
+    /// Takes a step.
+    pub fn take(&mut self, stepper: &Stepper<'_>) {
+        let (state, report, time) = (stepper.state(), stepper.report(), stepper.time());
+        let e = &state.energy;
+        let mut rows: Vec<Vec<f64>> = vec![
+            vec![time],
+            report.force.to_vec(),
+            vec![report.moment_z],
+            vec![state.approach],
+            vec![e.kinetic],
+            vec![e.elastic],
+            vec![e.friction],
+            vec![e.damping],
+            vec![e.impact],
+            vec![e.drive],
+            vec![e.rolling],
+            vec![e.residual()],
+            vec![report.residual],
+            vec![report.closed as f64],
+            vec![report.stick as f64],
+            vec![report.effort.iterations as f64],
+            vec![report.effort.products as f64],
+        ];
+        if !self.points.names.is_empty() {
+            rows.push(self.points.motion(&state.q));
+            rows.push(self.points.motion(&state.v));
+        }
+        self.steps.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+        let due = |stride: u64| stride > 0 && state.step.is_multiple_of(stride);
+        if due(self.contact_stride) {
+            let f = stepper.fields();
+            let rows: [Vec<f64>; 5] = [
+                vec![time],
+                f.pressure,
+                f.traction.into_flattened(),
+                f.creep.into_flattened(),
+                f.state.into_iter().map(f64::from).collect(),
+            ];
+            self.contact.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+        }
+        if due(self.modal_stride) {
+            let rows = [vec![time], state.q.clone()];
+            self.modal.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+        }
+    }
+
+    /// Whether anything was taken since the last segment.
+    pub fn any(&self) -> bool {
+        self.steps.iter().any(|c| !c.values.is_empty())
+    }
+
+    /// The tables of the segment.
+    pub fn tables(&self) -> Vec<Table> {
+        let all = self.steps.iter().chain(&self.contact).chain(&self.modal);
+        all.filter(|c| !c.values.is_empty()).map(Column::table).collect()
+    }
+
+    /// Forgets what was written.
+    pub fn clear(&mut self) {
+        [&mut self.steps, &mut self.contact, &mut self.modal].into_iter().flatten().for_each(Column::clear);
+    }
+}

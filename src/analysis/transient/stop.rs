@@ -1,0 +1,49 @@
+//! Requests to stop: signals and the limit of wall time.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// When a run has to stop.
+#[derive(Debug, Clone)]
+pub struct Stop {
+    signal: Arc<AtomicBool>,
+    limit: Option<(Instant, Duration)>,
+}
+
+impl Stop {
+    /// From now on SIGUSR1 and SIGTERM no longer end the process: they are asked for between segments. `wall_time` s after
+    /// `begun` the run has to be over.
+    pub fn listen(begun: Instant, wall_time: Option<f64>) -> Self {
+        let signal = Arc::new(AtomicBool::new(false));
+        for number in [signal_hook::consts::SIGUSR1, signal_hook::consts::SIGTERM] {
+            // Where a handler cannot be set the signal ends the run, and the segments stay.
+            let _ = signal_hook::flag::register(number, Arc::clone(&signal));
+        }
+        Self { signal, limit: wall_time.map(|s| (begun, Duration::from_secs_f64(s.max(0.0)))) }
+    }
+
+    /// Why the run has to stop now, if it has to; another segment takes about `segment`.
+    pub fn asked(&self, segment: Duration) -> Option<&'static str> {
+        if self.signal.load(Ordering::Relaxed) {
+            return Some("on request");
+        }
+        // Half a segment more, since they do not all take the same time.
+        let over = |&(begun, limit): &(Instant, Duration)| begun.elapsed() + segment.mul_f64(1.5) > limit;
+        self.limit.as_ref().filter(|l| over(l)).map(|_| "by the limit of wall time")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stops_before_the_limit_is_passed() {
+        let stop = Stop { signal: Arc::default(), limit: Some((Instant::now(), Duration::from_secs(100))) };
+        assert_eq!(stop.asked(Duration::from_secs(1)), None);
+        assert_eq!(stop.asked(Duration::from_secs(80)), Some("by the limit of wall time"));
+        stop.signal.store(true, Ordering::Relaxed);
+        assert_eq!(stop.asked(Duration::from_secs(1)), Some("on request"));
+    }
+}

@@ -1,0 +1,194 @@
+//! Keys of `analyses.transient`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Rolling contact in time on the modes of `analyses.modes` and the residual compliance of the contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Transient {
+    /// Time that is simulated, s.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "s"))]
+    pub duration: f64,
+    /// Time step, s; at most the period of the highest mode kept over 2 pi.
+    #[serde(default = "default_step")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "s"))]
+    pub step: f64,
+    /// Weight of the end of the step: 0.5 conserves energy, more damps.
+    #[serde(default = "default_theta")]
+    #[schemars(range(min = 0.5, max = 1.0), extend("unit" = "1"))]
+    pub theta: f64,
+    /// Solver of the contact problem of a step.
+    #[serde(default)]
+    pub solver: TransientSolver,
+    /// Residual of the contact laws of a step relative to the normal force.
+    #[serde(default = "default_step_tolerance")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 1e-6))]
+    pub tolerance: f64,
+    /// The state at time 0.
+    #[serde(default)]
+    pub start: Start,
+    /// What stays as it is at the start: the approach, or the normal load.
+    #[serde(default)]
+    pub hold: Hold,
+    /// Load and creepages as functions of time; those not given are constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub histories: Option<Histories>,
+    /// Points of the bodies whose motion is written at every step.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<ObservedPoint>,
+    /// Contact fields are written every so many steps; 0 for never.
+    #[serde(default = "default_stride")]
+    pub contact_stride: u32,
+    /// Amplitudes of the modes are written every so many steps; 0 for never.
+    #[serde(default = "default_modal_stride")]
+    pub modal_stride: u32,
+    /// Displacements of the bodies are written every so many steps, a multiple of `modal_stride`; 0 for never.
+    #[serde(default)]
+    pub body_stride: u32,
+    /// Results are written, and a run can be stopped, every so many steps.
+    #[serde(default = "default_segment")]
+    #[schemars(range(min = 1, max = 10_000_000))]
+    pub segment: u32,
+}
+
+fn default_step() -> f64 {
+    1e-5
+}
+
+fn default_theta() -> f64 {
+    0.5
+}
+
+fn default_step_tolerance() -> f64 {
+    1e-10
+}
+
+fn default_stride() -> u32 {
+    100
+}
+
+fn default_modal_stride() -> u32 {
+    20
+}
+
+fn default_segment() -> u32 {
+    1000
+}
+
+/// Solver of the contact problem of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TransientSolver {
+    /// Semi-smooth Newton method on a factorisation that serves many steps.
+    #[default]
+    Newton,
+    /// Fixed point on the reactions: slow, for comparison.
+    FixedPoint,
+}
+
+/// What stays as it is at the start.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// The rigid approach: the load varies with the vibration.
+    #[default]
+    Approach,
+    /// The normal load, the approach being massless.
+    Load,
+}
+
+/// The state at time 0: at rest in `state`, plus perturbations.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// The state of rest.
+    #[serde(default)]
+    pub state: StartState,
+    /// Number of the eigenvalue of `analyses.stability`, from 1 by falling growth rate, along whose complex mode the bodies are moved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
+    pub mode: Option<u32>,
+    /// Largest displacement of a contact node in that mode, m.
+    #[serde(default = "default_amplitude")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub amplitude: f64,
+    /// Random velocities of the modes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub random: Option<RandomStart>,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self { state: StartState::default(), mode: None, amplitude: default_amplitude(), random: None }
+    }
+}
+
+fn default_amplitude() -> f64 {
+    1e-9
+}
+
+/// A state of rest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StartState {
+    /// The whole contact slides, as stability takes it.
+    #[default]
+    Sliding,
+    /// Steady rolling, with what sticks.
+    Steady,
+}
+
+/// Random velocities of the modes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RandomStart {
+    /// Seed: the same gives the same velocities.
+    pub seed: u32,
+    /// Their kinetic energy, J.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "J"))]
+    pub energy: f64,
+}
+
+/// Tables of [time in s, value], straight between the points; they must cover the whole run.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Histories {
+    /// Normal load, N.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_load: Option<Vec<[f64; 2]>>,
+    /// Approach, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub approach: Option<Vec<[f64; 2]>>,
+    /// Longitudinal creepage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longitudinal: Option<Vec<[f64; 2]>>,
+    /// Lateral creepage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral: Option<Vec<[f64; 2]>>,
+    /// Spin creepage, 1/m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spin: Option<Vec<[f64; 2]>>,
+}
+
+/// A point of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObservedPoint {
+    /// Name of the point.
+    pub name: String,
+    /// The body.
+    pub body: BodyName,
+    /// Position (x, y, z) in the frame of the contact point, m; the nearest node of the mesh is taken.
+    pub at: [f64; 3],
+}
+
+/// One of the two bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BodyName {
+    /// Body 1.
+    Lower,
+    /// Body 2.
+    Upper,
+}

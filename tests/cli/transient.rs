@@ -1,0 +1,241 @@
+//! The transient as a run: growth as stability says, stopping, killing and continuing, and bad input.
+
+use super::program::*;
+use serde_json::{json, Value};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Lateral sliding off the mid-planes, on a coarse mesh.
+fn sliding(transient: Value) -> Value {
+    let mut job = small();
+    for (body, offset) in [("lower", 0.03), ("upper", 0.02)] {
+        job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(0.002);
+    }
+    job["contact"]["patch"] = json!({ "half_length": 0.01, "half_width": 0.01 });
+    job["contact"]["creepage"] = json!({ "lateral": 0.01 });
+    let stability = json!({ "direction": "actual" });
+    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": stability, "transient": transient });
+    job["output"] = json!({ "fields": false });
+    job
+}
+
+fn open(path: impl AsRef<std::path::Path>) -> hdf5::File {
+    hdf5::File::open(path).expect("result file")
+}
+
+fn read<T: hdf5::H5Type>(file: &hdf5::File, name: &str) -> Vec<T> {
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// Growth rate and frequency of rows of modal amplitudes dominated by one oscillation, `interval` apart.
+fn growth(rows: &[Vec<f64>], interval: f64, about: f64) -> (f64, f64) {
+    // Differences take the state of rest away; then x_{j+1} = a x_j − b x_{j−1}, a = 2 r cos ωT, b = r².
+    let x: Vec<Vec<f64>> = rows.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(a, b)| a - b).collect()).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let mut s = [0.0; 5];
+    for w in x.windows(3) {
+        let terms = [dot(&w[1], &w[1]), dot(&w[1], &w[0]), dot(&w[0], &w[0]), dot(&w[1], &w[2]), dot(&w[0], &w[2])];
+        s.iter_mut().zip(terms).for_each(|(s, t)| *s += t);
+    }
+    let det = s[0] * s[2] - s[1] * s[1];
+    let (a, b) = ((s[3] * s[2] - s[4] * s[1]) / det, (s[3] * s[1] - s[4] * s[0]) / det);
+    let turn = (a / (2.0 * b.sqrt())).acos() / (2.0 * std::f64::consts::PI);
+    let whole = (about * interval).round();
+    let candidates = [(whole + turn) / interval, (whole - turn) / interval];
+    let frequency =
+        if (candidates[0] - about).abs() < (candidates[1] - about).abs() { candidates[0] } else { candidates[1] };
+    (0.5 * b.ln() / interval, frequency)
+}
+
+#[test]
+fn an_unstable_mode_grows_as_stability_says_and_decays_for_the_other_creepage() {
+    let transient = json!({
+        "duration": 0.25,
+        "start": { "mode": 1, "amplitude": 1e-7 },
+        "contact_stride": 1000,
+        "points": [{ "name": "rim", "body": "upper", "at": [0.5, -0.02, 0.5] }]
+    });
+    let folder = Folder::with(sliding(transient).to_string());
+    for (creepage, sign) in [("0.01", 1.0), ("-0.01", -1.0)] {
+        let output = folder.text("run.h5");
+        let set = format!("contact.creepage.lateral={creepage}");
+        let ran = folder.call(1, "run", &["--set", &set, "--output", &output, "--force"]);
+        assert!(ran.good().out.contains("transient: 0.25 s"), "{}", ran.out);
+        let file = open(&output);
+        let linear: Vec<num_complex::Complex64> = read(&file, "stability/eigenvalue");
+        let wanted = linear.iter().find(|l| l.im > 100.0).expect("an oscillation");
+        assert!(wanted.re * sign > 0.0, "growth rate {} at creepage {creepage}", wanted.re);
+        let shape = file.dataset("transient/modal_displacement").expect("amplitudes").shape();
+        let q: Vec<f64> = read(&file, "transient/modal_displacement");
+        // The start is at rest in the steady analysis's state; what that leaves has to die away first.
+        let rows: Vec<Vec<f64>> = q.chunks_exact(shape[1]).skip(shape[0] / 5).map(<[f64]>::to_vec).collect();
+        let (sigma, frequency) = growth(&rows, 20e-5, wanted.im / (2.0 * std::f64::consts::PI));
+        let linear_frequency = wanted.im / (2.0 * std::f64::consts::PI);
+        assert!(
+            (sigma - wanted.re).abs() < 0.2f64.max(0.02 * wanted.re.abs()),
+            "creepage {creepage}: growth {sigma}, linear {}",
+            wanted.re
+        );
+        assert!((frequency / linear_frequency - 1.0).abs() < 1e-3, "frequency {frequency}, linear {linear_frequency}");
+        let (balance, friction): (Vec<f64>, Vec<f64>) =
+            (read(&file, "transient/balance"), read(&file, "transient/friction_loss"));
+        assert!(balance.last().unwrap().abs() < 1e-6 * friction.last().unwrap(), "{:?}", balance.last());
+        assert!(!folder.listing().iter().any(|name| name == "run.transient"), "{:?}", folder.listing());
+    }
+}
+
+/// A run with a model at hand, so that it is in its steps at once.
+fn prepared() -> (Folder, String) {
+    let transient = json!({
+        "duration": 0.3,
+        "start": { "mode": 1, "amplitude": 3e-6, "random": { "seed": 5, "energy": 1e-4 } },
+        "contact_stride": 500,
+        "segment": 700
+    });
+    let folder = Folder::with(sliding(transient).to_string());
+    let model = folder.text("model.h5");
+    folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
+    (folder, model)
+}
+
+fn same(a: &hdf5::File, b: &hdf5::File) {
+    let names = a.group("transient").expect("group").member_names().expect("names");
+    assert!(names.len() > 20, "{names:?}");
+    for name in names.iter().filter(|n| !["grid", "points"].contains(&n.as_str())) {
+        let path = format!("transient/{name}");
+        let (x, y) = (a.dataset(&path).expect("dataset"), b.dataset(&path).expect("dataset"));
+        assert_eq!(x.shape(), y.shape(), "{path}");
+        if ["closed", "stick", "iterations", "products", "contact_state"].contains(&name.as_str()) {
+            assert_eq!(x.read_raw::<i32>().expect("read"), y.read_raw::<i32>().expect("read"), "{path}");
+        } else {
+            let bits =
+                |d: &hdf5::Dataset| d.read_raw::<f64>().expect("read").iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            assert!(bits(&x) == bits(&y), "{path} differs");
+        }
+    }
+}
+
+#[test]
+fn runs_that_are_stopped_or_killed_continue_to_the_same_bits() {
+    let (folder, model) = prepared();
+    let whole = folder.text("whole.h5");
+    folder.call(1, "run", &["--reuse", &model, "--output", &whole]).good();
+    let output = folder.text("run.h5");
+    let job = folder.text("job.json");
+    let segments = folder.path("run.transient");
+    let count = || std::fs::read_dir(&segments).map(|d| d.count()).unwrap_or(0);
+    let mut resumed = false;
+    let mut ends = Vec::new();
+    // Signals 15 and 10 stop it, 9 kills it, each a few segments on.
+    for (round, signal) in ["TERM", "KILL", "USR1", "KILL", "KILL"].into_iter().enumerate() {
+        let target = if resumed { "--resume" } else { "--output" };
+        let mut child = Command::new(PROGRAM)
+            .args(["run", &job, "--reuse", &model, target, &output])
+            .env("OPENBLAS_NUM_THREADS", "1")
+            .stderr(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("start");
+        let begun = Instant::now();
+        while count() < 3 + 4 * round && begun.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let killed = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+        assert!(killed.expect("kill").success(), "it was over in round {round}");
+        let status = child.wait().expect("wait");
+        if signal != "KILL" {
+            assert_eq!(status.code(), Some(5), "round {round}: {status:?}");
+        }
+        ends.push(count());
+        resumed = true;
+        assert!(!folder.path("run.h5").exists());
+        // Every segment can be read.
+        for entry in std::fs::read_dir(&segments).expect("segments") {
+            let path = entry.expect("entry").path();
+            if path.extension().is_some_and(|e| e == "h5") {
+                let step: i64 = open(&path).dataset("checkpoint/step").and_then(|d| d.read_scalar()).expect("step");
+                assert!(step % 700 == 0, "{step}");
+            }
+        }
+    }
+    assert!(ends.windows(2).all(|w| w[0] < w[1]), "segments {ends:?}");
+    let another = folder.call(1, "run", &["--reuse", &model, "--resume", &output, "--set", "contact.friction=0.31"]);
+    another.failed(2, &["belongs to another job", "contact.friction"]);
+    folder.call(1, "run", &["--reuse", &model, "--resume", &output]).good();
+    same(&open(&whole), &open(&output));
+    assert!(!segments.exists());
+    folder.call(1, "run", &["--reuse", &model, "--resume", &output]).failed(2, &["nothing to continue"]);
+}
+
+#[test]
+fn the_wall_time_stops_a_run_and_a_truncated_state_is_refused() {
+    let (folder, model) = prepared();
+    let output = folder.text("run.h5");
+    let long = ["--set", "analyses.transient.duration=20"];
+    let stopped =
+        folder.call(1, "run", &[&long[..], &["--reuse", &model, "--output", &output, "--wall-time", "2"]].concat());
+    stopped.failed(5, &["limit of wall time", "--resume"]);
+    folder
+        .call(1, "run", &[&long[..], &["--reuse", &model, "--output", &output]].concat())
+        .failed(2, &["unfinished run", "--resume"]);
+    let mut files: Vec<_> =
+        std::fs::read_dir(folder.path("run.transient")).expect("segments").map(|e| e.expect("entry").path()).collect();
+    files.sort();
+    let last = files.last().expect("a segment");
+    let bytes = std::fs::read(last).expect("read");
+    std::fs::write(last, &bytes[..bytes.len() / 2]).expect("truncate");
+    folder
+        .call(1, "run", &[&long[..], &["--reuse", &model, "--resume", &output]].concat())
+        .failed(2, &["--resume", "truncated", "remove this file"]);
+}
+
+#[test]
+fn ranks_do_not_matter_and_steady_state_stays() {
+    let transient = json!({ "duration": 0.01, "start": { "state": "steady" }, "hold": "load", "body_stride": 500 });
+    let mut job = sliding(transient);
+    job["contact"]["creepage"] = json!({ "lateral": 0.003 });
+    job["analyses"].as_object_mut().expect("analyses").remove("stability");
+    let folder = Folder::with(job.to_string());
+    let mut forces = Vec::new();
+    for ranks in [1, 2] {
+        let output = folder.text(&format!("{ranks}.h5"));
+        folder.call(ranks, "run", &["--output", &output]).good();
+        let force: Vec<f64> = read(&open(&output), "transient/force");
+        forces.push(force);
+        let moved = open(folder.path(&format!("{ranks}.transient.vtkhdf")));
+        assert_eq!(moved.dataset("VTKHDF/Steps/Values").expect("times").shape(), [2]);
+    }
+    let limit = 0.3 * 70e3;
+    let differ = forces[0].iter().zip(&forces[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / limit;
+    assert!(differ < 1e-6, "forces on 1 and 2 ranks differ by {differ:e} μN");
+    let drift = (forces[0][1] - forces[0][forces[0].len() - 2]).abs() / limit;
+    assert!(drift < 0.03, "the lateral force leaves the steady one by {drift} μN");
+}
+
+#[test]
+fn what_cannot_be_integrated_is_refused() {
+    let transient =
+        json!({ "duration": 0.01, "points": [{ "name": "rim", "body": "upper", "at": [0.0, -0.02, 0.5] }] });
+    let folder = Folder::with(sliding(transient).to_string());
+    let no_points = ["--set", "analyses.transient.points=[]"];
+    let refused = |sets: &[&str], parts: &[&str]| {
+        let sets: Vec<&str> = sets.iter().flat_map(|s| ["--set", s]).collect();
+        folder.call(1, "run", &[&sets[..], &["--output", &folder.text("x.h5")]].concat()).failed(2, parts);
+    };
+    refused(&["analyses.transient.theta=0.4"], &["theta", "0.5"]);
+    refused(&["analyses.transient.duration=1e-6"], &["duration", "at least one step"]);
+    refused(&[], &["rim", "not on the mesh", "nearest node"]);
+    refused(&[no_points[1], "analyses.transient.step=1e-3"], &["analyses.transient.step", "the limit is"]);
+    refused(
+        &[no_points[1], "analyses.transient.histories.lateral=[[0, 0.01], [0.005, 0.01]]"],
+        &["histories.lateral", "give values for all of it"],
+    );
+    refused(
+        &[no_points[1], "analyses.transient.histories.normal_load=[[0, 7e4], [0.02, 7e4], [0.01, 7e4]]"],
+        &["histories.normal_load", "must ascend"],
+    );
+    refused(&[no_points[1], "analyses.transient.start.mode=1000"], &["start.mode", "eigenvalues"]);
+    refused(&["analyses.transient.body_stride=30"], &["body_stride", "multiple"]);
+    folder.untouched();
+}
