@@ -13,6 +13,7 @@ import modes  # noqa: E402
 import receptance  # noqa: E402
 import style  # noqa: E402
 import sweep  # noqa: E402
+import transient  # noqa: E402
 from results import Results, ResultsError  # noqa: E402
 
 
@@ -29,12 +30,13 @@ def main():
             out.mkdir(parents=True, exist_ok=True)
             made = contact.pictures(results, out) + modes.pictures(results, out, arguments.modes)
             made += receptance.pictures(results, out) + sweep.pictures(results, out)
+            made += transient.pictures(results, out)
     except ResultsError as error:
         sys.exit(fail(error, 3))
     except OSError as error:
         sys.exit(fail(f"cannot write to {out}: {error}", 6))
     if not made:
-        sys.exit(fail(f"{arguments.file} holds no contact, no modes, no receptances and no sweep: nothing to draw", 3))
+        sys.exit(fail(f"{arguments.file} holds no contact, no modes, no receptances, no sweep and no transient: nothing to draw", 3))
     for path in made:
         print(path)
 

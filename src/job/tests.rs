@@ -95,8 +95,20 @@ fn the_documentation_names_every_key() {
     let named = |key: &str| text.contains(&format!("`{key}`")) || text.contains(&format!(".{key}`"));
     let missing: Vec<&String> = all.iter().filter(|k| !named(k)).collect();
     // Groups of keys are named by the keys in them.
-    let groups =
-        ["material", "damping", "creepage", "patch", "modes", "steady", "sweep", "receptance", "transient", "start"];
+    let groups = [
+        "material",
+        "damping",
+        "creepage",
+        "patch",
+        "modes",
+        "steady",
+        "sweep",
+        "receptance",
+        "transient",
+        "start",
+        "random",
+        "histories",
+    ];
     let missing: Vec<_> = missing.into_iter().filter(|k| !groups.contains(&k.as_str())).collect();
     assert!(missing.is_empty(), "docs/job.md does not name {missing:?}");
 }

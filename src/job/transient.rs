@@ -143,9 +143,9 @@ pub enum StartState {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RandomStart {
-    /// Seed: the same gives the same velocities.
+    /// The same seed gives the same velocities.
     pub seed: u32,
-    /// Their kinetic energy, J.
+    /// Kinetic energy of these velocities, J.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "J"))]
     pub energy: f64,
 }
@@ -154,19 +154,19 @@ pub struct RandomStart {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Histories {
-    /// Normal load, N.
+    /// The normal load over time, N.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_load: Option<Vec<[f64; 2]>>,
-    /// Approach, m.
+    /// The approach over time, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub approach: Option<Vec<[f64; 2]>>,
-    /// Longitudinal creepage.
+    /// The longitudinal creepage over time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longitudinal: Option<Vec<[f64; 2]>>,
-    /// Lateral creepage.
+    /// The lateral creepage over time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lateral: Option<Vec<[f64; 2]>>,
-    /// Spin creepage, 1/m.
+    /// The spin creepage over time, 1/m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Vec<[f64; 2]>>,
 }
@@ -175,9 +175,9 @@ pub struct Histories {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObservedPoint {
-    /// Name of the point.
+    /// Name of the point in the results.
     pub name: String,
-    /// The body.
+    /// The body it belongs to.
     pub body: BodyName,
     /// Position (x, y, z) in the frame of the contact point, m; the nearest node of the mesh is taken.
     pub at: [f64; 3],

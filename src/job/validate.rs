@@ -293,8 +293,7 @@ fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
             transient.duration, transient.step
         ));
     }
-    if transient.body_stride > 0 && (transient.modal_stride == 0 || transient.body_stride % transient.modal_stride != 0)
-    {
+    if !transient.body_stride.is_multiple_of(transient.modal_stride) {
         faults.push(format!(
             "{path}.body_stride: found {}, expected a multiple of modal_stride ({})",
             transient.body_stride, transient.modal_stride

@@ -18,7 +18,7 @@
 //! The normal law is g⁺ ≥ 0 ⟂ p ≥ 0, or 0 ≤ ġ⁺ ⟂ p ≥ 0 at the contacts that would close where S = 0 (inelastic impact). The
 //! creep of a step is taken along the particle, ṡ = (w⁺(x) − w(x − Vh))/h + c.
 
-mod compact;
+pub mod compact;
 pub mod drive;
 pub mod energy;
 mod fixed_point;
@@ -31,6 +31,7 @@ pub mod scheme;
 pub mod start;
 pub mod stepper;
 
+pub use compact::Operator;
 pub use drive::{Drive, History, Tangential};
 pub use energy::Energy;
 pub use model::Model;

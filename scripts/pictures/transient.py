@@ -1,0 +1,126 @@
+"""Transients: growth with the predicted envelope, limit cycle, force–creep loops, spectrogram, stick and slip over a cycle."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import ListedColormap
+from style import BLUE, GREY, RED, save
+
+STATES = ListedColormap(["#eeeeee", BLUE, RED])
+
+
+def pictures(results, out):
+    if "transient/time" not in results:
+        return []
+    made = [growth(results, out)]
+    if "transient/point_velocity" in results:
+        made.append(spectrogram(results, out))
+    if "transient/contact_state" in results and len(results["transient/contact_time"]) > 8:
+        made += [cycle(results, out), loops(results, out)]
+    return made
+
+
+def signal(results):
+    """The motion that is looked at: lateral velocity of the first point, or of the contact force; and its name."""
+    if "transient/point_velocity" in results:
+        name = results["transient/points/name"][0]
+        name = name.decode() if isinstance(name, bytes) else str(name)
+        v = results["transient/point_velocity"][:, 0]
+        c = int(np.argmax(v.std(axis=0)))
+        return 1e3 * v[:, c], f"velocity along {'xyz'[c]} of {name} / (mm/s)"
+    force = results["transient/force"][:, 1]
+    return force - force.mean(), "lateral force, less its mean / N"
+
+
+def period(results):
+    """Period of the strongest part of the signal at the end, s."""
+    t, (v, _) = results["transient/time"], signal(results)
+    v = v[len(v) // 2 :] * np.hanning(len(v) - len(v) // 2)
+    amplitude = np.abs(np.fft.rfft(v))
+    amplitude[:3] = 0
+    return 1 / np.fft.rfftfreq(len(v), t[1] - t[0])[np.argmax(amplitude)]
+
+
+def growth(results, out):
+    t, (v, name) = results["transient/time"], signal(results)
+    figure, (whole, log, sticking) = plt.subplots(
+        3, 1, figsize=(8, 8), sharex=True, height_ratios=[2, 2, 1], layout="constrained"
+    )
+    whole.plot(t, v, color=BLUE, linewidth=0.3)
+    whole.set_ylabel(name.replace(" of ", "\nof "))
+    width = max(1, int(2 * period(results) / (t[1] - t[0])))
+    blocks = len(v) // width
+    peak = np.abs(v[: blocks * width]).reshape(blocks, width).max(axis=1)
+    middle = t[: blocks * width].reshape(blocks, width).mean(axis=1)
+    log.semilogy(middle, peak, color=BLUE, label="largest in two periods")
+    if "stability/growth_rate" in results:
+        rate = results["stability/growth_rate"].max()
+        first = np.searchsorted(middle, 0.1 * t[-1])
+        line = peak[first] * np.exp(rate * (middle - middle[first]))
+        seen = line < 1.5 * peak.max()
+        log.semilogy(middle[seen], line[seen], color=RED, linestyle="--", label=f"linear analysis, σ = {rate:.3f} 1/s")
+    log.legend()
+    log.set_ylabel("its envelope")
+    sticking.plot(t, results["transient/stick"] / np.maximum(results["transient/closed"], 1), color=GREY, linewidth=0.3)
+    sticking.set_ylabel("share of nodes\nin stick")
+    sticking.set_xlabel("time / s")
+    return save(figure, out / f"{results.stem}.growth.png")
+
+
+def spectrogram(results, out):
+    t, (v, name) = results["transient/time"], signal(results)
+    dt = t[1] - t[0]
+    figure, (map_axis, line) = plt.subplots(1, 2, figsize=(10, 4), width_ratios=[2, 1], layout="constrained")
+    size = min(len(v), 1 << int(np.log2(max(len(v) / 16, 64))))
+    power, f, when, image = map_axis.specgram(v, NFFT=size, Fs=1 / dt, noverlap=size // 2, scale="dB")
+    image.set_clim(image.get_clim()[1] - 120, None)
+    map_axis.set_ylim(0, 5000)
+    map_axis.set_xlabel("time / s")
+    map_axis.set_ylabel("frequency / Hz")
+    figure.colorbar(image, label="power density / dB")
+    part = v[-len(v) // 4 :]
+    window = np.hanning(len(part))
+    amplitude = 2 * np.abs(np.fft.rfft((part - part.mean()) * window)) / window.sum()
+    line.semilogx(np.maximum(amplitude, 1e-12), np.fft.rfftfreq(len(part), dt), color=BLUE, linewidth=0.6)
+    line.set_xlim(amplitude.max() * 1e-5, amplitude.max() * 2)
+    line.set_ylim(0, 5000)
+    line.set_xlabel(f"amplitude, last quarter\n{name}")
+    return save(figure, out / f"{results.stem}.spectrogram.png")
+
+
+def cycle(results, out):
+    when = results["transient/contact_time"]
+    x, y = (1e3 * results[f"transient/grid/{c}"] for c in "xy")
+    shape = (len(np.unique(y)), len(np.unique(x)))
+    span = period(results)
+    last = when[-1] - span
+    chosen = [int(np.argmin(np.abs(when - (last + span * k / 8)))) for k in range(8)]
+    state = results["transient/contact_state"]
+    figure, axes = plt.subplots(2, 4, figsize=(10, 5.4), sharex=True, sharey=True, layout="constrained")
+    for axis, k in zip(axes.flat, chosen):
+        grid = (x.reshape(shape), y.reshape(shape))
+        axis.pcolormesh(*grid, state[k].reshape(shape), cmap=STATES, vmin=0, vmax=2, shading="nearest")
+        axis.set_title(f"{1e3 * (when[k] - when[chosen[0]]):.2f} ms")
+        axis.set_aspect("equal")
+    figure.suptitle(f"stick (blue) and slip (red) over the last period, {1e3 * span:.3f} ms; rolling towards −x")
+    figure.supxlabel("x / mm")
+    figure.supylabel("y / mm")
+    return save(figure, out / f"{results.stem}.cycle.png")
+
+
+def loops(results, out):
+    when, span = results["transient/contact_time"], period(results)
+    late = when > when[-1] - 20 * span
+    area = results["transient/grid/weight"]
+    pressure = results["transient/contact_pressure"][late] * area
+    force = (results["transient/contact_traction"][late][:, :, 1] * area).sum(axis=1)
+    normal = pressure.sum(axis=1)
+    creep = (results["transient/contact_creep"][late][:, :, 1] * pressure).sum(axis=1) / normal
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
+    left.plot(1e3 * creep, force / 1e3, ".", color=BLUE, markersize=2)
+    left.set_xlabel("lateral creep, mean weighted by pressure / (mm/s)")
+    left.set_ylabel("lateral force on body 1 / kN")
+    right.plot(normal / 1e3, force / normal, ".", color=BLUE, markersize=2)
+    right.set_xlabel("normal force / kN")
+    right.set_ylabel("lateral over normal force")
+    figure.suptitle("the last 20 periods")
+    return save(figure, out / f"{results.stem}.loops.png")
