@@ -184,12 +184,13 @@ fn advance(
             stepper = Stepper::new(model, settings, found.state)?;
         }
         None => {
-            segments.begin(inputs.options.force || inputs.options.resume)?;
             let (start, moved) = perturbed(inputs, root, rest)?;
             stepper = Stepper::new(model, settings, start)?;
             if moved {
                 stepper.settle().map_err(|e| e.context("analyses.transient: the start"))?;
             }
+            // Nothing is left behind by a run that cannot begin.
+            segments.begin(inputs.options.force || inputs.options.resume)?;
         }
     }
     let mut recorder = Recorder::new(points, wanted, root);
