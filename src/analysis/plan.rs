@@ -490,6 +490,19 @@ mod tests {
     }
 
     #[test]
+    fn the_full_system_is_counted_and_unlike_damping_costs_more() {
+        let full = ["analyses.stability={\"full\": {\"max_frequency\": 500}}", "contact.creepage.lateral=0.01"];
+        let of = |p: &Plan, name: &str| p.shared.iter().find(|s| s.0 == name).map_or(0.0, |s| s.1);
+        let (without, with) = (plan(&[], 1), plan(&full, 1));
+        let name = "factorisations at a shift";
+        assert_eq!(of(&without, name), 0.0);
+        assert_eq!(of(&with, name), of(&with, "factorisation"), "one real factorisation for two mirror images");
+        let unlike = plan(&[full[0], full[1], "bodies.upper.damping.alpha=7"], 1);
+        assert_eq!(of(&unlike, name), 3.0 * of(&with, name), "a real and a complex one");
+        assert!(with.to_string().contains("full system: all eigenvalues up to 500 Hz"), "{with}");
+    }
+
+    #[test]
     fn a_plan_that_does_not_fit_is_a_memory_error_with_both_figures() {
         let plan = plan(&["solver.memory_limit=1e8"], 1);
         let limit = Limit::of(&job(&["solver.memory_limit=1e8"]));

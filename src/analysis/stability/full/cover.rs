@@ -218,8 +218,8 @@ const BEYOND: usize = 4;
 
 /// The next shift for the wedge from height `from` upwards: the largest part of it whose disc is expected (by the eigenvalues of the reduced
 /// model, all of them, conjugates included) to hold no more than `count` eigenvalues, at a distance from the frequencies `poles` (rad/s) at which the factorisations
-/// are singular.
-pub fn next(wedge: &Wedge, from: f64, count: usize, reduced: &[C], poles: &[f64]) -> Next {
+/// are singular. `shift` is the shift of a given imaginary part.
+pub fn next(wedge: &Wedge, from: f64, count: usize, reduced: &[C], poles: &[f64], shift: impl Fn(f64) -> C) -> Next {
     let expected = |centre: C, radius: f64| reduced.iter().filter(|v| (*v - centre).norm() <= radius).count();
     let left = wedge.height - from;
     let mut best = None;
@@ -230,7 +230,7 @@ pub fn next(wedge: &Wedge, from: f64, count: usize, reduced: &[C], poles: &[f64]
         let away = |h: f64| poles.iter().map(|p| (p - h).abs()).fold(f64::INFINITY, f64::min);
         let heights = (-5..=5).map(|i| from + width * (0.5 + 0.02 * f64::from(i)));
         let height = heights.max_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or(from + 0.5 * width);
-        let centre = C::new(0.0, height);
+        let centre = shift(height);
         let expected = expected(centre, wedge.reach(centre, from, to)) + BEYOND;
         best = Some(Next { height, count: expected });
         if expected <= count {
@@ -340,12 +340,17 @@ mod tests {
     fn shifts_keep_off_the_poles_and_the_count() {
         let all: Vec<C> = spectrum().into_iter().flat_map(|v| [v, v.conj()]).collect();
         let w = wedge();
-        let next = super::next(&w, 0.0, 9, &all, &[2.0 * PI * 250.0]);
+        let next = super::next(&w, 0.0, 9, &all, &[2.0 * PI * 250.0], |h| C::new(0.0, h));
         assert!(next.count <= 9 && next.height > 0.0, "{next:?}");
         assert!((next.height - 2.0 * PI * 250.0).abs() > 2.0 * PI * 1.0, "{next:?}");
+        // A shift farther from the axis needs a larger disc, so at least as many eigenvalues for the same part.
+        let left = super::next(&w, 0.0, 9, &all, &[], |h| C::new(-0.3 * h, h));
+        let reach = w.reach(C::new(-0.3 * left.height, left.height), 0.0, 2.0 * left.height);
+        let inside = all.iter().filter(|v| (*v - C::new(-0.3 * left.height, left.height)).norm() <= reach).count();
+        assert!(left.count >= inside, "{left:?}: {inside}");
         // A count that no part of the wedge meets: the smallest part, with what it takes.
         let crowded: Vec<C> = (0..50).map(|i| C::new(-1.0, 2.0 * PI * (10.0 + 0.01 * f64::from(i)))).collect();
-        let next = super::next(&w, 0.0, 6, &crowded, &[]);
+        let next = super::next(&w, 0.0, 6, &crowded, &[], |h| C::new(0.0, h));
         assert!(next.count > 50, "{next:?}");
     }
 

@@ -93,7 +93,9 @@ pub fn spectrum<'a>(
     let mut from = 0.0;
     let (mut discs, mut pairs, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
     while from < wedge.height {
-        let next = cover::next(&wedge, from, options.count, reduced, poles);
+        let next = cover::next(&wedge, from, options.count, reduced, poles, |height| {
+            places[0].1.on_curve(height).map_or(C::new(0.0, height), |on| on.0)
+        });
         let shift = system.shift_to(next.height)?;
         let mut count = next.count;
         let mut attempt = 0;
