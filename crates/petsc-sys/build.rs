@@ -100,6 +100,7 @@ const FUNCTIONS: &[&str] = &[
     "KSPSetType",
     "KSPSetUp",
     "KSPSolve",
+    "PCApply",
     "PCSetType",
     "PCSetOptionsPrefix",
     "PCGAMGSetType",

@@ -30,6 +30,15 @@ pub struct Place {
     checksum: String,
 }
 
+impl Place {
+    /// Reactions (tx, ty, p) of the contact, N, `[3n]`, as forces on the contact rows (x, y, n) of the body here: the traction acts
+    /// on the upper body with the opposite sign, the pressure into either. In the same way displacements of the contact rows become
+    /// the body's part of (w_x, w_y, change of gap).
+    pub fn forces(&self, reactions: &[f64]) -> Vec<f64> {
+        reactions.iter().enumerate().map(|(k, r)| if self.upper && k % 3 < 2 { -r } else { *r }).collect()
+    }
+}
+
 /// The bodies of a job.
 pub struct Bodies {
     /// The places, lower first.

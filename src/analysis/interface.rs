@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use crate::contact::half_space::HalfSpace;
-use crate::contact::{Creepage, FrictionLaw, Interface, NormalLoad};
+use crate::contact::{kernel, Creepage, FrictionLaw, Interface, NormalLoad};
 use crate::fem::Material;
 use crate::job::{self, Load};
 use crate::mesh::grid::ContactGrid;
@@ -50,4 +50,14 @@ pub(super) fn interface_of(bodies: &Bodies) -> Result<Interface> {
 pub(super) fn half_spaces(bodies: &Bodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
     let of = |m: &Material| HalfSpace { young: m.young, poisson: m.poisson }.compliance(&s.x, &s.y);
     Ok([of(&bodies.places[0].material)?, of(&bodies.places[1].material)?])
+}
+
+/// On rank 0: compliances near those of the finite-element bodies in both places, m/N, `[3n, 3n]` each: of half-spaces, completed
+/// by the responses `probed` of each of [`Bodies::unique`] to forces on one node.
+pub(super) fn near(bodies: &Bodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
+    let mut both = half_spaces(bodies, s)?;
+    for (c, place) in both.iter_mut().zip(&bodies.places) {
+        kernel::complete(c, &s.x, &s.y, &probed[place.body])?;
+    }
+    Ok(both)
 }

@@ -1,6 +1,7 @@
 //! From a job to results: the driver, then one file per analysis.
 
 mod bodies;
+mod deferred;
 mod interface;
 mod matrices;
 mod modes;
@@ -135,7 +136,9 @@ fn elements(
             Some(reused) => reused.map_or_else(Reduction::elsewhere, |r| r.reduction),
             None => Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?,
         };
-        if options.reuse.is_none() && job.output.reduced && contact.compliance == Compliance::Fe {
+        // A compliance that is only near the true one is of no use to another run.
+        let whole = options.reuse.is_none() && !model.approximate;
+        if whole && job.output.reduced && contact.compliance == Compliance::Fe {
             let tables = world.on_root(|| reuse::tables(job, &bodies, &found, model.root()?))?;
             file.tables(tables.unwrap_or_default());
         }

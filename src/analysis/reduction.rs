@@ -2,12 +2,13 @@
 //! finite elements (or the compliance from half-spaces, which have no modes); everything after this works on it alone.
 
 use super::bodies::Bodies;
-use super::interface::{half_spaces, interface_of};
+use super::deferred;
+use super::interface::{half_spaces, interface_of, near};
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
 use crate::body::ReducedBody;
 use crate::contact::{combined_compliance, Interface};
-use crate::job::{self, Compliance, Job, ModalDamping};
+use crate::job::{self, Compliance, Job, LinearSolver, ModalDamping};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -17,6 +18,8 @@ use serde_json::{json, Value};
 /// The reduced model on rank 0, nothing elsewhere.
 pub struct Reduction {
     root: Option<ReducedModel>,
+    /// True if the compliance is only near that of the finite elements, for steady rolling to correct by static solves.
+    pub approximate: bool,
 }
 
 /// Two bodies and the interface between them.
@@ -47,7 +50,13 @@ impl Reduction {
         let interface = world.on_root(|| interface_of(bodies))?;
         progress.stage("compliance of the contact");
         let mut parts = Vec::new();
-        if contact.compliance == Compliance::Fe {
+        let approximate = by_products(job, contact);
+        let mut probed = Vec::new();
+        if approximate {
+            for (body, solver) in bodies.unique.iter().zip(solvers) {
+                probed.push(deferred::probe(world, body, solver)?);
+            }
+        } else if contact.compliance == Compliance::Fe {
             for (i, (body, solver)) in bodies.unique.iter().zip(solvers).enumerate() {
                 let step = &mut |done, of| progress.step("contact rows", done, of);
                 let compliance = body.compliance(world, solver, step)?;
@@ -63,28 +72,32 @@ impl Reduction {
         let root = world.on_root(|| {
             let interface = interface.ok_or_else(|| Error::Defect("no interface on rank 0".into()))?;
             let mut place: Vec<usize> = bodies.places.iter().map(|p| p.body).collect();
-            if contact.compliance == Compliance::HalfSpace {
+            if approximate || contact.compliance == Compliance::HalfSpace {
                 let rigid = |compliance: Mat<f64>| BodyPart {
                     omega: Vec::new(),
                     contact_modes: Mat::zeros(compliance.nrows(), 0),
                     compliance,
                 };
-                parts = half_spaces(bodies, &interface)?.map(rigid).into();
+                let both = match approximate {
+                    true => near(bodies, &interface, &probed)?,
+                    false => half_spaces(bodies, &interface)?,
+                };
+                parts = both.map(rigid).into();
                 place = vec![0, 1];
             }
             ReducedModel::assemble(job, interface, parts, place)
         })?;
-        Ok(Self { root })
+        Ok(Self { root, approximate })
     }
 
     /// On rank 0: the reduction to `model`.
     pub fn of(model: ReducedModel) -> Self {
-        Self { root: Some(model) }
+        Self { root: Some(model), approximate: false }
     }
 
     /// Elsewhere: no model.
     pub fn elsewhere() -> Self {
-        Self { root: None }
+        Self { root: None, approximate: false }
     }
 
     /// The model; to be asked for on rank 0 only.
@@ -96,6 +109,18 @@ impl Reduction {
     pub fn on_root(&self) -> Option<&ReducedModel> {
         self.root.as_ref()
     }
+}
+
+/// Whether the compliance of the bodies is left unmade: an iterative solver gives one displacement at a time, which is enough for
+/// steady rolling where nothing else asks for the compliance.
+fn by_products(job: &Job, contact: &job::Contact) -> bool {
+    let analyses = &job.analyses;
+    contact.compliance == Compliance::Fe
+        && job.solver.linear == LinearSolver::Gamg
+        && analyses.modes.is_none()
+        && analyses.stability.is_none()
+        && analyses.transient.is_none()
+        && job.sweep.is_none()
 }
 
 /// What the finite elements give of a body, in lower form; damping comes from the job.

@@ -1,6 +1,7 @@
 //! The analysis `steady`: rolling with friction, everything constant in time.
 
-use super::bodies::Bodies;
+use super::bodies::{Bodies, Place};
+use super::deferred;
 use super::interface::{creepage, friction, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
@@ -11,7 +12,7 @@ use crate::job::{self, Compliance, Job};
 use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
-use crate::Result;
+use crate::{Error, Result};
 use faer::Mat;
 
 /// Collective: the steady state, its tables and, with finite elements, its fields on the bodies.
@@ -29,25 +30,36 @@ pub fn run(
     summary: &mut Summary,
 ) -> Result<()> {
     progress.stage("steady rolling");
-    let solution = world.on_root(|| {
-        let root = model.root()?;
-        solve(&root.interface, &root.pair.compliance, steady, contact)
-    })?;
     let interface = model.on_root().map(|r| &r.interface);
+    let problem = model.on_root().map(|r| problem(&r.interface, &r.pair.compliance, steady, contact));
+    // Displacements of the bodies where the solution needed them.
+    let mut displacements = None;
+    let solution = if model.approximate {
+        let found = deferred::solve(world, problem.as_ref(), steady.tolerance, bodies, solvers, progress, summary)?;
+        displacements = Some(found.displacements);
+        found.solution
+    } else {
+        world.on_root(|| problem.ok_or_else(|| Error::Defect("no contact on rank 0".into()))?.solve())?
+    };
     if let (Some(s), Some(solution)) = (interface, &solution) {
         file.tables(tables(s, solution));
         summarise(contact, solution, summary);
     }
     if contact.compliance == Compliance::Fe && job.output.fields {
         progress.stage("fields in the bodies");
-        fields(world, bodies, solvers, interface.zip(solution.as_ref()), file)?;
+        let solved = interface.zip(solution.as_ref());
+        let displacements = match displacements {
+            Some(found) => found,
+            None => loaded(world, bodies, solvers, solved)?,
+        };
+        fields(world, bodies, &displacements, solved, file)?;
     } else if job.output.fields {
         bodies.write_shapes(file)?;
     }
     Ok(())
 }
 
-fn solve(s: &Interface, w: &Mat<f64>, steady: &job::Steady, contact: &job::Contact) -> Result<SteadySolution> {
+fn problem<'a>(s: &'a Interface, w: &'a Mat<f64>, steady: &job::Steady, contact: &job::Contact) -> SteadyProblem<'a> {
     SteadyProblem {
         interface: s,
         compliance: w.as_ref(),
@@ -59,30 +71,41 @@ fn solve(s: &Interface, w: &Mat<f64>, steady: &job::Steady, contact: &job::Conta
         tolerance: steady.tolerance,
         max_iterations: steady.max_iterations as usize,
     }
-    .solve()
 }
 
-/// Collective: displacement and stress of both bodies under the reactions, and the contact fields, into `/VTKHDF`.
-fn fields(
+/// Collective: displacements of the places' bodies, this rank's degrees of freedom, m, under the reactions of the solution.
+fn loaded(
     world: &World,
     bodies: &Bodies,
     solvers: &mut [Statics],
+    solved: Option<(&Interface, &SteadySolution)>,
+) -> Result<Vec<Vec<f64>>> {
+    let reactions: Vec<f64> = solved.map_or(Vec::new(), |(s, r)| {
+        (0..s.len())
+            .flat_map(|i| [r.traction[i][0], r.traction[i][1], r.pressure[i]].map(|v| v * s.weight[i]))
+            .collect()
+    });
+    let of = |place: &Place| {
+        let body = &bodies.unique[place.body];
+        body.response(world, &mut solvers[place.body], &place.forces(&reactions))
+    };
+    bodies.places.iter().map(of).collect()
+}
+
+/// Collective: displacement and stress of both bodies, and the contact fields, into `/VTKHDF`.
+fn fields(
+    world: &World,
+    bodies: &Bodies,
+    displacements: &[Vec<f64>],
     solved: Option<(&Interface, &SteadySolution)>,
     file: &mut ResultFile,
 ) -> Result<()> {
     let mut displacement = Vec::new();
     let mut von_mises = Vec::new();
     let mut contact = Vec::new();
-    for place in &bodies.places {
+    for (place, u) in bodies.places.iter().zip(displacements) {
         let body = &bodies.unique[place.body];
-        // On the upper body the traction acts with the opposite sign; pressure acts into either.
-        let t = if place.upper { -1.0 } else { 1.0 };
-        let forces: Vec<f64> = solved.map_or(Vec::new(), |(s, r)| {
-            (0..s.len())
-                .flat_map(|i| [t * r.traction[i][0], t * r.traction[i][1], r.pressure[i]].map(|v| v * s.weight[i]))
-                .collect()
-        });
-        let u = body.displacement(world, &mut solvers[place.body], &forces)?;
+        let u = body.at_nodes(world, u);
         let stress = stress::von_mises(&body.part, &u, &body.material);
         von_mises.push(body.at_all_nodes(world, &stress));
         displacement.push(u.into_flattened());

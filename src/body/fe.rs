@@ -114,25 +114,39 @@ impl FeBody {
             .then(|| Mat::from_fn(block.nrows(), block.ncols(), |i, j| sign(i) * sign(j) * block[(i, j)])))
     }
 
-    /// Collective: displacement of the local nodes (ghosts included), m, under forces on the contact rows (x, y, n), N,
-    /// `[3n]` on rank 0.
-    pub fn displacement(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<[f64; 3]>> {
-        let u = self.response(world, statics, forces)?;
-        Ok(self.at_nodes(world, &u))
-    }
-
-    /// Collective: this rank's degrees of freedom, m, under forces on the contact rows (x, y, n), N, `[3n]` on rank 0.
-    pub fn response(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<f64>> {
+    /// Collective: forces on the contact rows (x, y, n), N, `[3n]` on rank 0, as a load on this rank's degrees of freedom.
+    pub fn load(&self, world: &World, forces: &[f64]) -> Result<Vec<f64>> {
         let rows = self.contact_rows(world)?;
         let signed = forces.iter().enumerate().map(|(i, f)| sign(i) * f).collect();
         let signed = world.broadcast(signed);
         let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
-        let mut u = vec![0.0; self.dofs.owned()];
+        let mut load = vec![0.0; self.dofs.owned()];
         for (row, f) in rows.iter().zip(&signed) {
             if own.contains(row) {
-                u[(row - own.start) as usize] += f;
+                load[(row - own.start) as usize] += f;
             }
         }
+        Ok(load)
+    }
+
+    /// Collective: a vector of this rank's degrees of freedom at the contact rows (x, y, n), `[3n]` on rank 0, empty elsewhere.
+    pub fn contact_displacement(&self, world: &World, u: &[f64]) -> Result<Vec<f64>> {
+        let rows = self.contact_rows(world)?;
+        let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
+        let mine: Vec<usize> = (0..rows.len()).filter(|&i| own.contains(&rows[i])).collect();
+        let places = world.gather(&mine.iter().map(|&i| i as u64).collect::<Vec<_>>());
+        let values =
+            world.gather(&mine.iter().map(|&i| sign(i) * u[(rows[i] - own.start) as usize]).collect::<Vec<_>>());
+        let mut at = vec![0.0; if world.is_root() { rows.len() } else { 0 }];
+        for (&i, v) in places.iter().zip(values) {
+            at[i as usize] = v;
+        }
+        Ok(at)
+    }
+
+    /// Collective: this rank's degrees of freedom, m, under forces on the contact rows (x, y, n), N, `[3n]` on rank 0.
+    pub fn response(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<f64>> {
+        let mut u = self.load(world, forces)?;
         statics.solve(&mut u)?;
         Ok(u)
     }

@@ -54,6 +54,26 @@ impl<'p> Statics<'p> {
         }
     }
 
+    /// Collective: improves the approximate solutions `u` (m) of `count` loads (N) until |f − K u| ≤ `tolerance`·|f| for each; this
+    /// rank's degrees of freedom, `[owned, count]` column by column. A factorisation needs no start and keeps to no tolerance.
+    pub fn improve(&mut self, u: &mut [f64], loads: &[f64], count: usize, tolerance: f64) -> Result<()> {
+        match self {
+            Statics::Direct(factor) => {
+                u.copy_from_slice(loads);
+                factor.solve(u, count)
+            }
+            Statics::Iterative(solver) => solver.improve(u, loads, count, tolerance),
+        }
+    }
+
+    /// Iterations of the iterative solver so far.
+    pub fn iterations(&self) -> usize {
+        match self {
+            Statics::Direct(_) => 0,
+            Statics::Iterative(solver) => solver.effort().0,
+        }
+    }
+
     /// Collective: entries of K⁻¹ at `rows` × `rows` (the same on every rank), m/N, on rank 0. `progress` is told rows
     /// done and rows in all where they are made one after the other.
     pub fn inverse_block(&mut self, rows: &[u64], progress: &mut dyn FnMut(usize, usize)) -> Result<Mat<f64>> {
@@ -71,10 +91,7 @@ impl<'p> Statics<'p> {
                 let (entries, memory) = (s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3);
                 format!("factor of {entries:.1} M entries, {memory:.2} GB on all ranks")
             }
-            Statics::Iterative(solver) => {
-                let (iterations, solves) = solver.effort();
-                format!("conjugate gradients with multigrid, {iterations} iterations in {solves} solves so far")
-            }
+            Statics::Iterative(_) => "conjugate gradients with multigrid".into(),
         }
     }
 }

@@ -99,6 +99,7 @@ impl Candidates {
             let rigid = problem.creepage.rigid(x, y);
             let terms = upstream.rows[i].map(|(j, d)| (j, d * rho));
             for (r, c) in rigid.iter().enumerate() {
+                let c = c + upstream.at(i, |j| problem.interface.shift[j][r]);
                 self.constant[3 * a + r] = rho * c / self.unit;
                 gather(problem, &terms, r, &self.nodes, &mut self.kt[width * (3 * a + r)..][..width])?;
             }

@@ -54,6 +54,9 @@ pub struct Interface {
     pub y: Vec<f64>,
     /// Gap of the undeformed bodies at zero approach, m, `[nx*ny]`.
     pub gap: Vec<f64>,
+    /// Tangential displacement difference (x, y) that does not come from the reactions, m, `[nx*ny]`: none between bodies as
+    /// they are. As the gap does for the normal direction, it takes up what an approximate influence matrix leaves out.
+    pub shift: Vec<[f64; 2]>,
     /// Nodal areas (integral of the shape function: nodal quadrature), m², `[nx*ny]`. Pressure = nodal force / weight.
     pub weight: Vec<f64>,
 }
@@ -75,7 +78,8 @@ impl Interface {
             return Err(Error::Defect(format!("interface: the gap at node {i} is {}", gap[i])));
         }
         let weight = wy.iter().flat_map(|b| wx.iter().map(move |a| a * b)).collect();
-        Ok(Self { x, y, gap, weight })
+        let shift = vec![[0.0; 2]; gap.len()];
+        Ok(Self { x, y, gap, shift, weight })
     }
 
     /// A uniform grid of `nx` × `ny` nodes over [−half_length, half_length] × [−half_width, half_width] (m) whose gap is
@@ -163,20 +167,23 @@ impl Interface {
         stress: &[f64],
         approach: f64,
     ) -> Upstream {
-        let s = self;
-        let closed: Vec<bool> = (0..s.len()).map(|i| stress[3 * i + 2] > 0.0).collect();
         let force: Vec<f64> =
-            stress.chunks_exact(3).zip(&s.weight).flat_map(|(t, w)| t.iter().map(move |v| v * w)).collect();
-        let mut gap = vec![0.0; s.len()];
+            stress.chunks_exact(3).zip(&self.weight).flat_map(|(t, w)| t.iter().map(move |v| v * w)).collect();
+        let sunk = |i: usize| w.col(3 * i + 2).iter().zip(&force).map(|(c, f)| c * f).sum::<f64>();
+        self.edge_upstream(stencil, stress, |i| self.gap[i] - approach + sunk(i))
+    }
+
+    /// The upstream operator of the contact that holds the given stresses (tx, ty, p), Pa, `[3n]`; `deformed` is the gap of the
+    /// deformed bodies at a node, m.
+    pub(super) fn edge_upstream(&self, stencil: Stencil, stress: &[f64], deformed: impl Fn(usize) -> f64) -> Upstream {
+        let nx = self.x.len();
+        let closed: Vec<bool> = (0..self.len()).map(|i| stress[3 * i + 2] > 0.0).collect();
+        let mut gap = vec![0.0; self.len()];
         // Only the two nodes ahead of an edge are asked for their gap.
-        for i in (0..s.len()).filter(|&i| {
-            let ix = i % s.x.len();
-            !closed[i] && (1..=2).any(|k| ix + k < s.x.len() && closed[i + k])
-        }) {
-            let sunk: f64 = w.col(3 * i + 2).iter().zip(&force).map(|(c, f)| c * f).sum();
-            gap[i] = s.gap[i] - approach + sunk;
+        for i in (0..self.len()).filter(|&i| !closed[i] && (1..=2).any(|k| i % nx + k < nx && closed[i + k])) {
+            gap[i] = deformed(i);
         }
-        s.upstream(stencil, Some((&gap, &closed)))
+        self.upstream(stencil, Some((&gap, &closed)))
     }
 }
 

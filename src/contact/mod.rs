@@ -6,8 +6,10 @@
 //! ṡ = c + V ∂w/∂x; |t| ≤ μp.
 
 mod candidates;
+pub mod deferred;
 pub mod half_space;
 pub mod interface;
+pub mod kernel;
 pub(crate) mod krylov;
 pub mod laws;
 mod linear;
@@ -17,6 +19,7 @@ mod patch;
 pub mod sliding;
 pub mod steady;
 
+pub use deferred::DeferredSteady;
 pub use interface::{combined_compliance, Creepage, Interface, Stencil, Upstream};
 pub use laws::FrictionLaw;
 pub use sliding::{SlidingContact, SlidingDirection, SlidingProblem, SlidingSolution};

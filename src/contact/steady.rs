@@ -1,6 +1,6 @@
 //! Steady rolling: pressure and traction that satisfy the laws of Signorini and Coulomb with ∂/∂t = 0, solved directly.
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
 use super::candidates::Candidates;
 use super::interface::{Creepage, Interface, Stencil, Upstream};
@@ -81,6 +81,11 @@ impl SteadyProblem<'_> {
     /// the creep found. The traction at a node moves its own creep by about V μ′ p/ρ_t of what changed its coefficient, a
     /// small part in ordinary contacts; where it is not small there may be several states, and one of them is found.
     pub fn solve(&self) -> Result<SteadySolution> {
+        self.solve_from(None)
+    }
+
+    /// Solves the problem, starting from the solution of a similar one on the same interface if there is one.
+    pub(super) fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
         self.check()?;
         let s = self.interface;
         let open = match self.load {
@@ -93,18 +98,25 @@ impl SteadyProblem<'_> {
                 NormalLoad::Force(_) => s.gap.iter().copied().fold(f64::INFINITY, f64::min),
             };
             let upstream = s.upstream(Stencil::Upwind1, None);
-            return self.evaluate(&vec![0.0; 3 * s.len()], approach, upstream, Effort::default());
+            let stress = vec![0.0; 3 * s.len()];
+            return self.evaluate(&stress, approach, upstream, self.response(&stress), Effort::default());
         }
 
-        let normal = solve_normal(self.compliance, s, self.load)?;
-        refuse_border(self.compliance, s, self.load, &normal.closed)?;
-        let mut stress = vec![0.0; 3 * s.len()];
-        for (&i, f) in normal.closed.iter().zip(&normal.force) {
-            stress[3 * i + 2] = f / s.weight[i];
-        }
-        let mut approach = normal.approach;
+        let (mut stress, mut approach) = match start.filter(|r| r.pressure.iter().any(|&p| p > 0.0)) {
+            Some(r) => (r.stresses(), r.approach),
+            None => {
+                let normal = solve_normal(self.compliance, s, self.load)?;
+                let mut stress = vec![0.0; 3 * s.len()];
+                for (&i, f) in normal.closed.iter().zip(&normal.force) {
+                    stress[3 * i + 2] = f / s.weight[i];
+                }
+                (stress, normal.approach)
+            }
+        };
+        let closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
+        refuse_border(self.compliance, s, self.load, &closed)?;
         let mut upstream = self.upstream(&stress, approach);
-        let mut candidates = Candidates::new(self, &upstream, self.dilate(&normal.closed), &stress)?;
+        let mut candidates = Candidates::new(self, &upstream, self.dilate(&closed), &stress)?;
         let mut effort = Effort::default();
         let rigid = |i: usize| {
             let [x, y] = s.point(i);
@@ -128,7 +140,7 @@ impl SteadyProblem<'_> {
             let closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
             refuse_border(self.compliance, s, self.load, &closed)?;
             upstream = self.upstream(&stress, approach);
-            let solution = self.evaluate(&stress, approach, upstream.clone(), effort)?;
+            let solution = self.evaluate(&stress, approach, upstream.clone(), self.response(&stress), effort)?;
             if solution.residual <= self.tolerance {
                 return Ok(solution);
             }
@@ -195,6 +207,7 @@ impl SteadyProblem<'_> {
         if self.compliance.shape() != (3 * n, 3 * n)
             || self.interface.weight.len() != n
             || self.interface.gap.len() != n
+            || self.interface.shift.len() != n
         {
             return Err(Error::Defect(format!(
                 "steady contact: an influence matrix of {:?} entries for {n} nodes",
@@ -238,27 +251,24 @@ impl SteadyProblem<'_> {
         Ok(())
     }
 
-    /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, and the approach, m.
-    fn evaluate(&self, stress: &[f64], approach: f64, upstream: Upstream, effort: Effort) -> Result<SteadySolution> {
+    /// W R for the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa: m, `[3n]`.
+    fn response(&self, stress: &[f64]) -> Vec<f64> {
+        let force = stress.iter().enumerate().map(|(k, v)| v * self.interface.weight[k / 3]);
+        multiply(self.compliance, force)
+    }
+
+    /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, the approach, m, and the displacement
+    /// (w_x, w_y, change of gap) that the stresses cause, m, `[3n]`.
+    pub(super) fn evaluate(
+        &self,
+        stress: &[f64],
+        approach: f64,
+        upstream: Upstream,
+        u: Vec<f64>,
+        effort: Effort,
+    ) -> Result<SteadySolution> {
         let s = self.interface;
         let n = s.len();
-        // u = W R, column by column over the loaded nodes only.
-        let mut u = Mat::<f64>::zeros(3 * n, 1);
-        let loaded: Vec<usize> = (0..n).filter(|&i| stress[3 * i..3 * i + 3].iter().any(|&v| v != 0.0)).collect();
-        {
-            let out = u.col_as_slice_mut(0);
-            for &i in &loaded {
-                for c in 0..3 {
-                    let f = stress[3 * i + c] * s.weight[i];
-                    if f != 0.0 {
-                        let col = self.compliance.col(3 * i + c);
-                        for (o, k) in out.iter_mut().zip(col.iter()) {
-                            *o += k * f;
-                        }
-                    }
-                }
-            }
-        }
         let peak = (0..n).map(|i| stress[3 * i + 2]).fold(0.0, f64::max);
         let mut solution = SteadySolution {
             pressure: (0..n).map(|i| stress[3 * i + 2]).collect(),
@@ -271,9 +281,9 @@ impl SteadyProblem<'_> {
             residual: 0.0,
             iterations: effort.iterations,
             products: effort.products,
-            w: (0..n).map(|i| [u[(3 * i, 0)], u[(3 * i + 1, 0)]]).collect(),
+            w: (0..n).map(|i| [s.shift[i][0] + u[3 * i], s.shift[i][1] + u[3 * i + 1]]).collect(),
             upstream: Upstream { rows: Vec::new() },
-            gap: (0..n).map(|i| s.gap[i] - approach + u[(3 * i + 2, 0)]).collect(),
+            gap: (0..n).map(|i| s.gap[i] - approach + u[3 * i + 2]).collect(),
         };
         let largest = self.friction.coefficient(0.0);
         for i in 0..n {
@@ -310,4 +320,22 @@ impl SteadyProblem<'_> {
         }
         Ok(solution)
     }
+}
+
+impl SteadySolution {
+    /// Stresses (tx, ty, p), Pa, `[3n]`.
+    pub(super) fn stresses(&self) -> Vec<f64> {
+        self.traction.iter().zip(&self.pressure).flat_map(|(t, &p)| [t[0], t[1], p]).collect()
+    }
+}
+
+/// `w` times a vector most of whose components are zero.
+pub(super) fn multiply(w: MatRef<'_, f64>, x: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut out = vec![0.0; w.nrows()];
+    for (k, v) in x.enumerate().filter(|(_, v)| *v != 0.0) {
+        for (o, c) in out.iter_mut().zip(w.col(k).iter()) {
+            *o += c * v;
+        }
+    }
+    out
 }

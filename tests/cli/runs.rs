@@ -39,6 +39,44 @@ fn the_number_of_ranks_does_not_matter() {
     }
 }
 
+/// Without the compliance, by corrections from static solves: the same forces as with it, on one body for both places and on two.
+#[test]
+fn multigrid_gives_the_forces_of_the_factorisation() {
+    for (young, load) in [(205e9, json!({ "normal_load": 70e3 })), (70e9, json!({ "approach": 1.2e-4 }))] {
+        let mut job = small();
+        job["bodies"]["upper"]["material"]["young"] = json!(young);
+        job["contact"]["creepage"] = json!({ "longitudinal": 0.001, "lateral": 0.002, "spin": 0.1 });
+        job["contact"].as_object_mut().unwrap().remove("normal_load");
+        job["contact"].as_object_mut().unwrap().extend(load.as_object().unwrap().clone());
+        job["analyses"] = json!({ "steady": {} });
+        let folder = Folder::with(job.to_string());
+        let found = [("mumps", 1), ("gamg", 2)].map(|(linear, ranks)| {
+            let output = folder.text(&format!("{linear}.h5"));
+            let set = format!("solver.linear={linear}");
+            let ran = folder.call(ranks, "run", &["--output", &output, "--set", &set]);
+            assert_eq!(ran.good().out.contains("corrections of the compliance"), linear == "gamg", "{}", ran.out);
+            let names = [
+                "contact/force",
+                "contact/approach",
+                "contact/pressure",
+                "contact/gap",
+                "VTKHDF/PointData/displacement",
+            ];
+            names.map(|name| numbers(Path::new(&output), name))
+        });
+        let [direct, corrected] = &found;
+        for (k, what) in ["force", "approach"].into_iter().enumerate() {
+            close(what, &corrected[k], &direct[k], 1e-7);
+        }
+        for (k, what) in [(2, "pressure"), (3, "gap")] {
+            close(what, &corrected[k], &direct[k], 1e-6);
+        }
+        // The parts of the mesh are written rank by rank, so only what does not depend on their order is comparable.
+        let largest = |u: &[f64]| [0, 1, 2].map(|c| u.iter().skip(c).step_by(3).fold(0.0f64, |m, v| m.max(v.abs())));
+        close("largest displacement", &largest(&corrected[4]), &largest(&direct[4]), 1e-6);
+    }
+}
+
 #[test]
 fn a_run_prints_a_summary_and_writes_beside_the_job() {
     let folder = Folder::with(small().to_string());

@@ -3,7 +3,7 @@
 use crate::matrices::*;
 use crate::Check;
 use railsqueal::parallel::World;
-use railsqueal::petsc::csr::{norm2, DistCsr};
+use railsqueal::petsc::csr::{dot, norm2, DistCsr};
 use railsqueal::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
 use railsqueal::petsc::{Factor, FactorOptions, Kind, Petsc};
 
@@ -11,6 +11,7 @@ pub const CHECKS: &[Check] = &[
     ("multigrid: residuals of right-hand sides of any size", residuals),
     ("multigrid: block of the inverse equals the direct one", inverse),
     ("multigrid: iterations grow little with the mesh", mesh_independence),
+    ("multigrid: an approximate solution is improved, not made again", improvement),
     ("multigrid: failures are errors", failures),
 ];
 
@@ -65,6 +66,46 @@ fn inverse(world: &World) {
             assert!(gap < 1e-9, "({i}, {j}): {gap:e}");
         }
     }
+}
+
+/// In the energy norm, from where it is.
+fn improvement(world: &World) {
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let (k, _) = brick(world, 8);
+    let motions = brick_motions(world, 8, &k);
+    let mut solver = Iterative::new(&petsc, &k, 3, &motions, options(1e-10), "brick").unwrap();
+    let mut factor = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "brick").unwrap();
+    let n = k.n_local();
+    let b: Vec<f64> =
+        (0..2).flat_map(|j| k.rows_of(world.rank).map(move |i| (0.9 * i as f64 + j as f64).sin())).collect();
+    let mut exact = b.clone();
+    factor.solve(&mut exact, 2).unwrap();
+    let energy = |solver: &[f64], j: usize| {
+        let e: Vec<f64> = solver[j * n..][..n].iter().zip(&exact[j * n..]).map(|(x, y)| x - y).collect();
+        let (mut ke, mut ku) = (vec![0.0; n], vec![0.0; n]);
+        k.operator(world).apply(world, &e, &mut ke);
+        k.operator(world).apply(world, &exact[j * n..][..n], &mut ku);
+        (dot(world, &e, &ke) / dot(world, &exact[j * n..][..n], &ku)).sqrt()
+    };
+    let mut x = vec![0.0; 2 * n];
+    let mut spent = Vec::new();
+    for tolerance in [1e-3, 1e-6, 1e-9] {
+        let before = solver.effort().0;
+        solver.improve(&mut x, &b, 2, tolerance).unwrap();
+        spent.push(solver.effort().0 - before);
+        for j in 0..2 {
+            // The preconditioner stands for the inverse: near it, not equal.
+            let error = energy(&x, j);
+            assert!(error <= 3.0 * tolerance, "column {j}: energy error {error:e} for {tolerance:e}");
+        }
+    }
+    let before = solver.effort().0;
+    solver.improve(&mut x, &b, 2, 1e-9).unwrap();
+    assert_eq!(solver.effort().0, before, "a solution that is good enough");
+    let mut y = vec![0.0; 2 * n];
+    solver.improve(&mut y, &b, 2, 1e-9).unwrap();
+    let whole = solver.effort().0 - before;
+    assert!(spent.iter().sum::<usize>() <= whole + 6, "{spent:?} iterations in steps, {whole} at once");
 }
 
 fn mesh_independence(world: &World) {

@@ -1,0 +1,134 @@
+//! Steady rolling of finite-element bodies whose compliance is not made: a static solve of the bodies for each set of reactions.
+
+use super::bodies::Bodies;
+use super::report::Summary;
+use crate::body::fe::FeBody;
+use crate::body::statics::Statics;
+use crate::contact::kernel;
+use crate::contact::{DeferredSteady, SteadyProblem, SteadySolution};
+use crate::parallel::World;
+use crate::progress::Progress;
+use crate::{Error, Result};
+
+/// Sets of reactions after which the correction counts as not converging.
+const MAX_CORRECTIONS: usize = 40;
+/// Error of a static solve, in the energy norm, against the residual of the contact laws before it. A residual of the laws came out
+/// some forty times as large as the error: at this value that does not slow the correction.
+const FORCING: f64 = 3e-3;
+/// Error of the first static solves, which probe the bodies and displace them under reactions that are a thousandth off.
+const FIRST: f64 = 1e-4;
+
+/// A steady state and the displacements that belong to it.
+pub struct Found {
+    /// On rank 0: the solution, judged with the displacement of the finite elements.
+    pub solution: Option<SteadySolution>,
+    /// Displacement of each place's body, this rank's degrees of freedom, m.
+    pub displacements: Vec<Vec<f64>>,
+}
+
+/// Collective: solves `problem`, which rank 0 holds with a compliance near that of the bodies, for the bodies themselves.
+/// The residual of the solution is that of their displacement, from static solves whose error is [`FORCING`] of `tolerance`.
+pub fn solve(
+    world: &World,
+    problem: Option<&SteadyProblem>,
+    tolerance: f64,
+    bodies: &Bodies,
+    solvers: &mut [Statics],
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<Found> {
+    let mut deferred = problem.map(|p| DeferredSteady::new(p.clone()));
+    let finest = FORCING * tolerance;
+    let mut u: Vec<Vec<f64>> = bodies.places.iter().map(|p| vec![0.0; bodies.unique[p.body].dofs.owned()]).collect();
+    let mut accuracy = FIRST.max(finest);
+    let mut residuals = Vec::new();
+    for step in 0..MAX_CORRECTIONS {
+        let reactions = world.on_root(|| held(&mut deferred)?.propose())?.unwrap_or_default();
+        loop {
+            let before: usize = solvers.iter().map(Statics::iterations).sum();
+            let product = displaced(world, bodies, solvers, &reactions, &mut u, accuracy)?;
+            let iterations = solvers.iter().map(Statics::iterations).sum::<usize>() - before;
+            let judged = world.on_root(|| held(&mut deferred)?.judge(product))?;
+            let residual = world.max(judged.as_ref().map_or(0.0, |j| j.residual));
+            progress.note(format!(
+                "correction {}: residual {residual:.1e} with {iterations} iterations of the static solver",
+                step + 1
+            ));
+            if residual > tolerance {
+                residuals.push(format!("{residual:.1e}"));
+                accuracy = (FORCING * residual).clamp(finest, accuracy);
+                break;
+            }
+            if accuracy <= finest {
+                let all: usize = solvers.iter().map(Statics::iterations).sum();
+                summary.value(
+                    "corrections of the compliance",
+                    format!("{}, {all} iterations of static solvers", step + 1),
+                );
+                return Ok(Found { solution: judged, displacements: u });
+            }
+            // The laws hold; whether the displacement does is seen with a better one.
+            accuracy = finest;
+        }
+    }
+    Err(Error::NotConverged(format!(
+        "steady contact: the reactions did not settle within analyses.steady.tolerance = {tolerance:e} in {MAX_CORRECTIONS} corrections of the \
+         approximate compliance; residuals: {}. Use solver.linear \"mumps\", which takes the bodies' own compliance",
+        residuals.join(" ")
+    )))
+}
+
+fn held<'a, 'p>(deferred: &'a mut Option<DeferredSteady<'p>>) -> Result<&'a mut DeferredSteady<'p>> {
+    deferred.as_mut().ok_or_else(|| Error::Defect("no contact on rank 0".into()))
+}
+
+/// Collective: displacement of the contact rows (x, y, n), m/N, `[3][3n]` on rank 0, under unit forces (x, y, n) on the middle node
+/// of the contact grid.
+pub fn probe(world: &World, body: &FeBody, solver: &mut Statics) -> Result<[Vec<f64>; 3]> {
+    let mut loads = Vec::new();
+    for k in 0..3 {
+        let force = body.grid.as_ref().map_or(Vec::new(), |g| {
+            let mut force = vec![0.0; 3 * g.nodes.len()];
+            force[3 * kernel::middle(&g.x, &g.y) + k] = 1.0;
+            force
+        });
+        loads.extend(body.load(world, &force)?);
+    }
+    let mut u = vec![0.0; loads.len()];
+    solver.improve(&mut u, &loads, 3, FIRST)?;
+    let owned = body.dofs.owned();
+    let mut columns = [Vec::new(), Vec::new(), Vec::new()];
+    for (k, column) in columns.iter_mut().enumerate() {
+        *column = body.contact_displacement(world, &u[k * owned..(k + 1) * owned])?;
+    }
+    Ok(columns)
+}
+
+/// Collective: (w_x, w_y, change of gap) of the contact nodes, m, `[3n]` on rank 0, under the reactions (N, `[3n]` on rank 0).
+/// `u` holds the displacements of the places before and after. Both bodies are one solve if they are one.
+fn displaced(
+    world: &World,
+    bodies: &Bodies,
+    solvers: &mut [Statics],
+    reactions: &[f64],
+    u: &mut [Vec<f64>],
+    accuracy: f64,
+) -> Result<Vec<f64>> {
+    let mut product = vec![0.0; reactions.len()];
+    for (index, body) in bodies.unique.iter().enumerate() {
+        let places: Vec<usize> = (0..bodies.places.len()).filter(|&k| bodies.places[k].body == index).collect();
+        let (mut loads, mut solutions) = (Vec::new(), Vec::new());
+        for &k in &places {
+            loads.extend(body.load(world, &bodies.places[k].forces(reactions))?);
+            solutions.append(&mut u[k]);
+        }
+        solvers[index].improve(&mut solutions, &loads, places.len(), accuracy)?;
+        let owned = body.dofs.owned();
+        for (j, &k) in places.iter().enumerate() {
+            u[k] = solutions[j * owned..(j + 1) * owned].to_vec();
+            let part = bodies.places[k].forces(&body.contact_displacement(world, &u[k])?);
+            product.iter_mut().zip(part).for_each(|(w, d)| *w += d);
+        }
+    }
+    Ok(product)
+}
