@@ -124,6 +124,10 @@ pub struct Stepper<'a> {
     working: Working,
     outside: Outside,
     memory: Memory,
+    /// Normal rows of Ψ, `[n][m]`.
+    normal_rows: Vec<f64>,
+    /// Modal reactions of the present state, where they are at hand.
+    modal_now: Option<Vec<f64>>,
     /// Reactions on the core before the last step, for extrapolation.
     before: Option<Vec<f64>>,
     status: Vec<Status>,
@@ -166,6 +170,10 @@ impl<'a> Stepper<'a> {
             let far = (0..3 * n).filter(|j| j / 3 != i).map(|j| col[j].abs()).fold(0.0, f64::max);
             reach[1] = reach[1].max(far);
         }
+        let normal_rows = (0..n)
+            .flat_map(|i| (0..model.omega.len()).map(move |k| (i, k)))
+            .map(|(i, k)| model.modes[(3 * i + 2, k)])
+            .collect();
         let mut new = Self {
             feet: feet(&s.x, travel),
             model,
@@ -188,6 +196,8 @@ impl<'a> Stepper<'a> {
             outside: Outside::default(),
             memory: Memory::default(),
             before: None,
+            normal_rows,
+            modal_now: None,
             status: Vec::new(),
             slip: Vec::new(),
             report: Report::default(),
@@ -205,6 +215,7 @@ impl<'a> Stepper<'a> {
     pub fn reset(&mut self) -> Result<()> {
         self.memory.forget();
         self.before = None;
+        self.modal_now = None;
         let closed: Vec<usize> =
             (0..self.model.interface.len()).filter(|&i| self.state.reaction[3 * i + 2] > 0.0).collect();
         self.gather(closed)
@@ -271,7 +282,8 @@ impl<'a> Stepper<'a> {
         let (h, theta) = (self.settings.scheme.step, self.settings.scheme.theta);
         let m = self.model.omega.len();
         let t = self.time();
-        let old_modal = self.modal_reaction(&self.state.reaction);
+        // The modal reactions at the beginning of the step: kept from the one before where there was one.
+        let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.state.reaction));
         let (q_free, v_free) = self.modal.free(&self.state.q, &self.state.v, &old_modal);
         let drive = self.settings.drive.clone();
         let mut total = [None; 3];
@@ -292,7 +304,7 @@ impl<'a> Stepper<'a> {
         };
         let mut effort = Effort::default();
         let mut rounds = 0;
-        let (solution, response, free) = loop {
+        let (solution, response, free, modal, (q, v)) = loop {
             let ws = &self.working;
             let core = ws.core;
             let len = ws.nodes.len();
@@ -330,7 +342,14 @@ impl<'a> Stepper<'a> {
             let solution = problem.solve(self.settings.solver, &guess, shift, &mut self.memory, &mut effort)?;
             let mut response = vec![0.0; 3 * len];
             Operator::new(&ws.w, 3 * len, 3 * len).add(&solution.reaction, &mut response);
-            let (entering, outside) = self.entering(&solution, &response, &free, approach);
+            let mut reaction = vec![0.0; self.state.reaction.len()];
+            for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
+                reaction[3 * ws.nodes[a]..][..3].copy_from_slice(r);
+            }
+            let modal = self.modal_reaction(&reaction);
+            let (mut q, mut v) = (q_free.clone(), v_free.clone());
+            self.modal.add(&modal, &mut q, &mut v);
+            let (entering, outside) = self.entering(&solution, (&response, &free), &reaction, &q, approach);
             if let Some(outside) = outside {
                 self.outside = outside;
             }
@@ -338,7 +357,7 @@ impl<'a> Stepper<'a> {
                 self.slip = (0..core)
                     .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
                     .collect();
-                break (solution, response, free);
+                break (solution, response, free, modal, (q, v));
             }
             rounds += 1;
             if rounds > 50 {
@@ -352,7 +371,7 @@ impl<'a> Stepper<'a> {
             self.before = None;
             self.gather(core)?;
         };
-        self.take(solution, response, free, (q_free, v_free), old_modal, total, approach, effort);
+        self.take(solution, response, free, (q, v), modal, total, approach, effort);
         self.shrink()
     }
 
@@ -363,8 +382,8 @@ impl<'a> Stepper<'a> {
         solution: StepSolution,
         response: Vec<f64>,
         free: Vec<f64>,
-        (mut q, mut v): (Vec<f64>, Vec<f64>),
-        old_modal: Vec<f64>,
+        (q, v): (Vec<f64>, Vec<f64>),
+        modal: Vec<f64>,
         total: [Option<f64>; 3],
         approach: f64,
         effort: Effort,
@@ -376,9 +395,7 @@ impl<'a> Stepper<'a> {
         for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
             reaction[3 * self.working.nodes[a]..][..3].copy_from_slice(r);
         }
-        let modal = self.modal_reaction(&reaction);
-        debug_assert_eq!(modal.len(), old_modal.len());
-        self.modal.add(&modal, &mut q, &mut v);
+        self.modal_now = Some(modal);
         let approach = if total[2].is_some() { -solution.shift[2] } else { approach };
         let u: Vec<f64> = free.iter().zip(&response).map(|(f, r)| f + r).collect();
 
@@ -519,8 +536,9 @@ impl<'a> Stepper<'a> {
     fn entering(
         &self,
         solution: &StepSolution,
-        response: &[f64],
-        free: &[f64],
+        (response, free): (&[f64], &[f64]),
+        reaction: &[f64],
+        q: &[f64],
         approach: f64,
     ) -> (Vec<usize>, Option<Outside>) {
         let s = self.model.interface;
@@ -535,14 +553,6 @@ impl<'a> Stepper<'a> {
             return (entering, None);
         }
         // The others: only when they may have come near since the last look.
-        let mut reaction = vec![0.0; self.state.reaction.len()];
-        for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
-            reaction[3 * ws.nodes[a]..][..3].copy_from_slice(r);
-        }
-        let modal = self.modal_reaction(&reaction);
-        let old = self.modal_reaction(&self.state.reaction);
-        let (mut q, mut v) = self.modal.free(&self.state.q, &self.state.v, &old);
-        self.modal.add(&modal, &mut q, &mut v);
         let o = &self.outside;
         if o.q.len() == q.len() && o.reaction.len() == reaction.len() {
             let moved: f64 = q.iter().zip(&o.q).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
@@ -556,13 +566,14 @@ impl<'a> Stepper<'a> {
         for i in (0..s.len()).filter(|&i| ws.place[i] == usize::MAX) {
             let col = self.model.residual.col(3 * i + 2);
             let elastic: f64 = rows.iter().map(|&k| col[k] * reaction[k]).sum();
-            let moved: f64 = (0..q.len()).map(|k| self.model.modes[(3 * i + 2, k)] * q[k]).sum();
+            let moved = dot(&self.normal_rows[q.len() * i..][..q.len()], q);
             let gap = s.gap[i] + shift + elastic + moved;
             nearest = nearest.min(gap);
             if gap < limit {
                 entering.push(i);
             }
         }
+        let (q, reaction) = (q.to_vec(), reaction.to_vec());
         (entering, Some(Outside { gap: nearest, q, reaction, shift }))
     }
 
