@@ -1,0 +1,302 @@
+//! The analyses and their keys.
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::super::transient::Transient;
+
+/// The analyses; those given are run, in this order.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Analyses {
+    /// Undamped modes of each body without contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<Modes>,
+    /// Steady rolling with friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steady: Option<Steady>,
+    /// Stability of steady sliding of the whole contact: the modes that squeal, with their growth rates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stability: Option<Stability>,
+    /// Receptances of the bodies at the contact point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub receptance: Option<Receptance>,
+    /// Rolling contact in time: how instability grows, and to what.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transient: Option<Transient>,
+    /// Stability at many values of keys of the job.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<Sweep>,
+}
+
+impl Analyses {
+    /// The analyses given that work on the contact of two bodies, by name; each needs their compliance.
+    pub fn on_contact(&self) -> Vec<&'static str> {
+        self.names().into_iter().filter(|n| !["modes", "sweep"].contains(n)).collect()
+    }
+
+    /// Names of the analyses that are given, in the order in which they run.
+    pub fn names(&self) -> Vec<&'static str> {
+        let given = [
+            ("modes", self.modes.is_some()),
+            ("steady", self.steady.is_some()),
+            ("stability", self.stability.is_some()),
+            ("receptance", self.receptance.is_some()),
+            ("transient", self.transient.is_some()),
+            ("sweep", self.sweep.is_some()),
+        ];
+        given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
+    }
+}
+
+/// Undamped modes of each body, contact open, supports held. Give either `count` or `max_frequency`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Modes {
+    /// Number of modes of each body, the lowest first; a cluster of equal frequencies is never cut, so a few more may come.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 100_000))]
+    pub count: Option<u32>,
+    /// All modes of each body up to this frequency, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub max_frequency: Option<f64>,
+}
+
+impl Modes {
+    /// Which modes are asked for. Reading a job makes sure that exactly one of the two keys is given.
+    pub fn extent(&self) -> ModesExtent {
+        match (self.count, self.max_frequency) {
+            (Some(n), _) => ModesExtent::Count(n as usize),
+            (None, Some(f)) => ModesExtent::MaxFrequency(f),
+            (None, None) => ModesExtent::Count(0),
+        }
+    }
+}
+
+/// Which modes are asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ModesExtent {
+    /// This many, the lowest first.
+    Count(usize),
+    /// All up to this frequency, Hz.
+    MaxFrequency(f64),
+}
+
+/// Steady rolling: normal contact and friction with everything constant in time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Steady {
+    /// Residual of the contact laws, relative to the normal force, at which the solution is accepted.
+    #[serde(default = "default_tolerance")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
+    pub tolerance: f64,
+    /// Iterations after which the solver gives up.
+    #[serde(default = "default_iterations")]
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub max_iterations: u32,
+}
+
+/// Stability of steady sliding on the modes of `analyses.modes` and the residual compliance of the contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stability {
+    /// Eigenvalues up to this frequency are kept, Hz. Default: the highest frequency that both bodies' modes reach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub max_frequency: Option<f64>,
+    /// Where the direction and the velocity of sliding come from.
+    #[serde(default)]
+    pub direction: Direction,
+    /// Largest backward error of an accepted eigenpair.
+    #[serde(default = "default_backward_error")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
+    pub tolerance: f64,
+    /// Complex modes that are written as motions of the bodies: the unstable ones, and if these are fewer the least damped up to this number; 0: none.
+    #[serde(default = "default_shapes")]
+    #[schemars(range(max = 10_000))]
+    pub shapes: u32,
+    /// Pictures of each complex mode over its period, a multiple of 4.
+    #[serde(default = "default_phases")]
+    #[schemars(range(min = 4, max = 1000), extend("multipleOf" = 4))]
+    pub phases: u32,
+    /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full: Option<FullStability>,
+}
+
+/// Stability on the full finite-element system: the quadratic eigenproblem with a multiplier for each closed node, by
+/// successive shifts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FullStability {
+    /// All eigenvalues up to this frequency are computed, Hz.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub max_frequency: f64,
+    /// and up to this damping ratio of either sign: faster decay is not looked for.
+    #[serde(default = "default_damping_ratio")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.9))]
+    pub damping_ratio: f64,
+    /// Eigenvalues per shift, about: the shifts are as far apart as this allows.
+    #[serde(default = "default_shift_count")]
+    #[schemars(range(min = 6, max = 1000))]
+    pub count: u32,
+    /// Largest backward error and constraint violation of an accepted eigenpair.
+    #[serde(default = "default_backward_error")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
+    pub tolerance: f64,
+    /// Relative distance |Δλ|/|λ| within which every eigenvalue must have its partner in the reduced model, and the other way round.
+    #[serde(default = "default_agreement")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.5))]
+    pub agreement: f64,
+}
+
+fn default_shapes() -> u32 {
+    3
+}
+
+fn default_phases() -> u32 {
+    16
+}
+
+fn default_damping_ratio() -> f64 {
+    0.1
+}
+
+fn default_shift_count() -> u32 {
+    20
+}
+
+fn default_agreement() -> f64 {
+    0.01
+}
+
+fn default_backward_error() -> f64 {
+    1e-9
+}
+
+/// Displacement of each body at the contact point per unit force there, over frequency, from the modes and the residual compliance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Receptance {
+    /// Frequencies, Hz: a list, or a range. None may lie beyond the modes of the bodies.
+    pub frequency: Frequencies,
+    /// How the force is spread over the contact nodes; the displacement is their mean with the same shares.
+    #[serde(default)]
+    pub spread: Spread,
+}
+
+/// Frequencies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Frequencies {
+    /// These.
+    List(Vec<Hertz>),
+    /// Equidistant ones.
+    Range(SweepRange),
+}
+
+/// A frequency, Hz.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Hertz(#[schemars(range(min = 0.0), extend("unit" = "Hz"))] pub f64);
+
+impl Frequencies {
+    /// The frequencies one by one, Hz, or what is wrong with them.
+    pub fn numbers(&self) -> Result<Vec<f64>, String> {
+        let list = match self {
+            Frequencies::List(list) => list.iter().map(|f| f.0).collect(),
+            Frequencies::Range(range) => range.numbers()?,
+        };
+        match list.iter().find(|f| **f < 0.0) {
+            _ if list.is_empty() => Err("the list is empty".into()),
+            Some(f) => Err(format!("found {f} Hz, expected frequencies ≥ 0")),
+            None => Ok(list),
+        }
+    }
+}
+
+/// How a unit force is spread over the contact nodes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Spread {
+    /// As the pressure of the contact without friction under the load of the job.
+    #[default]
+    Pressure,
+    /// Evenly over the whole patch.
+    Uniform,
+}
+
+/// Stability at many values of keys of the job: every point has its own sliding equilibrium, contact set and spectrum, as
+/// `analyses.stability` has for the job itself. What needs new modes or compliances makes them once for all points that share them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sweep {
+    /// Values of each swept key, by its dotted path, e.g. `{"contact.friction": [0.2, 0.3]}`: a list, or a range.
+    pub keys: IndexMap<String, SweepValues>,
+    /// How the values of several keys are combined.
+    #[serde(default)]
+    pub combine: Combine,
+}
+
+/// Values of a swept key.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SweepValues {
+    /// These values, of any type the key may have.
+    List(Vec<Value>),
+    /// Equidistant numbers.
+    Range(SweepRange),
+}
+
+/// Equidistant numbers, both ends included. Give either `count` or `step`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SweepRange {
+    /// First value, in the unit of the key.
+    #[schemars(extend("unit" = "1"))]
+    pub from: f64,
+    /// Last value, in the unit of the key.
+    #[schemars(extend("unit" = "1"))]
+    pub to: f64,
+    /// Number of values.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 100_000))]
+    pub count: Option<u32>,
+    /// Distance of the values, in the unit of the key; the last one may fall short of `to`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "1"))]
+    pub step: Option<f64>,
+}
+
+/// How the values of several keys are combined.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Combine {
+    /// Every value of each with every value of the others; the last key runs fastest.
+    #[default]
+    Grid,
+    /// Side by side: the first values of all, then the second ones, and so on.
+    Zip,
+}
+
+/// Where the direction and the velocity of sliding come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// The rigid creep at each node.
+    #[default]
+    Rigid,
+    /// The creep of the deformed bodies, by a fixed point; refused where a node would stick.
+    Actual,
+}
+
+fn default_tolerance() -> f64 {
+    1e-8
+}
+
+fn default_iterations() -> u32 {
+    200
+}

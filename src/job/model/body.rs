@@ -1,0 +1,174 @@
+//! A body: mesh or matrices, material, damping, supports.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// One linear elastic body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Where the mesh comes from. A body has a mesh and a material, or matrices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshSource>,
+    /// Linear elastic, isotropic material of the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+    /// Mass, damping and stiffness matrices from another program, instead of mesh, material, damping and supports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrices: Option<Matrices>,
+    /// Damping: Rayleigh's, or loss factors of the modes.
+    #[serde(default)]
+    pub damping: Damping,
+    /// Names of the boundary groups that are clamped; none: the body is free. The built-in cylinder has the groups
+    /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
+    #[serde(default)]
+    pub fixed: Vec<String>,
+}
+
+impl Body {
+    /// Mesh and material of a body of finite elements. Reading a job makes sure that a body without matrices has both.
+    pub fn elements(&self) -> crate::Result<(&MeshSource, &Material)> {
+        match (&self.mesh, &self.material) {
+            (Some(mesh), Some(material)) => Ok((mesh, material)),
+            _ => Err(crate::Error::Defect("finite elements are asked for of a body without a mesh".into())),
+        }
+    }
+}
+
+/// A body by its matrices, real Matrix Market files relative to the job file. Degrees of freedom without mass and rigid-body
+/// motions are allowed. Such a body may be alone: its counter-body is then rigid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Matrices {
+    /// File of the mass matrix M, symmetric, kg.
+    pub mass: PathBuf,
+    /// File of the damping matrix C, N·s/m. Without it there is no damping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<PathBuf>,
+    /// File of the stiffness matrix K, symmetric, N/m.
+    pub stiffness: PathBuf,
+    /// Where the body touches: one entry for each of `contact.points`, in their order.
+    pub contacts: Vec<MatrixContact>,
+}
+
+/// The degrees of freedom of a body at one contact, by their 1-based row in the matrices. A minus sign turns the direction
+/// round; 0 means that the body does not move in that direction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MatrixContact {
+    /// Row of the displacement along the normal, into the body.
+    pub normal: i64,
+    /// Rows of the displacements along x and y; y may be left out.
+    pub tangential: Vec<i64>,
+}
+
+/// A built-in shape or a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum MeshSource {
+    /// The built-in annular cylinder.
+    Cylinder(Cylinder),
+    /// A Gmsh MSH 4.1 file (ASCII or binary) in metres, relative to the job file: the body in its place, the contact point at the
+    /// origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
+    File(PathBuf),
+}
+
+/// Annular cylinder with its axis along y, crowned or plain, meshed finely at the contact and coarsely far away.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Radius of the bore, m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub inner_radius: f64,
+    /// Rolling radius at the contact point, m; more than `inner_radius`.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub outer_radius: f64,
+    /// Width along y, m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub thickness: f64,
+    /// Transversal radius of the running surface, m. Without it the cylinder is plain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub crown_radius: Option<f64>,
+    /// Distance of the contact point and of the apex of the crown from the mid-plane, towards +y, m.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m"))]
+    pub contact_offset: f64,
+    /// Edge length of the elements at the contact, m; of a body without contact, at the edges of its bore.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub element_size: f64,
+    /// Ratio of the sizes of neighbouring elements away from the contact; 1 is a uniform mesh.
+    #[serde(default = "default_growth")]
+    #[schemars(range(min = 1.0, max = 4.0), extend("unit" = "1"))]
+    pub growth: f64,
+    /// Largest edge length far from the contact, m. Default: a quarter of `thickness`, but no less than `element_size`;
+    /// in a job without contact `element_size`, so that the mesh is uniform.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub max_element_size: Option<f64>,
+}
+
+fn default_growth() -> f64 {
+    1.3
+}
+
+/// Linear elastic, isotropic material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Young's modulus, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Pa"))]
+    pub young: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    #[schemars(extend("exclusiveMinimum" = -1, "exclusiveMaximum" = 0.5, "unit" = "1"))]
+    pub poisson: f64,
+    /// Mass density, kg/m³.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "kg/m³"))]
+    pub density: f64,
+}
+
+/// Damping: Rayleigh's, C = alpha M + beta K, or loss factors of the modes in its place.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Damping {
+    /// Factor of the mass, 1/s.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("unit" = "1/s"))]
+    pub alpha: f64,
+    /// Factor of the stiffness, s.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("unit" = "s"))]
+    pub beta: f64,
+    /// Loss factors of the modes, in place of alpha and beta: a mode of angular frequency w and loss factor eta has the
+    /// damping coefficient c = eta w (twice the damping ratio is eta).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modal: Option<ModalDamping>,
+}
+
+/// Loss factors of the free-interface modes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum ModalDamping {
+    /// Loss factor of each mode in the order of the frequencies; the last one holds for all modes that follow.
+    ByMode(Vec<LossFactor>),
+    /// Loss factors by bands of frequency, ascending; every mode must lie in a band.
+    ByFrequency(Vec<DampingBand>),
+}
+
+/// A loss factor: damping coefficient over angular frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct LossFactor(#[schemars(range(min = 0.0), extend("unit" = "1"))] pub f64);
+
+/// A band of frequency with its loss factor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DampingBand {
+    /// Upper end of the band, which begins where the one before ends, Hz; the last band may do without and has no end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub up_to: Option<f64>,
+    /// Loss factor of the modes in the band, 1.
+    pub loss_factor: LossFactor,
+}

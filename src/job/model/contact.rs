@@ -1,0 +1,166 @@
+//! The contact: friction, load, creepages, patch, contact points.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Rolling contact with Coulomb friction. Rolling is towards -x: the leading edge is x = -a.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Friction law: a number is Coulomb's coefficient, 0 frictionless; `{"exponential": ...}` falls with the velocity.
+    pub friction: Friction,
+    /// Normal force that presses the bodies together, N. Give either this or `approach`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
+    pub normal_load: Option<f64>,
+    /// Rigid approach of the bodies from first touch, m. Give either this or `normal_load`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub approach: Option<f64>,
+    /// Rolling speed V, m/s; needed unless `points` are given.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
+    pub speed: f64,
+    /// Rigid creep of body 1 relative to body 2, divided by the speed.
+    #[serde(default)]
+    pub creepage: Creepage,
+    /// Where the compliance of the contact surface comes from.
+    #[serde(default)]
+    pub compliance: Compliance,
+    /// The finely meshed rectangle on which contact is looked for; it must hold the whole contact. Needed by built-in
+    /// cylinders; a mesh file brings its own grid, the group `contact`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patch: Option<Patch>,
+    /// Contact points of bodies given by matrices, all closed and sliding. They take the place of load, speed, creepage and
+    /// patch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<Vec<ContactPoint>>,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// One sliding contact point between bodies given by matrices.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactPoint {
+    /// Direction (x, y) in which body 1 slides over body 2, of any length; y may be left out.
+    pub direction: Vec<f64>,
+    /// Static normal force, N. With `slip_velocity` it damps motion across the sliding direction, and makes a falling
+    /// friction law act.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0), extend("unit" = "N"))]
+    pub force: Option<f64>,
+    /// Sliding velocity, m/s. Needed with `force`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
+    pub slip_velocity: Option<f64>,
+}
+
+impl Contact {
+    /// What presses the bodies together. Reading a job makes sure that exactly one of the two keys is given.
+    pub fn load(&self) -> Load {
+        match (self.normal_load, self.approach) {
+            (Some(n), _) => Load::Normal(n),
+            (None, Some(d)) => Load::Approach(d),
+            (None, None) => Load::Normal(0.0),
+        }
+    }
+}
+
+/// What presses the bodies together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Load {
+    /// Given normal force, N.
+    Normal(f64),
+    /// Given rigid approach, m.
+    Approach(f64),
+}
+
+/// Friction law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Friction {
+    /// Coulomb friction with a constant coefficient.
+    Constant(#[schemars(range(min = 0.0), extend("unit" = "1"))] f64),
+    /// Friction that falls with the sliding velocity.
+    Falling(FallingFriction),
+}
+
+/// Friction that falls with the sliding velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FallingFriction {
+    /// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
+    pub exponential: ExponentialFriction,
+}
+
+/// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ExponentialFriction {
+    /// Coefficient at rest; no less than `kinetic`.
+    #[serde(rename = "static")]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub at_rest: f64,
+    /// Coefficient in fast sliding.
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub kinetic: f64,
+    /// Velocity at which the coefficient has fallen by 63 % of the difference, m/s.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
+    pub decay_velocity: f64,
+}
+
+impl std::fmt::Display for Friction {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Friction::Constant(mu) => write!(f, "{mu}"),
+            Friction::Falling(FallingFriction { exponential: e }) => {
+                write!(f, "falling from {} to {} over {} m/s", e.at_rest, e.kinetic, e.decay_velocity)
+            }
+        }
+    }
+}
+
+/// Creepages: rigid slip velocity of body 1 relative to body 2 over the rolling speed, (xi - phi y, eta + phi x).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Creepage {
+    /// Longitudinal creepage xi, 1 (0.003 is 0.3 %).
+    #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
+    pub longitudinal: f64,
+    /// Lateral creepage eta, 1 (0.003 is 0.3 %).
+    #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
+    pub lateral: f64,
+    /// Spin phi, 1/m.
+    #[serde(default)]
+    #[schemars(extend("unit" = "1/m"))]
+    pub spin: f64,
+}
+
+/// Source of the compliance of the contact surface.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Compliance {
+    /// From the finite-element bodies.
+    #[default]
+    Fe,
+    /// Elastic half-spaces of the bodies' materials (Boussinesq and Cerruti) on the same grid; the bodies' shapes give
+    /// the gap only.
+    HalfSpace,
+}
+
+/// Half-lengths of the rectangle around the contact point on which contact is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Patch {
+    /// Half-length along x, m; rounded up to whole elements.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub half_length: f64,
+    /// Half-width along y, m; rounded up to whole elements.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub half_width: f64,
+}

@@ -1,0 +1,155 @@
+//! The job as data: every key, its unit, its default and its simple bounds. The JSON Schema is generated from here,
+//! and the bounds in it are the ones that reading enforces. SI units throughout.
+
+mod analyses;
+mod body;
+mod contact;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+use super::sweep::SweepPlan;
+
+pub use analyses::*;
+pub use body::*;
+pub use contact::*;
+
+/// Version of the job format that this program reads.
+pub const VERSION: u32 = 1;
+
+/// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "railsqueal job")]
+pub struct Job {
+    /// Version of the job format: 1.
+    #[schemars(extend("const" = 1))]
+    pub version: u32,
+    /// Free text, written beside the results.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// The bodies. Contact needs both; one alone is valid without contact.
+    pub bodies: Bodies,
+    /// The contact between the two bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
+    /// What to compute; at least one analysis.
+    pub analyses: Analyses,
+    /// Linear solvers and resources.
+    #[serde(default)]
+    pub solver: Solver,
+    /// PETSc, SLEPc and MUMPS options by name, without the leading dash, e.g. `{"mat_mumps_icntl_14": 40}`.
+    /// An empty string stands for an option without a value. PETSC_OPTIONS and the command line come later and win.
+    #[serde(default)]
+    pub petsc_options: BTreeMap<String, OptionValue>,
+    /// What is written.
+    #[serde(default)]
+    pub output: Output,
+    /// The points of `analyses.sweep`, made when the job is read.
+    #[serde(skip)]
+    pub sweep: Option<SweepPlan>,
+}
+
+/// The two bodies by their place.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Bodies {
+    /// Body 1, below the contact plane (z < 0).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lower: Option<Body>,
+    /// Body 2, above the contact plane (z > 0). It is described like a lower body and reflected z -> -z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub upper: Option<Body>,
+}
+
+/// Linear solvers and resources.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Solver {
+    /// Solver of the static problems.
+    #[serde(default)]
+    pub linear: LinearSolver,
+    /// Memory that all ranks of one node may use together, bytes. Default: what the system and the control group leave.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "byte"))]
+    pub memory_limit: Option<f64>,
+}
+
+/// Solver of the static problems.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSolver {
+    /// Sparse direct factorisation with MUMPS.
+    #[default]
+    Mumps,
+    /// Conjugate gradients with algebraic multigrid: slower for many right-hand sides, much less memory.
+    Gamg,
+}
+
+/// What is written besides the tables.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// Whether the fields on the meshes (`/VTKHDF`) are written.
+    #[serde(default = "yes")]
+    pub fields: bool,
+    /// Whether the reduced model (`/reduced`: modes and compliance at the contact) is written, which `--reuse` takes up: 72 n² bytes
+    /// for each body with n contact nodes, before compression.
+    #[serde(default = "yes")]
+    pub reduced: bool,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { fields: true, reduced: true }
+    }
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Value of a PETSc option.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum OptionValue {
+    /// Passed as `true` or `false`.
+    Switch(bool),
+    /// Whole number.
+    Integer(i64),
+    /// Number.
+    Number(f64),
+    /// Anything else, as text; empty for an option without a value.
+    Text(String),
+}
+
+impl std::fmt::Display for OptionValue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            OptionValue::Switch(b) => write!(f, "{b}"),
+            OptionValue::Integer(i) => write!(f, "{i}"),
+            OptionValue::Number(x) => write!(f, "{x}"),
+            OptionValue::Text(s) => f.write_str(s),
+        }
+    }
+}
+
+impl Job {
+    /// The bodies that are given, lower first, with their names.
+    pub fn bodies(&self) -> Vec<(&'static str, &Body)> {
+        let both = [("lower", self.bodies.lower.as_ref()), ("upper", self.bodies.upper.as_ref())];
+        both.into_iter().filter_map(|(name, body)| body.map(|b| (name, b))).collect()
+    }
+
+    /// Whether the bodies are given by matrices. Reading a job makes sure that they are if one is.
+    pub fn by_matrices(&self) -> bool {
+        self.bodies().iter().any(|(_, b)| b.matrices.is_some())
+    }
+
+    /// The resolved job as JSON: every default filled in.
+    pub fn to_json(&self) -> Value {
+        serde_json::to_value(self).unwrap_or(Value::Null)
+    }
+}
