@@ -32,7 +32,6 @@ class Patch2d:
         self.pressure = MPA * results["contact/pressure"].reshape(ny, nx)
         self.traction = MPA * results["contact/traction"].reshape(ny, nx, 2)
         self.state = results["contact/state"].reshape(ny, nx)
-        self.velocity = np.linalg.norm(results["contact/creep"].reshape(ny, nx, 2), axis=2)
         self.closed = self.state > 0
         if not self.closed.any():
             raise ResultsError(f"{results.path}: no contact node is closed, so there is no contact to draw")
@@ -102,15 +101,16 @@ def case(job, results):
     return (f"{title}\n" if title else "") + ", ".join(words)
 
 
-def coefficients(friction, patch):
+def coefficients(friction, patch, results):
     """Coefficient of friction at every node, at its own creep velocity where the law falls; None if the job does not say."""
     if isinstance(friction, (int, float)):
-        return np.full(patch.velocity.shape, float(friction))
+        return np.full(patch.state.shape, float(friction))
     law = lookup(friction, "exponential") if isinstance(friction, dict) else None
     if law is None:
         return None
     # A sticking node has the coefficient at rest.
-    velocity = np.where(patch.state == STICK, 0.0, patch.velocity)
+    creep = np.linalg.norm(results["contact/creep"].reshape(*patch.state.shape, 2), axis=2)
+    velocity = np.where(patch.state == STICK, 0.0, creep)
     return law["kinetic"] + (law["static"] - law["kinetic"]) * np.exp(-velocity / law["decay_velocity"])
 
 
@@ -135,7 +135,7 @@ def line(patch, job, results, path):
     upper.set_ylim(bottom=0, top=1.38 * pressure.max())
     upper.legend(loc="upper right", ncols=1)
 
-    coefficient = coefficients(friction, patch)
+    coefficient = coefficients(friction, patch, results)
     if coefficient is not None:
         bound = patch.along_axis(coefficient * patch.pressure)
         lower.fill_between(patch.x, -bound, bound, color=GREY, alpha=0.13, linewidth=0)
