@@ -83,3 +83,15 @@ fn one_rank_alone_fails() {
     finish(&mut command).failed(6, &["job.h5"]);
     folder.untouched();
 }
+
+/// The system refuses what the factorisation asks for, although the estimate beforehand found enough: exit 7, with what was needed.
+#[test]
+fn a_factorisation_that_does_not_fit() {
+    let folder = Folder::with(job("annulus.json").to_string());
+    let mut command = Command::new("sh");
+    // The factor alone takes more than the address space that is left.
+    command.args(["-c", "ulimit -v 1100000; exec \"$0\" run \"$1\"", PROGRAM, &folder.text("job.json")]);
+    command.env("OPENBLAS_NUM_THREADS", "1");
+    finish(&mut command).failed(7, &["out of memory in the factorisation", "body lower", "it needs about", "gamg"]);
+    folder.untouched();
+}
