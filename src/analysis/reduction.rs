@@ -36,7 +36,7 @@ pub struct ReducedModel {
 }
 
 impl Reduction {
-    /// Collective: the reduced model of the job's bodies with the `modes` of each of [`Bodies::unique`] (none of them, where
+    /// Collective: the reduced model of the job's bodies with the `modes` of each of `Bodies::unique` (none of them, where
     /// the job asks for none: the compliance is then all there is).
     pub fn build(
         world: &World,

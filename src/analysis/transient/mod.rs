@@ -40,7 +40,7 @@ pub struct Inputs<'a> {
     pub contact: &'a job::Contact,
     /// The bodies with their modes.
     pub bodies: &'a Bodies,
-    /// Modes of each of [`Bodies::unique`].
+    /// Modes of each of `Bodies::unique`.
     pub modes: &'a [BodyModes],
     /// The reduced model.
     pub model: &'a Reduction,
