@@ -77,6 +77,9 @@ enum Symmetry {
     Skew,
 }
 
+/// Largest order: MUMPS numbers rows with 32 bits, and a torn header must not ask for memory without end.
+const MAX_ORDER: usize = 100_000_000;
+
 /// Reads a real square matrix. Errors name the file, the line, what was found and what was expected.
 pub fn read(path: &Path) -> Result<Csr> {
     let name = path.display();
@@ -121,6 +124,9 @@ fn parse(text: &str) -> std::result::Result<Csr, Fault> {
     let (n, columns) = (numbers[0], numbers[1]);
     if n != columns || n == 0 {
         return Err((at, format!("found a matrix of {n} rows and {columns} columns, expected a square one")));
+    }
+    if n > MAX_ORDER {
+        return Err((at, format!("found a matrix of {n} rows, expected at most {MAX_ORDER}")));
     }
     // An array lists whole columns, or their part on and below (skew: below) the diagonal.
     let first = |j: usize| match symmetry {
@@ -216,6 +222,7 @@ mod tests {
             (head.into(), 1, "truncated"),
             (format!("{head}2 3 1\n1 1 1\n"), 2, "2 rows and 3 columns"),
             (format!("{head}2 2\n"), 2, "three sizes"),
+            (format!("{head}9000000000000000000 9000000000000000000 0\n"), 2, "at most 100000000"),
             (format!("{head}2 2 2\n1 1 1\n"), 3, "truncated"),
             (format!("{head}2 2 1\n1 3 1\n"), 3, "\"3\", expected one of 1 to 2"),
             (format!("{head}2 2 1\n1 1 nan\n"), 3, "finite"),
