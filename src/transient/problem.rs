@@ -8,7 +8,7 @@
 use super::compact::Operator;
 use super::newton::Memory;
 use super::{fixed_point, gauss_seidel, newton};
-use crate::contact::laws::{project_disc, State};
+use crate::contact::laws::{natural_map, State};
 use crate::contact::FrictionLaw;
 use crate::{Error, Result};
 
@@ -250,18 +250,10 @@ impl StepProblem<'_> {
     /// that the projections find.
     pub fn map(&self, i: usize, r: &[f64], u: &[f64]) -> ([f64; 3], State) {
         let rho = self.rho(i);
-        let q = (r[2] - rho.normal * u[2]).max(0.0);
-        let z = [r[0] - rho.tangential * u[0], r[1] - rho.tangential * u[1]];
-        let bound = q * self.friction.coefficient(u[0].hypot(u[1]) / self.step);
-        let t = project_disc(z, bound);
-        let state = if q == 0.0 {
-            State::Open
-        } else if z[0].hypot(z[1]) <= bound {
-            State::Stick
-        } else {
-            State::Slip
-        };
-        ([r[0] - t[0], r[1] - t[1], r[2] - q], state)
+        let friction = self.friction.coefficient(u[0].hypot(u[1]) / self.step);
+        let (n, [x, y], state) =
+            natural_map(r[2], [r[0], r[1]], u[2], [u[0], u[1]], rho.normal, rho.tangential, friction);
+        ([x, y, n], state)
     }
 
     /// Largest component of the map over all nodes and of the errors in the totals, N; and the status of the nodes.

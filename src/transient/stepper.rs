@@ -5,7 +5,7 @@ use faer::Mat;
 use super::compact::Operator;
 use super::drive::{Drive, Normal, Tangential};
 use super::energy::Energy;
-use super::foot::{edge_value, feet, support, value, Foot};
+use super::foot::{feet, Foot};
 use super::model::{Impact, Model};
 use super::newton::Memory;
 use super::problem::{ContactSolver, Effort, StepProblem, StepSolution};
@@ -14,6 +14,10 @@ use crate::contact::krylov::dot;
 use crate::contact::laws::State as Status;
 use crate::contact::FrictionLaw;
 use crate::{Error, Result};
+
+mod working;
+
+use working::{Outside, Working};
 
 /// What does not change in time.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,33 +81,6 @@ pub struct Fields {
     pub creep: Vec<[f64; 2]>,
     /// 0 open, 1 stick, 2 slip, `[n]`.
     pub state: Vec<u8>,
-}
-
-/// The nodes that may touch (the core), and those around them whose displacements are needed.
-struct Working {
-    /// Core nodes, then the others.
-    nodes: Vec<usize>,
-    core: usize,
-    /// Place of each node of the interface in `nodes`, or `usize::MAX`.
-    place: Vec<usize>,
-    /// Columns of W of the core nodes, rows of all nodes here, `[3 core][3 len]`.
-    w: Vec<f64>,
-    /// Rows of Ψ, `[3 len][m]`.
-    psi: Vec<f64>,
-    /// Foot of each core node with its line of the grid.
-    feet: Vec<(usize, Foot)>,
-    /// Displacements at the present time, m, `[3 len]`.
-    u: Vec<f64>,
-}
-
-/// The nodes outside the working set: how near they are to touching.
-#[derive(Default)]
-struct Outside {
-    /// Smallest gap at the time of the last look, m.
-    gap: f64,
-    q: Vec<f64>,
-    reaction: Vec<f64>,
-    shift: f64,
 }
 
 /// Advances a [`State`] in time.
@@ -496,163 +473,5 @@ impl<'a> Stepper<'a> {
             }
         }
         guess
-    }
-
-    /// Displacement w of the material of core node `a` a step ago, m.
-    fn foot_value(&self, a: usize) -> [f64; 2] {
-        let ws = &self.working;
-        let (line, foot) = ws.feet[a];
-        let x = &self.model.interface.x;
-        let ix = ws.nodes[a] - line;
-        if let (Foot::Between { left, s }, true) = (foot, self.impact == Impact::Compliant && ix >= 2) {
-            let near = [ix, ix - 1, ix - 2].map(|jx| line + jx);
-            let closed = near.map(|j| self.state.reaction[3 * j + 2] > 0.0);
-            let place = near.map(|j| ws.place[j]);
-            if left + 1 == ix && closed == [true, false, false] {
-                let gap =
-                    [1, 2].map(|k| self.model.interface.gap[near[k]] - self.state.approach + ws.u[3 * place[k] + 2]);
-                if gap[0] > 0.0 {
-                    let distance = [x[ix] - x[ix - 1], x[ix] - x[ix - 2]];
-                    let travel = self.settings.drive.speed * self.settings.scheme.step;
-                    return [0, 1].map(|c| edge_value(travel, distance, place.map(|p| ws.u[3 * p + c]), gap));
-                }
-            }
-            // As in the steady analysis, the second closed node does not look across the edge.
-            if left + 1 == ix && closed == [true, true, false] {
-                return [0, 1].map(|c| ws.u[3 * place[0] + c] * s + ws.u[3 * place[1] + c] * (1.0 - s));
-            }
-        }
-        let at = |c: usize| {
-            value(&self.model.interface.x, foot, |ix| {
-                let place = ws.place[line + ix];
-                ws.u[3 * place + c]
-            })
-        };
-        [at(0), at(1)]
-    }
-
-    /// Nodes outside the core that the solution presses into each other, and the last look at those outside the working set
-    /// where it had to be renewed.
-    fn entering(
-        &self,
-        solution: &StepSolution,
-        (response, free): (&[f64], &[f64]),
-        reaction: &[f64],
-        q: &[f64],
-        approach: f64,
-    ) -> (Vec<usize>, Option<Outside>) {
-        let s = self.model.interface;
-        let ws = &self.working;
-        let shift = solution.shift[2] - approach;
-        let limit = -1e-12 * (shift.abs() + s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())));
-        let mut entering: Vec<usize> = (ws.core..ws.nodes.len())
-            .filter(|&a| s.gap[ws.nodes[a]] + shift + free[3 * a + 2] + response[3 * a + 2] < limit)
-            .map(|a| ws.nodes[a])
-            .collect();
-        if !entering.is_empty() {
-            return (entering, None);
-        }
-        // The others: only when they may have come near since the last look.
-        let o = &self.outside;
-        if o.q.len() == q.len() && o.reaction.len() == reaction.len() {
-            let moved: f64 = q.iter().zip(&o.q).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-            let loaded: f64 = reaction.iter().zip(&o.reaction).map(|(a, b)| (a - b).abs()).sum();
-            if o.gap > self.reach[0] * moved + self.reach[1] * loaded + (shift - o.shift).abs() {
-                return (entering, None);
-            }
-        }
-        let rows: Vec<usize> = (0..reaction.len()).filter(|&k| reaction[k] != 0.0).collect();
-        let mut nearest = f64::INFINITY;
-        for i in (0..s.len()).filter(|&i| ws.place[i] == usize::MAX) {
-            let col = self.model.residual.col(3 * i + 2);
-            let elastic: f64 = rows.iter().map(|&k| col[k] * reaction[k]).sum();
-            let moved = dot(&self.normal_rows[q.len() * i..][..q.len()], q);
-            let gap = s.gap[i] + shift + elastic + moved;
-            nearest = nearest.min(gap);
-            if gap < limit {
-                entering.push(i);
-            }
-        }
-        let (q, reaction) = (q.to_vec(), reaction.to_vec());
-        (entering, Some(Outside { gap: nearest, q, reaction, shift }))
-    }
-
-    /// Drops core nodes when many of them are open.
-    fn shrink(&mut self) -> Result<()> {
-        if self.working.core > 12 && 3 * self.working.core > 4 * self.report.closed + 36 {
-            return self.reset();
-        }
-        Ok(())
-    }
-
-    /// Makes the working set of the given core nodes.
-    fn gather(&mut self, mut core: Vec<usize>) -> Result<()> {
-        let s = self.model.interface;
-        let (nx, ny) = (s.x.len(), s.y.len());
-        let m = self.model.omega.len();
-        core.sort_unstable();
-        core.dedup();
-        let mut place = vec![usize::MAX; s.len()];
-        let mut nodes = core.clone();
-        for (a, &i) in core.iter().enumerate() {
-            place[i] = a;
-        }
-        let mut lines = Vec::with_capacity(core.len());
-        for &i in &core {
-            let (ix, iy) = (i % nx, i / nx);
-            let foot = self.feet[ix].filter(|_| !s.on_border(i) || self.impact == Impact::Rigid).ok_or_else(|| {
-                let [x, y] = s.point(i);
-                Error::Job(format!(
-                    "contact.patch: the contact reaches x = {x:.4e} m, y = {y:.4e} m, at the border of the patch; enlarge \
-                     contact.patch.half_length and contact.patch.half_width, or lower the load"
-                ))
-            })?;
-            lines.push((nx * iy, foot));
-            let around = (ix.saturating_sub(1)..(ix + 2).min(nx))
-                .flat_map(|jx| (iy.saturating_sub(1)..(iy + 2).min(ny)).map(move |jy| jx + nx * jy));
-            for j in around.chain(support(foot, nx).map(|jx| jx + nx * iy)) {
-                if place[j] == usize::MAX {
-                    place[j] = nodes.len();
-                    nodes.push(j);
-                }
-            }
-        }
-        let len = nodes.len();
-        let mut w = vec![0.0; 9 * core.len() * len];
-        for (a, &j) in core.iter().enumerate() {
-            for c in 0..3 {
-                let col = self.w.col_as_slice(3 * j + c);
-                let out = &mut w[3 * len * (3 * a + c)..][..3 * len];
-                for (o, &i) in out.chunks_exact_mut(3).zip(&nodes) {
-                    o.copy_from_slice(&col[3 * i..3 * i + 3]);
-                }
-            }
-        }
-        let mut psi = vec![0.0; 3 * len * m];
-        for k in 0..m {
-            for (a, &i) in nodes.iter().enumerate() {
-                for c in 0..3 {
-                    psi[m * (3 * a + c) + k] = self.model.modes[(3 * i + c, k)];
-                }
-            }
-        }
-        // Displacements of the present state: Ψ q + S R.
-        let mut u = vec![0.0; 3 * len];
-        let loaded: Vec<usize> = (0..self.state.reaction.len()).filter(|&k| self.state.reaction[k] != 0.0).collect();
-        for (a, &i) in nodes.iter().enumerate() {
-            for c in 0..3 {
-                let col = self.model.residual.col(3 * i + c);
-                let elastic: f64 = loaded.iter().map(|&k| col[k] * self.state.reaction[k]).sum();
-                u[3 * a + c] = elastic + dot(&psi[m * (3 * a + c)..][..m], &self.state.q);
-            }
-        }
-        let core = core.len();
-        self.working = Working { nodes, core, place, w, psi, feet: lines, u };
-        self.outside = Outside::default();
-        self.memory.forget();
-        self.before = None;
-        self.status = vec![Status::Open; core];
-        self.slip = vec![0.0; 2 * core];
-        Ok(())
     }
 }
