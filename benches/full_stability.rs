@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use num_complex::Complex;
 use railsqueal::analysis::stability::full::system::System;
-use railsqueal::analysis::stability::full::{Coupling, Damping};
+use railsqueal::analysis::stability::full::{Coupling, Damping, Place};
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::statics::Statics;
 use railsqueal::contact::{
@@ -58,8 +58,8 @@ fn main() {
     if let Some(path) = argument("--export") {
         export(&world, &path, &bodies, &contact).unwrap();
     }
-    let mut system =
-        System::new(&petsc, &bodies, [(0, DAMPING), (1, DAMPING)], Coupling::new(&contact), HEIGHT).unwrap();
+    let places = [0, 1].map(|body| Place::rayleigh(body, DAMPING));
+    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&contact), HEIGHT).unwrap();
     let order = world.sum_u64(system.n_local() as u64);
     let (start, start_cpu) = (Instant::now(), cpu());
     let shift = system.shift_to(HEIGHT).unwrap();

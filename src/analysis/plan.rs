@@ -177,7 +177,7 @@ impl Plan {
 /// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the bytes) for a
 /// body that is damped unlike the lower one, responses to unit forces on the contact rows, and the Krylov basis with the eigenvectors.
 fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize, shared: &mut Vec<(&'static str, f64)>) {
-    let damping: Vec<_> = job.bodies().iter().map(|(_, b)| b.damping.clone()).collect();
+    let damping: Vec<_> = job.bodies().iter().map(|(_, b)| (b.damping.alpha, b.damping.beta)).collect();
     let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
     let (mut factors, mut responses, mut unknowns) = (0.0, 0.0, 0.0);
     for (i, body) in bodies.iter().enumerate() {

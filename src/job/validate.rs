@@ -331,13 +331,6 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     if let Some(phases) = job.analyses.stability.as_ref().map(|s| s.phases).filter(|p| !p.is_multiple_of(4)) {
         faults.push(format!("analyses.stability.phases: found {phases}, expected a multiple of 4: a quarter period after the real part comes the imaginary one"));
     }
-    if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
-        for (name, _) in job.bodies().iter().filter(|(_, b)| b.damping.modal.is_some()) {
-            faults.push(format!(
-                "bodies.{name}.damping.modal: loss factors of modes are no damping matrix; analyses.stability.full needs damping.alpha and damping.beta"
-            ));
-        }
-    }
     let c = contact.creepage;
     if c.longitudinal == 0.0 && c.lateral == 0.0 && c.spin == 0.0 {
         faults.push(

@@ -309,12 +309,60 @@ fn the_reduced_model_converges_to_the_full_system() {
     assert!(errors[0] < 5e-4 && errors[1] < 0.25 * errors[0], "{errors:?}");
 }
 
+/// The file of complex modes and the tables that go with it.
+#[track_caller]
+fn check_modes(folder: &Folder, job: &serde_json::Value) {
+    let radii = ["inner_radius", "outer_radius"].map(|r| job["bodies"]["lower"]["mesh"]["cylinder"][r].to_string());
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/check_modes.py");
+    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python");
+    let python = if venv.exists() { venv } else { "python3".into() };
+    let check = std::process::Command::new(python).arg(script).arg(folder.path("job.h5")).args(&radii).output();
+    let check = check.expect("python3 with h5py and vtk");
+    assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
+}
+
+/// Loss factors mean the same in both systems: the modes kept are damped, the rest is not. Shapes and their energies with it.
+#[test]
+fn modal_damping_is_that_of_the_full_system_too() {
+    let mut job = sliding([0.03, 0.02]);
+    job["analyses"]["stability"] = json!({ "full": { "max_frequency": 1500, "count": 10 } });
+    job["analyses"]["stability"]["phases"] = json!(4);
+    job["output"] = json!({ "fields": true });
+    job["bodies"]["lower"]["damping"] = json!({ "modal": { "by_mode": [0.01, 0.03, 0.02] } });
+    let bands = json!([{ "up_to": 700, "loss_factor": 0.03 }, { "loss_factor": 0.01 }]);
+    job["bodies"]["upper"]["damping"] = json!({ "modal": { "by_frequency": bands } });
+    let mut first: Option<[Vec<f64>; 2]> = None;
+    for ranks in [1, 2] {
+        let folder = Folder::with(job.to_string());
+        folder.call(ranks, "run", &[]).good();
+        let [growth, frequency, partner] =
+            ["growth_rate", "frequency", "partner"].map(|n| numbers(&folder.path("job.h5"), &format!("stability/{n}")));
+        let full: Vec<usize> = (0..growth.len()).filter(|&i| partner[i] >= 0.0 && partner[i] < i as f64).collect();
+        assert!(full.len() >= 10, "{} pairs", full.len());
+        let omega = 2.0 * std::f64::consts::PI;
+        for &i in &full {
+            let j = partner[i] as usize;
+            let distance = (growth[i] - growth[j]).hypot(omega * (frequency[i] - frequency[j]));
+            assert!(distance < 5e-4 * omega * frequency[i], "{distance} 1/s apart at {} Hz", frequency[i]);
+            // The least loss factor is 0.01, so damping is worth ten times the distance that is allowed.
+            assert!(growth[i] < 0.0, "growth rate {} at {} Hz", growth[i], frequency[i]);
+        }
+        let found = [&frequency, &growth].map(|v| full.iter().map(|&i| v[i]).collect::<Vec<f64>>());
+        let expected = first.get_or_insert_with(|| found.clone());
+        for (a, b) in found.iter().zip(expected.iter()) {
+            close("full spectrum", a, b, 1e-7);
+        }
+        if ranks == 1 {
+            check_modes(&folder, &job);
+        }
+    }
+}
+
 /// Complex modes play in VTK, keep to the supports and the contact, and their energies add up; on the reduced and on the full system.
 #[test]
 fn complex_modes_are_motions_of_the_bodies() {
     let mut job = sliding([0.03, 0.02]);
     job["output"] = json!({ "fields": true });
-    let radii = ["inner_radius", "outer_radius"].map(|r| job["bodies"]["lower"]["mesh"]["cylinder"][r].to_string());
     for (stability, ranks) in
         [(json!({ "shapes": 4, "phases": 8 }), 2), (json!({ "full": { "max_frequency": 700 } }), 1)]
     {
@@ -322,11 +370,6 @@ fn complex_modes_are_motions_of_the_bodies() {
         let folder = Folder::with(job.to_string());
         folder.call(ranks, "run", &[]).good();
         assert!(folder.listing().contains(&"job.modes.vtkhdf".to_string()), "{:?}", folder.listing());
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/check_modes.py");
-        let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python");
-        let python = if venv.exists() { venv } else { "python3".into() };
-        let check = std::process::Command::new(python).arg(script).arg(folder.path("job.h5")).args(&radii).output();
-        let check = check.expect("python3 with h5py and vtk");
-        assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
+        check_modes(&folder, &job);
     }
 }

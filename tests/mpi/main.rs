@@ -25,6 +25,10 @@ const TESTS: &[Test] = &[
     ("stability::unlike_bodies", stability::unlike_bodies),
     ("stability::unlike_damping", stability::unlike_damping),
     ("stability::mirror_images", stability::mirror_images),
+    ("stability::modal_damping", stability::modal_damping),
+    ("stability::modal_damping_of_a_mirror_image", stability::modal_damping_of_a_mirror_image),
+    ("stability::modal_against_rayleigh_damping", stability::modal_against_rayleigh_damping),
+    ("stability::ranks_without_rows", stability::ranks_without_rows),
     ("stability::inaccurate_pairs_are_refused", stability::inaccurate_pairs_are_refused),
 ];
 

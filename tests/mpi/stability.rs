@@ -2,10 +2,12 @@
 
 use crate::elasticity::block;
 use faer::linalg::solvers::Solve;
-use faer::Mat;
+use faer::{Mat, Side};
 use num_complex::Complex;
-use railsqueal::analysis::stability::full::{spectrum, Damping, FullOptions, FullSpectrum};
-use railsqueal::body::fe::FeBody;
+use railsqueal::analysis::stability::full::{spectrum, Damping, FullOptions, FullSpectrum, Place};
+use railsqueal::body::fe::{BodyModes, FeBody};
+use railsqueal::body::modes;
+use railsqueal::body::statics::Statics;
 use railsqueal::contact::SlidingContact;
 use railsqueal::fem::Material;
 use railsqueal::mesh::grid::ContactGrid;
@@ -70,8 +72,38 @@ fn dense(world: &World, a: &DistCsr) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| values[i * n + j])
 }
 
+/// The lowest free modes of a body, densely: angular frequencies and mass-normalised columns.
+fn dense_modes(world: &World, body: &FeBody, count: usize) -> (Vec<f64>, Mat<f64>) {
+    let (k, m) = (dense(world, &body.operators.stiffness), dense(world, &body.operators.mass));
+    // K = L Lᵀ, L⁻¹ M L⁻ᵀ z = z / ω², φ = ω L⁻ᵀ z.
+    let factor = k.llt(Side::Lower).unwrap();
+    let mut b = m;
+    let l = factor.L().to_owned();
+    let lu = l.partial_piv_lu();
+    lu.solve_in_place(&mut b);
+    let mut b = b.transpose().to_owned();
+    lu.solve_in_place(&mut b);
+    let eigen = b.self_adjoint_eigen(Side::Lower).unwrap();
+    let n = k.nrows();
+    let omega: Vec<f64> = (0..count).map(|j| eigen.S().column_vector()[n - 1 - j].sqrt().recip()).collect();
+    let mut phi = Mat::from_fn(n, count, |i, j| omega[j] * eigen.U()[(i, n - 1 - j)]);
+    l.transpose().to_owned().partial_piv_lu().solve_in_place(&mut phi);
+    (omega, phi)
+}
+
+/// This rank's rows of them.
+fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
+    let (omega, phi) = dense_modes(world, body, count);
+    let first = body.dofs.begin() as usize;
+    let rows = first..first + body.dofs.owned();
+    let vectors = (0..count).map(|j| rows.clone().map(|i| phi[(i, j)]).collect()).collect();
+    BodyModes { omega, residual: vec![0.0; count], vectors }
+}
+
 /// [K, C, M] of the whole system, unknowns (u1, u2, r), every rank: w = u1 − u2, gap change = (u2 − u1)·z with the upper body reflected in z.
-fn matrices(world: &World, bodies: [&FeBody; 2], damping: [Damping; 2], s: &SlidingContact) -> [Mat<f64>; 3] {
+fn matrices(world: &World, all: &[FeBody], places: &[Place; 2], s: &SlidingContact) -> [Mat<f64>; 3] {
+    let bodies = [0, 1].map(|b| &all[places[b].body]);
+    let damping = [0, 1].map(|b| places[b].damping);
     let rows = bodies.map(|b| b.contact_rows(world).unwrap());
     let sizes = bodies.map(|b| b.dofs.total() as usize);
     let (n, k) = (sizes[0] + sizes[1], s.nodes.len());
@@ -85,6 +117,15 @@ fn matrices(world: &World, bodies: [&FeBody; 2], damping: [Damping; 2], s: &Slid
                 stiff[at] = kb[(i, j)];
                 mass[at] = mb[(i, j)];
                 damp[at] = damping[b].alpha * mb[(i, j)] + damping[b].beta * kb[(i, j)];
+            }
+        }
+        let modal = &places[b].modal;
+        let (_, phi) = dense_modes(world, bodies[b], modal.len());
+        let loads = &mb * &phi;
+        for i in 0..sizes[b] {
+            for j in 0..sizes[b] {
+                let sum: f64 = modal.iter().enumerate().map(|(k, c)| c * loads[(i, k)] * loads[(j, k)]).sum();
+                damp[(first[b] + i, first[b] + j)] += sum;
             }
         }
     }
@@ -160,24 +201,26 @@ fn eigenvalues(matrices: &[Mat<f64>; 3], unknowns: usize, rate: f64) -> Vec<C> {
 fn both(
     world: &World,
     bodies: &[FeBody],
-    places: [(usize, Damping); 2],
+    places: &[Place; 2],
+    s: &SlidingContact,
     tolerance: f64,
 ) -> (railsqueal::Result<FullSpectrum>, Vec<C>, [Mat<f64>; 3]) {
-    let s = contact();
-    let pair = places.map(|p| &bodies[p.0]);
-    let matrices = matrices(world, pair, places.map(|p| p.1), &s);
+    let matrices = matrices(world, bodies, places, s);
     let unknowns = matrices[0].nrows() - s.nodes.len();
     let exact = eigenvalues(&matrices, unknowns, 2.0 * PI * 15e3);
     let options = FullOptions { max_frequency: LIMIT, damping_ratio: 0.2, count: 12, tolerance };
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let found = spectrum(&petsc, bodies, places, &s, &exact, &[], &options, &mut Progress::new(false));
+    let count = places.iter().map(|p| p.modal.len()).max().unwrap_or(0);
+    let modes: Vec<BodyModes> = bodies.iter().map(|b| shared_modes(world, b, count)).collect();
+    let modes = if count > 0 { &modes[..] } else { &[] };
+    let found = spectrum(&petsc, bodies, modes, places, s, &exact, &options, &mut Progress::new(false));
     (found, exact, matrices)
 }
 
 const LIMIT: f64 = 40e3;
 
-fn compare(world: &World, bodies: &[FeBody], places: [(usize, Damping); 2]) {
-    let (found, exact, matrices) = both(world, bodies, places, 1e-9);
+fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &SlidingContact) {
+    let (found, exact, matrices) = both(world, bodies, &places, s, 1e-9);
     let found = found.unwrap();
     assert!(found.shifts.len() > 1, "one shift only");
     // Every dense eigenvalue of the promised wedge is there, once, and nothing else.
@@ -194,9 +237,9 @@ fn compare(world: &World, bodies: &[FeBody], places: [(usize, Damping); 2]) {
         let hits = found.pairs.iter().filter(|p| near(p.value, *v)).count();
         assert_eq!(hits, twins, "{v} of {promised:?}");
     }
-    let (s, n) = (contact(), matrices[0].nrows());
+    let n = matrices[0].nrows();
     let conjugate = |v: C| exact.iter().any(|w| near(*w, v.conj()));
-    let rows: Vec<Vec<u64>> = places.iter().map(|p| bodies[p.0].contact_rows(world).unwrap()).collect();
+    let rows: Vec<Vec<u64>> = places.iter().map(|p| bodies[p.body].contact_rows(world).unwrap()).collect();
     for p in &found.pairs {
         assert!(exact.iter().any(|v| near(p.value, *v)), "{} is not an eigenvalue", p.value);
         assert!(conjugate(p.value), "{} has no conjugate", p.value);
@@ -224,27 +267,136 @@ fn compare(world: &World, bodies: &[FeBody], places: [(usize, Damping); 2]) {
 pub fn unlike_bodies(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    compare(world, &bodies, [(0, damping), (1, damping)]);
+    compare(world, &bodies, [0, 1].map(|body| Place::rayleigh(body, damping)), &contact());
 }
 
 /// Unlike damping: a complex factorisation for the upper body.
 pub fn unlike_damping(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    compare(world, &bodies, [(0, Damping { alpha: 5.0, beta: 1e-7 }), (1, Damping { alpha: 40.0, beta: 2e-7 })]);
+    let damping = [Damping { alpha: 5.0, beta: 1e-7 }, Damping { alpha: 40.0, beta: 2e-7 }];
+    compare(world, &bodies, [0, 1].map(|body| Place::rayleigh(body, damping[body])), &contact());
 }
 
 /// Mirror images: one factorisation for both.
 pub fn mirror_images(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9)];
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
-    compare(world, &bodies, [(0, damping), (0, damping)]);
+    compare(world, &bodies, [0, 0].map(|body| Place::rayleigh(body, damping)), &contact());
+}
+
+/// Loss factors that differ from mode to mode, up to a tenth; one mode is not damped at all.
+fn loss(omega: &[f64], least: f64) -> Vec<f64> {
+    let factor = |k: usize| if k == 1 { 0.0 } else { least + 0.02 * k as f64 };
+    omega.iter().enumerate().map(|(k, w)| w * factor(k)).collect()
+}
+
+/// Unlike bodies, the lowest modes of each damped: real factorisations.
+pub fn modal_damping(world: &World) {
+    let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
+    let place = |body: usize| {
+        let (omega, _) = dense_modes(world, &bodies[body], 5 - body);
+        Place { body, modal: loss(&omega, 0.01 + 0.005 * body as f64), ..Place::default() }
+    };
+    // Every body has as many modes as the one with most.
+    let mut places = [place(0), place(1)];
+    places[1].modal.push(0.0);
+    compare(world, &bodies, places, &contact());
+}
+
+/// Modal damping of the upper one of two mirror images, beside Rayleigh damping of both: one factorisation.
+pub fn modal_damping_of_a_mirror_image(world: &World) {
+    let bodies = [body(world, "lower", 2, 205e9)];
+    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let (omega, _) = dense_modes(world, &bodies[0], 4);
+    compare(
+        world,
+        &bodies,
+        [Place::rayleigh(0, damping), Place { body: 0, damping, modal: loss(&omega, 0.02) }],
+        &contact(),
+    );
+}
+
+/// Modal damping against Rayleigh damping: a complex factorisation for the upper body, corrected for its modes.
+pub fn modal_against_rayleigh_damping(world: &World) {
+    let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
+    let (omega, _) = dense_modes(world, &bodies[1], 3);
+    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let upper = Place { body: 1, modal: loss(&omega, 0.02), ..Place::default() };
+    compare(world, &bodies, [Place::rayleigh(0, damping), upper], &contact());
+}
+
+/// A bar along x of which one end is free, on either side, so that on several ranks some have no rows at all, or none of the contact.
+fn bar(world: &World, name: &str, free_end: f64) -> FeBody {
+    let (nx, nz) = (8, 2);
+    let mut mesh = block([nx, 1, nz], [0.4, 0.05, 0.1], |x| x);
+    let id = |i: usize, j: usize, k: usize| (i + (nx + 1) * (j + 2 * k)) as u32;
+    // Cells count from the free end on.
+    let cell = |i: usize| if free_end > 0.0 { nx - 1 - i } else { i };
+    let face = |i: usize, k: usize| [id(i, 0, k), id(i + 1, 0, k), id(i + 1, 1, k), id(i, 1, k)];
+    mesh.groups.insert("contact".into(), vec![face(cell(0), nz)]);
+    let held = (3..nx).flat_map(|i| (0..=nz).map(move |k| (i, k))).map(|(i, k)| face(cell(i), k)).collect();
+    mesh.groups.insert("foot".into(), held);
+    let end = if free_end > 0.0 { 0.4 - 0.025 } else { 0.025 };
+    for p in &mut mesh.nodes {
+        *p = [p[0] - end, p[1] - 0.025, p[2] - 0.1];
+    }
+    let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
+    let material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+    FeBody::new(world, name, world.is_root().then_some(&mesh), grid, material, &["foot".into()]).unwrap()
+}
+
+/// Angular frequencies as the program finds them.
+fn free_modes(world: &World, body: &FeBody, count: usize) -> Vec<f64> {
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let mut statics = Statics::direct(&petsc, body).unwrap();
+    modes::compute(&petsc, body, &mut statics, modes::Extent::Count(count), &mut |_, _| {}).unwrap().omega
+}
+
+/// Two closed nodes of the four, and two upstream of them.
+fn small_contact() -> SlidingContact {
+    let whole = contact();
+    SlidingContact {
+        nodes: vec![1, 3],
+        force: whole.force[..2].to_vec(),
+        direction: whole.direction[..2].to_vec(),
+        velocity: whole.velocity[..2].to_vec(),
+        friction: whole.friction[..2].to_vec(),
+        slope: whole.slope[..2].to_vec(),
+        convection: [1, 3].map(|n| vec![(n, SPEED / 0.05), (n - 1, -SPEED / 0.05)]).into(),
+    }
+}
+
+/// Ranks without any unknown, and ranks without contact rows, with real and with complex factorisations and damped modes.
+pub fn ranks_without_rows(world: &World) {
+    for free_end in [1.0, -1.0] {
+        let bodies = [bar(world, "lower", free_end), bar(world, "upper", free_end)];
+        let owned: Vec<u64> = world.all_gather(&[bodies.iter().map(|b| b.dofs.owned() as u64).sum()]);
+        assert_eq!(owned.iter().sum::<u64>(), 2 * 54);
+        assert!(world.size < 3 || owned.contains(&0), "every rank has rows: {owned:?}");
+        let rows = bodies[0].contact_rows(world).unwrap();
+        let own = bodies[0].dofs.begin()..bodies[0].dofs.begin() + bodies[0].dofs.owned() as u64;
+        let touching = world.all_gather(&[rows.iter().filter(|r| own.contains(r)).count() as u64]);
+        assert!(world.size == 1 || touching.contains(&0), "every rank has contact rows: {touching:?}");
+        let damping = Damping { alpha: 5.0, beta: 1e-7 };
+        let (omega, _) = dense_modes(world, &bodies[1], 3);
+        let free = free_modes(world, &bodies[1], 3);
+        for (a, b) in free.iter().zip(&omega) {
+            assert!((a - b).abs() < 1e-8 * b, "free modes {free:?} and {omega:?}");
+        }
+        let upper = Place { body: 1, modal: loss(&omega, 0.02), ..Place::default() };
+        let alike = [0, 1].map(|body| Place::rayleigh(body, damping));
+        for places in [alike, [Place::rayleigh(0, damping), upper]] {
+            compare(world, &bodies, places, &small_contact());
+        }
+    }
 }
 
 /// What does not reach the tolerance is no result.
 pub fn inaccurate_pairs_are_refused(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    let error = both(world, &bodies, [(0, damping), (1, damping)], 1e-22).0.unwrap_err();
+    let error =
+        both(world, &bodies, &[0, 1].map(|body| Place::rayleigh(body, damping)), &contact(), 1e-22).0.unwrap_err();
     assert_eq!(error.exit_code(), 4, "{error}");
     assert!(error.message().contains("backward error"), "{error}");
 }

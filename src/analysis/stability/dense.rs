@@ -77,7 +77,8 @@ pub fn run(
         let q: Vec<C> = places.iter().zip(&motion).flat_map(amplitudes).collect();
         shares.push(super::reduced::shares(&model.omega, &q, pair.value));
         let residuals = Residuals { backward_error: pair.backward_error, correction: 0.0, constraint: pair.constraint };
-        pairs.push(FullPair { value: pair.value, motion, pressure: Vec::new(), forces: Vec::new(), residuals });
+        let (pressure, forces) = (Vec::new(), Vec::new());
+        pairs.push(FullPair { value: pair.value, motion, pressure, forces, damping: [0.0; 2], residuals });
     }
     Ok(FullResult { spectrum: FullSpectrum { pairs, shifts: Vec::new() }, shares, partners })
 }

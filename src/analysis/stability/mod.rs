@@ -69,8 +69,7 @@ pub(super) fn run(
     } else if job.output.fields {
         progress.stage("complex modes");
         let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
-        let full = full.as_ref().map(|f| (f, rayleigh(job)));
-        shapes::run(world, stability, bodies, modes, solvers, reduced, full, options, file)?;
+        shapes::run(world, stability, bodies, modes, solvers, reduced, full.as_ref(), options, file)?;
     }
     Ok(found.map(|f| f.spectrum))
 }
@@ -81,11 +80,6 @@ pub(super) struct Parts<'a> {
     /// Free modes of each of [`Bodies::unique`].
     pub(super) modes: &'a [BodyModes],
     pub(super) model: &'a Reduction,
-}
-
-/// Rayleigh damping of the bodies, lower first.
-fn rayleigh(job: &Job) -> Vec<full::Damping> {
-    job.bodies().iter().map(|(_, b)| full::Damping { alpha: b.damping.alpha, beta: b.damping.beta }).collect()
 }
 
 /// What rank 0 found on the reduced model.

@@ -2,7 +2,7 @@
 //! file that shows them over a period.
 
 use super::full::driver::FullResult;
-use super::full::{Damping, FullPair};
+use super::full::FullPair;
 use super::reduced::{reactions, Eigenpair};
 use super::Found;
 use crate::analysis::bodies::Bodies;
@@ -42,7 +42,7 @@ struct Energy {
     growth: [f64; 3],
 }
 
-/// Collective: recovers and writes the selected complex modes. The `full` system (with the bodies' damping) is preferred where it is given.
+/// Collective: recovers and writes the selected complex modes. The `full` system is preferred where it is given.
 #[allow(clippy::too_many_arguments)]
 pub(super) fn run(
     world: &World,
@@ -51,12 +51,12 @@ pub(super) fn run(
     modes: &[BodyModes],
     solvers: &mut [Statics],
     reduced: Option<(&Found, &ModalPair)>,
-    full: Option<(&FullResult, Vec<Damping>)>,
+    full: Option<&FullResult>,
     options: &RunOptions,
     file: &mut ResultFile,
 ) -> Result<()> {
     let shapes = match full {
-        Some((full, damping)) => of_full(world, bodies, full, reduced, &damping, stability.shapes as usize),
+        Some(full) => of_full(full, reduced, stability.shapes as usize),
         None => of_reduced(world, bodies, modes, solvers, reduced, stability.shapes as usize)?,
     };
     if shapes.is_empty() {
@@ -76,26 +76,19 @@ fn selected(growth: impl Iterator<Item = f64>, least: usize) -> usize {
     growth.iter().filter(|g| **g > 0.0).count().max(least).min(growth.len())
 }
 
-fn of_full(
-    world: &World,
-    bodies: &Bodies,
-    full: &FullResult,
-    reduced: Option<(&Found, &ModalPair)>,
-    damping: &[Damping],
-    least: usize,
-) -> Vec<Shape> {
+fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usize) -> Vec<Shape> {
     if least == 0 {
         return Vec::new();
     }
     let pairs = &full.spectrum.pairs;
     let before = reduced.map_or(0, |r| r.0.spectrum.eigenpairs.len());
     let count = selected(pairs.iter().map(|p| p.value.re), least);
-    let shape = |(i, p): (usize, &FullPair)| {
-        let damping = [0, 1].map(|b| {
-            let (m, k) = forms(world, fe(bodies, b), &p.motion[b]);
-            damping[b].alpha * m + damping[b].beta * k
-        });
-        Shape { value: p.value, place: before + i, motion: p.motion.clone(), forces: p.forces.clone(), damping }
+    let shape = |(i, p): (usize, &FullPair)| Shape {
+        value: p.value,
+        place: before + i,
+        motion: p.motion.clone(),
+        forces: p.forces.clone(),
+        damping: p.damping,
     };
     pairs.iter().take(count).enumerate().map(shape).collect()
 }

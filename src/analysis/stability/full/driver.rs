@@ -1,9 +1,9 @@
 //! The full analysis of a job: from the reduced spectrum to the full one, compared.
 
 use super::cover::{partners, Wedge};
-use super::{spectrum, Damping, FullOptions, FullPair, FullSpectrum};
-use crate::analysis::bodies::Bodies;
-use crate::analysis::reduction::ModalPair;
+use super::{spectrum, Damping, FullOptions, FullPair, FullSpectrum, Place};
+use crate::analysis::bodies::{self, Bodies};
+use crate::analysis::reduction::{self, ModalPair};
 use crate::analysis::report::Summary;
 use crate::analysis::stability::Spectrum;
 use crate::body::fe::BodyModes;
@@ -50,23 +50,27 @@ pub fn run(
     })?;
     let contact = shared_contact(world, reduced.map(|r| r.1));
     let guide: Vec<C> = world.broadcast(reduced.map(|r| r.0.all.clone()).unwrap_or_default());
-    let poles: Vec<f64> = modes.iter().flat_map(|m| m.omega.iter().copied()).collect();
-    let places: Vec<(usize, Damping)> = bodies
-        .places
-        .iter()
-        .zip(job.bodies())
-        .map(|(place, (_, body))| (place.body, Damping { alpha: body.damping.alpha, beta: body.damping.beta }))
-        .collect();
-    let [lower, upper] = places[..] else {
-        return Err(Error::Defect("full stability of other than two bodies".into()));
+    let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<Place> {
+        let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
+        let modal = match (&body.damping.modal, modes.get(place.body)) {
+            (Some(_), Some(modes)) => {
+                reduction::damping(&body.damping, &modes.omega, &format!("bodies.{name}.damping"))?
+            }
+            (Some(_), None) => return Err(Error::Defect(format!("no modes of the body {name} to damp"))),
+            (None, _) => Vec::new(),
+        };
+        Ok(Place { body: place.body, damping, modal })
     };
+    let places = bodies.places.iter().zip(job.bodies()).map(place).collect::<Result<Vec<_>>>()?;
+    let places: [Place; 2] =
+        places.try_into().map_err(|_| Error::Defect("full stability of other than two bodies".into()))?;
     let options = FullOptions {
         max_frequency: wanted.max_frequency,
         damping_ratio: wanted.damping_ratio,
         count: wanted.count as usize,
         tolerance: wanted.tolerance,
     };
-    let mut spectrum = spectrum(petsc, &bodies.unique, [lower, upper], &contact, &guide, &poles, &options, progress)?;
+    let mut spectrum = spectrum(petsc, &bodies.unique, modes, &places, &contact, &guide, &options, progress)?;
     let paired = world.on_root(|| {
         let full: Vec<C> = spectrum.pairs.iter().map(|p| p.value).collect();
         let reduced: Vec<C> = reduced.map(|r| r.0.eigenpairs.iter().map(|p| p.value).collect()).unwrap_or_default();

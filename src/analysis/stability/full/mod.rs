@@ -3,10 +3,12 @@
 
 pub mod coupling;
 pub mod cover;
+mod damping;
 pub(super) mod driver;
+mod inverse;
 pub mod system;
 
-use crate::body::fe::FeBody;
+use crate::body::fe::{BodyModes, FeBody};
 use crate::contact::SlidingContact;
 use crate::petsc::pep::{quadratic, QuadraticOptions};
 use crate::petsc::Petsc;
@@ -17,7 +19,7 @@ use num_complex::Complex;
 use system::{Residuals, System};
 
 pub use coupling::Coupling;
-pub use system::Damping;
+pub use damping::{Damping, Place};
 
 type C = Complex<f64>;
 
@@ -48,6 +50,8 @@ pub struct FullPair {
     pub pressure: Vec<C>,
     /// Reactions of the closed nodes, N, rows (x, y, n), `[3k]`, on every rank.
     pub forces: Vec<C>,
+    /// Power of each body's own damping with this motion over |λ|²: uᴴ C u, N·s/m.
+    pub damping: [f64; 2],
     /// Its residuals.
     pub residuals: Residuals,
 }
@@ -74,27 +78,28 @@ pub struct FullSpectrum {
     pub shifts: Vec<ShiftReport>,
 }
 
-/// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `places` are the lower and the upper body, each an index in `bodies`
-/// and its damping. `reduced` are the eigenvalues of the reduced model (both of each conjugate pair), which say where to look; `poles` the angular
-/// frequencies of the bodies' free modes.
+/// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `places` are the lower and the upper body. `modes` are the free modes of
+/// each of `bodies`, whose frequencies the shifts avoid, or none. `reduced` are the eigenvalues of the reduced model (both of each conjugate pair), which
+/// say where to look.
 #[allow(clippy::too_many_arguments)]
 pub fn spectrum<'a>(
     petsc: &'a Petsc<'a>,
     bodies: &'a [FeBody],
-    places: [(usize, Damping); 2],
+    modes: &[BodyModes],
+    places: &[Place; 2],
     contact: &SlidingContact,
     reduced: &[C],
-    poles: &[f64],
     options: &FullOptions,
     progress: &mut Progress,
 ) -> Result<FullSpectrum> {
     let wedge = Wedge::new(options.max_frequency, options.damping_ratio);
-    let mut system = System::new(petsc, bodies, places, Coupling::new(contact), 0.5 * wedge.height)?;
+    let poles: Vec<f64> = modes.iter().flat_map(|m| m.omega.iter().copied()).collect();
+    let mut system = System::new(petsc, bodies, modes, places, Coupling::new(contact), 0.5 * wedge.height)?;
     let mut from = 0.0;
     let (mut discs, mut pairs, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
     while from < wedge.height {
-        let next = cover::next(&wedge, from, options.count, reduced, poles, |height| {
-            places[0].1.on_curve(height).map_or(C::new(0.0, height), |on| on.0)
+        let next = cover::next(&wedge, from, options.count, reduced, &poles, |height| {
+            places[0].damping.on_curve(height).map_or(C::new(0.0, height), |on| on.0)
         });
         let shift = system.shift_to(next.height)?;
         let mut count = next.count;
@@ -158,7 +163,8 @@ fn around(
         }
         let (motion, pressure) = system.split(x);
         let forces = system.reactions(value, x);
-        pairs.push(FullPair { value, motion, pressure, forces, residuals });
+        let damping = system.dissipation(x);
+        pairs.push(FullPair { value, motion, pressure, forces, damping, residuals });
     }
     Ok((pairs, found.solves))
 }

@@ -5,10 +5,12 @@
 //! gives the motion of the contact rows. The bodies meet in the contact rows alone. With Rayleigh damping
 //! λ²M + λC + K = (1 + λβ)(K − sM), s = −(λ² + λα)/(1 + λβ), and on the curve of the shifts that [`Damping::on_curve`] gives s is real: then one
 //! real symmetric factorisation for each body is all, and what couples the bodies is a small dense problem on their receptances
-//! at the contact rows (Woodbury's identity).
+//! at the contact rows (Woodbury's identity). Modal damping is of low rank and enters in the same way.
 
 use super::coupling::{CoupledContact, Coupling};
-use crate::body::fe::{sign, FeBody};
+use super::damping::{Damping, ModalCorrection, ModalDamping, Place};
+use super::inverse::{mirror, Inverse, ShiftedBody};
+use crate::body::fe::{sign, BodyModes, FeBody};
 use crate::parallel::World;
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::csr::Operator;
@@ -18,35 +20,9 @@ use crate::petsc::Petsc;
 use crate::{Error, Result};
 use faer::Mat;
 use num_complex::Complex;
+use std::rc::Rc;
 
 type C = Complex<f64>;
-
-/// Rayleigh damping C = αM + βK.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Damping {
-    /// α, 1/s.
-    pub alpha: f64,
-    /// β, s.
-    pub beta: f64,
-}
-
-impl Damping {
-    /// The shift of imaginary part `height` (rad/s) at which s is real, with that s (1/s²): the eigenvalue that a mode of a body with this
-    /// damping would have. `None` where so fast a mode would not oscillate.
-    pub fn on_curve(&self, height: f64) -> Option<(C, f64)> {
-        let mut s = height * height;
-        for _ in 0..200 {
-            let half = 0.5 * (self.alpha + self.beta * s);
-            let next = height * height + half * half;
-            if (next - s).abs() <= 1e-15 * s {
-                break;
-            }
-            s = next;
-        }
-        let half = 0.5 * (self.alpha + self.beta * s);
-        ((height * height + half * half - s).abs() <= 1e-12 * s && s.is_finite()).then(|| (C::new(-half, height), s))
-    }
-}
 
 /// One of the two bodies.
 struct Part<'a> {
@@ -54,6 +30,7 @@ struct Part<'a> {
     stiffness: Operator<'a>,
     mass: Operator<'a>,
     damping: Damping,
+    modal: Option<ModalDamping>,
     /// Index in the list of finite-element bodies: equal for mirror images.
     body: usize,
     /// This rank's contact rows: (row of the coupling, local degree of freedom, entry of Y).
@@ -68,26 +45,11 @@ impl Part<'_> {
     }
 }
 
-/// Inverse of a body's dynamic stiffness.
-enum Inverse<'a> {
-    /// That of K − sM with real s, and the factor 1/(1 + λβ) that belongs to it.
-    Real(Factor<'a>, C),
-    /// That of λ²M + λC + K.
-    Complex(ComplexFactor<'a>),
-}
-
-/// A body, or two mirror images, at a shift.
-struct ShiftedBody<'a> {
-    inverse: Inverse<'a>,
-    /// The inverse times Bᵀ (without the factor of a real one): local rows of `[3m]` columns, m/N; imaginary parts, empty if there are none.
-    columns: [Vec<f64>; 2],
-    /// The parts that it stands for.
-    parts: Vec<usize>,
-}
-
 /// The inverse at a shift.
 struct Shift<'a> {
     bodies: Vec<ShiftedBody<'a>>,
+    /// Of each part, where its modes are damped.
+    modal: Vec<Option<ModalCorrection>>,
     /// On rank 0.
     contact: Option<CoupledContact>,
 }
@@ -118,18 +80,20 @@ pub struct Residuals {
 }
 
 impl<'a> System<'a> {
-    /// Collective: the system of two places, each an index in `bodies` and the damping of what is there, lower first. `rate` is the unit of λ, rad/s.
+    /// Collective: the system of two `places` of `bodies`, lower first. `modes` are the free modes of each body, asked for where a place has modal
+    /// damping. `rate` is the unit of λ, rad/s.
     pub fn new(
         petsc: &'a Petsc<'a>,
         bodies: &'a [FeBody],
-        places: [(usize, Damping); 2],
+        modes: &[BodyModes],
+        places: &[Place; 2],
         coupling: Coupling,
         rate: f64,
     ) -> Result<Self> {
         let world = petsc.world();
-        let mut parts = Vec::new();
+        let mut parts: Vec<Part> = Vec::new();
         let mut first = 0;
-        for (place, (body, damping)) in places.into_iter().enumerate() {
+        for (place, &Place { body, damping, modal: ref coefficients }) in places.iter().enumerate() {
             let fe = bodies.get(body).ok_or_else(|| Error::Defect("full stability: a body is missing".into()))?;
             let contact = fe.contact_rows(world)?;
             let own = fe.dofs.begin()..fe.dofs.begin() + fe.dofs.owned() as u64;
@@ -144,7 +108,17 @@ impl<'a> System<'a> {
                 }
             }
             let (stiffness, mass) = (fe.operators.stiffness.operator(world), fe.operators.mass.operator(world));
-            parts.push(Part { fe, stiffness, mass, damping, body, rows, first });
+            let modal = match (coefficients.is_empty(), modes.get(body)) {
+                (true, _) => None,
+                (_, None) => return Err(Error::Defect("full stability: no modes to damp".into())),
+                (_, Some(modes)) => {
+                    let twin = parts.iter().filter(|p| p.body == body).find_map(|p| p.modal.as_ref());
+                    let loads =
+                        twin.map_or_else(|| ModalDamping::loads(world, &mass, modes), |twin| Rc::clone(&twin.loads));
+                    Some(ModalDamping::new(loads, coefficients)?)
+                }
+            };
+            parts.push(Part { fe, stiffness, mass, damping, modal, body, rows, first });
             first += fe.dofs.owned();
         }
         let stiffness = parts.iter().map(|p| p.stiffness.matrix().max_abs(world)).fold(0.0, f64::max);
@@ -152,7 +126,8 @@ impl<'a> System<'a> {
         for p in &parts {
             let k = p.stiffness.matrix().norm_inf(world);
             let m = p.mass.matrix().norm_inf(world);
-            let c = p.damping.alpha.abs() * m + p.damping.beta.abs() * k;
+            let modal = p.modal.as_ref().map_or(0.0, |d| d.norm(world));
+            let c = p.damping.alpha.abs() * m + p.damping.beta.abs() * k + modal;
             for (norm, v) in norms.iter_mut().zip([k, c * rate, m * rate * rate]) {
                 *norm = norm.max(v / stiffness);
             }
@@ -184,17 +159,22 @@ impl<'a> System<'a> {
             ))
         })?;
         let m = 3 * self.coupling.nodes.len();
-        let mut bodies: Vec<ShiftedBody> = Vec::new();
-        for index in 0..self.parts.len() {
-            let part = &self.parts[index];
-            let same = |b: &&mut ShiftedBody| {
-                let other = &self.parts[b.parts[0]];
+        // Parts with one inverse: the modes that are damped do not matter to it.
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for (index, part) in self.parts.iter().enumerate() {
+            let same = |g: &&mut Vec<usize>| {
+                let other = &self.parts[g[0]];
                 other.body == part.body && other.damping == part.damping
             };
-            match bodies.iter_mut().find(same) {
-                Some(body) => body.parts.push(index),
-                None => bodies.push(self.invert(index, sigma, (part.damping == damping).then_some(s))?),
+            match groups.iter_mut().find(same) {
+                Some(group) => group.push(index),
+                None => groups.push(vec![index]),
             }
+        }
+        let mut bodies: Vec<ShiftedBody> = Vec::new();
+        for group in groups {
+            let real = (self.parts[group[0]].damping == damping).then_some(s);
+            bodies.push(self.invert(group, sigma, real)?);
         }
         let mut receptance = vec![C::default(); m * m];
         for body in &bodies {
@@ -202,44 +182,75 @@ impl<'a> System<'a> {
                 let part = &self.parts[index];
                 let n = part.len();
                 for column in 0..m {
-                    let mirrored = mirror(index, column) * body.scale();
+                    let mirrored = mirror(index, column);
                     for &(row, dof, y) in &part.rows {
-                        receptance[row + column * m] += y * mirrored * body.column(column * n + dof);
+                        receptance[row + column * m] += y * mirrored * body.response(column * n + dof);
                     }
                 }
             }
         }
         let receptance = self.world.sum_all(&receptance);
-        let contact =
-            self.world.on_root(|| self.coupling.at(&Mat::from_fn(m, m, |i, j| receptance[i + j * m]), sigma))?;
-        self.shift = Some(Shift { bodies, contact });
+        let mut receptance = Mat::from_fn(m, m, |i, j| receptance[i + j * m]);
+        let mut modal: Vec<Option<ModalCorrection>> = Vec::new();
+        for (index, part) in self.parts.iter().enumerate() {
+            let body = bodies.iter().find(|b| b.parts.contains(&index));
+            let correction = part.modal.as_ref().zip(body).map(|(d, body)| self.correction(part, d, body, sigma));
+            if let Some(correction) = &correction {
+                receptance -= correction.receptance();
+            }
+            modal.push(correction);
+        }
+        let contact = self.world.on_root(|| self.coupling.at(&receptance, sigma))?;
+        self.shift = Some(Shift { bodies, modal, contact });
         Ok(sigma)
     }
 
-    /// The inverse of part `index` at λ = `sigma`, with the real s that belongs to it if there is one.
-    fn invert(&self, index: usize, sigma: C, s: Option<f64>) -> Result<ShiftedBody<'a>> {
-        let part = &self.parts[index];
+    /// Collective: what the modal damping of a part adds to the inverse of its body at λ = `sigma`.
+    fn correction(&self, part: &Part, damping: &ModalDamping, body: &ShiftedBody, sigma: C) -> ModalCorrection {
+        let (n, m, count) = (part.len(), 3 * self.coupling.nodes.len(), damping.loads.len());
+        // G = UᵀZ, then YZ, column by column.
+        let mut all = vec![C::default(); (count + m) * count];
+        for (k, out) in all.chunks_exact_mut(count + m).enumerate() {
+            let z: Vec<C> = (0..n).map(|i| body.response((m + k) * n + i)).collect();
+            out[..count].copy_from_slice(&damping.amplitudes(&z));
+            for &(row, dof, y) in &part.rows {
+                out[count + row] += y * z[dof];
+            }
+        }
+        let all = self.world.sum_all(&all);
+        let gram = Mat::from_fn(count, count, |i, j| all[j * (count + m) + i]);
+        ModalCorrection::new(damping, sigma, &gram, Mat::from_fn(m, count, |i, j| all[j * (count + m) + count + i]))
+    }
+
+    /// The inverse of the parts `group` (one body, mirror images, damped alike but for their modes) at λ = `sigma`, with the real s that belongs to it
+    /// if there is one.
+    fn invert(&self, group: Vec<usize>, sigma: C, s: Option<f64>) -> Result<ShiftedBody<'a>> {
+        let part = &self.parts[group[0]];
         let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
         let (k, mass) = (&part.fe.operators.stiffness, &part.fe.operators.mass);
         let name = format!("body {} at {:.1} Hz", part.fe.name, sigma.im / (2.0 * std::f64::consts::PI));
-        let mut real = vec![0.0; n * m];
+        let modal = group.iter().find_map(|&p| self.parts[p].modal.as_ref());
+        let count = m + modal.map_or(0, |d| d.loads.len());
+        let mut loads = vec![0.0; n * count];
         for &(row, dof, _) in &part.rows {
-            real[row * n + dof] = sign(row);
+            loads[row * n + dof] = sign(row);
+        }
+        for (load, column) in modal.iter().flat_map(|d| d.loads.iter()).zip(m..) {
+            loads[column * n..(column + 1) * n].copy_from_slice(load);
         }
         let Damping { alpha, beta } = part.damping;
-        if let Some(s) = s {
-            let options = FactorOptions::new(Kind::Indefinite);
-            let mut factor = Factor::new(self.world, &k.minus_scaled(s, mass), options, &name)?;
-            factor.solve(&mut real, m)?;
-            let inverse = Inverse::Real(factor, 1.0 / (1.0 + sigma * beta));
-            return Ok(ShiftedBody { inverse, columns: [real, Vec::new()], parts: vec![index] });
-        }
-        let (a, b) = (1.0 + sigma * beta, sigma * sigma + sigma * alpha);
-        let mut factor = ComplexFactor::new(self.petsc, k, mass, [a, b], "stability_", &name)?;
-        let mut columns: Vec<C> = real.iter().map(|&v| C::from(v)).collect();
-        factor.solve(&mut columns, m)?;
-        let split = [columns.iter().map(|v| v.re).collect(), columns.iter().map(|v| v.im).collect()];
-        Ok(ShiftedBody { inverse: Inverse::Complex(factor), columns: split, parts: vec![index] })
+        let inverse = match s {
+            Some(s) => {
+                let options = FactorOptions::new(Kind::Indefinite);
+                let factor = Factor::new(self.world, &k.minus_scaled(s, mass), options, &name)?;
+                Inverse::Real(factor, 1.0 / (1.0 + sigma * beta))
+            }
+            None => {
+                let (a, b) = (1.0 + sigma * beta, sigma * sigma + sigma * alpha);
+                Inverse::Complex(ComplexFactor::new(self.petsc, k, mass, [a, b], "stability_", &name)?)
+            }
+        };
+        ShiftedBody::new(inverse, loads, count, group)
     }
 
     /// Collective: motion of the contact rows, Y u, m, `[3m]`, on every rank.
@@ -251,6 +262,12 @@ impl<'a> System<'a> {
             }
         }
         self.world.sum_all(&y)
+    }
+
+    /// Collective: amplitudes of the damped modes of a part, Uᵀ u; empty where it has none.
+    fn amplitudes(&self, part: &Part, x: &[C]) -> Vec<C> {
+        let u = &x[part.first..part.first + part.len()];
+        part.modal.as_ref().map_or(Vec::new(), |d| self.world.sum_all(&d.amplitudes(u)))
     }
 
     /// out += factor Yᵀ R.
@@ -285,6 +302,22 @@ impl<'a> System<'a> {
         }
         forces.truncate(3 * self.coupling.closed());
         forces
+    }
+
+    /// Collective: uᴴ C u of the lower and of the upper body with their own damping, N·s/m times the square of the motion's unit.
+    pub fn dissipation(&self, x: &[C]) -> [f64; 2] {
+        let of = |part: &Part| {
+            let u = &x[part.first..part.first + part.len()];
+            let mut product = vec![C::default(); u.len()];
+            let mut form = |matrix: &Operator| {
+                matrix.apply(self.world, u, &mut product);
+                self.world.sum(u.iter().zip(&product).map(|(u, p)| (u.conj() * p).re).sum())
+            };
+            let Damping { alpha, beta } = part.damping;
+            let rayleigh = alpha * form(&part.mass) + beta * form(&part.stiffness);
+            rayleigh + part.modal.as_ref().map_or(0.0, |d| d.power(self.world, u))
+        };
+        [0, 1].map(|p| self.parts.get(p).map_or(0.0, of))
     }
 
     /// Collective: residuals of the pair (λ in 1/s, x).
@@ -328,70 +361,6 @@ impl<'a> System<'a> {
     }
 }
 
-/// Tangential rows of the upper body (part 1) count with a minus sign.
-fn mirror(part: usize, row: usize) -> f64 {
-    if part == 1 && row % 3 < 2 {
-        -1.0
-    } else {
-        1.0
-    }
-}
-
-impl ShiftedBody<'_> {
-    fn scale(&self) -> C {
-        match &self.inverse {
-            Inverse::Real(_, scale) => *scale,
-            Inverse::Complex(_) => C::from(1.0),
-        }
-    }
-
-    fn column(&self, at: usize) -> C {
-        C::new(self.columns[0][at], self.columns[1].get(at).copied().unwrap_or(0.0))
-    }
-
-    /// Solves for columns of `n` local rows in place.
-    fn solve(&mut self, columns: &mut [C], count: usize) -> Result<()> {
-        match &mut self.inverse {
-            Inverse::Real(factor, scale) => {
-                // Real and imaginary parts are columns of one real solve.
-                let mut both: Vec<f64> = columns.iter().map(|v| v.re).chain(columns.iter().map(|v| v.im)).collect();
-                factor.solve(&mut both, 2 * count)?;
-                let (re, im) = both.split_at(columns.len());
-                for ((v, re), im) in columns.iter_mut().zip(re).zip(im) {
-                    *v = *scale * C::new(*re, *im);
-                }
-                Ok(())
-            }
-            Inverse::Complex(factor) => factor.solve(columns, count),
-        }
-    }
-
-    /// u += X F for the contact forces of one part in its lower form, `[3m]`; `u` has the part's local rows.
-    fn add_response(&self, forces: &[C], u: &mut [C]) {
-        const BLOCK: usize = 2048;
-        let n = u.len();
-        for first in (0..n).step_by(BLOCK) {
-            let end = (first + BLOCK).min(n);
-            let mut sum = vec![C::default(); end - first];
-            for (column, &f) in forces.iter().enumerate() {
-                for (s, v) in sum.iter_mut().zip(&self.columns[0][column * n + first..column * n + end]) {
-                    *s += f * v;
-                }
-                if !self.columns[1].is_empty() {
-                    let turned = f * C::i();
-                    for (s, v) in sum.iter_mut().zip(&self.columns[1][column * n + first..column * n + end]) {
-                        *s += turned * v;
-                    }
-                }
-            }
-            let scale = self.scale();
-            for (u, s) in u[first..end].iter_mut().zip(sum) {
-                *u += scale * s;
-            }
-        }
-    }
-}
-
 impl QuadraticOperator for System<'_> {
     fn n_local(&self) -> usize {
         let pressures = if self.world.is_root() { self.coupling.closed() } else { 0 };
@@ -420,6 +389,9 @@ impl QuadraticOperator for System<'_> {
                 for (o, p) in out[span.clone()].iter_mut().zip(&product) {
                     *o += factor * unit * p;
                 }
+            }
+            if let (1, Some(modal)) = (power, &part.modal) {
+                modal.add(world, unit, x, &mut out[span]);
             }
         }
         let first = self.pressures();
@@ -470,7 +442,16 @@ impl QuadraticOperator for System<'_> {
                 rest = tail;
             }
         }
-        let y = self.motion(x);
+        let mut y = self.motion(x);
+        // Amplitudes of the damped modes, then the factors of their responses that modal damping takes off: first without the contact forces.
+        let amplitudes: Vec<Vec<C>> = self.parts.iter().map(|part| self.amplitudes(part, x)).collect();
+        let none = vec![C::default(); y.len()];
+        for (correction, g) in shift.modal.iter().zip(&amplitudes) {
+            let Some(correction) = correction else { continue };
+            for (k, h) in correction.factors(g, &none).into_iter().enumerate() {
+                y.iter_mut().enumerate().for_each(|(i, y)| *y -= correction.motion[(i, k)] * h);
+            }
+        }
         let forces = match &shift.contact {
             Some(contact) => contact.forces(&self.coupling, &y, &x[first..first + self.coupling.closed()]),
             None => Vec::new(),
@@ -479,8 +460,11 @@ impl QuadraticOperator for System<'_> {
         for body in &shift.bodies {
             for &index in &body.parts {
                 let part = &self.parts[index];
-                let turned: Vec<C> = forces.iter().enumerate().map(|(row, f)| mirror(index, row) * f).collect();
-                body.add_response(&turned, &mut x[part.first..part.first + part.len()]);
+                let mut factors: Vec<C> = forces.iter().enumerate().map(|(row, f)| mirror(index, row) * f).collect();
+                if let Some(correction) = &shift.modal[index] {
+                    factors.extend(correction.factors(&amplitudes[index], &forces).iter().map(|h| -h));
+                }
+                body.add_response(&factors, &mut x[part.first..part.first + part.len()]);
             }
         }
         if world.is_root() {

@@ -1,0 +1,108 @@
+//! The inverse of the dynamic stiffness of one body at a shift, with its responses to forces on the contact rows and on the modes that are damped.
+
+use crate::petsc::complex::ComplexFactor;
+use crate::petsc::mumps::Factor;
+use crate::Result;
+use num_complex::Complex;
+
+type C = Complex<f64>;
+
+/// Inverse of λ²M + λ(αM + βK) + K.
+pub(super) enum Inverse<'a> {
+    /// That of K − sM with real s, and the factor 1/(1 + λβ) that belongs to it.
+    Real(Factor<'a>, C),
+    /// That of the matrix itself.
+    Complex(ComplexFactor<'a>),
+}
+
+/// A body, or two mirror images, at a shift.
+pub(super) struct ShiftedBody<'a> {
+    /// The inverse.
+    pub inverse: Inverse<'a>,
+    /// The inverse times [Bᵀ, MΦ] (without the factor of a real one): local rows of `[3m + modes]` columns, m/N; imaginary parts, empty if there
+    /// are none. MΦ only where modes are damped.
+    pub columns: [Vec<f64>; 2],
+    /// The parts that it stands for.
+    pub parts: Vec<usize>,
+}
+
+/// Tangential rows of the upper body (part 1) count with a minus sign.
+pub(super) fn mirror(part: usize, row: usize) -> f64 {
+    if part == 1 && row % 3 < 2 {
+        -1.0
+    } else {
+        1.0
+    }
+}
+
+impl<'a> ShiftedBody<'a> {
+    /// Collective: the body of `parts` with the responses to `count` real `loads`, local rows column by column.
+    pub fn new(mut inverse: Inverse<'a>, mut loads: Vec<f64>, count: usize, parts: Vec<usize>) -> Result<Self> {
+        let columns = match &mut inverse {
+            Inverse::Real(factor, _) => {
+                factor.solve(&mut loads, count)?;
+                [loads, Vec::new()]
+            }
+            Inverse::Complex(factor) => {
+                let mut columns: Vec<C> = loads.iter().map(|&v| C::from(v)).collect();
+                factor.solve(&mut columns, count)?;
+                [columns.iter().map(|v| v.re).collect(), columns.iter().map(|v| v.im).collect()]
+            }
+        };
+        Ok(Self { inverse, columns, parts })
+    }
+
+    fn scale(&self) -> C {
+        match &self.inverse {
+            Inverse::Real(_, scale) => *scale,
+            Inverse::Complex(_) => C::from(1.0),
+        }
+    }
+
+    /// The response at place `at` of the columns, m/N.
+    pub fn response(&self, at: usize) -> C {
+        self.scale() * C::new(self.columns[0][at], self.columns[1].get(at).copied().unwrap_or(0.0))
+    }
+
+    /// Collective: solves for columns of local rows in place.
+    pub fn solve(&mut self, columns: &mut [C], count: usize) -> Result<()> {
+        match &mut self.inverse {
+            Inverse::Real(factor, scale) => {
+                // Real and imaginary parts are columns of one real solve.
+                let mut both: Vec<f64> = columns.iter().map(|v| v.re).chain(columns.iter().map(|v| v.im)).collect();
+                factor.solve(&mut both, 2 * count)?;
+                let (re, im) = both.split_at(columns.len());
+                for ((v, re), im) in columns.iter_mut().zip(re).zip(im) {
+                    *v = *scale * C::new(*re, *im);
+                }
+                Ok(())
+            }
+            Inverse::Complex(factor) => factor.solve(columns, count),
+        }
+    }
+
+    /// u += the columns times `factors` (of the contact rows in lower form, then of the damped modes); `u` has the part's local rows.
+    pub fn add_response(&self, factors: &[C], u: &mut [C]) {
+        const BLOCK: usize = 2048;
+        let n = u.len();
+        for first in (0..n).step_by(BLOCK) {
+            let end = (first + BLOCK).min(n);
+            let mut sum = vec![C::default(); end - first];
+            for (column, &f) in factors.iter().enumerate() {
+                for (s, v) in sum.iter_mut().zip(&self.columns[0][column * n + first..column * n + end]) {
+                    *s += f * v;
+                }
+                if !self.columns[1].is_empty() {
+                    let turned = f * C::i();
+                    for (s, v) in sum.iter_mut().zip(&self.columns[1][column * n + first..column * n + end]) {
+                        *s += turned * v;
+                    }
+                }
+            }
+            let scale = self.scale();
+            for (u, s) in u[first..end].iter_mut().zip(sum) {
+                *u += scale * s;
+            }
+        }
+    }
+}
