@@ -17,6 +17,27 @@ pub(super) struct JoinedGrid {
     pub level_theta: Vec<u32>,
     /// Level of each depth division from the bore to the running surface, `[nr + 1]`.
     pub level_r: Vec<u32>,
+    /// Number of layers in the ring around the bore, all around one level below the highest; 0 for none. The boxes around the contact must not reach it.
+    pub ring: usize,
+}
+
+/// What a depth division asks of the level there.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum DepthLevel {
+    /// Outside the boxes around the contact: at least this level.
+    Box(u32),
+    /// In the ring around the bore: this level all around.
+    Ring(u32),
+}
+
+impl DepthLevel {
+    /// Level where the angle division asks for at least `theta`.
+    fn level(self, theta: u32) -> u32 {
+        match self {
+            DepthLevel::Box(r) => r.max(theta),
+            DepthLevel::Ring(r) => r,
+        }
+    }
 }
 
 /// Depth position of a node: division `k`, or half-way to the next one.
@@ -83,7 +104,16 @@ impl JoinedGrid {
     }
 
     fn level(&self, p: usize, k: usize) -> u32 {
-        self.level_theta[self.column(p).unsigned_abs() as usize].max(self.level_r[k])
+        self.at_depth(k).level(self.level_theta[self.column(p).unsigned_abs() as usize])
+    }
+
+    fn at_depth(&self, k: usize) -> DepthLevel {
+        let ring = self.ring > 0 && k <= self.ring;
+        if ring {
+            DepthLevel::Ring(self.level_r[k].saturating_sub(1))
+        } else {
+            DepthLevel::Box(self.level_r[k])
+        }
     }
 
     /// The four vertices (position, depth division) of a cell in angle and depth, counter-clockwise from the lowest.
@@ -96,20 +126,21 @@ impl JoinedGrid {
     pub fn count(&self) -> (u64, u64) {
         let columns = self.columns as u64;
         let per = |level: u32| columns / 3u64.pow(level);
-        let tally = |items: &mut dyn Iterator<Item = (u32, u32)>, times: u64| {
-            let mut out: BTreeMap<(u32, u32), u64> = BTreeMap::new();
+        fn tally<T: Ord>(items: impl Iterator<Item = (T, T)>, times: u64) -> BTreeMap<(T, T), u64> {
+            let mut out = BTreeMap::new();
             items.for_each(|pair| *out.entry(pair).or_default() += times);
             out
-        };
-        let (theta, r) = (&self.level_theta, &self.level_r);
+        }
+        let theta = &self.level_theta;
+        let r: Vec<DepthLevel> = (0..self.level_r.len()).map(|k| self.at_depth(k)).collect();
         // Both ends of the half turn occur once, all else twice. A "pair" of a division with itself stands for the division.
-        let mut theta_at = tally(&mut theta.iter().map(|&l| (l, l)), 2);
+        let mut theta_at = tally(theta.iter().map(|&l| (l, l)), 2);
         for end in [theta.first(), theta.last()].into_iter().flatten() {
             theta_at.entry((*end, *end)).and_modify(|n| *n -= 1);
         }
-        let theta_pairs = tally(&mut theta.windows(2).map(|w| (w[0], w[1])), 2);
-        let r_at = tally(&mut r.iter().map(|&l| (l, l)), 1);
-        let r_pairs = tally(&mut r.windows(2).map(|w| (w[0], w[1])), 1);
+        let theta_pairs = tally(theta.windows(2).map(|w| (w[0], w[1])), 2);
+        let r_at = tally(r.iter().map(|&l| (l, l)), 1);
+        let r_pairs = tally(r.windows(2).map(|w| (w[0], w[1])), 1);
         let (mut nodes, mut cells) = (0u64, 0u64);
         // Vertices, edges along either direction, cells: each has up to four corner levels.
         for (kind, thetas, rs) in
@@ -118,7 +149,7 @@ impl JoinedGrid {
             for (&(a0, a1), &times_a) in thetas {
                 for (&(b0, b1), &times_b) in rs {
                     let times = times_a * times_b;
-                    let levels = [a0.max(b0), a1.max(b0), a1.max(b1), a0.max(b1)];
+                    let levels = [b0.level(a0), b0.level(a1), b1.level(a1), b1.level(a0)];
                     let low = levels.into_iter().min().unwrap_or(0);
                     let fine = levels.iter().filter(|&&l| l == low).count();
                     if kind == 0 {

@@ -14,6 +14,12 @@ const RADIAL: f64 = 0.8;
 /// Layer at the bore, as a part of the largest element size: a clamped bore has singular stresses at its edges, and bending is strongest
 /// there. Equal elements of 25 mm in a wheel of 0.5 m put its first clamped frequency 0.9 % too high, a bore layer of 7.5 mm halves that.
 const BORE: f64 = 0.3;
+/// Column at the sides of the bore, as a part of the largest element size. The stresses are singular where a clamped bore meets the sides; with columns as wide
+/// there as elsewhere the error depends on where the contact lies, and with it the small distance between the frequencies of two wheels,
+/// on which the growth of squeal depends.
+const SIDE: f64 = 0.2;
+/// Thickness of the ring around the bore where columns are joined once less than elsewhere, in largest element sizes.
+const RING: f64 = 1.0;
 
 impl CylinderSpec {
     /// The error of a mesh with `found` nodes (or divisions), too many, with a size that would do.
@@ -80,7 +86,9 @@ impl CylinderSpec {
             let Some((y, j0)) = self.width(joins, nyp, first) else { continue };
             let mut level_r = levels(&below, 0, joins, h, clear);
             level_r.reverse();
-            let grid = JoinedGrid { columns: y.len() - 1, level_theta: levels(&arcs, nxp, joins, h, clear), level_r };
+            let ring = self.ring(&layers, &level_r);
+            let grid =
+                JoinedGrid { columns: y.len() - 1, level_theta: levels(&arcs, nxp, joins, h, clear), level_r, ring };
             let nodes = grid.count().0;
             if best.as_ref().is_none_or(|(n, _)| nodes < *n) {
                 let s = below.iter().rev().map(|b| 1.0 - b / depth).collect();
@@ -102,13 +110,29 @@ impl CylinderSpec {
         }
         let cap = (RADIAL * largest).max(h);
         let bore = (BORE * largest).max(h);
-        // Sizes that grow at the same rate from either end are equal here.
-        let meet = (0.5 * (depth + (bore - h) / g.ln())).clamp(0.0, depth);
-        let from =
-            |first: f64, length: f64| grading::sizes(length, grading::elements(length, first, g, cap), first, cap);
-        let mut layers = from(h, meet);
-        layers.extend(from(bore, depth - meet).iter().rev());
-        layers
+        grading::TwoEnds::new(depth, [h, bore], g, cap).sizes()
+    }
+
+    /// Number of layers in the ring around the bore; 0 where no columns are joined or the ring would meet what is fine at the contact.
+    /// `layers` from the running surface, `level_r` from the bore.
+    fn ring(&self, layers: &[f64], level_r: &[u32]) -> usize {
+        let Some(&joined) = level_r.first().filter(|&&l| l > 0) else { return 0 };
+        let mut thickness = 0.0;
+        let mut ring = 0;
+        for layer in layers.iter().rev() {
+            if thickness >= RING * self.largest() {
+                break;
+            }
+            thickness += layer;
+            ring += 1;
+        }
+        // One layer of templates lies between the ring and what is joined, another between that and the next box.
+        let apart = level_r.get(ring + 1).is_some_and(|&l| l == joined);
+        if apart {
+            ring
+        } else {
+            0
+        }
     }
 
     /// Lines across the width, m, ascending, in a multiple of 3^`joins` columns, and the index of the line y = 0. `None` where so many
@@ -135,17 +159,17 @@ impl CylinderSpec {
         let cap = (largest / group as f64).max(h);
         let edge = nyp as f64 * h;
         let rest = [-y0 - edge, y1 - edge].map(|l| if l <= 1e-9 * h { 0.0 } else { l });
-        let mut n = rest.map(|l| grading::elements(l, first, self.growth, cap));
-        while !(n[0] + n[1] + 2 * nyp).is_multiple_of(group) {
+        // In the ring around the bore a third of the group is joined.
+        let side = (SIDE * largest / (group as f64 / 3.0).max(1.0)).max(0.5 * h);
+        let mut parts = rest.map(|l| grading::TwoEnds::new(l, [first, side], self.growth, cap));
+        while !(parts[0].elements() + parts[1].elements() + 2 * nyp).is_multiple_of(group) {
             // To the side whose elements are the larger on the mean; never to a side without any.
-            let mean = [0, 1].map(|k| if n[k] == 0 { 0.0 } else { rest[k] / n[k] as f64 });
-            let k = usize::from(mean[1] > mean[0]);
-            if n[k] == 0 {
+            let [mean0, mean1] = [0, 1].map(|k| parts[k].mean());
+            if !parts[usize::from(mean1 > mean0)].refine() {
                 return None;
             }
-            n[k] += 1;
         }
-        let sides = [0, 1].map(|k| grading::sizes(rest[k], n[k], first, cap));
+        let sides = parts.map(|p| p.sizes());
         if joins > 0 && sides.iter().flatten().any(|&size| size < 0.4 * h) {
             return None;
         }
@@ -153,7 +177,7 @@ impl CylinderSpec {
         y.reverse();
         y.extend((0..=2 * nyp).map(|j| (j as f64 - nyp as f64) * h));
         y.extend(ends(&sides[1], edge, y1));
-        Some((y, n[0] + nyp))
+        Some((y, sides[0].len() + nyp))
     }
 }
 
