@@ -19,6 +19,7 @@ pub mod parallel;
 #[allow(unsafe_code)] // The one place where the C libraries are called.
 pub mod petsc;
 pub mod progress;
+pub mod sound;
 pub mod transient;
 
 pub use error::{Error, Result};

@@ -1,9 +1,9 @@
-"""Transients: growth with the predicted envelope, limit cycle, force–creep loops, spectrogram, stick and slip over a cycle."""
+"""Transients: growth with the predicted envelope, limit cycle, force–creep loops, spectrogram, stick and slip over a cycle, sound power."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import ListedColormap
-from style import BLUE, GREY, RED, save
+from style import BLUE, GREY, ORANGE, RED, save
 
 STATES = ListedColormap(["#eeeeee", BLUE, RED])
 
@@ -16,6 +16,8 @@ def pictures(results, out):
         made.append(spectrogram(results, out))
     if "transient/contact_state" in results and len(results["transient/contact_time"]) > 8:
         made += [cycle(results, out), loops(results, out)]
+    if "transient/sound_power" in results:
+        made.append(sound_power(results, out))
     return made
 
 
@@ -124,3 +126,37 @@ def loops(results, out):
     right.set_ylabel("lateral over normal force")
     figure.suptitle("the last 20 periods")
     return save(figure, out / f"{results.stem}.loops.png")
+
+
+def sound_power(results, out):
+    group = "transient/sound_power"
+    names = results[f"{group}/band_name"]
+    bodies = [b for b in ("lower", "upper") if f"{group}/{b}" in results]
+    figure, axes = plt.subplots(
+        2, len(bodies), figsize=(5.2 * len(bodies), 6), squeeze=False, sharey="row", layout="constrained"
+    )
+    labels = [f"{n / 1000:g}k" if n >= 1000 else f"{n:g}" for n in names]
+    top = max(results[f"{group}/{b}/{kind}"].max() for b in bodies for kind in ("level", "level_a"))
+    density = {b: results[f"{group}/{b}/density"] for b in bodies}
+    peak = max(d.max() for d in density.values())
+    for (bars, line), body in zip(axes.T, bodies):
+        linear, weighted = (results[f"{group}/{body}/{kind}"] for kind in ("level", "level_a"))
+        total, total_a = (results[f"{group}/{body}/{kind}"] for kind in ("total_level", "total_level_a"))
+        place = np.arange(len(names))
+        # Bands far below the loudest, or silent ones, end at the axis.
+        floor = top - 80
+        for offset, levels, colour, label in (
+            (-0.2, linear, BLUE, f"linear, in all {total:.1f} dB"),
+            (0.2, weighted, ORANGE, f"A-weighted, in all {total_a:.1f} dB(A)"),
+        ):
+            bars.bar(place + offset, np.maximum(levels, floor) - floor, 0.4, bottom=floor, color=colour, label=label)
+        bars.set_xticks(place, labels, rotation=60)
+        bars.set_ylim(floor, top + 24)
+        bars.set_xlabel("third octave / Hz")
+        bars.set_title(f"sound power of the {body} body")
+        bars.legend(loc="upper left")
+        line.semilogy(results[f"{group}/frequency"], np.maximum(density[body], peak * 1e-12), color=BLUE, linewidth=0.7)
+        line.set_xlabel("frequency / Hz")
+    axes[0, 0].set_ylabel("level / dB re 1 pW")
+    axes[1, 0].set_ylabel("power density / (W/Hz)")
+    return save(figure, out / f"{results.stem}.sound_power.png")

@@ -306,6 +306,9 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
         if let Some(t) = &job.analyses.transient {
             let count = (t.duration / t.step).round();
             steps.push(format!("transient on the modes: {count} steps of {} s, {} s", t.step, t.duration));
+            if t.sound_power.is_some() {
+                steps.push("sound power radiated in it, in third octaves".into());
+            }
         }
     }
     if let Some(sweep) = &job.sweep {

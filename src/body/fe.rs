@@ -206,7 +206,7 @@ impl FeBody {
     }
 
     /// Collective: diagonal of the bounding box, m.
-    fn diameter(&self, world: &World) -> f64 {
+    pub fn diameter(&self, world: &World) -> f64 {
         let extent = |c: usize| {
             let top = self.part.coords.iter().map(|p| p[c]).fold(f64::NEG_INFINITY, f64::max);
             let bottom = self.part.coords.iter().map(|p| -p[c]).fold(f64::NEG_INFINITY, f64::max);

@@ -6,6 +6,7 @@ pub mod matrices;
 pub mod matrix_market;
 pub mod modes;
 pub mod statics;
+pub mod surface;
 
 use faer::Mat;
 

@@ -108,6 +108,7 @@ fn the_documentation_names_every_key() {
         "start",
         "random",
         "histories",
+        "sound_power",
     ];
     let missing: Vec<_> = missing.into_iter().filter(|k| !groups.contains(&k.as_str())).collect();
     assert!(missing.is_empty(), "docs/job.md does not name {missing:?}");

@@ -37,6 +37,9 @@ pub struct Transient {
     /// Points of the bodies whose motion is written at every step.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<ObservedPoint>,
+    /// Sound power that the bodies radiate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sound_power: Option<SoundPower>,
     /// Contact fields are written every so many steps; 0 for never.
     #[serde(default = "default_stride")]
     pub contact_stride: u32,
@@ -181,6 +184,51 @@ pub struct ObservedPoint {
     pub body: BodyName,
     /// Position (x, y, z) in the frame of the contact point, m; the nearest node of the mesh is taken.
     pub at: [f64; 3],
+}
+
+/// Sound power of bodies in third octaves, from the velocities of their surfaces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SoundPower {
+    /// Density of the air, kg/m³.
+    #[serde(default = "default_air_density")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "kg/m³"))]
+    pub air_density: f64,
+    /// Speed of sound in it, m/s.
+    #[serde(default = "default_sound_speed")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
+    pub sound_speed: f64,
+    /// The bodies whose sound is wanted; both where none is named.
+    #[serde(default = "default_bodies")]
+    pub bodies: Vec<BodyName>,
+    /// The mean is taken from this time on, s; where it is not given, over the second half of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0), extend("unit" = "s"))]
+    pub from: Option<f64>,
+    /// The third octave that holds this frequency is the lowest, Hz.
+    #[serde(default = "default_min_frequency")]
+    #[schemars(range(min = 1.0, max = 1e6), extend("unit" = "Hz"))]
+    pub min_frequency: f64,
+    /// No third octave ends above this frequency, Hz; where it is not given, above the highest mode kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"), range(max = 1e6))]
+    pub max_frequency: Option<f64>,
+}
+
+fn default_air_density() -> f64 {
+    1.2
+}
+
+fn default_sound_speed() -> f64 {
+    343.0
+}
+
+fn default_bodies() -> Vec<BodyName> {
+    vec![BodyName::Lower, BodyName::Upper]
+}
+
+fn default_min_frequency() -> f64 {
+    100.0
 }
 
 /// One of the two bodies.

@@ -1,7 +1,7 @@
 //! What the schema cannot say: rules between keys.
 
 use super::model::*;
-use super::transient::{Hold, Transient};
+use super::transient::{Hold, SoundPower, Transient};
 
 mod matrices;
 
@@ -307,6 +307,9 @@ fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
             faults.push(format!("{path}.points.{i}.name: found {:?}, expected a name of its own", point.name));
         }
     }
+    if let Some(sound) = &transient.sound_power {
+        check_sound(&format!("{path}.sound_power"), sound, faults);
+    }
     let load_given = job.contact.as_ref().is_some_and(|c| c.normal_load.is_some());
     match &transient.histories {
         Some(h) if h.normal_load.is_some() && h.approach.is_some() => {
@@ -317,6 +320,18 @@ fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
             faults.push(format!("{path}.hold: \"load\" needs contact.normal_load; the job gives an approach"));
         }
         _ => {}
+    }
+}
+
+fn check_sound(path: &str, sound: &SoundPower, faults: &mut Vec<String>) {
+    if sound.bodies.is_empty() || (1..sound.bodies.len()).any(|i| sound.bodies[..i].contains(&sound.bodies[i])) {
+        faults.push(format!("{path}.bodies: found {:?}, expected \"lower\", \"upper\" or both", sound.bodies));
+    }
+    if let Some(f) = sound.max_frequency.filter(|f| *f <= sound.min_frequency) {
+        faults.push(format!(
+            "{path}.max_frequency: found {f} Hz, expected more than min_frequency ({} Hz)",
+            sound.min_frequency
+        ));
     }
 }
 

@@ -6,6 +6,7 @@ mod matrices;
 mod program;
 mod reuse;
 mod runs;
+mod sound;
 mod sweep;
 mod transient;
 mod usage;

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Lateral sliding off the mid-planes, on a coarse mesh.
-fn sliding(transient: Value) -> Value {
+pub fn sliding(transient: Value) -> Value {
     let mut job = small();
     for (body, offset) in [("lower", 0.03), ("upper", 0.02)] {
         job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);

@@ -8,6 +8,7 @@ use std::process::{exit, Command};
 mod distribution;
 mod elasticity;
 mod stability;
+mod surface;
 
 /// A test is called on all ranks of a world and panics when it fails.
 type Test = (&'static str, fn(&World));
@@ -22,6 +23,7 @@ const TESTS: &[Test] = &[
     ("distribution::no_cells", distribution::no_cells),
     ("distribution::a_rank_without_nodes", distribution::a_rank_without_nodes),
     ("distribution::no_mesh", distribution::no_mesh),
+    ("surface::the_boundary_is_found_once", surface::the_boundary_is_found_once),
     ("stability::unlike_bodies", stability::unlike_bodies),
     ("stability::unlike_damping", stability::unlike_damping),
     ("stability::mirror_images", stability::mirror_images),

@@ -4,6 +4,7 @@ mod checkpoint;
 mod fields;
 mod observe;
 mod points;
+mod sound;
 mod stop;
 
 pub use checkpoint::refuse_other_job;
@@ -28,6 +29,7 @@ use crate::{Error, Result};
 use checkpoint::Checkpoint;
 use observe::Recorder;
 use points::Points;
+use sound::Sound;
 use std::time::Instant;
 
 /// What the transient takes from the other stages of a run.
@@ -69,9 +71,14 @@ pub fn run(
         ));
     }
     let points = Points::find(world, wanted, inputs.bodies, inputs.modes)?;
+    let sound = match &wanted.sound_power {
+        Some(power) => Some(Sound::new(inputs, power)?),
+        None => None,
+    };
     progress.stage("transient");
     let segments = Segments::of(&inputs.options.output);
-    let done = world.on_root(|| advance(inputs, &points, &segments, progress))?;
+    let sound_stride = sound.as_ref().map_or(0, Sound::stride);
+    let done = world.on_root(|| advance(inputs, &points, sound_stride, &segments, progress))?;
     if let Some((effort, steps, seconds)) = &done {
         let pair = &inputs.model.root()?.pair;
         report_damping(wanted, inputs.eigenpairs, progress, summary);
@@ -94,6 +101,10 @@ pub fn run(
         file.tables(points.tables());
         file.tables(inputs.model.root().map(|m| grid_tables(m, pair))?);
         file.append(segments.clone(), "/transient");
+    }
+    if let Some(sound) = &sound {
+        progress.stage("sound power");
+        sound.write(world, inputs, &segments, file, summary)?;
     }
     if wanted.body_stride > 0 {
         progress.stage("motion of the bodies");
@@ -140,6 +151,7 @@ fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progr
 fn advance(
     inputs: &Inputs<'_>,
     points: &Points,
+    sound_stride: u64,
     segments: &Segments,
     progress: &mut Progress,
 ) -> Result<(Effort, u64, f64)> {
@@ -193,7 +205,7 @@ fn advance(
             segments.begin(inputs.options.force || inputs.options.resume)?;
         }
     }
-    let mut recorder = Recorder::new(points, wanted, root);
+    let mut recorder = Recorder::new(points, wanted, root, sound_stride);
     let mut effort = Effort::default();
     let first = stepper.state().step;
     let begun = Instant::now();
@@ -346,6 +358,7 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
 /// What can be refused before anything is meshed.
 pub fn check(wanted: &job::Transient, contact: &job::Contact) -> Result<()> {
     Scheme { step: wanted.step, theta: wanted.theta }.check(&[])?;
+    sound::check(wanted)?;
     drive(wanted, contact, 0.0).map(|_| ())
 }
 

@@ -1,6 +1,7 @@
 //! What is kept of the steps until the next segment is written.
 
 use super::points::Points;
+use super::sound;
 use crate::analysis::reduction::ReducedModel;
 use crate::job;
 use crate::output::{Table, Values};
@@ -8,6 +9,7 @@ use crate::transient::Stepper;
 
 /// One dataset: a row for each time.
 struct Column {
+    group: &'static str,
     name: &'static str,
     units: &'static str,
     text: &'static str,
@@ -18,7 +20,7 @@ struct Column {
 
 impl Column {
     fn numbers(name: &'static str, units: &'static str, row: &[usize], text: &'static str) -> Self {
-        Self { name, units, text, row: row.to_vec(), values: Values::F64(Vec::new()) }
+        Self { group: "/transient", name, units, text, row: row.to_vec(), values: Values::F64(Vec::new()) }
     }
 
     fn push(&mut self, row: impl IntoIterator<Item = f64>) {
@@ -45,7 +47,7 @@ impl Column {
         let size: usize = self.row.iter().product();
         let mut shape = vec![self.values.len() / size.max(1)];
         shape.extend(&self.row);
-        Table::new(&format!("/transient/{}", self.name), self.units, self.text, &shape, self.values.clone())
+        Table::new(&format!("{}/{}", self.group, self.name), self.units, self.text, &shape, self.values.clone())
             .extendible()
     }
 }
@@ -55,14 +57,16 @@ pub struct Recorder<'a> {
     points: &'a Points,
     contact_stride: u64,
     modal_stride: u64,
+    sound_stride: u64,
     steps: Vec<Column>,
     contact: Vec<Column>,
     modal: Vec<Column>,
+    sound: Vec<Column>,
 }
 
 impl<'a> Recorder<'a> {
-    /// An empty one.
-    pub fn new(points: &'a Points, wanted: &job::Transient, model: &ReducedModel) -> Self {
+    /// An empty one. For sound the amplitudes of the modes are kept every `sound_stride` steps; 0 for never.
+    pub fn new(points: &'a Points, wanted: &job::Transient, model: &ReducedModel, sound_stride: u64) -> Self {
         let number = Column::numbers;
         let count = |name, text| Column { values: Values::I32(Vec::new()), ..number(name, "1", &[], text) };
         let p = points.names.len();
@@ -102,17 +106,26 @@ impl<'a> Recorder<'a> {
             number("contact_creep", "m/s", &[n, 2], "Creep velocity (x, y) over the step, 0 away from the contact."),
             Column { values: Values::I8(Vec::new()), ..number("contact_state", "-", &[n], "0 open, 1 stick, 2 slip.") },
         ];
+        let m = model.pair.omega.len();
         let modal = vec![
             number("modal_time", "s", &[], "Times of modal_displacement."),
-            number("modal_displacement", "m kg^1/2", &[model.pair.omega.len()], "Amplitude of each mode."),
+            number("modal_displacement", "m kg^1/2", &[m], "Amplitude of each mode."),
+        ];
+        // Not for the main file.
+        let scratch = |c: Column| Column { group: sound::GROUP, ..c };
+        let sound = vec![
+            scratch(number("time", "s", &[], "Times of displacement.")),
+            scratch(number("displacement", "m kg^1/2", &[m], "Amplitude of each mode.")),
         ];
         Self {
             points,
             contact_stride: u64::from(wanted.contact_stride),
             modal_stride: u64::from(wanted.modal_stride),
+            sound_stride,
             steps,
             contact,
             modal,
+            sound,
         }
     }
 
@@ -160,6 +173,10 @@ impl<'a> Recorder<'a> {
             let rows = [vec![time], state.q.clone()];
             self.modal.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
         }
+        if due(self.sound_stride) {
+            let rows = [vec![time], state.q.clone()];
+            self.sound.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+        }
     }
 
     /// Whether anything was taken since the last segment.
@@ -169,12 +186,13 @@ impl<'a> Recorder<'a> {
 
     /// The tables of the segment.
     pub fn tables(&self) -> Vec<Table> {
-        let all = self.steps.iter().chain(&self.contact).chain(&self.modal);
+        let all = self.steps.iter().chain(&self.contact).chain(&self.modal).chain(&self.sound);
         all.filter(|c| !c.values.is_empty()).map(Column::table).collect()
     }
 
     /// Forgets what was written.
     pub fn clear(&mut self) {
-        [&mut self.steps, &mut self.contact, &mut self.modal].into_iter().flatten().for_each(Column::clear);
+        let all = [&mut self.steps, &mut self.contact, &mut self.modal, &mut self.sound];
+        all.into_iter().flatten().for_each(Column::clear);
     }
 }

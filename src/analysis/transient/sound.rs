@@ -1,0 +1,283 @@
+//! Sound power of the bodies, from the modal amplitudes that the segments keep.
+
+use super::Inputs;
+use crate::analysis::report::Summary;
+use crate::body::surface;
+use crate::job::{self, BodyName, SoundPower};
+use crate::output::{Reader, ResultFile, Segments, Table};
+use crate::parallel::World;
+use crate::sound::bands::resolving_time;
+use crate::sound::{level, Air, Bands, PowerSpectrum, Radiation, Welch};
+use crate::{Error, Result};
+use num_complex::Complex64;
+use std::collections::{BTreeMap, VecDeque};
+use std::f64::consts::PI;
+
+/// Group of the segments that holds the amplitudes; it does not become part of the main file.
+pub const GROUP: &str = "/sound";
+
+/// Samples in the period of the highest frequency wanted, at least: what aliasing brings from beyond half the sampling rate is then
+/// damped by the mean over the interval to a fifth of what it is there.
+const SAMPLES: f64 = 6.0;
+/// Patches are at most this part of the size of the body, whatever the frequency.
+const COARSEST: f64 = 0.03;
+
+/// What is asked for, made complete.
+pub struct Sound<'a> {
+    wanted: &'a SoundPower,
+    bands: Bands,
+    air: Air,
+    /// Steps between two samples.
+    stride: u64,
+    /// Time between them, s.
+    interval: f64,
+}
+
+/// What can be refused before anything is meshed: a run too short for the lowest third octave.
+pub fn check(wanted: &job::Transient) -> Result<()> {
+    let Some(sound) = &wanted.sound_power else { return Ok(()) };
+    let lowest = Bands::of(sound.min_frequency, sound.min_frequency);
+    // A few samples are lost at the ends of the record.
+    let sample = wanted.step.max(1.0 / (SAMPLES * lowest.end()));
+    let needed = resolving_time(sound.min_frequency) + 4.0 * sample;
+    let there = wanted.duration - begin(wanted, sound);
+    if there < needed {
+        return Err(Error::Job(format!(
+            "analyses.transient.sound_power: the mean is taken from {} s to {} s, over {there:.4} s, but the third octave of {} Hz can be \
+             told from its neighbours after {needed:.4} s; give an earlier `from`, a longer `duration` or a higher `min_frequency`",
+            begin(wanted, sound),
+            wanted.duration,
+            lowest.nominal()[0]
+        )));
+    }
+    Ok(())
+}
+
+/// Time from which the mean is taken, s.
+fn begin(wanted: &job::Transient, sound: &SoundPower) -> f64 {
+    sound.from.unwrap_or(0.5 * wanted.duration)
+}
+
+fn name(body: BodyName) -> &'static str {
+    match body {
+        BodyName::Lower => "lower",
+        BodyName::Upper => "upper",
+    }
+}
+
+impl<'a> Sound<'a> {
+    /// The bands that the modes allow, and how often the amplitudes are needed.
+    pub fn new(inputs: &Inputs<'a>, wanted: &'a SoundPower) -> Result<Self> {
+        let key = "analyses.transient.sound_power";
+        if inputs.modes.is_empty() {
+            return Err(Error::Job(format!(
+                "{key}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse"
+            )));
+        }
+        let places = inputs.bodies.places.iter().filter(|p| wanted.bodies.iter().any(|&b| name(b) == p.name));
+        let highest = |b: usize| inputs.modes[b].omega.last().map_or(0.0, |w| w / (2.0 * PI));
+        let reach = places.map(|p| highest(p.body)).fold(f64::INFINITY, f64::min);
+        if let Some(f) = wanted.max_frequency.filter(|f| *f > reach) {
+            return Err(Error::Job(format!(
+                "{key}.max_frequency: found {f} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in analyses.modes"
+            )));
+        }
+        let bands = Bands::between(wanted.min_frequency, wanted.max_frequency.unwrap_or(reach))?;
+        let air = Air { density: wanted.air_density, speed: wanted.sound_speed };
+        let step = inputs.wanted.step;
+        let stride = (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0);
+        Ok(Self { wanted, bands, air, stride: stride as u64, interval: stride * step })
+    }
+
+    /// The amplitudes are needed every so many steps.
+    pub fn stride(&self) -> u64 {
+        self.stride
+    }
+
+    /// Collective: radiators, spectra and what follows from them.
+    pub fn write(
+        &self,
+        world: &World,
+        inputs: &Inputs<'_>,
+        segments: &Segments,
+        file: &mut ResultFile<'_>,
+        summary: &mut Summary,
+    ) -> Result<()> {
+        let size = Radiation::patch_size(&self.bands, self.air);
+        let mut radiation: BTreeMap<usize, Radiation> = BTreeMap::new();
+        let mut parts = Vec::new();
+        let mut first = 0;
+        for place in &inputs.bodies.places {
+            let (body, modes) = (&inputs.bodies.unique[place.body], &inputs.modes[place.body]);
+            let m = modes.omega.len();
+            if self.wanted.bodies.iter().any(|&b| name(b) == place.name) {
+                if !radiation.contains_key(&place.body) {
+                    let coarsest = COARSEST * body.diameter(world);
+                    let found = surface::radiators(world, body, modes, size.min(coarsest))?;
+                    let made = world.on_root(|| {
+                        let radiators = found.ok_or_else(|| Error::Defect("no radiators on rank 0".into()))?;
+                        Ok(Radiation::new(&radiators, self.bands, self.air, coarsest))
+                    })?;
+                    radiation.extend(made.map(|r| (place.body, r)));
+                }
+                parts.push((place.name, place.body, first..first + m));
+            }
+            first += m;
+        }
+        let tables = world.on_root(|| {
+            let welch = Welch::new(1.0 / self.interval, resolving_time(self.wanted.min_frequency));
+            let mut powers = Vec::new();
+            for (_, body, _) in &parts {
+                let radiation = radiation.get(body).ok_or_else(|| Error::Defect("no radiation of a body".into()))?;
+                powers.push(PowerSpectrum::new(radiation, welch.spacing()));
+            }
+            let columns: Vec<_> = parts.iter().map(|p| p.2.clone()).collect();
+            let pieces = self.spectra(begin(inputs.wanted, self.wanted), segments, &welch, |x| {
+                powers.iter_mut().zip(&columns).for_each(|(p, c)| p.add(&x[c.clone()]));
+            })?;
+            let mut tables = self.shared(&welch, pieces, powers.first());
+            for ((place, ..), power) in parts.iter().zip(&powers) {
+                tables.extend(results(place, power));
+                let found = power.third_octaves();
+                let [linear, weighted] = found.total();
+                let loudest =
+                    (0..found.centre.len()).max_by(|&a, &b| found.weighted()[a].total_cmp(&found.weighted()[b]));
+                summary.value(
+                    &format!("sound power of {place}"),
+                    format!(
+                        "{weighted:.1} dB(A), {linear:.1} dB re 1 pW; most in the third octave of {} Hz",
+                        loudest.map_or(0.0, |b| self.bands.nominal()[b])
+                    ),
+                );
+            }
+            Ok(tables)
+        })?;
+        file.tables(tables.unwrap_or_default());
+        Ok(())
+    }
+
+    /// On rank 0: hands the spectra of the modal velocities of each piece of the record to `take`; returns the number of pieces. One
+    /// piece is in memory.
+    fn spectra(
+        &self,
+        from: f64,
+        segments: &Segments,
+        welch: &Welch,
+        mut take: impl FnMut(&[Vec<Complex64>]),
+    ) -> Result<usize> {
+        let rows_of = |path: &std::path::Path| -> Result<(Vec<f64>, Vec<f64>)> {
+            let segment = Reader::open(path)?;
+            if !segment.has(&format!("{GROUP}/time")) {
+                return Ok((Vec::new(), Vec::new()));
+            }
+            let time = segment.numbers(&format!("{GROUP}/time"))?.1;
+            Ok((time, segment.numbers(&format!("{GROUP}/displacement"))?.1))
+        };
+        let wanted = |t: f64| t >= from - 1e-9 * self.interval;
+        let mut rows = 0;
+        for path in segments.files()? {
+            rows += rows_of(&path)?.0.into_iter().filter(|&t| wanted(t)).count();
+        }
+        let (pieces, mut skip) = welch.pieces(rows.saturating_sub(1));
+        if pieces == 0 {
+            return Err(Error::Defect(format!("sound power: {rows} samples for pieces of {}", welch.length())));
+        }
+        let mut last: Option<(f64, Vec<f64>)> = None;
+        let mut record: VecDeque<Vec<f64>> = VecDeque::new();
+        let mut done = 0;
+        for path in segments.files()? {
+            let (times, values) = rows_of(&path)?;
+            let m = values.len() / times.len().max(1);
+            for (&t, q) in times.iter().zip(values.chunks_exact(m.max(1))).filter(|(t, _)| wanted(**t)) {
+                if let Some((before, p)) = &last {
+                    if (t - before - self.interval).abs() > 1e-3 * self.interval {
+                        return Err(Error::Input(format!(
+                            "{}: the samples for sound power jump from {before} s to {t} s; they must be {} s apart",
+                            path.display(),
+                            self.interval
+                        )));
+                    }
+                    // The mean velocity over the interval.
+                    if skip > 0 {
+                        skip -= 1;
+                    } else {
+                        record.push_back(q.iter().zip(p).map(|(q, p)| (q - p) / self.interval).collect());
+                    }
+                }
+                last = Some((t, q.to_vec()));
+                if record.len() == welch.length() {
+                    let mut x: Vec<_> = (0..m).map(|j| welch.transform(record.iter().map(|v| v[j]))).collect();
+                    x.iter_mut().for_each(|x| self.undo_mean(x, welch.spacing()));
+                    take(&x);
+                    done += 1;
+                    record.drain(..welch.hop());
+                }
+            }
+        }
+        if done != pieces {
+            return Err(Error::Defect(format!(
+                "sound power: {done} pieces of the record where {pieces} were expected"
+            )));
+        }
+        Ok(pieces)
+    }
+
+    /// A mean over the interval T reduces a harmonic motion by sin(πfT)/(πfT); what it was before.
+    fn undo_mean(&self, lines: &mut [Complex64], spacing: f64) {
+        for (k, z) in lines.iter_mut().enumerate().skip(1) {
+            let x = PI * k as f64 * spacing * self.interval;
+            *z *= x / x.sin();
+        }
+    }
+
+    /// What the bodies share.
+    fn shared(&self, welch: &Welch, pieces: usize, any: Option<&PowerSpectrum<'_>>) -> Vec<Table> {
+        let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
+            Table::list(&format!("/transient/sound_power/{name}"), units, text, values)
+        };
+        vec![
+            list("band_frequency", "Hz", "Exact centres of the third octaves.", self.bands.centres()),
+            list("band_name", "Hz", "Nominal centres of the third octaves.", self.bands.nominal()),
+            list(
+                "frequency",
+                "Hz",
+                "Frequencies of the lines of `density`.",
+                any.map(PowerSpectrum::frequencies).unwrap_or_default(),
+            ),
+            Table::scalar("/transient/sound_power/pieces", "1", "Pieces of the record in the mean.", pieces as i64),
+            Table::scalar(
+                "/transient/sound_power/piece",
+                "s",
+                "Length of a piece.",
+                welch.length() as f64 * self.interval,
+            ),
+        ]
+    }
+}
+
+/// What belongs to one body.
+fn results(place: &str, power: &PowerSpectrum<'_>) -> Vec<Table> {
+    let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
+        Table::list(&format!("/transient/sound_power/{place}/{name}"), units, text, values)
+    };
+    let found = power.third_octaves();
+    let [linear, weighted] = found.total();
+    let total = |name: &str, text: &str, value: f64| {
+        Table::scalar(&format!("/transient/sound_power/{place}/{name}"), "dB", text, value)
+    };
+    let levels = |powers: &[f64]| powers.iter().map(|&p| level(p)).collect();
+    vec![
+        list("level", "dB", "Sound power level of each third octave, re 1 pW.", levels(&found.power)),
+        list("level_a", "dB", "The same, A-weighted.", levels(&found.weighted())),
+        list(
+            "radiation_efficiency",
+            "1",
+            "Power over that of plane waves from the same surface velocity.",
+            found.efficiency,
+        ),
+        list("density", "W/Hz", "Sound power per hertz at each line.", power.density()),
+        total("total_level", "Sound power level of all third octaves, re 1 pW.", linear),
+        total("total_level_a", "The same, A-weighted.", weighted),
+        list("power", "W", "Sound power in each third octave.", found.power),
+    ]
+}

@@ -1,0 +1,198 @@
+//! The free surface of a body as radiators of sound: its boundary facets, divided where the surface has an edge, and the flow of the
+//! modes through patches of them.
+
+use super::fe::{BodyModes, FeBody};
+use crate::mesh::distribute::MeshPart;
+use crate::mesh::quality::FACES;
+use crate::parallel::World;
+use crate::sound::radiators::{add, Key, Patch};
+use crate::sound::Radiators;
+use crate::Result;
+use faer::Mat;
+use std::collections::{BTreeMap, HashMap};
+
+/// Facets that meet at a larger angle than this belong to different parts of the surface (45°).
+const EDGE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Boundary facets of which this rank has the node with the lowest number, as local nodes, outward: each facet is on one rank.
+fn boundary(part: &MeshPart) -> Vec<[u32; 4]> {
+    let mut open: HashMap<[u32; 4], [u32; 4]> = HashMap::new();
+    for cell in &part.cells {
+        for face in FACES {
+            let nodes = face.map(|i| cell[i]);
+            let mut key = nodes;
+            key.sort_unstable();
+            // Met for the second time it lies between two cells.
+            if open.remove(&key).is_none() {
+                open.insert(key, nodes);
+            }
+        }
+    }
+    // All cells at an owned node are here, so its facets are known to be on the boundary; others may only seem so.
+    let lowest = |f: &[u32; 4]| f.iter().copied().min_by_key(|&n| part.node_ids[n as usize]);
+    let mut facets: Vec<_> =
+        open.into_values().filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
+    facets.sort_unstable();
+    facets
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] - b[c])
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3])
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Area vector of a quadrilateral, m².
+fn area(x: [[f64; 3]; 4]) -> [f64; 3] {
+    cross(sub(x[2], x[0]), sub(x[3], x[1])).map(|v| 0.5 * v)
+}
+
+/// Smooth part, from 0, of each facet given by global nodes and area vector.
+fn parts(nodes: &[[u64; 4]], normal: &[[f64; 3]]) -> Vec<u64> {
+    let mut parent: Vec<usize> = (0..nodes.len()).collect();
+    fn root(parent: &mut [usize], mut i: usize) -> usize {
+        while parent[i] != i {
+            parent[i] = parent[parent[i]];
+            i = parent[i];
+        }
+        i
+    }
+    let mut edges: HashMap<[u64; 2], usize> = HashMap::new();
+    for (f, n) in nodes.iter().enumerate() {
+        for k in 0..4 {
+            let (a, b) = (n[k], n[(k + 1) % 4]);
+            let Some(other) = edges.remove(&[a.min(b), a.max(b)]) else {
+                edges.insert([a.min(b), a.max(b)], f);
+                continue;
+            };
+            let (p, q) = (normal[f], normal[other]);
+            if dot(p, q) > EDGE * (dot(p, p) * dot(q, q)).sqrt() {
+                let (i, j) = (root(&mut parent, f), root(&mut parent, other));
+                parent[i.max(j)] = i.min(j);
+            }
+        }
+    }
+    let mut number = HashMap::new();
+    (0..nodes.len())
+        .map(|f| {
+            let r = root(&mut parent, f);
+            let next = number.len() as u64;
+            *number.entry(r).or_insert(next)
+        })
+        .collect()
+}
+
+/// A point of a facet that stands for a piece of it.
+struct Sample {
+    at: [f64; 3],
+    area: [f64; 3],
+    weights: [f64; 4],
+}
+
+/// A facet divided into pieces no longer than `size`, m.
+fn samples(x: [[f64; 3]; 4], size: f64) -> Vec<Sample> {
+    let length = |a: usize, b: usize| dot(sub(x[a], x[b]), sub(x[a], x[b])).sqrt();
+    let count = |l: f64| (l / size).ceil().max(1.0) as usize;
+    let (ns, nt) = (count(length(0, 1).max(length(3, 2))), count(length(0, 3).max(length(1, 2))));
+    let weights = |s: f64, t: f64| [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
+    let point = |s: f64, t: f64| -> [f64; 3] {
+        let w = weights(s, t);
+        std::array::from_fn(|c| (0..4).map(|k| w[k] * x[k][c]).sum())
+    };
+    let mut found = Vec::with_capacity(ns * nt);
+    for i in 0..ns {
+        for j in 0..nt {
+            let s = [i, i + 1].map(|i| i as f64 / ns as f64);
+            let t = [j, j + 1].map(|j| j as f64 / nt as f64);
+            let corners = [point(s[0], t[0]), point(s[1], t[0]), point(s[1], t[1]), point(s[0], t[1])];
+            let middle = [0.5 * (s[0] + s[1]), 0.5 * (t[0] + t[1])];
+            found.push(Sample {
+                at: point(middle[0], middle[1]),
+                area: area(corners),
+                weights: weights(middle[0], middle[1]),
+            });
+        }
+    }
+    found
+}
+
+/// Collective: the modes of a body on patches of its surface no longer than `size` (m); on rank 0, `None` elsewhere.
+pub fn radiators(world: &World, body: &FeBody, modes: &BodyModes, size: f64) -> Result<Option<Radiators>> {
+    let part = &body.part;
+    let facets = boundary(part);
+    let corners = |f: &[u32; 4]| f.map(|n| part.coords[n as usize]);
+    let count = world.gather(&[facets.len() as u64]);
+    let nodes = world.gather(&facets.iter().flatten().map(|&n| part.node_ids[n as usize]).collect::<Vec<u64>>());
+    let normals = world.gather(&facets.iter().flat_map(|f| area(corners(f))).collect::<Vec<f64>>());
+    let mut numbers = Vec::new();
+    if world.is_root() {
+        let nodes: Vec<[u64; 4]> = nodes.chunks_exact(4).map(|n| [n[0], n[1], n[2], n[3]]).collect();
+        let normals: Vec<[f64; 3]> = normals.chunks_exact(3).map(|n| [n[0], n[1], n[2]]).collect();
+        let all = parts(&nodes, &normals);
+        let mut rest = &all[..];
+        for n in count {
+            let (mine, others) = rest.split_at(n as usize);
+            numbers.push(mine.to_vec());
+            rest = others;
+        }
+    }
+    let numbers = world.scatter(numbers);
+
+    // The pieces of this rank, and the patches they are in.
+    let mut places: BTreeMap<Key, usize> = BTreeMap::new();
+    let mut pieces = Vec::new();
+    for (f, &number) in facets.iter().zip(&numbers) {
+        for sample in samples(corners(f), size) {
+            let [i, j, k] = sample.at.map(|x| (x / size).floor() as i64);
+            let next = places.len();
+            let patch = *places.entry([number as i64, i, j, k]).or_insert(next);
+            pieces.push((patch, *f, sample));
+        }
+    }
+    let m = modes.omega.len();
+    let mut geometry = vec![[0.0; 4]; places.len()];
+    for (patch, _, s) in &pieces {
+        let a = dot(s.area, s.area).sqrt();
+        geometry[*patch][0] += a;
+        (0..3).for_each(|c| geometry[*patch][c + 1] += a * s.at[c]);
+    }
+    let mut flow = vec![0.0; places.len() * m];
+    let mut velocity = Mat::<f64>::zeros(pieces.len(), m);
+    for (j, vector) in modes.vectors.iter().enumerate() {
+        let u = body.at_nodes(world, vector);
+        for (row, (patch, facet, s)) in pieces.iter().enumerate() {
+            let through: f64 = (0..4).map(|k| s.weights[k] * dot(u[facet[k] as usize], s.area)).sum();
+            flow[patch * m + j] += through;
+            // Of unit area in the square.
+            let a = dot(s.area, s.area).sqrt();
+            velocity[(row, j)] = if a > 0.0 { through / a.sqrt() } else { 0.0 };
+        }
+    }
+    let square = velocity.transpose() * &velocity;
+    let square: Vec<f64> = square.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()).collect();
+    let square = world.sum_all(&square);
+
+    // In the order of their first pieces.
+    let mut keys = vec![[0; 4]; places.len()];
+    places.into_iter().for_each(|(key, place)| keys[place] = key);
+    let keys = world.gather(keys.as_flattened());
+    let geometry = world.gather(geometry.as_flattened());
+    let flow = world.gather(&flow);
+    if !world.is_root() {
+        return Ok(None);
+    }
+    let mut patches = BTreeMap::new();
+    for (p, key) in keys.chunks_exact(4).enumerate() {
+        let g = &geometry[4 * p..4 * p + 4];
+        let patch = Patch { area: g[0], moment: [g[1], g[2], g[3]], flow: flow[m * p..m * (p + 1)].to_vec() };
+        add(&mut patches, [key[0], key[1], key[2], key[3]], patch);
+    }
+    patches.retain(|_, p| p.area > 0.0);
+    Ok(Some(Radiators::new(patches, size, Mat::from_fn(m, m, |i, j| square[i + m * j]))))
+}

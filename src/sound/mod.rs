@@ -1,0 +1,37 @@
+//! Sound radiated by vibrating surfaces: radiators, their radiation resistance, spectra, third octaves. It knows neither MPI nor
+//! files (`docs/transient.md`).
+//!
+//! The velocity of a surface in its modes is v_n(x, t) = Σ_j φ_n,j(x) q̇_j(t). With the cross-spectral density S(f) of the modal
+//! velocities the sound power per hertz is W(f) = tr(R(f) S(f)), R being the real symmetric radiation resistance matrix of the
+//! modes (F. Fahy, P. Gardonio, *Sound and Structural Vibration*, 2nd ed., 2007, chapter 3).
+
+pub mod bands;
+pub mod power;
+pub mod radiators;
+pub mod spectrum;
+
+pub use bands::Bands;
+pub use power::{PowerSpectrum, Radiation};
+pub use radiators::Radiators;
+pub use spectrum::Welch;
+
+/// The air around the bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Air {
+    /// Density, kg/m³.
+    pub density: f64,
+    /// Speed of sound, m/s.
+    pub speed: f64,
+}
+
+impl Air {
+    /// Wave number at the frequency `f` (Hz), 1/m.
+    pub fn wave_number(&self, f: f64) -> f64 {
+        2.0 * std::f64::consts::PI * f / self.speed
+    }
+}
+
+/// Level of a sound power (W) in dB re 1 pW; −∞ for none.
+pub fn level(power: f64) -> f64 {
+    10.0 * (power / 1e-12).log10()
+}

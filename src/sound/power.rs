@@ -1,0 +1,226 @@
+//! Sound power of a body from the spectra of its modal velocities.
+
+use super::bands::{a_weighting, Bands};
+use super::radiators::Radiators;
+use super::{level, Air};
+use faer::Mat;
+use num_complex::Complex64;
+
+/// Radiation resistance of the modes of a body over the frequencies of some bands.
+#[derive(Debug, Clone)]
+pub struct Radiation {
+    bands: Bands,
+    /// Frequencies of `resistance`, Hz, ascending.
+    grid: Vec<f64>,
+    /// Radiation resistances, N·s/m per kg, `[m, m]` each.
+    resistance: Vec<Mat<f64>>,
+    /// ρc ∫ φ_n,i φ_n,j dS, the same unit, `[m, m]`.
+    piston: Mat<f64>,
+}
+
+/// The patches are at most this part of the wave length.
+pub const PATCH: f64 = 1.0 / 6.0;
+
+impl Radiation {
+    /// Edge of the patches that the bands need, m.
+    pub fn patch_size(bands: &Bands, air: Air) -> f64 {
+        PATCH * air.speed / bands.end()
+    }
+
+    /// Of patches as fine as [`Radiation::patch_size`]; at low frequencies they are taken together, but never to more than
+    /// `coarsest` (m).
+    pub fn new(radiators: &Radiators, bands: Bands, air: Air, coarsest: f64) -> Self {
+        let grid = bands.grid();
+        let mut level = radiators.clone();
+        let mut resistance = Vec::with_capacity(grid.len());
+        for &f in &grid {
+            resistance.push((f, Mat::zeros(0, 0)));
+        }
+        // From the highest frequency down, so that the patches only ever grow.
+        for (f, r) in resistance.iter_mut().rev() {
+            while 2.0 * level.size() <= coarsest.min(PATCH * air.speed / *f) {
+                level = level.coarser();
+            }
+            *r = level.resistance(*f, air);
+        }
+        let factor = air.density * air.speed;
+        let s = radiators.square();
+        let piston = Mat::from_fn(s.nrows(), s.ncols(), |i, j| factor * s[(i, j)]);
+        Self { bands, grid, resistance: resistance.into_iter().map(|r| r.1).collect(), piston }
+    }
+
+    /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R linear between the frequencies
+    /// at which it is known; and that of plane waves.
+    fn of(&self, f: f64, x: &[Complex64]) -> [f64; 2] {
+        let last = self.grid.len() - 2;
+        let g = self.grid.partition_point(|&a| a <= f).saturating_sub(1).min(last);
+        let t = ((f - self.grid[g]) / (self.grid[g + 1] - self.grid[g])).clamp(0.0, 1.0);
+        let low = form(&self.resistance[g], x);
+        let high = form(&self.resistance[g + 1], x);
+        [(1.0 - t) * low + t * high, form(&self.piston, x)]
+    }
+}
+
+/// xᴴ A x of a symmetric matrix.
+fn form(a: &Mat<f64>, x: &[Complex64]) -> f64 {
+    let column = |(j, xj): (usize, &Complex64)| {
+        let sum: Complex64 = a.col(j).iter().zip(x).map(|(a, x)| a * x).sum();
+        (xj.conj() * sum).re
+    };
+    x.iter().enumerate().map(column).sum()
+}
+
+/// Mean sound power per hertz of a body, line by line.
+#[derive(Debug, Clone)]
+pub struct PowerSpectrum<'a> {
+    radiation: &'a Radiation,
+    /// Distance of the lines, Hz.
+    spacing: f64,
+    /// Number of the first line in the bands.
+    first: usize,
+    /// Sums of the densities, W/Hz: radiated, and of plane waves.
+    sums: Vec<[f64; 2]>,
+    pieces: usize,
+}
+
+impl<'a> PowerSpectrum<'a> {
+    /// Nothing yet, on lines at the multiples of `spacing` (Hz).
+    pub fn new(radiation: &'a Radiation, spacing: f64) -> Self {
+        // All lines whose intervals reach into the bands.
+        let first = (radiation.bands.begin() / spacing - 0.5).ceil().max(1.0) as usize;
+        let last = (radiation.bands.end() / spacing + 0.5).floor() as usize;
+        Self { radiation, spacing, first, sums: vec![[0.0; 2]; (last + 1).saturating_sub(first)], pieces: 0 }
+    }
+
+    /// Adds a piece: `lines` holds the spectrum of the velocity of each mode, `[m][lines]`.
+    pub fn add(&mut self, lines: &[Vec<Complex64>]) {
+        let mut x = vec![Complex64::default(); lines.len()];
+        for (i, sum) in self.sums.iter_mut().enumerate() {
+            let line = self.first + i;
+            x.iter_mut().zip(lines).for_each(|(x, l)| *x = l.get(line).copied().unwrap_or_default());
+            let power = self.radiation.of(line as f64 * self.spacing, &x);
+            sum.iter_mut().zip(power).for_each(|(s, p)| *s += p);
+        }
+        self.pieces += 1;
+    }
+
+    /// Frequencies of the lines, Hz.
+    pub fn frequencies(&self) -> Vec<f64> {
+        (0..self.sums.len()).map(|i| (self.first + i) as f64 * self.spacing).collect()
+    }
+
+    /// Radiated power, W/Hz, `[lines]`, the mean of the pieces.
+    pub fn density(&self) -> Vec<f64> {
+        self.sums.iter().map(|s| s[0] / self.pieces.max(1) as f64).collect()
+    }
+
+    /// The third octaves.
+    pub fn third_octaves(&self) -> ThirdOctaves {
+        let bands = self.radiation.bands;
+        let centre = bands.centres();
+        let mut power = vec![0.0; centre.len()];
+        let mut plane = vec![0.0; centre.len()];
+        for (f, sum) in self.frequencies().iter().zip(&self.sums) {
+            for (band, share) in bands.shares(f - 0.5 * self.spacing, f + 0.5 * self.spacing) {
+                let factor = share * self.spacing / self.pieces.max(1) as f64;
+                power[band] += factor * sum[0];
+                plane[band] += factor * sum[1];
+            }
+        }
+        // Rounding may leave less than nothing of modes that do not radiate.
+        power.iter_mut().for_each(|p| *p = p.max(0.0));
+        let efficiency = power.iter().zip(&plane).map(|(w, p)| if *p > 0.0 { w / p } else { 0.0 }).collect();
+        ThirdOctaves { centre, power, efficiency }
+    }
+}
+
+/// Sound power in third octaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThirdOctaves {
+    /// Exact centres, Hz.
+    pub centre: Vec<f64>,
+    /// Power, W.
+    pub power: Vec<f64>,
+    /// Radiation efficiency: the power by that of plane waves, ρc ∫ v_n² dS; 0 where nothing moves.
+    pub efficiency: Vec<f64>,
+}
+
+impl ThirdOctaves {
+    /// A-weighted power of the bands, W.
+    pub fn weighted(&self) -> Vec<f64> {
+        self.centre.iter().zip(&self.power).map(|(&f, p)| p * 10f64.powf(a_weighting(f) / 10.0)).collect()
+    }
+
+    /// Levels of the whole, dB re 1 pW: linear and A-weighted.
+    pub fn total(&self) -> [f64; 2] {
+        [level(self.power.iter().sum()), level(self.weighted().iter().sum())]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::radiators::{Key, Patch};
+    use super::super::spectrum::Welch;
+    use super::*;
+    use std::collections::BTreeMap;
+    use std::f64::consts::PI;
+
+    const AIR: Air = Air { density: 1.2, speed: 340.0 };
+
+    /// A small piston of 1 cm² with one mode of unit displacement.
+    fn piston() -> Radiators {
+        let area = 1e-4;
+        let patch = Patch { area, moment: [0.0; 3], flow: vec![area] };
+        let patches: BTreeMap<Key, Patch> = [([0; 4], patch)].into();
+        Radiators::new(patches, 1e-3, Mat::from_fn(1, 1, |_, _| area))
+    }
+
+    #[test]
+    fn a_tone_is_found_in_its_band_with_its_power() {
+        for (f, weight) in [(1000.0, 0.0), (100.0, -19.1), (107.0, -19.1), (2400.0, 1.3)] {
+            let bands = Bands::of(63.0, 4000.0);
+            let radiation = Radiation::new(&piston(), bands, AIR, 0.1);
+            let rate = 20e3;
+            let welch = Welch::new(rate, super::super::bands::resolving_time(63.0));
+            let amplitude = 0.02;
+            let mut spectrum = PowerSpectrum::new(&radiation, welch.spacing());
+            for piece in 0..5 {
+                let at = |i: usize| amplitude * (2.0 * PI * f * (i + piece * welch.hop()) as f64 / rate + 0.3).cos();
+                spectrum.add(&[welch.transform((0..welch.length()).map(at))]);
+            }
+            // Low-frequency limit of a piston in a baffle, ρc k² S²/(2π) ⟨v²⟩, which the interpolation between frequencies keeps.
+            let k = AIR.wave_number(f);
+            let wanted = AIR.density * AIR.speed * k * k * 1e-8 / (2.0 * PI) * 0.5 * amplitude * amplitude;
+            let found = spectrum.third_octaves();
+            let band = (0..found.centre.len())
+                .min_by(|&a, &b| (found.centre[a] / f).ln().abs().total_cmp(&(found.centre[b] / f).ln().abs()))
+                .unwrap();
+            let total: f64 = found.power.iter().sum();
+            assert!((total / wanted - 1.0).abs() < 5e-3, "{f} Hz: {total} W for {wanted}");
+            assert!(found.power[band] / wanted > 0.99, "{f} Hz: {} of {wanted} W in its band", found.power[band]);
+            let [linear, a] = found.total();
+            assert!((linear - level(wanted)).abs() < 0.03, "{f} Hz: {linear} dB");
+            assert!((a - linear - weight).abs() < 0.06, "{f} Hz: A-weighted {a} of {linear} dB");
+            let sigma = k * k * 1e-4 / (2.0 * PI);
+            assert!((found.efficiency[band] / sigma - 1.0).abs() < 0.01, "{} for {sigma}", found.efficiency[band]);
+            let lines: f64 = spectrum.density().iter().sum::<f64>() * welch.spacing();
+            assert!((lines / total - 1.0).abs() < 1e-6, "lines {lines}, bands {total}");
+        }
+    }
+
+    #[test]
+    fn modes_that_move_against_each_other_do_not_add_up() {
+        // Two modes with the same flow, in phase and in opposition.
+        let area = 1e-4;
+        let patches: BTreeMap<Key, Patch> = [([0; 4], Patch { area, moment: [0.0; 3], flow: vec![area; 2] })].into();
+        let two = Radiators::new(patches, 1e-3, Mat::from_fn(2, 2, |_, _| area));
+        let radiation = Radiation::new(&two, Bands::of(500.0, 1000.0), AIR, 0.1);
+        let one = Complex64::new(0.3, -0.4);
+        let [single, _] = radiation.of(700.0, &[one, Complex64::default()]);
+        let [both, plane] = radiation.of(700.0, &[one, one]);
+        assert!((both / single - 4.0).abs() < 1e-12, "{both} for {single}");
+        assert!((plane / (AIR.density * AIR.speed * area) - 1.0).abs() < 1e-12, "{plane}");
+        let [none, _] = radiation.of(700.0, &[one, -one]);
+        assert!(none.abs() < 1e-12 * single, "{none} for {single}");
+    }
+}
