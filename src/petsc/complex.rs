@@ -2,12 +2,18 @@
 
 use super::csr::DistCsr;
 use super::handle::{read, vector, write, Handle};
+use super::mumps::{failure, Failed};
 use super::session::{check, Petsc};
 use crate::{Error, Result};
 use mpi::raw::AsRaw;
 use num_complex::Complex;
 use petsc_sys as sys;
 use std::ffi::CString;
+
+/// What helps against a complex factorisation without memory.
+const ADVICE: &str =
+    "more ranks on more machines, a coarser mesh, or equal damping.alpha and damping.beta for both bodies, \
+                      which needs real factorisations only";
 
 /// Right-hand sides solved at once.
 const BLOCK: usize = 64;
@@ -68,35 +74,22 @@ impl<'p> ComplexFactor<'p> {
     }
 
     /// INFOG(`number`) of MUMPS.
-    fn infog(&self, number: i32) -> Result<i64> {
+    fn infog(&self, number: i32) -> Result<i32> {
         let mut value = 0;
         check(
             // SAFETY: a live factor matrix of MUMPS and a valid output.
             unsafe { sys::MatMumpsGetInfog(self.factor.raw(), number as sys::PetscInt, &mut value) },
             "asking MUMPS",
         )?;
-        Ok(i64::from(value))
+        Ok(value as i32)
     }
 
     fn refuse_failure(&self) -> Result<()> {
-        let code = self.infog(1)?;
-        if code >= 0 {
-            return Ok(());
-        }
-        let detail = self.infog(2)?;
-        let estimate = self.infog(16)?.max(0);
-        // Sizes beyond 32 bits come as negative millions.
-        let entries = if detail < 0 { -(detail as f64) * 1e6 } else { detail as f64 };
-        let gib = entries * 16.0 / f64::powi(1024.0, 3);
-        let name = &self.name;
-        Err(match code {
-            -13 | -5 | -7 | -8 | -9 | -14 | -15 | -17 | -19 | -20 | -75 | -76 | -80 => Error::Memory(format!(
-                "out of memory in the complex factorisation of {name}: MUMPS was refused {gib:.2} GiB; it needs about {estimate} MB \
-                 on one rank in all (error {code}). Use more ranks on more machines, a coarser mesh, or equal damping.alpha \
-                 and damping.beta for both bodies, which needs real factorisations only."
-            )),
-            _ => Error::NotConverged(format!("the complex matrix of {name} is singular (MUMPS error {code}, {detail})")),
-        })
+        let (code, detail) = (self.infog(1)?, self.infog(2)?);
+        let megabytes = self.infog(16)?.max(0) as u64;
+        let what = format!("the complex factorisation of {}", self.name);
+        let failed = Failed { what: &what, matrix: &self.name, entry: 16.0, megabytes, advice: ADVICE };
+        failure(code, detail, &failed)
     }
 
     /// Collective: solves for `nrhs` right-hand sides in place. `rhs`: local rows, `[n_local, nrhs]` column by column.

@@ -242,6 +242,12 @@ pub(crate) fn check(code: sys::PetscErrorCode, doing: &str) -> Result<()> {
             CStr::from_ptr(general).to_string_lossy().trim().to_owned()
         }
     };
+    // PETSc 3.18 returns the line of the caller in place of PETSC_ERR_MEM where its allocation fails.
+    if ["[PetscMalloc", "[PetscTrMalloc", "[PetscRealloc", "[PetscTrRealloc"].iter().any(|f| report.contains(f)) {
+        return Err(Error::Memory(format!(
+            "out of memory in PETSc, {doing}. {report} Use more ranks on more machines or a coarser mesh."
+        )));
+    }
     let message = format!("PETSc, {doing}: error {code}, {general}. {report}");
     Err(match code as u32 {
         sys::PETSC_ERR_MEM => Error::Memory(message),

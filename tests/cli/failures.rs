@@ -1,6 +1,7 @@
 //! Runs that fail on the way: places that cannot be written, full disks, and one rank alone.
 
 use super::program::*;
+use serde_json::json;
 use std::process::Command;
 
 #[test]
@@ -94,4 +95,34 @@ fn a_factorisation_that_does_not_fit() {
     command.env("OPENBLAS_NUM_THREADS", "1");
     finish(&mut command).failed(7, &["out of memory in the factorisation", "body lower", "it needs about", "gamg"]);
     folder.untouched();
+}
+
+/// The same at a shift of the full system, where the first factorisations fitted: real, and complex where the damping of the bodies differs.
+#[test]
+fn factorisations_at_a_shift_that_do_not_fit() {
+    let mut job = job("curve.json");
+    // A small lower body and a large upper one, whose factor at the shift is the largest thing of all.
+    for (body, far) in [("lower", 0.1), ("upper", 0.027)] {
+        let cylinder = &mut job["bodies"][body]["mesh"]["cylinder"];
+        cylinder["element_size"] = json!(0.004);
+        cylinder["growth"] = json!(1.5);
+        cylinder["max_element_size"] = json!(far);
+    }
+    job["contact"]["patch"] = json!({ "half_length": 0.012, "half_width": 0.012 });
+    job["analyses"] = json!({ "modes": { "count": 4 }, "stability": { "full": { "max_frequency": 400 } } });
+    job["output"] = json!({ "fields": false, "reduced": false });
+    for (alpha, kilobytes, parts) in [
+        (1.0, 1_500_000, ["in the factorisation of body upper at", "a coarser mesh"]),
+        (5.0, 1_700_000, ["in the complex factorisation of body upper at", "equal damping.alpha"]),
+    ] {
+        job["bodies"]["upper"]["damping"]["alpha"] = json!(alpha);
+        let folder = Folder::with(job.to_string());
+        let mut command = Command::new("sh");
+        let limit = format!("ulimit -v {kilobytes}; exec \"$0\" run \"$1\"");
+        command.args(["-c", &limit, PROGRAM, &folder.text("job.json")]);
+        command.env("OPENBLAS_NUM_THREADS", "1");
+        finish(&mut command)
+            .failed(7, &[&["out of memory", "MUMPS was refused", "it needs about"], &parts[..]].concat());
+        folder.untouched();
+    }
 }

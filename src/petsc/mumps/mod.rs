@@ -5,11 +5,17 @@
 //! libraries, so the real one is called beside PETSc. Numbers of controls and statistics are those of the
 //! MUMPS 5.5 users' guide.
 
+mod failure;
+mod inverse;
+mod solve;
+
+pub(super) use failure::{failure, Failed};
+
 use super::csr::{norm2, DistCsr};
 use super::ordering::nested_dissection;
 use crate::parallel::World;
 use crate::{Error, Result};
-use faer::Mat;
+use failure::SINGULAR;
 use mpi::raw::AsRaw;
 use mumps_sys::{dmumps_c, DMUMPS_STRUC_C, MUMPS_INT};
 use std::ptr;
@@ -79,16 +85,12 @@ pub struct Factor<'w> {
 /// Relaxation of the estimated workspace, percent, at the first attempt without and with pivoting, and at the last.
 const WORKSPACE: [MUMPS_INT; 3] = [10, 30, 1000];
 
-/// Columns of the inverse treated together. Each block walks up the elimination tree once, with messages between the ranks:
-/// of 900 rows, blocks of 512 take a quarter of the time of MUMPS's own 32 on two ranks.
-const INVERSE_BLOCK: MUMPS_INT = 512;
+/// What helps against a factorisation without memory.
+const ADVICE: &str = "more ranks on more machines, a coarser mesh or, for steady rolling alone, solver.linear \"gamg\"";
 
 /// A pivot below this fraction of the largest entry counts as zero. Stiffness matrices of graded meshes reach 1e-9,
 /// a free rigid-body motion leaves some 1e-16.
 const NULL_PIVOT: f64 = 1e-13;
-
-/// INFOG(1) after a zero pivot.
-const SINGULAR: MUMPS_INT = -10;
 
 /// Condition numbers above this one are those of singular matrices with rounding errors in them.
 const CONDITION_LIMIT: f64 = 1e13;
@@ -320,161 +322,6 @@ impl<'w> Factor<'w> {
         (self.ranges[self.world.rank + 1] - self.ranges[self.world.rank]) as usize
     }
 
-    /// Collective: solves for `nrhs` right-hand sides in place. `rhs`: local rows, `[n_local, nrhs]` column by column.
-    pub fn solve(&mut self, rhs: &mut [f64], nrhs: usize) -> Result<()> {
-        let n = self.n_local();
-        let right = rhs.len() == n * nrhs && rhs.iter().all(|v| v.is_finite());
-        self.world.agree(right.then_some(()).ok_or_else(|| {
-            Error::Defect(format!(
-                "right-hand side of {} values for {nrhs} columns of {n} rows, or not finite",
-                rhs.len()
-            ))
-        }))?;
-        let order = self.ranges[self.world.size] as usize;
-        // Counts in MPI and leading dimensions in MUMPS are 32-bit.
-        let chunk = (i32::MAX as usize / order).clamp(1, 512);
-        let mut done = 0;
-        while done < nrhs {
-            let k = chunk.min(nrhs - done);
-            self.solve_chunk(&mut rhs[done * n..(done + k) * n], k)?;
-            done += k;
-        }
-        Ok(())
-    }
-
-    fn solve_chunk(&mut self, rhs: &mut [f64], k: usize) -> Result<()> {
-        let world = self.world;
-        let order = self.ranges[world.size] as usize;
-        self.id.nrhs = k as MUMPS_INT;
-        self.id.lrhs = order as MUMPS_INT;
-        self.control(20, 0);
-        self.control(21, 0);
-        self.control(30, 0);
-        if world.size == 1 {
-            self.id.rhs = rhs.as_mut_ptr();
-            self.call(3);
-            self.id.rhs = ptr::null_mut();
-            return self.result("solve");
-        }
-        // Ranks hold rows, MUMPS takes whole columns on rank 0.
-        let parts = world.gather(rhs);
-        let mut whole = vec![0.0; parts.len()];
-        let pieces = |ranges: &[u64]| -> Vec<(usize, usize)> {
-            ranges.windows(2).map(|w| (w[0] as usize, (w[1] - w[0]) as usize)).collect()
-        };
-        let pieces = pieces(&self.ranges);
-        if world.is_root() {
-            for &(first, n) in &pieces {
-                for j in 0..k {
-                    let from = first * k + j * n;
-                    whole[j * order + first..][..n].copy_from_slice(&parts[from..from + n]);
-                }
-            }
-        }
-        // MUMPS remembers that a rank gave a pointer, and refuses sparse right-hand sides then on any but rank 0.
-        if world.is_root() {
-            self.id.rhs = whole.as_mut_ptr();
-        }
-        self.call(3);
-        self.id.rhs = ptr::null_mut();
-        self.result("solve")?;
-        let parts = if world.is_root() {
-            let part = |&(first, n): &(usize, usize)| {
-                (0..k).flat_map(|j| whole[j * order + first..][..n].iter().copied()).collect()
-            };
-            pieces.iter().map(part).collect()
-        } else {
-            Vec::new()
-        };
-        rhs.copy_from_slice(&world.scatter(parts));
-        Ok(())
-    }
-
-    /// Collective: the entries of the inverse at `rows` × `rows` (global numbers, the same on every rank, none twice), of
-    /// a symmetric matrix, `[rows, rows]` on rank 0 and empty elsewhere. Works on the elimination tree alone, without one
-    /// full solve per row (MUMPS's selected entries of the inverse).
-    pub fn inverse_block(&mut self, rows: &[u64]) -> Result<Mat<f64>> {
-        let world = self.world;
-        let n = self.ranges[world.size];
-        let bad = rows.iter().find(|&&r| r >= n);
-        world.agree(bad.map_or(Ok(()), |r| Err(Error::Defect(format!("inverse block: row {r} of {n}")))))?;
-        if self.kind == Kind::General {
-            return Err(Error::Defect("inverse block of a matrix that is not symmetric".into()));
-        }
-        let k = rows.len();
-        let mut block = if world.is_root() { Mat::zeros(k, k) } else { Mat::new() };
-        // Columns in ascending row number, as MUMPS wants the row indices; one half, the other is its mirror image.
-        let mut sorted: Vec<usize> = (0..k).collect();
-        sorted.sort_unstable_by_key(|&i| rows[i]);
-        // The count of entries asked for at once is a 32-bit number.
-        const ENTRIES: usize = 1 << 27;
-        let mut begin = 0;
-        while begin < k {
-            let mut end = begin;
-            let mut entries = 0;
-            while end < k && (end == begin || entries + (k - end) <= ENTRIES) {
-                entries += k - end;
-                end += 1;
-            }
-            let values = self.selected(rows, &sorted, begin..end)?;
-            if world.is_root() {
-                let mut values = values.into_iter();
-                for j in begin..end {
-                    for i in j..k {
-                        let v = values.next().unwrap_or(f64::NAN);
-                        block[(sorted[i], sorted[j])] = v;
-                        block[(sorted[j], sorted[i])] = v;
-                    }
-                }
-            }
-            begin = end;
-        }
-        Ok(block)
-    }
-
-    /// Entries `sorted[j..]` × `sorted[j]` of the inverse for the columns `j` of `columns`, one after the other.
-    fn selected(&mut self, rows: &[u64], sorted: &[usize], columns: std::ops::Range<usize>) -> Result<Vec<f64>> {
-        let order = self.ranges[self.world.size] as usize;
-        let mut starts: Vec<MUMPS_INT> = Vec::new();
-        let mut indices: Vec<MUMPS_INT> = Vec::new();
-        if self.world.is_root() {
-            let mut column_at = vec![usize::MAX; order];
-            for j in columns {
-                column_at[rows[sorted[j]] as usize] = j;
-            }
-            starts.push(1);
-            for j in column_at {
-                if j != usize::MAX {
-                    indices.extend(sorted[j..].iter().map(|&i| rows[i] as MUMPS_INT + 1));
-                }
-                starts.push(indices.len() as MUMPS_INT + 1);
-            }
-        }
-        let mut values = vec![0.0; indices.len()];
-        self.id.nrhs = order as MUMPS_INT;
-        self.id.nz_rhs = indices.len() as MUMPS_INT;
-        if self.world.is_root() {
-            self.id.irhs_ptr = starts.as_mut_ptr();
-            self.id.irhs_sparse = indices.as_mut_ptr();
-            self.id.rhs_sparse = values.as_mut_ptr();
-        }
-        self.control(20, 1);
-        self.control(21, 0);
-        self.control(30, 1);
-        let usual = self.id.icntl[26];
-        self.control(27, INVERSE_BLOCK);
-        self.call(3);
-        self.control(27, usual);
-        self.control(30, 0);
-        self.control(20, 0);
-        self.id.nz_rhs = 0;
-        self.id.irhs_ptr = ptr::null_mut();
-        self.id.irhs_sparse = ptr::null_mut();
-        self.id.rhs_sparse = ptr::null_mut();
-        self.result("selected entries of the inverse")?;
-        Ok(values)
-    }
-
     /// Sets ICNTL(`number`).
     fn control(&mut self, number: usize, value: MUMPS_INT) {
         self.id.icntl[number - 1] = value;
@@ -490,30 +337,9 @@ impl<'w> Factor<'w> {
     /// INFOG(1) as a result; the same on every rank.
     fn result(&self, name: &str) -> Result<()> {
         let (code, detail) = (self.id.infog[0], self.id.infog[1]);
-        if code >= 0 {
-            return Ok(());
-        }
-        // Sizes beyond 32 bits come as negative millions.
-        let entries = if detail < 0 { -(detail as f64) * 1e6 } else { detail as f64 };
-        let gib = entries * 8.0 / f64::powi(1024.0, 3);
-        let estimate = self.statistics.memory_max_mb;
-        Err(match code {
-            -13 | -5 | -7 | -19 | -75 | -76 | -80 => Error::Memory(format!(
-                "out of memory in the factorisation of {name}: MUMPS was refused {gib:.2} GiB; it needs about {estimate} MB on \
-                 one rank in all (error {code}). Use more ranks on more machines, a coarser mesh, or solver.linear \"gamg\"."
-            )),
-            -8 | -9 | -14 | -15 | -17 | -20 => Error::Memory(format!(
-                "factorisation of {name}: the workspace of MUMPS is too small even at {} % above its estimate of {estimate} MB \
-                 (error {code}, {detail})",
-                WORKSPACE[2]
-            )),
-            SINGULAR | -6 => Error::NotConverged(format!(
-                "matrix {name} is singular (MUMPS error {code} after {detail} pivots): is the body held by a fixed group, and is \
-                 every node part of an element?"
-            )),
-            -40 => Error::NotConverged(format!("matrix {name} is not positive definite (MUMPS error -40)")),
-            _ => Error::Defect(format!("MUMPS, {name}: error {code}, {detail}")),
-        })
+        let what = format!("the factorisation of {name}");
+        let megabytes = self.statistics.memory_max_mb;
+        failure(code, detail, &Failed { what: &what, matrix: name, entry: 8.0, megabytes, advice: ADVICE })
     }
 }
 

@@ -1,0 +1,77 @@
+//! What the error codes of MUMPS mean (users' guide, section 8), for real and complex factorisations alike.
+
+use crate::{Error, Result};
+use mumps_sys::MUMPS_INT;
+
+/// INFOG(1) after a zero pivot.
+pub(super) const SINGULAR: MUMPS_INT = -10;
+
+/// What MUMPS was doing, for its messages.
+pub(in crate::petsc) struct Failed<'a> {
+    /// Such as "the factorisation of K".
+    pub what: &'a str,
+    /// Name of the matrix.
+    pub matrix: &'a str,
+    /// Bytes of an entry of the factors.
+    pub entry: f64,
+    /// Memory that the analysis found necessary on the rank that needs most, MB; 0 before it is known.
+    pub megabytes: u64,
+    /// What may be used instead when there is not enough of it.
+    pub advice: &'a str,
+}
+
+/// INFOG(1) = `code` with INFOG(2) = `detail` as a result.
+pub(in crate::petsc) fn failure(code: MUMPS_INT, detail: MUMPS_INT, f: &Failed) -> Result<()> {
+    if code >= 0 {
+        return Ok(());
+    }
+    let Failed { what, matrix, entry, megabytes, advice } = f;
+    // Sizes beyond 32 bits come as negative millions.
+    let entries = if detail < 0 { -f64::from(detail) * 1e6 } else { f64::from(detail) };
+    let refused = entries * entry / 1e6;
+    let need = match megabytes {
+        0 => "what it needs in all is not known yet".into(),
+        n => format!("it needs about {n} MB on one rank in all"),
+    };
+    Err(match code {
+        -13 => Error::Memory(format!(
+            "out of memory in {what}: MUMPS was refused {refused:.0} MB; {need} (error {code}). Use {advice}."
+        )),
+        -5 | -7 | -19 | -75 | -76 | -80 => {
+            Error::Memory(format!("out of memory in {what}: {need} (MUMPS error {code}, {detail}). Use {advice}."))
+        }
+        -8 | -9 | -14 | -15 | -17 | -20 => Error::Memory(format!(
+            "{what}: the workspace of MUMPS is too small even far above its estimate: {need} (error {code}, {detail}). Use {advice}."
+        )),
+        SINGULAR | -6 => Error::NotConverged(format!(
+            "matrix {matrix} is singular (MUMPS error {code} after {detail} pivots): is the body held by a fixed group, is \
+             every node part of an element, and is a shift not an eigenvalue?"
+        )),
+        -40 => Error::NotConverged(format!("matrix {matrix} is not positive definite (MUMPS error -40)")),
+        _ => Error::Defect(format!("MUMPS, {what}: error {code}, {detail}")),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_sorted_by_what_the_user_can_do() {
+        let at = |code, detail, megabytes| {
+            let f = Failed { what: "the factorisation of K", matrix: "K", entry: 16.0, megabytes, advice: "less" };
+            failure(code, detail, &f)
+        };
+        assert!(at(0, 0, 0).is_ok() && at(1, 5, 0).is_ok(), "warnings are no failures");
+        let refused = at(-13, -250, 900).unwrap_err();
+        assert_eq!(refused.exit_code(), 7);
+        for part in ["the factorisation of K", "refused 4000 MB", "about 900 MB", "Use less."] {
+            assert!(refused.message().contains(part), "{part}: {refused}");
+        }
+        let early = at(-7, 12, 0).unwrap_err();
+        assert!(early.exit_code() == 7 && early.message().contains("not known yet"), "{early}");
+        for (code, exit) in [(-9, 7), (-20, 7), (SINGULAR, 4), (-40, 4), (-3, 1)] {
+            assert_eq!(at(code, 1, 1).unwrap_err().exit_code(), exit, "{code}");
+        }
+    }
+}
