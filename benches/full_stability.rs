@@ -20,7 +20,8 @@ use railsqueal::contact::{
 use railsqueal::fem::Material;
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::parallel::World;
-use railsqueal::petsc::pep::{quadratic, QuadraticOperator, QuadraticOptions};
+use railsqueal::petsc::pep::{quadratic, QuadraticOptions};
+use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::Petsc;
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };

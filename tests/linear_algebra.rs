@@ -2,6 +2,7 @@
 //!
 //! Without arguments this program starts itself under `mpirun`; a word as argument runs only the checks whose names hold it.
 
+mod dense;
 #[path = "linear_algebra/direct.rs"]
 mod direct;
 #[path = "linear_algebra/eigen.rs"]

@@ -74,14 +74,14 @@ impl<'p> ComplexFactor<'p> {
     }
 
     /// INFOG(`number`) of MUMPS.
-    fn infog(&self, number: i32) -> Result<i32> {
+    fn infog(&self, number: i32) -> Result<i64> {
         let mut value = 0;
         check(
             // SAFETY: a live factor matrix of MUMPS and a valid output.
             unsafe { sys::MatMumpsGetInfog(self.factor.raw(), number as sys::PetscInt, &mut value) },
             "asking MUMPS",
         )?;
-        Ok(value as i32)
+        Ok(i64::from(value))
     }
 
     fn refuse_failure(&self) -> Result<()> {

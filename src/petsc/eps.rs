@@ -7,6 +7,7 @@
 use super::csr::{dot, norm2, Operator};
 use super::handle::{read, vector, write, Handle};
 use super::session::{check, Petsc};
+use super::shell::{monitor, Shell, ShellOperator};
 use super::Factor;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -14,8 +15,7 @@ use mpi::raw::AsRaw;
 use num_complex::Complex;
 use petsc_sys as sys;
 use slepc_sys as slepc;
-use std::ffi::{c_void, CString};
-use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::ffi::CString;
 use std::ptr;
 
 /// What to compute.
@@ -50,122 +50,48 @@ const RESIDUAL_LIMIT: f64 = 1e-6;
 /// Largest |xᵢᵀMxⱼ| of an accepted set.
 const ORTHOGONALITY_LIMIT: f64 = 1e-8;
 
-/// What the callbacks work on.
-struct Context<'a, 'w> {
+/// M and the inverse of K − σM.
+struct Inverted<'a, 'w> {
     world: &'a World,
     factor: &'a mut Factor<'w>,
     mass: &'a Operator<'a>,
-    progress: &'a mut dyn FnMut(usize, usize),
-    wanted: usize,
-    solves: usize,
-    error: Option<Error>,
 }
 
-impl Context<'_, '_> {
-    /// Runs a callback's work: neither an error nor a panic may cross C as anything but a code.
-    fn guard(&mut self, work: impl FnOnce(&mut Self) -> Result<()>) -> sys::PetscErrorCode {
-        let outcome = catch_unwind(AssertUnwindSafe(|| work(self)));
-        let error = match outcome {
-            Ok(Ok(())) => return 0,
-            Ok(Err(error)) => error,
-            Err(_) => Error::Defect("panic in the eigensolver's operator".into()),
-        };
-        self.error.get_or_insert(error);
-        sys::PETSC_ERR_USER as sys::PetscErrorCode
+impl ShellOperator for Inverted<'_, '_> {
+    fn n_local(&self) -> usize {
+        self.mass.matrix().n_local()
     }
 
-    /// y = A x on real and imaginary part, the latter only if there is one on any rank.
-    fn apply(&mut self, x: sys::Vec, y: sys::Vec, work: Work) -> Result<()> {
-        // SAFETY: SLEPc passes live vectors, distinct, of the layout they were created with.
-        let (mut real, mut imaginary, any) = unsafe {
-            read(x, |x| {
-                let real: Vec<f64> = x.iter().map(|v| v.re).collect();
-                let imaginary: Vec<f64> = x.iter().map(|v| v.im).collect();
-                let any = imaginary.iter().any(|&v| v != 0.0);
-                (real, imaginary, any)
-            })?
-        };
-        let any = self.world.max(f64::from(u8::from(any))) > 0.0;
-        self.part(&mut real, work)?;
-        if any {
-            self.part(&mut imaginary, work)?;
-        }
-        // SAFETY: as above.
-        unsafe {
-            write(y, |y| {
-                for ((y, re), im) in y.iter_mut().zip(real).zip(imaginary) {
-                    *y = Complex::new(re, im);
-                }
-            })
-        }
-    }
-
-    fn part(&mut self, x: &mut Vec<f64>, work: Work) -> Result<()> {
-        match work {
-            Work::Multiply => {
-                let mut mx = vec![0.0; x.len()];
-                self.mass.apply(self.world, x, &mut mx);
-                *x = mx;
-                Ok(())
-            }
-            Work::Solve => {
-                self.solves += 1;
-                self.factor.solve(x, 1)
-            }
-        }
-    }
-}
-
-/// What a callback does to a vector.
-#[derive(Clone, Copy)]
-enum Work {
-    /// x := M x.
-    Multiply,
-    /// x := (K − σM)⁻¹ x.
-    Solve,
-}
-
-unsafe extern "C" fn apply_mass(mat: sys::Mat, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
-    let mut context: *mut c_void = ptr::null_mut();
-    // SAFETY: the shell matrix was made with a pointer to a Context that outlives the solve.
-    unsafe {
-        let code = sys::MatShellGetContext(mat, (&raw mut context).cast());
-        if code != 0 {
-            return code;
-        }
-        (*context.cast::<Context>()).guard(|c| c.apply(x, y, Work::Multiply))
-    }
-}
-
-unsafe extern "C" fn apply_inverse(pc: sys::PC, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
-    let mut context: *mut c_void = ptr::null_mut();
-    // SAFETY: as in `apply_mass`, for the preconditioner.
-    unsafe {
-        let code = sys::PCShellGetContext(pc, (&raw mut context).cast());
-        if code != 0 {
-            return code;
-        }
-        (*context.cast::<Context>()).guard(|c| c.apply(x, y, Work::Solve))
-    }
-}
-
-unsafe extern "C" fn monitor(
-    _eps: slepc::EPS,
-    _its: sys::PetscInt,
-    converged: sys::PetscInt,
-    _re: *mut sys::PetscScalar,
-    _im: *mut sys::PetscScalar,
-    _errors: *mut sys::PetscReal,
-    _n: sys::PetscInt,
-    context: *mut c_void,
-) -> sys::PetscErrorCode {
-    // SAFETY: the context given with the monitor, which outlives the solve.
-    unsafe {
-        (*context.cast::<Context>()).guard(|c| {
-            (c.progress)((converged.max(0) as usize).min(c.wanted), c.wanted);
+    /// The mass alone: SLEPc never multiplies by the stiffness.
+    fn multiply(&mut self, _power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>]) -> Result<()> {
+        let (world, mass) = (self.world, self.mass);
+        y.copy_from_slice(x);
+        each_part(world, y, &mut |part| {
+            let mut product = vec![0.0; part.len()];
+            mass.apply(world, part, &mut product);
+            part.copy_from_slice(&product);
             Ok(())
         })
     }
+
+    fn solve(&mut self, x: &mut [Complex<f64>]) -> Result<()> {
+        let factor = &mut *self.factor;
+        each_part(self.world, x, &mut |part| factor.solve(part, 1))
+    }
+}
+
+/// Collective: real work on the real and on the imaginary part, the latter only if there is one on any rank.
+fn each_part(world: &World, x: &mut [Complex<f64>], work: &mut dyn FnMut(&mut [f64]) -> Result<()>) -> Result<()> {
+    let mut real: Vec<f64> = x.iter().map(|v| v.re).collect();
+    let mut imaginary: Vec<f64> = x.iter().map(|v| v.im).collect();
+    work(&mut real)?;
+    if world.max(f64::from(u8::from(imaginary.iter().any(|&v| v != 0.0)))) > 0.0 {
+        work(&mut imaginary)?;
+    }
+    for ((x, re), im) in x.iter_mut().zip(real).zip(imaginary) {
+        *x = Complex::new(re, im);
+    }
+    Ok(())
 }
 
 /// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; `stiffness` and `mass` are
@@ -190,42 +116,27 @@ pub fn modes(
         )));
     }
     let n = stiffness.matrix().n_local();
-    let mut context = Context { world, factor, mass, progress, wanted: options.count, solves: 0, error: None };
-    let pointer: *mut c_void = (&raw mut context).cast();
-    let solved = solve(petsc, pointer, n, order, options);
-    // The operator's own error says more than PETSc's report that a callback failed.
-    if let Some(error) = context.error.take() {
+    let mut operator = Inverted { world, factor, mass };
+    let mut shell = Shell::new(&mut operator, progress, options.count);
+    let solved = solve(petsc, &shell, n, order, options);
+    let solves = shell.solves();
+    if let Some(error) = shell.error() {
         return Err(error.context("modes"));
     }
     let (pairs, iterations) = solved?;
     let mut modes = normalised(world, stiffness, mass, pairs, options)?;
     modes.iterations = iterations;
-    modes.solves = context.solves;
+    modes.solves = solves;
     Ok(modes)
 }
 
 /// Eigenpairs as SLEPc gives them, and the number of restarts.
 type Pairs = (Vec<(f64, Vec<f64>)>, usize);
 
-fn solve(petsc: &Petsc, context: *mut c_void, n: usize, order: u64, options: &ModesOptions) -> Result<Pairs> {
+fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &ModesOptions) -> Result<Pairs> {
     let comm = petsc.world().comm.as_raw();
-    let (rows, all) = (n as sys::PetscInt, order as sys::PetscInt);
-    // SAFETY: a live communicator, a context that outlives the matrix, a valid output.
-    let mass = Handle::create(petsc, "creating the mass operator", |m| unsafe {
-        sys::MatCreateShell(comm, rows, rows, all, all, context, m)
-    })?;
-    // SAFETY: PETSc stores every operation as a function without arguments and calls MULT with those of `apply_mass`.
-    let multiply = unsafe {
-        std::mem::transmute::<
-            unsafe extern "C" fn(sys::Mat, sys::Vec, sys::Vec) -> sys::PetscErrorCode,
-            unsafe extern "C" fn(),
-        >(apply_mass)
-    };
-    check(
-        // SAFETY: a live matrix, and the operation in the form that PETSc stores.
-        unsafe { sys::MatShellSetOperation(mass.raw(), sys::MatOperation_MATOP_MULT, Some(multiply)) },
-        "setting the mass operator",
-    )?;
+    // SAFETY: the shell outlives this function, and nothing here touches it while the solver runs.
+    let mass = unsafe { shell.matrix(petsc, 1, n, order)? };
     // SAFETY: a valid output.
     let eps = Handle::create(petsc, "creating the eigensolver", |e| unsafe { slepc::EPSCreate(comm, e) })?;
     let start = vector(petsc, n, order)?;
@@ -253,18 +164,10 @@ fn solve(petsc: &Petsc, context: *mut c_void, n: usize, order: u64, options: &Mo
         check(slepc::EPSSetPurify(e, sys::PetscBool_PETSC_FALSE), doing)?;
         let mut first = start.raw();
         check(slepc::EPSSetInitialSpace(e, 1, &mut first), doing)?;
-        check(slepc::EPSMonitorSet(e, Some(monitor), context, None), doing)?;
+        check(slepc::EPSMonitorSet(e, Some(monitor::<slepc::EPS>), shell.context(), None), doing)?;
         let mut st = ptr::null_mut();
         check(slepc::EPSGetST(e, &mut st), doing)?;
-        check(slepc::STSetType(st, c"sinvert".as_ptr()), doing)?;
-        check(slepc::STSetMatMode(st, slepc::STMatMode_ST_MATMODE_SHELL), doing)?;
-        let (mut ksp, mut pc) = (ptr::null_mut(), ptr::null_mut());
-        check(slepc::STGetKSP(st, &mut ksp), doing)?;
-        check(sys::KSPSetType(ksp, c"preonly".as_ptr()), doing)?;
-        check(sys::KSPGetPC(ksp, &mut pc), doing)?;
-        check(sys::PCSetType(pc, c"shell".as_ptr()), doing)?;
-        check(sys::PCShellSetContext(pc, context), doing)?;
-        check(sys::PCShellSetApply(pc, Some(apply_inverse)), doing)?;
+        shell.invert(st)?;
         check(slepc::EPSSetFromOptions(e), doing)?;
         check(slepc::EPSSolve(e), "solving for modes")?;
 

@@ -11,6 +11,7 @@ pub mod mumps;
 mod ordering;
 pub mod pep;
 pub mod session;
+pub mod shell;
 
 pub use mumps::{Factor, FactorOptions, FactorStatistics, Kind, Ordering};
 pub use session::{Petsc, Versions};

@@ -6,26 +6,14 @@
 
 use super::handle::{read, vector, write, Handle};
 use super::session::{check, Petsc};
+use super::shell::{monitor, Shell, ShellOperator};
 use crate::{Error, Result};
 use mpi::raw::AsRaw;
 use num_complex::Complex;
 use petsc_sys as sys;
 use slepc_sys as slepc;
-use std::ffi::{c_void, CString};
-use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::ffi::CString;
 use std::ptr;
-
-/// A quadratic eigenproblem as the solver sees it, distributed over the ranks by rows.
-pub trait QuadraticOperator {
-    /// Rows on this rank; at least one.
-    fn n_local(&self) -> usize;
-
-    /// Collective: y = K x, C x, M x for power 0, 1, 2; local rows.
-    fn multiply(&mut self, power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>]) -> Result<()>;
-
-    /// Collective: x := (σ²M + σC + K)⁻¹ x at the target σ; local rows.
-    fn solve(&mut self, x: &mut [Complex<f64>]) -> Result<()>;
-}
 
 /// What to compute.
 #[derive(Debug, Clone)]
@@ -53,93 +41,11 @@ pub struct QuadraticModes {
     pub solves: usize,
 }
 
-/// What the callbacks work on.
-struct Context<'a> {
-    operator: &'a mut dyn QuadraticOperator,
-    progress: &'a mut dyn FnMut(usize, usize),
-    wanted: usize,
-    solves: usize,
-    error: Option<Error>,
-}
-
-/// One of the shell matrices.
-struct Power {
-    context: *mut c_void,
-    power: usize,
-}
-
-impl Context<'_> {
-    /// Runs a callback's work: neither an error nor a panic may cross C as anything but a code.
-    fn guard(&mut self, work: impl FnOnce(&mut Self) -> Result<()>) -> sys::PetscErrorCode {
-        let outcome = catch_unwind(AssertUnwindSafe(|| work(self)));
-        let error = match outcome {
-            Ok(Ok(())) => return 0,
-            Ok(Err(error)) => error,
-            Err(_) => Error::Defect("panic in the quadratic eigensolver's operator".into()),
-        };
-        self.error.get_or_insert(error);
-        sys::PETSC_ERR_USER as sys::PetscErrorCode
-    }
-}
-
-unsafe extern "C" fn apply_matrix(mat: sys::Mat, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
-    let mut power: *mut c_void = ptr::null_mut();
-    // SAFETY: the shell matrix was made with a pointer to a Power that outlives the solve, as does the Context that it points to.
-    unsafe {
-        let code = sys::MatShellGetContext(mat, (&raw mut power).cast());
-        if code != 0 {
-            return code;
-        }
-        let Power { context, power } = *power.cast::<Power>();
-        // SAFETY: SLEPc passes live vectors, distinct, of the layout they were created with.
-        (*context.cast::<Context>()).guard(|c| read(x, |x| write(y, |y| c.operator.multiply(power, x, y)))??)
-    }
-}
-
-unsafe extern "C" fn apply_inverse(pc: sys::PC, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
-    let mut context: *mut c_void = ptr::null_mut();
-    // SAFETY: as in `apply_matrix`, for the preconditioner.
-    unsafe {
-        let code = sys::PCShellGetContext(pc, (&raw mut context).cast());
-        if code != 0 {
-            return code;
-        }
-        (*context.cast::<Context>()).guard(|c| {
-            c.solves += 1;
-            read(x, |x| {
-                write(y, |y| {
-                    y.copy_from_slice(x);
-                    c.operator.solve(y)
-                })
-            })??
-        })
-    }
-}
-
-unsafe extern "C" fn monitor(
-    _pep: slepc::PEP,
-    _its: sys::PetscInt,
-    converged: sys::PetscInt,
-    _re: *mut sys::PetscScalar,
-    _im: *mut sys::PetscScalar,
-    _errors: *mut sys::PetscReal,
-    _n: sys::PetscInt,
-    context: *mut c_void,
-) -> sys::PetscErrorCode {
-    // SAFETY: the context given with the monitor, which outlives the solve.
-    unsafe {
-        (*context.cast::<Context>()).guard(|c| {
-            (c.progress)((converged.max(0) as usize).min(c.wanted), c.wanted);
-            Ok(())
-        })
-    }
-}
-
 /// Collective: the eigenpairs nearest to the target. `start` holds the local rows of the vector to begin with. `progress` is told converged
 /// and wanted pairs at every restart.
 pub fn quadratic(
     petsc: &Petsc,
-    operator: &mut dyn QuadraticOperator,
+    operator: &mut dyn ShellOperator,
     start: &[Complex<f64>],
     options: &QuadraticOptions,
     progress: &mut dyn FnMut(usize, usize),
@@ -160,12 +66,10 @@ pub fn quadratic(
             2 * order
         )));
     }
-    let mut context = Context { operator, progress, wanted: options.count, solves: 0, error: None };
-    let pointer: *mut c_void = (&raw mut context).cast();
-    let solved = solve(petsc, pointer, start, order, options);
-    let solves = context.solves;
-    // The operator's own error says more than PETSc's report that a callback failed.
-    if let Some(error) = context.error.take() {
+    let mut shell = Shell::new(operator, progress, options.count);
+    let solved = solve(petsc, &shell, start, order, options);
+    let solves = shell.solves();
+    if let Some(error) = shell.error() {
         return Err(error);
     }
     let (mut pairs, iterations) = solved?;
@@ -179,43 +83,25 @@ type Pairs = (Vec<(Complex<f64>, Vec<Complex<f64>>)>, usize);
 
 fn solve(
     petsc: &Petsc,
-    context: *mut c_void,
+    shell: &Shell,
     start: &[Complex<f64>],
     order: u64,
     options: &QuadraticOptions,
 ) -> Result<Pairs> {
     let comm = petsc.world().comm.as_raw();
-    let (rows, all) = (start.len() as sys::PetscInt, order as sys::PetscInt);
     let prefix =
         CString::new(options.prefix.as_str()).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
-    // SAFETY: PETSc stores every operation as a function without arguments and calls MULT with those of `apply_matrix`.
-    let multiply = unsafe {
-        std::mem::transmute::<
-            unsafe extern "C" fn(sys::Mat, sys::Vec, sys::Vec) -> sys::PetscErrorCode,
-            unsafe extern "C" fn(),
-        >(apply_matrix)
-    };
-    let mut powers = [0, 1, 2].map(|power| Power { context, power });
     let mut matrices = Vec::new();
-    for power in &mut powers {
-        let place: *mut c_void = (&raw mut *power).cast();
-        // SAFETY: a live communicator, a context that outlives the matrix, a valid output.
-        let matrix = Handle::create(petsc, "creating a matrix of the quadratic eigenproblem", |m| unsafe {
-            sys::MatCreateShell(comm, rows, rows, all, all, place, m)
-        })?;
-        check(
-            // SAFETY: a live matrix, and the operation in the form that PETSc stores.
-            unsafe { sys::MatShellSetOperation(matrix.raw(), sys::MatOperation_MATOP_MULT, Some(multiply)) },
-            "setting a matrix of the quadratic eigenproblem",
-        )?;
-        matrices.push(matrix);
+    for power in 0..3 {
+        // SAFETY: the shell outlives this function, and nothing here touches it while the solver runs.
+        matrices.push(unsafe { shell.matrix(petsc, power, start.len(), order)? });
     }
     // SAFETY: a live communicator and a valid output.
     let pep = Handle::create(petsc, "creating the quadratic eigensolver", |p| unsafe { slepc::PEPCreate(comm, p) })?;
     let x = vector(petsc, start.len(), order)?;
     // SAFETY: a live vector that nothing else uses.
     unsafe { write(x.raw(), |v| v.copy_from_slice(start))? };
-    let mut raw: Vec<sys::Mat> = matrices.iter().map(Handle::raw).collect();
+    let mut raw: Vec<sys::Mat> = matrices.iter().map(|m| m.raw()).collect();
     let space = (2 * options.count).max(options.count + 15).min(order as usize);
     let doing = "setting up the quadratic eigensolver";
     // SAFETY: live objects, strings that end in zero, valid outputs; the callbacks' context outlives the solver.
@@ -234,18 +120,10 @@ fn solve(
         )?;
         let mut first = x.raw();
         check(slepc::PEPSetInitialSpace(p, 1, &mut first), doing)?;
-        check(slepc::PEPMonitorSet(p, Some(monitor), context, None), doing)?;
-        let (mut st, mut ksp, mut pc) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+        check(slepc::PEPMonitorSet(p, Some(monitor::<slepc::PEP>), shell.context(), None), doing)?;
+        let mut st = ptr::null_mut();
         check(slepc::PEPGetST(p, &mut st), doing)?;
-        check(slepc::STSetType(st, c"sinvert".as_ptr()), doing)?;
-        // The matrix at the target is never formed; its inverse is the preconditioner.
-        check(slepc::STSetMatMode(st, slepc::STMatMode_ST_MATMODE_SHELL), doing)?;
-        check(slepc::STGetKSP(st, &mut ksp), doing)?;
-        check(sys::KSPSetType(ksp, c"preonly".as_ptr()), doing)?;
-        check(sys::KSPGetPC(ksp, &mut pc), doing)?;
-        check(sys::PCSetType(pc, c"shell".as_ptr()), doing)?;
-        check(sys::PCShellSetContext(pc, context), doing)?;
-        check(sys::PCShellSetApply(pc, Some(apply_inverse)), doing)?;
+        shell.invert(st)?;
         check(slepc::PEPSetFromOptions(p), doing)?;
         check(slepc::PEPSolve(p), "solving the quadratic eigenproblem")?;
 

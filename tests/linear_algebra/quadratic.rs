@@ -1,5 +1,6 @@
 //! Quadratic eigenproblems in closed form, and the complex factorisation.
 
+use crate::dense::dense;
 use crate::matrices::*;
 use crate::Check;
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -8,7 +9,8 @@ use num_complex::Complex;
 use railsqueal::parallel::World;
 use railsqueal::petsc::complex::ComplexFactor;
 use railsqueal::petsc::csr::{DistCsr, Operator};
-use railsqueal::petsc::pep::{self, QuadraticModes, QuadraticOperator, QuadraticOptions};
+use railsqueal::petsc::pep::{self, QuadraticModes, QuadraticOptions};
+use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::Petsc;
 use railsqueal::{Error, Result};
 use std::f64::consts::PI;
@@ -30,20 +32,6 @@ struct Small<'a> {
     fail_after: usize,
 }
 
-/// The matrix on every rank.
-fn dense(world: &World, a: &DistCsr) -> Mat<f64> {
-    let n = a.order() as usize;
-    let first = a.ranges[world.rank] as usize;
-    let mut values = vec![0.0; n * n];
-    for i in 0..a.n_local() {
-        for (&c, &v) in a.row(i).0.iter().zip(a.row(i).1) {
-            values[(first + i) * n + c as usize] = v;
-        }
-    }
-    let values = world.sum_all(&values);
-    Mat::from_fn(n, n, |i, j| values[i * n + j])
-}
-
 impl<'a> Small<'a> {
     fn new(world: &'a World, k: &'a DistCsr, c: &'a DistCsr, m: &'a DistCsr, target: Complex<f64>) -> Self {
         let [dk, dc, dm] = [k, c, m].map(|a| dense(world, a));
@@ -59,7 +47,7 @@ impl<'a> Small<'a> {
     }
 }
 
-impl QuadraticOperator for Small<'_> {
+impl ShellOperator for Small<'_> {
     fn n_local(&self) -> usize {
         self.matrices[0].matrix().n_local()
     }

@@ -5,6 +5,8 @@ use railsqueal::parallel::World;
 use std::io::Write;
 use std::process::{exit, Command};
 
+#[path = "../dense/mod.rs"]
+mod dense;
 mod distribution;
 mod elasticity;
 mod stability;

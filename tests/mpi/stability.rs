@@ -1,5 +1,6 @@
 //! Stability of the full system against a dense solution of the same equations, assembled here from the formulas.
 
+use crate::dense::dense;
 use crate::elasticity::block;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -12,7 +13,6 @@ use railsqueal::contact::SlidingContact;
 use railsqueal::fem::Material;
 use railsqueal::mesh::grid::ContactGrid;
 use railsqueal::parallel::World;
-use railsqueal::petsc::csr::DistCsr;
 use railsqueal::petsc::Petsc;
 use railsqueal::progress::Progress;
 use std::f64::consts::PI;
@@ -56,20 +56,6 @@ fn contact() -> SlidingContact {
         convection: nodes.iter().map(|&n| vec![(n, SPEED / 0.05), (n - 1, -SPEED / 0.05)]).collect(),
         nodes,
     }
-}
-
-/// The matrix on every rank.
-fn dense(world: &World, a: &DistCsr) -> Mat<f64> {
-    let n = a.order() as usize;
-    let first = a.ranges[world.rank] as usize;
-    let mut values = vec![0.0; n * n];
-    for i in 0..a.n_local() {
-        for (&c, &v) in a.row(i).0.iter().zip(a.row(i).1) {
-            values[(first + i) * n + c as usize] = v;
-        }
-    }
-    let values = world.sum_all(&values);
-    Mat::from_fn(n, n, |i, j| values[i * n + j])
 }
 
 /// The lowest free modes of a body, densely: angular frequencies and mass-normalised columns.

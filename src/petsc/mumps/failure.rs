@@ -1,10 +1,9 @@
 //! What the error codes of MUMPS mean (users' guide, section 8), for real and complex factorisations alike.
 
 use crate::{Error, Result};
-use mumps_sys::MUMPS_INT;
 
 /// INFOG(1) after a zero pivot.
-pub(super) const SINGULAR: MUMPS_INT = -10;
+pub(super) const SINGULAR: i64 = -10;
 
 /// What MUMPS was doing, for its messages.
 pub(in crate::petsc) struct Failed<'a> {
@@ -21,13 +20,13 @@ pub(in crate::petsc) struct Failed<'a> {
 }
 
 /// INFOG(1) = `code` with INFOG(2) = `detail` as a result.
-pub(in crate::petsc) fn failure(code: MUMPS_INT, detail: MUMPS_INT, f: &Failed) -> Result<()> {
+pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &Failed) -> Result<()> {
     if code >= 0 {
         return Ok(());
     }
     let Failed { what, matrix, entry, megabytes, advice } = f;
     // Sizes beyond 32 bits come as negative millions.
-    let entries = if detail < 0 { -f64::from(detail) * 1e6 } else { f64::from(detail) };
+    let entries = if detail < 0 { -(detail as f64) * 1e6 } else { detail as f64 };
     let refused = entries * entry / 1e6;
     let need = match megabytes {
         0 => "what it needs in all is not known yet".into(),

@@ -101,7 +101,7 @@ impl<'w> Factor<'w> {
         let mut factor = Self::analysed(world, matrix, options, name, true)?;
         if let Err(error) = factor.factorise(matrix, name) {
             // Only the search for pivots can say which rows make a matrix singular.
-            if options.kind == Kind::Positive && factor.id.infog[0] == SINGULAR {
+            if options.kind == Kind::Positive && i64::from(factor.id.infog[0]) == SINGULAR {
                 drop(factor);
                 let options = FactorOptions { kind: Kind::Indefinite, ..options };
                 Self::analysed(world, matrix, options, name, false)?.factorise(matrix, name)?;
@@ -336,7 +336,7 @@ impl<'w> Factor<'w> {
 
     /// INFOG(1) as a result; the same on every rank.
     fn result(&self, name: &str) -> Result<()> {
-        let (code, detail) = (self.id.infog[0], self.id.infog[1]);
+        let (code, detail) = (i64::from(self.id.infog[0]), i64::from(self.id.infog[1]));
         let what = format!("the factorisation of {name}");
         let megabytes = self.statistics.memory_max_mb;
         failure(code, detail, &Failed { what: &what, matrix: name, entry: 8.0, megabytes, advice: ADVICE })

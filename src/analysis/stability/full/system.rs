@@ -15,7 +15,7 @@ use crate::parallel::World;
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::csr::Operator;
 use crate::petsc::mumps::{Factor, FactorOptions, Kind};
-use crate::petsc::pep::QuadraticOperator;
+use crate::petsc::shell::ShellOperator;
 use crate::petsc::Petsc;
 use crate::{Error, Result};
 use faer::Mat;
@@ -361,7 +361,7 @@ impl<'a> System<'a> {
     }
 }
 
-impl QuadraticOperator for System<'_> {
+impl ShellOperator for System<'_> {
     fn n_local(&self) -> usize {
         let pressures = if self.world.is_root() { self.coupling.closed() } else { 0 };
         // A rank without any unknown gets one that is zero.
