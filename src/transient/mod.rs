@@ -26,6 +26,7 @@ mod foot;
 mod gauss_seidel;
 pub mod model;
 mod newton;
+mod parts;
 pub mod problem;
 pub mod scheme;
 pub mod start;

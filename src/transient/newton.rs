@@ -7,6 +7,7 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
+use super::parts::Parts;
 use super::problem::{Effort, StepProblem, StepSolution};
 use crate::contact::krylov::gmres;
 use crate::contact::laws::State;
@@ -20,6 +21,11 @@ pub struct Memory {
     size: usize,
     /// Products beyond the first of each linear system since the factorisation was made.
     excess: usize,
+    /// For the method by parts.
+    pub(super) parts: Option<Parts>,
+    /// Steps before the method by parts is tried again, and how many it will be the next time it fails.
+    pause: usize,
+    penalty: usize,
 }
 
 /// Excess products after which a new factorisation pays: it costs about as much as that many.
@@ -29,6 +35,18 @@ impl Memory {
     /// Forgets everything; to be called when the nodes change.
     pub fn forget(&mut self) {
         *self = Self::default();
+    }
+
+    /// Whether the next step is to be tried by parts.
+    pub(super) fn by_parts(&mut self) -> bool {
+        self.pause = self.pause.saturating_sub(1);
+        self.pause == 0
+    }
+
+    /// The method by parts failed: it rests, longer each time.
+    pub(super) fn refused(&mut self) {
+        self.penalty = (2 * self.penalty).clamp(2, 64);
+        self.pause = self.penalty;
     }
 }
 

@@ -7,7 +7,7 @@
 
 use super::compact::Operator;
 use super::newton::Memory;
-use super::{fixed_point, gauss_seidel, newton};
+use super::{fixed_point, gauss_seidel, newton, parts};
 use crate::contact::laws::{natural_map, State};
 use crate::contact::FrictionLaw;
 use crate::{Error, Result};
@@ -35,6 +35,8 @@ pub struct Effort {
     pub factorisations: usize,
     /// Sweeps of block Gauss–Seidel.
     pub sweeps: usize,
+    /// Iterations on the tangential unknowns, each a product with a ninth of W.
+    pub inner: usize,
 }
 
 impl std::ops::AddAssign for Effort {
@@ -44,6 +46,7 @@ impl std::ops::AddAssign for Effort {
         self.solutions += o.solutions;
         self.factorisations += o.factorisations;
         self.sweeps += o.sweeps;
+        self.inner += o.inner;
     }
 }
 
@@ -92,12 +95,13 @@ impl StepProblem<'_> {
         self.matrix.size() / 3
     }
 
-    /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shift that goes with it. `memory` keeps what serves
-    /// the next step too.
+    /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shift that goes with it; `response` is W times the guess, where
+    /// that is known. `memory` keeps what serves the next step too.
     pub fn solve(
         &self,
         solver: ContactSolver,
         guess: &[f64],
+        response: Option<&[f64]>,
         shift: [f64; 3],
         memory: &mut Memory,
         effort: &mut Effort,
@@ -120,6 +124,20 @@ impl StepProblem<'_> {
             });
         }
         let target = self.tolerance * scale;
+        let mut guess = guess.to_vec();
+        if solver == ContactSolver::Newton && self.total == [None; 3] && memory.by_parts() {
+            let response = response.map(<[f64]>::to_vec);
+            match parts::solve(self, target, guess.clone(), response, &mut memory.parts, effort) {
+                Ok(solution) => return Ok(solution),
+                Err(best) => {
+                    memory.refused();
+                    if best.iter().all(|v| v.is_finite()) {
+                        guess = best;
+                    }
+                }
+            }
+        }
+        let guess = &guess[..];
         let solved = match solver {
             ContactSolver::FixedPoint => fixed_point::solve(self, target, guess, shift, 200_000, effort)?,
             ContactSolver::Newton => match self.direct(target, guess, shift, memory, effort)? {
@@ -175,7 +193,7 @@ impl StepProblem<'_> {
             let free: Vec<f64> =
                 self.free.iter().enumerate().map(|(k, f)| if k % 3 == c { f + s } else { *f }).collect();
             let inner = StepProblem { free: &free, total: given, tolerance: 0.1 * self.tolerance, ..*self };
-            let mut found = inner.solve(ContactSolver::Newton, &reaction, others, memory, effort)?;
+            let mut found = inner.solve(ContactSolver::Newton, &reaction, None, others, memory, effort)?;
             reaction.clone_from(&found.reaction);
             others = found.shift;
             found.shift[c] = s;
@@ -249,7 +267,11 @@ impl StepProblem<'_> {
     /// Natural map of the laws at node `i` with the reaction `r`, N, and the displacement `u`, m: R − Proj(R − ρ u), and the status
     /// that the projections find.
     pub fn map(&self, i: usize, r: &[f64], u: &[f64]) -> ([f64; 3], State) {
-        let rho = self.rho(i);
+        self.map_with(self.rho(i), r, u)
+    }
+
+    /// [`StepProblem::map`] with the parameters `rho` of the node.
+    pub(super) fn map_with(&self, rho: Rho, r: &[f64], u: &[f64]) -> ([f64; 3], State) {
         let friction = self.friction.coefficient(u[0].hypot(u[1]) / self.step);
         let (n, [x, y], state) =
             natural_map(r[2], [r[0], r[1]], u[2], [u[0], u[1]], rho.normal, rho.tangential, friction);

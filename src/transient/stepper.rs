@@ -19,6 +19,9 @@ mod working;
 
 use working::{Outside, Working};
 
+/// Steps that the first guess of the next one is extrapolated from.
+const PAST: usize = 3;
+
 /// What does not change in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -105,8 +108,8 @@ pub struct Stepper<'a> {
     normal_rows: Vec<f64>,
     /// Modal reactions of the present state, where they are at hand.
     modal_now: Option<Vec<f64>>,
-    /// Reactions on the core before the last step, for extrapolation.
-    before: Option<Vec<f64>>,
+    /// Reactions on the core and their responses at the end of the last steps, the last one first.
+    past: Vec<(Vec<f64>, Vec<f64>)>,
     status: Vec<Status>,
     slip: Vec<f64>,
     report: Report,
@@ -164,15 +167,17 @@ impl<'a> Stepper<'a> {
             working: Working {
                 nodes: Vec::new(),
                 core: 0,
+                full: 0,
                 place: Vec::new(),
                 w: Vec::new(),
+                around: Vec::new(),
                 psi: Vec::new(),
                 feet: Vec::new(),
                 u: Vec::new(),
             },
             outside: Outside::default(),
             memory: Memory::default(),
-            before: None,
+            past: Vec::new(),
             normal_rows,
             modal_now: None,
             status: Vec::new(),
@@ -191,7 +196,7 @@ impl<'a> Stepper<'a> {
     /// Forgets everything that is not part of the state, so that a run continued from here goes on in the same way.
     pub fn reset(&mut self) -> Result<()> {
         self.memory.forget();
-        self.before = None;
+        self.past.clear();
         self.modal_now = None;
         let closed: Vec<usize> =
             (0..self.model.interface.len()).filter(|&i| self.state.reaction[3 * i + 2] > 0.0).collect();
@@ -284,8 +289,8 @@ impl<'a> Stepper<'a> {
         let (solution, response, free, modal, (q, v)) = loop {
             let ws = &self.working;
             let core = ws.core;
-            let len = ws.nodes.len();
-            let mut free = vec![0.0; 3 * len];
+            let rows = ws.rows();
+            let mut free = vec![0.0; rows];
             for (f, row) in free.iter_mut().zip(ws.psi.chunks_exact(m.max(1))) {
                 *f = dot(row, &q_free);
             }
@@ -306,19 +311,22 @@ impl<'a> Stepper<'a> {
                 };
             }
             let problem = StepProblem {
-                matrix: Operator::new(&ws.w, 3 * len, 3 * core),
+                matrix: Operator::new(&ws.w, 3 * core, 3 * core),
                 free: &b,
                 friction: self.settings.friction,
                 step: h,
                 total,
                 tolerance: self.settings.tolerance,
             };
-            let guess = self.guess();
+            let (guess, known) = self.guess();
             let shift = [self.state.creep[0] * h, self.state.creep[1] * h, -self.state.approach];
             let shift = [0, 1, 2].map(|c| if total[c].is_some() { shift[c] } else { 0.0 });
-            let solution = problem.solve(self.settings.solver, &guess, shift, &mut self.memory, &mut effort)?;
-            let mut response = vec![0.0; 3 * len];
-            Operator::new(&ws.w, 3 * len, 3 * len).add(&solution.reaction, &mut response);
+            let solution =
+                problem.solve(self.settings.solver, &guess, known.as_deref(), shift, &mut self.memory, &mut effort)?;
+            let mut response = vec![0.0; rows];
+            response[..3 * core].copy_from_slice(&solution.response);
+            Operator::new(&ws.around, rows - 3 * core, rows - 3 * core)
+                .add(&solution.reaction, &mut response[3 * core..]);
             let mut reaction = vec![0.0; self.state.reaction.len()];
             for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
                 reaction[3 * ws.nodes[a]..][..3].copy_from_slice(r);
@@ -345,7 +353,6 @@ impl<'a> Stepper<'a> {
             }
             let mut core: Vec<usize> = self.working.nodes[..core].to_vec();
             core.extend(entering);
-            self.before = None;
             self.gather(core)?;
         };
         self.take(solution, response, free, (q, v), modal, total, approach, effort);
@@ -406,10 +413,13 @@ impl<'a> Stepper<'a> {
         }
         e.damping += self.modal.damped(&self.state.v, &v);
         e.drive += self.modal.loaded(&self.state.q, &q);
-        self.before = Some(self.core_reaction());
         self.state.q = q;
         self.state.v = v;
         self.state.reaction = reaction;
+        if self.past.len() == PAST {
+            self.past.pop();
+        }
+        self.past.insert(0, (solution.reaction, solution.response));
         self.state.approach = approach;
         for c in 0..2 {
             self.state.creep[c] = if total[c].is_some() { solution.shift[c] / h } else { 0.0 };
@@ -425,16 +435,17 @@ impl<'a> Stepper<'a> {
 
     /// Kinetic and elastic energy of the present state, J.
     fn stored(&self) -> (f64, f64) {
-        let m = self.model.omega.len();
         let mut elastic = self.modal.elastic(&self.state.q);
-        for a in 0..self.working.core {
-            for c in 0..3 {
-                let r = self.state.reaction[3 * self.working.nodes[a] + c];
-                if r != 0.0 && self.impact == Impact::Compliant {
-                    let modal = dot(&self.working.psi[m * (3 * a + c)..][..m], &self.state.q);
-                    elastic += 0.5 * r * (self.working.u[3 * a + c] - modal);
-                }
+        if self.impact == Impact::Compliant {
+            // ½ RᵀSR = ½ Rᵀ(u − Ψ q).
+            for (a, &i) in self.working.nodes[..self.working.core].iter().enumerate() {
+                elastic += 0.5 * dot(&self.state.reaction[3 * i..3 * i + 3], &self.working.u[3 * a..3 * a + 3]);
             }
+            let modal = match &self.modal_now {
+                Some(f) => dot(f, &self.state.q),
+                None => dot(&self.modal_reaction(&self.state.reaction), &self.state.q),
+            };
+            elastic -= 0.5 * modal;
         }
         (self.modal.kinetic(&self.state.v), elastic)
     }
@@ -462,16 +473,20 @@ impl<'a> Stepper<'a> {
             .collect()
     }
 
-    /// Reactions on the core, extrapolated where two steps are known.
-    fn guess(&self) -> Vec<f64> {
-        let now = self.core_reaction();
-        let Some(before) = &self.before else { return now };
-        let mut guess: Vec<f64> = now.iter().zip(before).map(|(a, b)| 2.0 * a - b).collect();
-        for (g, r) in guess.chunks_exact_mut(3).zip(now.chunks_exact(3)) {
-            if r[2] == 0.0 || g[2] <= 0.0 {
-                g.fill(0.0);
-            }
+    /// Reactions on the core, extrapolated by a polynomial in time as far as steps are known, and their response where it is known.
+    fn guess(&self) -> (Vec<f64>, Option<Vec<f64>>) {
+        let weights: &[f64] = match self.past.len() {
+            0 => return (self.core_reaction(), None),
+            1 => &[1.0],
+            2 => &[2.0, -1.0],
+            3 => &[3.0, -3.0, 1.0],
+            _ => &[4.0, -6.0, 4.0, -1.0],
+        };
+        let (mut guess, mut response) = (vec![0.0; 3 * self.working.core], vec![0.0; 3 * self.working.core]);
+        for (w, (r, y)) in weights.iter().zip(&self.past) {
+            guess.iter_mut().zip(r).for_each(|(g, r)| *g += w * r);
+            response.iter_mut().zip(y).for_each(|(g, y)| *g += w * y);
         }
-        guess
+        (guess, Some(response))
     }
 }

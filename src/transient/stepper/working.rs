@@ -10,19 +10,39 @@ use crate::{Error, Result};
 
 /// The nodes that may touch (the core), and those around them whose displacements are needed.
 pub(super) struct Working {
-    /// Core nodes, then the others.
+    /// Core nodes, then those upstream that feet may need, then those of which only the gap is looked at.
     pub(super) nodes: Vec<usize>,
     pub(super) core: usize,
+    /// Core nodes and those upstream: those with all three components.
+    pub(super) full: usize,
     /// Place of each node of the interface in `nodes`, or `usize::MAX`.
     pub(super) place: Vec<usize>,
-    /// Columns of W of the core nodes, rows of all nodes here, `[3 core][3 len]`.
+    /// W of the core nodes, columns, `[3 core][3 core]`.
     pub(super) w: Vec<f64>,
-    /// Rows of Ψ, `[3 len][m]`.
+    /// Rows of W of the other nodes here, columns of the core nodes, `[3 core][rows − 3 core]`.
+    pub(super) around: Vec<f64>,
+    /// Rows of Ψ: three of each full node, then the normal one of each other, `[rows][m]`.
     pub(super) psi: Vec<f64>,
     /// Foot of each core node with its line of the grid.
     pub(super) feet: Vec<(usize, Foot)>,
-    /// Displacements at the present time, m, `[3 len]`.
+    /// Displacements at the present time, m, `[rows]`.
     pub(super) u: Vec<f64>,
+}
+
+impl Working {
+    /// Number of rows.
+    pub(super) fn rows(&self) -> usize {
+        2 * self.full + self.nodes.len()
+    }
+
+    /// Normal row of node `a`.
+    fn normal(&self, a: usize) -> usize {
+        if a < self.full {
+            3 * a + 2
+        } else {
+            2 * self.full + a
+        }
+    }
 }
 
 /// The nodes outside the working set: how near they are to touching.
@@ -84,7 +104,7 @@ impl Stepper<'_> {
         let shift = solution.shift[2] - approach;
         let limit = -1e-12 * (shift.abs() + s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())));
         let mut entering: Vec<usize> = (ws.core..ws.nodes.len())
-            .filter(|&a| s.gap[ws.nodes[a]] + shift + free[3 * a + 2] + response[3 * a + 2] < limit)
+            .filter(|&a| s.gap[ws.nodes[a]] + shift + free[ws.normal(a)] + response[ws.normal(a)] < limit)
             .map(|a| ws.nodes[a])
             .collect();
         if !entering.is_empty() {
@@ -135,6 +155,7 @@ impl Stepper<'_> {
         for (a, &i) in core.iter().enumerate() {
             place[i] = a;
         }
+        let mut beside = Vec::new();
         let mut lines = Vec::with_capacity(core.len());
         for &i in &core {
             let (ix, iy) = (i % nx, i / nx);
@@ -146,49 +167,54 @@ impl Stepper<'_> {
                 ))
             })?;
             lines.push((nx * iy, foot));
-            let around = (ix.saturating_sub(1)..(ix + 2).min(nx))
-                .flat_map(|jx| (iy.saturating_sub(1)..(iy + 2).min(ny)).map(move |jy| jx + nx * jy));
-            for j in around.chain(support(foot, nx).map(|jx| jx + nx * iy)) {
+            beside.extend(
+                (ix.saturating_sub(1)..(ix + 2).min(nx))
+                    .flat_map(|jx| (iy.saturating_sub(1)..(iy + 2).min(ny)).map(move |jy| jx + nx * jy)),
+            );
+            for j in support(foot, nx).map(|jx| jx + nx * iy) {
                 if place[j] == usize::MAX {
                     place[j] = nodes.len();
                     nodes.push(j);
                 }
             }
         }
-        let len = nodes.len();
-        let mut w = vec![0.0; 9 * core.len() * len];
-        for (a, &j) in core.iter().enumerate() {
-            for c in 0..3 {
-                let col = self.w.col_as_slice(3 * j + c);
-                let out = &mut w[3 * len * (3 * a + c)..][..3 * len];
-                for (o, &i) in out.chunks_exact_mut(3).zip(&nodes) {
-                    o.copy_from_slice(&col[3 * i..3 * i + 3]);
-                }
+        let full = nodes.len();
+        for j in beside {
+            if place[j] == usize::MAX {
+                place[j] = nodes.len();
+                nodes.push(j);
             }
         }
-        let mut psi = vec![0.0; 3 * len * m];
-        for k in 0..m {
-            for (a, &i) in nodes.iter().enumerate() {
-                for c in 0..3 {
-                    psi[m * (3 * a + c) + k] = self.model.modes[(3 * i + c, k)];
-                }
-            }
-        }
+        let rows: Vec<usize> = nodes[..full]
+            .iter()
+            .flat_map(|&i| 3 * i..3 * i + 3)
+            .chain(nodes[full..].iter().map(|&i| 3 * i + 2))
+            .collect();
+        let columns = |rows: &[usize]| -> Vec<f64> {
+            core.iter()
+                .flat_map(|&j| (3 * j..3 * j + 3).map(|column| self.w.col_as_slice(column)))
+                .flat_map(|column| rows.iter().map(|&row| column[row]))
+                .collect()
+        };
+        let (w, around) = (columns(&rows[..3 * core.len()]), columns(&rows[3 * core.len()..]));
+        let modes = self.model.modes;
+        let psi: Vec<f64> = rows.iter().flat_map(|&row| (0..m).map(move |k| modes[(row, k)])).collect();
         // Displacements of the present state: Ψ q + S R.
-        let mut u = vec![0.0; 3 * len];
         let loaded: Vec<usize> = (0..self.state.reaction.len()).filter(|&k| self.state.reaction[k] != 0.0).collect();
-        for (a, &i) in nodes.iter().enumerate() {
-            for c in 0..3 {
-                let col = self.model.residual.col(3 * i + c);
-                let elastic: f64 = loaded.iter().map(|&k| col[k] * self.state.reaction[k]).sum();
-                u[3 * a + c] = elastic + dot(&psi[m * (3 * a + c)..][..m], &self.state.q);
-            }
-        }
+        let u = rows
+            .iter()
+            .enumerate()
+            .map(|(a, &row)| {
+                let column = self.model.residual.col(row);
+                let elastic: f64 = loaded.iter().map(|&k| column[k] * self.state.reaction[k]).sum();
+                elastic + dot(&psi[m * a..][..m], &self.state.q)
+            })
+            .collect();
         let core = core.len();
-        self.working = Working { nodes, core, place, w, psi, feet: lines, u };
+        self.working = Working { nodes, core, full, place, w, around, psi, feet: lines, u };
         self.outside = Outside::default();
         self.memory.forget();
-        self.before = None;
+        self.past.clear();
         self.status = vec![Status::Open; core];
         self.slip = vec![0.0; 2 * core];
         Ok(())
