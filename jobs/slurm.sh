@@ -8,6 +8,9 @@
 #SBATCH --mem=32G
 #SBATCH --time=02:00:00
 #SBATCH --output=%x-%j.log
+# A transient that is not done two minutes before the end saves its state (exit code 5); --resume FILE.h5 continues it. Other
+# analyses cannot be continued: the signal ends them.
+#SBATCH --signal=USR1@120
 set -euo pipefail
 
 # The modules that railsqueal was built with, for example:

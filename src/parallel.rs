@@ -5,6 +5,9 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 
+/// Tag of the message by which a rank tells rank 0 of its wish.
+const WISH: i32 = 77;
+
 /// All ranks of the run.
 pub struct World {
     /// The communicator of all ranks.
@@ -56,6 +59,39 @@ impl World {
     pub fn on_root<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
         let local = if self.is_root() { work().map(Some) } else { Ok(None) };
         self.agree(local)
+    }
+
+    /// Collective: as [`World::on_root`] for work that takes long: the other ranks sleep instead of waiting busily, and where
+    /// `wish` becomes true on one of them, `work` learns it from the function that it is given.
+    pub fn on_root_heeding<T>(
+        &self,
+        wish: impl Fn() -> bool,
+        work: impl FnOnce(&dyn Fn() -> bool) -> Result<T>,
+    ) -> Result<Option<T>> {
+        let heard = || match self.comm.any_process().immediate_matched_probe_with_tag(WISH) {
+            Some((message, _)) => {
+                let (_, _) = message.matched_receive::<u8>();
+                true
+            }
+            None => false,
+        };
+        let result = if self.is_root() { work(&heard).map(Some) } else { Ok(None) };
+        let mut told = self.is_root();
+        let mut over = self.comm.immediate_barrier();
+        while let Err(pending) = over.test() {
+            over = pending;
+            if !told && wish() {
+                self.comm.process_at_rank(0).send_with_tag(&[1u8][..], WISH);
+                told = true;
+            }
+            // What came too late must not stay behind.
+            if self.is_root() {
+                heard();
+            }
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        while self.is_root() && heard() {}
+        self.agree(result)
     }
 
     /// Collective: sum over the ranks.

@@ -21,7 +21,8 @@ use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bodies::Bodies;
-use reduction::Reduction;
+use reduction::{ReducedModel, Reduction};
+use reuse::Origin;
 use std::path::PathBuf;
 use transient::{Inputs, Stop};
 
@@ -112,6 +113,11 @@ fn elements(
         }
         None => None,
     };
+    // A run that is continued goes on with the model that it was begun with.
+    let kept = match options.resume {
+        true => Some(world.on_root(|| transient::kept::read(&Segments::of(&options.output), job))?),
+        false => None,
+    };
     // With modes and compliance at hand, meshes serve the fields alone, and factors those of steady rolling.
     let bodies = match reused {
         Some(_) if !job.output.fields => Bodies::none(),
@@ -121,7 +127,7 @@ fn elements(
         Some(_) if job.analyses.steady.is_none() => Vec::new(),
         _ => bodies.solvers(petsc, job, progress, summary)?,
     };
-    let found = match &reused {
+    let mut found = match &reused {
         Some(reused) => {
             if let (Some(reused), Some(_)) = (reused, &job.analyses.modes) {
                 modes::write_reused(&reused.modes, file, summary);
@@ -132,15 +138,26 @@ fn elements(
     };
     let mut reduced = None;
     if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
-        let model = match reused {
-            Some(reused) => reused.map_or_else(Reduction::elsewhere, |r| r.reduction),
+        let (again, origin) = (
+            options.resume,
+            match (&kept, &reused) {
+                (Some(kept), _) => kept.as_ref().map(|k| k.origin.clone()),
+                (None, Some(reused)) => reused.as_ref().map(|r| r.origin.clone()),
+                (None, None) => Some(Origin::of(&bodies, &found)),
+            },
+        );
+        let model = match kept.or(reused) {
+            Some(there) => there.map_or_else(Reduction::elsewhere, |r| r.reduction),
             None => Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?,
         };
+        if again && !found.is_empty() {
+            transient::kept::align(world, &bodies, &mut found, &model)?;
+        }
+        let tables = |root: &ReducedModel| reuse::tables(job, &origin.clone().unwrap_or_default(), root);
         // A compliance that is only near the true one is of no use to another run.
         let whole = options.reuse.is_none() && !model.approximate;
         if whole && job.output.reduced && contact.compliance == Compliance::Fe {
-            let tables = world.on_root(|| reuse::tables(job, &bodies, &found, model.root()?))?;
-            file.tables(tables.unwrap_or_default());
+            file.tables(world.on_root(|| tables(model.root()?))?.unwrap_or_default());
         }
         if let Some(wanted) = &job.analyses.receptance {
             receptance::run(world, wanted, contact, &model, file, progress, summary)?;
@@ -156,8 +173,12 @@ fn elements(
         }
         if let (Some(wanted), Some(stop)) = (&job.analyses.transient, stop) {
             let eigenpairs = spectrum.as_ref().map_or(&[][..], |s| &s.eigenpairs);
-            let (bodies, modes, model) = (&bodies, &found, &model);
-            let inputs = Inputs { job, wanted, contact, bodies, modes, model, eigenpairs, options, stop };
+            let keep = match options.resume {
+                true => None,
+                false => world.on_root(|| tables(model.root()?))?,
+            };
+            let (bodies, modes, model, keep) = (&bodies, &found, &model, &keep.unwrap_or_default()[..]);
+            let inputs = Inputs { job, wanted, contact, bodies, modes, model, eigenpairs, options, stop, keep };
             transient::run(world, &inputs, file, progress, summary)?;
         }
         reduced = Some(model);

@@ -14,10 +14,31 @@ use std::path::Path;
 /// Version of the group `/reduced`.
 const VERSION: i64 = 1;
 
-/// On rank 0: the group `/reduced` of the `model` made from `bodies` with these `modes`.
-pub fn tables(job: &Job, bodies: &Bodies, modes: &[BodyModes], model: &ReducedModel) -> Result<Vec<Table>> {
+/// What the group `/reduced` holds beside the model.
+#[derive(Debug, Clone, Default)]
+pub struct Origin {
+    /// Whether the upper body is the lower one's mirror image.
+    pub alike: bool,
+    /// Residuals of the modes of the lower and the upper body.
+    pub residual: [Vec<f64>; 2],
+}
+
+impl Origin {
+    /// That of a model made from `bodies` with these `modes`.
+    pub fn of(bodies: &Bodies, modes: &[BodyModes]) -> Self {
+        let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
+        let residual = |upper: bool| {
+            let place = bodies.places.iter().find(|p| p.upper == upper);
+            place.and_then(|p| modes.get(p.body)).map(|m| m.residual.clone()).unwrap_or_default()
+        };
+        Self { alike, residual: [residual(false), residual(true)] }
+    }
+}
+
+/// On rank 0: the group `/reduced` of the `model`.
+pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Table>> {
     let s = &model.interface;
-    let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
+    let alike = origin.alike;
     let inputs = summed_inputs(job)?.to_string();
     let mut tables = vec![
         Table::scalar("/reduced/version", "-", "Version of this group.", VERSION),
@@ -27,11 +48,11 @@ pub fn tables(job: &Job, bodies: &Bodies, modes: &[BodyModes], model: &ReducedMo
         Table::list("/reduced/gap", "m", "Gap of the undeformed bodies at each node.", s.gap.clone()),
         Table::scalar("/reduced/alike", "-", "1 if the upper body is the lower one's mirror image.", i8::from(alike)),
     ];
-    for place in bodies.places.iter().take(if alike { 1 } else { 2 }) {
-        let body = &model.bodies[model.place[usize::from(place.upper)]];
-        let path = |name: &str| format!("/reduced/{}/{name}", place.name);
+    for (i, name) in ["lower", "upper"].into_iter().enumerate().take(if alike { 1 } else { 2 }) {
+        let body = &model.bodies[model.place[i]];
+        let path = |what: &str| format!("/reduced/{name}/{what}");
         let (rows, count) = body.contact_modes.shape();
-        let residual = modes.get(place.body).map(|m| m.residual.clone()).unwrap_or_default();
+        let residual = origin.residual[i].clone();
         let by_rows = |m: &Mat<f64>| -> Vec<f64> {
             (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
         };
@@ -52,6 +73,8 @@ pub struct Reused {
     pub reduction: Reduction,
     /// Frequencies, Hz, and residuals of the modes of the lower and the upper body.
     pub modes: [(Vec<f64>, Vec<f64>); 2],
+    /// Where it came from.
+    pub origin: Origin,
 }
 
 /// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if it is not.
@@ -69,6 +92,12 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
         return refuse("analyses.stability.full needs the finite elements and whole mode shapes, which the file has not; leave one of the two out");
     }
+    load(file, job)
+}
+
+/// On rank 0: the reduced model that `file` holds, for a job that can make use of it.
+pub fn load(file: &Path, job: &Job) -> Result<Reused> {
+    let name = file.display();
     let reader = Reader::open(file)?;
     if !reader.has("/reduced/version") {
         return Err(Error::Input(format!(
@@ -100,7 +129,10 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     let mut differing = Vec::new();
     differences(&stored, &wanted, "", &mut differing);
     if !differing.is_empty() {
-        return refuse(&format!("it is of another job; what differs: {}. Run without --reuse", differing.join(", ")));
+        return Err(Error::Job(format!(
+            "--reuse {name}: it is of another job; what differs: {}. Run without --reuse",
+            differing.join(", ")
+        )));
     }
     let line = |path: &str| reader.numbers(path).map(|(_, v)| v);
     let interface = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?)
@@ -136,8 +168,10 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     }
     let place = if alike { vec![0, 0] } else { vec![0, 1] };
     let reduction = Reduction::of(ReducedModel::assemble(job, interface, parts, place)?);
-    let modes = modes.try_into().map_err(|_| Error::Defect("modes of other than two bodies".into()))?;
-    Ok(Reused { reduction, modes })
+    let modes: [(Vec<f64>, Vec<f64>); 2] =
+        modes.try_into().map_err(|_| Error::Defect("modes of other than two bodies".into()))?;
+    let origin = Origin { alike, residual: [modes[0].1.clone(), modes[1].1.clone()] };
+    Ok(Reused { reduction, modes, origin })
 }
 
 /// What the reduced model depends on, with the contents of mesh files in place of their paths.

@@ -43,6 +43,12 @@ impl Segments {
         Ok(files)
     }
 
+    /// The segment of the start, if it is there.
+    pub fn first(&self) -> Result<Option<PathBuf>> {
+        let path = self.folder.join(file_name(0));
+        Ok(self.files()?.into_iter().find(|p| *p == path))
+    }
+
     /// Makes the folder; segments of an earlier run are removed if `overwrite`, an error if not.
     pub fn begin(&self, overwrite: bool) -> Result<()> {
         let old = self.files()?;
@@ -63,7 +69,7 @@ impl Segments {
         if let Some(fault) = tables.iter().find_map(Table::fault) {
             return Err(Error::Defect(fault));
         }
-        let target = self.folder.join(format!("{number:012}.h5"));
+        let target = self.folder.join(file_name(number));
         sweep(&target);
         let mut partial = Partial::alone(&target);
         skeleton(&partial, None, &[], tables, None)?;
@@ -112,6 +118,10 @@ impl Segments {
             self.folder.display()
         ))
     }
+}
+
+fn file_name(number: u64) -> String {
+    format!("{number:012}.h5")
 }
 
 fn add(

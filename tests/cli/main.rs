@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod failures;
+mod interrupted;
 mod matrices;
 mod program;
 mod reuse;

@@ -1,9 +1,7 @@
-//! The transient as a run: growth as stability says, stopping, killing and continuing, and bad input.
+//! The transient as a run: growth as stability says, and bad input.
 
 use super::program::*;
 use serde_json::{json, Value};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// Lateral sliding off the mid-planes, on a coarse mesh.
 pub fn sliding(transient: Value) -> Value {
@@ -20,11 +18,11 @@ pub fn sliding(transient: Value) -> Value {
     job
 }
 
-fn open(path: impl AsRef<std::path::Path>) -> hdf5::File {
+pub fn open(path: impl AsRef<std::path::Path>) -> hdf5::File {
     hdf5::File::open(path).expect("result file")
 }
 
-fn read<T: hdf5::H5Type>(file: &hdf5::File, name: &str) -> Vec<T> {
+pub fn read<T: hdf5::H5Type>(file: &hdf5::File, name: &str) -> Vec<T> {
     file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
@@ -83,111 +81,6 @@ fn an_unstable_mode_grows_as_stability_says_and_decays_for_the_other_creepage() 
         assert!(balance.last().unwrap().abs() < 1e-6 * friction.last().unwrap(), "{:?}", balance.last());
         assert!(!folder.listing().iter().any(|name| name == "run.transient"), "{:?}", folder.listing());
     }
-}
-
-/// A run with a model at hand, so that it is in its steps at once.
-fn prepared() -> (Folder, String) {
-    let transient = json!({
-        "duration": 0.3,
-        "start": { "mode": 1, "amplitude": 3e-6, "random": { "seed": 5, "energy": 1e-4 } },
-        "contact_stride": 500,
-        "segment": 700
-    });
-    let folder = Folder::with(sliding(transient).to_string());
-    let model = folder.text("model.h5");
-    folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
-    (folder, model)
-}
-
-fn same(a: &hdf5::File, b: &hdf5::File) {
-    let names = a.group("transient").expect("group").member_names().expect("names");
-    assert!(names.len() > 20, "{names:?}");
-    for name in names.iter().filter(|n| !["grid", "points"].contains(&n.as_str())) {
-        let path = format!("transient/{name}");
-        let (x, y) = (a.dataset(&path).expect("dataset"), b.dataset(&path).expect("dataset"));
-        assert_eq!(x.shape(), y.shape(), "{path}");
-        if ["closed", "stick", "iterations", "products", "contact_state"].contains(&name.as_str()) {
-            assert_eq!(x.read_raw::<i32>().expect("read"), y.read_raw::<i32>().expect("read"), "{path}");
-        } else {
-            let bits =
-                |d: &hdf5::Dataset| d.read_raw::<f64>().expect("read").iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-            assert!(bits(&x) == bits(&y), "{path} differs");
-        }
-    }
-}
-
-#[test]
-fn runs_that_are_stopped_or_killed_continue_to_the_same_bits() {
-    let (folder, model) = prepared();
-    let whole = folder.text("whole.h5");
-    folder.call(1, "run", &["--reuse", &model, "--output", &whole]).good();
-    let output = folder.text("run.h5");
-    let job = folder.text("job.json");
-    let segments = folder.path("run.transient");
-    let count = || std::fs::read_dir(&segments).map(|d| d.count()).unwrap_or(0);
-    let mut resumed = false;
-    let mut ends = Vec::new();
-    // Signals 15 and 10 stop it, 9 kills it, each a few segments on.
-    for (round, signal) in ["TERM", "KILL", "USR1", "KILL", "KILL"].into_iter().enumerate() {
-        let target = if resumed { "--resume" } else { "--output" };
-        let mut child = Command::new(PROGRAM)
-            .args(["run", &job, "--reuse", &model, target, &output])
-            .env("OPENBLAS_NUM_THREADS", "1")
-            .stderr(Stdio::null())
-            .stdout(Stdio::null())
-            .spawn()
-            .expect("start");
-        let begun = Instant::now();
-        while count() < 3 + 4 * round && begun.elapsed() < Duration::from_secs(60) {
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        let killed = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
-        assert!(killed.expect("kill").success(), "it was over in round {round}");
-        let status = child.wait().expect("wait");
-        if signal != "KILL" {
-            assert_eq!(status.code(), Some(5), "round {round}: {status:?}");
-        }
-        ends.push(count());
-        resumed = true;
-        assert!(!folder.path("run.h5").exists());
-        // Every segment can be read.
-        for entry in std::fs::read_dir(&segments).expect("segments") {
-            let path = entry.expect("entry").path();
-            if path.extension().is_some_and(|e| e == "h5") {
-                let step: i64 = open(&path).dataset("checkpoint/step").and_then(|d| d.read_scalar()).expect("step");
-                assert!(step % 700 == 0, "{step}");
-            }
-        }
-    }
-    assert!(ends.windows(2).all(|w| w[0] < w[1]), "segments {ends:?}");
-    let another = folder.call(1, "run", &["--reuse", &model, "--resume", &output, "--set", "contact.friction=0.31"]);
-    another.failed(2, &["belongs to another job", "contact.friction"]);
-    folder.call(1, "run", &["--reuse", &model, "--resume", &output]).good();
-    same(&open(&whole), &open(&output));
-    assert!(!segments.exists());
-    folder.call(1, "run", &["--reuse", &model, "--resume", &output]).failed(2, &["nothing to continue"]);
-}
-
-#[test]
-fn the_wall_time_stops_a_run_and_a_truncated_state_is_refused() {
-    let (folder, model) = prepared();
-    let output = folder.text("run.h5");
-    let long = ["--set", "analyses.transient.duration=20"];
-    let stopped =
-        folder.call(1, "run", &[&long[..], &["--reuse", &model, "--output", &output, "--wall-time", "2"]].concat());
-    stopped.failed(5, &["limit of wall time", "--resume"]);
-    folder
-        .call(1, "run", &[&long[..], &["--reuse", &model, "--output", &output]].concat())
-        .failed(2, &["unfinished run", "--resume"]);
-    let mut files: Vec<_> =
-        std::fs::read_dir(folder.path("run.transient")).expect("segments").map(|e| e.expect("entry").path()).collect();
-    files.sort();
-    let last = files.last().expect("a segment");
-    let bytes = std::fs::read(last).expect("read");
-    std::fs::write(last, &bytes[..bytes.len() / 2]).expect("truncate");
-    folder
-        .call(1, "run", &[&long[..], &["--reuse", &model, "--resume", &output]].concat())
-        .failed(2, &["--resume", "truncated", "remove this file"]);
 }
 
 #[test]

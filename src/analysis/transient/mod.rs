@@ -2,6 +2,7 @@
 
 mod checkpoint;
 mod fields;
+pub mod kept;
 mod observe;
 mod points;
 mod sound;
@@ -52,6 +53,8 @@ pub struct Inputs<'a> {
     pub options: &'a RunOptions,
     /// When to stop.
     pub stop: &'a Stop,
+    /// On rank 0, at the start of a run: the reduced model as tables, for the first segment.
+    pub keep: &'a [Table],
 }
 
 /// Collective: the transient; its results become part of `file`.
@@ -70,18 +73,25 @@ pub fn run(
                 .into(),
         ));
     }
-    let points = Points::find(world, wanted, inputs.bodies, inputs.modes)?;
+    let segments = Segments::of(&inputs.options.output);
+    let mut points = Points::find(world, wanted, inputs.bodies, inputs.modes)?;
+    if inputs.options.resume {
+        world.on_root(|| segments.first()?.map_or(Ok(()), |first| points.restore(&first)))?;
+    }
     let sound = match &wanted.sound_power {
         Some(power) => Some(Sound::new(inputs, power)?),
         None => None,
     };
-    progress.stage("transient");
-    let segments = Segments::of(&inputs.options.output);
     let sound_stride = sound.as_ref().map_or(0, Sound::stride);
-    let done = world.on_root(|| advance(inputs, &points, sound_stride, &segments, progress))?;
+    progress.stage("transient");
+    if world.is_root() {
+        report_damping(wanted, inputs.eigenpairs, progress, summary);
+    }
+    let wish = || inputs.stop.signalled();
+    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound_stride, &segments, elsewhere, progress);
+    let done = world.on_root_heeding(wish, work)?;
     if let Some((effort, steps, seconds)) = &done {
         let pair = &inputs.model.root()?.pair;
-        report_damping(wanted, inputs.eigenpairs, progress, summary);
         let per = |n: usize| n as f64 / (*steps).max(1) as f64;
         summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
         if *steps > 0 {
@@ -153,6 +163,7 @@ fn advance(
     points: &Points,
     sound_stride: u64,
     segments: &Segments,
+    elsewhere: &dyn Fn() -> bool,
     progress: &mut Progress,
 ) -> Result<(Effort, u64, f64)> {
     let root = inputs.model.root()?;
@@ -209,8 +220,11 @@ fn advance(
     let mut effort = Effort::default();
     let first = stepper.state().step;
     let begun = Instant::now();
-    if first == 0 {
-        segments.write(0, &checkpoint::tables(stepper.state(), &identity, inputs)?)?;
+    if !inputs.options.resume {
+        let mut tables = checkpoint::tables(stepper.state(), &identity, inputs)?;
+        tables.extend_from_slice(inputs.keep);
+        tables.extend(points.kept());
+        segments.write(0, &tables)?;
     }
     let mut segment_begun = Instant::now();
     while stepper.state().step < total {
@@ -231,7 +245,11 @@ fn advance(
         }
         result.map_err(|e| {
             let place = segments.folder().display();
-            e.context(format!("analyses.transient (the state before is kept in {place})"))
+            let advice = match e {
+                Error::NotConverged(_) => "; a shorter analyses.transient.step, or a larger tolerance, may help",
+                _ => "",
+            };
+            e.context(format!("analyses.transient (the state before is kept in {place}{advice})"))
         })?;
         if end {
             // A run that is continued from here begins with an empty solver; one that goes on does as well.
@@ -239,6 +257,9 @@ fn advance(
             progress.step("steps", (step - first) as usize, (total - first) as usize);
             let segment = segment_begun.elapsed();
             segment_begun = Instant::now();
+            if elsewhere() {
+                inputs.stop.request();
+            }
             if step < total {
                 if let Some(why) = inputs.stop.asked(segment) {
                     return Err(Error::Stopped(format!(

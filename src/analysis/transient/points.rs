@@ -3,7 +3,7 @@
 use crate::analysis::bodies::Bodies;
 use crate::body::fe::BodyModes;
 use crate::job::{self, BodyName};
-use crate::output::Table;
+use crate::output::{Reader, Table};
 use crate::parallel::World;
 use crate::{Error, Result};
 
@@ -86,6 +86,32 @@ impl Points {
     /// Displacements (or velocities) of the points under modal ones, `[3 points]`.
     pub fn motion(&self, q: &[f64]) -> Vec<f64> {
         self.rows.iter().map(|row| row.iter().zip(q).map(|(a, b)| a * b).sum()).collect()
+    }
+
+    /// The modes at the points as a table of the first segment.
+    pub fn kept(&self) -> Option<Table> {
+        let first = self.rows.first()?;
+        let text = "Modes (x, y, z) at the points.";
+        let shape = [self.rows.len(), first.len()];
+        Some(Table::new("/checkpoint/points", "kg^-1/2", text, &shape, self.rows.concat()))
+    }
+
+    /// On rank 0: takes the modes at the points that the run was begun with.
+    pub fn restore(&mut self, first: &std::path::Path) -> Result<()> {
+        let count = self.rows.first().map_or(0, Vec::len);
+        if count == 0 {
+            return Ok(());
+        }
+        let (shape, values) = Reader::open(first)?.numbers("/checkpoint/points")?;
+        if shape != [self.rows.len(), count] {
+            return Err(Error::Job(format!(
+                "--resume: {}: /checkpoint/points has the shape {shape:?}, expected {:?}",
+                first.display(),
+                [self.rows.len(), count]
+            )));
+        }
+        self.rows = values.chunks_exact(count).map(<[f64]>::to_vec).collect();
+        Ok(())
     }
 
     /// What says which points they are.

@@ -23,9 +23,19 @@ impl Stop {
         Self { signal, limit: wall_time.map(|s| (begun, Duration::from_secs_f64(s.max(0.0)))) }
     }
 
+    /// Whether a signal came.
+    pub fn signalled(&self) -> bool {
+        self.signal.load(Ordering::Relaxed)
+    }
+
+    /// As if a signal had come: it did on another rank.
+    pub fn request(&self) {
+        self.signal.store(true, Ordering::Relaxed);
+    }
+
     /// Why the run has to stop now, if it has to; another segment takes about `segment`.
     pub fn asked(&self, segment: Duration) -> Option<&'static str> {
-        if self.signal.load(Ordering::Relaxed) {
+        if self.signalled() {
             return Some("on request");
         }
         // Half a segment more, since they do not all take the same time.

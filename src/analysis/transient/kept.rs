@@ -1,0 +1,119 @@
+//! The reduced model in the first segment of a run. Modes computed again have other signs, a pair of equal frequencies other
+//! directions, and on several ranks the factorisations add in another order: a run is continued with the model that it was begun with.
+
+use crate::analysis::bodies::Bodies;
+use crate::analysis::reduction::Reduction;
+use crate::analysis::reuse::{self, Reused};
+use crate::body::clusters::CLUSTER_GAP;
+use crate::body::fe::BodyModes;
+use crate::job::Job;
+use crate::output::Segments;
+use crate::parallel::World;
+use crate::{Error, Result};
+use faer::{Mat, MatRef};
+
+/// On rank 0: the model that the run was begun with.
+pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
+    let first = segments.first()?.ok_or_else(|| {
+        Error::Job(format!(
+            "--resume: the first segment is missing in {}, and with it the reduced model of the run; begin again with --force",
+            segments.folder().display()
+        ))
+    })?;
+    reuse::load(&first, job).map_err(|e| e.context("--resume"))
+}
+
+/// Collective: turns the mode shapes, computed again, into those of the model that was kept: each cluster of equal frequencies by the
+/// orthogonal matrix that brings their motion of the contact nearest to the one kept (P. H. Schönemann, *Psychometrika* 31 (1966)).
+pub fn align(world: &World, bodies: &Bodies, modes: &mut [BodyModes], kept: &Reduction) -> Result<()> {
+    for (i, body) in bodies.unique.iter().enumerate() {
+        let Some(shapes) = modes.get_mut(i) else { continue };
+        let now = body.contact_modes(world, shapes)?;
+        let m = shapes.omega.len();
+        let turn = world.on_root(|| {
+            let root = kept.root()?;
+            let place = bodies.places.iter().find(|p| p.body == i).map(|p| usize::from(p.upper));
+            let there = place.and_then(|p| root.bodies.get(root.place[p]));
+            let (Some(now), Some(there)) = (now, there) else {
+                return Err(Error::Defect("the modes of a body are missing".into()));
+            };
+            turn(now.as_ref(), there.contact_modes.as_ref(), &there.omega).map_err(|e| {
+                Error::Input(format!(
+                    "--resume: the modes of body \"{}\" are not those that the run was begun with: {e}",
+                    body.name
+                ))
+            })
+        })?;
+        let turn = world.broadcast(turn.unwrap_or_default());
+        let turned = (0..m).map(|k| {
+            let mut sum = vec![0.0; shapes.vectors[k].len()];
+            for (j, vector) in shapes.vectors.iter().enumerate().filter(|(j, _)| turn[j + m * k] != 0.0) {
+                sum.iter_mut().zip(vector).for_each(|(s, v)| *s += turn[j + m * k] * v);
+            }
+            sum
+        });
+        shapes.vectors = turned.collect();
+    }
+    Ok(())
+}
+
+/// The matrix T, by columns, `[m, m]`, for which `now` T is `kept`; both `[3n, m]`, 1/√kg.
+fn turn(now: MatRef<'_, f64>, kept: MatRef<'_, f64>, omega: &[f64]) -> std::result::Result<Vec<f64>, String> {
+    let m = omega.len();
+    if now.shape() != kept.shape() || kept.ncols() != m {
+        return Err(format!("{:?} rows and modes, {:?} then", now.shape(), kept.shape()));
+    }
+    let largest = (0..m).map(|k| kept.col(k).norm_l2()).fold(0.0, f64::max);
+    let mut out = vec![0.0; m * m];
+    let mut first = 0;
+    while first < m {
+        let mut end = first + 1;
+        while end < m && omega[end] - omega[end - 1] <= CLUSTER_GAP * omega[end] {
+            end += 1;
+        }
+        let (a, b) = (now.subcols(first, end - first), kept.subcols(first, end - first));
+        let product: Mat<f64> = a.transpose() * b;
+        let svd = product.svd().map_err(|e| format!("{e:?}"))?;
+        let t = svd.U() * svd.V().transpose();
+        let error = (a * &t - b).norm_l2();
+        // Modes are exact to their residual over the distance to the next frequency.
+        if error > 1e-4 * largest {
+            let hertz = omega[first] / (2.0 * std::f64::consts::PI);
+            return Err(format!(
+                "at {hertz:.2} Hz the motion of the contact differs by {error:.2e} of at most {largest:.2e} 1/√kg"
+            ));
+        }
+        for k in first..end {
+            for j in first..end {
+                out[j + m * k] = t[(j - first, k - first)];
+            }
+        }
+        first = end;
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signs_and_pairs_are_turned_back() {
+        let kept = Mat::from_fn(12, 4, |i, k| ((3 * i + 7 * k) as f64).sin());
+        let omega = [10.0, 20.0, 20.001, 30.0];
+        let (c, s) = (0.6, 0.8);
+        let now = Mat::from_fn(12, 4, |i, k| match k {
+            0 => -kept[(i, 0)],
+            1 => c * kept[(i, 1)] + s * kept[(i, 2)],
+            2 => s * kept[(i, 1)] - c * kept[(i, 2)],
+            _ => kept[(i, k)],
+        });
+        let t = turn(now.as_ref(), kept.as_ref(), &omega).unwrap();
+        let t = Mat::from_fn(4, 4, |i, k| t[i + 4 * k]);
+        let error = (&now * &t - &kept).norm_l2();
+        assert!(error < 1e-12, "{error:e}");
+        assert_eq!((t[(0, 0)].signum(), t[(0, 1)]), (-1.0, 0.0));
+        let other = Mat::from_fn(12, 4, |i, k| ((3 * i + 5 * k) as f64).cos());
+        assert!(turn(other.as_ref(), kept.as_ref(), &omega).unwrap_err().contains("at 1.59 Hz"));
+    }
+}

@@ -1,0 +1,352 @@
+//! Transients that are stopped, killed, or run out of disk, as real processes, and continued.
+
+use super::program::*;
+use super::transient::{open, read, sliding};
+use serde_json::json;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// A run with a model at hand, so that it is in its steps at once.
+fn prepared() -> (Folder, String) {
+    let transient = json!({
+        "duration": 0.3,
+        "start": { "mode": 1, "amplitude": 3e-6, "random": { "seed": 5, "energy": 1e-4 } },
+        "contact_stride": 500,
+        "segment": 700
+    });
+    static MODEL: OnceLock<Vec<u8>> = OnceLock::new();
+    let folder = Folder::with(sliding(transient).to_string());
+    let model = folder.text("model.h5");
+    let bytes = MODEL.get_or_init(|| {
+        folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
+        std::fs::read(&model).expect("the model")
+    });
+    std::fs::write(&model, bytes).expect("the model");
+    (folder, model)
+}
+
+/// All datasets of the transients are the same to the last bit.
+#[track_caller]
+fn same(a: &hdf5::File, b: &hdf5::File) {
+    let names = a.group("transient").expect("group").member_names().expect("names");
+    assert!(names.len() > 20, "{names:?}");
+    for name in names.iter().filter(|n| !["grid", "points"].contains(&n.as_str())) {
+        let path = format!("transient/{name}");
+        let (x, y) = (a.dataset(&path).expect("dataset"), b.dataset(&path).expect("dataset"));
+        assert_eq!(x.shape(), y.shape(), "{path}");
+        if ["closed", "stick", "iterations", "products", "contact_state"].contains(&name.as_str()) {
+            assert_eq!(x.read_raw::<i32>().expect("read"), y.read_raw::<i32>().expect("read"), "{path}");
+        } else {
+            let bits =
+                |d: &hdf5::Dataset| d.read_raw::<f64>().expect("read").iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            assert!(bits(&x) == bits(&y), "{path} differs");
+        }
+    }
+}
+
+/// Files of a folder of segments that are complete.
+fn segments(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).map(|d| d.flatten().map(|e| e.path()).collect::<Vec<_>>());
+    let mut files = entries.unwrap_or_default();
+    files.retain(|p| p.extension().is_some_and(|e| e == "h5"));
+    files.sort();
+    files
+}
+
+/// Starts the program in the background.
+fn start(mut command: Command, args: &[&str]) -> Child {
+    command.args(args).env("OPENBLAS_NUM_THREADS", "1");
+    command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("start")
+}
+
+/// Waits until there are `count` segments; the run must still be going then.
+#[track_caller]
+fn wait_for(folder: &Path, count: usize, child: &mut Child) {
+    let begun = Instant::now();
+    while segments(folder).len() < count {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no {count} segments in a minute");
+        if let Some(status) = child.try_wait().expect("wait") {
+            let mut said = String::new();
+            let _ = child.stderr.take().map(|mut pipe| pipe.read_to_string(&mut said));
+            panic!("it was over ({status}) before there were {count} segments: {said}");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[track_caller]
+fn signal(name: &str, process: u32) {
+    let sent = Command::new("kill").args([&format!("-{name}"), &process.to_string()]).status();
+    assert!(sent.expect("kill").success(), "process {process} was over before {name}");
+}
+
+/// The process of a rank that `mpirun` started.
+fn rank_of(launcher: u32, rank: usize) -> u32 {
+    let children = |e: std::fs::DirEntry| {
+        let id: u32 = e.file_name().to_string_lossy().parse().ok()?;
+        let stat = std::fs::read_to_string(e.path().join("stat")).ok()?;
+        // PID (NAME) STATE PARENT …
+        let parent: u32 = stat.rsplit_once(") ")?.1.split(' ').nth(1)?.parse().ok()?;
+        let environment = std::fs::read(e.path().join("environ")).ok()?;
+        let wanted = format!("OMPI_COMM_WORLD_RANK={rank}");
+        (parent == launcher && environment.split(|&b| b == 0).any(|v| v == wanted.as_bytes())).then_some(id)
+    };
+    let found = std::fs::read_dir("/proc").expect("processes").flatten().find_map(children);
+    found.unwrap_or_else(|| panic!("no process of rank {rank} under {launcher}"))
+}
+
+#[test]
+fn runs_that_are_stopped_or_killed_continue_to_the_same_bits() {
+    let (folder, model) = prepared();
+    let whole = folder.text("whole.h5");
+    folder.call(1, "run", &["--reuse", &model, "--output", &whole]).good();
+    let output = folder.text("run.h5");
+    let job = folder.text("job.json");
+    let place = folder.path("run.transient");
+    let mut ends = Vec::new();
+    // Signals 15 and 10 stop it, 9 kills it, each a few segments on.
+    for (round, name) in ["TERM", "KILL", "USR1", "KILL", "KILL"].into_iter().enumerate() {
+        let target = if round > 0 { "--resume" } else { "--output" };
+        let mut child = start(Command::new(PROGRAM), &["run", &job, "--reuse", &model, target, &output]);
+        wait_for(&place, 3 + 4 * round, &mut child);
+        signal(name, child.id());
+        let status = child.wait().expect("wait");
+        if name != "KILL" {
+            assert_eq!(status.code(), Some(5), "round {round}: {status:?}");
+        }
+        ends.push(segments(&place).len());
+        assert!(!folder.path("run.h5").exists());
+        // Every segment can be read.
+        for path in segments(&place) {
+            let step: i64 = open(&path).dataset("checkpoint/step").and_then(|d| d.read_scalar()).expect("step");
+            assert!(step % 700 == 0, "{step}");
+        }
+    }
+    assert!(ends.windows(2).all(|w| w[0] < w[1]), "segments {ends:?}");
+    folder.call(1, "run", &["--reuse", &model, "--resume", &output]).good();
+    same(&open(&whole), &open(&output));
+    assert!(!place.exists());
+    folder.call(1, "run", &["--reuse", &model, "--resume", &output]).failed(2, &["nothing to continue"]);
+}
+
+/// Segments so short that the kill often comes while one is written.
+#[test]
+fn killed_at_any_moment_a_run_loses_only_what_came_after_the_last_segment() {
+    let (folder, model) = prepared();
+    let job = folder.text("job.json");
+    let sets =
+        ["--reuse", &model, "--set", "analyses.transient.segment=10", "--set", "analyses.transient.duration=0.03"];
+    let whole = folder.text("whole.h5");
+    folder.call(1, "run", &[&sets[..], &["--output", &whole]].concat()).good();
+    let output = folder.text("run.h5");
+    let place = folder.path("run.transient");
+    let mut before = 0;
+    let mut partial = 0;
+    for round in 0..12u32 {
+        let target = if round > 0 { "--resume" } else { "--output" };
+        let mut child = start(Command::new(PROGRAM), &[&["run", &job], &sets[..], &[target, &output]].concat());
+        wait_for(&place, before + 1, &mut child);
+        // Moments spread over some segments by the golden ratio.
+        std::thread::sleep(Duration::from_micros((u64::from(round) * 6180) % 10_000));
+        signal("KILL", child.id());
+        child.wait().expect("wait");
+        let now = segments(&place).len();
+        assert!(now > before, "round {round}: {before} segments before, {now} after");
+        partial += usize::from(std::fs::read_dir(&place).expect("segments").count() > now);
+        before = now;
+    }
+    assert!(before < 300, "all kills must come before the end");
+    eprintln!("{partial} of 12 kills while a segment was written");
+    folder.call(1, "run", &[&sets[..], &["--resume", &output]].concat()).good();
+    same(&open(&whole), &open(&output));
+    assert_eq!(folder.listing(), ["job.json", "model.h5", "run.h5", "whole.h5"]);
+}
+
+/// Without `--reuse` the finite elements are computed again, on two ranks in another order of rounding, modes with other signs: the
+/// model that is kept makes the continued run the same. Its start is that of the unbroken run itself, copied from it as it goes.
+#[test]
+fn on_two_ranks_without_reuse_signals_and_kills_leave_what_continues_to_the_same_bits() {
+    let transient = json!({
+        "duration": 0.25,
+        "start": { "mode": 1, "amplitude": 3e-6, "random": { "seed": 5, "energy": 1e-4 } },
+        "contact_stride": 500,
+        "body_stride": 5000,
+        "segment": 500,
+        "points": [{ "name": "rim", "body": "upper", "at": [0.5, -0.02, 0.5] }]
+    });
+    let mut job = sliding(transient);
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(0.003);
+        job["bodies"][body]["mesh"]["cylinder"]["max_element_size"] = json!(0.08);
+    }
+    let folder = Folder::with(job.to_string());
+    let (job, whole, output) = (folder.text("job.json"), folder.text("whole.h5"), folder.text("run.h5"));
+    let launch = |target: &str, file: &str| {
+        let mut command = mpirun();
+        command.args(["-n", "2", PROGRAM]);
+        start(command, &["run", &job, target, file])
+    };
+    let mut unbroken = launch("--output", &whole);
+    let place = folder.path("run.transient");
+    wait_for(&folder.path("whole.transient"), 3, &mut unbroken);
+    std::fs::create_dir(&place).expect("make a folder");
+    for path in segments(&folder.path("whole.transient")) {
+        std::fs::copy(&path, place.join(path.file_name().expect("name"))).expect("copy");
+    }
+    assert!(unbroken.wait().expect("wait").success());
+    for (name, to) in [("USR1", None), ("KILL", Some(0)), ("TERM", Some(1))] {
+        let mut child = launch("--resume", &output);
+        wait_for(&place, segments(&place).len() + 2, &mut child);
+        signal(name, to.map_or(child.id(), |rank| rank_of(child.id(), rank)));
+        let code = child.wait().expect("wait").code();
+        match name {
+            "KILL" => assert!(code != Some(0), "{code:?}"),
+            // Open MPI passes SIGUSR1 on to all ranks; and what one rank gets, rank 0 learns.
+            _ => assert_eq!(code, Some(5), "{name} to {to:?}"),
+        }
+        assert!(!folder.path("run.h5").exists());
+    }
+    folder.call(2, "run", &["--resume", &output]).good();
+    same(&open(&whole), &open(&output));
+    let moved = |name: &str| -> Vec<f64> { read(&open(folder.path(name)), "VTKHDF/PointData/displacement") };
+    let (a, b) = (moved("whole.transient.vtkhdf"), moved("run.transient.vtkhdf"));
+    let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let differ = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(a.len() == b.len() && differ < 1e-7 * largest, "bodies differ by {differ:e} of {largest:e}");
+}
+
+/// Open MPI answers SIGTERM by ending the ranks, gently first, and itself with 1: the state is there all the same.
+#[test]
+fn a_terminated_launcher_leaves_a_state() {
+    let (folder, model) = prepared();
+    let (job, output) = (folder.text("job.json"), folder.text("run.h5"));
+    let place = folder.path("run.transient");
+    let sets = ["--set", "analyses.transient.duration=20", "--reuse", &model];
+    let mut command = mpirun();
+    command.args(["-n", "2", PROGRAM]);
+    let mut child = start(command, &[&["run", &job], &sets[..], &["--output", &output]].concat());
+    wait_for(&place, 3, &mut child);
+    signal("TERM", child.id());
+    assert_eq!(child.wait().expect("wait").code(), Some(1));
+    let left = segments(&place).len();
+    assert!(left >= 3, "{left} segments");
+    let ran = folder.call(2, "run", &[&sets[..], &["--resume", &output, "--wall-time", "1"]].concat());
+    ran.failed(5, &["limit of wall time", "--resume"]);
+    assert!(segments(&place).len() > left);
+}
+
+#[test]
+fn the_wall_time_stops_a_run_and_what_does_not_belong_to_it_is_refused() {
+    let (folder, model) = prepared();
+    let output = folder.text("run.h5");
+    let long = ["--set", "analyses.transient.duration=20", "--reuse", &model];
+    let call = |args: &[&str]| folder.call(1, "run", &[&long[..], args].concat());
+    call(&["--output", &output, "--wall-time", "2"]).failed(5, &["limit of wall time", "--resume"]);
+    call(&["--output", &output]).failed(2, &["unfinished run", "--resume"]);
+    let resume = ["--resume", &output];
+    call(&[&resume[..], &["--set", "contact.friction=0.31", "--set", "analyses.transient.start.mode=2"]].concat())
+        .failed(2, &["belongs to another job", "contact.friction", "analyses.transient.start.mode", "begun with"]);
+    let last = segments(&folder.path("run.transient")).pop().expect("a segment");
+    let bytes = std::fs::read(&last).expect("read");
+    {
+        let file = hdf5::File::open_rw(&last).expect("open");
+        let text: hdf5::types::VarLenUnicode = "railsqueal 0.0.1".parse().expect("text");
+        file.dataset("checkpoint/program").expect("version").write_scalar(&text).expect("write");
+    }
+    let this = format!("this is railsqueal {}", env!("CARGO_PKG_VERSION"));
+    call(&resume).failed(2, &["--resume", "was written by railsqueal 0.0.1", &this, "continue it with that version"]);
+    std::fs::write(&last, &bytes[..bytes.len() / 2]).expect("truncate");
+    call(&resume).failed(2, &["--resume", "truncated", "remove this file"]);
+    // As the message says.
+    std::fs::remove_file(&last).expect("remove");
+    call(&[&resume[..], &["--wall-time", "2"]].concat()).failed(5, &["limit of wall time"]);
+    let first = &segments(&folder.path("run.transient"))[0];
+    let bytes = std::fs::read(first).expect("read");
+    std::fs::write(first, &bytes[..bytes.len() / 2]).expect("truncate");
+    call(&resume).failed(3, &["--resume", "000000000000.h5", "truncated"]);
+    std::fs::remove_file(first).expect("remove");
+    call(&resume).failed(2, &["first segment is missing", "--force"]);
+}
+
+#[test]
+fn a_step_that_does_not_converge_ends_the_run_with_its_state_saved() {
+    let (folder, model) = prepared();
+    let output = folder.text("run.h5");
+    // A load that all but vanishes, and what rounding does not allow of it.
+    let load = "analyses.transient.histories.normal_load=[[0, 7e4], [0.01, 7e4], [0.02, 1e-3], [0.3, 1e-3]]";
+    let sets = ["--set", load, "--set", "analyses.transient.tolerance=1e-14", "--reuse", &model];
+    let parts = ["run.transient", "time step", "residual", "1.00e-17 N", "analyses.transient.step", "tolerance"];
+    folder.call(1, "run", &[&sets[..], &["--output", &output]].concat()).failed(4, &parts);
+    let last = segments(&folder.path("run.transient")).pop().expect("a segment");
+    let file = open(&last);
+    let step: i64 = file.dataset("checkpoint/step").and_then(|d| d.read_scalar()).expect("step");
+    let times: Vec<f64> = read(&file, "transient/time");
+    drop(file);
+    // All steps up to the one that failed are there.
+    assert!(step > 1000 && step % 700 != 0, "{step}");
+    assert!((times.last().expect("times") - step as f64 * 1e-5).abs() < 1e-12, "{times:?}");
+    // The same job cannot get much further.
+    folder.call(1, "run", &[&sets[..], &["--resume", &output]].concat()).failed(4, &["time step 2", "residual"]);
+}
+
+/// The disk fills up while segments are written, and again when the results are put together; with room the run goes on.
+#[test]
+fn a_full_disk_in_the_middle_keeps_the_state() {
+    let (folder, model) = prepared();
+    let whole = folder.text("whole.h5");
+    let sets = ["--reuse", &model, "--set", "output.reduced=false", "--set", "analyses.transient.contact_stride=20"];
+    folder.call(1, "run", &[&sets[..], &["--output", &whole]].concat()).good();
+    std::fs::create_dir(folder.path("disk")).expect("make a folder");
+    let (disk, output) = (folder.text("disk"), folder.text("disk/run.h5"));
+    let mount = |options: &str| {
+        let done = Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs", &disk]).output();
+        done.is_ok_and(|m| m.status.success())
+    };
+    if !mount("size=4m") {
+        eprintln!("no small file system can be mounted here; files_that_may_not_grow_in_the_middle stands for it");
+        return;
+    }
+    let run = |target: &str| folder.call(1, "run", &[&sets[..], &[target, &output]].concat());
+    let middle = run("--output");
+    let left = segments(&folder.path("disk/run.transient"));
+    // Room for the segments, not for the results beside them.
+    assert!(mount("remount,size=11m"));
+    let end = run("--resume");
+    let all = segments(&folder.path("disk/run.transient"));
+    assert!(mount("remount,size=100m"));
+    let good = run("--resume");
+    // A file of HDF5 open here would be open in the processes that other tests start, too.
+    let copied = std::fs::copy(&output, folder.path("run.h5"));
+    assert!(Command::new("umount").arg(&disk).status().expect("umount").success());
+    middle.failed(6, &["run.transient", "No space left", "free space there"]);
+    assert!(left.len() > 1 && left.len() < 43, "{left:?}");
+    end.failed(6, &["run.h5", "No space left"]);
+    assert_eq!(all.len(), 44, "{all:?}");
+    good.good();
+    copied.expect("copy");
+    same(&open(&whole), &open(folder.path("run.h5")));
+}
+
+/// The same by a limit on the size of files, which needs no rights to mount.
+#[test]
+fn files_that_may_not_grow_in_the_middle() {
+    let (folder, model) = prepared();
+    let sets = ["--reuse", &model, "--set", "analyses.transient.contact_stride=1"];
+    let duration = ["--set", "analyses.transient.duration=0.02"];
+    let whole = folder.text("whole.h5");
+    folder.call(1, "run", &[&sets[..], &duration, &["--output", &whole]].concat()).good();
+    let output = folder.text("run.h5");
+    // The model at the start is smaller than this, a segment with all contact fields is not.
+    let mut command = mpirun();
+    // Over shared memory Open MPI itself would need larger files.
+    command.env("OMPI_MCA_btl", "self,tcp");
+    command.args(["-n", "1", "sh", "-c", "ulimit -f 5000; exec \"$0\" run \"$@\"", PROGRAM, &folder.text("job.json")]);
+    command.args(sets).args(duration).args(["--output", &output]);
+    finish(&mut command).failed(6, &["run.transient/000000000700.h5", "ulimit -f"]);
+    assert_eq!(segments(&folder.path("run.transient")).len(), 1);
+    folder.call(1, "run", &[&sets[..], &duration, &["--resume", &output]].concat()).good();
+    same(&open(&whole), &open(&output));
+}
