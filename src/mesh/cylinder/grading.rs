@@ -65,58 +65,28 @@ pub fn sizes(length: f64, n: usize, first: f64, largest: f64) -> Vec<f64> {
     out
 }
 
-/// A line with a small element at either end, whose sizes grow towards the middle.
-pub struct TwoEnds {
-    /// Length graded from each end, m.
-    lengths: [f64; 2],
-    counts: [usize; 2],
-    first: [f64; 2],
-    largest: f64,
-}
-
-impl TwoEnds {
-    /// Divides `length` (m) with sizes near `first` (m) at its beginning and its end that grow by at most `growth` to at most `largest` (m).
-    pub fn new(length: f64, first: [f64; 2], growth: f64, largest: f64) -> Self {
-        // Sizes that grow at the same rate from either end are equal here.
-        let meet = (0.5 * (length + (first[1] - first[0]) / growth.ln())).clamp(0.0, length);
-        // A remainder of less than one element belongs to the other end.
-        let meet = if meet < first[0] {
-            0.0
-        } else if length - meet < first[1] {
-            length
+/// Divides `length` (m) into `n` elements, symmetrically: sizes (m, `[n]`) that grow by one common ratio from both ends to the middle, those
+/// at the ends `part` (at most 1) of the mean.
+pub fn symmetric(length: f64, n: usize, part: f64) -> Vec<f64> {
+    let first = part.min(1.0) * length / n.max(1) as f64;
+    let exponent = |k: usize| k.min(n - 1 - k) as i32;
+    let total = |q: f64| (0..n).map(|k| first * q.powi(exponent(k))).sum::<f64>();
+    let (mut low, mut high) = (1.0, 2.0);
+    if n > 2 {
+        while total(high) < length {
+            high *= 2.0;
+        }
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if total(middle) < length {
+            low = middle;
         } else {
-            meet
-        };
-        let lengths = [meet, length - meet];
-        let counts = [0, 1].map(|e| elements(lengths[e], first[e], growth, largest));
-        Self { lengths, counts, first, largest }
+            high = middle;
+        }
     }
-
-    /// Number of elements.
-    pub fn elements(&self) -> usize {
-        self.counts[0] + self.counts[1]
-    }
-
-    /// Mean size, m; 0 without elements.
-    pub fn mean(&self) -> f64 {
-        (self.lengths[0] + self.lengths[1]) / self.elements().max(1) as f64
-    }
-
-    /// Takes one element more, where they are the larger on the mean; false where there are none.
-    pub fn refine(&mut self) -> bool {
-        let mean = |e: usize| self.lengths[e] / self.counts[e].max(1) as f64;
-        let end = usize::from(mean(1) > mean(0));
-        let any = self.counts[end] > 0;
-        self.counts[end] += usize::from(any);
-        any
-    }
-
-    /// The sizes, m, `[elements]`, from the beginning.
-    pub fn sizes(&self) -> Vec<f64> {
-        let [mut all, end] = [0, 1].map(|e| sizes(self.lengths[e], self.counts[e], self.first[e], self.largest));
-        all.extend(end.iter().rev());
-        all
-    }
+    let scale = length / total(low);
+    (0..n).map(|k| scale * first * low.powi(exponent(k))).collect()
 }
 
 #[cfg(test)]
@@ -124,28 +94,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_ends_fill_the_length_and_meet_without_a_jump() {
-        for (length, first, growth, largest) in [
-            (0.4, [1e-3, 7.5e-3], 1.3, 0.02),
-            (0.073, [1.3e-3, 1.67e-3], 1.3, 2.8e-3),
-            (0.013, [1.3e-3, 5e-3], 1.3, 8e-3),
-            (2e-3, [1.3e-3, 5e-3], 1.3, 8e-3),
-        ] {
-            let mut line = TwoEnds::new(length, first, growth, largest);
-            for more in 0..3 {
-                let h = line.sizes();
-                assert_eq!(h.len(), line.elements());
-                let total: f64 = h.iter().sum();
-                assert!((total / length - 1.0).abs() < 1e-14, "sum {total} of {length}");
-                assert!(h.iter().all(|&s| s <= largest * (1.0 + 1e-9)), "{h:?} above {largest}");
-                if more == 0 {
-                    let jump = h.windows(2).map(|w| (w[1] / w[0]).max(w[0] / w[1])).fold(1.0, f64::max);
-                    assert!(jump < growth * growth, "neighbours differ by {jump}: {h:?}");
-                }
-                assert!(line.refine());
+    fn symmetric_sizes_fill_the_length_from_small_ends() {
+        for (n, part) in [(1, 0.6), (2, 0.6), (3, 0.6), (6, 1.0), (17, 0.6), (18, 0.5)] {
+            let h = symmetric(0.1, n, part);
+            let total: f64 = h.iter().sum();
+            assert!(h.len() == n && (total - 0.1).abs() < 1e-14, "{n}: sum {total}");
+            let expected = if n > 2 { part * 0.1 / n as f64 } else { 0.1 / n as f64 };
+            assert!((h[0] - expected).abs() < 1e-12, "{n}: first {} instead of {expected}", h[0]);
+            for k in 0..n {
+                assert!((h[k] - h[n - 1 - k]).abs() < 1e-15 && h[k] >= h[0] * (1.0 - 1e-12), "{h:?}");
             }
         }
-        assert!(!TwoEnds::new(0.0, [1e-3, 1e-3], 1.3, 1e-2).refine());
     }
 
     #[test]

@@ -14,12 +14,11 @@ const RADIAL: f64 = 0.8;
 /// Layer at the bore, as a part of the largest element size: a clamped bore has singular stresses at its edges, and bending is strongest
 /// there. Equal elements of 25 mm in a wheel of 0.5 m put its first clamped frequency 0.9 % too high, a bore layer of 7.5 mm halves that.
 const BORE: f64 = 0.3;
-/// Column at the sides of the bore, as a part of the largest element size. The stresses are singular where a clamped bore meets the sides; with columns as wide
-/// there as elsewhere the error depends on where the contact lies, and with it the small distance between the frequencies of two wheels,
-/// on which the growth of squeal depends.
-const SIDE: f64 = 0.2;
-/// Thickness of the ring around the bore where columns are joined once less than elsewhere, in largest element sizes.
+/// Thickness of the ring around the bore where columns are joined once less than elsewhere, in largest element sizes: where a clamped bore meets the sides
+/// its stresses are singular.
 const RING: f64 = 1.0;
+/// Columns of that ring at the sides, relative to their mean.
+const SIDE: f64 = 0.6;
 
 impl CylinderSpec {
     /// The error of a mesh with `found` nodes (or divisions), too many, with a size that would do.
@@ -86,13 +85,19 @@ impl CylinderSpec {
             let Some((y, j0)) = self.width(joins, nyp, first) else { continue };
             let mut level_r = levels(&below, 0, joins, h, clear);
             level_r.reverse();
+            let level_theta = levels(&arcs, nxp, joins, h, clear);
+            let reach = self.has_patch().then(|| {
+                let joined = |at: &[f64], levels: &[u32]| at[levels.partition_point(|&l| l < joins).min(at.len() - 1)];
+                let from_surface: Vec<u32> = level_r.iter().rev().copied().collect();
+                joined(&arcs, &level_theta).max(joined(&below, &from_surface)).max(half_patch)
+            });
             let ring = self.ring(&layers, &level_r);
-            let grid =
-                JoinedGrid { columns: y.len() - 1, level_theta: levels(&arcs, nxp, joins, h, clear), level_r, ring };
+            let grid = JoinedGrid { columns: y.len() - 1, level_theta, level_r, ring };
             let nodes = grid.count().0;
             if best.as_ref().is_none_or(|(n, _)| nodes < *n) {
                 let s = below.iter().rev().map(|b| 1.0 - b / depth).collect();
-                best = Some((nodes, Layout { theta: theta.clone(), s, y, nxp, nyp, j0, grid }));
+                let y_far = self.far_lines(y.len() - 1, 3usize.pow(joins));
+                best = Some((nodes, Layout { theta: theta.clone(), s, y, y_far, reach, nxp, nyp, j0, grid }));
             }
         }
         best.map(|(_, l)| Divided::Grid(l)).ok_or_else(|| Error::Defect("no division of the cylinder's width".into()))
@@ -110,7 +115,13 @@ impl CylinderSpec {
         }
         let cap = (RADIAL * largest).max(h);
         let bore = (BORE * largest).max(h);
-        grading::TwoEnds::new(depth, [h, bore], g, cap).sizes()
+        // Sizes that grow at the same rate from either end are equal here.
+        let meet = (0.5 * (depth + (bore - h) / g.ln())).clamp(0.0, depth);
+        let from =
+            |first: f64, length: f64| grading::sizes(length, grading::elements(length, first, g, cap), first, cap);
+        let mut layers = from(h, meet);
+        layers.extend(from(bore, depth - meet).iter().rev());
+        layers
     }
 
     /// Number of layers in the ring around the bore; 0 where no columns are joined or the ring would meet what is fine at the contact.
@@ -133,6 +144,25 @@ impl CylinderSpec {
         } else {
             0
         }
+    }
+
+    /// Lines across the width, m, `[columns + 1]`, far from the contact: the same on either side of the mid-plane, wherever the contact lies, and finer at the sides.
+    /// The frequencies of two wheels that differ only by the place of their contacts then carry the same error of discretisation, and their
+    /// small distance, on which the growth of squeal depends, next to none.
+    fn far_lines(&self, columns: usize, group: usize) -> Vec<f64> {
+        let [y0, y1] = self.sides();
+        let fine = (group / 3).max(1);
+        let sizes = grading::symmetric(self.thickness, columns / fine, SIDE);
+        let mut y = vec![y0];
+        let mut at = y0;
+        for size in sizes {
+            y.extend((1..=fine).map(|k| at + size * k as f64 / fine as f64));
+            at += size;
+        }
+        if let Some(last) = y.last_mut() {
+            *last = y1;
+        }
+        y
     }
 
     /// Lines across the width, m, ascending, in a multiple of 3^`joins` columns, and the index of the line y = 0. `None` where so many
@@ -159,17 +189,17 @@ impl CylinderSpec {
         let cap = (largest / group as f64).max(h);
         let edge = nyp as f64 * h;
         let rest = [-y0 - edge, y1 - edge].map(|l| if l <= 1e-9 * h { 0.0 } else { l });
-        // In the ring around the bore a third of the group is joined.
-        let side = (SIDE * largest / (group as f64 / 3.0).max(1.0)).max(0.5 * h);
-        let mut parts = rest.map(|l| grading::TwoEnds::new(l, [first, side], self.growth, cap));
-        while !(parts[0].elements() + parts[1].elements() + 2 * nyp).is_multiple_of(group) {
+        let mut n = rest.map(|l| grading::elements(l, first, self.growth, cap));
+        while !(n[0] + n[1] + 2 * nyp).is_multiple_of(group) {
             // To the side whose elements are the larger on the mean; never to a side without any.
-            let [mean0, mean1] = [0, 1].map(|k| parts[k].mean());
-            if !parts[usize::from(mean1 > mean0)].refine() {
+            let mean = [0, 1].map(|k| if n[k] == 0 { 0.0 } else { rest[k] / n[k] as f64 });
+            let k = usize::from(mean[1] > mean[0]);
+            if n[k] == 0 {
                 return None;
             }
+            n[k] += 1;
         }
-        let sides = parts.map(|p| p.sizes());
+        let sides = [0, 1].map(|k| grading::sizes(rest[k], n[k], first, cap));
         if joins > 0 && sides.iter().flatten().any(|&size| size < 0.4 * h) {
             return None;
         }
@@ -177,7 +207,7 @@ impl CylinderSpec {
         y.reverse();
         y.extend((0..=2 * nyp).map(|j| (j as f64 - nyp as f64) * h));
         y.extend(ends(&sides[1], edge, y1));
-        Some((y, sides[0].len() + nyp))
+        Some((y, n[0] + nyp))
     }
 }
 
@@ -212,8 +242,12 @@ pub(super) struct Layout {
     pub theta: Vec<f64>,
     /// Depth fraction, `[nr + 1]`: 0 at the bore, 1 at the running surface.
     pub s: Vec<f64>,
-    /// Lines across the width, m, `[ny + 1]`, ascending.
+    /// Lines across the width at the contact, m, `[ny + 1]`, ascending.
     pub y: Vec<f64>,
+    /// The same lines far from the contact, m, `[ny + 1]`.
+    y_far: Vec<f64>,
+    /// Distance from the contact point, m, behind which all columns are joined and the lines begin to move; `None` without contact.
+    reach: Option<f64>,
     /// Patch columns on either side of x = 0.
     pub nxp: usize,
     /// Patch columns on either side of y = 0.
@@ -245,7 +279,7 @@ impl Layout {
 
     /// Position in lower form of the point in angle column `a` (half columns allowed, negative towards -x), depth fraction `s` and width line `j`.
     pub fn position(&self, spec: &CylinderSpec, a: f64, s: f64, j: usize) -> [f64; 3] {
-        let y = self.y[j];
+        let y = self.line(spec, a, s, j);
         let r = spec.outer_radius;
         let column = a.abs();
         if column == (self.theta.len() - 1) as f64 {
@@ -271,6 +305,18 @@ impl Layout {
         }
         let radius = spec.inner_radius + s * (r - spec.drop(y) - spec.inner_radius);
         [sign * radius * angle.sin(), y, radius * angle.cos() - r]
+    }
+
+    /// Position of line `j`, m, in angle column `a` at depth fraction `s`: from that at the contact to that far away over one width of the body.
+    fn line(&self, spec: &CylinderSpec, a: f64, s: f64, j: usize) -> f64 {
+        let Some(reach) = self.reach else { return self.y[j] };
+        let (k, part) = (a.abs() as usize, a.abs().fract());
+        let next = self.theta.get(k + 1).unwrap_or(&self.theta[k]);
+        let arc = spec.outer_radius * ((1.0 - part) * self.theta[k] + part * next);
+        let depth = (1.0 - s) * (spec.outer_radius - spec.inner_radius);
+        let way = ((arc.hypot(depth) - reach) / spec.thickness).clamp(0.0, 1.0);
+        let far = way * way * (3.0 - 2.0 * way);
+        self.y[j] + far * (self.y_far[j] - self.y[j])
     }
 
     fn patch_edge(&self, spec: &CylinderSpec) -> f64 {

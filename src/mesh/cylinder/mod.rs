@@ -3,6 +3,7 @@
 //! The mesh is a grid in angle, depth and width. At the contact all three are fine; outside boxes around it the columns across the width
 //! are joined three by three (once per box), by templates of five hexahedra that leave no hanging node. A pure tensor grid would carry the fine
 //! columns once around the whole wheel, and needs three to five times the nodes.
+//! Away from the contact the columns move to places that do not depend on where it is; around the bore they are joined once less.
 
 mod grading;
 mod joined;
