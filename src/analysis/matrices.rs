@@ -1,21 +1,79 @@
 //! Jobs whose bodies are given by matrices: reduction, modes and stability, without a mesh.
 
 use super::interface::friction;
-use super::reduction::ModalPair;
+use super::reduction::{broadcast, ModalPair};
 use super::report::Summary;
 use super::stability::{self, dense};
-use crate::body::matrices::{reduce, Matrices, SignedRow};
+use super::sweep::{self, Base};
+use crate::body::matrices::{reduce, Matrices, Reduced, SignedRow};
 use crate::body::modes::Extent;
 use crate::body::ReducedBody;
 use crate::contact::SlidingContact;
 use crate::job::{self, Job, ModesExtent};
 use crate::output::{sha256, ResultFile, Table};
+use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use faer::Mat;
 
-/// Collective: the analyses of the job. Reading a job makes sure that these are modes, and stability with contact points.
+/// A body on rank 0: its name, its matrices and their reduction.
+pub(super) struct MatrixBody {
+    name: &'static str,
+    matrices: Matrices,
+    reduced: Reduced,
+}
+
+/// The bodies of a job together, as sweeps share them.
+#[derive(Debug, Clone)]
+pub struct MatrixModel {
+    /// Both bodies, undamped where the damping comes from a matrix.
+    pair: ModalPair,
+    /// ΦᵀCΦ of the lower and of the upper body, 1/s.
+    damping: [Option<Mat<f64>>; 2],
+    /// Frequency up to which the modes of all bodies are known, Hz.
+    pub(super) reach: f64,
+}
+
+impl MatrixModel {
+    /// On rank 0.
+    fn new(bodies: &[MatrixBody]) -> Result<Self> {
+        let of = |place: &str| bodies.iter().find(|b| b.name == place).map(|b| &b.reduced);
+        let rigid = rigid(bodies.first().map_or(0, |b| b.matrices.contacts.len()));
+        let body = |place: &str| of(place).map_or(&rigid, |found| &found.body);
+        let pair = ModalPair::new(body("lower"), body("upper"))?;
+        // A body of which all modes are kept sets no limit.
+        let reach = bodies.iter().map(|b| b.reduced.reach()).fold(f64::INFINITY, f64::min);
+        Ok(Self { pair, damping: ["lower", "upper"].map(|p| of(p).and_then(|b| b.damping.clone())), reach })
+    }
+
+    /// Collective: the model of the bodies of rank 0 on every rank.
+    pub(super) fn shared(world: &World, bodies: &[MatrixBody]) -> Result<Self> {
+        let root = world.on_root(|| Self::new(bodies))?;
+        let root = root.as_ref();
+        let damping = [0, 1].map(|p| {
+            let matrix = broadcast(world, root.and_then(|m| m.damping[p].as_ref()));
+            (matrix.nrows() > 0).then_some(matrix)
+        });
+        let reach = world.broadcast(root.map_or(Vec::new(), |m| vec![m.reach]));
+        let reach = reach.first().copied().unwrap_or(0.0);
+        Ok(Self { pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), damping, reach })
+    }
+
+    /// Both bodies with the damping of `job`.
+    pub(super) fn pair(&self, job: &Job) -> ModalPair {
+        let scaled = |place: usize, body: &Option<job::Body>| {
+            let factor = body.as_ref().and_then(|b| b.matrices.as_ref()).map_or(1.0, |m| m.damping_factor);
+            self.damping[place].as_ref().map(|c| faer::Scale(factor) * c)
+        };
+        let (lower, upper) = (scaled(0, &job.bodies.lower), scaled(1, &job.bodies.upper));
+        let mut pair = self.pair.clone();
+        pair.set_damping(lower.as_ref(), upper.as_ref());
+        pair
+    }
+}
+
+/// Collective: the analyses of the job. Reading a job makes sure that these are modes, and stability with contact points and sweeps of it.
 pub fn run(
     petsc: &Petsc,
     job: &Job,
@@ -24,12 +82,35 @@ pub fn run(
     summary: &mut Summary,
 ) -> Result<()> {
     let world = petsc.world();
-    let Some(modes) = &job.analyses.modes else { return Ok(()) };
+    let bodies = reduce_all(petsc, job, progress, summary);
+    let own = match &bodies {
+        Ok(bodies) => itself(world, job, bodies, file, progress, summary),
+        Err(e) => Err(e.clone()),
+    };
+    match &job.sweep {
+        Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
+            let base = bodies.and_then(|bodies| MatrixModel::shared(world, &bodies)).ok();
+            let base = base.as_ref().map(Base::Matrices);
+            sweep::run(petsc, job, plan, base, own.as_ref().err(), file, progress, summary)
+        }
+        _ => own,
+    }
+}
+
+/// Collective: the bodies of `job`, reduced; on rank 0.
+pub(super) fn reduce_all(
+    petsc: &Petsc,
+    job: &Job,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<Vec<MatrixBody>> {
+    let world = petsc.world();
+    let Some(modes) = &job.analyses.modes else { return Ok(Vec::new()) };
     let extent = match modes.extent() {
         ModesExtent::Count(n) => Extent::Count(n),
         ModesExtent::MaxFrequency(f) => Extent::MaxFrequency(f),
     };
-    let mut reduced = Vec::new();
+    let mut bodies = Vec::new();
     for (name, body) in job.bodies() {
         progress.stage(format!("matrices of body {name}"));
         let matrices = world.on_root(|| read(name, body))?;
@@ -38,29 +119,39 @@ pub fn run(
         }
         progress.stage(format!("modes, body {name}"));
         let step = &mut |done, of| progress.step("modes", done, of);
-        let Some(found) = reduce(petsc, name, matrices.as_ref(), extent, step)? else { continue };
-        let frequency: Vec<f64> = found.body.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
+        let reduced = reduce(petsc, name, matrices.as_ref(), extent, step)?;
+        bodies.extend(matrices.zip(reduced).map(|(matrices, reduced)| MatrixBody { name, matrices, reduced }));
+    }
+    Ok(bodies)
+}
+
+/// Collective: modes and stability of the job itself.
+fn itself(
+    world: &World,
+    job: &Job,
+    bodies: &[MatrixBody],
+    file: &mut ResultFile,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<()> {
+    for MatrixBody { name, reduced, .. } in bodies {
+        let frequency: Vec<f64> = reduced.body.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
         let listed: Vec<String> = frequency.iter().take(6).map(|f| format!("{f:.2}")).collect();
         summary.value(&format!("modes of {name}"), format!("{}; Hz: {} ...", frequency.len(), listed.join(", ")));
         let text = "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.";
         file.table(Table::list(&format!("/modes/{name}/frequency"), "Hz", text, frequency));
-        reduced.push((name, found, matrices));
     }
     let (Some(wanted), Some(contact)) = (&job.analyses.stability, &job.contact) else { return Ok(()) };
     progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let sliding = sliding(contact)?;
-        let of = |place: &str| reduced.iter().find(|r| r.0 == place).map(|r| &r.1);
-        let rigid = rigid(sliding.nodes.len());
-        let body = |place: &str| of(place).map_or(&rigid, |found| &found.body);
-        let mut pair = ModalPair::new(body("lower"), body("upper"))?;
-        pair.set_damping(of("lower").and_then(|f| f.damping.as_ref()), of("upper").and_then(|f| f.damping.as_ref()));
-        // A body of which all modes are kept sets no limit.
-        let reach = reduced.iter().map(|r| r.1.reach()).fold(f64::INFINITY, f64::min);
-        let spectrum = stability::spectrum(wanted, &pair, &sliding, reach)?;
+        let model = MatrixModel::new(bodies)?;
+        let pair = model.pair(job);
+        let spectrum = stability::spectrum(wanted, &pair, &sliding, model.reach)?;
+        let damped: Vec<Matrices> = bodies.iter().map(|b| b.damped(job)).collect();
         let place = |name: &str| {
-            let found = reduced.iter().find(|r| r.0 == name)?;
-            Some((found.2.as_ref()?, &found.1))
+            let at = bodies.iter().position(|b| b.name == name)?;
+            Some((&damped[at], &bodies[at].reduced))
         };
         let full = match &wanted.full {
             Some(full) => Some(dense::run(full, ["lower", "upper"].map(place), &sliding, &pair, &spectrum)?),
@@ -76,6 +167,19 @@ pub fn run(
         }
     }
     Ok(())
+}
+
+impl MatrixBody {
+    /// The matrices with the damping factor of `job`.
+    fn damped(&self, job: &Job) -> Matrices {
+        let mut matrices = self.matrices.clone();
+        let given = job.bodies().into_iter().find(|(name, _)| *name == self.name);
+        let factor = given.and_then(|(_, b)| b.matrices.as_ref()).map_or(1.0, |m| m.damping_factor);
+        for c in matrices.damping.iter_mut() {
+            c.values.iter_mut().for_each(|v| *v *= factor);
+        }
+        matrices
+    }
 }
 
 /// On rank 0: name and checksum of every matrix file.
@@ -112,7 +216,7 @@ fn rigid(contacts: usize) -> ReducedBody {
 }
 
 /// The sliding contact that the points of the job describe.
-fn sliding(contact: &job::Contact) -> Result<SlidingContact> {
+pub(super) fn sliding(contact: &job::Contact) -> Result<SlidingContact> {
     let Some(points) = &contact.points else {
         return Err(Error::Defect("bodies given by matrices without contact points".into()));
     };

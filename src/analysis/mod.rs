@@ -22,8 +22,9 @@ use crate::progress::Progress;
 use crate::{Error, Result};
 use bodies::Bodies;
 use reduction::{ReducedModel, Reduction};
-use reuse::Origin;
+use reuse::{Origin, Reused};
 use std::path::PathBuf;
+use sweep::Base;
 use transient::{Inputs, Stop};
 
 pub use report::Summary;
@@ -118,11 +119,47 @@ fn elements(
         true => Some(world.on_root(|| transient::kept::read(&Segments::of(&options.output), job))?),
         false => None,
     };
+    let (mut bodies, mut model) = (Bodies::none(), None);
+    let own = itself(petsc, job, options, stop, (reused, kept), &mut bodies, &mut model, file, progress, summary);
+    match &job.sweep {
+        Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
+            let base = model.as_ref().map(Base::Elements);
+            sweep::run(petsc, job, plan, base, own.as_ref().err(), file, progress, summary)?;
+        }
+        _ => own?,
+    }
+    world.on_root(|| {
+        let mut sums = bodies.checksums(job)?;
+        if let Some(path) = &options.reuse {
+            sums.push((path.display().to_string(), sha256(path)?));
+        }
+        Ok(sums)
+    })
+}
+
+/// The model of an earlier run, where there is one; on rank 0.
+type Earlier = Option<Option<Reused>>;
+
+/// Collective: the analyses of the job itself, sweeps apart. The models of earlier runs are that of `--reuse` and that of a run that is continued. `bodies` and `model` are filled as soon as they are made.
+#[allow(clippy::too_many_arguments)]
+fn itself(
+    petsc: &Petsc,
+    job: &Job,
+    options: &RunOptions,
+    stop: Option<&Stop>,
+    (reused, kept): (Earlier, Earlier),
+    bodies: &mut Bodies,
+    model: &mut Option<Reduction>,
+    file: &mut ResultFile<'_>,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<()> {
+    let world = petsc.world();
     // With modes and compliance at hand, meshes serve the fields alone, and factors those of steady rolling.
-    let bodies = match reused {
-        Some(_) if !job.output.fields => Bodies::none(),
-        _ => Bodies::build(world, job, progress, summary)?,
-    };
+    if reused.is_none() || job.output.fields {
+        *bodies = Bodies::build(world, job, progress, summary)?;
+    }
+    let bodies = &*bodies;
     let mut solvers = match reused {
         Some(_) if job.analyses.steady.is_none() => Vec::new(),
         _ => bodies.solvers(petsc, job, progress, summary)?,
@@ -134,67 +171,50 @@ fn elements(
             }
             Vec::new()
         }
-        None => modes::run(petsc, job, &bodies, &mut solvers, options, file, progress, summary)?,
+        None => modes::run(petsc, job, bodies, &mut solvers, options, file, progress, summary)?,
     };
-    let mut reduced = None;
-    if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
-        let (again, origin) = (
-            options.resume,
-            match (&kept, &reused) {
-                (Some(kept), _) => kept.as_ref().map(|k| k.origin.clone()),
-                (None, Some(reused)) => reused.as_ref().map(|r| r.origin.clone()),
-                (None, None) => Some(Origin::of(&bodies, &found)),
-            },
-        );
-        let model = match kept.or(reused) {
-            Some(there) => there.map_or_else(Reduction::elsewhere, |r| r.reduction),
-            None => Reduction::build(world, job, contact, &bodies, &found, &mut solvers, progress)?,
-        };
-        if again && !found.is_empty() {
-            transient::kept::align(world, &bodies, &mut found, &model)?;
-        }
-        let tables = |root: &ReducedModel| reuse::tables(job, &origin.clone().unwrap_or_default(), root);
-        // A compliance that is only near the true one is of no use to another run.
-        let whole = options.reuse.is_none() && !model.approximate;
-        if whole && job.output.reduced && contact.compliance == Compliance::Fe {
-            file.tables(world.on_root(|| tables(model.root()?))?.unwrap_or_default());
-        }
-        if let Some(wanted) = &job.analyses.receptance {
-            receptance::run(world, wanted, contact, &model, file, progress, summary)?;
-        }
-        let mut spectrum = None;
-        if let Some(wanted) = &job.analyses.stability {
-            let parts = stability::Parts { bodies: &bodies, modes: &found, model: &model };
-            spectrum =
-                stability::run(petsc, job, wanted, contact, &parts, &mut solvers, options, file, progress, summary)?;
-        }
-        if let Some(wanted) = &job.analyses.steady {
-            steady::run(world, job, wanted, contact, &bodies, &model, &mut solvers, file, progress, summary)?;
-        }
-        if let (Some(wanted), Some(stop)) = (&job.analyses.transient, stop) {
-            let eigenpairs = spectrum.as_ref().map_or(&[][..], |s| &s.eigenpairs);
-            let keep = match options.resume {
-                true => None,
-                false => world.on_root(|| tables(model.root()?))?,
-            };
-            let (bodies, modes, model, keep) = (&bodies, &found, &model, &keep.unwrap_or_default()[..]);
-            let inputs = Inputs { job, wanted, contact, bodies, modes, model, eigenpairs, options, stop, keep };
-            transient::run(world, &inputs, file, progress, summary)?;
-        }
-        reduced = Some(model);
-    }
     if job.analyses.steady.is_none() && job.output.fields {
         bodies.write_shapes(file)?;
     }
-    drop(solvers);
-    if let (Some(plan), Some(model)) = (&job.sweep, &reduced) {
-        sweep::run(petsc, job, plan, model, file, progress, summary)?;
+    let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) else { return Ok(()) };
+    let origin = match (&kept, &reused) {
+        (Some(kept), _) => kept.as_ref().map(|k| k.origin.clone()),
+        (None, Some(reused)) => reused.as_ref().map(|r| r.origin.clone()),
+        (None, None) => Some(Origin::of(bodies, &found)),
+    };
+    let model = &*model.insert(match kept.or(reused) {
+        Some(there) => there.map_or_else(Reduction::elsewhere, |r| r.reduction),
+        None => Reduction::build(world, job, contact, bodies, &found, &mut solvers, progress)?,
+    });
+    if options.resume && !found.is_empty() {
+        transient::kept::align(world, bodies, &mut found, model)?;
     }
-    world.on_root(|| {
-        let mut sums = bodies.checksums(job)?;
-        if let Some(path) = &options.reuse {
-            sums.push((path.display().to_string(), sha256(path)?));
-        }
-        Ok(sums)
-    })
+    let tables = |root: &ReducedModel| reuse::tables(job, &origin.clone().unwrap_or_default(), root);
+    // A compliance that is only near the true one is of no use to another run.
+    let whole = options.reuse.is_none() && !model.approximate;
+    if whole && job.output.reduced && contact.compliance == Compliance::Fe {
+        file.tables(world.on_root(|| tables(model.root()?))?.unwrap_or_default());
+    }
+    if let Some(wanted) = &job.analyses.receptance {
+        receptance::run(world, wanted, contact, model, file, progress, summary)?;
+    }
+    let mut spectrum = None;
+    if let Some(wanted) = &job.analyses.stability {
+        let parts = stability::Parts { bodies, modes: &found, model };
+        spectrum = stability::run(petsc, job, wanted, contact, &parts, &mut solvers, options, file, progress, summary)?;
+    }
+    if let Some(wanted) = &job.analyses.steady {
+        steady::run(world, job, wanted, contact, bodies, model, &mut solvers, file, progress, summary)?;
+    }
+    if let (Some(wanted), Some(stop)) = (&job.analyses.transient, stop) {
+        let eigenpairs = spectrum.as_ref().map_or(&[][..], |s| &s.eigenpairs);
+        let keep = match options.resume {
+            true => None,
+            false => world.on_root(|| tables(model.root()?))?,
+        };
+        let (modes, keep) = (&found, &keep.unwrap_or_default()[..]);
+        let inputs = Inputs { job, wanted, contact, bodies, modes, model, eigenpairs, options, stop, keep };
+        transient::run(world, &inputs, file, progress, summary)?;
+    }
+    Ok(())
 }

@@ -269,9 +269,7 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
     if let (true, Some(contact)) = (job.by_matrices() && job.analyses.stability.is_some(), &job.contact) {
         let points = contact.points.as_ref().map_or(0, Vec::len);
         steps.push(format!("stability of steady sliding on the modes, {points} contact points"));
-        return steps;
-    }
-    if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
+    } else if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
         let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
         let source = match contact.compliance {
             Compliance::Fe => format!("finite elements{once}"),
@@ -314,9 +312,10 @@ fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
     if let Some(sweep) = &job.sweep {
         let models = models(sweep).len();
         steps.push(format!(
-            "sweep of {}: {} points on {models} finite-element model{}",
+            "sweep of {}: {} points on {models} {} model{}",
             sweep.keys.join(", "),
             sweep.points.len(),
+            if job.by_matrices() { "reduced" } else { "finite-element" },
             if models == 1 { "" } else { "s" }
         ));
     }

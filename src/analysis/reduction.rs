@@ -189,28 +189,23 @@ pub struct SharedModel {
 impl SharedModel {
     /// Collective: the model of rank 0 on every rank.
     pub fn broadcast(world: &World, root: Option<&ReducedModel>) -> Result<Self> {
-        let list = |of: &dyn Fn(&ReducedModel) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
-        let matrix = |of: &dyn Fn(&ReducedModel) -> &Mat<f64>| {
-            let shape =
-                world.broadcast(root.map(|m| vec![of(m).nrows() as u64, of(m).ncols() as u64]).unwrap_or_default());
-            let values = list(&|m| of(m).col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()).collect());
-            let rows = shape.first().map_or(0, |&n| n as usize);
-            Mat::from_fn(rows, shape.get(1).map_or(0, |&n| n as usize), |i, j| values[i + rows * j])
-        };
-        let (x, y) = (list(&|m| m.interface.x.clone()), list(&|m| m.interface.y.clone()));
-        let gap = list(&|m| m.interface.gap.clone());
-        let pair = ModalPair {
-            compliance: matrix(&|m| &m.pair.compliance),
-            residual: matrix(&|m| &m.pair.residual),
-            modes: matrix(&|m| &m.pair.modes),
-            omega: list(&|m| m.pair.omega.clone()),
-            damping: list(&|m| m.pair.damping.clone()),
-            coupling: None,
-            lower_modes: list(&|m| vec![m.pair.lower_modes as f64]).first().map_or(0, |&n| n as usize),
-        };
+        let list =
+            |of: &dyn Fn(&Interface) -> Vec<f64>| world.broadcast(root.map(|m| of(&m.interface)).unwrap_or_default());
+        let (x, y, gap) = (list(&|s| s.x.clone()), list(&|s| s.y.clone()), list(&|s| s.gap.clone()));
+        let pair = ModalPair::broadcast(world, root.map(|m| &m.pair));
         let interface = world.agree(Interface::new(x, y, gap))?;
         Ok(Self { interface, pair })
     }
+}
+
+/// Collective: a matrix of rank 0 on every rank.
+pub(super) fn broadcast(world: &World, matrix: Option<&Mat<f64>>) -> Mat<f64> {
+    let shape = world.broadcast(matrix.map_or(Vec::new(), |m| vec![m.nrows() as u64, m.ncols() as u64]));
+    let values =
+        matrix.map_or(Vec::new(), |m| m.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()).collect());
+    let values = world.broadcast(values);
+    let [rows, columns] = [0, 1].map(|k| shape.get(k).map_or(0, |&n| n as usize));
+    Mat::from_fn(rows, columns, |i, j| values[i + rows * j])
 }
 
 /// What of a job its reduced model depends on, damping apart: two jobs with the same have the same modes and compliances.
@@ -218,7 +213,10 @@ pub fn fe_inputs(job: &Job) -> Value {
     let body = |b: &job::Body| {
         let mut fixed = b.fixed.clone();
         fixed.sort();
-        json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed })
+        let mut matrices = b.matrices.clone();
+        // A factor costs nothing.
+        matrices.iter_mut().for_each(|m| m.damping_factor = 1.0);
+        json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed, "matrices": matrices })
     };
     let contact = job.contact.as_ref();
     json!({
@@ -309,6 +307,20 @@ impl ModalPair {
         let scaled = Mat::from_fn(rows, m1 + m2, |i, k| if omega[k] > 0.0 { modes[(i, k)] / omega[k] } else { 0.0 });
         let residual = &compliance - &scaled * scaled.transpose();
         Ok(Self { compliance, residual, modes, omega, damping, lower_modes: m1, coupling: None })
+    }
+
+    /// Collective: the pair of rank 0 on every rank; a damping between different modes stays behind.
+    pub fn broadcast(world: &World, root: Option<&ModalPair>) -> Self {
+        let list = |of: &dyn Fn(&ModalPair) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
+        Self {
+            compliance: broadcast(world, root.map(|p| &p.compliance)),
+            residual: broadcast(world, root.map(|p| &p.residual)),
+            modes: broadcast(world, root.map(|p| &p.modes)),
+            omega: list(&|p| p.omega.clone()),
+            damping: list(&|p| p.damping.clone()),
+            coupling: None,
+            lower_modes: list(&|p| vec![p.lower_modes as f64]).first().map_or(0, |&n| n as usize),
+        }
     }
 
     /// Takes the modal damping matrices ΦᵀCΦ of the bodies, 1/s, `[m1, m1]` and `[m2, m2]`, where there are any.

@@ -117,6 +117,56 @@ fn sliding_damps_across_its_direction() {
     near(frequency[1], (9.8e4 / 2.0 - sigma * sigma).sqrt() / (2.0 * PI), 1e-9);
 }
 
+/// The limits of flutter with and without damping from a sweep, each point as in a run of its own.
+#[test]
+fn a_sweep_finds_the_limits_of_flutter() {
+    let limits = [0.2916667, 0.2893671];
+    let friction: Vec<f64> = limits.iter().flat_map(|mu| [mu - 1e-6, mu + 1e-6]).chain([0.4]).collect();
+    let keys = json!({ "bodies.lower.matrices.damping_factor": [0, 1], "contact.friction": friction });
+    let folder = hulten(|job| {
+        // The point of the job itself asks for a mode too many.
+        job["analyses"]["modes"]["count"] = json!(3);
+        job["analyses"]["sweep"] = json!({ "keys": keys });
+        job["analyses"]["sweep"]["keys"]["analyses.modes.count"] = json!([2]);
+    });
+    for ranks in [1, 3] {
+        let ran = folder.call(ranks, "run", &["--force"]);
+        ran.failed(4, &["the job's own point failed", "analyses.modes.count: 3 modes"]);
+        assert!(ran.out.contains("10 points on 1 reduced model, "), "{}", ran.out);
+        let file = hdf5::File::open(folder.path("job.h5")).unwrap();
+        let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
+        let (growth, frequency) = (read("sweep/growth_rate"), read("sweep/frequency"));
+        // Without damping what does not flutter does not decay either.
+        assert!(growth[..2].iter().all(|g| g.abs() < 0.3), "{growth:?}");
+        assert!(growth[2].abs() < 1e-3 && growth[3].abs() < 1e-3, "{growth:?}");
+        near(growth[4], 72.3586, 1e-6);
+        near(frequency[4], 89.1354, 1e-6);
+        // With it.
+        assert!(growth[7] < 0.0 && growth[8] > 0.0, "{growth:?}");
+        near(frequency[8], 86.6025, 1e-5);
+        let single = hulten(|_| ());
+        let (one, _) = leading(&single, 1, 0.4, &[]);
+        near(growth[9], one, 1e-12);
+    }
+    // Along with the job's own results; damping enters the full system with its factor too.
+    let folder = hulten(|job| {
+        job["analyses"]["sweep"] = json!({ "keys": { "contact.friction": [0.4], "contact.points.0.force": [0.0] } });
+        job["contact"]["points"][0]["slip_velocity"] = json!(1);
+        job["bodies"]["lower"]["matrices"]["damping_factor"] = json!(0.5);
+        job["analyses"]["stability"] = json!({ "full": { "max_frequency": 200, "damping_ratio": 0.5 } });
+    });
+    folder.call(2, "run", &[]).good();
+    let file = hdf5::File::open(folder.path("job.h5")).unwrap();
+    let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
+    let growth = read("stability/growth_rate");
+    assert_eq!(growth.len(), 4, "two of each system: {growth:?}");
+    near(growth[2], growth[0], 1e-9);
+    near(read("sweep/growth_rate")[0], growth[0], 1e-12);
+    let half = hulten(|_| ());
+    let (undamped, damped) = (leading(&half, 1, 0.4, UNDAMPED).0, leading(&half, 1, 0.4, &[]).0);
+    assert!(growth[0] < undamped && growth[0] > damped, "{undamped} {} {damped}", growth[0]);
+}
+
 #[test]
 fn faults_are_named() {
     let refused = |change: &dyn Fn(&mut Value), code: i32, parts: &[&str]| {

@@ -137,6 +137,30 @@ fn a_point_that_fails_leaves_the_others() {
     }
 }
 
+/// The point of the job itself fails, in its contact or already in its supports: the points of the sweep are computed all the same.
+#[test]
+fn points_are_computed_although_that_of_the_job_fails() {
+    let mut job = sliding(json!({ "keys": { "contact.normal_load": [60e3, 70e3] } }));
+    job["contact"]["normal_load"] = json!(1e6);
+    let mut unmade = sliding(json!({ "keys": { "bodies.lower.fixed": [["inner"], ["side_plus", "outer"]] } }));
+    unmade["bodies"]["lower"]["fixed"] = json!(["outer"]);
+    for (job, own, status, parts) in [
+        (job, 2, [0, 0], &["the job's own point failed", "contact.patch"][..]),
+        (unmade, 2, [0, 2], &["the job's own point failed", "bodies.lower.fixed", "contact"]),
+    ] {
+        let folder = Folder::with(job.to_string());
+        let ran = folder.call(2, "run", &[]);
+        ran.failed(4, parts);
+        assert!(ran.out.contains("2 points on "), "{}", ran.out);
+        let file = Sweep::open(folder.path("job.h5"));
+        assert_eq!(file.read::<i32>("sweep/own_status"), [own]);
+        let message: Vec<hdf5::types::VarLenUnicode> = file.read("sweep/own_message");
+        assert!(message[0].contains(parts[1]), "{message:?}");
+        assert_eq!(file.read::<i32>("sweep/status"), status);
+        assert!(file.spectrum(0).len() >= 40);
+    }
+}
+
 /// Finite elements that cannot be made fail the points that need them, and no others.
 #[test]
 fn finite_elements_that_fail_leave_the_points_of_the_others() {

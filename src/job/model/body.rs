@@ -46,10 +46,18 @@ pub struct Matrices {
     /// File of the damping matrix C, N·s/m. Without it there is no damping.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<PathBuf>,
+    /// Factor of the damping matrix.
+    #[serde(default = "one")]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub damping_factor: f64,
     /// File of the stiffness matrix K, symmetric, N/m.
     pub stiffness: PathBuf,
     /// Where the body touches: one entry for each of `contact.points`, in their order.
     pub contacts: Vec<MatrixContact>,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// The degrees of freedom of a body at one contact, by their 1-based row in the matrices. A minus sign turns the direction

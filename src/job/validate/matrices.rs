@@ -33,8 +33,13 @@ pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
         ));
     }
     let analyses = &job.analyses;
-    for name in analyses.names().into_iter().filter(|n| !["modes", "stability"].contains(n)) {
-        faults.push(format!("analyses.{name}: needs meshes; bodies given by matrices have only modes and stability"));
+    for name in analyses.names().into_iter().filter(|n| !["modes", "stability", "sweep"].contains(n)) {
+        faults.push(format!(
+            "analyses.{name}: needs meshes; bodies given by matrices have only modes, stability and sweeps of it"
+        ));
+    }
+    if analyses.sweep.is_some() && analyses.stability.is_none() {
+        faults.push("analyses.stability: missing; analyses.sweep computes it at every point, e.g. {}".into());
     }
     if analyses.names().is_empty() {
         faults.push("analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\"".into());

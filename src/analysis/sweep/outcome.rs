@@ -1,115 +1,35 @@
-//! The analysis `sweep`: stability at many points, spread over the ranks. What the finite elements give is made once for all
-//! points that share it, by all ranks together; the points themselves are solved by one rank each.
+//! What the points of a sweep gave: on its way to rank 0, in the results and in the summary.
 
-use super::bodies::Bodies;
-use super::reduction::{damping, fe_inputs, Reduction, SharedModel};
-use super::report::Summary;
-use super::{modes, stability};
-use crate::job::{Job, SweepPlan};
-use crate::output::{ResultFile, Table};
-use crate::petsc::session::Petsc;
-use crate::progress::Progress;
+use crate::analysis::report::Summary;
+use crate::job::SweepPlan;
+use crate::output::Table;
 use crate::{Error, Result};
 use num_complex::Complex;
 
-/// Collective: every point of `plan`, tables under `/sweep`. `base` is the reduced model of `job` itself, which serves all
-/// points with the same finite elements. Points that fail are in the table with what went wrong, and in the summary as the failure of
-/// the run.
-pub fn run(
-    petsc: &Petsc,
-    job: &Job,
-    plan: &SweepPlan,
-    base: &Reduction,
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<()> {
-    let world = petsc.world();
-    let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
-    let groups = groups(&plan.points);
-    for (number, (inputs, members)) in groups.iter().enumerate() {
-        let model = if *inputs == fe_inputs(job) {
-            SharedModel::broadcast(world, base.on_root())?
-        } else {
-            progress.note(format!("finite elements {} of {}", number + 1, groups.len()));
-            match build(petsc, &plan.points[members[0]], progress) {
-                Ok(model) => model,
-                Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
-                Err(e) => {
-                    members.iter().for_each(|&i| results[i] = Some(Outcome::failed(&e)));
-                    continue;
-                }
-            }
-        };
-        progress.stage("points of the sweep");
-        let mut mine = Packed::default();
-        let mut model = model;
-        for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size) {
-            mine.push(i, &solve(&plan.points[i], &mut model));
-            progress.step("points", (done + world.size).min(members.len()), members.len());
-        }
-        let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
-        world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
-    }
-    world.on_root(|| {
-        let all: Vec<Outcome> = results
-            .into_iter()
-            .map(|r| r.ok_or_else(|| Error::Defect("a point of the sweep was not computed".into())))
-            .collect::<Result<_>>()?;
-        file.tables(tables(plan, &all));
-        summarise(plan, &all, groups.len(), summary);
-        Ok(())
-    })?;
-    Ok(())
-}
-
-/// The points by the finite elements they need, in the order of their first points.
-fn groups(points: &[Job]) -> Vec<(serde_json::Value, Vec<usize>)> {
-    let mut groups: Vec<(serde_json::Value, Vec<usize>)> = Vec::new();
-    for (i, point) in points.iter().enumerate() {
-        let inputs = fe_inputs(point);
-        // Neighbouring points mostly share them.
-        match groups.iter_mut().rev().find(|g| g.0 == inputs) {
-            Some(group) => group.1.push(i),
-            None => groups.push((inputs, vec![i])),
-        }
-    }
-    groups
-}
-
-/// Collective: the reduced model of a point, on every rank.
-fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<SharedModel> {
-    let world = petsc.world();
-    let mut quiet = Summary::default();
-    let mut job = point.clone();
-    // Each point brings its own damping.
-    for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
-        body.damping = Default::default();
-    }
-    let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
-    let bodies = Bodies::build(world, &job, progress, &mut quiet)?;
-    let mut solvers = bodies.solvers(petsc, &job, progress, &mut quiet)?;
-    let found = modes::compute_all(petsc, &job, &bodies, &mut solvers, progress)?;
-    let model = Reduction::build(world, &job, contact, &bodies, &found, &mut solvers, progress)?;
-    SharedModel::broadcast(world, model.on_root())
-}
-
 /// What a point gave.
 #[derive(Debug, Clone, PartialEq)]
-struct Outcome {
+pub(super) struct Outcome {
     /// 0, or the exit code of the failure.
-    status: i32,
-    message: String,
-    eigenvalues: Vec<Complex<f64>>,
-    backward_error: f64,
-    closed: usize,
-    reversed: usize,
-    force: [f64; 3],
-    approach: f64,
+    pub status: i32,
+    /// What went wrong.
+    pub message: String,
+    /// Eigenvalues by falling growth rate, 1/s.
+    pub eigenvalues: Vec<Complex<f64>>,
+    /// The largest one.
+    pub backward_error: f64,
+    /// Closed nodes or contact points.
+    pub closed: usize,
+    /// Those of them that would stick.
+    pub reversed: usize,
+    /// On body 1, N.
+    pub force: [f64; 3],
+    /// m; NaN where there is none.
+    pub approach: f64,
 }
 
 impl Outcome {
-    fn failed(error: &Error) -> Self {
+    /// Of a point that could not be computed.
+    pub fn failed(error: &Error) -> Self {
         Self {
             status: error.exit_code(),
             message: error.to_string(),
@@ -127,47 +47,19 @@ impl Outcome {
     }
 }
 
-/// Stability at one point, on this rank alone.
-fn solve(point: &Job, model: &mut SharedModel) -> Outcome {
-    let mut work = || -> Result<Outcome> {
-        let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
-            return Err(Error::Defect("a point of a sweep without contact or stability".into()));
-        };
-        super::plan::small_strain(point)?;
-        let (lower, upper) = model.pair.omega.split_at(model.pair.lower_modes);
-        let mut coefficients = Vec::new();
-        for ((name, body), omega) in point.bodies().into_iter().zip([lower, upper]) {
-            coefficients.extend(damping(&body.damping, omega, &format!("bodies.{name}.damping"))?);
-        }
-        model.pair.damping = coefficients;
-        let stability::Found { sliding, spectrum: found, .. } =
-            stability::analyse(wanted, contact, &model.interface, &model.pair)?;
-        Ok(Outcome {
-            status: 0,
-            message: String::new(),
-            eigenvalues: found.eigenpairs.iter().map(|p| p.value).collect(),
-            backward_error: found.eigenpairs.iter().map(|p| p.backward_error).fold(0.0, f64::max),
-            closed: sliding.closed.len(),
-            reversed: sliding.reversed,
-            force: sliding.force,
-            approach: sliding.approach,
-        })
-    };
-    work().unwrap_or_else(|e| Outcome::failed(&e))
-}
-
 /// Outcomes as they travel to rank 0.
 #[derive(Default)]
-struct Packed {
-    numbers: Vec<f64>,
-    text: Vec<u8>,
+pub(super) struct Packed {
+    pub numbers: Vec<f64>,
+    pub text: Vec<u8>,
 }
 
 /// Numbers of an outcome before its eigenvalues.
 const HEAD: usize = 11;
 
 impl Packed {
-    fn push(&mut self, index: usize, o: &Outcome) {
+    /// Adds the outcome of a point.
+    pub fn push(&mut self, index: usize, o: &Outcome) {
         let counts = [index, o.status as usize, o.closed, o.reversed, o.message.len(), o.eigenvalues.len()];
         self.numbers.extend(counts.map(|n| n as f64));
         self.numbers.extend(o.force);
@@ -176,7 +68,8 @@ impl Packed {
         self.text.extend(o.message.as_bytes());
     }
 
-    fn unpack(&self, into: &mut [Option<Outcome>]) -> Result<()> {
+    /// Puts all outcomes in their places.
+    pub fn unpack(&self, into: &mut [Option<Outcome>]) -> Result<()> {
         let torn = || Error::Defect("results of a sweep were torn on their way".into());
         let (mut numbers, mut text) = (&self.numbers[..], &self.text[..]);
         while !numbers.is_empty() {
@@ -200,8 +93,8 @@ impl Packed {
     }
 }
 
-/// The group `/sweep`.
-fn tables(plan: &SweepPlan, all: &[Outcome]) -> Vec<Table> {
+/// The group `/sweep`; `own` is what went wrong at the point of the job itself.
+pub(super) fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Table> {
     let path = |name: &str| format!("/sweep/{name}");
     let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Outcome) -> f64| {
         Table::list(&path(name), units, text, all.iter().map(of).collect::<Vec<f64>>())
@@ -235,6 +128,18 @@ fn tables(plan: &SweepPlan, all: &[Outcome]) -> Vec<Table> {
             "-",
             "What went wrong at a point; empty where nothing did.",
             all.iter().map(|o| o.message.clone()).collect::<Vec<String>>(),
+        ),
+        Table::scalar(
+            "/sweep/own_status",
+            "-",
+            "Status of the job's own point, whose results are in the other groups.",
+            own.map_or(0, Error::exit_code),
+        ),
+        Table::scalar(
+            "/sweep/own_message",
+            "-",
+            "What went wrong at the job's own point; empty where nothing did.",
+            own.map_or("", Error::message),
         ),
         count("unstable", "Number of unstable eigenvalues, one of each conjugate pair.", &Outcome::unstable),
         list("growth_rate", "1/s", "Largest growth rate; NaN where the point failed.", &|o| {
@@ -277,11 +182,12 @@ fn tables(plan: &SweepPlan, all: &[Outcome]) -> Vec<Table> {
     tables
 }
 
-fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, summary: &mut Summary) {
+/// What the summary says of them; `kind` names the `models` that they were computed on.
+pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: &str, summary: &mut Summary) {
     let failed: Vec<usize> = (0..all.len()).filter(|&i| all[i].status != 0).collect();
     let unstable = all.iter().filter(|o| o.unstable() > 0).count();
     summary.line(format!(
-        "sweep of {}: {} points on {models} finite-element model{}, {unstable} unstable, {} failed",
+        "sweep of {}: {} points on {models} {kind} model{}, {unstable} unstable, {} failed",
         plan.keys.join(", "),
         all.len(),
         if models == 1 { "" } else { "s" },

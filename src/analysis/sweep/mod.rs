@@ -1,0 +1,178 @@
+//! The analysis `sweep`: stability at many points, spread over the ranks. What the finite elements or the matrices give is made once
+//! for all points that share it, by all ranks together; the points themselves are solved by one rank each.
+
+mod outcome;
+
+use super::bodies::Bodies;
+use super::matrices::{self, MatrixModel};
+use super::reduction::{damping, fe_inputs, Reduction, SharedModel};
+use super::report::Summary;
+use super::{modes, stability};
+use crate::job::{Job, SweepPlan};
+use crate::output::ResultFile;
+use crate::petsc::session::Petsc;
+use crate::progress::Progress;
+use crate::{Error, Result};
+use outcome::{summarise, tables, Outcome, Packed};
+
+/// The reduced model of the job itself, which serves all points with the same bodies.
+pub enum Base<'a> {
+    /// Of finite elements.
+    Elements(&'a Reduction),
+    /// Of bodies given by matrices, on every rank.
+    Matrices(&'a MatrixModel),
+}
+
+/// Whether the points of a sweep are computed although the job's own point ended with `error`: what concerns this point alone, not the machine
+/// or the program.
+pub fn goes_on(error: &Error) -> bool {
+    matches!(error, Error::Job(_) | Error::Input(_) | Error::NotConverged(_))
+}
+
+/// Collective: every point of `plan`, tables under `/sweep`. `base` is the model of `job`, if it could be made; `own` is what went wrong at
+/// the job's own point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
+#[allow(clippy::too_many_arguments)]
+pub fn run(
+    petsc: &Petsc,
+    job: &Job,
+    plan: &SweepPlan,
+    base: Option<Base>,
+    own: Option<&Error>,
+    file: &mut ResultFile,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<()> {
+    let world = petsc.world();
+    let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
+    let groups = groups(&plan.points);
+    for (number, (inputs, members)) in groups.iter().enumerate() {
+        let model = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
+            match base {
+                Base::Elements(model) => Model::Elements(SharedModel::broadcast(world, model.on_root())?),
+                Base::Matrices(model) => Model::Matrices((*model).clone()),
+            }
+        } else {
+            progress.note(format!("bodies {} of {}", number + 1, groups.len()));
+            match build(petsc, &plan.points[members[0]], progress) {
+                Ok(model) => model,
+                Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
+                Err(e) => {
+                    members.iter().for_each(|&i| results[i] = Some(Outcome::failed(&e)));
+                    continue;
+                }
+            }
+        };
+        progress.stage("points of the sweep");
+        let mut mine = Packed::default();
+        let mut model = model;
+        for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size) {
+            mine.push(i, &model.solve(&plan.points[i]).unwrap_or_else(|e| Outcome::failed(&e)));
+            progress.step("points", (done + world.size).min(members.len()), members.len());
+        }
+        let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
+        world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
+    }
+    world.on_root(|| {
+        let all: Vec<Outcome> = results
+            .into_iter()
+            .map(|r| r.ok_or_else(|| Error::Defect("a point of the sweep was not computed".into())))
+            .collect::<Result<_>>()?;
+        file.tables(tables(plan, &all, own));
+        if let Some(e) = own {
+            let text =
+                format!("the job's own point failed, those of the sweep were computed and are in the results: {e}");
+            summary.fail(Error::NotConverged(text));
+        }
+        let kind = if job.by_matrices() { "reduced" } else { "finite-element" };
+        summarise(plan, &all, groups.len(), kind, summary);
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// The points by the finite elements they need, in the order of their first points.
+fn groups(points: &[Job]) -> Vec<(serde_json::Value, Vec<usize>)> {
+    let mut groups: Vec<(serde_json::Value, Vec<usize>)> = Vec::new();
+    for (i, point) in points.iter().enumerate() {
+        let inputs = fe_inputs(point);
+        // Neighbouring points mostly share them.
+        match groups.iter_mut().rev().find(|g| g.0 == inputs) {
+            Some(group) => group.1.push(i),
+            None => groups.push((inputs, vec![i])),
+        }
+    }
+    groups
+}
+
+/// The model of points, on every rank.
+enum Model {
+    Elements(SharedModel),
+    Matrices(MatrixModel),
+}
+
+/// Collective: the reduced model of a point, on every rank.
+fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<Model> {
+    let world = petsc.world();
+    let mut quiet = Summary::default();
+    if point.by_matrices() {
+        let bodies = matrices::reduce_all(petsc, point, progress, &mut quiet)?;
+        return Ok(Model::Matrices(MatrixModel::shared(world, &bodies)?));
+    }
+    let mut job = point.clone();
+    // Each point brings its own damping.
+    for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
+        body.damping = Default::default();
+    }
+    let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
+    let bodies = Bodies::build(world, &job, progress, &mut quiet)?;
+    let mut solvers = bodies.solvers(petsc, &job, progress, &mut quiet)?;
+    let found = modes::compute_all(petsc, &job, &bodies, &mut solvers, progress)?;
+    let model = Reduction::build(world, &job, contact, &bodies, &found, &mut solvers, progress)?;
+    Ok(Model::Elements(SharedModel::broadcast(world, model.on_root())?))
+}
+
+impl Model {
+    /// Stability at one point, on this rank alone.
+    fn solve(&mut self, point: &Job) -> Result<Outcome> {
+        let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
+            return Err(Error::Defect("a point of a sweep without contact or stability".into()));
+        };
+        let of = |spectrum: &stability::Spectrum| Outcome {
+            status: 0,
+            message: String::new(),
+            eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
+            backward_error: spectrum.eigenpairs.iter().map(|p| p.backward_error).fold(0.0, f64::max),
+            closed: 0,
+            reversed: 0,
+            force: [0.0; 3],
+            approach: f64::NAN,
+        };
+        match self {
+            Model::Elements(model) => {
+                super::plan::small_strain(point)?;
+                let (lower, upper) = model.pair.omega.split_at(model.pair.lower_modes);
+                let mut coefficients = Vec::new();
+                for ((name, body), omega) in point.bodies().into_iter().zip([lower, upper]) {
+                    coefficients.extend(damping(&body.damping, omega, &format!("bodies.{name}.damping"))?);
+                }
+                model.pair.damping = coefficients;
+                let stability::Found { sliding, spectrum, .. } =
+                    stability::analyse(wanted, contact, &model.interface, &model.pair)?;
+                let (closed, reversed) = (sliding.closed.len(), sliding.reversed);
+                let (force, approach) = (sliding.force, sliding.approach);
+                Ok(Outcome { closed, reversed, force, approach, ..of(&spectrum) })
+            }
+            Model::Matrices(model) => {
+                let (pair, sliding) = (model.pair(point), matrices::sliding(contact)?);
+                let spectrum = stability::spectrum(wanted, &pair, &sliding, model.reach)?;
+                let mut force = [0.0; 3];
+                for ((f, t), mu) in sliding.force.iter().zip(&sliding.direction).zip(&sliding.friction) {
+                    force[0] -= mu * f * t[0];
+                    force[1] -= mu * f * t[1];
+                    force[2] -= f;
+                }
+                Ok(Outcome { closed: sliding.nodes.len(), force, ..of(&spectrum) })
+            }
+        }
+    }
+}
