@@ -3,6 +3,7 @@
 import json
 import sys
 
+import growth
 import modes
 import ranks
 import report
@@ -13,6 +14,7 @@ STUDIES = {
     "half_space": steady.half_space,
     "finite_elements": steady.finite_elements,
     "modes": modes.annulus,
+    "growth": growth.narrow_curve,
     "ranks": ranks.agreement,
 }
 

@@ -27,7 +27,7 @@ def run(job, sets, ranks=2, only=None):
             raise SystemExit(f"{' '.join(command)}\nended with {done.returncode}:\n{done.stderr}")
         tables = {}
         with h5py.File(output) as file:
-            wanted = lambda name: name.split("/")[0] in ("contact", "modes")  # noqa: E731
+            wanted = lambda name: name.split("/")[0] in ("contact", "modes", "sweep")  # noqa: E731
             keep = lambda name, item: tables.__setitem__(name, item[()]) if hasattr(item, "shape") and wanted(name) else None  # noqa: E731
             file.visititems(keep)
     print(f"   {job}, {', '.join(f'{k.split(chr(46))[-1]} {v}' for k, v in sets.items() if 'upper' not in k)}: {seconds:.0f} s", flush=True)

@@ -42,6 +42,20 @@ def modes(rows):
     return table(["support", "element size, mm", "modes", "largest error", "order", "largest rigid-body frequency, Hz"], cells)
 
 
+def growth(rows):
+    """One table for each sign of the creepage and direction of sliding: all unstable modes, or the least stable one."""
+    parts = []
+    for k, point in enumerate(rows[0]["points"]):
+        head = ["elements at the contact, mm", "far away, mm", "modes of each body", "closed nodes", "first frequencies apart, Hz", "growth rates, 1/s", "at, Hz"]
+        cells = []
+        for r in rows:
+            rates, frequencies = zip(*r["points"][k]["growth"])
+            listed = lambda values, digits: ", ".join(f"{v:.{digits}f}" for v in values)  # noqa: E731
+            cells.append([f"{1e3 * r['contact']:g}", f"{1e3 * r['far']:g}", r["modes"], r["closed"], f"{r['gap']:.4f}", listed(rates, 3), listed(frequencies, 1)])
+        parts.append(f"Lateral creepage {100 * point['lateral']:+g} %, {point['direction']} direction of sliding:\n\n" + table(head, cells))
+    return "\n".join(parts)
+
+
 def ranks(rows):
     names = list(rows[0]["difference"])
     return table(["ranks", *names], [[r["ranks"], *(f"{r['difference'][n]:.1e}" for n in names)] for r in rows])
@@ -63,6 +77,10 @@ def write(found):
         parts.append(
             "## Modes of the plain annular cylinder\n\nFirst 30 modes on uniform meshes against the converged reference in `docs/reference/annulus_modes.csv`; "
             "the order is that of the largest error. Clamping makes the stress singular at the edges of the bore, which costs some of the order.\n\n" + modes(found["modes"]))
+    if "growth" in found:
+        parts.append(
+            "## Growth rates of the narrow curve\n\n`jobs/curve.json` on other meshes and with other numbers of modes: every unstable mode, or the least stable one where there is none. "
+            "The distance between the first frequencies of the two cylinders, on which the growth depends, is 1.0369 Hz by `docs/reference/crowned_modes.csv`.\n\n" + growth(found["growth"]))
     if "ranks" in found:
         parts.append(
             "## Number of ranks\n\nUnlike bodies, all creepages: largest difference from one rank, relative to the largest entry.\n\n" + ranks(found["ranks"]))
