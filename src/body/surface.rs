@@ -7,7 +7,6 @@ use crate::mesh::quality::FACES;
 use crate::parallel::World;
 use crate::sound::radiators::{add, Key, Patch};
 use crate::sound::Radiators;
-use crate::Result;
 use faer::Mat;
 use std::collections::{BTreeMap, HashMap};
 
@@ -123,7 +122,7 @@ fn samples(x: [[f64; 3]; 4], size: f64) -> Vec<Sample> {
 }
 
 /// Collective: the modes of a body on patches of its surface no longer than `size` (m); on rank 0, `None` elsewhere.
-pub fn radiators(world: &World, body: &FeBody, modes: &BodyModes, size: f64) -> Result<Option<Radiators>> {
+pub fn radiators(world: &World, body: &FeBody, modes: &BodyModes, size: f64) -> Radiators {
     let part = &body.part;
     let facets = boundary(part);
     let corners = |f: &[u32; 4]| f.map(|n| part.coords[n as usize]);
@@ -181,12 +180,9 @@ pub fn radiators(world: &World, body: &FeBody, modes: &BodyModes, size: f64) -> 
     // In the order of their first pieces.
     let mut keys = vec![[0; 4]; places.len()];
     places.into_iter().for_each(|(key, place)| keys[place] = key);
-    let keys = world.gather(keys.as_flattened());
-    let geometry = world.gather(geometry.as_flattened());
-    let flow = world.gather(&flow);
-    if !world.is_root() {
-        return Ok(None);
-    }
+    let keys = world.all_gather(keys.as_flattened());
+    let geometry = world.all_gather(geometry.as_flattened());
+    let flow = world.all_gather(&flow);
     let mut patches = BTreeMap::new();
     for (p, key) in keys.chunks_exact(4).enumerate() {
         let g = &geometry[4 * p..4 * p + 4];
@@ -194,5 +190,5 @@ pub fn radiators(world: &World, body: &FeBody, modes: &BodyModes, size: f64) -> 
         add(&mut patches, [key[0], key[1], key[2], key[3]], patch);
     }
     patches.retain(|_, p| p.area > 0.0);
-    Ok(Some(Radiators::new(patches, size, Mat::from_fn(m, m, |i, j| square[i + m * j]))))
+    Radiators::new(patches, size, Mat::from_fn(m, m, |i, j| square[i + m * j]))
 }

@@ -83,34 +83,63 @@ impl Radiators {
         let mut half = Mat::<f64>::zeros(m, m);
         let all: Vec<(i64, &Patch)> = self.patches.iter().map(|(key, p)| (key[0], p)).collect();
         for part in all.chunk_by(|a, b| a.0 == b.0) {
-            let at: Vec<[f64; 3]> = part.iter().map(|(_, p)| p.moment.map(|x| x / p.area)).collect();
+            // One list for each coordinate.
+            let at: [Vec<f64>; 3] = std::array::from_fn(|c| part.iter().map(|(_, p)| p.moment[c] / p.area).collect());
             let flow = Mat::from_fn(part.len(), m, |a, j| part[a].1.flow[j]);
-            for first in (0..at.len()).step_by(BLOCK) {
-                let rows = BLOCK.min(at.len() - first);
+            for first in (0..part.len()).step_by(BLOCK) {
+                let rows = BLOCK.min(part.len() - first);
                 // The upper triangle, with half of the diagonal.
-                let kernel = Mat::from_fn(rows, at.len() - first, |a, b| {
-                    if b < a {
-                        return 0.0;
+                let mut kernel = Mat::<f64>::zeros(rows, part.len() - first);
+                for b in 0..kernel.ncols() {
+                    let above = rows.min(b);
+                    let [x, y, z] = at.each_ref().map(|c| (&c[first..first + above], c[first + b]));
+                    let column = kernel.col_mut(b).try_as_col_major_mut().map(|c| c.as_slice_mut());
+                    let Some(column) = column else { continue };
+                    for (a, entry) in column[..above].iter_mut().enumerate() {
+                        let r2 = (x.0[a] - x.1).powi(2) + (y.0[a] - y.1).powi(2) + (z.0[a] - z.1).powi(2);
+                        // Patches may share their centre: folded surfaces.
+                        let kr = (k * r2.sqrt()).max(1e-8);
+                        *entry = sine(kr) / kr;
                     }
-                    if b == a {
-                        return 0.5;
+                    if b < rows {
+                        column[b] = 0.5;
                     }
-                    let (p, q) = (at[first + a], at[first + b]);
-                    let kr = k * ((p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2)).sqrt();
-                    // Two patches of a lattice may share their centre: folded surfaces.
-                    if kr > 1e-8 {
-                        kr.sin() / kr
-                    } else {
-                        1.0
-                    }
-                });
-                let pressure = &kernel * flow.subrows(first, at.len() - first);
+                }
+                let pressure = &kernel * flow.subrows(first, part.len() - first);
                 half += flow.subrows(first, rows).transpose() * &pressure;
             }
         }
         let factor = air.density * air.speed * k * k / (2.0 * PI);
         Mat::from_fn(m, m, |i, j| factor * (half[(i, j)] + half[(j, i)]))
     }
+}
+
+/// sin x for 0 ≤ x < 10⁶, to 10⁻¹²: without branches, so that several are computed at once.
+fn sine(x: f64) -> f64 {
+    // Added and subtracted again it leaves the nearest integer, whose last bit is that of the sum.
+    const ROUND: f64 = 6755399441055744.0;
+    // π = HIGH + LOW, HIGH with zeros at its end so that n HIGH is exact.
+    const HIGH: f64 = 3.141592651605606;
+    const LOW: f64 = 1.984187159361081e-09;
+    let sum = x * std::f64::consts::FRAC_1_PI + ROUND;
+    let n = sum - ROUND;
+    let y = (x - n * HIGH) - n * LOW;
+    let s = y * y;
+    // Taylor's series up to y¹⁷: the next term is below 5e-14 for |y| ≤ π/2.
+    const TERMS: [f64; 8] = [
+        1.0 / 355687428096000.0,
+        -1.0 / 1307674368000.0,
+        1.0 / 6227020800.0,
+        -1.0 / 39916800.0,
+        1.0 / 362880.0,
+        -1.0 / 5040.0,
+        1.0 / 120.0,
+        -1.0 / 6.0,
+    ];
+    let series = TERMS.iter().fold(0.0, |sum, term| sum * s + term);
+    let value = y + y * s * series;
+    // Odd multiples of π change the sign.
+    f64::from_bits(value.to_bits() ^ (sum.to_bits() << 63))
 }
 
 /// Rows of the kernel in memory at once.

@@ -41,9 +41,7 @@ pub fn the_boundary_is_found_once(world: &World) {
         own.iter().flat_map(|p| way(std::array::from_fn(|c| p[c] - centre[c]))).collect()
     };
     let modes = BodyModes { omega: vec![1.0; 3], residual: vec![0.0; 3], vectors: ways.map(vector).to_vec() };
-    let found = radiators(world, &body, &modes, 0.03).expect("radiators");
-    assert_eq!(found.is_some(), world.is_root());
-    let Some(found) = found else { return };
+    let found = radiators(world, &body, &modes, 0.03);
     let side = PI * (outer * outer - inner * inner);
     let (tread, bore) = (2.0 * PI * outer * thickness, 2.0 * PI * inner * thickness);
     let near = |what: &str, value: f64, wanted: f64| {

@@ -10,6 +10,7 @@ use crate::sound::bands::resolving_time;
 use crate::sound::{level, Air, Bands, PowerSpectrum, Radiation, Welch};
 use crate::{Error, Result};
 use num_complex::Complex64;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::PI;
 
@@ -111,14 +112,14 @@ impl<'a> Sound<'a> {
             let (body, modes) = (&inputs.bodies.unique[place.body], &inputs.modes[place.body]);
             let m = modes.omega.len();
             if self.wanted.bodies.iter().any(|&b| name(b) == place.name) {
-                if !radiation.contains_key(&place.body) {
+                if let Entry::Vacant(entry) = radiation.entry(place.body) {
                     let coarsest = COARSEST * body.diameter(world);
-                    let found = surface::radiators(world, body, modes, size.min(coarsest))?;
-                    let made = world.on_root(|| {
-                        let radiators = found.ok_or_else(|| Error::Defect("no radiators on rank 0".into()))?;
-                        Ok(Radiation::new(&radiators, self.bands, self.air, coarsest))
-                    })?;
-                    radiation.extend(made.map(|r| (place.body, r)));
+                    let radiators = surface::radiators(world, body, modes, size.min(coarsest));
+                    // Each rank takes some of the frequencies.
+                    let (rank, ranks) = (world.rank, world.size);
+                    let some = Radiation::resistances(&radiators, &self.bands, self.air, coarsest, rank, ranks);
+                    let all = world.sum_all(&some);
+                    entry.insert(Radiation::new(&radiators, self.bands, self.air, &all));
                 }
                 parts.push((place.name, place.body, first..first + m));
             }
