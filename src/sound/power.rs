@@ -55,14 +55,17 @@ impl Radiation {
         all
     }
 
-    /// From all [`Radiation::resistances`].
-    pub fn new(radiators: &Radiators, bands: Bands, air: Air, resistances: &[f64]) -> Self {
-        let s = radiators.square();
-        let m = s.nrows();
+    /// ρc ∫ φ_n,i φ_n,j dS, N·s/m per kg, `[m × m]`: what the resistances would be, did the surface radiate as a plane wave does.
+    pub fn of_plane_waves(radiators: &Radiators, air: Air) -> Vec<f64> {
+        let factor = air.density * air.speed;
+        radiators.square().col_iter().flat_map(|c| c.iter().map(move |v| factor * v)).collect()
+    }
+
+    /// Of `m` modes, from all [`Radiation::resistances`] and [`Radiation::of_plane_waves`].
+    pub fn new(bands: Bands, m: usize, resistances: &[f64], plane: &[f64]) -> Self {
         let of = |values: &[f64]| Mat::from_fn(m, m, |i, j| values[i + m * j]);
         let resistance = resistances.chunks_exact((m * m).max(1)).map(of).collect();
-        let factor = air.density * air.speed;
-        Self { bands, grid: bands.grid(), resistance, piston: Mat::from_fn(m, m, |i, j| factor * s[(i, j)]) }
+        Self { bands, grid: bands.grid(), resistance, piston: of(plane) }
     }
 
     /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R linear between the frequencies
@@ -187,7 +190,8 @@ mod tests {
     fn radiation(radiators: &Radiators, bands: Bands) -> Radiation {
         let parts = [0, 1].map(|part| Radiation::resistances(radiators, &bands, AIR, 0.1, part, 2));
         let all: Vec<f64> = parts[0].iter().zip(&parts[1]).map(|(a, b)| a + b).collect();
-        Radiation::new(radiators, bands, AIR, &all)
+        let m = radiators.square().nrows();
+        Radiation::new(bands, m, &all, &Radiation::of_plane_waves(radiators, AIR))
     }
 
     /// A small piston of 1 cm² with one mode of unit displacement.

@@ -79,16 +79,15 @@ pub fn run(
         world.on_root(|| segments.first()?.map_or(Ok(()), |first| points.restore(&first)))?;
     }
     let sound = match &wanted.sound_power {
-        Some(power) => Some(Sound::new(inputs, power)?),
+        Some(power) => Some(Sound::new(world, inputs, power, &segments, progress)?),
         None => None,
     };
-    let sound_stride = sound.as_ref().map_or(0, Sound::stride);
     progress.stage("transient");
     if world.is_root() {
         report_damping(wanted, inputs.eigenpairs, progress, summary);
     }
     let wish = || inputs.stop.signalled();
-    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound_stride, &segments, elsewhere, progress);
+    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound.as_ref(), &segments, elsewhere, progress);
     let done = world.on_root_heeding(wish, work)?;
     if let Some((effort, steps, seconds)) = &done {
         let pair = &inputs.model.root()?.pair;
@@ -161,7 +160,7 @@ fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progr
 fn advance(
     inputs: &Inputs<'_>,
     points: &Points,
-    sound_stride: u64,
+    sound: Option<&Sound<'_>>,
     segments: &Segments,
     elsewhere: &dyn Fn() -> bool,
     progress: &mut Progress,
@@ -216,7 +215,7 @@ fn advance(
             segments.begin(inputs.options.force || inputs.options.resume)?;
         }
     }
-    let mut recorder = Recorder::new(points, wanted, root, sound_stride);
+    let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, Sound::stride));
     let mut effort = Effort::default();
     let first = stepper.state().step;
     let begun = Instant::now();
@@ -224,6 +223,7 @@ fn advance(
         let mut tables = checkpoint::tables(stepper.state(), &identity, inputs)?;
         tables.extend_from_slice(inputs.keep);
         tables.extend(points.kept());
+        tables.extend(sound.map(Sound::kept).unwrap_or_default());
         segments.write(0, &tables)?;
     }
     let mut segment_begun = Instant::now();

@@ -6,12 +6,12 @@ use crate::body::surface;
 use crate::job::{self, BodyName, SoundPower};
 use crate::output::{Reader, ResultFile, Segments, Table};
 use crate::parallel::World;
+use crate::progress::Progress;
 use crate::sound::bands::resolving_time;
 use crate::sound::{level, Air, Bands, PowerSpectrum, Radiation, Welch};
 use crate::{Error, Result};
 use num_complex::Complex64;
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::f64::consts::PI;
 
 /// Group of the segments that holds the amplitudes; it does not become part of the main file.
@@ -32,6 +32,16 @@ pub struct Sound<'a> {
     stride: u64,
     /// Time between them, s.
     interval: f64,
+    /// The radiation of the bodies' modes, by their index in `Bodies::unique`; on rank 0.
+    given: BTreeMap<usize, Given>,
+}
+
+/// Radiation of the modes of a body.
+struct Given {
+    /// At the frequencies of the bands, N·s/m per kg, `[frequencies × m × m]`.
+    resistances: Vec<f64>,
+    /// That of plane waves, `[m × m]`.
+    plane: Vec<f64>,
 }
 
 /// What can be refused before anything is meshed: a run too short for the lowest third octave.
@@ -67,8 +77,15 @@ fn name(body: BodyName) -> &'static str {
 }
 
 impl<'a> Sound<'a> {
-    /// The bands that the modes allow, and how often the amplitudes are needed.
-    pub fn new(inputs: &Inputs<'a>, wanted: &'a SoundPower) -> Result<Self> {
+    /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A run that is continued
+    /// takes the latter from its first segment: mode shapes are not the same to the last bit when computed again.
+    pub fn new(
+        world: &World,
+        inputs: &Inputs<'a>,
+        wanted: &'a SoundPower,
+        segments: &Segments,
+        progress: &mut Progress,
+    ) -> Result<Self> {
         let key = "analyses.transient.sound_power";
         if inputs.modes.is_empty() {
             return Err(Error::Job(format!(
@@ -87,7 +104,77 @@ impl<'a> Sound<'a> {
         let air = Air { density: wanted.air_density, speed: wanted.sound_speed };
         let step = inputs.wanted.step;
         let stride = (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0);
-        Ok(Self { wanted, bands, air, stride: stride as u64, interval: stride * step })
+        let interval = stride * step;
+        let mut sound = Self { wanted, bands, air, stride: stride as u64, interval, given: BTreeMap::new() };
+        progress.stage("radiation of sound");
+        let kept = match inputs.options.resume {
+            true => world.on_root(|| sound.restore(inputs, segments))?.unwrap_or_default(),
+            false => false,
+        };
+        if world.broadcast(vec![u8::from(kept)]) != [1] {
+            sound.radiate(world, inputs);
+        }
+        Ok(sound)
+    }
+
+    /// Collective: how the modes radiate.
+    fn radiate(&mut self, world: &World, inputs: &Inputs<'_>) {
+        let size = Radiation::patch_size(&self.bands, self.air);
+        for b in self.bodies(inputs) {
+            let (body, modes) = (&inputs.bodies.unique[b], &inputs.modes[b]);
+            let coarsest = COARSEST * body.diameter(world);
+            let radiators = surface::radiators(world, body, modes, size.min(coarsest));
+            // Each rank takes some of the frequencies.
+            let (rank, ranks) = (world.rank, world.size);
+            let some = Radiation::resistances(&radiators, &self.bands, self.air, coarsest, rank, ranks);
+            let resistances = world.sum_all(&some);
+            self.given.insert(b, Given { resistances, plane: Radiation::of_plane_waves(&radiators, self.air) });
+        }
+    }
+
+    /// The bodies whose sound is wanted, by their index in `Bodies::unique`.
+    fn bodies(&self, inputs: &Inputs<'_>) -> BTreeSet<usize> {
+        inputs.bodies.places.iter().filter(|p| self.wants(p.name)).map(|p| p.body).collect()
+    }
+
+    fn wants(&self, place: &str) -> bool {
+        self.wanted.bodies.iter().any(|&b| name(b) == place)
+    }
+
+    /// The radiation as tables of the first segment.
+    pub fn kept(&self) -> Vec<Table> {
+        let table = |b: usize, name: &str, text: &str, values: &[f64]| {
+            Table::list(&format!("/checkpoint/sound/{b}/{name}"), "N s/m/kg", text, values)
+        };
+        let of = |(&b, given): (&usize, &Given)| {
+            [
+                table(
+                    b,
+                    "resistance",
+                    "Radiation resistances of the modes at the frequencies of the bands.",
+                    &given.resistances,
+                ),
+                table(b, "plane", "Those of plane waves.", &given.plane),
+            ]
+        };
+        self.given.iter().flat_map(of).collect()
+    }
+
+    /// On rank 0: takes the radiation from the first segment; false where it is of no use.
+    fn restore(&mut self, inputs: &Inputs<'_>, segments: &Segments) -> Result<bool> {
+        let Some(first) = segments.first()? else { return Ok(false) };
+        let file = Reader::open(&first)?;
+        let count = self.bands.grid().len();
+        for b in self.bodies(inputs) {
+            let list = |name: &str| file.numbers(&format!("/checkpoint/sound/{b}/{name}")).map(|(_, v)| v);
+            let (resistances, plane) = (list("resistance")?, list("plane")?);
+            let m = inputs.modes[b].omega.len();
+            if plane.len() != m * m || resistances.len() != count * m * m {
+                return Ok(false);
+            }
+            self.given.insert(b, Given { resistances, plane });
+        }
+        Ok(true)
     }
 
     /// The amplitudes are needed every so many steps.
@@ -95,7 +182,7 @@ impl<'a> Sound<'a> {
         self.stride
     }
 
-    /// Collective: radiators, spectra and what follows from them.
+    /// Collective: spectra and what follows from them.
     pub fn write(
         &self,
         world: &World,
@@ -104,24 +191,16 @@ impl<'a> Sound<'a> {
         file: &mut ResultFile<'_>,
         summary: &mut Summary,
     ) -> Result<()> {
-        let size = Radiation::patch_size(&self.bands, self.air);
         let mut radiation: BTreeMap<usize, Radiation> = BTreeMap::new();
         let mut parts = Vec::new();
         let mut first = 0;
         for place in &inputs.bodies.places {
-            let (body, modes) = (&inputs.bodies.unique[place.body], &inputs.modes[place.body]);
-            let m = modes.omega.len();
-            if self.wanted.bodies.iter().any(|&b| name(b) == place.name) {
-                if let Entry::Vacant(entry) = radiation.entry(place.body) {
-                    let coarsest = COARSEST * body.diameter(world);
-                    let radiators = surface::radiators(world, body, modes, size.min(coarsest));
-                    // Each rank takes some of the frequencies.
-                    let (rank, ranks) = (world.rank, world.size);
-                    let some = Radiation::resistances(&radiators, &self.bands, self.air, coarsest, rank, ranks);
-                    let all = world.sum_all(&some);
-                    entry.insert(Radiation::new(&radiators, self.bands, self.air, &all));
-                }
+            let m = inputs.modes[place.body].omega.len();
+            if self.wants(place.name) {
                 parts.push((place.name, place.body, first..first + m));
+            }
+            if let Some(given) = self.given.get(&place.body) {
+                radiation.insert(place.body, Radiation::new(self.bands, m, &given.resistances, &given.plane));
             }
             first += m;
         }
