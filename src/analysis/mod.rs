@@ -137,6 +137,11 @@ fn elements(
     })
 }
 
+/// Whether complex modes are to be written.
+fn wants_shapes(job: &Job) -> bool {
+    job.output.fields && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
+}
+
 /// The model of an earlier run, where there is one; on rank 0.
 type Earlier = Option<Option<Reused>>;
 
@@ -160,8 +165,17 @@ fn itself(
         *bodies = Bodies::build(world, job, progress, summary)?;
     }
     let bodies = &*bodies;
+    let shapes = match (&reused, &options.reuse) {
+        (Some(reused), Some(path)) if wants_shapes(job) => {
+            progress.stage("mode shapes of an earlier run");
+            let none = Reduction::elsewhere();
+            let model = reused.as_ref().map_or(&none, |r| &r.reduction);
+            reuse::shapes::read(world, &reuse::shapes::file(path), bodies, model).map(Some)
+        }
+        _ => Ok(None),
+    };
     let mut solvers = match reused {
-        Some(_) if job.analyses.steady.is_none() => Vec::new(),
+        Some(_) if job.analyses.steady.is_none() && !matches!(shapes, Ok(Some(_))) => Vec::new(),
         _ => bodies.solvers(petsc, job, progress, summary)?,
     };
     let mut found = match &reused {
@@ -200,7 +214,12 @@ fn itself(
     }
     let mut spectrum = None;
     if let Some(wanted) = &job.analyses.stability {
-        let parts = stability::Parts { bodies, modes: &found, model };
+        let modes = match &shapes {
+            Ok(Some(shapes)) => Ok(&shapes[..]),
+            Ok(None) => Ok(&found[..]),
+            Err(e) => Err(e),
+        };
+        let parts = stability::Parts { bodies, modes, model };
         spectrum = stability::run(petsc, job, wanted, contact, &parts, &mut solvers, options, file, progress, summary)?;
     }
     if let Some(wanted) = &job.analyses.steady {

@@ -3,6 +3,8 @@
 use super::values::Values;
 use crate::{Error, Result};
 use hdf5::types::{IntSize, TypeDescriptor, VarLenUnicode};
+use ndarray::s;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// An open result file. Errors name the file and the dataset.
@@ -70,6 +72,20 @@ impl Reader {
             (shape, Values::F64(v)) => Ok((shape, v)),
             _ => Err(self.fault(path, "it does not hold real numbers of double precision")),
         }
+    }
+
+    /// Rows `rows` of a dataset of three columns in single precision, `[rows, 3]` row by row.
+    pub fn rows(&self, path: &str, rows: Range<usize>) -> Result<Vec<f64>> {
+        let read = || -> hdf5::Result<Vec<f64>> {
+            let dataset = self.file.dataset(path)?;
+            let shape = dataset.shape();
+            if shape.len() != 2 || shape[1] != 3 || shape[0] < rows.end {
+                return Err(format!("it has the shape {shape:?}, expected {} rows of 3 at least", rows.end).into());
+            }
+            let values = dataset.read_slice_2d::<f32, _>(s![rows.clone(), ..])?;
+            Ok(values.iter().map(|&v| f64::from(v)).collect())
+        };
+        read().map_err(|e| self.fault(path, &e.to_string()))
     }
 
     /// A scalar text.

@@ -38,7 +38,7 @@ pub(super) fn run(
     summary: &mut Summary,
 ) -> Result<Option<Spectrum>> {
     let world = petsc.world();
-    let Parts { bodies, modes, model } = *parts;
+    let Parts { bodies, modes, model } = parts;
     progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let root = model.root()?;
@@ -46,6 +46,7 @@ pub(super) fn run(
     })?;
     let full = match &stability.full {
         Some(wanted) => {
+            let modes = modes.map_err(Clone::clone)?;
             let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (&f.spectrum, &f.contact, &root.pair));
             Some(full::driver::run(petsc, job, wanted, bodies, modes, reduced, progress)?)
         }
@@ -64,12 +65,16 @@ pub(super) fn run(
             full.summarise(summary);
         }
     }
-    if options.reuse.is_some() {
-        summary.value("complex modes", "not written: the reused file has no shapes on the mesh");
-    } else if job.output.fields {
-        progress.stage("complex modes");
-        let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
-        shapes::run(world, stability, bodies, modes, solvers, reduced, full.as_ref(), options, file)?;
+    match modes {
+        _ if !job.output.fields || stability.shapes == 0 => {}
+        Ok(modes) => {
+            progress.stage("complex modes");
+            let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
+            shapes::run(world, stability, bodies, modes, solvers, reduced, full.as_ref(), options, file)?;
+        }
+        Err(e) => {
+            summary.value("complex modes", format!("not written, for want of the mode shapes of the earlier run: {e}"))
+        }
     }
     Ok(found.map(|f| f.spectrum))
 }
@@ -77,8 +82,8 @@ pub(super) fn run(
 /// What the bodies give.
 pub(super) struct Parts<'a> {
     pub(super) bodies: &'a Bodies,
-    /// Free modes of each of [`Bodies::unique`].
-    pub(super) modes: &'a [BodyModes],
+    /// Free modes of each of [`Bodies::unique`], or why an earlier run does not give them.
+    pub(super) modes: std::result::Result<&'a [BodyModes], &'a Error>,
     pub(super) model: &'a Reduction,
 }
 

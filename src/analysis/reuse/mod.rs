@@ -1,5 +1,7 @@
 //! The reduced model in a result file, and its reuse by a later run whose bodies are the same.
 
+pub mod shapes;
+
 use super::bodies::Bodies;
 use super::reduction::{fe_inputs, BodyPart, ReducedModel, Reduction};
 use crate::body::fe::BodyModes;

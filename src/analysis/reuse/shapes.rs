@@ -1,0 +1,105 @@
+//! The whole mode shapes of an earlier run, which it wrote for ParaView: found again on the mesh of this run by their positions.
+
+use crate::analysis::bodies::Bodies;
+use crate::analysis::reduction::Reduction;
+use crate::body::fe::{BodyModes, FeBody};
+use crate::fem::dofs::FIXED;
+use crate::output::{companion, Reader, Values};
+use crate::parallel::World;
+use crate::{Error, Result};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// Largest difference between a mode in the file and the same mode in the reduced model at the contact, relative to its largest component there: the
+/// shapes are in single precision.
+const SAME: f64 = 1e-5;
+
+/// The file with the mode shapes that belongs to the result file `reused`.
+pub fn file(reused: &Path) -> PathBuf {
+    companion(reused, "free_modes.vtkhdf")
+}
+
+/// Collective: the modes of each of [`Bodies::unique`] from the `file` of the run that gave the `model`. What stands against it is an error with a
+/// message for the user.
+pub fn read(world: &World, file: &Path, bodies: &Bodies, model: &Reduction) -> Result<Vec<BodyModes>> {
+    let mut all = Vec::new();
+    for (index, body) in bodies.unique.iter().enumerate() {
+        let upper = bodies.places.iter().find(|p| p.body == index).is_some_and(|p| p.upper);
+        let omega = world.on_root(|| {
+            let root = model.root()?;
+            let reduced = root.bodies.get(root.place[usize::from(upper)]);
+            Ok(reduced.ok_or_else(|| Error::Defect("the reduced model has no such body".into()))?.omega.clone())
+        })?;
+        let omega = world.broadcast(omega.unwrap_or_default());
+        let vectors = world.agree(vectors(file, body, upper, omega.len()))?;
+        let modes = BodyModes { omega, residual: Vec::new(), vectors };
+        let contact = body.contact_modes(world, &modes)?;
+        world.on_root(|| {
+            let root = model.root()?;
+            let there = &root.bodies[root.place[usize::from(upper)]].contact_modes;
+            let Some(here) = contact.filter(|c| c.shape() == there.shape()) else {
+                return Err(Error::Input(format!("{}: its modes are not those of the reduced model", file.display())));
+            };
+            for k in 0..there.ncols() {
+                let rows = || 0..there.nrows();
+                let largest = rows().map(|i| there[(i, k)].abs()).fold(0.0, f64::max);
+                let apart = rows().map(|i| (there[(i, k)] - here[(i, k)]).abs()).fold(0.0, f64::max);
+                if apart > SAME * largest || apart.is_nan() {
+                    return Err(Error::Input(format!(
+                        "{}: mode {} of body {} is not that of the reduced model at the contact: it is {:.1e} of its size away from it",
+                        file.display(),
+                        k + 1,
+                        body.name,
+                        apart / largest
+                    )));
+                }
+            }
+            Ok(())
+        })?;
+        all.push(modes);
+    }
+    Ok(all)
+}
+
+/// This rank's degrees of freedom of the `count` modes of a body in one place.
+fn vectors(file: &Path, body: &FeBody, upper: bool, count: usize) -> Result<Vec<Vec<f64>>> {
+    let reader = Reader::open(file)?;
+    let wrong = |what: &str| Error::Input(format!("{}: {what}", file.display()));
+    let bytes = |path: &str| match reader.read(path)?.1 {
+        Values::I8(v) => Ok(v),
+        _ => Err(wrong(&format!("{path} does not hold numbers of one byte"))),
+    };
+    let number = if upper { 2 } else { 1 };
+    let body_of_step = bytes("/modes/body")?;
+    let steps: Vec<usize> = (0..body_of_step.len()).filter(|&s| body_of_step[s] == number).collect();
+    if steps.len() != count {
+        return Err(wrong(&format!("it has {} modes of body {}, the reduced model {count}", steps.len(), body.name)));
+    }
+    // The same mesh gives the same coordinates to the last bit, whatever the number of ranks; the upper body is reflected in z there.
+    let mirror = if upper { -1.0 } else { 1.0 };
+    let key = |p: [f64; 3]| p.map(|v| (v + 0.0).to_bits());
+    let body_of_point = bytes("/VTKHDF/PointData/body")?;
+    let (_, points) = reader.numbers("/VTKHDF/Points")?;
+    let place: HashMap<[u64; 3], usize> = points
+        .chunks_exact(3)
+        .enumerate()
+        .filter(|(at, _)| body_of_point.get(*at) == Some(&number))
+        .map(|(at, p)| (key([p[0], p[1], mirror * p[2]]), at))
+        .collect();
+    let nodes: Vec<usize> = (0..body.part.owned).filter(|&n| body.dofs.local[n] != FIXED).collect();
+    let from = nodes
+        .iter()
+        .map(|&n| place.get(&key(body.part.coords[n])).copied())
+        .collect::<Option<Vec<usize>>>()
+        .ok_or_else(|| wrong(&format!("it has not all nodes of the mesh of body {}", body.name)))?;
+    let total = body_of_point.len();
+    let mut vectors = Vec::with_capacity(count);
+    for step in steps {
+        let shape = reader.rows("/VTKHDF/PointData/shape", step * total..(step + 1) * total)?;
+        let vector = from
+            .iter()
+            .flat_map(|&at| [0, 1, 2].map(|c| if c == 2 { mirror * shape[3 * at + 2] } else { shape[3 * at + c] }));
+        vectors.push(vector.collect());
+    }
+    Ok(vectors)
+}
