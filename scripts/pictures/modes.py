@@ -27,6 +27,9 @@ def pictures(results, out, count):
     shapes = results.companion("free_modes.vtkhdf")
     if shapes.exists():
         made += shape_pictures(shapes, results.stem, out, count)
+    motions = results.companion("modes.vtkhdf")
+    if motions.exists():
+        made.append(complex_picture(motions, results.stem, out))
     return made
 
 
@@ -42,17 +45,17 @@ def table(results, bodies, path):
 
 
 class Surface:
-    """Outer surface of one body of a VTKHDF file."""
+    """Outer surface of one body of a VTKHDF file, or of several."""
 
-    def __init__(self, root, number):
+    def __init__(self, root, *numbers):
         points, body = root["Points"][()], root["PointData/body"][()]
         sizes = [root[f"NumberOf{name}"][()] for name in ("Points", "ConnectivityIds")]
         connectivity = root["Connectivity"][()]
         starts = np.concatenate([[0], np.cumsum(sizes[0])[:-1]])
         cells = (connectivity + np.repeat(starts, sizes[1])).reshape(-1, 8)
-        cells = cells[body[cells[:, 0]] == number]
+        cells = cells[np.isin(body[cells[:, 0]], numbers)]
         if not len(cells):
-            raise ResultsError(f"the mode file has no cells of body {number}")
+            raise ResultsError(f"the mode file has no cells of body {numbers}")
         # Pieces repeat the points they share: points of equal position are one.
         size = np.ptp(points, axis=0).max()
         _, first, same = np.unique(np.round(points / (1e-7 * size)), axis=0, return_index=True, return_inverse=True)
@@ -93,6 +96,42 @@ def shape_pictures(path, stem, out, count):
     return made
 
 
+# Complex modes drawn at most, and the phases of each.
+COMPLEX_MODES, PHASES = 4, 4
+
+
+def complex_picture(path, stem, out):
+    """Complex modes over half a period, the most unstable first: a wave travels round a body where its parts move one after the other."""
+    with h5py.File(path) as file:
+        root = file["VTKHDF"]
+        frequency, growth, phase, place = (
+            file[f"modes/{name}"][()] for name in ("frequency", "growth_rate", "phase", "eigenvalue")
+        )
+        n = int(root["NumberOfPoints"][()].sum())
+        surface = Surface(root, *NAMES)
+        first = np.flatnonzero(phase == 0)
+        first = first[np.argsort(-growth[first], kind="stable")][:COMPLEX_MODES]
+        figure, axes = plt.subplots(
+            len(first), PHASES, figsize=(2.3 * PHASES, 4.1 * len(first) + 0.6), squeeze=False, layout="constrained"
+        )
+        for row, start in zip(axes, first):
+            steps = np.flatnonzero(place == place[start])
+            for axis, turn in zip(row, np.arange(PHASES) / (2 * PHASES)):
+                # The motion is the real part and a quarter period later minus the imaginary one: any phase follows from two steps.
+                real, later = (root["PointData/motion"][k * n : (k + 1) * n] for k in (steps[0], steps[len(steps) // 4]))
+                motion = np.cos(2 * np.pi * turn) * real + np.sin(2 * np.pi * turn) * later
+                largest = np.sqrt((real.astype(float) ** 2 + later.astype(float) ** 2).sum(axis=1)).max()
+                axis.axis("off")
+                image = draw(axis, surface, motion, largest)
+                axis.set_title(f"{turn:g} of the period", fontsize=9)
+            label = "unstable" if growth[start] > 0 else "stable"
+            row[0].set_title(f"{frequency[start]:.1f} Hz, {growth[start]:+.2f} 1/s, {label}\n", fontsize=9, loc="left")
+        bar = figure.colorbar(image, ax=axes, orientation="horizontal", shrink=0.4, aspect=40, pad=0.02)
+        bar.set_label("displacement, relative to the largest amplitude of the mode")
+        figure.suptitle("complex modes, deformation exaggerated", fontsize=11)
+    return save(figure, out / f"{stem}-complex-modes.png")
+
+
 def view():
     """Rows: to the right, up, and towards the viewer, who looks at the face of the wheel from the side and above."""
     azimuth, elevation = np.radians(-58.0), np.radians(20.0)
@@ -104,11 +143,11 @@ def view():
     return np.array([right, np.cross(towards, right), towards])
 
 
-def draw(axis, surface, shape):
-    """The deformed surface in parallel projection, faces from back to front, coloured by the displacement."""
+def draw(axis, surface, shape, largest=None):
+    """The deformed surface in parallel projection, faces from back to front, coloured by the displacement relative to the `largest`."""
     used = np.unique(surface.faces)
     size = np.linalg.norm(shape, axis=1)
-    largest = size[used].max() or 1.0
+    largest = largest or size[used].max() or 1.0
     points = surface.points + shape * (AMPLITUDE * surface.size / largest)
     camera = view()
     quads = points[surface.faces]

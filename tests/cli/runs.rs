@@ -2,7 +2,7 @@
 
 use super::program::*;
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 fn numbers(file: &Path, name: &str) -> Vec<f64> {
     let file = hdf5::File::open(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
@@ -309,14 +309,22 @@ fn the_reduced_model_converges_to_the_full_system() {
     assert!(errors[0] < 5e-4 && errors[1] < 0.25 * errors[0], "{errors:?}");
 }
 
+/// Python with what the pictures and the checks need.
+fn python() -> PathBuf {
+    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python");
+    if venv.exists() {
+        venv
+    } else {
+        "python3".into()
+    }
+}
+
 /// The file of complex modes and the tables that go with it.
 #[track_caller]
 fn check_modes(folder: &Folder, job: &serde_json::Value) {
     let radii = ["inner_radius", "outer_radius"].map(|r| job["bodies"]["lower"]["mesh"]["cylinder"][r].to_string());
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/check_modes.py");
-    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python");
-    let python = if venv.exists() { venv } else { "python3".into() };
-    let check = std::process::Command::new(python).arg(script).arg(folder.path("job.h5")).args(&radii).output();
+    let check = std::process::Command::new(python()).arg(script).arg(folder.path("job.h5")).args(&radii).output();
     let check = check.expect("python3 with h5py and vtk");
     assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
 }
@@ -370,6 +378,12 @@ fn complex_modes_are_motions_of_the_bodies() {
         let folder = Folder::with(job.to_string());
         folder.call(ranks, "run", &[]).good();
         assert!(folder.listing().contains(&"job.modes.vtkhdf".to_string()), "{:?}", folder.listing());
+        if ranks == 2 {
+            let pictures = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/pictures");
+            let ran =
+                finish(std::process::Command::new(python()).args([pictures, &folder.text("job.h5"), "--modes", "1"]));
+            assert!(ran.good().out.contains("job-complex-modes.png"), "{ran:?}");
+        }
         check_modes(&folder, &job);
     }
 }
