@@ -62,31 +62,29 @@ impl Stepper<'_> {
         let (line, foot) = ws.feet[a];
         let x = &self.model.interface.x;
         let ix = ws.nodes[a] - line;
-        if let (Foot::Between { left, s }, true) = (foot, self.impact == Impact::Compliant && ix >= 2) {
+        let Foot::Between { left, .. } = foot else {
+            return self.course(line, foot, false);
+        };
+        // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
+        let closed = [left + 1, left, left.wrapping_sub(1)]
+            .map(|jx| jx < x.len() && self.state.reaction[3 * (line + jx) + 2] > 0.0);
+        if left + 1 == ix && ix >= 2 && self.impact == Impact::Compliant && closed == [true, false, false] {
             let near = [ix, ix - 1, ix - 2].map(|jx| line + jx);
-            let closed = near.map(|j| self.state.reaction[3 * j + 2] > 0.0);
             let place = near.map(|j| ws.place[j]);
-            if left + 1 == ix && closed == [true, false, false] {
-                let gap =
-                    [1, 2].map(|k| self.model.interface.gap[near[k]] - self.state.approach + ws.u[3 * place[k] + 2]);
-                if gap[0] > 0.0 {
-                    let distance = [x[ix] - x[ix - 1], x[ix] - x[ix - 2]];
-                    let travel = self.settings.drive.speed * self.settings.scheme.step;
-                    return [0, 1].map(|c| edge_value(travel, distance, place.map(|p| ws.u[3 * p + c]), gap));
-                }
-            }
-            // As in the steady analysis, the second closed node does not look across the edge.
-            if left + 1 == ix && closed == [true, true, false] {
-                return [0, 1].map(|c| ws.u[3 * place[0] + c] * s + ws.u[3 * place[1] + c] * (1.0 - s));
+            let gap = [1, 2].map(|k| self.model.interface.gap[near[k]] - self.state.approach + ws.u[3 * place[k] + 2]);
+            if gap[0] > 0.0 {
+                let distance = [x[ix] - x[ix - 1], x[ix] - x[ix - 2]];
+                let travel = self.settings.drive.speed * self.settings.scheme.step;
+                return [0, 1].map(|c| edge_value(travel, distance, place.map(|p| ws.u[3 * p + c]), gap));
             }
         }
-        let at = |c: usize| {
-            value(&self.model.interface.x, foot, |ix| {
-                let place = ws.place[line + ix];
-                ws.u[3 * place + c]
-            })
-        };
-        [at(0), at(1)]
+        self.course(line, foot, closed == [true; 3])
+    }
+
+    /// Displacement at `foot` on the line of the grid whose first node is `line`, m.
+    fn course(&self, line: usize, foot: Foot, smooth: bool) -> [f64; 2] {
+        let ws = &self.working;
+        [0, 1].map(|c| value(&self.model.interface.x, foot, smooth, |ix| ws.u[3 * ws.place[line + ix] + c]))
     }
 
     /// Nodes outside the core that the solution presses into each other, and the last look at those outside the working set
