@@ -63,7 +63,7 @@ impl Points {
             if best > 0.5 * cell {
                 return Err(Error::Job(format!(
                     "analyses.transient.points: {:?} at {:?} m is not on the mesh of the {} body: the nearest node, {position:?} m, \
-                     is {best:.4} m away, in cells of {cell:.4} m",
+                     is {best:.4} m away, in cells of {cell:.4} m; name a point of the body",
                     point.name, point.at, at.name
                 )));
             }
