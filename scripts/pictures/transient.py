@@ -48,7 +48,7 @@ def growth(results, out):
         3, 1, figsize=(8, 8), sharex=True, height_ratios=[2, 2, 1], layout="constrained"
     )
     whole.plot(t, v, color=BLUE, linewidth=0.3)
-    whole.set_ylabel(name.replace(" of ", "\nof "))
+    whole.set_ylabel(name.replace(" of ", "\nof ", 1))
     width = max(1, int(2 * period(results) / (t[1] - t[0])))
     blocks = len(v) // width
     peak = np.abs(v[: blocks * width]).reshape(blocks, width).max(axis=1)
@@ -95,7 +95,10 @@ def cycle(results, out):
     shape = (len(np.unique(y)), len(np.unique(x)))
     span = period(results)
     last = when[-1] - span
-    chosen = [int(np.argmin(np.abs(when - (last + span * k / 8)))) for k in range(8)]
+    # Evenly over the period, as far as the times that were written allow.
+    interval = when[1] - when[0]
+    first, every = int(np.argmin(np.abs(when - last))), max(1, int(np.ceil(span / 8 / interval - 1e-6)))
+    chosen = [k for k in range(first, len(when), every) if when[k] < last + span - 0.5 * interval][:8]
     state = results["transient/contact_state"]
     figure, axes = plt.subplots(2, 4, figsize=(10, 5.4), sharex=True, sharey=True, layout="constrained")
     for axis, k in zip(axes.flat, chosen):
@@ -103,7 +106,9 @@ def cycle(results, out):
         axis.pcolormesh(*grid, state[k].reshape(shape), cmap=STATES, vmin=0, vmax=2, shading="nearest")
         axis.set_title(f"{1e3 * (when[k] - when[chosen[0]]):.2f} ms")
         axis.set_aspect("equal")
-    figure.suptitle(f"stick (blue) and slip (red) over the last period, {1e3 * span:.3f} ms; rolling towards −x")
+    for axis in axes.flat[len(chosen) :]:
+        axis.set_visible(False)
+    figure.suptitle(f"stick (blue) and slip (orange) over the last period, {1e3 * span:.3f} ms; rolling towards −x")
     figure.supxlabel("x / mm")
     figure.supylabel("y / mm")
     return save(figure, out / f"{results.stem}.cycle.png")
