@@ -268,6 +268,27 @@ fn equilibrium_of_sliding_obeys_its_laws() {
     assert!(matches!(none.solve(), Err(Error::Job(m)) if m.contains("direction of sliding")));
 }
 
+/// V ∂/∂x of a field that rises along x is its slope times the speed, on every closed node.
+#[test]
+fn convection_is_the_speed_times_the_slope() {
+    let s = interface(4);
+    let one = body(STEEL, &s, &LOWER, 0.4);
+    let b = ModalPair::new(&one, &one).unwrap();
+    let mut p = problem(&s, &b, 0.3, [0.02, 0.0, 0.0]);
+    p.speed = 7.0;
+    for stencil in [Stencil::Edge, Stencil::Upwind1] {
+        p.stencil = stencil;
+        let contact = p.contact(&p.solve().unwrap());
+        let slopes = contact.convection.iter().map(|row| row.iter().map(|&(j, v)| v * s.point(j)[0]).sum::<f64>());
+        let sums = contact.convection.iter().map(|row| row.iter().map(|&(_, v)| v).sum::<f64>());
+        let spacing = s.x[1] - s.x[0];
+        for (i, (slope, sum)) in slopes.zip(sums).enumerate() {
+            assert!(sum.abs() < 1e-9 * 7.0 / spacing, "node {i}: a constant changes by {sum} 1/s");
+            assert!((slope - 7.0).abs() < 1e-9 * 7.0, "node {i}: {slope} m/s, {stencil:?}");
+        }
+    }
+}
+
 /// The eigenpairs satisfy the equations they come from: contact forces solved for directly at each λ and put into the modal
 /// equations.
 #[test]

@@ -33,6 +33,7 @@ const TESTS: &[Test] = &[
     ("stability::modal_damping_of_a_mirror_image", stability::modal_damping_of_a_mirror_image),
     ("stability::modal_against_rayleigh_damping", stability::modal_against_rayleigh_damping),
     ("stability::ranks_without_rows", stability::ranks_without_rows),
+    ("stability::backward_errors", stability::backward_errors),
     ("stability::inaccurate_pairs_are_refused", stability::inaccurate_pairs_are_refused),
 ];
 

@@ -5,7 +5,8 @@ use crate::elasticity::block;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use num_complex::Complex;
-use railsqueal::analysis::stability::full::{spectrum, Damping, FullOptions, FullSpectrum, Place};
+use railsqueal::analysis::stability::full::system::System;
+use railsqueal::analysis::stability::full::{spectrum, Coupling, Damping, FullOptions, FullSpectrum, Place};
 use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::body::modes;
 use railsqueal::body::statics::Statics;
@@ -374,6 +375,45 @@ pub fn ranks_without_rows(world: &World) {
         for places in [alike, [Place::rayleigh(0, damping), upper]] {
             compare(world, &bodies, places, &small_contact());
         }
+    }
+}
+
+/// A pair that is none has the backward error |P(λ)x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) of the equations assembled here, which sees the eigenvalue and the vector.
+pub fn backward_errors(world: &World) {
+    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
+    let places = [0, 1].map(|body| Place::rayleigh(body, damping));
+    let s = contact();
+    let [k, c, m] = matrices(world, &bodies, &places, &s);
+    let unknowns = k.nrows() - s.nodes.len();
+    let rate = 2.0 * PI * 20e3;
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&s), rate).unwrap();
+    system.shift_to(0.8 * rate).unwrap();
+    let x = system.start().unwrap();
+    let ([lower, upper], pressure) = system.split(&x);
+    let mut whole: Vec<C> = [lower, upper].iter().flat_map(|u| world.all_gather(u)).collect();
+    whole.extend(&pressure);
+    // Multipliers in units of the largest stiffness.
+    let largest =
+        (0..unknowns).flat_map(|i| (0..unknowns).map(move |j| (i, j))).map(|at| k[at].abs()).fold(0.0, f64::max);
+    for lambda in [C::new(-30.0, 0.8 * rate), C::new(400.0, 0.3 * rate)] {
+        let mut square = 0.0;
+        for i in 0..k.nrows() {
+            let row: C =
+                (0..k.nrows()).map(|j| (lambda * lambda * m[(i, j)] + lambda * c[(i, j)] + k[(i, j)]) * whole[j]).sum();
+            square += row.norm_sqr() / if i < unknowns { largest * largest } else { 1.0 };
+        }
+        let size: f64 =
+            (0..k.nrows()).map(|j| whole[j].norm_sqr() / if j < unknowns { 1.0 } else { largest * largest }).sum();
+        let norm = |a: &Mat<f64>| {
+            let rows = (0..unknowns).map(|i| (0..unknowns).map(|j| a[(i, j)].abs()).sum::<f64>());
+            rows.fold(0.0, f64::max) / largest
+        };
+        let want = (square / size).sqrt() / (lambda.norm_sqr() * norm(&m) + lambda.norm() * norm(&c) + norm(&k));
+        let found = system.residuals(lambda, &x).unwrap().backward_error;
+        // The program bounds the norms from above: K by 1 more for the constraints, D by its largest entries.
+        assert!(found > 0.5 * want && found < 1.2 * want, "backward error {found:e}, by the matrices {want:e}");
     }
 }
 

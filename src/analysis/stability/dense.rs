@@ -277,6 +277,29 @@ mod tests {
         assert!((first.re - 72.3586).abs() < 1e-4 && (first.im / (2.0 * PI) - 89.1354).abs() < 1e-4, "{first}");
     }
 
+    /// One mass, whose motion along the belt loads the contact through a coupled stiffness k': λ² m = −(k + μ τ k'). Turning the sliding round
+    /// changes the stiffness, which the two contacts above would not show.
+    #[test]
+    fn friction_acts_against_the_sliding() {
+        let (m, k, coupled, mu) = (2.0, 8e4, 3e4, 0.4);
+        let body = Matrices {
+            mass: csr(2, &[(0, 0, m), (1, 1, m)]),
+            damping: None,
+            stiffness: csr(2, &[(0, 0, k), (1, 1, 2.0 * k), (0, 1, coupled), (1, 0, coupled)]),
+            contacts: vec![[Some((0, 1.0)), None, Some((1, 1.0))]],
+        };
+        for (upper, tau) in [(false, 1.0), (false, -1.0), (true, 1.0), (true, -1.0)] {
+            let mut c = contact(1, mu);
+            c.direction[0] = [tau, 0.0];
+            let [a, b] = if upper { [None, Some(&body)] } else { [Some(&body), None] };
+            let found = eigenpairs(a, b, &c, 1e-12).unwrap();
+            // Friction on body 1 is −μ τ r, on body 2 the opposite.
+            let side = if upper { -1.0 } else { 1.0 };
+            let want = C::new(0.0, ((k + side * mu * tau * coupled) / m).sqrt());
+            assert!((found[0].value - want).norm() < 1e-9 * want.norm(), "{} against {want}", found[0].value);
+        }
+    }
+
     /// A mass on a spring k along x and y slides on a rigid belt: λ = −d/2m ± i√(k/m − d²/4m²) across the sliding with d = μN/v,
     /// and with d = μ′N along it, where a falling law makes it grow.
     #[test]

@@ -1,0 +1,99 @@
+//! Memory that may be used on a node, from the kernel and the control groups.
+
+use crate::job::Job;
+
+/// Memory that may be used on this node, and who says so.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Byte.
+    pub bytes: f64,
+    /// Where the figure comes from, for messages.
+    pub source: String,
+}
+
+impl Limit {
+    /// The limit that the job sets, or else what the system and the control groups leave.
+    pub fn of(job: &Job) -> Limit {
+        match job.solver.memory_limit {
+            Some(bytes) => Limit { bytes, source: "solver.memory_limit".into() },
+            None => Limit::of_system(),
+        }
+    }
+
+    /// The least of the memory the kernel calls available and what is left in the control group of this process and those above it.
+    pub fn of_system() -> Limit {
+        let read = |path: &str| std::fs::read_to_string(path).ok();
+        let mut limit = Limit { bytes: f64::INFINITY, source: "the system".into() };
+        if let Some(bytes) = read("/proc/meminfo").as_deref().and_then(mem_available) {
+            limit = Limit { bytes, source: "the system (MemAvailable)".into() };
+        }
+        for (max, used) in control_groups(&read("/proc/self/cgroup").unwrap_or_default()) {
+            let (Some(max), Some(used)) = (read(&max).and_then(|t| number(&t)), read(&used).and_then(|t| number(&t)))
+            else {
+                continue;
+            };
+            // Without a limit version 1 shows a number near 2^63.
+            if max < 1e18 && max - used < limit.bytes {
+                limit = Limit { bytes: (max - used).max(0.0), source: "the control group of this process".into() };
+            }
+        }
+        limit
+    }
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok()
+}
+
+/// MemAvailable of /proc/meminfo, byte.
+fn mem_available(text: &str) -> Option<f64> {
+    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib * 1024.0)
+}
+
+/// Files with the limit and the use of the memory control groups of this process, from its own upwards (versions 1 and 2).
+fn control_groups(text: &str) -> Vec<(String, String)> {
+    let mut files = Vec::new();
+    for line in text.lines() {
+        let mut fields = line.splitn(3, ':');
+        let (Some(_), Some(controllers), Some(path)) = (fields.next(), fields.next(), fields.next()) else { continue };
+        let (root, max, used) = if controllers.is_empty() {
+            ("/sys/fs/cgroup", "memory.max", "memory.current")
+        } else if controllers.split(',').any(|c| c == "memory") {
+            ("/sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes")
+        } else {
+            continue;
+        };
+        let mut path = path.trim_end_matches('/');
+        loop {
+            files.push((format!("{root}{path}/{max}"), format!("{root}{path}/{used}")));
+            match path.rfind('/') {
+                Some(at) => path = &path[..at],
+                None => break,
+            }
+        }
+    }
+    files
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kernel_files_are_read() {
+        let text = "MemTotal:       32861560 kB\nMemAvailable:    1024 kB\n";
+        assert_eq!(mem_available(text), Some(1048576.0));
+        assert_eq!(mem_available("nothing"), None);
+        let two: Vec<String> = control_groups("0::/user/job\n").into_iter().map(|f| f.0).collect();
+        assert_eq!(
+            two,
+            ["/sys/fs/cgroup/user/job/memory.max", "/sys/fs/cgroup/user/memory.max", "/sys/fs/cgroup/memory.max"]
+        );
+        let one = control_groups("12:cpu,cpuacct:/a\n5:memory:/b\n");
+        assert_eq!(one[0].1, "/sys/fs/cgroup/memory/b/memory.usage_in_bytes");
+        assert_eq!(one.len(), 2);
+        assert!(Limit::of_system().bytes > 0.0);
+    }
+}

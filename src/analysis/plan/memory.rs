@@ -1,0 +1,190 @@
+//! How much memory a job needs.
+
+use super::strain::contact_radius;
+use super::BodySize;
+use crate::job::{Compliance, Job, LinearSolver, MeshSource, ModesExtent};
+
+// Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
+// Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
+// largest resident sets the estimates exceed by 10 to 14 %.
+
+/// Memory of a real Cholesky factorisation with MUMPS, byte per n^(4/3): 111 to 126 on one rank.
+const FACTOR: f64 = 125.0;
+/// What a factorisation takes more on many ranks than on one, as a share; half of it on two.
+const FACTOR_SPREAD: f64 = 0.2;
+/// Neighbours of a node of a hexahedral mesh, itself included.
+const NEIGHBOURS: f64 = 27.0;
+/// Bytes of an entry of a distributed matrix: value and column.
+const ENTRY: f64 = 16.0;
+/// Program, MPI and libraries, per rank.
+const BASE: f64 = 120e6;
+
+/// What takes memory at the peak and how much, byte.
+pub(super) struct Estimate {
+    /// Summed over the ranks.
+    pub shared: Vec<(&'static str, f64)>,
+    /// On rank 0 alone.
+    pub on_root: Vec<(&'static str, f64)>,
+}
+
+/// The estimate of `job` for bodies of the given sizes, `alike` if one stands for both.
+pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> Estimate {
+    let unique = if alike { &bodies[..1] } else { bodies };
+    let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
+    let elements = job.analyses.modes.is_some() || !half_space;
+    let direct = job.solver.linear == LinearSolver::Mumps || job.analyses.modes.is_some();
+
+    let mut shared = vec![("program and libraries", BASE * ranks as f64)];
+    let mut on_root = vec![("meshes before distribution", bodies.iter().map(mesh_bytes).sum())];
+    if elements {
+        shared.push(("distributed meshes", unique.iter().map(mesh_bytes).sum()));
+        let matrices = |b: &BodySize| 2.0 * b.dofs as f64 * 3.0 * NEIGHBOURS * ENTRY;
+        shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
+        let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
+        let solver = |b: &BodySize| match direct {
+            true => FACTOR * spread * (b.dofs as f64).powf(4.0 / 3.0),
+            // Complex hierarchy of multigrid and vectors of the iteration, from a run of 1.08 million degrees of freedom on two ranks (8.7 GB in all).
+            false => 4.0 * b.dofs as f64 * 3.0 * NEIGHBOURS * ENTRY,
+        };
+        shared.push((if direct { "factorisation" } else { "multigrid" }, unique.iter().map(solver).sum()));
+    }
+    if let Some(modes) = &job.analyses.modes {
+        let count = match modes.extent() {
+            ModesExtent::Count(n) => n as f64,
+            ModesExtent::MaxFrequency(_) => 100.0,
+        };
+        // The Krylov basis has about twice as many vectors, complex as SLEPc is; the modes are kept real.
+        let basis = |b: &BodySize| (2.0 * count + 16.0) * b.dofs as f64 * 16.0;
+        let basis: f64 = unique.iter().map(basis).sum();
+        let full = full_stability(job, bodies, alike, ranks);
+        if full.iter().map(|(_, bytes)| bytes).sum::<f64>() > basis {
+            // The basis is gone by then.
+            shared.push(("free modes", unique.iter().map(|b| count * b.dofs as f64 * 8.0).sum()));
+            shared.extend(full);
+        } else {
+            shared.push(("eigenvectors", basis));
+        }
+    }
+    let rows = 3.0 * bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0) as f64;
+    if !job.analyses.on_contact().is_empty() {
+        // The compliance of each body, their sum, and the matrices of the contact solver.
+        let copies = 4.0 + unique.len() as f64;
+        on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
+    }
+    Estimate { shared, on_root }
+}
+
+/// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the bytes) for a
+/// body that is damped unlike the lower one, responses to unit forces on the contact rows, and the Krylov basis with the eigenvectors.
+fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> Vec<(&'static str, f64)> {
+    let Some(wanted) = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()) else { return Vec::new() };
+    let damping: Vec<_> = job.bodies().iter().map(|(_, b)| (b.damping.alpha, b.damping.beta)).collect();
+    let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
+    let (mut factors, mut responses, mut unknowns) = (0.0, 0.0, 0.0);
+    for (i, body) in bodies.iter().enumerate() {
+        let n = body.dofs as f64;
+        unknowns += n;
+        if i > 0 && alike {
+            continue;
+        }
+        let numbers = if i > 0 && damping[i] != damping[0] { 2.0 } else { 1.0 };
+        factors += numbers * FACTOR * spread * n.powf(4.0 / 3.0);
+        let rows = 3.0 * closed_nodes(job, body.contact_nodes as f64);
+        // On several ranks MUMPS takes up to 512 whole columns on rank 0.
+        let gathered = if ranks > 1 { rows.min(512.0) } else { 0.0 };
+        responses += numbers * (rows + gathered) * n * 8.0;
+    }
+    vec![
+        ("factorisations at a shift", factors),
+        ("responses of the contact rows", responses),
+        ("eigenvectors, full system", (4.0 * f64::from(wanted.count) + 16.0) * unknowns * 16.0),
+    ]
+}
+
+/// Nodes of a patch of `all` nodes that are closed in sliding or upstream of a closed one, about: those in Hertz's circle and a fifth more (89 on `jobs/curve.json`, where the
+/// circle holds 75), and two on each grid line through it; the ellipse in the patch where the bodies do not tell.
+fn closed_nodes(job: &Job, all: f64) -> f64 {
+    let ellipse = std::f64::consts::FRAC_PI_4 * all;
+    let size = job.bodies().first().and_then(|(_, b)| match &b.mesh {
+        Some(MeshSource::Cylinder(c)) => Some(c.element_size),
+        _ => None,
+    });
+    match (contact_radius(job), size) {
+        (Some(radius), Some(h)) => {
+            let lines = radius / h;
+            (1.2 * std::f64::consts::PI * lines * lines + 4.0 * lines + 4.0).min(ellipse)
+        }
+        _ => ellipse,
+    }
+}
+
+fn mesh_bytes(b: &BodySize) -> f64 {
+    // Coordinates, cells, numbering and the graph of the partition.
+    b.nodes as f64 * 64.0 + b.cells as f64 * 160.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{sizes, BodySize, Plan};
+    use crate::job::Job;
+    use std::path::Path;
+
+    fn job(sets: &[&str]) -> Job {
+        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+        let bytes = include_bytes!("../../../jobs/two-cylinders.json");
+        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
+    }
+
+    fn plan(sets: &[&str], ranks: usize) -> Plan {
+        let job = job(sets);
+        Plan::new(&job, sizes(&job).unwrap(), ranks)
+    }
+
+    #[test]
+    fn memory_grows_as_the_mesh_is_refined_and_is_shared_by_the_ranks() {
+        let set = |h: &str| ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.element_size={h}"));
+        let at = |h: &str, ranks| {
+            let sets = set(h);
+            plan(&[&sets[0], &sets[1]], ranks)
+        };
+        let (coarse, fine) = (at("0.002", 1), at("0.0005", 1));
+        assert!(fine.root() > 2.0 * coarse.root(), "{} {}", fine.root(), coarse.root());
+        let two = at("0.0005", 2);
+        assert!(two.per_rank() < 0.6 * fine.per_rank(), "{} {}", two.per_rank(), fine.per_rank());
+        assert_eq!(two.node(1), two.root());
+        assert_eq!(two.node(2), two.root() + two.per_rank());
+    }
+
+    #[test]
+    fn bodies_that_differ_cost_twice() {
+        let (one, two) = (plan(&[], 1), plan(&["bodies.upper.material.young=1e11"], 1));
+        assert!(one.alike && !two.alike);
+        let factor = |p: &Plan| p.shared.iter().find(|s| s.0 == "factorisation").unwrap().1;
+        assert_eq!(factor(&two), 2.0 * factor(&one));
+    }
+
+    #[test]
+    fn the_full_system_is_counted_and_unlike_damping_costs_more() {
+        let full = ["analyses.stability={\"full\": {\"max_frequency\": 500}}", "contact.creepage.lateral=0.01"];
+        let of = |p: &Plan, name: &str| p.shared.iter().find(|s| s.0 == name).map_or(0.0, |s| s.1);
+        let (without, with) = (plan(&[], 1), plan(&full, 1));
+        let name = "factorisations at a shift";
+        assert_eq!(of(&without, name), 0.0);
+        assert_eq!(of(&with, name), of(&with, "factorisation"), "one real factorisation for two mirror images");
+        let unlike = plan(&[full[0], full[1], "bodies.upper.damping.alpha=7"], 1);
+        assert_eq!(of(&unlike, name), 3.0 * of(&with, name), "a real and a complex one");
+        assert!(with.to_string().contains("full system: all eigenvalues up to 500 Hz"), "{with}");
+    }
+
+    /// Two unlike bodies of 127 620 degrees of freedom, 225 contact nodes of which 89 were closed, 60 modes and all eigenvalues of the full system up to 2 kHz,
+    /// twenty about each shift, took 4.8 GB on one rank.
+    #[test]
+    fn the_largest_run_of_the_full_system_is_estimated_within_a_fifth() {
+        let sets = ["analyses.stability.full={\"max_frequency\": 2000}".to_owned()];
+        let bytes = include_bytes!("../../../jobs/curve.json");
+        let job = Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap();
+        let body = |name| BodySize { name, nodes: 42_540, cells: 36_000, dofs: 127_620, contact_nodes: 225 };
+        let need = Plan::new(&job, vec![body("lower"), body("upper")], 1).root();
+        assert!(need > 4.8e9 && need < 1.2 * 4.8e9, "{need:e}");
+    }
+}

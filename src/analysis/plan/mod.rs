@@ -1,0 +1,300 @@
+//! What a job would compute, how large it is, and how much memory it needs: `railsqueal check`, and the refusal of a job
+//! that cannot fit before anything is meshed.
+
+mod limit;
+mod memory;
+mod strain;
+
+pub use limit::Limit;
+pub use strain::small_strain;
+
+use super::bodies::{cylinder_spec, mesh_of, Meshed};
+use super::reduction::fe_inputs;
+use crate::body::matrix_market;
+use crate::job::{self, Compliance, Job, Load, MeshSource, ModesExtent, SweepPlan};
+use crate::mesh::{cylinder, msh};
+use crate::{Error, Result};
+use std::fmt;
+
+/// Size of one body of the job.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodySize {
+    /// "lower" or "upper".
+    pub name: &'static str,
+    /// Nodes of its mesh.
+    pub nodes: u64,
+    /// Hexahedra of its mesh.
+    pub cells: u64,
+    /// Degrees of freedom before supports are taken off.
+    pub dofs: u64,
+    /// Nodes of its contact grid; 0 without contact.
+    pub contact_nodes: u64,
+}
+
+/// The plan of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The bodies, lower first.
+    pub bodies: Vec<BodySize>,
+    /// True if both bodies are described alike, so that one is computed.
+    pub alike: bool,
+    /// Number of ranks.
+    pub ranks: usize,
+    /// What is computed, in order, one line each.
+    pub steps: Vec<String>,
+    /// What takes memory at the peak and how much, byte; summed over the ranks.
+    pub shared: Vec<(&'static str, f64)>,
+    /// What takes memory on rank 0 alone, byte.
+    pub on_root: Vec<(&'static str, f64)>,
+}
+
+/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; reads mesh files. For one rank.
+pub fn sizes(job: &Job) -> Result<Vec<BodySize>> {
+    job.bodies().into_iter().map(|(name, body)| size(job, name, body)).collect()
+}
+
+fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
+    let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
+    if let Some(m) = &body.matrices {
+        let dofs = matrix_market::read(&m.stiffness)?.n as u64;
+        return Ok(BodySize { name, nodes: 0, cells: 0, dofs, contact_nodes: m.contacts.len() as u64 });
+    }
+    match body.elements()?.0 {
+        MeshSource::Cylinder(c) => {
+            let (nodes, cells) = cylinder::count(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+            let across = |half: f64| 2.0 * (half / c.element_size - 1e-9).ceil() + 1.0;
+            let contact = job
+                .contact
+                .as_ref()
+                .and_then(|k| k.patch)
+                .map_or(0.0, |p| across(p.half_length) * across(p.half_width));
+            Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact as u64 })
+        }
+        MeshSource::File(path) => {
+            let Meshed { mesh, grid } = mesh_of(job, name, body)?;
+            for group in &body.fixed {
+                msh::require_group(&mesh, group, &format!("bodies.{name}.fixed: {}", path.display()))?;
+            }
+            let contact = grid.map_or(0, |g| g.nodes.len() as u64);
+            let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
+            Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact })
+        }
+    }
+}
+
+impl Plan {
+    /// The plan of `job` for bodies of the given sizes.
+    pub fn new(job: &Job, bodies: Vec<BodySize>, ranks: usize) -> Self {
+        let alike = job.bodies.lower.is_some() && job.bodies.lower == job.bodies.upper;
+        let memory::Estimate { shared, on_root } = memory::estimate(job, &bodies, alike, ranks);
+        Self { steps: steps(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
+    }
+
+    /// Estimated peak memory of each rank other than 0, byte.
+    pub fn per_rank(&self) -> f64 {
+        self.shared.iter().map(|(_, bytes)| bytes).sum::<f64>() / self.ranks as f64
+    }
+
+    /// Estimated peak memory of rank 0, byte.
+    pub fn root(&self) -> f64 {
+        self.per_rank() + self.on_root.iter().map(|(_, bytes)| bytes).sum::<f64>()
+    }
+
+    /// Estimated peak memory of the node of rank 0, byte, where `ranks_here` of the ranks run.
+    pub fn node(&self, ranks_here: usize) -> f64 {
+        self.root() + self.per_rank() * ranks_here.saturating_sub(1) as f64
+    }
+
+    /// An error if the node of rank 0, where `ranks_here` ranks run, has less memory than the plan needs there.
+    pub fn fits(&self, ranks_here: usize, limit: &Limit) -> Result<()> {
+        let need = self.node(ranks_here);
+        if need <= limit.bytes {
+            return Ok(());
+        }
+        let mut parts: Vec<(&str, f64)> = self.shared.clone();
+        parts.iter_mut().for_each(|p| p.1 *= ranks_here as f64 / self.ranks as f64);
+        parts.extend(&self.on_root);
+        let largest = parts.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|p| (p.0, p.1)).unwrap_or_default();
+        let dofs: u64 = self.bodies.iter().map(|b| b.dofs).sum();
+        Err(Error::Memory(format!(
+            "the job needs about {} on this node ({} of {} ranks, {dofs} degrees of freedom; most of it: {}, {}), but {} gives {}.\n  \
+             Use a larger element_size or a smaller patch, \"gamg\" as solver.linear, more nodes, or raise solver.memory_limit if the estimate is too high",
+            size_text(need),
+            ranks_here,
+            self.ranks,
+            largest.0,
+            size_text(largest.1),
+            limit.source,
+            size_text(limit.bytes)
+        )))
+    }
+}
+
+/// The first point of a sweep on each set of finite elements.
+pub fn models(sweep: &SweepPlan) -> Vec<&Job> {
+    let mut seen: Vec<serde_json::Value> = Vec::new();
+    let mut new = |inputs: serde_json::Value| {
+        let is = !seen.contains(&inputs);
+        if is {
+            seen.push(inputs);
+        }
+        is
+    };
+    sweep.points.iter().filter(|p| new(fe_inputs(p))).collect()
+}
+
+fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
+    let mut steps = Vec::new();
+    let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
+    if let Some(modes) = &job.analyses.modes {
+        steps.push(match modes.extent() {
+            ModesExtent::Count(n) => format!("modes: the {n} lowest of each body{once}"),
+            ModesExtent::MaxFrequency(f) => format!("modes: all of each body up to {f} Hz{once}"),
+        });
+    }
+    if let (true, Some(contact)) = (job.by_matrices() && job.analyses.stability.is_some(), &job.contact) {
+        let points = contact.points.as_ref().map_or(0, Vec::len);
+        steps.push(format!("stability of steady sliding on the modes, {points} contact points"));
+    } else if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
+        let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
+        let source = match contact.compliance {
+            Compliance::Fe => format!("finite elements{once}"),
+            Compliance::HalfSpace => "elastic half-spaces".into(),
+        };
+        steps.push(format!("compliance of {nodes} contact nodes ({} rows) from {source}", 3 * nodes));
+        let load = match contact.load() {
+            Load::Normal(n) => format!("normal load {n} N"),
+            Load::Approach(d) => format!("approach {d} m"),
+        };
+        let c = contact.creepage;
+        let given = format!(
+            "{load}, friction {}, speed {} m/s, creepages {} {} {} 1/m",
+            contact.friction, contact.speed, c.longitudinal, c.lateral, c.spin,
+        );
+        if let Some(steady) = &job.analyses.steady {
+            steps.push(format!("steady rolling: {given}, tolerance {:e}", steady.tolerance));
+        }
+        if let Some(receptance) = &job.analyses.receptance {
+            let count = receptance.frequency.numbers().map_or(0, |f| f.len());
+            steps.push(format!("receptances of the contact point at {count} frequencies"));
+        }
+        if job.analyses.stability.is_some() {
+            steps.push(format!("stability of steady sliding on the modes: {given}"));
+            if let Some(full) = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()) {
+                steps.push(format!(
+                    "stability of the full system: all eigenvalues up to {} Hz by successive shifts, compared with those of the modes",
+                    full.max_frequency
+                ));
+            }
+        }
+        if let Some(t) = &job.analyses.transient {
+            let count = (t.duration / t.step).round();
+            steps.push(format!("transient on the modes: {count} steps of {} s, {} s", t.step, t.duration));
+            if t.sound_power.is_some() {
+                steps.push("sound power radiated in it, in third octaves".into());
+            }
+        }
+    }
+    if let Some(sweep) = &job.sweep {
+        let models = models(sweep).len();
+        steps.push(format!(
+            "sweep of {}: {} points on {models} {} model{}",
+            sweep.keys.join(", "),
+            sweep.points.len(),
+            if job.by_matrices() { "reduced" } else { "finite-element" },
+            if models == 1 { "" } else { "s" }
+        ));
+    }
+    steps
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "bodies")?;
+        for b in &self.bodies {
+            let contact =
+                if b.contact_nodes > 0 { format!(", {} contact nodes", b.contact_nodes) } else { String::new() };
+            let (nodes, cells, dofs) = (b.nodes, b.cells, b.dofs);
+            if nodes == 0 {
+                writeln!(f, "  {:<6} matrices of {dofs} degrees of freedom, {} contacts", b.name, b.contact_nodes)?;
+                continue;
+            }
+            writeln!(
+                f,
+                "  {:<6} {nodes} nodes, {cells} hexahedra, {dofs} degrees of freedom less the supports{contact}",
+                b.name
+            )?;
+        }
+        writeln!(f, "what is computed")?;
+        self.steps.iter().try_for_each(|s| writeln!(f, "  {s}"))?;
+        writeln!(f, "estimated memory, {} rank{}", self.ranks, if self.ranks == 1 { "" } else { "s" })?;
+        for (name, bytes) in self.shared.iter().filter(|p| p.1 > 0.0) {
+            writeln!(f, "  {name:<28} {:>10}  over all ranks", size_text(*bytes))?;
+        }
+        for (name, bytes) in self.on_root.iter().filter(|p| p.1 > 0.0) {
+            writeln!(f, "  {name:<28} {:>10}  on rank 0", size_text(*bytes))?;
+        }
+        if self.ranks == 1 {
+            return writeln!(f, "  {:<28} {:>10}", "in all", size_text(self.root()));
+        }
+        writeln!(f, "  {:<28} {:>10}", "rank 0", size_text(self.root()))?;
+        writeln!(f, "  {:<28} {:>10}", "each other rank", size_text(self.per_rank()))
+    }
+}
+
+/// A number of bytes for people.
+fn size_text(bytes: f64) -> String {
+    match bytes {
+        b if b >= 1e12 => format!("{:.1} TB", b / 1e12),
+        b if b >= 1e9 => format!("{:.1} GB", b / 1e9),
+        b => format!("{:.0} MB", (b / 1e6).max(1.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn job(sets: &[&str]) -> Job {
+        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+        let bytes = include_bytes!("../../../jobs/two-cylinders.json");
+        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
+    }
+
+    fn plan(sets: &[&str], ranks: usize) -> Plan {
+        let job = job(sets);
+        Plan::new(&job, sizes(&job).unwrap(), ranks)
+    }
+
+    #[test]
+    fn the_contact_grid_is_counted_as_it_is_built() {
+        for sets in [vec![], vec!["contact.patch.half_length=0.0065", "contact.patch.half_width=0.0071"]] {
+            let job = job(&sets);
+            let counted = sizes(&job).unwrap();
+            let Some(MeshSource::Cylinder(c)) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
+            let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
+            assert_eq!(counted[0].contact_nodes, grid.unwrap().nodes.len() as u64, "{sets:?}");
+            assert_eq!((counted[0].nodes, counted[0].cells), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
+        }
+    }
+
+    #[test]
+    fn a_plan_that_does_not_fit_is_a_memory_error_with_both_figures() {
+        let plan = plan(&["solver.memory_limit=1e8"], 1);
+        let limit = Limit::of(&job(&["solver.memory_limit=1e8"]));
+        let error = plan.fits(1, &limit).unwrap_err();
+        assert_eq!(error.exit_code(), 7);
+        for part in ["solver.memory_limit gives 100 MB", "needs about", "factorisation", "element_size"] {
+            assert!(error.to_string().contains(part), "{part}: {error}");
+        }
+        assert!(plan.fits(1, &Limit { bytes: 1e12, source: "a test".into() }).is_ok());
+    }
+
+    #[test]
+    fn half_spaces_need_no_factorisation() {
+        let plan = plan(&["contact.compliance=half_space", "analyses.modes=null", "analyses.stability=null"], 1);
+        assert!(plan.shared.iter().all(|s| s.0 != "factorisation"), "{plan}");
+        assert!(plan.to_string().contains("elastic half-spaces"), "{plan}");
+    }
+}
