@@ -48,9 +48,14 @@ pub fn project_normal(p: f64) -> f64 {
     p.max(0.0)
 }
 
+/// |z|; without the care of `hypot` for numbers whose squares overflow, which takes longer than the rest of the laws.
+pub(crate) fn size(z: [f64; 2]) -> f64 {
+    (z[0] * z[0] + z[1] * z[1]).sqrt()
+}
+
 /// Projection on the disc of radius `radius` ≥ 0.
 pub fn project_disc(z: [f64; 2], radius: f64) -> [f64; 2] {
-    let norm = z[0].hypot(z[1]);
+    let norm = size(z);
     if norm <= radius {
         z
     } else {
@@ -91,7 +96,7 @@ pub fn natural_map(
     let d = project_disc(z, bound);
     let state = if q == 0.0 {
         State::Open
-    } else if z[0].hypot(z[1]) <= bound {
+    } else if size(z) <= bound {
         State::Stick
     } else {
         State::Slip

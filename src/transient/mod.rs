@@ -36,6 +36,7 @@ pub use compact::Operator;
 pub use drive::{Drive, History, Tangential};
 pub use energy::Energy;
 pub use model::Model;
+pub use newton::Memory;
 pub use problem::{ContactSolver, Effort, StepProblem, StepSolution};
 pub use scheme::Scheme;
-pub use stepper::{Settings, State, Stepper};
+pub use stepper::{Posed, Settings, State, Stepper};

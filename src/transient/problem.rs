@@ -8,7 +8,7 @@
 use super::compact::Operator;
 use super::newton::Memory;
 use super::{fixed_point, gauss_seidel, newton, parts};
-use crate::contact::laws::{natural_map, State};
+use crate::contact::laws::{natural_map, size, State};
 use crate::contact::FrictionLaw;
 use crate::{Error, Result};
 
@@ -125,7 +125,8 @@ impl StepProblem<'_> {
         }
         let target = self.tolerance * scale;
         let mut guess = guess.to_vec();
-        if solver == ContactSolver::Newton && self.total == [None; 3] && memory.by_parts() {
+        let simple = self.total == [None; 3] && self.friction.is_constant();
+        if solver == ContactSolver::Newton && simple && memory.by_parts() {
             let response = response.map(<[f64]>::to_vec);
             match parts::solve(self, target, guess.clone(), response, &mut memory.parts, effort) {
                 Ok(solution) => return Ok(solution),
@@ -272,7 +273,7 @@ impl StepProblem<'_> {
 
     /// [`StepProblem::map`] with the parameters `rho` of the node.
     pub(super) fn map_with(&self, rho: Rho, r: &[f64], u: &[f64]) -> ([f64; 3], State) {
-        let friction = self.friction.coefficient(u[0].hypot(u[1]) / self.step);
+        let friction = self.friction.coefficient(size([u[0], u[1]]) / self.step);
         let (n, [x, y], state) =
             natural_map(r[2], [r[0], r[1]], u[2], [u[0], u[1]], rho.normal, rho.tangential, friction);
         ([x, y, n], state)
@@ -284,9 +285,9 @@ impl StepProblem<'_> {
         let mut states = Vec::with_capacity(self.nodes());
         for i in 0..self.nodes() {
             let (f, state) = self.map(i, &reaction[3 * i..3 * i + 3], &u[3 * i..3 * i + 3]);
-            let size = f[0].hypot(f[1]).max(f[2].abs());
-            if !(size <= largest) {
-                largest = size;
+            let most = size([f[0], f[1]]).max(f[2].abs());
+            if !(most <= largest) {
+                largest = most;
             }
             states.push(state);
         }

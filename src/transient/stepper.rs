@@ -1,6 +1,7 @@
 //! One step after the other.
 
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::compact::Operator;
 use super::drive::{Drive, Normal, Tangential};
@@ -20,7 +21,7 @@ mod working;
 use working::{Outside, Working};
 
 /// Steps that the first guess of the next one is extrapolated from.
-const PAST: usize = 3;
+const PAST: usize = 4;
 
 /// What does not change in time.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,6 +74,17 @@ pub struct Report {
     pub effort: Effort,
 }
 
+/// The contact problem of a step, see [`super::StepProblem`].
+#[derive(Debug, Clone, Copy)]
+pub struct Posed<'a> {
+    /// Its nodes, `[k]`.
+    pub nodes: &'a [usize],
+    /// W, m/N, columns, `[3k][3k]`.
+    pub matrix: &'a [f64],
+    /// (dx, dy, g) at R = 0, m, `[3k]`.
+    pub free: &'a [f64],
+}
+
 /// Fields of a step on all nodes.
 #[derive(Debug, Clone)]
 pub struct Fields {
@@ -98,8 +110,6 @@ pub struct Stepper<'a> {
     feet: Vec<Option<Foot>>,
     /// ∂x g0, `[n]`.
     slope: Vec<f64>,
-    /// Largest norm of a normal row of Ψ, and largest normal influence between two nodes.
-    reach: [f64; 2],
     state: State,
     working: Working,
     outside: Outside,
@@ -112,6 +122,8 @@ pub struct Stepper<'a> {
     past: Vec<(Vec<f64>, Vec<f64>)>,
     status: Vec<Status>,
     slip: Vec<f64>,
+    /// Displacements of the core without its reactions in the last step, m, `[3 core]`; empty where the nodes are new.
+    posed: Vec<f64>,
     report: Report,
 }
 
@@ -142,14 +154,6 @@ impl<'a> Stepper<'a> {
                 (s.gap[line + b] - s.gap[line + a]) / (s.x[b] - s.x[a])
             })
             .collect();
-        let mut reach = [0.0f64; 2];
-        for i in 0..n {
-            let row = (0..model.omega.len()).map(|k| model.modes[(3 * i + 2, k)].powi(2)).sum::<f64>();
-            reach[0] = reach[0].max(row.sqrt());
-            let col = model.residual.col(3 * i + 2);
-            let far = (0..3 * n).filter(|j| j / 3 != i).map(|j| col[j].abs()).fold(0.0, f64::max);
-            reach[1] = reach[1].max(far);
-        }
         let normal_rows = (0..n)
             .flat_map(|i| (0..model.omega.len()).map(move |k| (i, k)))
             .map(|(i, k)| model.modes[(3 * i + 2, k)])
@@ -162,7 +166,6 @@ impl<'a> Stepper<'a> {
             modal,
             w,
             slope,
-            reach,
             state,
             working: Working {
                 nodes: Vec::new(),
@@ -182,6 +185,7 @@ impl<'a> Stepper<'a> {
             modal_now: None,
             status: Vec::new(),
             slip: Vec::new(),
+            posed: Vec::new(),
             report: Report::default(),
         };
         new.reset()?;
@@ -234,6 +238,13 @@ impl<'a> Stepper<'a> {
         Ok(())
     }
 
+    /// The contact problem of the last step; none where other nodes came in since.
+    pub fn posed(&self) -> Option<Posed<'_>> {
+        let ws = &self.working;
+        let nodes = &ws.nodes[..ws.core];
+        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: &ws.w, free: &self.posed })
+    }
+
     /// Fields of the last step.
     pub fn fields(&self) -> Fields {
         let s = self.model.interface;
@@ -256,8 +267,8 @@ impl<'a> Stepper<'a> {
 
     /// One step.
     pub fn advance(&mut self) -> Result<()> {
-        let at = format!("time step {} (t = {:.6e} s)", self.state.step + 1, self.time() + self.settings.scheme.step);
-        self.one().map_err(|e| e.context(at))
+        let (step, time) = (self.state.step + 1, self.time() + self.settings.scheme.step);
+        self.one().map_err(|e| e.context(format!("time step {step} (t = {time:.6e} s)")))
     }
 
     fn one(&mut self) -> Result<()> {
@@ -265,9 +276,9 @@ impl<'a> Stepper<'a> {
         let m = self.model.omega.len();
         let t = self.time();
         // The modal reactions at the beginning of the step: kept from the one before where there was one.
-        let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.state.reaction));
+        let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.core_reaction()));
         let (q_free, v_free) = self.modal.free(&self.state.q, &self.state.v, &old_modal);
-        let drive = self.settings.drive.clone();
+        let drive = &self.settings.drive;
         let mut total = [None; 3];
         let mut creep = [0.0; 2];
         for c in 0..2 {
@@ -290,10 +301,7 @@ impl<'a> Stepper<'a> {
             let ws = &self.working;
             let core = ws.core;
             let rows = ws.rows();
-            let mut free = vec![0.0; rows];
-            for (f, row) in free.iter_mut().zip(ws.psi.chunks_exact(m.max(1))) {
-                *f = dot(row, &q_free);
-            }
+            let free = product(MatRef::from_row_major_slice(&ws.psi, rows, m), &q_free);
             let mut b = free[..3 * core].to_vec();
             for a in 0..core {
                 let i = ws.nodes[a];
@@ -327,21 +335,15 @@ impl<'a> Stepper<'a> {
             response[..3 * core].copy_from_slice(&solution.response);
             Operator::new(&ws.around, rows - 3 * core, rows - 3 * core)
                 .add(&solution.reaction, &mut response[3 * core..]);
-            let mut reaction = vec![0.0; self.state.reaction.len()];
-            for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
-                reaction[3 * ws.nodes[a]..][..3].copy_from_slice(r);
-            }
-            let modal = self.modal_reaction(&reaction);
+            let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
             self.modal.add(&modal, &mut q, &mut v);
-            let (entering, outside) = self.entering(&solution, (&response, &free), &reaction, &q, approach);
-            if let Some(outside) = outside {
-                self.outside = outside;
-            }
+            let entering = self.entering(&solution, (&response, &free), &q, approach);
             if entering.is_empty() {
                 self.slip = (0..core)
                     .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
                     .collect();
+                self.posed = b;
                 break (solution, response, free, modal, (q, v));
             }
             rounds += 1;
@@ -443,27 +445,17 @@ impl<'a> Stepper<'a> {
             }
             let modal = match &self.modal_now {
                 Some(f) => dot(f, &self.state.q),
-                None => dot(&self.modal_reaction(&self.state.reaction), &self.state.q),
+                None => dot(&self.modal_reaction(&self.core_reaction()), &self.state.q),
             };
             elastic -= 0.5 * modal;
         }
         (self.modal.kinetic(&self.state.v), elastic)
     }
 
-    /// Ψᵀ R, N/√kg, `[m]`; reactions outside the working set are zero.
+    /// Ψᵀ R of the reactions on the core, N/√kg, `[m]`.
     fn modal_reaction(&self, reaction: &[f64]) -> Vec<f64> {
         let m = self.model.omega.len();
-        let mut out = vec![0.0; m];
-        for a in 0..self.working.core {
-            for c in 0..3 {
-                let r = reaction[3 * self.working.nodes[a] + c];
-                if r != 0.0 {
-                    let row = &self.working.psi[m * (3 * a + c)..][..m];
-                    out.iter_mut().zip(row).for_each(|(o, p)| *o += p * r);
-                }
-            }
-        }
-        out
+        product(MatRef::from_column_major_slice(&self.working.psi[..m * reaction.len()], m, reaction.len()), reaction)
     }
 
     fn core_reaction(&self) -> Vec<f64> {
@@ -489,4 +481,14 @@ impl<'a> Stepper<'a> {
         }
         (guess, Some(response))
     }
+}
+
+/// A x.
+fn product(a: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; a.nrows()];
+    if !x.is_empty() && !out.is_empty() {
+        let column = MatMut::from_column_major_slice_mut(&mut out, a.nrows(), 1);
+        matmul(column, Accum::Replace, a, MatRef::from_column_major_slice(x, x.len(), 1), 1.0, Par::Seq);
+    }
+    out
 }

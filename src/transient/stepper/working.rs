@@ -48,11 +48,15 @@ impl Working {
 /// The nodes outside the working set: how near they are to touching.
 #[derive(Default)]
 pub(super) struct Outside {
-    /// Smallest gap at the time of the last look, m.
-    pub(super) gap: f64,
-    pub(super) q: Vec<f64>,
-    pub(super) reaction: Vec<f64>,
-    pub(super) shift: f64,
+    /// Smallest gap at the time of the last look, m; none where there was no look yet.
+    gap: Option<f64>,
+    q: Vec<f64>,
+    /// Reactions on the core, N, `[3 core]`.
+    reaction: Vec<f64>,
+    shift: f64,
+    /// Largest change of a gap that a unit of each modal displacement and of each reaction on the core makes out there, `[m]` and
+    /// `[3 core]`.
+    reach: [Vec<f64>; 2],
 }
 
 impl Stepper<'_> {
@@ -87,16 +91,15 @@ impl Stepper<'_> {
         [0, 1].map(|c| value(&self.model.interface.x, foot, smooth, |ix| ws.u[3 * ws.place[line + ix] + c]))
     }
 
-    /// Nodes outside the core that the solution presses into each other, and the last look at those outside the working set
-    /// where it had to be renewed.
+    /// Nodes outside the core that the solution presses into each other; those outside the working set are looked at when they may have
+    /// come near since the last time.
     pub(super) fn entering(
-        &self,
+        &mut self,
         solution: &StepSolution,
         (response, free): (&[f64], &[f64]),
-        reaction: &[f64],
         q: &[f64],
         approach: f64,
-    ) -> (Vec<usize>, Option<Outside>) {
+    ) -> Vec<usize> {
         let s = self.model.interface;
         let ws = &self.working;
         let shift = solution.shift[2] - approach;
@@ -106,31 +109,55 @@ impl Stepper<'_> {
             .map(|a| ws.nodes[a])
             .collect();
         if !entering.is_empty() {
-            return (entering, None);
+            return entering;
         }
-        // The others: only when they may have come near since the last look.
-        let o = &self.outside;
-        if o.q.len() == q.len() && o.reaction.len() == reaction.len() {
-            let moved: f64 = q.iter().zip(&o.q).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-            let loaded: f64 = reaction.iter().zip(&o.reaction).map(|(a, b)| (a - b).abs()).sum();
-            if o.gap > self.reach[0] * moved + self.reach[1] * loaded + (shift - o.shift).abs() {
-                return (entering, None);
+        let o = &mut self.outside;
+        let moved = |reach: &[f64], now: &[f64], then: &[f64]| -> f64 {
+            reach.iter().zip(now).zip(then).map(|((r, a), b)| r * (a - b).abs()).sum()
+        };
+        if let Some(gap) = o.gap {
+            let by = moved(&o.reach[0], q, &o.q) + moved(&o.reach[1], &solution.reaction, &o.reaction);
+            if gap > by + (shift - o.shift).abs() {
+                return entering;
             }
         }
-        let rows: Vec<usize> = (0..reaction.len()).filter(|&k| reaction[k] != 0.0).collect();
         let mut nearest = f64::INFINITY;
         for i in (0..s.len()).filter(|&i| ws.place[i] == usize::MAX) {
             let col = self.model.residual.col(3 * i + 2);
-            let elastic: f64 = rows.iter().map(|&k| col[k] * reaction[k]).sum();
-            let moved = dot(&self.normal_rows[q.len() * i..][..q.len()], q);
-            let gap = s.gap[i] + shift + elastic + moved;
+            let mut elastic = [0.0; 3];
+            for (&j, r) in ws.nodes.iter().zip(solution.reaction.chunks_exact(3)) {
+                for c in 0..3 {
+                    elastic[c] += col[3 * j + c] * r[c];
+                }
+            }
+            let gap =
+                s.gap[i] + shift + elastic.iter().sum::<f64>() + dot(&self.normal_rows[q.len() * i..][..q.len()], q);
             nearest = nearest.min(gap);
             if gap < limit {
                 entering.push(i);
             }
         }
-        let (q, reaction) = (q.to_vec(), reaction.to_vec());
-        (entering, Some(Outside { gap: nearest, q, reaction, shift }))
+        o.gap = Some(nearest);
+        o.q = q.to_vec();
+        o.reaction = solution.reaction.clone();
+        o.shift = shift;
+        entering
+    }
+
+    /// What can move the gaps of the nodes outside the working set, which are not looked at yet.
+    fn around(&self) -> Outside {
+        let ws = &self.working;
+        let m = self.model.omega.len();
+        let mut reach = [vec![0.0f64; m], vec![0.0f64; 3 * ws.core]];
+        for i in (0..ws.place.len()).filter(|&i| ws.place[i] == usize::MAX) {
+            let row = &self.normal_rows[m * i..][..m];
+            reach[0].iter_mut().zip(row).for_each(|(r, v)| *r = r.max(v.abs()));
+            let col = self.model.residual.col(3 * i + 2);
+            for (r, &j) in reach[1].chunks_exact_mut(3).zip(&ws.nodes) {
+                (0..3).for_each(|c| r[c] = r[c].max(col[3 * j + c].abs()));
+            }
+        }
+        Outside { reach, ..Outside::default() }
     }
 
     /// Drops core nodes when many of them are open.
@@ -210,11 +237,12 @@ impl Stepper<'_> {
             .collect();
         let core = core.len();
         self.working = Working { nodes, core, full, place, w, around, psi, feet: lines, u };
-        self.outside = Outside::default();
+        self.outside = self.around();
         self.memory.forget();
         self.past.clear();
         self.status = vec![Status::Open; core];
         self.slip = vec![0.0; 2 * core];
+        self.posed.clear();
         Ok(())
     }
 }
