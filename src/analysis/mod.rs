@@ -165,7 +165,7 @@ fn itself(
         *bodies = Bodies::build(world, job, progress, summary)?;
     }
     let bodies = &*bodies;
-    let shapes = match (&reused, &options.reuse) {
+    let mut shapes = match (&reused, &options.reuse) {
         (Some(reused), Some(path)) if wants_shapes(job) => {
             progress.stage("mode shapes of an earlier run");
             let none = Reduction::elsewhere();
@@ -202,6 +202,9 @@ fn itself(
     });
     if options.resume && !found.is_empty() {
         transient::kept::align(world, bodies, &mut found, model)?;
+    }
+    if let (true, Ok(Some(shapes))) = (options.resume, &mut shapes) {
+        transient::kept::align(world, bodies, shapes, model)?;
     }
     let tables = |root: &ReducedModel| reuse::tables(job, &origin.clone().unwrap_or_default(), root);
     // A compliance that is only near the true one is of no use to another run.

@@ -103,7 +103,8 @@ fn ranks_do_not_matter_and_steady_state_stays() {
     let differ = forces[0].iter().zip(&forces[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / limit;
     assert!(differ < 1e-6, "forces on 1 and 2 ranks differ by {differ:e} μN");
     let drift = (forces[0][1] - forces[0][forces[0].len() - 2]).abs() / limit;
-    assert!(drift < 0.03, "the lateral force leaves the steady one by {drift} μN");
+    // Without any step in the operator it would be nothing; Vh over the length of the contact is 0.01.
+    assert!(drift < 1e-3, "the lateral force leaves the steady one by {drift} μN");
 }
 
 #[test]
