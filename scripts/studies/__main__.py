@@ -4,6 +4,7 @@ import json
 import sys
 
 import growth
+import longitudinal
 import modes
 import ranks
 import report
@@ -15,6 +16,7 @@ STUDIES = {
     "finite_elements": steady.finite_elements,
     "modes": modes.annulus,
     "growth": growth.narrow_curve,
+    "longitudinal": longitudinal.sliding,
     "ranks": ranks.agreement,
 }
 

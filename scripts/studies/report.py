@@ -56,6 +56,12 @@ def growth(rows):
     return "\n".join(parts)
 
 
+def longitudinal(rows):
+    heights = ["–" if m is None else f"{m[1]:.0f} Hz" for m in rows[-1]["modes"]]
+    cells = [[f"{1e3 * r['size']:g}", r["closed"], *("–" if m is None else f"{m[0]:.3f}" for m in r["modes"]), r["unstable"]] for r in rows]
+    return table(["element size, mm", "closed nodes", *heights, "unstable modes"], cells)
+
+
 def ranks(rows):
     names = list(rows[0]["difference"])
     return table(["ranks", *names], [[r["ranks"], *(f"{r['difference'][n]:.1e}" for n in names)] for r in rows])
@@ -81,6 +87,10 @@ def write(found):
         parts.append(
             "## Growth rates of the narrow curve\n\n`jobs/curve.json` on other meshes and with other numbers of modes: every unstable mode, or the least stable one where there is none. "
             "The distance between the first frequencies of the two cylinders, on which the growth depends, is 1.0369 Hz by `docs/reference/crowned_modes.csv`.\n\n" + growth(found["growth"]))
+    if "longitudinal" in found:
+        parts.append(
+            "## Longitudinal sliding\n\n`jobs/curve.json` with a longitudinal creepage of 1 % in place of the lateral one and 20 modes of each body: growth rates, 1/s, of three modes that the "
+            "contact moves much, against the grid; – where no eigenvalue near that frequency has a damping ratio below 0.2.\n\n" + longitudinal(found["longitudinal"]))
     if "ranks" in found:
         parts.append(
             "## Number of ranks\n\nUnlike bodies, all creepages: largest difference from one rank, relative to the largest entry.\n\n" + ranks(found["ranks"]))
