@@ -34,12 +34,16 @@ def signal(results):
 
 
 def period(results):
-    """Period of the strongest part of the signal at the end, s."""
+    """Period of the cycle at the end, s."""
     t, (v, _) = results["transient/time"], signal(results)
     v = v[len(v) // 2 :] * np.hanning(len(v) - len(v) // 2)
     amplitude = np.abs(np.fft.rfft(v))
     amplitude[:3] = 0
-    return 1 / np.fft.rfftfreq(len(v), t[1] - t[0])[np.argmax(amplitude)]
+    # The lowest strong line: stick and slip make harmonics that can be stronger at a point than the cycle itself.
+    k = int(np.argmax(amplitude >= 0.2 * amplitude.max()))
+    while k + 1 < len(amplitude) and amplitude[k + 1] > amplitude[k]:
+        k += 1
+    return 1 / np.fft.rfftfreq(len(v), t[1] - t[0])[k]
 
 
 def growth(results, out):
