@@ -5,6 +5,7 @@ use crate::elasticity::block;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use num_complex::Complex;
+use railsqueal::analysis::stability::full::cover::{partners, Wedge};
 use railsqueal::analysis::stability::full::system::System;
 use railsqueal::analysis::stability::full::{spectrum, Coupling, Damping, FullOptions, FullSpectrum, Place};
 use railsqueal::body::fe::{BodyModes, FeBody};
@@ -223,6 +224,16 @@ fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &SlidingCont
         let twins = promised.iter().filter(|w| near(**w, *v)).count();
         let hits = found.pairs.iter().filter(|p| near(p.value, *v)).count();
         assert_eq!(hits, twins, "{v} of {promised:?}");
+    }
+    // Any one of them taken away: the comparison that ends every run misses it.
+    let values: Vec<C> = found.pairs.iter().map(|p| p.value).collect();
+    let wedge = Wedge::new(LIMIT, 0.2);
+    partners(&values, &promised, &wedge, 1e-3).unwrap();
+    for missing in (0..values.len()).filter(|&i| values[i].im < 0.99 * wedge.height) {
+        let mut rest = values.clone();
+        let lost = rest.remove(missing);
+        let error = partners(&rest, &promised, &wedge, 1e-3).expect_err("an eigenvalue is missing");
+        assert!(error.exit_code() == 4 && error.message().contains("of the reduced system"), "{lost}: {error}");
     }
     let n = matrices[0].nrows();
     let conjugate = |v: C| exact.iter().any(|w| near(*w, v.conj()));
