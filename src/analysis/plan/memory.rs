@@ -125,20 +125,10 @@ fn mesh_bytes(b: &BodySize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{sizes, BodySize, Plan};
+    use super::super::example::plan;
+    use super::super::{BodySize, Plan};
     use crate::job::Job;
     use std::path::Path;
-
-    fn job(sets: &[&str]) -> Job {
-        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-        let bytes = include_bytes!("../../../jobs/two-cylinders.json");
-        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
-    }
-
-    fn plan(sets: &[&str], ranks: usize) -> Plan {
-        let job = job(sets);
-        Plan::new(&job, sizes(&job).unwrap(), ranks)
-    }
 
     #[test]
     fn memory_grows_as_the_mesh_is_refined_and_is_shared_by_the_ranks() {

@@ -251,21 +251,29 @@ fn size_text(bytes: f64) -> String {
     }
 }
 
+/// The plan of the two-cylinder job with keys set.
 #[cfg(test)]
-mod tests {
-    use super::*;
+mod example {
+    use super::{sizes, Plan};
+    use crate::job::Job;
     use std::path::Path;
 
-    fn job(sets: &[&str]) -> Job {
+    pub fn job(sets: &[&str]) -> Job {
         let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
         let bytes = include_bytes!("../../../jobs/two-cylinders.json");
         Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
     }
 
-    fn plan(sets: &[&str], ranks: usize) -> Plan {
+    pub fn plan(sets: &[&str], ranks: usize) -> Plan {
         let job = job(sets);
         Plan::new(&job, sizes(&job).unwrap(), ranks)
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::example::{job, plan};
+    use super::*;
 
     #[test]
     fn the_contact_grid_is_counted_as_it_is_built() {

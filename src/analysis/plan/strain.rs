@@ -63,14 +63,8 @@ pub(super) fn contact_radius(job: &Job) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::example::job;
     use super::*;
-    use std::path::Path;
-
-    fn job(sets: &[&str]) -> Job {
-        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-        let bytes = include_bytes!("../../../jobs/two-cylinders.json");
-        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
-    }
 
     #[test]
     fn strain_is_hertz_pressure_over_modulus() {
