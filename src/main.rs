@@ -149,6 +149,7 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Resu
 
 fn check(world: &World, args: &JobArgs) -> Result<()> {
     let job = read(world, args)?;
+    analysis::check(&job)?;
     let (here, plan) = plan_of(world, &job)?;
     let Some(plan) = plan else { return Ok(()) };
     let limit = Limit::of(&job);

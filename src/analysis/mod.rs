@@ -48,6 +48,14 @@ pub struct RunOptions {
     pub wall_time: Option<f64>,
 }
 
+/// What of the analyses can be refused before anything is meshed, beyond what the job itself shows.
+pub fn check(job: &Job) -> Result<()> {
+    match (&job.analyses.transient, &job.contact) {
+        (Some(wanted), Some(contact)) => transient::check(wanted, contact),
+        _ => Ok(()),
+    }
+}
+
 /// Collective: runs the analyses of `job` and writes the result file. The summary is the same on every rank.
 pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Summary> {
     let world = petsc.world();
@@ -65,9 +73,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
         }
         world.on_root(|| transient::refuse_other_job(&Segments::of(&options.output), job))?;
     }
-    if let (Some(wanted), Some(contact)) = (&job.analyses.transient, &job.contact) {
-        transient::check(wanted, contact)?;
-    }
+    check(job)?;
     let stop = job.analyses.transient.as_ref().map(|_| Stop::listen(begun, options.wall_time));
     let mut file = ResultFile::create(world, &options.output, options.force)?;
     let mut summary = Summary::default();
