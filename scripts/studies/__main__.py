@@ -9,6 +9,7 @@ import modes
 import ranks
 import report
 import steady
+import transient
 from program import KEPT
 
 STUDIES = {
@@ -17,6 +18,7 @@ STUDIES = {
     "modes": modes.annulus,
     "growth": growth.narrow_curve,
     "longitudinal": longitudinal.sliding,
+    "transient": transient.against_linear,
     "ranks": ranks.agreement,
 }
 

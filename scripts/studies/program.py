@@ -12,12 +12,15 @@ ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "target" / "validation"
 
 
-def run(job, sets, ranks=2, only=None):
-    """The tables of a run as {path: array}, and its wall time in s. `sets` maps dotted keys to values."""
+def run(job, sets, ranks=2, only=None, reuse=None, output=None, groups=("contact", "modes", "sweep")):
+    """The tables of these groups of a run as {path: array}, and its wall time in s. `sets` maps dotted keys to values.
+
+    `reuse` is a result file whose reduced model is taken, `output` the result file if it is to stay.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "run.h5"
+        output = output or Path(folder) / "run.h5"
         command = ["mpirun", "-n", str(ranks), str(ROOT / "target/release/railsqueal"), "run", str(ROOT / "jobs" / job)]
-        command += ["--output", str(output)] + (["--only", only] if only else [])
+        command += ["--output", str(output)] + (["--only", only] if only else []) + (["--reuse", str(reuse)] if reuse else [])
         for key, value in sets.items():
             command += ["--set", f"{key}={value}"]
         begun = time.monotonic()
@@ -27,7 +30,7 @@ def run(job, sets, ranks=2, only=None):
             raise SystemExit(f"{' '.join(command)}\nended with {done.returncode}:\n{done.stderr}")
         tables = {}
         with h5py.File(output) as file:
-            wanted = lambda name: name.split("/")[0] in ("contact", "modes", "sweep")  # noqa: E731
+            wanted = lambda name: name.split("/")[0] in groups  # noqa: E731
             keep = lambda name, item: tables.__setitem__(name, item[()]) if hasattr(item, "shape") and wanted(name) else None  # noqa: E731
             file.visititems(keep)
     print(f"   {job}, {', '.join(f'{k.split(chr(46))[-1]} {v}' for k, v in sets.items() if 'upper' not in k)}: {seconds:.0f} s", flush=True)

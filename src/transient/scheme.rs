@@ -41,9 +41,10 @@ impl Scheme {
         Ok(())
     }
 
-    /// Damping that the scheme adds to a motion of angular frequency `omega` (rad/s), 1/s: (θ − ½) ω² h/2.
+    /// Damping that the scheme adds to a motion of angular frequency `omega` (rad/s), 1/s: (θ − ½) ω² h. Half of it comes from the
+    /// force, half from the velocity, both of which are weighed with θ.
     pub fn own_damping(&self, omega: f64) -> f64 {
-        0.5 * (self.theta - 0.5) * omega * omega * self.step
+        (self.theta - 0.5) * omega * omega * self.step
     }
 }
 
@@ -143,5 +144,63 @@ impl Modal {
     /// Work of the loads in a step, J.
     pub fn loaded(&self, before: &[f64], after: &[f64]) -> f64 {
         (0..before.len()).map(|k| self.load[k] * (after[k] - before[k])).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Interface;
+
+    const OMEGA: f64 = 3000.0;
+
+    /// Angular frequency and decay rate, 1/s, of one free mode under the scheme, from its phase q + i v/ω; with its own damping c, 1/s.
+    fn free_motion(scheme: Scheme, c: f64) -> (f64, f64) {
+        let interface = Interface::new(vec![-1.0, 0.0, 1.0], vec![-1.0, 0.0, 1.0], vec![1.0; 9]).unwrap();
+        let (residual, modes) = (Mat::<f64>::zeros(27, 27), Mat::<f64>::zeros(27, 1));
+        let model = Model {
+            interface: &interface,
+            residual: residual.as_ref(),
+            modes: modes.as_ref(),
+            omega: &[OMEGA],
+            damping: &[c],
+            load: &[],
+        };
+        let modal = Modal::new(&model, scheme, Impact::Compliant);
+        let (mut q, mut v) = (vec![1.0], vec![0.0]);
+        let (mut turned, mut last) = (0.0, 0.0);
+        let steps = 1000;
+        for _ in 0..steps {
+            (q, v) = modal.free(&q, &v, &[0.0]);
+            let angle = (-v[0] / OMEGA).atan2(q[0]);
+            turned += (angle - last).rem_euclid(2.0 * std::f64::consts::PI);
+            last = angle;
+        }
+        let time = steps as f64 * scheme.step;
+        let energy = 0.5 * (q[0] * q[0] + (v[0] / OMEGA).powi(2));
+        (turned / time, -0.5 * (2.0 * energy).ln() / time)
+    }
+
+    #[test]
+    fn a_free_mode_is_slow_and_damped_as_documented() {
+        let step = 1e-5;
+        for theta in [0.5, 0.51, 0.6, 1.0] {
+            let scheme = Scheme { step, theta };
+            let (omega, decay) = free_motion(scheme, 0.0);
+            let low = 1.0 - omega / OMEGA;
+            // Of the next order, (hω)² = 1e-3.
+            let own = scheme.own_damping(OMEGA);
+            assert!((decay - own).abs() < 2e-3 * own + 1e-9, "θ = {theta}: decay {decay}, expected {own}");
+            if theta == 0.5 {
+                let want = (step * OMEGA).powi(2) / 12.0;
+                assert!((low / want - 1.0).abs() < 0.02, "frequency low by {low:e}, expected {want:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn damping_takes_half_its_coefficient_of_the_amplitude() {
+        let (_, decay) = free_motion(Scheme { step: 1e-5, theta: 0.5 }, 40.0);
+        assert!((decay - 20.0).abs() < 0.2, "decay {decay}");
     }
 }

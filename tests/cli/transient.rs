@@ -158,7 +158,7 @@ fn what_cannot_be_integrated_is_refused() {
     folder.untouched();
 }
 
-/// θ = 0.51 takes some percent of the growth at 10 µs, θ = 0.5 nothing, θ = 0.501 less than 2 %: the damping (θ − ½) ω²h/2.
+/// θ = 0.51 takes some percent of the growth at 10 µs, θ = 0.5 nothing, θ = 0.501 less than 2 %: the damping (θ − ½) ω²h.
 #[test]
 fn damping_by_the_scheme_is_warned_of_above_two_percent() {
     let transient = json!({ "duration": 1e-4, "start": { "mode": 1 } });
@@ -174,7 +174,7 @@ fn damping_by_the_scheme_is_warned_of_above_two_percent() {
         let ran =
             folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("x.h5"), "--force", "--set", &set]);
         ran.good();
-        let share = |l: &num_complex::Complex64| 0.5 * (theta - 0.5) * l.im * l.im * 1e-5 / l.re;
+        let share = |l: &num_complex::Complex64| (theta - 0.5) * l.im * l.im * 1e-5 / l.re;
         let warned: Vec<&str> = ran.err.lines().filter(|l| l.contains("warning: the scheme damps")).collect();
         assert_eq!(warned.len(), unstable.iter().filter(|l| share(l) > 0.02).count(), "{theta}: {warned:?}");
         for l in &unstable {
