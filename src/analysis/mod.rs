@@ -242,7 +242,7 @@ fn itself(
         };
         let (modes, keep) = (&found, &keep.unwrap_or_default()[..]);
         let inputs = Inputs { job, wanted, contact, bodies, modes, model, eigenpairs, options, stop, keep };
-        transient::run(world, &inputs, file, progress, summary)?;
+        transient::run(world, &inputs, &mut solvers, file, progress, summary)?;
     }
     Ok(())
 }

@@ -147,8 +147,39 @@ impl FeBody {
     /// Collective: this rank's degrees of freedom, m, under forces on the contact rows (x, y, n), N, `[3n]` on rank 0.
     pub fn response(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<f64>> {
         let mut u = self.load(world, forces)?;
-        statics.solve(&mut u)?;
+        statics.solve(&mut u, 1)?;
         Ok(u)
+    }
+
+    /// Where the three degrees of freedom of an owned node begin among those of this rank; none at a support.
+    fn first_of(&self, node: usize) -> Option<usize> {
+        let first = self.dofs.local[node];
+        (first != FIXED).then(|| (first - self.dofs.begin()) as usize)
+    }
+
+    /// Collective: a vector of this rank's degrees of freedom at an owned node, given on the rank that owns it; (x, y, z) on every
+    /// rank, 0 at a support.
+    pub fn at_node(&self, world: &World, u: &[f64], node: Option<usize>) -> [f64; 3] {
+        let first = node.and_then(|node| self.first_of(node));
+        let here: [f64; 3] = first.map_or([0.0; 3], |f| std::array::from_fn(|c| u[f + c]));
+        here.map(|v| world.sum(v))
+    }
+
+    /// Collective: contact rows (x, y, n) under unit forces (x, y, z) at an owned node, given on the rank that owns it, m/N, `[3][3n]`
+    /// on rank 0, empty elsewhere; 0 at a support.
+    pub fn transfer(&self, world: &World, statics: &mut Statics, node: Option<usize>) -> Result<[Vec<f64>; 3]> {
+        let owned = self.dofs.owned();
+        let first = node.and_then(|node| self.first_of(node));
+        let mut u = vec![0.0; 3 * owned];
+        if let Some(first) = first {
+            (0..3).for_each(|c| u[c * owned + first + c] = 1.0);
+        }
+        statics.solve(&mut u, 3)?;
+        let mut rows: [Vec<f64>; 3] = Default::default();
+        for (c, row) in rows.iter_mut().enumerate() {
+            *row = self.contact_displacement(world, &u[c * owned..(c + 1) * owned])?;
+        }
+        Ok(rows)
     }
 
     /// Collective: a complex motion of this rank's degrees of freedom at the contact rows (x, y, n), `[3n]`, on every rank.

@@ -5,6 +5,7 @@ pub mod fe;
 pub mod matrices;
 pub mod matrix_market;
 pub mod modes;
+pub mod residual;
 pub mod statics;
 pub mod surface;
 

@@ -46,11 +46,12 @@ impl<'p> Statics<'p> {
         Ok(Statics::Iterative(Iterative::new(petsc, &body.operators.stiffness, 3, &near_null, options, &name)?))
     }
 
-    /// Collective: solves in place; `f` holds this rank's degrees of freedom, N in, m out.
-    pub fn solve(&mut self, f: &mut [f64]) -> Result<()> {
+    /// Collective: solves for `count` loads in place; `f` holds this rank's degrees of freedom, `[owned, count]` column by column, N in,
+    /// m out.
+    pub fn solve(&mut self, f: &mut [f64], count: usize) -> Result<()> {
         match self {
-            Statics::Direct(factor) => factor.solve(f, 1),
-            Statics::Iterative(solver) => solver.solve(f, 1),
+            Statics::Direct(factor) => factor.solve(f, count),
+            Statics::Iterative(solver) => solver.solve(f, count),
         }
     }
 

@@ -107,6 +107,94 @@ fn ranks_do_not_matter_and_steady_state_stays() {
     assert!(drift < 1e-3, "the lateral force leaves the steady one by {drift} μN");
 }
 
+/// At rest a point stands where the finite elements of the whole body have it, however few modes are kept; in motion it depends on them little,
+/// its velocity is the rate of its displacement, and the number of ranks does not matter.
+#[test]
+fn points_move_as_the_whole_body_does() {
+    let points: Vec<Value> = [("lower", -1.0), ("upper", 1.0)]
+        .into_iter()
+        .flat_map(|(body, up)| {
+            [("contact", [0.0, 0.0, 0.0]), ("rim", [0.5, -0.02, up * 0.5]), ("web", [0.0, 0.0, up * 0.15])]
+                .map(|(name, at)| json!({ "name": format!("{body} {name}"), "body": body, "at": at }))
+        })
+        .collect();
+    let transient = json!({
+        "duration": 1e-3,
+        "start": { "state": "steady" },
+        "histories": { "lateral": [[0, 0.003], [1e-3, 0.006]] },
+        "points": points
+    });
+    let mut job = sliding(transient);
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(0.003);
+        job["bodies"][body]["mesh"]["cylinder"]["max_element_size"] = json!(0.08);
+    }
+    // All components of the traction, on bodies that differ.
+    job["contact"]["creepage"] = json!({ "lateral": 0.003, "longitudinal": 0.001 });
+    job["analyses"].as_object_mut().expect("analyses").remove("stability");
+    job["analyses"]["steady"] = json!({});
+    job["output"] = json!({ "fields": true });
+    let folder = Folder::with(job.to_string());
+    let run = |name: &str, ranks: usize, sets: &[&str]| {
+        let output = folder.text(name);
+        let sets: Vec<&str> = sets.iter().flat_map(|s| ["--set", s]).collect();
+        folder.call(ranks, "run", &[&sets[..], &["--output", &output]].concat()).good();
+        open(&output)
+    };
+    let few = "analyses.modes.count=4";
+
+    // So short a time that nothing moves.
+    let rest = ["analyses.transient.duration=1e-8", "analyses.transient.step=1e-8"];
+    for modes in [few, "analyses.modes.count=20"] {
+        let file = run(&format!("rest of {modes}.h5"), 1, &[&rest[..], &[modes]].concat());
+        let (at, nodes): (Vec<f64>, Vec<f64>) =
+            (read(&file, "transient/points/position"), read(&file, "VTKHDF/Points"));
+        let whole: Vec<f64> = read(&file, "VTKHDF/PointData/displacement");
+        let body: Vec<i8> = read(&file, "VTKHDF/PointData/body");
+        let found: Vec<f64> = read(&file, "transient/point_displacement");
+        let velocity: Vec<f64> = read(&file, "transient/point_velocity");
+        for (k, point) in points.iter().enumerate() {
+            let own = if point["body"] == "lower" { 1 } else { 2 };
+            let near = |i: &usize| body[*i] == own && (0..3).all(|c| (nodes[3 * i + c] - at[3 * k + c]).abs() < 1e-9);
+            let node = (0..body.len()).find(near).expect("the node of the point");
+            let (u, wanted) = (&found[3 * k..3 * k + 3], &whole[3 * node..3 * node + 3]);
+            let (mut error, mut size) = (0.0f64, 0.0f64);
+            for c in 0..3 {
+                error = error.max((u[c] - wanted[c]).abs());
+                size = size.max(wanted[c].abs());
+            }
+            assert!(size > 1e-7 && error < 1e-9 * size, "{modes}: {point} at {u:?} m, by finite elements {wanted:?}");
+        }
+        assert!(velocity.iter().all(|v| v.abs() < 1e-9), "{velocity:?}");
+    }
+
+    let moving: Vec<Vec<f64>> = [("few.h5", 1, few), ("ranks.h5", 2, few), ("many.h5", 1, "analyses.modes.count=20")]
+        .map(|(name, ranks, modes)| read(&run(name, ranks, &[modes]), "transient/point_displacement"))
+        .to_vec();
+    let width = 3 * points.len();
+    // Largest distance from the first step on, and between two runs, of each point.
+    let size = |u: &[f64], from: &dyn Fn(usize) -> f64, k: usize| {
+        let of = |(i, v): (usize, &f64)| if i % width / 3 == k { (v - from(i)).abs() } else { 0.0 };
+        u.iter().enumerate().map(of).fold(0.0, f64::max)
+    };
+    let rate: Vec<f64> = read(&open(folder.path("few.h5")), "transient/point_velocity");
+    for (k, point) in points.iter().enumerate() {
+        let u = &moving[0];
+        let way = size(u, &|i| u[i % width], k);
+        let ranks = size(u, &|i| moving[1][i], k);
+        let modes = size(u, &|i| moving[2][i], k);
+        let before = |i: usize| if i < width { u[i] } else { u[i - width] };
+        let step = size(u, &before, k);
+        // The mean of the velocities at both ends, times the step.
+        let by_rate = |i: usize| if i < width { u[i] } else { before(i) + 0.5e-5 * (rate[i] + rate[i - width]) };
+        let drift = size(u, &by_rate, k);
+        assert!(way > 1e-8, "{point} moves by {way:e} m");
+        assert!(ranks < 1e-8 * way, "{point}: {ranks:e} of {way:e} m apart on two ranks");
+        assert!(modes < 0.1 * way, "{point}: {modes:e} of {way:e} m apart with 4 and 20 modes");
+        assert!(drift < 0.02 * step, "{point}: {drift:e} of {step:e} m in a step are not by the velocity");
+    }
+}
+
 #[test]
 fn what_cannot_be_integrated_is_refused() {
     let transient =

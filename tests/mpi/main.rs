@@ -9,6 +9,7 @@ use std::process::{exit, Command};
 mod dense;
 mod distribution;
 mod elasticity;
+mod residual;
 mod stability;
 mod surface;
 
@@ -25,6 +26,8 @@ const TESTS: &[Test] = &[
     ("distribution::no_cells", distribution::no_cells),
     ("distribution::a_rank_without_nodes", distribution::a_rank_without_nodes),
     ("distribution::no_mesh", distribution::no_mesh),
+    ("residual::contact_forces_move_a_node", residual::contact_forces_move_a_node),
+    ("residual::nothing_is_left_by_all_modes", residual::nothing_is_left_by_all_modes),
     ("surface::the_boundary_is_found_once", surface::the_boundary_is_found_once),
     ("stability::unlike_bodies", stability::unlike_bodies),
     ("stability::unlike_damping", stability::unlike_damping),

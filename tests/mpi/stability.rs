@@ -80,7 +80,7 @@ fn dense_modes(world: &World, body: &FeBody, count: usize) -> (Vec<f64>, Mat<f64
 }
 
 /// This rank's rows of them.
-fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
+pub fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
     let (omega, phi) = dense_modes(world, body, count);
     let first = body.dofs.begin() as usize;
     let rows = first..first + body.dofs.owned();

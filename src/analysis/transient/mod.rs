@@ -18,6 +18,7 @@ use super::report::Summary;
 use super::stability::reduced::Eigenpair;
 use super::RunOptions;
 use crate::body::fe::BodyModes;
+use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::{NormalLoad, SteadyProblem, Stencil};
 use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
@@ -57,10 +58,11 @@ pub struct Inputs<'a> {
     pub keep: &'a [Table],
 }
 
-/// Collective: the transient; its results become part of `file`.
+/// Collective: the transient; its results become part of `file`. `solvers` are those of `Bodies::unique`, where there are any.
 pub fn run(
     world: &World,
     inputs: &Inputs<'_>,
+    solvers: &mut [Statics],
     file: &mut ResultFile,
     progress: &mut Progress,
     summary: &mut Summary,
@@ -77,6 +79,8 @@ pub fn run(
     let mut points = Points::find(world, wanted, inputs.bodies, inputs.modes)?;
     if inputs.options.resume {
         world.on_root(|| segments.first()?.map_or(Ok(()), |first| points.restore(&first)))?;
+    } else {
+        points.solve(world, inputs.bodies, inputs.modes, inputs.model, solvers)?;
     }
     let sound = match &wanted.sound_power {
         Some(power) => Some(Sound::new(world, inputs, power, &segments, progress)?),
@@ -215,7 +219,7 @@ fn advance(
             segments.begin(inputs.options.force || inputs.options.resume)?;
         }
     }
-    let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, Sound::stride));
+    let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, Sound::stride), &stepper.state().reaction);
     let mut effort = Effort::default();
     let first = stepper.state().step;
     let begun = Instant::now();

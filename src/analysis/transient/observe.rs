@@ -55,6 +55,10 @@ impl Column {
 /// Keeps the observables of a segment.
 pub struct Recorder<'a> {
     points: &'a Points,
+    /// Displacements of the points beyond the modes at the last step, m, `[3 points]`.
+    beyond: Vec<f64>,
+    /// Time step, s.
+    step: f64,
     contact_stride: u64,
     modal_stride: u64,
     sound_stride: u64,
@@ -65,8 +69,15 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// An empty one. For sound the amplitudes of the modes are kept every `sound_stride` steps; 0 for never.
-    pub fn new(points: &'a Points, wanted: &job::Transient, model: &ReducedModel, sound_stride: u64) -> Self {
+    /// An empty one, of a run that goes on from the reactions `reaction` (N, `[3n]`). For sound the amplitudes of the modes are kept every
+    /// `sound_stride` steps; 0 for never.
+    pub fn new(
+        points: &'a Points,
+        wanted: &job::Transient,
+        model: &ReducedModel,
+        sound_stride: u64,
+        reaction: &[f64],
+    ) -> Self {
         let number = Column::numbers;
         let count = |name, text| Column { values: Values::I32(Vec::new()), ..number(name, "1", &[], text) };
         let p = points.names.len();
@@ -90,13 +101,9 @@ impl<'a> Recorder<'a> {
             count("products", "Products with the influence matrix."),
         ];
         if p > 0 {
-            steps.push(number(
-                "point_displacement",
-                "m",
-                &[p, 3],
-                "Displacement (x, y, z) of each point by the modes.",
-            ));
-            steps.push(number("point_velocity", "m/s", &[p, 3], "Velocity (x, y, z) of each point by the modes."));
+            steps.push(number("point_displacement", "m", &[p, 3], "Displacement (x, y, z) of each point."));
+            let text = "Velocity (x, y, z) of each point; beyond the modes the mean over the step.";
+            steps.push(number("point_velocity", "m/s", &[p, 3], text));
         }
         let n = model.interface.len();
         let contact = vec![
@@ -119,6 +126,8 @@ impl<'a> Recorder<'a> {
         ];
         Self {
             points,
+            beyond: points.residual(reaction),
+            step: wanted.step,
             contact_stride: u64::from(wanted.contact_stride),
             modal_stride: u64::from(wanted.modal_stride),
             sound_stride,
@@ -153,8 +162,14 @@ impl<'a> Recorder<'a> {
             vec![report.effort.products as f64],
         ];
         if !self.points.names.is_empty() {
-            rows.push(self.points.motion(&state.q));
-            rows.push(self.points.motion(&state.v));
+            let beyond = self.points.residual(&state.reaction);
+            let (mut u, mut v) = (self.points.modal(&state.q), self.points.modal(&state.v));
+            for (k, (now, then)) in beyond.iter().zip(&self.beyond).enumerate() {
+                u[k] += now;
+                v[k] += (now - then) / self.step;
+            }
+            rows.extend([u, v]);
+            self.beyond = beyond;
         }
         self.steps.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
         let due = |stride: u64| stride > 0 && state.step.is_multiple_of(stride);

@@ -1,26 +1,38 @@
-//! Named points of the bodies: nodes of their meshes, with the modes there.
+//! Named points of the bodies: nodes of their meshes, with what the modes and the contact forces move there.
 
 use crate::analysis::bodies::Bodies;
+use crate::analysis::reduction::Reduction;
 use crate::body::fe::BodyModes;
+use crate::body::residual;
+use crate::body::statics::Statics;
 use crate::job::{self, BodyName};
 use crate::output::{Reader, Table};
 use crate::parallel::World;
 use crate::{Error, Result};
+use std::path::Path;
 
-/// Points with the modes of both bodies, the lower one's first.
+/// Points with the modes of both bodies, the lower one's first, and the residual compliance of n contact nodes.
+#[derive(Default)]
 pub struct Points {
     /// Their names.
     pub names: Vec<String>,
     /// Positions of the nodes, in the frame of the contact point, m.
     at: Vec<[f64; 3]>,
-    /// Modes at the points, (x, y, z) in that frame, 1/√kg, `[3 points][m]`; on every rank.
-    rows: Vec<Vec<f64>>,
+    /// Index of their bodies in `Bodies::places`.
+    place: Vec<usize>,
+    /// Their nodes among those of this rank, where it owns them.
+    node: Vec<Option<usize>>,
+    /// Each mode at the points, (x, y, z) in that frame, 1/√kg, `[m][3 points]`; on rank 0.
+    modes: Vec<f64>,
+    /// Displacements of the points in that frame by the reactions (tx, ty, p), without their part in the modes, m/N,
+    /// `[3n][3 points]`; on rank 0.
+    residual: Vec<f64>,
 }
 
 impl Points {
-    /// Collective: the nodes nearest to the points of the job.
+    /// Collective: the nodes nearest to the points of the job; nothing moves them yet.
     pub fn find(world: &World, wanted: &job::Transient, bodies: &Bodies, modes: &[BodyModes]) -> Result<Self> {
-        let mut points = Self { names: Vec::new(), at: Vec::new(), rows: Vec::new() };
+        let mut points = Self::default();
         if !wanted.points.is_empty() && modes.is_empty() {
             return Err(Error::Job(
                 "analyses.transient.points: with --reuse there are no mode shapes of the bodies; leave the points out, or run \
@@ -28,12 +40,10 @@ impl Points {
                     .into(),
             ));
         }
-        let counts: Vec<usize> = bodies.places.iter().map(|p| modes.get(p.body).map_or(0, |m| m.omega.len())).collect();
         for point in &wanted.points {
             let place = usize::from(point.body == BodyName::Upper);
-            let missing = || Error::Defect("a body of a point is missing".into());
             let at = bodies.places.get(place).ok_or_else(missing)?;
-            let (body, shapes) = (&bodies.unique[at.body], &modes[at.body]);
+            let body = &bodies.unique[at.body];
             let up = if at.upper { -1.0 } else { 1.0 };
             let target = [point.at[0], point.at[1], up * point.at[2]];
             let distance = |p: &[f64; 3]| (0..3).map(|c| (p[c] - target[c]).powi(2)).sum::<f64>().sqrt();
@@ -67,51 +77,109 @@ impl Points {
                     point.name, point.at, at.name
                 )));
             }
-            let first: usize = counts[..place].iter().sum();
-            let mut rows = vec![vec![0.0; counts.iter().sum()]; 3];
-            for (k, vector) in shapes.vectors.iter().enumerate() {
-                let values = body.at_nodes(world, vector);
-                for (c, row) in rows.iter_mut().enumerate() {
-                    let sign = if c == 2 { up } else { 1.0 };
-                    row[first + k] = sign * world.sum(node.map_or(0.0, |i| values[i][c]));
-                }
-            }
             points.names.push(point.name.clone());
             points.at.push(position);
-            points.rows.extend(rows);
+            points.place.push(place);
+            points.node.push(node);
         }
         Ok(points)
     }
 
-    /// Displacements (or velocities) of the points under modal ones, `[3 points]`.
-    pub fn motion(&self, q: &[f64]) -> Vec<f64> {
-        self.rows.iter().map(|row| row.iter().zip(q).map(|(a, b)| a * b).sum()).collect()
+    /// Collective: what moves the points, by three static solves for each.
+    pub fn solve(
+        &mut self,
+        world: &World,
+        bodies: &Bodies,
+        modes: &[BodyModes],
+        model: &Reduction,
+        solvers: &mut [Statics],
+    ) -> Result<()> {
+        let counts: Vec<usize> = bodies.places.iter().map(|p| modes.get(p.body).map_or(0, |m| m.omega.len())).collect();
+        let (mut modal, mut residual) = (Vec::new(), Vec::new());
+        for (&place, &node) in self.place.iter().zip(&self.node) {
+            let at = &bodies.places[place];
+            let (Some(shapes), Some(solver)) = (modes.get(at.body), solvers.get_mut(at.body)) else {
+                return Err(missing());
+            };
+            let reduced = model.on_root().map(|m| m.bodies[m.place[place]].contact_modes.as_ref());
+            let motion = residual::at_node(world, &bodies.unique[at.body], solver, shapes, reduced, node)?;
+            let before: usize = counts[..place].iter().sum();
+            for c in 0..3 {
+                let sign = if at.upper && c == 2 { -1.0 } else { 1.0 };
+                let mut row = vec![0.0; counts.iter().sum()];
+                row[before..].iter_mut().zip(&motion.modes[c]).for_each(|(r, v)| *r = sign * v);
+                modal.push(row);
+                // The reactions as forces on this body.
+                residual.push(at.forces(&motion.residual[c]).iter().map(|v| sign * v).collect::<Vec<f64>>());
+            }
+        }
+        self.modes = columns(&modal);
+        self.residual = columns(&residual);
+        Ok(())
     }
 
-    /// The modes at the points as a table of the first segment.
-    pub fn kept(&self) -> Option<Table> {
-        let first = self.rows.first()?;
-        let text = "Modes (x, y, z) at the points.";
-        let shape = [self.rows.len(), first.len()];
-        Some(Table::new("/checkpoint/points", "kg^-1/2", text, &shape, self.rows.concat()))
-    }
-
-    /// On rank 0: takes the modes at the points that the run was begun with.
-    pub fn restore(&mut self, first: &std::path::Path) -> Result<()> {
-        let count = self.rows.first().map_or(0, Vec::len);
-        if count == 0 {
+    /// On rank 0: what moved the points when the run was begun, from its first segment; computed again it would not be the same to
+    /// the last bit.
+    pub fn restore(&mut self, first: &Path) -> Result<()> {
+        if self.names.is_empty() {
             return Ok(());
         }
-        let (shape, values) = Reader::open(first)?.numbers("/checkpoint/points")?;
-        if shape != [self.rows.len(), count] {
-            return Err(Error::Job(format!(
-                "--resume: {}: /checkpoint/points has the shape {shape:?}, expected {:?}",
-                first.display(),
-                [self.rows.len(), count]
-            )));
-        }
-        self.rows = values.chunks_exact(count).map(<[f64]>::to_vec).collect();
+        let file = Reader::open(first)?;
+        let matrix = |name: &str| {
+            let path = format!("/checkpoint/points/{name}");
+            let (shape, values) = file.numbers(&path)?;
+            let rows = 3 * self.names.len();
+            if shape.len() != 2 || shape[1] != rows {
+                return Err(Error::Input(format!(
+                    "--resume: {}: {path} has the shape {shape:?}, expected {rows} columns",
+                    first.display()
+                )));
+            }
+            Ok(values)
+        };
+        (self.modes, self.residual) = (matrix("modes")?, matrix("residual")?);
         Ok(())
+    }
+
+    /// Displacements (or velocities) of the points by modal ones, `[3 points]`; on rank 0.
+    pub fn modal(&self, q: &[f64]) -> Vec<f64> {
+        self.sum(&self.modes, q)
+    }
+
+    /// Displacements of the points by the reactions beyond the modes, m, `[3 points]`; on rank 0. `reaction` is (tx, ty, p), N, `[3n]`.
+    pub fn residual(&self, reaction: &[f64]) -> Vec<f64> {
+        self.sum(&self.residual, reaction)
+    }
+
+    /// The columns times `factors`, of which many are 0.
+    fn sum(&self, columns: &[f64], factors: &[f64]) -> Vec<f64> {
+        let rows = 3 * self.names.len();
+        let mut out = vec![0.0; rows];
+        for (column, &f) in columns.chunks_exact(rows.max(1)).zip(factors).filter(|(_, f)| **f != 0.0) {
+            out.iter_mut().zip(column).for_each(|(o, c)| *o += c * f);
+        }
+        out
+    }
+
+    /// What moves the points, as tables of the first segment.
+    pub fn kept(&self) -> Vec<Table> {
+        let rows = 3 * self.names.len();
+        if rows == 0 {
+            return Vec::new();
+        }
+        let table = |name: &str, units: &str, text: &str, values: &Vec<f64>| {
+            let path = format!("/checkpoint/points/{name}");
+            Table::new(&path, units, text, &[values.len() / rows, rows], values.clone())
+        };
+        vec![
+            table("modes", "kg^-1/2", "Each mode at the points (x, y, z).", &self.modes),
+            table(
+                "residual",
+                "m/N",
+                "Displacements (x, y, z) of the points by each reaction, without their part in the modes.",
+                &self.residual,
+            ),
+        ]
     }
 
     /// What says which points they are.
@@ -131,4 +199,14 @@ impl Points {
             ),
         ]
     }
+}
+
+fn missing() -> Error {
+    Error::Defect("a body of a point is missing".into())
+}
+
+/// The columns of a matrix given by rows, one after the other.
+fn columns(rows: &[Vec<f64>]) -> Vec<f64> {
+    let count = rows.first().map_or(0, Vec::len);
+    (0..count).flat_map(|k| rows.iter().map(move |row| row[k])).collect()
 }
