@@ -46,7 +46,7 @@ pub struct Transient {
     /// Amplitudes of the modes are written every so many steps; 0 for never.
     #[serde(default = "default_modal_stride")]
     pub modal_stride: u32,
-    /// Displacements of the bodies are written every so many steps, a multiple of `modal_stride`; 0 for never.
+    /// Displacements of the bodies are written every so many steps; 0 for never.
     #[serde(default)]
     pub body_stride: u32,
     /// Results are written, and a run can be stopped, every so many steps.

@@ -293,12 +293,6 @@ fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
             transient.duration, transient.step
         ));
     }
-    if !transient.body_stride.is_multiple_of(transient.modal_stride) {
-        faults.push(format!(
-            "{path}.body_stride: found {}, expected a multiple of modal_stride ({})",
-            transient.body_stride, transient.modal_stride
-        ));
-    }
     if transient.start.mode.is_some() && job.analyses.stability.is_none() {
         faults.push(format!("analyses.stability: missing; {path}.start.mode names a mode of it, e.g. {{}}"));
     }

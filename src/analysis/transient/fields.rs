@@ -1,67 +1,191 @@
-//! The motion of the bodies as a sequence for ParaView, made from the modal amplitudes that the segments keep.
+//! The motion of the bodies as a sequence for ParaView, made from the modal amplitudes and the reactions that the segments keep: the modes, and
+//! statically what the contact forces move beyond them.
 
 use super::Inputs;
+use crate::analysis::bodies::Place;
+use crate::body::statics::Statics;
+use crate::body::ReducedBody;
 use crate::output::{companion, FieldSpec, Kind, Reader, ResultFile, Segments, SequenceFile};
 use crate::parallel::World;
-use crate::Result;
+use crate::progress::Progress;
+use crate::{Error, Result};
+use std::collections::VecDeque;
+use std::path::PathBuf;
 
-/// Collective: writes `FILE.transient.vtkhdf`. Memory holds one time and the modes, whatever the number of steps.
-pub fn write(world: &World, inputs: &Inputs<'_>, segments: &Segments, file: &mut ResultFile<'_>) -> Result<()> {
-    let bodies = inputs.bodies;
-    let (step, stride) = (inputs.wanted.step, f64::from(inputs.wanted.body_stride));
-    let wanted = |t: f64| ((t / step).round() % stride) == 0.0;
-    let times = world.on_root(|| {
-        let mut times = Vec::new();
-        for path in segments.files()? {
+/// Group of the segments that holds what the fields are made from; it does not become part of the main file.
+pub const GROUP: &str = "/bodies";
+
+/// Times that are worked on together: a solve of so many loads takes a fraction of as many solves.
+const TOGETHER: usize = 16;
+/// Degrees of freedom whose part of these times stays in the cache.
+const SPAN: usize = 1024;
+
+/// A time: modal amplitudes, m √kg, `[m]`, and reactions (tx, ty, p), N, `[3n]`.
+type Row = (Vec<f64>, Vec<f64>);
+
+/// What the segments hold, one segment in memory at a time; on rank 0, empty elsewhere.
+struct Kept {
+    files: std::vec::IntoIter<PathBuf>,
+    waiting: VecDeque<Row>,
+}
+
+impl Kept {
+    /// The next `count` times.
+    fn next(&mut self, count: usize) -> Result<Vec<Row>> {
+        while self.waiting.len() < count {
+            let Some(path) = self.files.next() else {
+                return Err(Error::Defect("times are missing in the segments".into()));
+            };
             let segment = Reader::open(&path)?;
-            if segment.has("/transient/modal_time") {
-                times.extend(segment.numbers("/transient/modal_time")?.1.into_iter().filter(|&t| wanted(t)));
+            let rows = |name: &str| -> Result<Vec<Vec<f64>>> {
+                let (shape, values) = segment.numbers(&format!("{GROUP}/{name}"))?;
+                let width = shape.get(1).map_or(1, |&w| w.max(1));
+                Ok(values.chunks_exact(width).map(<[f64]>::to_vec).collect())
+            };
+            if segment.has(GROUP) {
+                self.waiting.extend(rows("displacement")?.into_iter().zip(rows("reaction")?));
             }
         }
-        Ok(times)
+        Ok(self.waiting.drain(..count).collect())
+    }
+}
+
+/// Collective: writes `FILE.transient.vtkhdf` with one static solve for each body and time. In memory are the modes and some times, whatever
+/// the number of steps.
+pub fn write(
+    world: &World,
+    inputs: &Inputs<'_>,
+    solvers: &mut [Statics],
+    segments: &Segments,
+    file: &mut ResultFile<'_>,
+    progress: &mut Progress,
+) -> Result<()> {
+    let parts = inputs.bodies.parts();
+    let found = world.on_root(|| {
+        let (mut times, files) = (Vec::new(), segments.files()?);
+        for path in &files {
+            let segment = Reader::open(path)?;
+            if segment.has(GROUP) {
+                times.extend(segment.numbers(&format!("{GROUP}/time"))?.1);
+            }
+        }
+        Ok((times, files))
     })?;
-    let times = world.broadcast(times.unwrap_or_default());
+    let (times, files) = found.unwrap_or_default();
+    let times = world.broadcast(times);
     if times.is_empty() {
         return Ok(());
     }
-    let text = "Displacement by the modes, in the frame of the contact point.";
+    let text = "Displacement from the unloaded body, in the frame of the contact point: the modes kept and, statically, the others.";
     let spec = FieldSpec::new("displacement", "m", text, Kind::Vector);
     let path = companion(&inputs.options.output, "transient.vtkhdf");
     let force = inputs.options.force || inputs.options.resume;
-    let mut sequence =
-        SequenceFile::create(world, &path, force, &bodies.parts(), vec![spec], &times, ("s", "Time."), &[])?;
-    let count = world.broadcast(world.on_root(|| Ok(vec![segments.files()?.len() as u64]))?.unwrap_or_default());
-    let mut written = 0;
-    for number in 0..count.first().copied().unwrap_or(0) as usize {
-        let rows = world.on_root(|| {
-            let files = segments.files()?;
-            let segment = Reader::open(&files[number])?;
-            if !segment.has("/transient/modal_displacement") {
-                return Ok(Vec::new());
-            }
-            let times = segment.numbers("/transient/modal_time")?.1;
-            let rows = segment.numbers("/transient/modal_displacement")?.1;
-            let m = rows.len() / times.len().max(1);
-            let rows = times.iter().zip(rows.chunks_exact(m.max(1))).filter(|(t, _)| wanted(**t));
-            Ok(rows.flat_map(|(_, q)| q.to_vec()).collect())
-        })?;
-        let rows = world.broadcast(rows.unwrap_or_default());
-        let m: usize = bodies.places.iter().map(|p| inputs.modes[p.body].omega.len()).sum();
-        for q in rows.chunks_exact(m.max(1)) {
-            let mut first = 0;
-            let mut values = Vec::new();
-            for place in &bodies.places {
-                let (body, modes) = (&bodies.unique[place.body], &inputs.modes[place.body]);
-                let mut u = vec![0.0; body.dofs.owned()];
-                for (vector, a) in modes.vectors.iter().zip(&q[first..]) {
-                    u.iter_mut().zip(vector).for_each(|(u, v)| *u += a * v);
-                }
-                first += modes.omega.len();
-                values.push(body.at_nodes(world, &u).into_flattened());
-            }
-            sequence.step(written, &[values.iter().map(Vec::as_slice).collect()])?;
-            written += 1;
+    let mut sequence = SequenceFile::create(world, &path, force, &parts, vec![spec], &times, ("s", "Time."), &[])?;
+    let mut kept = Kept { files: files.into_iter(), waiting: VecDeque::new() };
+    for first in (0..times.len()).step_by(TOGETHER) {
+        let count = TOGETHER.min(times.len() - first);
+        let rows = world.on_root(|| kept.next(count))?.unwrap_or_default();
+        let moved = displacements(world, inputs, solvers, &rows, count)?;
+        for k in 0..count {
+            let at_nodes = |(place, u): (&Place, &Vec<f64>)| {
+                let body = &inputs.bodies.unique[place.body];
+                let owned = body.dofs.owned();
+                body.at_nodes(world, &u[k * owned..(k + 1) * owned]).into_flattened()
+            };
+            let values: Vec<Vec<f64>> = inputs.bodies.places.iter().zip(&moved).map(at_nodes).collect();
+            sequence.step(first + k, &[values.iter().map(Vec::as_slice).collect()])?;
         }
+        progress.step("times", first + count, times.len());
     }
     file.attach(sequence)
+}
+
+/// Collective: displacements of the body of each place at `count` times, whose rows rank 0 has, this rank's degrees of freedom, m,
+/// `[owned, count]` column by column: u = Φ (q − Ω⁻² Φ_cᵀ F) + K⁻¹ F under the contact forces F.
+fn displacements(
+    world: &World,
+    inputs: &Inputs<'_>,
+    solvers: &mut [Statics],
+    rows: &[Row],
+    count: usize,
+) -> Result<Vec<Vec<f64>>> {
+    let mut all = Vec::new();
+    let mut first = 0;
+    for (index, place) in inputs.bodies.places.iter().enumerate() {
+        let (body, modes) = (&inputs.bodies.unique[place.body], &inputs.modes[place.body]);
+        let owned = body.dofs.owned();
+        let mut forces: Vec<Vec<f64>> = rows.iter().map(|(_, r)| place.forces(r)).collect();
+        forces.resize(count, Vec::new());
+        let mut u = Vec::with_capacity(count * owned);
+        for forces in &forces {
+            u.extend(body.load(world, forces)?);
+        }
+        let solver = solvers.get_mut(place.body).ok_or_else(|| Error::Defect("a body has no solver".into()))?;
+        solver.solve(&mut u, count)?;
+        let factors = world.on_root(|| {
+            let root = inputs.model.root()?;
+            let reduced = &root.bodies[root.place[index]];
+            let own = rows.iter().map(|(q, _)| &q[first..first + reduced.omega.len()]);
+            Ok(own.zip(&forces).flat_map(|(q, f)| dynamic_part(reduced, q, f)).collect::<Vec<f64>>())
+        })?;
+        let factors = world.broadcast(factors.unwrap_or_default());
+        add(&modes.vectors, &factors, &mut u);
+        first += modes.vectors.len();
+        all.push(u);
+    }
+    Ok(all)
+}
+
+/// Modal amplitudes, m √kg, `[m]`, less what the contact forces (x, y, n), N, `[3n]`, make of them statically.
+fn dynamic_part(body: &ReducedBody, q: &[f64], forces: &[f64]) -> Vec<f64> {
+    let part = |(k, (&w, q)): (usize, (&f64, &f64))| {
+        let force: f64 = body.contact_modes.col(k).iter().zip(forces).map(|(p, f)| p * f).sum();
+        q - if w > 0.0 { force / (w * w) } else { 0.0 }
+    };
+    body.omega.iter().zip(q).enumerate().map(part).collect()
+}
+
+/// Adds the columns, times the factors `[sums][columns]`, to each of the sums, which follow one another.
+fn add(columns: &[Vec<f64>], factors: &[f64], sums: &mut [f64]) {
+    let rows = columns.first().map_or(0, Vec::len);
+    for first in (0..rows).step_by(SPAN) {
+        let span = first..rows.min(first + SPAN);
+        for (j, column) in columns.iter().enumerate() {
+            for (sum, f) in sums.chunks_exact_mut(rows).zip(factors.chunks_exact(columns.len())) {
+                sum[span.clone()].iter_mut().zip(&column[span.clone()]).for_each(|(s, c)| *s += f[j] * c);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    #[test]
+    fn sums_go_over_all_spans() {
+        let rows = 2 * SPAN + 7;
+        let columns = [1.0, 2.0, 3.0].map(|f| (0..rows).map(|i| f * i as f64).collect::<Vec<f64>>());
+        let mut sums = [vec![0.5; rows], vec![0.0; rows]].concat();
+        add(&columns, &[1.0, 1.0, 1.0, 0.0, -2.0, 1.0], &mut sums);
+        for i in [0, SPAN - 1, SPAN, 2 * SPAN, rows - 1] {
+            assert_eq!((sums[i], sums[rows + i]), (0.5 + 6.0 * i as f64, -(i as f64)));
+        }
+    }
+
+    /// At rest under the forces nothing is left of the modes; a rigid-body motion is no part of the statics.
+    #[test]
+    fn what_is_static_comes_from_the_solve_alone() {
+        let omega = vec![0.0, 20.0, 50.0];
+        let contact_modes = Mat::from_fn(6, 3, |i, k| ((3 * i + 5 * k) as f64).sin());
+        let body = ReducedBody { omega, damping: vec![0.0; 3], contact_modes, compliance: Mat::zeros(6, 6) };
+        let forces: Vec<f64> = (0..6).map(|i| 100.0 * (i as f64).cos()).collect();
+        let force = |k: usize| (0..6).map(|i| body.contact_modes[(i, k)] * forces[i]).sum::<f64>();
+        let rest = [0.3, force(1) / 400.0, force(2) / 2500.0];
+        let part = dynamic_part(&body, &rest, &forces);
+        assert!(part[0] == 0.3 && part[1..].iter().all(|v| v.abs() < 1e-15), "{part:?}");
+        let moved = dynamic_part(&body, &[0.3, rest[1] + 0.01, rest[2]], &forces);
+        assert!((moved[1] - 0.01).abs() < 1e-15, "{moved:?}");
+    }
 }

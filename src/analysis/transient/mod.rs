@@ -121,7 +121,7 @@ pub fn run(
     }
     if wanted.body_stride > 0 {
         progress.stage("motion of the bodies");
-        fields::write(world, inputs, &segments, file)?;
+        fields::write(world, inputs, solvers, &segments, file, progress)?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! What is kept of the steps until the next segment is written.
 
 use super::points::Points;
-use super::sound;
+use super::{fields, sound};
 use crate::analysis::reduction::ReducedModel;
 use crate::job;
 use crate::output::{Table, Values};
@@ -62,10 +62,12 @@ pub struct Recorder<'a> {
     contact_stride: u64,
     modal_stride: u64,
     sound_stride: u64,
+    body_stride: u64,
     steps: Vec<Column>,
     contact: Vec<Column>,
     modal: Vec<Column>,
     sound: Vec<Column>,
+    bodies: Vec<Column>,
 }
 
 impl<'a> Recorder<'a> {
@@ -119,11 +121,17 @@ impl<'a> Recorder<'a> {
             number("modal_displacement", "m kg^1/2", &[m], "Amplitude of each mode."),
         ];
         // Not for the main file.
-        let scratch = |c: Column| Column { group: sound::GROUP, ..c };
-        let sound = vec![
-            scratch(number("time", "s", &[], "Times of displacement.")),
-            scratch(number("displacement", "m kg^1/2", &[m], "Amplitude of each mode.")),
-        ];
+        let scratch = |group: &'static str, reactions: &[usize]| {
+            let mut columns = vec![
+                number("time", "s", &[], "Times of displacement."),
+                number("displacement", "m kg^1/2", &[m], "Amplitude of each mode."),
+            ];
+            columns.extend(reactions.iter().map(|&n| {
+                number("reaction", "N", &[3 * n], "Reactions (x, y, normal) of the contact nodes at these times.")
+            }));
+            columns.into_iter().map(|c| Column { group, ..c }).collect()
+        };
+        let (sound, bodies) = (scratch(sound::GROUP, &[]), scratch(fields::GROUP, &[n]));
         Self {
             points,
             beyond: points.residual(reaction),
@@ -131,10 +139,12 @@ impl<'a> Recorder<'a> {
             contact_stride: u64::from(wanted.contact_stride),
             modal_stride: u64::from(wanted.modal_stride),
             sound_stride,
+            body_stride: u64::from(wanted.body_stride),
             steps,
             contact,
             modal,
             sound,
+            bodies,
         }
     }
 
@@ -192,6 +202,10 @@ impl<'a> Recorder<'a> {
             let rows = [vec![time], state.q.clone()];
             self.sound.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
         }
+        if due(self.body_stride) {
+            let rows = [vec![time], state.q.clone(), state.reaction.clone()];
+            self.bodies.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+        }
     }
 
     /// Whether anything was taken since the last segment.
@@ -201,13 +215,13 @@ impl<'a> Recorder<'a> {
 
     /// The tables of the segment.
     pub fn tables(&self) -> Vec<Table> {
-        let all = self.steps.iter().chain(&self.contact).chain(&self.modal).chain(&self.sound);
+        let all = self.steps.iter().chain(&self.contact).chain(&self.modal).chain(&self.sound).chain(&self.bodies);
         all.filter(|c| !c.values.is_empty()).map(Column::table).collect()
     }
 
     /// Forgets what was written.
     pub fn clear(&mut self) {
-        let all = [&mut self.steps, &mut self.contact, &mut self.modal, &mut self.sound];
+        let all = [&mut self.steps, &mut self.contact, &mut self.modal, &mut self.sound, &mut self.bodies];
         all.into_iter().flatten().for_each(Column::clear);
     }
 }
