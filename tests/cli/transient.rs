@@ -153,8 +153,7 @@ fn points_move_as_the_whole_body_does() {
     let few = "analyses.modes.count=4";
 
     // So short a time that nothing moves.
-    let rest =
-        ["analyses.transient.duration=1e-8", "analyses.transient.step=1e-8", "analyses.transient.body_stride=1"];
+    let rest = ["analyses.transient.duration=1e-8", "analyses.transient.step=1e-8", "analyses.transient.body_stride=1"];
     for modes in [few, "analyses.modes.count=20"] {
         let file = run(&format!("rest of {modes}.h5"), 1, &[&rest[..], &[modes]].concat());
         let at: Vec<f64> = read(&file, "transient/points/position");
