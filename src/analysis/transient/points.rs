@@ -9,6 +9,7 @@ use crate::job::{self, BodyName};
 use crate::output::{Reader, Table};
 use crate::parallel::World;
 use crate::{Error, Result};
+use std::cmp::Ordering;
 use std::path::Path;
 
 /// Points with the modes of both bodies, the lower one's first, and the residual compliance of n contact nodes.
@@ -47,13 +48,26 @@ impl Points {
             let up = if at.upper { -1.0 } else { 1.0 };
             let target = [point.at[0], point.at[1], up * point.at[2]];
             let distance = |p: &[f64; 3]| (0..3).map(|c| (p[c] - target[c]).powi(2)).sum::<f64>().sqrt();
-            let nearest = (0..body.part.owned)
-                .min_by(|&a, &b| distance(&body.part.coords[a]).total_cmp(&distance(&body.part.coords[b])));
-            let mine = nearest.map_or(f64::INFINITY, |i| distance(&body.part.coords[i]));
-            let best = -world.max(-mine);
-            // The lowest rank that has it, and the size of the cells there.
-            let holder = -world.max(if mine == best { -(world.rank as f64) } else { f64::NEG_INFINITY });
-            let node = nearest.filter(|_| holder == world.rank as f64);
+            // Of nodes equally near the first by its coordinates, which is the same one on any number of ranks.
+            let key = |i: usize| {
+                let p = &body.part.coords[i];
+                [distance(p), p[0], p[1], p[2]]
+            };
+            let order = |a: &[f64; 4], b: &[f64; 4]| {
+                let first = a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
+                first.unwrap_or(Ordering::Equal)
+            };
+            let mut node = (0..body.part.owned).min_by(|&a, &b| order(&key(a), &key(b)));
+            let mut best = f64::INFINITY;
+            for k in 0..4 {
+                let mine = node.map_or(f64::INFINITY, |i| key(i)[k]);
+                let least = -world.max(-mine);
+                node = node.filter(|_| mine == least);
+                if k == 0 {
+                    best = least;
+                }
+            }
+            // The size of the cells there.
             let cell = node.map_or(0.0, |node| {
                 let touching = body.part.cells.iter().filter(|c| c.contains(&(node as u32)));
                 touching
