@@ -35,3 +35,16 @@ impl Air {
 pub fn level(power: f64) -> f64 {
     10.0 * (power / 1e-12).log10()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waves_and_levels() {
+        // A wave as long as 2 m turns by π over 1 m.
+        let found = Air { density: 1.2, speed: 343.0 }.wave_number(171.5);
+        assert!((found - std::f64::consts::PI).abs() < 1e-14, "{found}");
+        assert!((level(1.0) - 120.0).abs() < 1e-12 && level(0.0) == f64::NEG_INFINITY);
+    }
+}

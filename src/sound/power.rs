@@ -250,4 +250,52 @@ mod tests {
         let [none, _] = radiation.of(700.0, &[one, -one]);
         assert!(none.abs() < 1e-12 * single, "{none} for {single}");
     }
+
+    #[test]
+    fn patches_are_as_large_as_the_wave_length_allows_and_no_larger() {
+        let bands = Bands::of(500.0, 2000.0);
+        let fine = Radiation::patch_size(&bands, AIR);
+        assert!((fine - AIR.speed / bands.end() / 3.0).abs() < 1e-12, "{fine}");
+        // A square plate of patches much smaller than that.
+        let (size, n) = (0.25 * fine, 32);
+        let mut patches: BTreeMap<Key, Patch> = BTreeMap::new();
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let (area, at) = (size * size, [i, j].map(|k| size * (k as f64 + 0.5)));
+            let flow = vec![area * (1.0 + (0.3 * i as f64).sin())];
+            patches.insert([0, i, j, 0], Patch { area, moment: [area * at[0], area * at[1], 0.0], flow });
+        }
+        let plate = Radiators::new(patches, size, Mat::from_fn(1, 1, |_, _| 1.0));
+        for coarsest in [1.0, 3.0 * fine] {
+            let found = Radiation::resistances(&plate, &bands, AIR, coarsest, 0, 1);
+            for (r, f) in found.iter().zip(bands.grid()) {
+                let doublings = (coarsest.min(AIR.speed / f / 3.0) / size).log2().floor() as usize;
+                assert!((1..=4).contains(&doublings), "{doublings} at {f} Hz");
+                let level = (0..doublings).fold(plate.clone(), |p, _| p.coarser());
+                assert_eq!(*r, level.resistance(f, AIR)[(0, 0)], "{f} Hz, {doublings} doublings");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_across_the_border_of_two_bands_is_divided() {
+        let bands = Bands::of(400.0, 800.0);
+        let radiation = radiation(&piston(), bands);
+        let spacing = 11.0;
+        // The lower border of the first band and that between the second and the third, with the line next to each.
+        for (band, border) in [(0, bands.begin()), (2, 1000.0 * 10f64.powf(-0.25))] {
+            let line = (border / spacing).round() as usize;
+            let mut lines = vec![Complex64::default(); 200];
+            lines[line] = Complex64::new(1e-3, 0.0);
+            let mut spectrum = PowerSpectrum::new(&radiation, spacing);
+            spectrum.add(&[lines]);
+            let all = radiation.of(line as f64 * spacing, &[Complex64::new(1e-3, 0.0)])[0] * spacing;
+            let above = (line as f64 + 0.5) - border / spacing;
+            assert!(above > 0.05 && above < 0.95, "{above}");
+            let power = spectrum.third_octaves().power;
+            assert!((power[band] / all - above).abs() < 1e-9, "{power:?} of {all}, {above} of it above {border} Hz");
+            if band > 0 {
+                assert!((power[band - 1] / all - (1.0 - above)).abs() < 1e-9, "{power:?} of {all}");
+            }
+        }
+    }
 }

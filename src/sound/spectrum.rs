@@ -160,4 +160,15 @@ mod tests {
         assert_eq!(welch.pieces(149), (1, 49));
         assert_eq!(welch.pieces(260), (4, 10));
     }
+
+    #[test]
+    fn windows_that_overlap_add_up_to_one_and_rounding_makes_them_no_longer() {
+        let welch = Welch::new(100.0, 0.5);
+        for i in 0..welch.hop() {
+            assert!((welch.window[i] + welch.window[i + welch.hop()] - 1.0).abs() < 1e-14, "{:?}", welch.window);
+        }
+        let time = 0.1 + 0.2;
+        assert!(20.0 * time > 6.0);
+        assert_eq!(Welch::new(20.0, time).length(), 6);
+    }
 }

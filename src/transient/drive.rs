@@ -104,3 +104,30 @@ impl Drive {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Creepage;
+
+    #[test]
+    fn a_history_is_straight_between_its_points_and_stays_outside() {
+        let h = History::table("h", &[[-1.0, 4.0], [1.0, 2.0], [2.0, 5.0]], 2.0).unwrap();
+        for (t, want) in [(-3.0, 4.0), (-1.0, 4.0), (0.0, 3.0), (1.0, 2.0), (1.5, 3.5), (2.0, 5.0), (9.0, 5.0)] {
+            assert_eq!(h.at(t), want, "at {t} s");
+        }
+        assert_eq!(History::constant(7.0).at(3.0), 7.0);
+        // 0.1 + 0.2 is more than 0.3, by rounding only.
+        assert!(History::table("h", &[[0.0, 1.0], [0.3, 1.0]], 0.1 + 0.2).is_ok());
+        assert!(History::table("h", &[[0.0, 1.0], [0.3, 1.0]], 0.301).is_err());
+    }
+
+    #[test]
+    fn creepages_are_velocities_over_the_speed() {
+        let creepage = Creepage { longitudinal: 0.1, lateral: 0.2, spin: 0.3 };
+        let drive = Drive::constant(NormalLoad::Force(5.0), creepage, 10.0);
+        let creep = |v: f64| Tangential::Creep(History::constant(v));
+        assert_eq!(drive.tangential, [creep(1.0), creep(2.0)]);
+        assert_eq!((drive.spin.at(0.0), drive.speed, drive.normal), (3.0, 10.0, Normal::Force(History::constant(5.0))));
+    }
+}

@@ -65,3 +65,41 @@ impl State {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Interface;
+    use faer::Mat;
+    use num_complex::Complex64;
+
+    /// Two modes, one of them rigid, on one loaded node of nine.
+    #[test]
+    fn states_of_rest_are_moved_as_asked() {
+        let line = || vec![-1.0, 0.0, 1.0];
+        let interface = Interface::new(line(), line(), vec![0.0; 9]).unwrap();
+        let modes = Mat::from_fn(27, 2, |i, k| if i == 14 { [2.0, 1.0][k] } else { 0.0 });
+        let residual = Mat::<f64>::zeros(27, 27);
+        let model = Model {
+            interface: &interface,
+            residual: residual.as_ref(),
+            modes: modes.as_ref(),
+            omega: &[10.0, 0.0],
+            damping: &[0.0; 2],
+            load: &[50.0, 3.0],
+        };
+        let reaction: Vec<f64> = (0..27).map(|i| if i == 14 { 100.0 } else { 0.0 }).collect();
+        let rest = State::at_rest(&model, &reaction, 0.01);
+        assert_eq!((&rest.q[..], &rest.v[..], rest.approach), (&[2.5, 0.0][..], &[0.0; 2][..], 0.01));
+        // q + Re(z), and the velocity that goes with the motion Re(z e^{λt}).
+        let (z, value) = ([Complex64::new(1.0, 2.0), Complex64::new(0.0, -1.0)], Complex64::new(3.0, 5.0));
+        let moved = rest.clone().perturbed(&z, value, 0.1);
+        for (k, want) in [(0, [2.6, -0.7]), (1, [0.0, 0.5])] {
+            let got = [moved.q[k], moved.v[k]];
+            assert!((0..2).all(|c| (got[c] - want[c]).abs() < 1e-15), "mode {k}: {got:?}, expected {want:?}");
+        }
+        let shaken = rest.shaken(4, 0.3);
+        let energy = 0.5 * shaken.v.iter().map(|v| v * v).sum::<f64>();
+        assert!((energy - 0.3).abs() < 1e-15 && shaken.q == [2.5, 0.0], "{energy} J");
+    }
+}

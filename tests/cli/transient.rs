@@ -307,3 +307,41 @@ fn damping_by_the_scheme_is_warned_of_above_two_percent() {
         }
     }
 }
+
+/// Tables of constant values say the same as the keys whose place they take, at the start too; a load that is held is there at every step.
+#[test]
+fn histories_take_the_place_of_keys() {
+    let start = json!({ "state": "steady", "random": { "seed": 1, "energy": 1e-3 } });
+    let mut job = sliding(json!({ "duration": 1e-3, "start": start, "hold": "load" }));
+    job["contact"]["creepage"] = json!({ "longitudinal": 0.001, "lateral": 0.004, "spin": 0.1 });
+    job["analyses"].as_object_mut().expect("analyses").remove("stability");
+    let folder = Folder::with(job.to_string());
+    let model = folder.text("model.h5");
+    folder.call(1, "run", &["--output", &model]).good();
+    let run = |name: &str, sets: &[&str]| -> Vec<Vec<f64>> {
+        let sets: Vec<&str> = sets.iter().flat_map(|s| ["--set", s]).collect();
+        let output = folder.text(name);
+        folder.call(1, "run", &[&sets[..], &["--reuse", &model, "--output", &output]].concat()).good();
+        let file = open(&output);
+        ["force", "moment_z", "kinetic", "approach"].map(|n| read(&file, &format!("transient/{n}"))).to_vec()
+    };
+    let keys = run("keys.h5", &[]);
+    let load = keys[0].chunks_exact(3).map(|f| (f[2] / -70e3 - 1.0).abs()).fold(0.0, f64::max);
+    assert!(load < 1e-9, "the load that is held differs by {load:e} of itself");
+    let energy = keys[2][0];
+    assert!(energy > 0.8e-3 && energy < 1.05e-3, "kinetic energy {energy} J after a step");
+    let other = ["contact.creepage={\"lateral\": 0.002}", "contact.normal_load=50e3"];
+    let table = |value: f64| format!("[[0, {value:e}], [1, {value:e}]]");
+    let creep = |rest: String| {
+        let [x, y, s] = [0.001, 0.004, 0.1].map(table);
+        format!("analyses.transient.histories={{\"longitudinal\": {x}, \"lateral\": {y}, \"spin\": {s}, {rest}}}")
+    };
+    let tables = run("tables.h5", &[other[0], other[1], &creep(format!("\"normal_load\": {}", table(70e3)))]);
+    assert!(keys == tables, "forces {:?} N instead of {:?} N", &tables[0][..6], &keys[0][..6]);
+
+    let held = run("held.h5", &["analyses.transient.hold=approach"]);
+    assert!(held[3].iter().all(|a| *a == held[3][0]) && held[0] != keys[0]);
+    let tables = run("approach.h5", &[other[0], other[1], &creep(format!("\"approach\": {}", table(held[3][0])))]);
+    let differ = tables[0].iter().zip(&held[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(differ < 1e-4 * 70e3 && tables[3] == held[3], "forces differ by {differ} N");
+}

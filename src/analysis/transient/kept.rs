@@ -105,7 +105,7 @@ mod tests {
         let now = Mat::from_fn(12, 4, |i, k| match k {
             0 => -kept[(i, 0)],
             1 => c * kept[(i, 1)] + s * kept[(i, 2)],
-            2 => s * kept[(i, 1)] - c * kept[(i, 2)],
+            2 => -s * kept[(i, 1)] + c * kept[(i, 2)],
             _ => kept[(i, k)],
         });
         let t = turn(now.as_ref(), kept.as_ref(), &omega).unwrap();

@@ -29,6 +29,8 @@ use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
 use checkpoint::Checkpoint;
+use faer::MatRef;
+use num_complex::Complex64;
 use observe::Recorder;
 use points::Points;
 use sound::Sound;
@@ -348,6 +350,13 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
     Ok((State::at_rest(model, &reaction, approach), approach))
 }
 
+/// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of
+/// the squared amplitudes along x, y and n. Rows of `psi` are 3i + c.
+fn largest_displacement(psi: MatRef<'_, f64>, modal: &[Complex64]) -> f64 {
+    let amplitude = |row: usize| psi.row(row).iter().zip(modal).map(|(p, z)| z * p).sum::<Complex64>().norm_sqr();
+    (0..psi.nrows() / 3).map(|i| (0..3).map(|c| amplitude(3 * i + c)).sum::<f64>().sqrt()).fold(0.0, f64::max)
+}
+
 /// The start with its perturbations, and whether there are any.
 fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Result<(State, bool)> {
     let start = &inputs.wanted.start;
@@ -356,22 +365,7 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
             let found = inputs.eigenpairs.len();
             Error::Job(format!("analyses.transient.start.mode is {number}: stability found {found} eigenvalues"))
         })?;
-        // Largest displacement of a contact node over the period.
-        let psi = &root.pair.modes;
-        let mut largest: f64 = 0.0;
-        for i in 0..root.interface.len() {
-            let square: f64 = (0..3)
-                .map(|c| {
-                    pair.modal
-                        .iter()
-                        .enumerate()
-                        .map(|(k, z)| z * psi[(3 * i + c, k)])
-                        .sum::<num_complex::Complex<f64>>()
-                })
-                .map(|z| z.norm_sqr())
-                .sum();
-            largest = largest.max(square.sqrt());
-        }
+        let largest = largest_displacement(root.pair.modes.as_ref(), &pair.modal);
         state = state.perturbed(&pair.modal, pair.value, start.amplitude / largest);
     }
     if let Some(random) = start.random {
@@ -415,4 +409,20 @@ fn drive(wanted: &job::Transient, contact: &job::Contact, approach: f64) -> Resu
         spin: history("spin", &histories.spin, c.spin, v)?,
         speed: v,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_displacement_counts_all_directions_and_phases() {
+        // Two nodes, two modes: the second node moves by 3i along x and by 4 along n.
+        let psi = faer::Mat::from_fn(6, 2, |row, k| {
+            [[1.0, 0.0], [0.0; 2], [0.0; 2], [0.0, 1.0], [0.0; 2], [2.0, 0.0]][row][k]
+        });
+        let modal = [Complex64::new(2.0, 0.0), Complex64::new(0.0, 3.0)];
+        let found = largest_displacement(psi.as_ref(), &modal);
+        assert!((found - 5.0).abs() < 1e-15, "{found}");
+    }
 }

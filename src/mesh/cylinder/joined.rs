@@ -343,3 +343,50 @@ impl Nodes {
         self.bits.push(bits);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::quality::jacobian_range;
+    use std::f64::consts::PI;
+
+    /// Levels that change anywhere, at the last angle division too: every face has two cells or lies on the boundary, and no cell is turned
+    /// inside out. A column half-way is within the turn.
+    #[test]
+    fn cells_fit_together_wherever_the_level_changes() {
+        for (level_theta, level_r, ring) in [
+            (vec![0, 0, 1, 1, 2], vec![2, 2, 1, 0, 0], 0),
+            (vec![0, 1, 1, 1, 1], vec![1, 1, 1, 0], 0),
+            (vec![0, 0, 1, 1, 2], vec![2, 2, 2, 2, 1, 0], 1),
+            (vec![0, 1, 2, 2, 2], vec![2, 2, 2, 2, 1, 0], 2),
+        ] {
+            let (half, nr) = (level_theta.len() as f64 - 1.0, level_r.len() - 1);
+            let grid = JoinedGrid { columns: 9, level_theta, level_r, ring };
+            let radii: Vec<f64> = (0..=nr).map(|k| 1.0 + 0.3 * k as f64).collect();
+            let position = |a: f64, depth: Depth, j: usize| {
+                assert!(a > -half && a <= half, "column {a} of {half}");
+                let (angle, r) = (PI * a / half, depth.interpolate(&radii));
+                [r * angle.sin(), 0.1 * j as f64, r * angle.cos()]
+            };
+            let built = grid.build(position, |_, _| false);
+            let mesh = &built.mesh;
+            assert_eq!(grid.count(), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
+            for cell in &mesh.cells {
+                let [low, high] = jacobian_range(&mesh.corners(cell));
+                assert!(low > 0.02 * high, "Jacobian from {low:e} to {high:e}");
+            }
+            let mut faces: BTreeMap<[u32; 4], i32> = BTreeMap::new();
+            let sorted = |mut f: [u32; 4]| {
+                f.sort_unstable();
+                f
+            };
+            for face in mesh.cells.iter().flat_map(|c| FACES.map(|f| sorted(f.map(|i| c[i])))) {
+                *faces.entry(face).or_default() += 1;
+            }
+            for facet in mesh.groups.values().flatten() {
+                *faces.entry(sorted(*facet)).or_default() += 1;
+            }
+            assert!(faces.values().all(|&n| n == 2), "{:?}", faces.iter().find(|(_, &n)| n != 2));
+        }
+    }
+}

@@ -190,6 +190,31 @@ fn far_from_the_contact_the_mesh_does_not_know_where_it_is() {
     assert_eq!(one, mirrored);
 }
 
+/// Opposite the contact: around the bore, for one largest element size, three times as many columns as outside.
+#[test]
+fn around_the_bore_columns_are_joined_once_less() {
+    for spec in [paper(1e-3), CylinderSpec { contact_offset: 0.03, ..paper(1e-3) }] {
+        let (mesh, _) = build(&spec).expect("a valid cylinder");
+        // Nodes at each distance from the bore, as a part of the depth.
+        let mut count = std::collections::BTreeMap::new();
+        for n in mesh.nodes.iter().filter(|n| n[0].abs() < 1e-12 && n[2] < -spec.outer_radius) {
+            let surface = spec.outer_radius - spec.drop(n[1]);
+            let part = (-n[2] - spec.outer_radius - spec.inner_radius) / (surface - spec.inner_radius);
+            *count.entry((part * 1e9).round() as i64).or_insert(0) += 1;
+        }
+        let at: Vec<(f64, usize)> =
+            count.iter().map(|(&s, &n)| (1e-9 * s as f64 * (spec.outer_radius - spec.inner_radius), n)).collect();
+        let few = at[at.len() - 1].1 - 1;
+        // Between the two are only the nodes by which columns are joined.
+        let ring: Vec<f64> = at.iter().take_while(|(_, n)| *n == 3 * few + 1).map(|(d, _)| *d).collect();
+        let outside = at.iter().position(|(_, n)| *n == few + 1).expect("joined columns");
+        assert!(at[outside..].iter().all(|(_, n)| *n == few + 1), "{at:?}");
+        assert!(outside == ring.len() + 1 && at[ring.len()].1 == 2 * few, "{at:?}");
+        let [.., before, last] = ring[..] else { panic!("no ring: {at:?}") };
+        assert!(before < spec.largest() && last >= spec.largest() * (1.0 - 1e-9), "ring to {last} m: {ring:?}");
+    }
+}
+
 #[test]
 fn impossible_cylinders_are_refused_with_the_key_to_change() {
     let p = paper(1e-3);
@@ -201,6 +226,10 @@ fn impossible_cylinders_are_refused_with_the_key_to_change() {
         (CylinderSpec { crown_radius: Some(-1.0), ..p.clone() }, "crown_radius"),
         (CylinderSpec { crown_radius: Some(0.04), ..p.clone() }, "crown_radius"),
         (CylinderSpec { crown_radius: Some(0.05), inner_radius: 0.46, ..p.clone() }, "crown_radius"),
+        // The farther side of the body is what the crown must reach, the nearer one what the patch must not.
+        (CylinderSpec { crown_radius: Some(0.06), contact_offset: 0.03, ..p.clone() }, "crown_radius"),
+        (CylinderSpec { patch_half_width: 0.04, contact_offset: 0.03, ..p.clone() }, "half_width"),
+        (CylinderSpec { patch_half_width: 0.04, contact_offset: -0.03, ..p.clone() }, "half_width"),
         (CylinderSpec { contact_offset: 0.05, ..p.clone() }, "contact_offset"),
         (CylinderSpec { contact_offset: -0.06, ..p.clone() }, "contact_offset"),
         (CylinderSpec { element_size: -1e-3, ..p.clone() }, "element_size"),

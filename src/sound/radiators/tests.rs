@@ -101,3 +101,14 @@ fn the_sine_is_a_sine() {
     }
     assert!((sine(999_999.5) - 999_999.5f64.sin()).abs() < 1e-9);
 }
+
+#[test]
+fn eight_cubes_become_one() {
+    let patch = Patch { area: 1.0, moment: [0.0; 3], flow: vec![] };
+    // From -4 to 3: the lattice is the same on either side of 0.
+    let key = |n: i64| [0, n % 8 - 4, n / 8 % 8 - 4, n / 64 - 4];
+    let all = Radiators::new((0..512).map(|n| (key(n), patch.clone())).collect(), 0.1, Mat::zeros(0, 0));
+    let half = all.coarser();
+    assert_eq!((half.len(), half.size()), (64, 0.2));
+    assert!(half.patches.values().all(|p| p.area == 8.0));
+}

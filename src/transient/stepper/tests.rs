@@ -1,0 +1,262 @@
+//! Steps on one or two contacts, whose answers are known in closed form.
+
+use super::*;
+use crate::contact::Interface;
+use crate::transient::drive::History;
+
+/// Compliance of every node along x, y and n, m/N.
+const SOFT: f64 = 1e-6;
+const H: f64 = 1e-3;
+
+/// Five by five nodes half a metre apart, far from contact but for those of `near`, (node, gap in m). Node 8 lies at (0.5, −0.5).
+fn grid(near: &[(usize, f64)]) -> Interface {
+    let x: Vec<f64> = (0..5).map(|i| 0.5 * (f64::from(i) - 2.0)).collect();
+    let mut gap = vec![1.0; 25];
+    near.iter().for_each(|&(i, g)| gap[i] = g);
+    Interface::new(x.clone(), x, gap).unwrap()
+}
+
+/// Independent springs at the nodes.
+fn springs() -> Mat<f64> {
+    Mat::from_fn(75, 75, |i, j| if i == j { SOFT } else { 0.0 })
+}
+
+fn none() -> Mat<f64> {
+    Mat::zeros(75, 0)
+}
+
+/// A model with the given modes, without damping and loads.
+fn model<'a>(interface: &'a Interface, residual: &'a Mat<f64>, modes: &'a Mat<f64>, omega: &'a [f64]) -> Model<'a> {
+    let residual = residual.as_ref();
+    Model { interface, residual, modes: modes.as_ref(), omega, damping: &ZEROS[..omega.len()], load: &[] }
+}
+
+const ZEROS: [f64; 2] = [0.0; 2];
+
+/// A history that goes from `begin` to `end` in ten steps.
+fn straight(begin: f64, end: f64) -> History {
+    History::table("straight", &[[0.0, begin], [10.0 * H, end]], 10.0 * H).unwrap()
+}
+
+fn settings(drive: Drive, mu: f64) -> Settings {
+    Settings {
+        scheme: Scheme { step: H, theta: 0.5 },
+        friction: FrictionLaw::Constant(mu),
+        solver: ContactSolver::Newton,
+        tolerance: 1e-12,
+        drive,
+    }
+}
+
+/// Nothing prescribed but the approach.
+fn still(approach: History) -> Drive {
+    let zero = || History::constant(0.0);
+    Drive {
+        normal: Normal::Approach(approach),
+        tangential: [Tangential::Creep(zero()), Tangential::Creep(zero())],
+        spin: zero(),
+        speed: 0.0,
+    }
+}
+
+/// The reactions with the pressure `p` (N) at `node` alone.
+fn pressed(node: usize, p: f64) -> Vec<f64> {
+    (0..75).map(|k| if k == 3 * node + 2 { p } else { 0.0 }).collect()
+}
+
+#[track_caller]
+fn near(got: f64, want: f64, what: &str) {
+    assert!((got - want).abs() <= 1e-9 * want.abs() + 1e-13, "{what}: {got:.12e}, expected {want:.12e}");
+}
+
+/// One node under growing approach, creep and spin: it slips where friction cannot hold it, and sticks where it can. Forces, fields,
+/// counts and all parts of the energy.
+#[test]
+fn a_single_node_slips_and_sticks() {
+    let (s, w, no) = (grid(&[(8, 0.0)]), springs(), none());
+    let [x, y] = s.point(8);
+    assert_eq!([x, y], [0.5, -0.5]);
+    let mu = 0.3;
+    for (faster, sticks) in [(1.0, false), (1e-3, true)] {
+        let approach = straight(1e-3, 3e-3);
+        // At the middle of the first step, a twentieth of the way.
+        let creep = [faster * 2.0, faster * -1.05];
+        let spin = faster * 0.4;
+        let drive = Drive {
+            tangential: [
+                Tangential::Creep(straight(creep[0] - 0.1, creep[0] + 1.9)),
+                Tangential::Creep(straight(creep[1] + 0.05, creep[1] - 0.95)),
+            ],
+            spin: straight(spin - 0.02, spin + 0.38),
+            ..still(approach)
+        };
+        let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, 1e-3 / SOFT), 1e-3);
+        let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, mu), start).unwrap();
+        stepper.advance().unwrap();
+
+        let (before, p) = (1e-3 / SOFT, 1.2e-3 / SOFT);
+        let rigid = [creep[0] - spin * y, creep[1] + spin * x];
+        let size = rigid[0].hypot(rigid[1]);
+        let force = if sticks { H * size / SOFT } else { mu * p };
+        assert_eq!(force < mu * p, sticks);
+        let t = rigid.map(|c| -force * c / size);
+        let slip = [0, 1].map(|c| H * rigid[c] + SOFT * t[c]);
+        let report = stepper.report();
+        for (c, want) in [t[0], t[1], -p].into_iter().enumerate() {
+            near(report.force[c], want, "force");
+        }
+        near(report.moment_z, x * t[1] - y * t[0], "moment");
+        assert_eq!((report.closed, report.stick), (1, usize::from(sticks)));
+        let fields = stepper.fields();
+        assert_eq!(s.weight[8], 0.25);
+        near(fields.pressure[8], p / 0.25, "pressure");
+        for c in 0..2 {
+            near(fields.traction[8][c], t[c] / 0.25, "traction");
+            near(fields.creep[8][c], slip[c] / H, "creep");
+        }
+        assert_eq!((fields.state[8], fields.state[7]), (if sticks { 1 } else { 2 }, 0));
+        let e = stepper.state().energy;
+        near(e.start, 0.5 * SOFT * before * before, "energy of the start");
+        near(e.elastic, 0.5 * SOFT * (p * p + force * force), "elastic energy");
+        near(e.friction, -0.5 * (t[0] * slip[0] + t[1] * slip[1]), "friction");
+        let turned = -0.5 * H * (t[0] * rigid[0] + t[1] * rigid[1]);
+        near(e.drive, turned + 0.5 * (before + p) * 0.2e-3, "drive");
+        assert!(e.residual().abs() < 1e-9 * e.drive, "balance {:e}", e.residual());
+    }
+}
+
+/// Load and tangential force given: what they are at the end of the step; the approach and the creep follow.
+#[test]
+fn prescribed_forces_are_there_at_the_end_of_the_step() {
+    let (s, w, no) = (grid(&[(8, 0.0)]), springs(), none());
+    let drive = Drive {
+        normal: Normal::Force(straight(1e3, 2e3)),
+        tangential: [Tangential::Force(straight(0.0, 500.0)), Tangential::Creep(History::constant(0.0))],
+        ..still(History::constant(0.0))
+    };
+    let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, 1e3), 1e3 * SOFT);
+    let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.3), start.clone()).unwrap();
+    for step in 1..=3 {
+        stepper.advance().unwrap();
+        let (f, state) = (stepper.report().force, stepper.state());
+        let (along, normal) = (50.0 * f64::from(step), 1e3 + 100.0 * f64::from(step));
+        near(f[0], along, "tangential force");
+        near(f[2], -normal, "load");
+        near(state.approach, SOFT * normal, "approach");
+        near(state.creep[0], -SOFT * 50.0 / H, "creep");
+        assert_eq!((stepper.report().stick, state.creep[1]), (1, 0.0));
+    }
+    let pulled = Drive { normal: Normal::Force(History::constant(-1.0)), ..still(History::constant(0.0)) };
+    let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(pulled, 0.3), start).unwrap();
+    let error = stepper.advance().unwrap_err();
+    assert!(error.exit_code() == 2 && error.message().contains("only press"), "{error}");
+}
+
+/// The rolling moment works against the pressure on a slope: −V ∫ p ∂x g0 over time.
+#[test]
+fn rolling_over_a_slope() {
+    let (s, w, no) = (grid(&[(11, 0.3), (12, 0.0), (13, 0.8)]), springs(), none());
+    let drive = Drive { speed: 10.0, ..still(History::constant(1e-3)) };
+    let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(12, 1e-3 / SOFT), 1e-3);
+    let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.0), start).unwrap();
+    stepper.advance().unwrap();
+    stepper.advance().unwrap();
+    near(stepper.state().energy.rolling, -1e3 * 10.0 * 2.0 * H * 0.5, "work of the rolling moment");
+}
+
+/// What touches at the border of the patch is outside the model.
+#[test]
+fn contact_at_the_border_is_refused() {
+    let (s, w, no) = (grid(&[(12, 0.0), (14, 0.9e-3)]), springs(), none());
+    let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(12, 0.5e-3 / SOFT), 0.5e-3);
+    let settings = settings(still(straight(0.5e-3, 1.5e-3)), 0.3);
+    let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings, start).unwrap();
+    let error = (0..10).find_map(|_| stepper.advance().err()).expect("the border");
+    assert!(error.exit_code() == 2 && error.message().contains("border of the patch"), "{error}");
+    assert!(stepper.state().approach < 0.9e-3 + 1e-12, "{}", stepper.state().approach);
+}
+
+/// Nodes that are not looked at come near by the motion of a mode, whatever its sign, and by reactions elsewhere.
+#[test]
+fn distant_nodes_are_noticed_when_they_touch() {
+    let short = || {
+        let settings = settings(still(History::constant(0.0)), 0.3);
+        Settings { scheme: Scheme { step: 0.1 * H, theta: 0.5 }, ..settings }
+    };
+    // A mass on node 18 that moves against its normal, thrown over a millimetre.
+    let (s, w) = (grid(&[(18, 1e-3)]), springs());
+    for sign in [1.0, -1.0] {
+        let modes = Mat::from_fn(75, 1, |i, _| if i == 3 * 18 + 2 { sign } else { 0.0 });
+        let m = model(&s, &w, &modes, &[0.0]);
+        let mut start = State::at_rest(&m, &[0.0; 75], 0.0);
+        start.v[0] = -sign;
+        let mut stepper = Stepper::new(m, short(), start).unwrap();
+        (0..12).for_each(|_| stepper.advance().unwrap());
+        assert!(stepper.report().force[2] < -100.0, "sign {sign}: force {:?} N", stepper.report().force);
+    }
+    // A mass thrown on node 6, whose pressure bends node 18 towards the other body.
+    let (s, g) = (grid(&[(6, 0.0), (18, 0.25e-3)]), 0.25e-3);
+    let bent = |i: usize, j: usize| (i == 20 && j == 56) || (i == 56 && j == 20);
+    let w = Mat::from_fn(75, 75, |i, j| if bent(i, j) { -0.5 * SOFT } else { springs()[(i, j)] });
+    let modes = Mat::from_fn(75, 1, |i, _| if i == 20 { 1.0 } else { 0.0 });
+    let m = model(&s, &w, &modes, &[0.0]);
+    let mut start = State::at_rest(&m, &[0.0; 75], 0.0);
+    start.v[0] = -1.0;
+    let mut stepper = Stepper::new(m, short(), start).unwrap();
+    // About a quarter of the period 2π √(SOFT · 1 kg).
+    (0..15).for_each(|_| stepper.advance().unwrap());
+    let [p, q] = [6, 18].map(|i| stepper.state().reaction[3 * i + 2]);
+    assert!(p > 550.0 && q > 10.0, "{p} N and {q} N");
+    near(g - 0.5 * SOFT * p + SOFT * q, 0.0, "gap of the second node");
+}
+
+/// A rigid plane meets a rigid mass at rest and takes it along: half of what the drive does is lost.
+#[test]
+fn a_moving_plane_takes_a_mass_along() {
+    let s = grid(&[(12, 0.5e-3)]);
+    let w = Mat::<f64>::zeros(75, 75);
+    let modes = Mat::from_fn(75, 1, |i, _| if i == 3 * 12 + 2 { 1.0 } else { 0.0 });
+    let m = model(&s, &w, &modes, &[0.0]);
+    let speed = 2.0;
+    let start = State::at_rest(&m, &[0.0; 75], 0.0);
+    let settings = settings(still(straight(0.0, 10.0 * H * speed)), 0.3);
+    let mut stepper = Stepper::new(m, settings, start).unwrap();
+    (0..5).for_each(|_| stepper.advance().unwrap());
+    let state = stepper.state();
+    near(state.v[0], speed, "velocity");
+    near(state.energy.kinetic, 0.5 * speed * speed, "kinetic energy");
+    near(state.energy.drive, speed * speed, "drive");
+    near(state.energy.impact, 0.5 * speed * speed, "impact");
+    assert!(state.energy.residual().abs() < 1e-9, "balance {:e}", state.energy.residual());
+}
+
+/// With θ > ½ force and velocity of a step are weighed alike: the work of the contact on the mode and what damping takes add up with
+/// what the scheme itself takes, which is known for a spring that stays closed.
+#[test]
+fn a_mass_on_a_contact_is_damped_by_the_scheme_as_by_a_spring() {
+    let s = grid(&[(12, 0.0)]);
+    let w = springs();
+    // 1000 rad/s on the compliance of the contact alone, pressed so far that it stays closed.
+    let modes = Mat::from_fn(75, 1, |i, _| if i == 3 * 12 + 2 { 1.0 } else { 0.0 });
+    for theta in [0.5, 0.6, 0.8] {
+        let load = [-1e3];
+        let m = Model { load: &load, ..model(&s, &w, &modes, &[0.0]) };
+        let mut start = State::at_rest(&m, &pressed(12, 1e3), 1e3 * SOFT);
+        start.v[0] = 0.1;
+        let mut settings = settings(still(History::constant(1e3 * SOFT)), 0.3);
+        settings.scheme = Scheme { step: 2e-5, theta };
+        let own = settings.scheme.own_damping(1000.0);
+        let mut stepper = Stepper::new(m, settings, start).unwrap();
+        // Energy of the vibration about rest.
+        let vibration = |s: &State| 0.5 * s.v[0] * s.v[0] + 0.5 * 1e6 * s.q[0] * s.q[0];
+        let begun = vibration(stepper.state());
+        let steps = 2000;
+        (0..steps).for_each(|_| stepper.advance().unwrap());
+        let decay = -0.5 * (vibration(stepper.state()) / begun).ln() / (f64::from(steps) * 2e-5);
+        assert!((decay - own).abs() < 0.01 * own + 1e-6, "θ = {theta}: decay {decay}, expected {own}");
+        let e = stepper.state().energy;
+        // What the scheme takes shows as the balance: nothing else takes anything here.
+        let lost = begun - vibration(stepper.state());
+        assert!((e.residual() + lost).abs() < 1e-3 * begun, "θ = {theta}: balance {:e}, lost {lost:e}", e.residual());
+    }
+}
