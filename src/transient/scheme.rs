@@ -199,6 +199,14 @@ mod tests {
     }
 
     #[test]
+    fn a_step_may_take_a_radian_of_the_highest_mode_and_no_more() {
+        let check = |omega: f64| Scheme { step: 1e-3, theta: 0.5 }.check(&[10.0, omega, 20.0]);
+        assert!(check(999.0).is_ok());
+        let error = check(1001.0).unwrap_err();
+        assert!(error.exit_code() == 2 && error.message().contains("the limit is 9.9900e-4 s"), "{error}");
+    }
+
+    #[test]
     fn damping_takes_half_its_coefficient_of_the_amplitude() {
         let (_, decay) = free_motion(Scheme { step: 1e-5, theta: 0.5 }, 40.0);
         assert!((decay - 20.0).abs() < 0.2, "decay {decay}");

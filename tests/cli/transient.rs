@@ -343,5 +343,8 @@ fn histories_take_the_place_of_keys() {
     assert!(held[3].iter().all(|a| *a == held[3][0]) && held[0] != keys[0]);
     let tables = run("approach.h5", &[other[0], other[1], &creep(format!("\"approach\": {}", table(held[3][0])))]);
     let differ = tables[0].iter().zip(&held[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(differ < 1e-4 * 70e3 && tables[3] == held[3], "forces differ by {differ} N");
+    assert!(differ < 1e-6 * 70e3, "forces differ by {differ} N");
+    // A number that is written and read may change in its last bit.
+    let sunk = tables[3][0] / held[3][0] - 1.0;
+    assert!(sunk.abs() < 1e-15 && tables[3].iter().all(|a| *a == tables[3][0]), "approach differs by {sunk:e}");
 }

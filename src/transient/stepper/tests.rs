@@ -152,6 +152,88 @@ fn prescribed_forces_are_there_at_the_end_of_the_step() {
     assert!(error.exit_code() == 2 && error.message().contains("only press"), "{error}");
 }
 
+/// Under a prescribed load the contact grows by the nodes that the approach brings near.
+#[test]
+fn a_growing_load_closes_more_nodes() {
+    let (s, w, no) = (grid(&[(8, 0.0), (16, 0.5e-3)]), springs(), none());
+    let drive = Drive { normal: Normal::Force(straight(100.0, 1100.0)), ..still(History::constant(0.0)) };
+    let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, 100.0), 100.0 * SOFT);
+    let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.3), start).unwrap();
+    (0..9).for_each(|_| stepper.advance().unwrap());
+    let state = stepper.state();
+    near(state.reaction[3 * 8 + 2], 750.0, "pressure where it began");
+    near(state.reaction[3 * 16 + 2], 250.0, "pressure of the second node");
+    near(state.approach, 750.0 * SOFT, "approach");
+}
+
+/// The reactions at a perturbed start are those of its displacements, and it stays where it is in time, at its place and speed.
+#[test]
+fn settling_finds_the_reactions_and_moves_nothing() {
+    let (s, w) = (grid(&[(12, 0.0)]), springs());
+    let modes = Mat::from_fn(75, 1, |i, _| if i == 3 * 12 + 2 { 1.0 } else { 0.0 });
+    let m = model(&s, &w, &modes, &[500.0]);
+    let mut start = State::at_rest(&m, &[0.0; 75], 0.0);
+    (start.q[0], start.v[0], start.step) = (-1e-3, 0.2, 7);
+    let mut settings = settings(still(History::constant(0.0)), 0.3);
+    settings.scheme.step = 1e-7;
+    let mut stepper = Stepper::new(m, settings, start).unwrap();
+    stepper.settle().unwrap();
+    let state = stepper.state();
+    assert_eq!((state.q[0], state.v[0], state.step), (-1e-3, 0.2, 7));
+    let p = state.reaction[3 * 12 + 2];
+    assert!((p / 1e3 - 1.0).abs() < 1e-3, "{p} N");
+    let e = state.energy;
+    near(e.kinetic, 0.02, "kinetic energy");
+    assert!((e.start - 0.02 - 0.125 - 0.5).abs() < 1e-3 && e.start == e.kinetic + e.elastic, "{e:?}");
+    near(e.friction + e.damping + e.impact + e.drive, 0.0, "works before the start");
+}
+
+/// Extrapolated or iterated, the response that is kept is W R: after many steps the laws hold with a product made anew.
+#[test]
+fn the_laws_hold_with_a_fresh_product_after_many_steps() {
+    let s = Interface::paraboloid(11, 11, [6e-3; 2], [4.0; 2]).unwrap();
+    let steel = crate::contact::half_space::HalfSpace { young: 205e9, poisson: 0.3 };
+    let c = steel.compliance(&s.x, &s.y).unwrap();
+    let w = crate::contact::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
+    let no = Mat::<f64>::zeros(3 * s.len(), 0);
+    let falling = FrictionLaw::Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 };
+    for friction in [FrictionLaw::Constant(0.3), falling] {
+        let creep = Tangential::Creep(History::constant(0.05));
+        let drive = Drive {
+            tangential: [Tangential::Creep(History::constant(0.01)), creep],
+            speed: 10.0,
+            ..still(History::constant(6e-5))
+        };
+        let model =
+            Model { interface: &s, residual: w.as_ref(), modes: no.as_ref(), omega: &[], damping: &[], load: &[] };
+        let (n, h, tolerance) = (s.len(), 2e-5, 1e-9);
+        let settings = Settings {
+            scheme: Scheme { step: h, theta: 0.5 },
+            friction,
+            solver: ContactSolver::Newton,
+            tolerance,
+            drive,
+        };
+        let start = State::at_rest(&model, &vec![0.0; 3 * n], 6e-5);
+        let mut stepper = Stepper::new(model, settings, start).unwrap();
+        for step in 1..=600 {
+            stepper.advance().unwrap();
+            let Some(posed) = stepper.posed().filter(|_| step % 20 == 0) else { continue };
+            let k = 3 * posed.nodes.len();
+            let matrix = Operator::new(posed.matrix, k, k);
+            let problem = StepProblem { matrix, free: posed.free, friction, step: h, total: [None; 3], tolerance };
+            let mut u = vec![0.0; k];
+            let reaction = stepper.core_reaction();
+            matrix.times(&reaction, &mut u);
+            let u = problem.displacement(&u, [0.0; 3]);
+            let (residual, status) = problem.residual(&reaction, &u);
+            let normal = -stepper.report().force[2];
+            assert!(residual < 1.2 * tolerance * normal, "{friction:?}, step {step}: {residual:e} N of {normal} N");
+            assert!(status.contains(&Status::Slip) && normal > 1e3, "{status:?}");
+        }
+    }
+}
+
 /// The rolling moment works against the pressure on a slope: −V ∫ p ∂x g0 over time.
 #[test]
 fn rolling_over_a_slope() {
@@ -228,6 +310,26 @@ fn a_moving_plane_takes_a_mass_along() {
     near(state.energy.drive, speed * speed, "drive");
     near(state.energy.impact, 0.5 * speed * speed, "impact");
     assert!(state.energy.residual().abs() < 1e-9, "balance {:e}", state.energy.residual());
+}
+
+/// A free mass with damping: what damping takes is what the kinetic energy loses, for any θ.
+#[test]
+fn damping_takes_what_a_free_mass_loses() {
+    let (s, w) = (grid(&[]), springs());
+    let modes = Mat::zeros(75, 1);
+    for theta in [0.5, 0.8, 1.0] {
+        let m = Model { damping: &[100.0], ..model(&s, &w, &modes, &[0.0]) };
+        let mut start = State::at_rest(&m, &[0.0; 75], 0.0);
+        start.v[0] = 2.0;
+        let mut settings = settings(still(History::constant(0.0)), 0.3);
+        settings.scheme.theta = theta;
+        let mut stepper = Stepper::new(m, settings, start).unwrap();
+        (0..10).for_each(|_| stepper.advance().unwrap());
+        let (e, v) = (stepper.state().energy, stepper.state().v[0]);
+        let factor = (1.0 - 0.1 * (1.0 - theta)) / (1.0 + 0.1 * theta);
+        near(v, 2.0 * factor.powi(10), "velocity");
+        near(e.damping, 2.0 - 0.5 * v * v, "energy that damping takes");
+    }
 }
 
 /// With θ > ½ force and velocity of a step are weighed alike: the work of the contact on the mode and what damping takes add up with
