@@ -31,6 +31,8 @@ pub mod problem;
 pub mod scheme;
 pub mod start;
 pub mod stepper;
+#[cfg(test)]
+mod tests;
 
 pub use compact::Operator;
 pub use drive::{Drive, History, Tangential};

@@ -16,8 +16,6 @@ use crate::contact::laws::State as Status;
 use crate::contact::FrictionLaw;
 use crate::{Error, Result};
 
-#[cfg(test)]
-mod tests;
 mod working;
 
 use working::{Outside, Working};
