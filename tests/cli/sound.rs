@@ -42,6 +42,8 @@ fn a_squealing_wheel_is_heard_in_the_band_of_its_mode_and_a_continued_run_sounds
     let eigenvalues: Vec<num_complex::Complex64> =
         file.dataset("stability/eigenvalue").and_then(|d| d.read_raw()).expect("eigenvalues");
     let tone = eigenvalues[0].im.abs() / (2.0 * std::f64::consts::PI);
+    // The band of 1250 Hz would end above the highest frequency wanted.
+    assert_eq!(found["band_name"], [200.0, 250.0, 315.0, 400.0, 500.0, 630.0, 800.0, 1000.0]);
     let centres = &found["band_frequency"];
     let own = (0..centres.len())
         .min_by(|&a, &b| (centres[a] / tone).ln().abs().total_cmp(&(centres[b] / tone).ln().abs()))
