@@ -42,9 +42,50 @@ fn cpu(begun: Instant) -> f64 {
 }
 
 fn main() {
-    match argument("--model") {
-        Some(path) => squeal(&path),
-        None => half_spaces(),
+    match (argument("--model"), argument("--problems")) {
+        (Some(path), _) => squeal(&path),
+        (None, Some(path)) => dumped(&path),
+        (None, None) => half_spaces(),
+    }
+}
+
+/// Solves the step problems of a file made with `--export` again.
+fn dumped(path: &str) {
+    let file = Reader::open(Path::new(path)).expect("file");
+    let mut times = vec![Vec::new(); RESIDUALS.len() * STARTS.len()];
+    let mut efforts = vec![Effort::default(); times.len()];
+    for number in 0.. {
+        let list = |name: &str| file.numbers(&format!("/{number:02}/{name}")).map(|(_, v)| v);
+        let Ok(matrix) = list("matrix") else { break };
+        let [free, before, mu] = ["free", "before", "friction"].map(|n| list(n).expect(n));
+        let matrix = Operator::new(matrix);
+        for (c, time) in times.iter_mut().enumerate() {
+            let problem = StepProblem {
+                matrix: &matrix,
+                free: &free,
+                friction: FrictionLaw::Constant(mu[0]),
+                step: STEP,
+                total: [None; 3],
+                tolerance: RESIDUALS[c / STARTS.len()],
+            };
+            let (best, effort) = again(&problem, c % STARTS.len(), &free, &before);
+            time.push(best);
+            efforts[c] += effort;
+        }
+    }
+    let count = times[0].len();
+    report(&mut times);
+    for (c, e) in efforts.iter().enumerate() {
+        println!("{} to {:.0e}, all {count}: {e:?}", STARTS[c % STARTS.len()], RESIDUALS[c / STARTS.len()]);
+    }
+}
+
+/// Prints the median of the times for each residual and start.
+fn report(times: &mut [Vec<f64>]) {
+    for (c, t) in times.iter_mut().enumerate().filter(|(_, t)| !t.is_empty()) {
+        t.sort_by(f64::total_cmp);
+        let (residual, start) = (RESIDUALS[c / STARTS.len()], STARTS[c % STARTS.len()]);
+        println!("to {residual:.0e}, {start}: median {:.1} µs of {} problems", 1e6 * t[t.len() / 2], t.len());
     }
 }
 
@@ -53,7 +94,7 @@ fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
     const TURNS: usize = 10;
     let size = 3 * stepper.report().closed;
     let data: Vec<f64> = (0..size * size).map(|k| (k % 97) as f64).collect();
-    let operator = Operator::new(&data, size, size);
+    let operator = Operator::new(data);
     let (x, mut y) = (vec![1.0; size], vec![0.0; size]);
     let (mut effort, mut stick, mut closed) = (Effort::default(), [0, usize::MAX, 0], [0, usize::MAX, 0]);
     let (mut step_time, mut product_time) = ([0.0; 2], [0.0; 2]);
@@ -305,7 +346,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
         if let Some((_, guess, free)) = last.filter(|_| mixed) {
             let mut line = Vec::new();
             for (a, tolerance) in RESIDUALS.into_iter().enumerate() {
-                let matrix = Operator::new(posed.matrix, 3 * k, 3 * k);
+                let matrix = &Operator::new(posed.matrix.to_vec());
                 let problem =
                     StepProblem { matrix, free: posed.free, friction, step: STEP, total: [None; 3], tolerance };
                 for (b, name) in STARTS.iter().enumerate() {
@@ -338,11 +379,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
         }
         before = Some((posed.nodes.to_vec(), reaction, posed.free.to_vec()));
     }
-    for (c, t) in times.iter_mut().enumerate().filter(|(_, t)| !t.is_empty()) {
-        t.sort_by(f64::total_cmp);
-        let (residual, start) = (RESIDUALS[c / STARTS.len()], STARTS[c % STARTS.len()]);
-        println!("to {residual:.0e}, {start}: median {:.1} µs of {} problems", 1e6 * t[t.len() / 2], t.len());
-    }
+    report(&mut times);
 }
 
 /// The best time of twenty solutions from the start with this index, s, and what the last one took. `free` and `before` are those of the step

@@ -10,6 +10,7 @@
 pub mod analysis;
 pub mod body;
 pub mod contact;
+mod dense;
 pub mod error;
 pub mod fem;
 pub mod job;

@@ -4,8 +4,8 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use super::interface::Upstream;
-use super::krylov::dot;
 use super::steady::{NormalLoad, SteadyProblem};
+use crate::dense::dot;
 use crate::{Error, Result};
 
 /// The candidate nodes with their scaled influence matrix.

@@ -8,9 +8,9 @@
 //! problem, the least would be missing. W₀ stays as it is, so each problem solved is as benign as the first.
 
 use super::interface::Interface;
-use super::krylov::dot;
 use super::newton::Effort;
 use super::steady::{multiply, SteadyProblem, SteadySolution};
+use crate::dense::dot;
 use crate::{Error, Result};
 
 /// Steps that Anderson's method looks back.

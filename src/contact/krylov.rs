@@ -1,6 +1,8 @@
 //! Right-preconditioned GMRES (Y. Saad and M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986)) for the small dense systems of
 //! contact, without restarts. It also returns the operator's images, so that no product is spent on what is known already.
 
+use crate::dense::dot;
+
 /// Result of [`gmres`].
 pub(crate) struct Solved {
     /// Solution.
@@ -94,19 +96,6 @@ pub(crate) fn gmres(
     let x = combine(&directions, b.len());
     let image = combine(&images, images.first().map_or(0, Vec::len));
     Solved { x, image, relative, products: k }
-}
-
-/// Inner product in several partial sums, which the compiler can keep in vector registers.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (ac, bc) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f64 = ac.remainder().iter().zip(bc.remainder()).map(|(x, y)| x * y).sum();
-    let mut s = [0.0; 8];
-    for (x, y) in ac.zip(bc) {
-        for k in 0..8 {
-            s[k] += x[k] * y[k];
-        }
-    }
-    s.iter().sum::<f64>() + tail
 }
 
 #[cfg(test)]

@@ -5,10 +5,11 @@ use faer::linalg::solvers::{Llt, PartialPivLu, Solve};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
 use super::candidates::Candidates;
-use super::krylov::{dot, gmres};
+use super::krylov::gmres;
 use super::newton::{Effort, Iterate, Law};
 use super::normal::not_definite;
 use super::steady::SteadyProblem;
+use crate::dense::dot;
 use crate::Result;
 
 /// Cholesky factor of the normal compliance of the closed nodes, kept while the set stays.

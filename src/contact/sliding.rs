@@ -7,11 +7,11 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
 use super::interface::{Creepage, Interface, Stencil, Upstream};
-use super::krylov::dot;
 use super::laws::FrictionLaw;
 use super::normal::solve_normal;
 use super::patch::refuse_border;
 use super::steady::NormalLoad;
+use crate::dense::dot;
 use crate::{Error, Result};
 
 /// Which way the nodes slide.

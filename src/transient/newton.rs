@@ -7,7 +7,7 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
-use super::parts::Parts;
+use super::parts::Kept;
 use super::problem::{Effort, StepProblem, StepSolution};
 use crate::contact::krylov::gmres;
 use crate::contact::laws::State;
@@ -22,7 +22,7 @@ pub struct Memory {
     /// Products beyond the first of each linear system since the factorisation was made.
     excess: usize,
     /// For the method by parts.
-    pub(super) parts: Option<Parts>,
+    pub(super) parts: Kept,
     /// Steps before the method by parts is tried again, and how many it will be the next time it fails.
     pause: usize,
     penalty: usize,
@@ -34,7 +34,9 @@ const WORTH: usize = 40;
 impl Memory {
     /// Forgets everything; to be called when the nodes change.
     pub fn forget(&mut self) {
-        *self = Self::default();
+        let mut parts = std::mem::take(&mut self.parts);
+        parts.forget();
+        *self = Self { parts, ..Self::default() };
     }
 
     /// Whether the next step is to be tried by parts.

@@ -54,7 +54,7 @@ impl std::ops::AddAssign for Effort {
 #[derive(Debug, Clone, Copy)]
 pub struct StepProblem<'a> {
     /// W, m/N, `[3k, 3k]`.
-    pub matrix: Operator<'a>,
+    pub matrix: &'a Operator,
     /// (dx, dy, g) at R = 0, m, `[3k]`.
     pub free: &'a [f64],
     /// Friction law, of the velocity |d|/h.
@@ -125,15 +125,16 @@ impl StepProblem<'_> {
         }
         let target = self.tolerance * scale;
         let mut guess = guess.to_vec();
-        let simple = self.total == [None; 3] && self.friction.is_constant();
+        let mut shift = shift;
+        let simple = self.total[..2] == [None; 2] && shift[..2] == [0.0; 2] && self.friction.is_constant();
         if solver == ContactSolver::Newton && simple && memory.by_parts() {
-            let response = response.map(<[f64]>::to_vec);
-            match parts::solve(self, target, guess.clone(), response, &mut memory.parts, effort) {
+            let known = (guess.clone(), response.map(<[f64]>::to_vec));
+            match parts::solve(self, target, known, shift[2], &mut memory.parts, effort) {
                 Ok(solution) => return Ok(solution),
-                Err(best) => {
+                Err((best, nearer)) => {
                     memory.refused();
-                    if best.iter().all(|v| v.is_finite()) {
-                        guess = best;
+                    if best.iter().all(|v| v.is_finite()) && nearer.is_finite() {
+                        (guess, shift[2]) = (best, nearer);
                     }
                 }
             }

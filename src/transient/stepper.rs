@@ -11,9 +11,9 @@ use super::model::{Impact, Model};
 use super::newton::Memory;
 use super::problem::{ContactSolver, Effort, StepProblem, StepSolution};
 use super::scheme::{Modal, Scheme};
-use crate::contact::krylov::dot;
 use crate::contact::laws::State as Status;
 use crate::contact::FrictionLaw;
+use crate::dense::{self, dot};
 use crate::{Error, Result};
 
 mod working;
@@ -172,7 +172,7 @@ impl<'a> Stepper<'a> {
                 core: 0,
                 full: 0,
                 place: Vec::new(),
-                w: Vec::new(),
+                w: Operator::default(),
                 around: Vec::new(),
                 psi: Vec::new(),
                 feet: Vec::new(),
@@ -242,7 +242,7 @@ impl<'a> Stepper<'a> {
     pub fn posed(&self) -> Option<Posed<'_>> {
         let ws = &self.working;
         let nodes = &ws.nodes[..ws.core];
-        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: &ws.w, free: &self.posed })
+        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: ws.w.columns(), free: &self.posed })
     }
 
     /// Fields of the last step.
@@ -319,7 +319,7 @@ impl<'a> Stepper<'a> {
                 };
             }
             let problem = StepProblem {
-                matrix: Operator::new(&ws.w, 3 * core, 3 * core),
+                matrix: &ws.w,
                 free: &b,
                 friction: self.settings.friction,
                 step: h,
@@ -333,8 +333,7 @@ impl<'a> Stepper<'a> {
                 problem.solve(self.settings.solver, &guess, known.as_deref(), shift, &mut self.memory, &mut effort)?;
             let mut response = vec![0.0; rows];
             response[..3 * core].copy_from_slice(&solution.response);
-            Operator::new(&ws.around, rows - 3 * core, rows - 3 * core)
-                .add(&solution.reaction, &mut response[3 * core..]);
+            dense::add_columns(&ws.around, rows - 3 * core, &solution.reaction, &mut response[3 * core..]);
             let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
             self.modal.add(&modal, &mut q, &mut v);

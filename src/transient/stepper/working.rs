@@ -1,11 +1,12 @@
 //! The nodes in the problem of a step: those that touch, those around them, and what tells that others come near.
 
+use super::super::compact::Operator;
 use super::super::foot::{edge_value, support, value, Foot};
 use super::super::model::Impact;
 use super::super::problem::StepSolution;
 use super::Stepper;
-use crate::contact::krylov::dot;
 use crate::contact::laws::State as Status;
+use crate::dense::dot;
 use crate::{Error, Result};
 
 /// The nodes that may touch (the core), and those around them whose displacements are needed.
@@ -17,8 +18,8 @@ pub(super) struct Working {
     pub(super) full: usize,
     /// Place of each node of the interface in `nodes`, or `usize::MAX`.
     pub(super) place: Vec<usize>,
-    /// W of the core nodes, columns, `[3 core][3 core]`.
-    pub(super) w: Vec<f64>,
+    /// W of the core nodes.
+    pub(super) w: Operator,
     /// Rows of W of the other nodes here, columns of the core nodes, `[3 core][rows − 3 core]`.
     pub(super) around: Vec<f64>,
     /// Rows of Ψ: three of each full node, then the normal one of each other, `[rows][m]`.
@@ -221,7 +222,7 @@ impl Stepper<'_> {
                 .flat_map(|column| rows.iter().map(|&row| column[row]))
                 .collect()
         };
-        let (w, around) = (columns(&rows[..3 * core.len()]), columns(&rows[3 * core.len()..]));
+        let (w, around) = (Operator::new(columns(&rows[..3 * core.len()])), columns(&rows[3 * core.len()..]));
         let modes = self.model.modes;
         let psi: Vec<f64> = rows.iter().flat_map(|&row| (0..m).map(move |k| modes[(row, k)])).collect();
         // Displacements of the present state: Ψ q + S R.

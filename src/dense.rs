@@ -1,0 +1,201 @@
+//! Products of dense columns with vectors, in the widest vector instructions of the processor at hand: a program compiled for all processors
+//! of a family uses none but the oldest by itself.
+
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Mul};
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// `f64` or `f32`.
+pub(crate) trait Real: Copy + Default + Add<Output = Self> + Mul<Output = Self> + AddAssign + Sum {
+    /// See the function [`add_columns`].
+    fn add_columns(a: &[Self], stride: usize, x: &[Self], out: &mut [Self]);
+}
+
+/// Inner product in several partial sums, which the compiler can keep in vector registers.
+#[inline(always)]
+pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    const PARTS: usize = 16;
+    let (ac, bc) = (a.chunks_exact(PARTS), b.chunks_exact(PARTS));
+    let tail: T = ac.remainder().iter().zip(bc.remainder()).map(|(x, y)| *x * *y).sum();
+    let mut s = [T::default(); PARTS];
+    for (x, y) in ac.zip(bc) {
+        for k in 0..PARTS {
+            s[k] += x[k] * y[k];
+        }
+    }
+    s.into_iter().sum::<T>() + tail
+}
+
+/// [`dot`] where nothing around it is compiled for the processor at hand.
+pub(crate) fn wide_dot<T: Real>(a: &[T], b: &[T]) -> T {
+    Arch::new().dispatch(Dot(a, b))
+}
+
+struct Dot<'a, T>(&'a [T], &'a [T]);
+
+impl<T: Real> WithSimd for Dot<'_, T> {
+    type Output = T;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> T {
+        dot(self.0, self.1)
+    }
+}
+
+/// out += A x for the leading rows of the columns in `a`, which are `stride` apart; runs of columns whose factors are 0 cost nothing.
+pub(crate) fn add_columns<T: Real>(a: &[T], stride: usize, x: &[T], out: &mut [T]) {
+    T::add_columns(a, stride, x, out);
+}
+
+struct Columns<'a, T> {
+    a: &'a [T],
+    stride: usize,
+    x: &'a [T],
+    out: &'a mut [T],
+}
+
+/// Columns taken at a time: as many as there are registers for what belongs to them.
+const WIDTH: usize = 6;
+
+/// [`add_columns`] for one kind of number, with its vector instructions.
+macro_rules! real {
+    ($t:ty, $parts:ident, $parts_mut:ident, $splat:ident, $mul:ident, $fma:ident, $add:ident) => {
+        impl Real for $t {
+            fn add_columns(a: &[$t], stride: usize, x: &[$t], out: &mut [$t]) {
+                Arch::new().dispatch(Columns { a, stride, x, out });
+            }
+        }
+
+        impl WithSimd for Columns<'_, $t> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, s: S) {
+                let Self { a, stride, x, out } = self;
+                let n = out.len();
+                let groups = x.chunks_exact(WIDTH);
+                let rest = x.len() - groups.remainder().len();
+                let (wide, tail) = S::$parts_mut(out);
+                let len = wide.len();
+                for (j, x) in groups.enumerate().filter(|(_, x)| x.iter().any(|x| *x != 0.0)) {
+                    let columns: [_; WIDTH] = std::array::from_fn(|c| S::$parts(&a[(WIDTH * j + c) * stride..][..n]));
+                    let factors: [_; WIDTH] = std::array::from_fn(|c| s.$splat(x[c]));
+                    let [a0, a1, a2, a3, a4, a5] = columns.map(|(wide, _)| &wide[..len]);
+                    for (i, o) in wide.iter_mut().enumerate() {
+                        let even = s.$fma(a2[i], factors[2], s.$fma(a0[i], factors[0], *o));
+                        let odd = s.$fma(a3[i], factors[3], s.$mul(a1[i], factors[1]));
+                        *o = s.$add(s.$fma(a4[i], factors[4], even), s.$fma(a5[i], factors[5], odd));
+                    }
+                    for ((_, column), x) in columns.iter().zip(x) {
+                        tail.iter_mut().zip(*column).for_each(|(o, a)| *o += a * x);
+                    }
+                }
+                for j in rest..x.len() {
+                    let (column, below) = S::$parts(&a[j * stride..][..n]);
+                    let factor = s.$splat(x[j]);
+                    wide.iter_mut().zip(column).for_each(|(o, a)| *o = s.$fma(*a, factor, *o));
+                    tail.iter_mut().zip(below).for_each(|(o, a)| *o += a * x[j]);
+                }
+            }
+        }
+    };
+}
+
+real!(f64, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_f64s, mul_add_e_f64s, add_f64s);
+real!(f32, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_f32s, mul_add_e_f32s, add_f32s);
+
+/// out += A x for a symmetric matrix, of whose columns, `stride` apart, only the entries on and below the diagonal are read: large
+/// products take as long as their matrix takes from memory.
+pub(crate) fn add_symmetric(a: &[f64], stride: usize, x: &[f64], out: &mut [f64]) {
+    Arch::new().dispatch(Symmetric { a, stride, x, out });
+}
+
+struct Symmetric<'a> {
+    a: &'a [f64],
+    stride: usize,
+    x: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Symmetric<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { a, stride, x, out } = self;
+        let n = out.len();
+        let whole = n - n % WIDTH;
+        for j in (0..whole).step_by(WIDTH) {
+            let (head, below) = out.split_at_mut(j + WIDTH);
+            let mut own: [f64; WIDTH] = std::array::from_fn(|c| head[j + c]);
+            for c in 0..WIDTH {
+                let column = &a[(j + c) * stride + j..][..WIDTH];
+                own[c] += column[c] * x[j + c];
+                for r in c + 1..WIDTH {
+                    own[r] += column[r] * x[j + c];
+                    own[c] += column[r] * x[j + r];
+                }
+            }
+            let columns: [_; WIDTH] =
+                std::array::from_fn(|c| S::as_simd_f64s(&a[(j + c) * stride + j + WIDTH..][..below.len()]));
+            let (x_below, x_tail) = S::as_simd_f64s(&x[j + WIDTH..n]);
+            let (out_below, out_tail) = S::as_mut_simd_f64s(below);
+            let len = out_below.len();
+            let factors: [_; WIDTH] = std::array::from_fn(|c| s.splat_f64s(x[j + c]));
+            let mut sums = [s.splat_f64s(0.0); WIDTH];
+            let [a0, a1, a2, a3, a4, a5] = columns.map(|(whole, _)| &whole[..len]);
+            for (i, (o, &x)) in out_below.iter_mut().zip(x_below).enumerate() {
+                let at = [a0[i], a1[i], a2[i], a3[i], a4[i], a5[i]];
+                let mut even = *o;
+                let mut odd = s.mul_f64s(at[1], factors[1]);
+                for c in 0..WIDTH {
+                    sums[c] = s.mul_add_e_f64s(at[c], x, sums[c]);
+                }
+                for c in [0, 2, 4] {
+                    even = s.mul_add_e_f64s(at[c], factors[c], even);
+                }
+                for c in [3, 5] {
+                    odd = s.mul_add_e_f64s(at[c], factors[c], odd);
+                }
+                *o = s.add_f64s(even, odd);
+            }
+            for c in 0..WIDTH {
+                own[c] += s.reduce_sum_f64s(sums[c]) + dot(columns[c].1, x_tail);
+                out_tail.iter_mut().zip(columns[c].1).for_each(|(o, a)| *o += a * x[j + c]);
+            }
+            head[j..].copy_from_slice(&own);
+        }
+        for c in whole..n {
+            let column = &a[c * stride..][..n];
+            out[c] += dot(&column[c..], &x[c..n]);
+            out[c + 1..].iter_mut().zip(&column[c + 1..]).for_each(|(o, a)| *o += a * x[c]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sizes that leave all kinds of remainders, in columns longer than what is meant of them; what is above the diagonal is not read.
+    #[test]
+    fn products_are_those_of_the_plain_sums() {
+        for n in [0, 1, 5, 6, 7, 12, 31, 64, 99] {
+            let stride = n + 2;
+            let entry = |i: usize, j: usize| ((i * 7 + j * 7 + i * j) % 13) as f64 - 4.0;
+            let mut a: Vec<f64> = (0..stride * n).map(|k| entry(k % stride, k / stride)).collect();
+            let x: Vec<f64> = (0..n).map(|i| (i % 5) as f64 - 1.5).collect();
+            let start: Vec<f64> = (0..n).map(|i| i as f64).collect();
+            let plain = |i: usize| start[i] + (0..n).map(|j| entry(i, j) * x[j]).sum::<f64>();
+            let mut out = start.clone();
+            add_columns(&a, stride, &x, &mut out);
+            (0..n).for_each(|i| assert_eq!(out[i], plain(i), "columns of {n}, row {i}"));
+            (0..n).for_each(|j| a[stride * j..][..j].fill(f64::NAN));
+            let mut out = start.clone();
+            add_symmetric(&a, stride, &x, &mut out);
+            (0..n).for_each(|i| assert_eq!(out[i], plain(i), "symmetric of {n}, row {i}"));
+            assert_eq!(dot(&x, &start), x.iter().zip(&start).map(|(a, b)| a * b).sum::<f64>());
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! The pressures of a step, in single precision.
+
+use faer::linalg::solvers::{DenseSolveCore, PartialPivLu, Solve};
+use faer::Mat;
+
+use super::krylov::conjugate_gradients;
+use crate::dense::add_columns;
+use crate::transient::problem::Effort;
+
+/// Solutions after which the inverse of the normal part pays; until then conjugate gradients find the pressures too.
+const WORTH: usize = 8;
+
+/// What finds the pressures of k nodes; `gaps` everywhere is W_nn in units of the operator, columns, `[k][k]`.
+#[derive(Default)]
+pub(super) struct Normal {
+    /// Inverse of W_nn + μ W_nt d, columns, `[k][k]`, where it was made.
+    inverse: Vec<f32>,
+    /// Open nodes, and the factor of the rows and columns of the inverse that they have.
+    open: Vec<usize>,
+    shut: Option<PartialPivLu<f32>>,
+    /// Pressures that a uniform gap of minus the unit makes on the nodes that are not open; empty where not known.
+    uniform: Vec<f32>,
+    /// Systems solved.
+    solved: usize,
+}
+
+/// Gaps to be closed and what the pressures are to sum up to.
+pub(super) struct Wanted {
+    /// Minus the gaps over the unit, N, `[k]`; 0 at open nodes.
+    pub gap: Vec<f32>,
+    /// Total of the pressures, N, where the bodies are free to come nearer to each other.
+    pub total: Option<f32>,
+}
+
+impl Normal {
+    /// Whether an inverse is to be made now; counts the systems solved.
+    pub fn wants_inverse(&mut self) -> bool {
+        self.solved += 1;
+        self.solved > WORTH && self.inverse.is_empty()
+    }
+
+    /// Makes the inverse of `gaps` and `coupling`, (row, column) ↦ what friction adds.
+    pub fn invert(&mut self, gaps: &[f32], coupling: impl Fn(usize, usize) -> f32) {
+        let k = gaps.len().isqrt();
+        let inverse = Mat::from_fn(k, k, |i, j| gaps[k * j + i] + coupling(i, j)).partial_piv_lu().inverse();
+        self.inverse = (0..k).flat_map(|j| (0..k).map(move |i| (i, j))).map(|(i, j)| inverse[(i, j)]).collect();
+        self.uniform.clear();
+    }
+
+    /// The pressures that do what is `wanted`, N, 0 at the `open` nodes, and the approach over the unit that this takes.
+    pub fn press(
+        &mut self,
+        gaps: &[f32],
+        open: Vec<usize>,
+        wanted: Wanted,
+        forcing: f32,
+        effort: &mut Effort,
+    ) -> (Vec<f32>, f32) {
+        if open != self.open {
+            self.open = open;
+            self.shut = None;
+            self.uniform.clear();
+        }
+        let mut found = self.close(gaps, &wanted.gap, forcing, effort);
+        let Some(total) = wanted.total else { return (found, 0.0) };
+        if self.uniform.is_empty() {
+            let mut one = vec![1.0; found.len()];
+            self.open.iter().for_each(|&i| one[i] = 0.0);
+            self.uniform = self.close(gaps, &one, 1e-4, effort);
+        }
+        let approach = (total - found.iter().sum::<f32>()) / self.uniform.iter().sum::<f32>();
+        found.iter_mut().zip(&self.uniform).for_each(|(f, u)| *f += approach * u);
+        (found, approach)
+    }
+
+    /// Pressures that close `gap`.
+    fn close(&mut self, gaps: &[f32], gap: &[f32], forcing: f32, effort: &mut Effort) -> Vec<f32> {
+        let k = gap.len();
+        if self.inverse.is_empty() {
+            let mut scale: Vec<f32> = (0..k).map(|i| 1.0 / gaps[(k + 1) * i]).collect();
+            self.open.iter().for_each(|&i| scale[i] = 0.0);
+            let apply = |v: &[f32], out: &mut [f32]| add_columns(gaps, k, v, out);
+            return conjugate_gradients(gap, &scale, forcing, apply, effort);
+        }
+        let mut out = vec![0.0; k];
+        add_columns(&self.inverse, k, gap, &mut out);
+        if self.open.is_empty() {
+            return out;
+        }
+        let shut = self.shut.get_or_insert_with(|| {
+            let (open, inverse) = (&self.open, &self.inverse);
+            Mat::from_fn(open.len(), open.len(), |i, j| inverse[k * open[j] + open[i]]).partial_piv_lu()
+        });
+        // Forces on the gaps of open nodes that keep their pressures at 0.
+        let held = shut.solve(&Mat::from_fn(self.open.len(), 1, |i, _| -out[self.open[i]]));
+        for (a, &j) in self.open.iter().enumerate() {
+            out.iter_mut().zip(&self.inverse[k * j..][..k]).for_each(|(o, w)| *o += w * held[(a, 0)]);
+        }
+        self.open.iter().for_each(|&i| out[i] = 0.0);
+        out
+    }
+
+    /// Pressures without friction, N, and the approach over the unit, from the gaps over the unit without any pressure; `None` where the
+    /// set of closed nodes does not settle. `load` is the total of the pressures where it is given.
+    pub fn frictionless(
+        &mut self,
+        gaps: &[f32],
+        gap: &[f32],
+        load: Option<f32>,
+        effort: &mut Effort,
+    ) -> Option<(Vec<f32>, f32)> {
+        let k = gap.len();
+        let (mut pressure, mut approach) = (vec![0.0f32; k], 0.0f32);
+        let mut now = gap.to_vec();
+        let mut before = None;
+        for _ in 0..10 {
+            let mut open: Vec<usize> = (0..k).filter(|&i| pressure[i] * gaps[(k + 1) * i] - now[i] <= 0.0).collect();
+            if open.len() == k {
+                // Without a load nothing touches; with one the nearest nodes do.
+                load?;
+                let nearest = (0..k).min_by(|&a, &b| now[a].total_cmp(&now[b]))?;
+                open.retain(|&i| i != nearest);
+            }
+            if before.as_ref() == Some(&open) {
+                return Some((pressure, approach));
+            }
+            open.iter().for_each(|&i| pressure[i] = 0.0);
+            response(gaps, gap, &pressure, approach, &mut now);
+            let mut wanted: Vec<f32> = now.iter().map(|g| -g).collect();
+            open.iter().for_each(|&i| wanted[i] = 0.0);
+            let total = load.map(|n| n - pressure.iter().sum::<f32>());
+            let (change, nearer) = self.press(gaps, open.clone(), Wanted { gap: wanted, total }, 0.05, effort);
+            pressure.iter_mut().zip(&change).for_each(|(p, c)| *p += c);
+            approach += nearer;
+            response(gaps, gap, &pressure, approach, &mut now);
+            before = Some(open);
+        }
+        None
+    }
+}
+
+/// Gaps over the unit under `pressure` and `approach`.
+fn response(gaps: &[f32], gap: &[f32], pressure: &[f32], approach: f32, out: &mut [f32]) {
+    out.iter_mut().zip(gap).for_each(|(o, g)| *o = g - approach);
+    add_columns(gaps, gap.len(), pressure, out);
+}
