@@ -109,7 +109,10 @@ pub(super) fn solve(
     };
     let (mut last, mut stalled) = (f64::INFINITY, 0);
     for _ in 0..12 {
-        let seen = look(p, &parts.rho, &now);
+        let mut seen = look(p, &parts.rho, &now);
+        if parts.approach(p, &seen, &mut now) {
+            seen = look(p, &parts.rho, &now);
+        }
         if seen.largest <= target {
             if exact {
                 return Ok(solution(now, &seen));
@@ -188,6 +191,17 @@ impl Parts {
         let rho: Vec<Rho> = (0..p.nodes()).map(|i| p.rho(i)).collect();
         let spare = old.and_then(|o| o.tangential.or(o.spare));
         Self { rho, normal: Normal::default(), tangential: None, spare }
+    }
+
+    /// Where a load is given and no node is closed: lets the nearest one touch with that load. Whether it had to.
+    fn approach(&self, p: &StepProblem<'_>, seen: &Seen, now: &mut Iterate) -> bool {
+        let Some(load) = p.total[2].filter(|_| seen.nodes.iter().all(|n| n.state == State::Open)) else {
+            return false;
+        };
+        let gap = |i: usize| p.free[3 * i + 2] + now.y[3 * i + 2];
+        let Some(i) = (0..seen.nodes.len()).min_by(|&a, &b| gap(a).total_cmp(&gap(b))) else { return false };
+        now.shift = -gap(i) - load / self.rho[i].normal;
+        true
     }
 
     /// Newton's step; leaves the response as it was.
@@ -339,9 +353,10 @@ mod tests {
                 if step > 0 && friction.is_constant() {
                     assert!(effort.factorisations == 0 && effort.products <= 8, "step {step}: {effort:?}");
                 }
-                // The same with the load given and the approach unknown: from nothing, and from what is known.
+                // The same with the load given and the approach unknown: from nothing, from bodies far apart, and from what is known.
                 let loaded = StepProblem { total: [None, None, Some(normal)], ..p };
-                for (guess, known) in [(&vec![0.0; 3 * s.len()], 2e-6), (&guess, -1e-7)] {
+                let nothing = vec![0.0; 3 * s.len()];
+                for (guess, known) in [(&nothing, 2e-6), (&nothing, 1e-3), (&guess, 1e-3), (&guess, -1e-7)] {
                     let (mut effort, mut memory) = (Effort::default(), Memory::default());
                     let found = loaded
                         .solve(ContactSolver::Newton, guess, None, [0.0, 0.0, known], &mut memory, &mut effort)
@@ -357,6 +372,39 @@ mod tests {
                 }
                 guess = found.reaction;
             }
+        }
+    }
+
+    /// A millinewton on unlike bodies rests on one node, whatever is known of the approach.
+    #[test]
+    fn a_small_load_rests_on_one_node() {
+        let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let w = combined_compliance(steel.as_ref(), hard.as_ref()).unwrap();
+        let matrix = &Operator::new((0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect());
+        let free = displacements(&s, 0.0, 1e-6);
+        let (friction, load) = (FrictionLaw::Constant(0.3), 1e-3);
+        let p = StepProblem {
+            matrix,
+            free: &free,
+            friction,
+            step: 1e-5,
+            total: [None, None, Some(load)],
+            tolerance: 1e-10,
+        };
+        for known in [-1e-4, 0.0, 1e-4] {
+            let (mut effort, mut memory) = (Effort::default(), Memory::default());
+            let guess = vec![0.0; 3 * s.len()];
+            let shift = [0.0, 0.0, known];
+            let found = p.solve(ContactSolver::Newton, &guess, None, shift, &mut memory, &mut effort).unwrap();
+            let closed: Vec<usize> = (0..s.len()).filter(|&i| found.status[i] != State::Open).collect();
+            assert_eq!(closed, [40], "from a shift of {known}");
+            let r = &found.reaction[120..123];
+            assert!((r[2] - load).abs() < 1e-12 && (size([r[0], r[1]]) - 0.3 * load).abs() < 1e-12, "{r:?}");
+            // The gap of the middle node is closed.
+            assert!((s.gap[40] + found.response[122] + found.shift[2]).abs() < 1e-18, "{:?}", found.shift);
+            assert_eq!(effort.factorisations, 0, "{effort:?}");
         }
     }
 }
