@@ -76,8 +76,9 @@ pub fn edge_value(travel: f64, [h1, h2]: [f64; 2], v: [f64; 3], gap: [f64; 2]) -
     let slope = ((b - 1.0) * v[0] - b * v[1] + v[2]) / (b * h1 - h2);
     let departure = v[1] - v[0] + slope * h1;
     // Distance of the first open node from the edge, which lies between it and the closed one.
-    let ahead = ((h2 - h1) / (b.powf(2.0 / 3.0) - 1.0)).min(h1);
-    let part = (1.0 - (h1 - travel) / ahead).max(0.0).powf(1.5);
+    let ahead = ((h2 - h1) / (b.cbrt().powi(2) - 1.0)).min(h1);
+    let inside = (1.0 - (h1 - travel) / ahead).max(0.0);
+    let part = inside * inside.sqrt();
     v[0] - slope * travel + departure * part
 }
 
