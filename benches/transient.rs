@@ -3,11 +3,13 @@
 //!
 //!     cargo bench --bench transient
 //!     cargo bench --bench transient -- --model squeal.h5 [--until SECONDS] [--export problems.h5]
+//!     cargo bench --bench transient -- --problems problems.h5
 //!
 //! The first takes two half-spaces with invented modes. The second takes the reduced model, the friction and the creepage from a result file
 //! of `jobs/squeal.json` or a job like it (creepages, normal load and constant friction), starts from full sliding with a large
 //! share of the most unstable mode, and measures from `until` on (0.4 s), when stick and slip have ended the growth. With `--export` step
-//! problems with open nodes, stick and slip are solved again, cold and warm, and written for `benches/peers/siconos_nsgs.py`.
+//! problems with open nodes, stick and slip are solved again, cold and warm, and written for `benches/peers/siconos_nsgs.py`; the
+//! third solves such a file again.
 
 use std::hint::black_box;
 use std::path::Path;

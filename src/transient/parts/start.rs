@@ -7,6 +7,8 @@ use crate::transient::problem::{Effort, StepProblem};
 /// Newton steps on the tractions, and the share of the first residual below which the pressures have to follow.
 const STEPS: usize = 5;
 const ENOUGH: f64 = 0.02;
+/// What the residual of a linear system falls by: the directions of slip, which the systems are made for, still change much.
+const FORCING: f32 = 0.3;
 
 /// Reactions and the shift of the gaps; not the response.
 pub(super) fn start(parts: &mut Parts, p: &StepProblem<'_>, shift: f64, effort: &mut Effort) -> Iterate {
@@ -36,7 +38,7 @@ pub(super) fn start(parts: &mut Parts, p: &StepProblem<'_>, shift: f64, effort: 
         }
         let before = now.x.clone();
         let u: Vec<f64> = p.free.iter().zip(&now.y).map(|(f, y)| f + y).collect();
-        parts.slide(p, &seen, &u, &still, &mut now.x, 0.1, effort);
+        parts.slide(p, &seen, &u, &still, &mut now.x, FORCING, effort);
         let change: Vec<f32> = now.x.iter().zip(&before).map(|(a, b)| (a - b) as f32).collect();
         respond(&mut now, &w.pulled(&change));
     }
