@@ -132,6 +132,74 @@ fn runs_that_are_stopped_or_killed_continue_to_the_same_bits() {
     folder.call(1, "run", &["--reuse", &model, "--resume", &output]).failed(2, &["nothing to continue"]);
 }
 
+/// Largest displacement of a contact node over the period of the modal motion z e^{iωt}, m, from the model in a file.
+fn largest(model: &hdf5::File, z: &[num_complex::Complex64]) -> f64 {
+    let [lower, upper] = ["lower", "upper"].map(|b| read::<f64>(model, &format!("reduced/{b}/contact_modes")));
+    let widths = ["lower", "upper"].map(|b| read::<f64>(model, &format!("reduced/{b}/omega")).len());
+    let squares: Vec<f64> = (0..lower.len() / widths[0])
+        .map(|row| {
+            let of = |modes: &[f64], m: usize, z: &[num_complex::Complex64]| {
+                modes[m * row..m * (row + 1)].iter().zip(z).map(|(p, z)| z * p).sum::<num_complex::Complex64>()
+            };
+            // The tangential motion of one body against the other is a difference, the normal one a sum.
+            let sign = if row % 3 == 2 { 1.0 } else { -1.0 };
+            (of(&lower, widths[0], z) + sign * of(&upper, widths[1], &z[widths[0]..])).norm_sqr()
+        })
+        .collect();
+    squares.chunks_exact(3).map(|c| c.iter().sum::<f64>().sqrt()).fold(0.0, f64::max)
+}
+
+/// The start of a run along a mode: as large as asked for, with the reactions that hold there; and a run that is continued counts its own
+/// steps.
+#[test]
+fn a_start_is_as_large_as_asked_for_with_reactions_that_hold_there() {
+    let (folder, model) = prepared();
+    let call = |sets: &[&str], target: &[&str]| {
+        let sets: Vec<&str> = sets.iter().flat_map(|s| ["--set", s]).collect();
+        folder.call(1, "run", &[&sets[..], &["--reuse", &model], target].concat())
+    };
+    let states = |name: &str, start: &str| -> Vec<Vec<Vec<f64>>> {
+        let output = folder.text(&format!("{name}.h5"));
+        let sets = [&format!("analyses.transient.start={start}"), "analyses.transient.segment=1"];
+        call(&sets, &["--output", &output, "--wall-time", "0.001"]).failed(5, &["--resume"]);
+        let files = segments(&folder.path(&format!("{name}.transient")));
+        let state = |path| ["q", "v", "reaction"].map(|n| read(&open(path), &format!("checkpoint/{n}"))).to_vec();
+        files[..2].iter().map(state).collect()
+    };
+    let rest = states("rest", "{}");
+    let moved = states("moved", "{\"mode\": 1, \"amplitude\": 3e-6}");
+    let file = open(&model);
+    let value = read::<num_complex::Complex64>(&file, "stability/eigenvalue")[0];
+    let z: Vec<num_complex::Complex64> = (0..rest[0][0].len())
+        .map(|k| {
+            let (q, v) = (moved[0][0][k] - rest[0][0][k], moved[0][1][k]);
+            // v = Re(λ z) for q = Re z.
+            num_complex::Complex64::new(q, (value.re * q - v) / value.im)
+        })
+        .collect();
+    let found = largest(&file, &z);
+    assert!((found / 3e-6 - 1.0).abs() < 1e-6, "the largest displacement is {found:e} m");
+    // In a step of a hundredth of the period the reactions change by a part of what the motion makes of them.
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let change = apart(&moved[0][2], &rest[0][2]);
+    let step = apart(&moved[1][2], &moved[0][2]);
+    assert!(change > 1.0, "the reactions of the start are those of rest: {change:e} N");
+    assert!(step < 0.2 * change, "the reactions jump by {step:e} N in the first step, of {change:e} N");
+
+    let sets = ["analyses.transient.duration=0.02"];
+    let output = folder.text("run.h5");
+    call(&sets, &["--output", &output, "--wall-time", "0.001"]).failed(5, &["after 700 of 2000 steps"]);
+    let ran = call(&sets, &["--resume", &output]);
+    let line = ran.good().out.lines().find(|l| l.contains("of a step") && l.contains("iterations"));
+    let line = line.unwrap_or_else(|| panic!("no effort: {}", ran.out));
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let at = words.iter().position(|w| w.starts_with("iterations")).expect("iterations");
+    let told: f64 = words[at - 1].parse().expect("a number");
+    let done: Vec<i32> = read(&open(&output), "transient/iterations");
+    let mean = done[700..].iter().sum::<i32>() as f64 / 1300.0;
+    assert!((told - mean).abs() <= 0.005 + 1e-9, "{told} iterations in a step instead of {mean}");
+}
+
 /// Segments so short that the kill often comes while one is written.
 #[test]
 fn killed_at_any_moment_a_run_loses_only_what_came_after_the_last_segment() {

@@ -130,7 +130,8 @@ fn points_move_as_the_whole_body_does() {
         "start": { "state": "steady" },
         "histories": { "lateral": [[0, 0.003], [1e-3, 0.006]] },
         "modal_stride": 0,
-        "body_stride": 20,
+        "body_stride": 5,
+        "segment": 30,
         "points": points
     });
     let mut job = sliding(transient);
@@ -196,12 +197,14 @@ fn points_move_as_the_whole_body_does() {
         let at: Vec<f64> = read(&open(folder.path(&format!("{name}.h5"))), "transient/points/position");
         let bodies: Vec<f64> = read(&fields, "VTKHDF/PointData/displacement");
         let times: Vec<f64> = read(&fields, "VTKHDF/Steps/Values");
-        assert_eq!(times.len(), 5, "{times:?}");
+        // Of several segments, and more than are worked on together.
+        assert_eq!(times.len(), 20, "{times:?}");
+        assert!((0..20).all(|k| (times[k] / (5e-5 * (k + 1) as f64) - 1.0).abs() < 1e-9), "{times:?}");
         let count = bodies.len() / times.len();
         for (k, point) in points.iter().enumerate() {
             let node = node_of(&fields, if point["body"] == "lower" { 1 } else { 2 }, &at[3 * k..3 * k + 3]);
-            for time in 0..5 {
-                let u = &moving[0][width * (20 * time + 19) + 3 * k..][..3];
+            for time in 0..20 {
+                let u = &moving[0][width * (5 * time + 4) + 3 * k..][..3];
                 let shown = &bodies[time * count + 3 * node..][..3];
                 let size = u.iter().fold(0.0f64, |m, v| m.max(v.abs()));
                 let error = u.iter().zip(shown).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

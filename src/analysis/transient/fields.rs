@@ -161,6 +161,7 @@ fn add(columns: &[Vec<f64>], factors: &[f64], sums: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::Table;
     use faer::Mat;
 
     #[test]
@@ -172,6 +173,35 @@ mod tests {
         for i in [0, SPAN - 1, SPAN, 2 * SPAN, rows - 1] {
             assert_eq!((sums[i], sums[rows + i]), (0.5 + 6.0 * i as f64, -(i as f64)));
         }
+    }
+
+    /// Times that are worked on together come from several segments, and one segment lasts for several of them.
+    #[test]
+    fn times_follow_one_another_across_segments() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let segments = Segments::of(&folder.path().join("run.h5"));
+        segments.begin(false).expect("a folder");
+        let row = |k: usize| (vec![k as f64, -(k as f64)], (0..3).map(|c| (3 * k + c) as f64).collect::<Vec<f64>>());
+        let ends = [0, 7, 7, 30, 35, 37];
+        for (number, w) in ends.windows(2).enumerate() {
+            let rows: Vec<Row> = (w[0]..w[1]).map(row).collect();
+            let list = |name: &str, values: Vec<f64>| {
+                let shape = [rows.len(), values.len() / rows.len().max(1)];
+                Table::new(&format!("{GROUP}/{name}"), "1", "Rows.", &shape, values)
+            };
+            let q = rows.iter().flat_map(|r| r.0.clone()).collect();
+            let reactions = rows.iter().flat_map(|r| r.1.clone()).collect();
+            let all = [list("displacement", q), list("reaction", reactions)];
+            let start = [Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)];
+            segments.write(number as u64, if rows.is_empty() { &start } else { &all }).expect("a segment");
+        }
+        let files = segments.files().expect("files");
+        let mut kept = Kept { files: files.into_iter(), waiting: VecDeque::new() };
+        for (first, count) in [(0, 16), (16, 16), (32, 5)] {
+            let wanted: Vec<Row> = (first..first + count).map(row).collect();
+            assert_eq!(kept.next(count).expect("times"), wanted);
+        }
+        assert!(kept.next(1).is_err());
     }
 
     /// At rest under the forces nothing is left of the modes; a rigid-body motion is no part of the statics.

@@ -29,7 +29,6 @@ pub fn align(world: &World, bodies: &Bodies, modes: &mut [BodyModes], kept: &Red
     for (i, body) in bodies.unique.iter().enumerate() {
         let Some(shapes) = modes.get_mut(i) else { continue };
         let now = body.contact_modes(world, shapes)?;
-        let m = shapes.omega.len();
         let turn = world.on_root(|| {
             let root = kept.root()?;
             let place = bodies.places.iter().find(|p| p.body == i).map(|p| usize::from(p.upper));
@@ -45,16 +44,21 @@ pub fn align(world: &World, bodies: &Bodies, modes: &mut [BodyModes], kept: &Red
             })
         })?;
         let turn = world.broadcast(turn.unwrap_or_default());
-        let turned = (0..m).map(|k| {
-            let mut sum = vec![0.0; shapes.vectors[k].len()];
-            for (j, vector) in shapes.vectors.iter().enumerate().filter(|(j, _)| turn[j + m * k] != 0.0) {
-                sum.iter_mut().zip(vector).for_each(|(s, v)| *s += turn[j + m * k] * v);
-            }
-            sum
-        });
-        shapes.vectors = turned.collect();
+        shapes.vectors = turned(&shapes.vectors, &turn);
     }
     Ok(())
+}
+
+/// The columns times the matrix `turn`, given by columns, `[m, m]`.
+fn turned(vectors: &[Vec<f64>], turn: &[f64]) -> Vec<Vec<f64>> {
+    let sum = |factors: &[f64]| {
+        let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
+        for (vector, t) in vectors.iter().zip(factors).filter(|(_, t)| **t != 0.0) {
+            sum.iter_mut().zip(vector).for_each(|(s, v)| *s += t * v);
+        }
+        sum
+    };
+    turn.chunks_exact(vectors.len().max(1)).map(sum).collect()
 }
 
 /// The matrix T, by columns, `[m, m]`, for which `now` T is `kept`; both `[3n, m]`, 1/√kg.
@@ -115,5 +119,23 @@ mod tests {
         assert_eq!((t[(0, 0)].signum(), t[(0, 1)]), (-1.0, 0.0));
         let other = Mat::from_fn(12, 4, |i, k| ((3 * i + 5 * k) as f64).cos());
         assert!(turn(other.as_ref(), kept.as_ref(), &omega).unwrap_err().contains("at 1.59 Hz"));
+    }
+
+    /// A pair of equal frequencies whose plane comes out turned, the motion of the contact being only a part of the shapes: the shapes that
+    /// were kept come back, and not those turned twice as far.
+    #[test]
+    fn shapes_of_a_pair_are_turned_back_not_further() {
+        let shapes = Mat::from_fn(9, 3, |i, k| ((2 * i + 5 * k) as f64).cos());
+        let (c, s) = (0.5f64.cos(), 0.5f64.sin());
+        let now = Mat::from_fn(9, 3, |i, k| match k {
+            0 => c * shapes[(i, 0)] + s * shapes[(i, 1)],
+            1 => -s * shapes[(i, 0)] + c * shapes[(i, 1)],
+            _ => -shapes[(i, 2)],
+        });
+        let columns = |m: &Mat<f64>| (0..3).map(|k| m.col(k).iter().copied().collect::<Vec<f64>>()).collect::<Vec<_>>();
+        let t = turn(now.as_ref().subrows(0, 6), shapes.as_ref().subrows(0, 6), &[20.0, 20.0, 30.0]).unwrap();
+        for (found, kept) in turned(&columns(&now), &t).iter().zip(columns(&shapes)) {
+            assert!(found.iter().zip(&kept).all(|(a, b)| (a - b).abs() < 1e-13), "{found:?} for {kept:?}");
+        }
     }
 }

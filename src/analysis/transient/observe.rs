@@ -225,3 +225,6 @@ impl<'a> Recorder<'a> {
         all.into_iter().flatten().for_each(Column::clear);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -31,6 +31,12 @@ pub struct Points {
 }
 
 impl Points {
+    /// Points that are moved by the modes as `modes` says and by the reactions as `residual` does.
+    #[cfg(test)]
+    pub fn moved(names: &[&str], modes: Vec<f64>, residual: Vec<f64>) -> Self {
+        Self { names: names.iter().map(|n| n.to_string()).collect(), modes, residual, ..Self::default() }
+    }
+
     /// Collective: the nodes nearest to the points of the job; nothing moves them yet.
     pub fn find(world: &World, wanted: &job::Transient, bodies: &Bodies, modes: &[BodyModes]) -> Result<Self> {
         let mut points = Self::default();

@@ -17,6 +17,7 @@ use std::f64::consts::PI;
 /// Group of the segments that holds the amplitudes; it does not become part of the main file.
 pub const GROUP: &str = "/sound";
 
+const KEY: &str = "analyses.transient.sound_power";
 /// Samples in the period of the highest frequency wanted, at least: what aliasing brings from beyond half the sampling rate is then
 /// damped by the mean over the interval to a fifth of what it is there.
 const SAMPLES: f64 = 6.0;
@@ -76,7 +77,30 @@ fn name(body: BodyName) -> &'static str {
     }
 }
 
+/// The third octaves that are wanted, of modes that reach `reach` (Hz).
+fn bands_within(wanted: &SoundPower, reach: f64) -> Result<Bands> {
+    if let Some(f) = wanted.max_frequency.filter(|f| *f > reach) {
+        return Err(Error::Job(format!(
+            "{KEY}.max_frequency: found {f} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in analyses.modes"
+        )));
+    }
+    Bands::between(wanted.min_frequency, wanted.max_frequency.unwrap_or(reach))
+}
+
 impl<'a> Sound<'a> {
+    /// How often the amplitudes are needed in a run with the time step `step` (s), without the radiation.
+    fn of(wanted: &'a SoundPower, bands: Bands, step: f64) -> Self {
+        let air = Air { density: wanted.air_density, speed: wanted.sound_speed };
+        let stride = (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0);
+        Self { wanted, bands, air, stride: stride as u64, interval: stride * step, given: BTreeMap::new() }
+    }
+
+    /// Sizes of the patches of a body of so large a diameter, m: of the finest ones, and of the largest to which they are taken together.
+    fn patch_sizes(&self, diameter: f64) -> [f64; 2] {
+        let coarsest = COARSEST * diameter;
+        [Radiation::patch_size(&self.bands, self.air).min(coarsest), coarsest]
+    }
+
     /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A run that is continued
     /// takes the latter from its first segment: mode shapes are not the same to the last bit when computed again.
     pub fn new(
@@ -86,26 +110,15 @@ impl<'a> Sound<'a> {
         segments: &Segments,
         progress: &mut Progress,
     ) -> Result<Self> {
-        let key = "analyses.transient.sound_power";
         if inputs.modes.is_empty() {
             return Err(Error::Job(format!(
-                "{key}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse"
+                "{KEY}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse"
             )));
         }
         let places = inputs.bodies.places.iter().filter(|p| wanted.bodies.iter().any(|&b| name(b) == p.name));
         let highest = |b: usize| inputs.modes[b].omega.last().map_or(0.0, |w| w / (2.0 * PI));
         let reach = places.map(|p| highest(p.body)).fold(f64::INFINITY, f64::min);
-        if let Some(f) = wanted.max_frequency.filter(|f| *f > reach) {
-            return Err(Error::Job(format!(
-                "{key}.max_frequency: found {f} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in analyses.modes"
-            )));
-        }
-        let bands = Bands::between(wanted.min_frequency, wanted.max_frequency.unwrap_or(reach))?;
-        let air = Air { density: wanted.air_density, speed: wanted.sound_speed };
-        let step = inputs.wanted.step;
-        let stride = (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0);
-        let interval = stride * step;
-        let mut sound = Self { wanted, bands, air, stride: stride as u64, interval, given: BTreeMap::new() };
+        let mut sound = Self::of(wanted, bands_within(wanted, reach)?, inputs.wanted.step);
         progress.stage("radiation of sound");
         let kept = match inputs.options.resume {
             true => world.on_root(|| sound.restore(inputs, segments))?.unwrap_or_default(),
@@ -119,11 +132,10 @@ impl<'a> Sound<'a> {
 
     /// Collective: how the modes radiate.
     fn radiate(&mut self, world: &World, inputs: &Inputs<'_>) {
-        let size = Radiation::patch_size(&self.bands, self.air);
         for b in self.bodies(inputs) {
             let (body, modes) = (&inputs.bodies.unique[b], &inputs.modes[b]);
-            let coarsest = COARSEST * body.diameter(world);
-            let radiators = surface::radiators(world, body, modes, size.min(coarsest));
+            let [size, coarsest] = self.patch_sizes(body.diameter(world));
+            let radiators = surface::radiators(world, body, modes, size);
             // Each rank takes some of the frequencies.
             let (rank, ranks) = (world.rank, world.size);
             let some = Radiation::resistances(&radiators, &self.bands, self.air, coarsest, rank, ranks);
@@ -361,3 +373,6 @@ fn results(place: &str, power: &PowerSpectrum<'_>) -> Vec<Table> {
         list("power", "W", "Sound power in each third octave.", found.power),
     ]
 }
+
+#[cfg(test)]
+mod tests;
