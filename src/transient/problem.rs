@@ -112,9 +112,11 @@ impl StepProblem<'_> {
                 self.total[2].unwrap_or(0.0)
             )));
         }
-        let scale = self.scale(guess);
+        let (scale, k) = (self.scale(guess), self.nodes());
+        if k == 0 && scale > 0.0 {
+            return Err(Error::Defect(format!("the contact of a step has a load of {scale:.4e} N and no nodes")));
+        }
         if scale == 0.0 {
-            let k = self.nodes();
             return Ok(StepSolution {
                 reaction: vec![0.0; 3 * k],
                 shift,

@@ -295,6 +295,10 @@ impl<'a> Stepper<'a> {
             }
             Normal::Approach(history) => (history.at(t + h), (history.at(t + h) - history.at(t)) / h),
         };
+        // A load that comes back where nothing touches needs a node to rest on; others come in as they are reached.
+        if self.working.core == 0 && total[2].is_some_and(|n| n > 0.0) {
+            self.gather(vec![self.nearest(&q_free)])?;
+        }
         let mut effort = Effort::default();
         let mut rounds = 0;
         let (solution, response, free, modal, (q, v)) = loop {

@@ -168,6 +168,26 @@ fn a_growing_load_closes_more_nodes() {
     near(state.approach, 750.0 * SOFT, "approach");
 }
 
+/// A load that goes to zero and comes back rests on the nodes nearest to each other again; and so does one at a start without contact.
+#[test]
+fn a_load_that_comes_back_is_carried_again() {
+    let (s, w, no) = (grid(&[(8, 0.0), (16, 0.5e-3)]), springs(), none());
+    let points = [[0.0, 100.0], [3.0 * H, 0.0], [6.0 * H, 0.0], [10.0 * H, 1000.0]];
+    let load = History::table("load", &points, 10.0 * H).unwrap();
+    for start in [(100.0, 100.0 * SOFT), (0.0, -1e-2)] {
+        let drive = Drive { normal: Normal::Force(load.clone()), ..still(History::constant(0.0)) };
+        let state = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, start.0), start.1);
+        let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.3), state).unwrap();
+        for step in 1..=10 {
+            stepper.advance().unwrap();
+            let force = -stepper.report().force[2];
+            near(force, load.at(f64::from(step) * H), &format!("force in step {step}"));
+        }
+        near(stepper.state().reaction[3 * 16 + 2], 250.0, "pressure of the second node");
+        near(stepper.state().approach, 750.0 * SOFT, "approach");
+    }
+}
+
 /// The reactions at a perturbed start are those of its displacements, and it stays where it is in time, at its place and speed.
 #[test]
 fn settling_finds_the_reactions_and_moves_nothing() {

@@ -145,6 +145,13 @@ impl Stepper<'_> {
         entering
     }
 
+    /// The node that is nearest to the other body at the modal displacements `q`, without reactions.
+    pub(super) fn nearest(&self, q: &[f64]) -> usize {
+        let s = self.model.interface;
+        let gap = |i: usize| s.gap[i] + dot(&self.normal_rows[q.len() * i..][..q.len()], q);
+        (0..s.len()).min_by(|&a, &b| gap(a).total_cmp(&gap(b))).unwrap_or(0)
+    }
+
     /// What can move the gaps of the nodes outside the working set, which are not looked at yet.
     fn around(&self) -> Outside {
         let ws = &self.working;
