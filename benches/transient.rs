@@ -270,14 +270,7 @@ fn read(path: &str) -> Case {
 fn squeal(path: &str) {
     let case = read(path);
     let s = &case.interface;
-    let model = Model {
-        interface: s,
-        residual: case.pair.residual.as_ref(),
-        modes: case.pair.modes.as_ref(),
-        omega: &case.pair.omega,
-        damping: &case.pair.damping,
-        load: &[],
-    };
+    let model = case.pair.in_time(s);
     let sliding = SlidingProblem {
         interface: s,
         compliance: case.pair.compliance.as_ref(),

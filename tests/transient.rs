@@ -314,14 +314,7 @@ impl Squeal {
     }
 
     fn model(&self) -> Model<'_> {
-        Model {
-            interface: &self.interface,
-            residual: self.pair.residual.as_ref(),
-            modes: self.pair.modes.as_ref(),
-            omega: &self.pair.omega,
-            damping: &self.pair.damping,
-            load: &[],
-        }
+        self.pair.in_time(&self.interface)
     }
 
     fn sliding(&self, creepage: f64, load: NormalLoad) -> SlidingProblem<'_> {

@@ -11,6 +11,7 @@ use crate::contact::{combined_compliance, Interface};
 use crate::job::{self, Compliance, Job, LinearSolver, ModalDamping};
 use crate::parallel::World;
 use crate::progress::Progress;
+use crate::transient::Model;
 use crate::{Error, Result};
 use faer::Mat;
 use serde_json::{json, Value};
@@ -275,6 +276,12 @@ pub struct ModalPair {
 }
 
 impl ModalPair {
+    /// The pair on its `interface` as the transient takes it, without loads other than the contact's.
+    pub fn in_time<'a>(&'a self, interface: &'a Interface) -> Model<'a> {
+        let (residual, modes) = (self.residual.as_ref(), self.modes.as_ref());
+        Model { interface, residual, modes, omega: &self.omega, damping: &self.damping, load: &[] }
+    }
+
     /// Combines the lower and the upper body (both in lower form). Rigid-body modes (ω = 0) have no part in the compliance.
     pub fn new(lower: &ReducedBody, upper: &ReducedBody) -> Result<Self> {
         for (name, b) in [("lower", lower), ("upper", upper)] {

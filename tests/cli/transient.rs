@@ -273,6 +273,10 @@ fn what_cannot_be_integrated_is_refused() {
     );
     refused(&[no_points[1], "analyses.transient.histories.spin=[]"], &["histories.spin", "no points"]);
     refused(
+        &[no_points[1], "analyses.transient.histories.normal_load=[[0, 0], [0.02, 7e4]]"],
+        &["histories.normal_load", "begins with 0 N", "above 0"],
+    );
+    refused(
         &[no_points[1], "analyses.transient.histories.normal_load=[[0, 7e4], [0.02, 7e4], [0.01, 7e4]]"],
         &["histories.normal_load", "from 0.02 s to 0.01 s", "must ascend"],
     );

@@ -176,14 +176,7 @@ fn advance(
     if root.pair.coupling.is_some() {
         return Err(Error::Job("analyses.transient: damping matrices that couple modes are not supported".into()));
     }
-    let model = Model {
-        interface: &root.interface,
-        residual: root.pair.residual.as_ref(),
-        modes: root.pair.modes.as_ref(),
-        omega: &root.pair.omega,
-        damping: &root.pair.damping,
-        load: &[],
-    };
+    let model = root.pair.in_time(&root.interface);
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
     scheme.check(model.omega)?;
     let identity = checkpoint::identity(&model);
@@ -305,6 +298,13 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
     }
     let mut load = normal_load(contact);
     if let Some(n) = at_start(&histories.normal_load, "normal_load")? {
+        if n == 0.0 {
+            return Err(Error::Job(
+                "analyses.transient.histories.normal_load: begins with 0 N, but the run begins with rolling under load; let it \
+                 begin with a load above 0 (a small one, such as 1 N, will do)"
+                    .into(),
+            ));
+        }
         load = NormalLoad::Force(n);
     }
     if let Some(d) = at_start(&histories.approach, "approach")? {

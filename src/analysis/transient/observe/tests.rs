@@ -7,7 +7,7 @@ use crate::contact::{FrictionLaw, Interface};
 use crate::output::{Reader, Segments};
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::stepper::Fields;
-use crate::transient::{ContactSolver, Model, Scheme, Settings, State};
+use crate::transient::{ContactSolver, Scheme, Settings, State};
 use faer::Mat;
 use serde_json::json;
 
@@ -56,14 +56,7 @@ struct Seen {
 #[test]
 fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     let root = model();
-    let model = Model {
-        interface: &root.interface,
-        residual: root.pair.residual.as_ref(),
-        modes: root.pair.modes.as_ref(),
-        omega: &root.pair.omega,
-        damping: &root.pair.damping,
-        load: &[],
-    };
+    let model = root.pair.in_time(&root.interface);
     let approach = History::table("approach", &[[0.0, 2e-3], [1.0, 0.1]], 1.0).expect("a history");
     let settings = Settings {
         scheme: Scheme { step: H, theta: 0.5 },
