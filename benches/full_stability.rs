@@ -9,20 +9,21 @@ use std::io::Write;
 use std::time::Instant;
 
 use num_complex::Complex;
-use railsqueal::analysis::stability::full::system::System;
-use railsqueal::analysis::stability::full::{Coupling, Damping, Place};
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::statics::Statics;
 use railsqueal::contact::{
-    combined_compliance, Creepage, FrictionLaw, Interface, NormalLoad, SlidingContact, SlidingDirection,
-    SlidingProblem, Stencil,
+    Creepage, FrictionLaw, NormalLoad, SlidingContact, SlidingDirection, SlidingProblem, Stencil,
 };
 use railsqueal::fem::Material;
+use railsqueal::grid::Interface;
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
+use railsqueal::model::combined_compliance;
 use railsqueal::parallel::World;
 use railsqueal::petsc::pep::{quadratic, QuadraticOptions};
 use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::Petsc;
+use railsqueal::stability::full::system::System;
+use railsqueal::stability::full::{Coupling, Damping, Place};
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
 const DAMPING: Damping = Damping { alpha: 1.0, beta: 1e-6 };

@@ -6,7 +6,9 @@
 use std::time::Instant;
 
 use railsqueal::contact::half_space::HalfSpace;
-use railsqueal::contact::{combined_compliance, Creepage, Interface, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::grid::Interface;
+use railsqueal::model::combined_compliance;
 
 /// Uniform numbers in [−1, 1] from a fixed seed (xorshift).
 struct Random(u64);

@@ -17,14 +17,16 @@ use std::time::Instant;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use railsqueal::analysis::stability::reduced::{eigenpairs, ModalPair};
 use railsqueal::body::ReducedBody;
 use railsqueal::contact::half_space::HalfSpace;
 use railsqueal::contact::{
-    combined_compliance, Creepage, FrictionLaw, Interface, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem,
-    Stencil,
+    Creepage, FrictionLaw, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, Stencil,
 };
+use railsqueal::grid::Interface;
+use railsqueal::model::combined_compliance;
+use railsqueal::model::ModalPair;
 use railsqueal::output::Reader;
+use railsqueal::stability::reduced::eigenpairs;
 use railsqueal::transient::{
     ContactSolver, Drive, Effort, Memory, Model, Operator, Scheme, Settings, State, StepProblem, Stepper,
 };
@@ -270,7 +272,7 @@ fn read(path: &str) -> Case {
 fn squeal(path: &str) {
     let case = read(path);
     let s = &case.interface;
-    let model = case.pair.in_time(s);
+    let model = Model::of(&case.pair, s);
     let sliding = SlidingProblem {
         interface: s,
         compliance: case.pair.compliance.as_ref(),

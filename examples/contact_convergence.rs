@@ -3,7 +3,9 @@
 //! Grids by argument (nodes per contact radius), default 6 8 10 12 16 20 24.
 
 use railsqueal::contact::half_space::HalfSpace;
-use railsqueal::contact::{combined_compliance, Creepage, Interface, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::grid::Interface;
+use railsqueal::model::combined_compliance;
 
 fn main() {
     let grids: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();

@@ -13,14 +13,17 @@ pub mod contact;
 mod dense;
 pub mod error;
 pub mod fem;
+pub mod grid;
 pub mod job;
 pub mod mesh;
+pub mod model;
 pub mod output;
 pub mod parallel;
 #[allow(unsafe_code)] // The one place where the C libraries are called.
 pub mod petsc;
 pub mod progress;
 pub mod sound;
+pub mod stability;
 pub mod transient;
 
 pub use error::{Error, Result};

@@ -3,9 +3,9 @@
 
 use faer::Mat;
 use railsqueal::contact::half_space::HalfSpace;
-use railsqueal::contact::{
-    combined_compliance, Creepage, FrictionLaw, Interface, NormalLoad, SteadyProblem, SteadySolution, Stencil,
-};
+use railsqueal::contact::{Creepage, FrictionLaw, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::grid::Interface;
+use railsqueal::model::combined_compliance;
 use railsqueal::Error;
 
 const STEEL: HalfSpace = HalfSpace { young: 205e9, poisson: 0.3 };

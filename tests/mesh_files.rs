@@ -1,6 +1,6 @@
 //! Gmsh files: the meshes of the repository, wrong files, and damaged ones.
 
-use railsqueal::mesh::grid::ContactGrid;
+use railsqueal::grid::ContactGrid;
 use railsqueal::mesh::{msh, Mesh};
 use std::path::{Path, PathBuf};
 

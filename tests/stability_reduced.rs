@@ -3,12 +3,14 @@
 use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
-use railsqueal::analysis::stability::reduced::{eigenpairs, participation, Eigenpair, ModalPair};
 use railsqueal::body::ReducedBody;
 use railsqueal::contact::half_space::HalfSpace;
 use railsqueal::contact::{
-    Creepage, FrictionLaw, Interface, NormalLoad, SlidingContact, SlidingDirection, SlidingProblem, Stencil,
+    Creepage, FrictionLaw, NormalLoad, SlidingContact, SlidingDirection, SlidingProblem, Stencil,
 };
+use railsqueal::grid::Interface;
+use railsqueal::model::ModalPair;
+use railsqueal::stability::reduced::{eigenpairs, participation, Eigenpair};
 use railsqueal::Error;
 
 const PI: f64 = std::f64::consts::PI;

@@ -1,14 +1,14 @@
 //! The transient against closed forms, against the steady and the linear analyses, and its solvers against each other.
 
 use faer::Mat;
-use railsqueal::analysis::reduction::ModalPair;
-use railsqueal::analysis::stability::reduced::eigenpairs;
 use railsqueal::body::ReducedBody;
 use railsqueal::contact::half_space::HalfSpace;
 use railsqueal::contact::{
-    Creepage, FrictionLaw, Interface, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution,
-    Stencil,
+    Creepage, FrictionLaw, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
 };
+use railsqueal::grid::Interface;
+use railsqueal::model::ModalPair;
+use railsqueal::stability::reduced::eigenpairs;
 use railsqueal::transient::drive::{Drive, History, Normal, Tangential};
 use railsqueal::transient::{ContactSolver, Model, Scheme, Settings, State, Stepper};
 
@@ -160,7 +160,7 @@ fn without_contact_and_damping_the_energy_is_constant() {
 /// Two half-spaces of the same material under a paraboloid: W on a uniform grid.
 fn half_spaces(material: HalfSpace, s: &Interface) -> Mat<f64> {
     let c = material.compliance(&s.x, &s.y).unwrap();
-    railsqueal::contact::combined_compliance(c.as_ref(), c.as_ref()).unwrap()
+    railsqueal::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap()
 }
 
 /// Only static compliance: no modes.
@@ -314,7 +314,7 @@ impl Squeal {
     }
 
     fn model(&self) -> Model<'_> {
-        self.pair.in_time(&self.interface)
+        Model::of(&self.pair, &self.interface)
     }
 
     fn sliding(&self, creepage: f64, load: NormalLoad) -> SlidingProblem<'_> {

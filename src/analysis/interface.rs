@@ -2,10 +2,11 @@
 
 use super::bodies::Bodies;
 use crate::contact::half_space::HalfSpace;
-use crate::contact::{kernel, Creepage, FrictionLaw, Interface, NormalLoad};
+use crate::contact::{kernel, Creepage, FrictionLaw, NormalLoad};
 use crate::fem::Material;
+use crate::grid::ContactGrid;
+use crate::grid::Interface;
 use crate::job::{self, Load};
-use crate::mesh::grid::ContactGrid;
 use crate::{Error, Result};
 use faer::Mat;
 

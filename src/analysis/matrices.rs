@@ -1,19 +1,20 @@
 //! Jobs whose bodies are given by matrices: reduction, modes and stability, without a mesh.
 
 use super::interface::friction;
-use super::reduction::{broadcast, ModalPair};
 use super::report::Summary;
-use super::stability::{self, dense};
 use super::sweep::{self, Base};
+use super::{full_stability, stability};
 use crate::body::matrices::{reduce, Matrices, Reduced, SignedRow};
 use crate::body::modes::Extent;
 use crate::body::ReducedBody;
 use crate::contact::SlidingContact;
 use crate::job::{self, Job, ModesExtent};
+use crate::model::{broadcast, ModalPair};
 use crate::output::{sha256, ResultFile, Table};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::stability::{dense, spectrum};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -147,7 +148,7 @@ fn itself(
         let sliding = sliding(contact)?;
         let model = MatrixModel::new(bodies)?;
         let pair = model.pair(job);
-        let spectrum = stability::spectrum(wanted, &pair, &sliding, model.reach)?;
+        let spectrum = spectrum(wanted, &pair, &sliding, model.reach)?;
         let damped: Vec<Matrices> = bodies.iter().map(|b| b.damped(job)).collect();
         let place = |name: &str| {
             let at = bodies.iter().position(|b| b.name == name)?;
@@ -160,10 +161,10 @@ fn itself(
         Ok((pair, spectrum, full))
     })?;
     if let Some((pair, spectrum, full)) = &found {
-        file.tables(spectrum.tables(pair, full.as_ref()));
-        spectrum.summarise(pair, summary);
+        file.tables(stability::tables(spectrum, pair, full.as_ref()));
+        stability::summarise(spectrum, pair, summary);
         if let Some(full) = full {
-            full.summarise(summary);
+            full_stability::summarise(full, summary);
         }
     }
     Ok(())

@@ -1,7 +1,9 @@
 //! From a job to results: the driver, then one file per analysis.
 
 mod bodies;
+mod complex_modes;
 mod deferred;
+mod full_stability;
 mod interface;
 mod matrices;
 mod modes;
@@ -10,18 +12,19 @@ pub mod receptance;
 pub mod reduction;
 mod report;
 mod reuse;
-pub mod stability;
+mod stability;
 mod steady;
 mod sweep;
 pub mod transient;
 
 use crate::job::{Compliance, Job};
+use crate::model::ReducedModel;
 use crate::output::{sha256, Provenance, ResultFile, Segments};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bodies::Bodies;
-use reduction::{ReducedModel, Reduction};
+use reduction::Reduction;
 use reuse::{Origin, Reused};
 use std::path::PathBuf;
 use sweep::Base;

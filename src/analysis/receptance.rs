@@ -5,11 +5,13 @@
 //! S = C − Φ Ω⁻² Φᵀ, taken as static.
 
 use super::interface::{creepage, normal_load};
-use super::reduction::{ReducedModel, Reduction};
+use super::reduction::Reduction;
 use super::report::Summary;
 use crate::body::ReducedBody;
-use crate::contact::{FrictionLaw, Interface, SteadyProblem, Stencil};
+use crate::contact::{FrictionLaw, SteadyProblem, Stencil};
+use crate::grid::Interface;
 use crate::job::{self, Spread};
+use crate::model::ReducedModel;
 use crate::output::{ResultFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;

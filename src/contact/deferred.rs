@@ -7,10 +7,10 @@
 //! Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011)): the next d is the combination of the last ones for which, in a linear
 //! problem, the least would be missing. W₀ stays as it is, so each problem solved is as benign as the first.
 
-use super::interface::Interface;
 use super::newton::Effort;
 use super::steady::{multiply, SteadyProblem, SteadySolution};
 use crate::dense::dot;
+use crate::grid::Interface;
 use crate::{Error, Result};
 
 /// Steps that Anderson's method looks back.
@@ -150,9 +150,10 @@ fn subtract(v: &mut [f64], factor: f64, u: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::super::half_space::HalfSpace;
-    use super::super::interface::{combined_compliance, Creepage, Stencil};
+    use super::super::interface::{Creepage, Stencil};
     use super::super::{FrictionLaw, NormalLoad};
     use super::*;
+    use crate::model::combined_compliance;
     use faer::Mat;
 
     fn half_spaces(s: &Interface, stiffer: f64) -> Mat<f64> {

@@ -1,8 +1,7 @@
-//! The interface S_c: a rectilinear grid of nodes with undeformed gap and nodal areas, and the upstream operator ∂x on it.
+//! Kinematics of the interface: creepages, and the upstream operator ∂x on its grid.
 
-use faer::{Mat, MatRef};
-
-use crate::{Error, Result};
+use crate::grid::Interface;
+use faer::MatRef;
 
 /// How ∂w/∂x is taken at a node from the node itself and its upstream neighbours (those with smaller x).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -44,79 +43,7 @@ impl Creepage {
     }
 }
 
-/// The potential contact area: a rectilinear grid. Node `(ix, iy)` has index `ix + nx*iy`. Contact rows of matrices are
-/// interleaved `3*i + c` over the nodes with c = (x, y, n).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Interface {
-    /// Longitudinal node positions, m, ascending, `[nx]`. Smaller x is upstream (ahead of the contact).
-    pub x: Vec<f64>,
-    /// Lateral node positions, m, ascending, `[ny]`.
-    pub y: Vec<f64>,
-    /// Gap of the undeformed bodies at zero approach, m, `[nx*ny]`.
-    pub gap: Vec<f64>,
-    /// Tangential displacement difference (x, y) that does not come from the reactions, m, `[nx*ny]`: none between bodies as
-    /// they are. As the gap does for the normal direction, it takes up what an approximate influence matrix leaves out.
-    pub shift: Vec<[f64; 2]>,
-    /// Nodal areas (integral of the shape function: nodal quadrature), m², `[nx*ny]`. Pressure = nodal force / weight.
-    pub weight: Vec<f64>,
-}
-
 impl Interface {
-    /// An interface with the areas of bilinear shape functions on the grid. `gap` is `[nx*ny]` in m.
-    pub fn new(x: Vec<f64>, y: Vec<f64>, gap: Vec<f64>) -> Result<Self> {
-        let wx = nodal_lengths(&x, "x")?;
-        let wy = nodal_lengths(&y, "y")?;
-        if gap.len() != x.len() * y.len() {
-            return Err(Error::Defect(format!(
-                "interface: {} gaps for a grid of {} x {} nodes",
-                gap.len(),
-                x.len(),
-                y.len()
-            )));
-        }
-        if let Some(i) = gap.iter().position(|g| !g.is_finite()) {
-            return Err(Error::Defect(format!("interface: the gap at node {i} is {}", gap[i])));
-        }
-        let weight = wy.iter().flat_map(|b| wx.iter().map(move |a| a * b)).collect();
-        let shift = vec![[0.0; 2]; gap.len()];
-        Ok(Self { x, y, gap, shift, weight })
-    }
-
-    /// A uniform grid of `nx` × `ny` nodes over [−half_length, half_length] × [−half_width, half_width] (m) whose gap is
-    /// that of two bodies with relative curvatures `curvature_x`, `curvature_y` (1/m): g0 = (κx x² + κy y²)/2.
-    pub fn paraboloid(nx: usize, ny: usize, half: [f64; 2], curvature: [f64; 2]) -> Result<Self> {
-        let line = |n: usize, h: f64| -> Vec<f64> {
-            (0..n).map(|i| h * (2.0 * i as f64 / (n.max(2) - 1) as f64 - 1.0)).collect()
-        };
-        let (x, y) = (line(nx, half[0]), line(ny, half[1]));
-        let gap =
-            y.iter().flat_map(|b| x.iter().map(move |a| 0.5 * (curvature[0] * a * a + curvature[1] * b * b))).collect();
-        Self::new(x, y, gap)
-    }
-
-    /// Number of nodes, nx·ny.
-    pub fn len(&self) -> usize {
-        self.x.len() * self.y.len()
-    }
-
-    /// True for a grid without nodes.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Position (x, y) of node `i`, m.
-    pub fn point(&self, i: usize) -> [f64; 2] {
-        let nx = self.x.len();
-        [self.x[i % nx], self.y[i / nx]]
-    }
-
-    /// True when node `i` lies on the border of the grid.
-    pub fn on_border(&self, i: usize) -> bool {
-        let (nx, ny) = (self.x.len(), self.y.len());
-        let (ix, iy) = (i % nx, i / nx);
-        ix == 0 || iy == 0 || ix + 1 == nx || iy + 1 == ny
-    }
-
     /// The operator ∂/∂x of `stencil`. [`Stencil::Edge`] needs the contact it is for: the gap of the deformed bodies (m, `[n]`)
     /// and which nodes are closed (`[n]`); where it is not given there is no edge, and the operator is that of
     /// [`Stencil::Upwind2`].
@@ -202,39 +129,6 @@ impl Upstream {
     }
 }
 
-/// Half the distances to the neighbours: lengths of the dual cells of `x`, `[x.len()]`.
-fn nodal_lengths(x: &[f64], name: &str) -> Result<Vec<f64>> {
-    if x.len() < 3 {
-        return Err(Error::Job(format!(
-            "contact.patch: the contact grid has {} nodes along {name}, at least 3 are needed; \
-             make the patch larger or the elements at the contact smaller",
-            x.len()
-        )));
-    }
-    if x.iter().any(|v| !v.is_finite()) || x.windows(2).any(|w| w[1] <= w[0]) {
-        return Err(Error::Defect(format!("interface: grid positions along {name} do not ascend")));
-    }
-    let n = x.len();
-    Ok((0..n).map(|i| 0.5 * (x[(i + 1).min(n - 1)] - x[i.saturating_sub(1)])).collect())
-}
-
-/// Influence matrix of the interface, W = C1 + E C2 E with E = diag(−1, −1, 1) at each node, from the compliances of the
-/// lower body 1 and the upper body 2, both in lower form with rows (x, y, n), `[3n, 3n]`, m/N. With the nodal reactions
-/// R = (tx, ty, p) on body 1 it gives (w_x, w_y, gap change) = W R. Symmetric positive definite when C1 and C2 are.
-pub fn combined_compliance(lower: MatRef<'_, f64>, upper: MatRef<'_, f64>) -> Result<Mat<f64>> {
-    if lower.nrows() != lower.ncols() || lower.nrows() % 3 != 0 || upper.shape() != lower.shape() {
-        return Err(Error::Defect(format!(
-            "compliances of {:?} and {:?} entries cannot be combined on one interface",
-            lower.shape(),
-            upper.shape()
-        )));
-    }
-    Ok(Mat::from_fn(lower.nrows(), lower.ncols(), |i, j| {
-        let mixed = (i % 3 == 2) != (j % 3 == 2);
-        lower[(i, j)] + if mixed { -upper[(i, j)] } else { upper[(i, j)] }
-    }))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -283,21 +177,8 @@ mod tests {
     }
 
     #[test]
-    fn weights_add_up_to_the_area() {
-        let s = graded();
-        let area: f64 = s.weight.iter().sum();
-        assert!((area - 3.0 * 1.7).abs() < 1e-12, "{area}");
-    }
-
-    #[test]
     fn rigid_creep_has_the_signs_of_the_formulation() {
         let c = Creepage { longitudinal: 1.0, lateral: 10.0, spin: 2.0 };
         assert_eq!(c.rigid(0.5, 0.25), [1.0 - 2.0 * 0.25, 10.0 + 2.0 * 0.5]);
-    }
-
-    #[test]
-    fn a_grid_that_does_not_ascend_is_refused() {
-        assert!(Interface::new(vec![0.0, 1.0, 1.0], vec![0.0, 1.0, 2.0], vec![0.0; 9]).is_err());
-        assert!(Interface::new(vec![0.0, 1.0], vec![0.0, 1.0, 2.0], vec![0.0; 6]).is_err());
     }
 }

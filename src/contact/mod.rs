@@ -20,7 +20,7 @@ pub mod sliding;
 pub mod steady;
 
 pub use deferred::DeferredSteady;
-pub use interface::{combined_compliance, Creepage, Interface, Stencil, Upstream};
+pub use interface::{Creepage, Stencil, Upstream};
 pub use laws::FrictionLaw;
 pub use sliding::{SlidingContact, SlidingDirection, SlidingProblem, SlidingSolution};
 pub use steady::{NormalLoad, SteadyProblem, SteadySolution};

@@ -3,8 +3,8 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 
-use super::interface::Interface;
 use super::steady::NormalLoad;
+use crate::grid::Interface;
 use crate::{Error, Result};
 
 /// Solution of the normal problem.

@@ -2,9 +2,9 @@
 
 use faer::MatRef;
 
-use super::interface::Interface;
 use super::normal::contact_modulus;
 use super::steady::NormalLoad;
+use crate::grid::Interface;
 use crate::{Error, Result};
 
 /// A contact that would need a patch this many times as large has flat surfaces.

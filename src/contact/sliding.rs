@@ -6,12 +6,13 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
-use super::interface::{Creepage, Interface, Stencil, Upstream};
+use super::interface::{Creepage, Stencil, Upstream};
 use super::laws::FrictionLaw;
 use super::normal::solve_normal;
 use super::patch::refuse_border;
 use super::steady::NormalLoad;
 use crate::dense::dot;
+use crate::grid::Interface;
 use crate::{Error, Result};
 
 /// Which way the nodes slide.

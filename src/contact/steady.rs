@@ -3,11 +3,12 @@
 use faer::MatRef;
 
 use super::candidates::Candidates;
-use super::interface::{Creepage, Interface, Stencil, Upstream};
+use super::interface::{Creepage, Stencil, Upstream};
 use super::laws::{natural_map, FrictionLaw, State};
 use super::newton::{self, Effort};
 use super::normal::solve_normal;
 use super::patch::refuse_border;
+use crate::grid::Interface;
 use crate::{Error, Result};
 
 /// What presses the bodies together.

@@ -2,7 +2,6 @@
 
 pub mod cylinder;
 pub mod distribute;
-pub mod grid;
 pub mod msh;
 pub mod quality;
 

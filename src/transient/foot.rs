@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn short_ways_give_the_difference_of_the_steady_analysis() {
         let n = X.len();
-        let s = crate::contact::Interface::new(X.to_vec(), vec![0.0, 1.0, 2.0], vec![0.0; 3 * n]).unwrap();
+        let s = crate::grid::Interface::new(X.to_vec(), vec![0.0, 1.0, 2.0], vec![0.0; 3 * n]).unwrap();
         let w: Vec<f64> = (0..3 * n).map(|i| (1.3 * i as f64).sin()).collect();
         let closed: Vec<bool> = (0..3 * n).map(|i| i % n >= 2).collect();
         // The second gap is that of an edge at the closed node itself: w departs from its course at once, with the power 3/2 of the way.

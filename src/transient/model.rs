@@ -2,7 +2,8 @@
 
 use faer::{Mat, MatRef};
 
-use crate::contact::Interface;
+use crate::grid::Interface;
+use crate::model::ModalPair;
 use crate::{Error, Result};
 
 /// How the reactions act in time.
@@ -29,6 +30,14 @@ pub struct Model<'a> {
     pub damping: &'a [f64],
     /// Modal loads that are not contact forces, ΦᵀF, N/√kg, `[m]`; an empty slice for none.
     pub load: &'a [f64],
+}
+
+impl<'a> Model<'a> {
+    /// A pair of bodies on its `interface`, without loads other than the contact's.
+    pub fn of(pair: &'a ModalPair, interface: &'a Interface) -> Self {
+        let (residual, modes) = (pair.residual.as_ref(), pair.modes.as_ref());
+        Self { interface, residual, modes, omega: &pair.omega, damping: &pair.damping, load: &[] }
+    }
 }
 
 impl Model<'_> {

@@ -298,7 +298,9 @@ impl Parts {
 mod tests {
     use super::*;
     use crate::contact::half_space::HalfSpace;
-    use crate::contact::{combined_compliance, FrictionLaw, Interface};
+    use crate::contact::FrictionLaw;
+    use crate::grid::Interface;
+    use crate::model::combined_compliance;
     use crate::transient::{ContactSolver, Memory, Operator};
 
     /// (dx, dy, g) of bodies pressed together by `approach` and moved by about `path`, unevenly over the contact.

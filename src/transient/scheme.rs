@@ -150,7 +150,7 @@ impl Modal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::Interface;
+    use crate::grid::Interface;
 
     const OMEGA: f64 = 3000.0;
 

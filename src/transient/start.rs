@@ -69,7 +69,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::Interface;
+    use crate::grid::Interface;
     use faer::Mat;
     use num_complex::Complex64;
 

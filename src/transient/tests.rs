@@ -3,7 +3,8 @@
 use super::drive::Normal;
 use super::*;
 use crate::contact::laws::State as Status;
-use crate::contact::{FrictionLaw, Interface};
+use crate::contact::FrictionLaw;
+use crate::grid::Interface;
 use faer::Mat;
 
 /// Compliance of every node along x, y and n, m/N.
@@ -216,7 +217,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
     let s = Interface::paraboloid(11, 11, [6e-3; 2], [4.0; 2]).unwrap();
     let steel = crate::contact::half_space::HalfSpace { young: 205e9, poisson: 0.3 };
     let c = steel.compliance(&s.x, &s.y).unwrap();
-    let w = crate::contact::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
+    let w = crate::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
     let no = Mat::<f64>::zeros(3 * s.len(), 0);
     let falling = FrictionLaw::Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 };
     for friction in [FrictionLaw::Constant(0.3), falling] {

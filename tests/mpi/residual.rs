@@ -6,7 +6,7 @@ use railsqueal::body::fe::FeBody;
 use railsqueal::body::residual::at_node;
 use railsqueal::body::statics::Statics;
 use railsqueal::fem::Material;
-use railsqueal::mesh::grid::ContactGrid;
+use railsqueal::grid::ContactGrid;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
 

@@ -3,10 +3,11 @@
 pub mod shapes;
 
 use super::bodies::Bodies;
-use super::reduction::{fe_inputs, BodyPart, ReducedModel, Reduction};
+use super::reduction::{fe_inputs, Reduction};
 use crate::body::fe::BodyModes;
-use crate::contact::Interface;
+use crate::grid::Interface;
 use crate::job::{Compliance, Job};
+use crate::model::{BodyPart, ReducedModel};
 use crate::output::{sha256, Reader, Table, Values};
 use crate::{Error, Result};
 use faer::Mat;

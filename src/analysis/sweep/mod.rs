@@ -5,10 +5,11 @@ mod outcome;
 
 use super::bodies::Bodies;
 use super::matrices::{self, MatrixModel};
-use super::reduction::{damping, fe_inputs, Reduction, SharedModel};
+use super::reduction::{fe_inputs, Reduction};
 use super::report::Summary;
 use super::{modes, stability};
 use crate::job::{Job, SweepPlan};
+use crate::model::{damping, SharedModel};
 use crate::output::ResultFile;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -137,7 +138,7 @@ impl Model {
         let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
             return Err(Error::Defect("a point of a sweep without contact or stability".into()));
         };
-        let of = |spectrum: &stability::Spectrum| Outcome {
+        let of = |spectrum: &crate::stability::Spectrum| Outcome {
             status: 0,
             message: String::new(),
             eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
@@ -164,7 +165,7 @@ impl Model {
             }
             Model::Matrices(model) => {
                 let (pair, sliding) = (model.pair(point), matrices::sliding(contact)?);
-                let spectrum = stability::spectrum(wanted, &pair, &sliding, model.reach)?;
+                let spectrum = crate::stability::spectrum(wanted, &pair, &sliding, model.reach)?;
                 let mut force = [0.0; 3];
                 for ((f, t), mu) in sliding.force.iter().zip(&sliding.direction).zip(&sliding.friction) {
                     force[0] -= mu * f * t[0];

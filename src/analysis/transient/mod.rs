@@ -13,18 +13,19 @@ pub use stop::Stop;
 
 use super::bodies::Bodies;
 use super::interface::{creepage, friction, normal_load};
-use super::reduction::{ModalPair, ReducedModel, Reduction};
+use super::reduction::Reduction;
 use super::report::Summary;
-use super::stability::reduced::Eigenpair;
 use super::RunOptions;
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::{NormalLoad, SteadyProblem, Stencil};
 use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
+use crate::model::{ModalPair, ReducedModel};
 use crate::output::{ResultFile, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
+use crate::stability::reduced::Eigenpair;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
@@ -176,7 +177,7 @@ fn advance(
     if root.pair.coupling.is_some() {
         return Err(Error::Job("analyses.transient: damping matrices that couple modes are not supported".into()));
     }
-    let model = root.pair.in_time(&root.interface);
+    let model = Model::of(&root.pair, &root.interface);
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
     scheme.check(model.omega)?;
     let identity = checkpoint::identity(&model);

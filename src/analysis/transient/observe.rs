@@ -2,8 +2,8 @@
 
 use super::points::Points;
 use super::{fields, sound};
-use crate::analysis::reduction::ReducedModel;
 use crate::job;
+use crate::model::ReducedModel;
 use crate::output::{Table, Values};
 use crate::transient::Stepper;
 

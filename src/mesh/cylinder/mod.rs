@@ -11,8 +11,8 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
-use super::grid::ContactGrid;
 use super::Mesh;
+use crate::grid::ContactGrid;
 use crate::{Error, Result};
 use layout::Layout;
 

@@ -1,12 +1,14 @@
 //! Every dataset of a run against what its steps found, on a small model.
 
 use super::*;
-use crate::analysis::reduction::ModalPair;
 use crate::body::ReducedBody;
-use crate::contact::{FrictionLaw, Interface};
+use crate::contact::FrictionLaw;
+use crate::grid::Interface;
+use crate::model::ModalPair;
 use crate::output::{Reader, Segments};
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::stepper::Fields;
+use crate::transient::Model;
 use crate::transient::{ContactSolver, Scheme, Settings, State};
 use faer::Mat;
 use serde_json::json;
@@ -56,7 +58,7 @@ struct Seen {
 #[test]
 fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     let root = model();
-    let model = root.pair.in_time(&root.interface);
+    let model = Model::of(&root.pair, &root.interface);
     let approach = History::table("approach", &[[0.0, 2e-3], [1.0, 0.1]], 1.0).expect("a history");
     let settings = Settings {
         scheme: Scheme { step: H, theta: 0.5 },

@@ -4,8 +4,7 @@
 pub mod coupling;
 pub mod cover;
 mod damping;
-pub(super) mod driver;
-mod inverse;
+pub(super) mod inverse;
 pub mod system;
 
 use crate::body::fe::{BodyModes, FeBody};
@@ -76,6 +75,16 @@ pub struct FullSpectrum {
     pub pairs: Vec<FullPair>,
     /// The shifts in the order in which they were worked at.
     pub shifts: Vec<ShiftReport>,
+}
+
+/// The full spectrum beside the reduced one; the pairs by falling growth rate.
+pub struct FullResult {
+    /// Spectrum and shifts.
+    pub spectrum: FullSpectrum,
+    /// On rank 0: share of each free mode in each pair.
+    pub shares: Vec<Vec<f64>>,
+    /// On rank 0: place of each pair's partner among the reduced eigenpairs.
+    pub partners: Vec<Option<usize>>,
 }
 
 /// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `places` are the lower and the upper body. `modes` are the free modes of

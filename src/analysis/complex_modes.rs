@@ -1,18 +1,17 @@
 //! Complex modes as motions of the bodies: recovered from the reduced model or taken from the full one, their energies, and the
 //! file that shows them over a period.
 
-use super::full::driver::FullResult;
-use super::full::FullPair;
-use super::reduced::{reactions, Eigenpair};
-use super::Found;
-use crate::analysis::bodies::Bodies;
-use crate::analysis::reduction::ModalPair;
-use crate::analysis::RunOptions;
+use super::bodies::Bodies;
+use super::stability::Found;
+use super::RunOptions;
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::statics::Statics;
 use crate::job;
+use crate::model::ModalPair;
 use crate::output::{companion, BodyPart, FieldSpec, Kind, ResultFile, SequenceFile, Table};
 use crate::parallel::World;
+use crate::stability::full::{FullPair, FullResult};
+use crate::stability::reduced::{reactions, Eigenpair};
 use crate::Result;
 use num_complex::Complex;
 

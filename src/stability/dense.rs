@@ -6,15 +6,14 @@
 //! (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric since Y ≠ Z.
 
 use super::full::cover::{partners, Wedge};
-use super::full::driver::FullResult;
 use super::full::system::Residuals;
-use super::full::{FullPair, FullSpectrum};
+use super::full::{FullPair, FullResult, FullSpectrum};
 use super::Spectrum;
-use crate::analysis::reduction::ModalPair;
 use crate::body::matrices::{Matrices, Reduced, SignedRow, DENSE};
 use crate::body::matrix_market::Csr;
 use crate::contact::SlidingContact;
 use crate::job;
+use crate::model::ModalPair;
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};

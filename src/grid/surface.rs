@@ -1,6 +1,6 @@
 //! The rectilinear grid of contact nodes that a body offers to the interface.
 
-use super::Mesh;
+use crate::mesh::{msh, Mesh};
 use crate::{Error, Result};
 
 /// Tensor-product grid of surface nodes around the contact point. Node `(i, j)` has index `i + nx*j`.
@@ -10,7 +10,7 @@ pub struct ContactGrid {
     pub x: Vec<f64>,
     /// Lateral node positions, m, `[ny]`, ascending.
     pub y: Vec<f64>,
-    /// Mesh node (index into [`super::Mesh::nodes`]) of each grid node, `[nx*ny]`.
+    /// Mesh node (index into [`Mesh::nodes`]) of each grid node, `[nx*ny]`.
     pub nodes: Vec<u32>,
     /// Height z of the surface of the body in lower form at each grid node, m, `[nx*ny]`; 0 at the contact point, negative away from it.
     pub z: Vec<f64>,
@@ -37,7 +37,7 @@ impl ContactGrid {
     /// Finds the grid in the facet group `group` of a mesh in lower form. Its nodes must lie on lines x = const and y = const, each pair of
     /// lines meeting in a node, and its facets must be the boundary facets between them, facing +z.
     pub fn from_mesh(mesh: &Mesh, group: &str) -> Result<ContactGrid> {
-        super::msh::require_group(mesh, group, "the mesh")?;
+        msh::require_group(mesh, group, "the mesh")?;
         let facets = &mesh.groups[group];
         let place = |n: u32| {
             let [x, y, z] = mesh.nodes[n as usize];
@@ -155,7 +155,7 @@ fn check_outside(mesh: &Mesh, group: &str, facets: &[[u32; 4]], place: impl Fn(u
     facets.iter().flatten().for_each(|&n| touched[n as usize] = true);
     let mut cells: std::collections::HashMap<[u32; 4], u32> = facets.iter().map(|&f| (key(f), 0)).collect();
     for cell in &mesh.cells {
-        for face in super::quality::FACES {
+        for face in crate::mesh::quality::FACES {
             let nodes = face.map(|i| cell[i]);
             if nodes.iter().all(|&n| touched[n as usize]) {
                 if let Some(count) = cells.get_mut(&key(nodes)) {

@@ -1,31 +1,22 @@
 //! The full analysis of a job: from the reduced spectrum to the full one, compared.
 
-use super::cover::{partners, Wedge};
-use super::{spectrum, Damping, FullOptions, FullPair, FullSpectrum, Place};
-use crate::analysis::bodies::{self, Bodies};
-use crate::analysis::reduction::{self, ModalPair};
-use crate::analysis::report::Summary;
-use crate::analysis::stability::Spectrum;
+use super::bodies::{self, Bodies};
+use super::report::Summary;
 use crate::body::fe::BodyModes;
 use crate::contact::SlidingContact;
 use crate::job::{self, Job};
+use crate::model::{self, ModalPair};
 use crate::parallel::World;
 use crate::petsc::Petsc;
 use crate::progress::Progress;
+use crate::stability::full::cover::{partners, Wedge};
+use crate::stability::full::{spectrum, Damping, FullOptions, FullPair, FullResult, FullSpectrum, Place};
+use crate::stability::reduced::shares as shares_of;
+use crate::stability::Spectrum;
 use crate::{Error, Result};
 use num_complex::Complex;
 
 type C = Complex<f64>;
-
-/// What was found; the pairs by falling growth rate.
-pub struct FullResult {
-    /// Spectrum and shifts.
-    pub spectrum: FullSpectrum,
-    /// On rank 0: share of each free mode in each pair.
-    pub shares: Vec<Vec<f64>>,
-    /// On rank 0: place of each pair's partner among the reduced eigenpairs.
-    pub partners: Vec<Option<usize>>,
-}
 
 /// Collective: the full spectrum about a sliding contact; rank 0 gives the contact, the model and the spectrum of the `reduced` analysis.
 #[allow(clippy::too_many_arguments)]
@@ -53,9 +44,7 @@ pub fn run(
     let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<Place> {
         let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
         let modal = match (&body.damping.modal, modes.get(place.body)) {
-            (Some(_), Some(modes)) => {
-                reduction::damping(&body.damping, &modes.omega, &format!("bodies.{name}.damping"))?
-            }
+            (Some(_), Some(modes)) => model::damping(&body.damping, &modes.omega, &format!("bodies.{name}.damping"))?,
             (Some(_), None) => return Err(Error::Defect(format!("no modes of the body {name} to damp"))),
             (None, _) => Vec::new(),
         };
@@ -85,7 +74,7 @@ pub fn run(
     for pair in &spectrum.pairs {
         let q = amplitudes(world, bodies, modes, pair);
         if let Some((_, _, model)) = reduced {
-            shares.push(super::super::reduced::shares(&model.omega, &q, pair.value));
+            shares.push(shares_of(&model.omega, &q, pair.value));
         }
     }
     Ok(FullResult { spectrum, shares, partners })
@@ -104,40 +93,38 @@ fn amplitudes(world: &World, bodies: &Bodies, modes: &[BodyModes], pair: &FullPa
     world.sum_all(&q)
 }
 
-impl FullResult {
-    /// What the summary says of it.
-    pub fn summarise(&self, summary: &mut Summary) {
-        let FullSpectrum { pairs, shifts } = &self.spectrum;
-        let worst = |of: &dyn Fn(&FullPair) -> f64| pairs.iter().map(of).fold(0.0, f64::max);
-        let solves: usize = shifts.iter().map(|s| s.solves).sum();
-        summary.line(format!(
-            "stability of the full system: {} unstable of {} eigenvalues",
-            pairs.iter().filter(|p| p.value.re > 0.0).count(),
-            pairs.len()
-        ));
+/// What the summary says of it.
+pub fn summarise(found: &FullResult, summary: &mut Summary) {
+    let FullSpectrum { pairs, shifts } = &found.spectrum;
+    let worst = |of: &dyn Fn(&FullPair) -> f64| pairs.iter().map(of).fold(0.0, f64::max);
+    let solves: usize = shifts.iter().map(|s| s.solves).sum();
+    summary.line(format!(
+        "stability of the full system: {} unstable of {} eigenvalues",
+        pairs.iter().filter(|p| p.value.re > 0.0).count(),
+        pairs.len()
+    ));
+    summary.value(
+        "completeness",
+        match shifts.len() {
+            0 => "all eigenvalues at once, every one has its partner".into(),
+            n => format!("{n} shifts, {solves} solves; discs meet, every eigenvalue has its partner"),
+        },
+    );
+    summary.value(
+        "accuracy",
+        format!(
+            "backward error {:.1e}, opening of closed nodes {:.1e}, change by one more iteration {:.1e}",
+            worst(&|p| p.residuals.backward_error),
+            worst(&|p| p.residuals.constraint),
+            worst(&|p| p.residuals.correction)
+        ),
+    );
+    let unstable = pairs.iter().filter(|p| p.value.re > 0.0).count();
+    for p in pairs.iter().take(unstable.max(3)) {
         summary.value(
-            "completeness",
-            match shifts.len() {
-                0 => "all eigenvalues at once, every one has its partner".into(),
-                n => format!("{n} shifts, {solves} solves; discs meet, every eigenvalue has its partner"),
-            },
+            &format!("{:.3} Hz", p.value.im / (2.0 * std::f64::consts::PI)),
+            format!("growth rate {:+.4} 1/s", p.value.re),
         );
-        summary.value(
-            "accuracy",
-            format!(
-                "backward error {:.1e}, opening of closed nodes {:.1e}, change by one more iteration {:.1e}",
-                worst(&|p| p.residuals.backward_error),
-                worst(&|p| p.residuals.constraint),
-                worst(&|p| p.residuals.correction)
-            ),
-        );
-        let unstable = pairs.iter().filter(|p| p.value.re > 0.0).count();
-        for p in pairs.iter().take(unstable.max(3)) {
-            summary.value(
-                &format!("{:.3} Hz", p.value.im / (2.0 * std::f64::consts::PI)),
-                format!("growth rate {:+.4} 1/s", p.value.re),
-            );
-        }
     }
 }
 

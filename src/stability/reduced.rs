@@ -17,9 +17,8 @@ use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
 
-pub use crate::analysis::reduction::ModalPair;
-
 use crate::contact::SlidingContact;
+use crate::model::ModalPair;
 use crate::{Error, Result};
 
 /// One eigenvalue of the linearised system with its mode.

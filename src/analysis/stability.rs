@@ -1,0 +1,287 @@
+//! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
+
+use super::bodies::Bodies;
+use super::interface::{creepage, friction, normal_load};
+use super::reduction::Reduction;
+use super::report::Summary;
+use super::RunOptions;
+use super::{complex_modes, full_stability};
+use crate::body::fe::BodyModes;
+use crate::body::statics::Statics;
+use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
+use crate::contact::{SlidingContact, Stencil};
+use crate::grid::Interface;
+use crate::job::{self, Direction, Job};
+use crate::model::ModalPair;
+use crate::output::{ResultFile, Table};
+use crate::petsc::Petsc;
+use crate::progress::Progress;
+use crate::stability::full::FullResult;
+use crate::stability::reduced::{participation, Eigenpair};
+use crate::stability::{frequency_reach, spectrum, Spectrum};
+use crate::{Error, Result};
+use num_complex::Complex;
+
+/// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn run(
+    petsc: &Petsc,
+    job: &Job,
+    stability: &job::Stability,
+    contact: &job::Contact,
+    parts: &Parts,
+    solvers: &mut [Statics],
+    options: &RunOptions,
+    file: &mut ResultFile,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<Option<Spectrum>> {
+    let world = petsc.world();
+    let Parts { bodies, modes, model } = parts;
+    progress.stage("stability of steady sliding");
+    let found = world.on_root(|| {
+        let root = model.root()?;
+        analyse(stability, contact, &root.interface, &root.pair)
+    })?;
+    let full = match &stability.full {
+        Some(wanted) => {
+            let modes = modes.map_err(Clone::clone)?;
+            let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (&f.spectrum, &f.contact, &root.pair));
+            Some(full_stability::run(petsc, job, wanted, bodies, modes, reduced, progress)?)
+        }
+        None => None,
+    };
+    if let (Some(Found { sliding, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
+        file.tables(tables(spectrum, &root.pair, full.as_ref()));
+        file.tables(sliding_tables(sliding));
+        summarise(spectrum, &root.pair, summary);
+        if sliding.reversed > 0 {
+            let (reversed, closed) = (sliding.reversed, sliding.closed.len());
+            let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
+            summary.value("nodes that would stick", text);
+        }
+        if let Some(full) = &full {
+            full_stability::summarise(full, summary);
+        }
+    }
+    match modes {
+        _ if !job.output.fields || stability.shapes == 0 => {}
+        Ok(modes) => {
+            progress.stage("complex modes");
+            let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
+            complex_modes::run(world, stability, bodies, modes, solvers, reduced, full.as_ref(), options, file)?;
+        }
+        Err(e) => {
+            summary.value("complex modes", format!("not written, for want of the mode shapes of the earlier run: {e}"))
+        }
+    }
+    Ok(found.map(|f| f.spectrum))
+}
+
+/// What the bodies give.
+pub(super) struct Parts<'a> {
+    pub(super) bodies: &'a Bodies,
+    /// Free modes of each of [`Bodies::unique`], or why an earlier run does not give them.
+    pub(super) modes: std::result::Result<&'a [BodyModes], &'a Error>,
+    pub(super) model: &'a Reduction,
+}
+
+/// What rank 0 found on the reduced model.
+pub(super) struct Found {
+    pub(super) sliding: SlidingSolution,
+    pub(super) contact: SlidingContact,
+    pub(super) spectrum: Spectrum,
+}
+
+/// One line of the table of eigenvalues.
+struct Listed {
+    value: Complex<f64>,
+    backward_error: f64,
+    constraint: f64,
+    source: &'static str,
+    shares: Vec<f64>,
+    partner: i64,
+}
+
+/// On rank 0: the sliding state and the eigenvalues about it.
+pub(super) fn analyse(
+    stability: &job::Stability,
+    contact: &job::Contact,
+    interface: &Interface,
+    pair: &ModalPair,
+) -> Result<Found> {
+    let problem = SlidingProblem {
+        interface,
+        compliance: pair.compliance.as_ref(),
+        friction: friction(contact),
+        speed: contact.speed,
+        creepage: creepage(contact),
+        load: normal_load(contact),
+        stencil: Stencil::default(),
+        direction: match stability.direction {
+            Direction::Rigid => SlidingDirection::Rigid,
+            Direction::Actual => SlidingDirection::Actual,
+        },
+    };
+    let sliding = problem.solve()?;
+    if sliding.closed.is_empty() {
+        return Err(Error::Job(
+            "analyses.stability: the contact is open, so nothing slides; raise contact.approach or give a normal_load"
+                .into(),
+        ));
+    }
+    let contact = problem.contact(&sliding);
+    let spectrum = spectrum(stability, pair, &contact, frequency_reach(pair))?;
+    Ok(Found { sliding, contact, spectrum })
+}
+
+/// The eigenvalues of the reduced model, then those of the full one.
+fn listed(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> Vec<Listed> {
+    let of_reduced = |p: &Eigenpair| Listed {
+        value: p.value,
+        backward_error: p.backward_error,
+        constraint: 0.0,
+        source: "reduced",
+        shares: participation(model, p),
+        partner: -1,
+    };
+    let mut all: Vec<Listed> = spectrum.eigenpairs.iter().map(of_reduced).collect();
+    let reduced = all.len();
+    for (i, p) in full.iter().flat_map(|f| f.spectrum.pairs.iter().enumerate()) {
+        let partner = full.and_then(|f| f.partners.get(i).copied().flatten());
+        if let Some(partner) = partner {
+            all[partner].partner = (reduced + i) as i64;
+        }
+        all.push(Listed {
+            value: p.value,
+            backward_error: p.residuals.backward_error,
+            constraint: p.residuals.constraint,
+            source: "full",
+            shares: full.and_then(|f| f.shares.get(i).cloned()).unwrap_or_default(),
+            partner: partner.map_or(-1, |p| p as i64),
+        });
+    }
+    all
+}
+
+/// What the group `/stability` says of the eigenvalues.
+pub(super) fn tables(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> Vec<Table> {
+    let all = listed(spectrum, model, full);
+    let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Listed) -> f64| {
+        Table::list(&format!("/stability/{name}"), units, text, all.iter().map(of).collect::<Vec<f64>>())
+    };
+    let value: Vec<Complex<f64>> = all.iter().map(|p| p.value).collect();
+    let shares: Vec<f64> = all.iter().flat_map(|p| p.shares.iter().copied()).collect();
+    let lower = model.lower_modes;
+    let body: Vec<i8> = (0..model.omega.len()).map(|k| if k < lower { 1 } else { 2 }).collect();
+    let frequency: Vec<f64> = model.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
+    let mut tables = vec![
+        Table::list(
+            "/stability/eigenvalue",
+            "1/s",
+            "Eigenvalues, growth rate + i angular frequency, one of each conjugate pair, by falling growth rate; \
+                 those of the reduced model, then those of the full one.",
+            value,
+        ),
+        list("frequency", "Hz", "Frequency of each eigenvalue.", &|p| p.value.im.abs() / (2.0 * std::f64::consts::PI)),
+        list("growth_rate", "1/s", "Growth rate of each eigenvalue; unstable if positive.", &|p| p.value.re),
+        list("damping_ratio", "1", "Damping ratio, minus growth rate over modulus.", &|p| {
+            -p.value.re / p.value.norm().max(f64::MIN_POSITIVE)
+        }),
+        list("backward_error", "1", "Backward error of each eigenpair in the scaled problem.", &|p| p.backward_error),
+        list(
+            "constraint_violation",
+            "1",
+            "Largest opening of a closed node over the largest displacement; 0 where the pressures are eliminated.",
+            &|p| p.constraint,
+        ),
+        Table::list(
+            "/stability/source",
+            "-",
+            "Where each eigenvalue comes from: reduced or full.",
+            all.iter().map(|p| p.source.to_owned()).collect::<Vec<_>>(),
+        ),
+        Table::list(
+            "/stability/partner",
+            "1",
+            "Place of the same eigenvalue from the other source, from 0; -1: none was looked for or needed.",
+            all.iter().map(|p| p.partner).collect::<Vec<i64>>(),
+        ),
+        Table::new(
+            "/stability/participation",
+            "1",
+            "Share of each free-interface mode in each eigenvector, by elastic energy.",
+            &[all.len(), model.omega.len()],
+            shares,
+        ),
+        Table::list("/stability/mode_body", "-", "Body of each free-interface mode: 1 lower, 2 upper.", body),
+        Table::list("/stability/mode_frequency", "Hz", "Frequency of each free-interface mode.", frequency),
+    ];
+    if let Some(full) = full {
+        let shifts = &full.spectrum.shifts;
+        tables.push(Table::list(
+            "/stability/shift",
+            "1/s",
+            "Shifts at which the full system was inverted.",
+            shifts.iter().map(|s| s.shift).collect::<Vec<_>>(),
+        ));
+        tables.push(Table::list(
+            "/stability/shift_radius",
+            "1/s",
+            "Distance from each shift within which every eigenvalue of the full system was found.",
+            shifts.iter().map(|s| s.radius).collect::<Vec<_>>(),
+        ));
+    }
+    tables
+}
+
+pub(super) fn summarise(spectrum: &Spectrum, model: &ModalPair, summary: &mut Summary) {
+    let unstable: Vec<&Eigenpair> = spectrum.eigenpairs.iter().filter(|e| e.growth_rate() > 0.0).collect();
+    summary.line(format!(
+        "stability of steady sliding: {} unstable of {} eigenvalues{}, {} closed contacts",
+        unstable.len(),
+        spectrum.eigenpairs.len(),
+        if spectrum.limit.is_finite() { format!(" up to {:.0} Hz", spectrum.limit) } else { String::new() },
+        spectrum.closed
+    ));
+    let most = unstable.len().max(3);
+    for e in spectrum.eigenpairs.iter().take(most) {
+        summary.value(
+            &format!("{:.3} Hz", e.frequency()),
+            format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), partners(model, e)),
+        );
+    }
+}
+
+/// The free modes that make up an eigenvector, the largest shares first.
+fn partners(model: &ModalPair, pair: &Eigenpair) -> String {
+    let mut shares: Vec<(usize, f64)> = participation(model, pair).into_iter().enumerate().collect();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let named = shares.iter().take(3).filter(|(_, s)| *s > 0.01).map(|&(k, share)| {
+        let upper = k >= model.lower_modes;
+        let number = if upper { k - model.lower_modes } else { k } + 1;
+        let place = ["lower", "upper"][usize::from(upper)];
+        format!("{:.0} % {place} mode {number}", 100.0 * share)
+    });
+    named.collect::<Vec<_>>().join(", ")
+}
+
+/// What the group `/stability` says of the sliding state.
+fn sliding_tables(s: &SlidingSolution) -> Vec<Table> {
+    vec![
+        Table::list("/stability/force", "N", "Contact force (x, y, z) on body 1 in steady sliding.", s.force.to_vec()),
+        Table::scalar("/stability/approach", "m", "Rigid approach in steady sliding.", s.approach),
+        Table::list(
+            "/stability/pressure",
+            "Pa",
+            "Pressure at the contact nodes in steady sliding.",
+            s.pressure.clone(),
+        ),
+        Table::scalar(
+            "/stability/reversed",
+            "1",
+            "Closed nodes whose creep in the deformed state points against the sliding assumed.",
+            s.reversed as i64,
+        ),
+    ]
+}
