@@ -296,9 +296,9 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
 
     let spec = FieldSpec::new("velocity", "m/s", "A field that changes.", Kind::Vector);
     let times = [0.1, 0.25, 0.4];
-    let what = ("s", "Time.");
+    let frames = Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[] };
     let beside = companion(path, "transient.vtkhdf");
-    let mut sequence = SequenceFile::create(world, &beside, true, &bodies, vec![spec], &times, what, &[])?;
+    let mut sequence = SequenceFile::create(world, &beside, true, &bodies, frames)?;
     for (k, time) in times.iter().enumerate() {
         let scaled: Vec<Vec<f64>> = u.iter().map(|v| v.iter().map(|a| a * time).collect()).collect();
         sequence.step(k, &[scaled.iter().map(|v| &v[..]).collect()])?;

@@ -3,12 +3,12 @@
 
 use super::bodies::Bodies;
 use super::stability::Found;
-use super::RunOptions;
+use super::{run::Run, RunOptions};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::statics::Statics;
 use crate::job;
 use crate::model::ModalPair;
-use crate::output::{companion, BodyPart, FieldSpec, Kind, ResultFile, SequenceFile, Table};
+use crate::output::{companion, BodyPart, FieldSpec, Kind, Sequence, SequenceFile, Table};
 use crate::parallel::World;
 use crate::stability::full::{FullPair, FullResult};
 use crate::stability::reduced::{reactions, Eigenpair};
@@ -42,18 +42,15 @@ struct Energy {
 }
 
 /// Collective: recovers and writes the selected complex modes. The `full` system is preferred where it is given.
-#[allow(clippy::too_many_arguments)]
 pub(super) fn run(
-    world: &World,
+    run: &mut Run,
     stability: &job::Stability,
-    bodies: &Bodies,
-    modes: &[BodyModes],
+    (bodies, modes): (&Bodies, &[BodyModes]),
     solvers: &mut [Statics],
     reduced: Option<(&Found, &ModalPair)>,
     full: Option<&FullResult>,
-    options: &RunOptions,
-    file: &mut ResultFile,
 ) -> Result<()> {
+    let world = run.world();
     let shapes = match full {
         Some(full) => of_full(full, reduced, stability.shapes as usize),
         None => of_reduced(world, bodies, modes, solvers, reduced, stability.shapes as usize)?,
@@ -64,9 +61,9 @@ pub(super) fn run(
     let nodes: Vec<u64> =
         world.broadcast(reduced.map(|r| r.0.contact.nodes.iter().map(|&n| n as u64).collect()).unwrap_or_default());
     let energies = shapes.iter().map(|s| energy(world, bodies, &nodes, s)).collect::<Result<Vec<_>>>()?;
-    file.tables(tables(&shapes, &energies));
-    let file_of_modes = write(world, stability.phases as usize, bodies, &shapes, options)?;
-    file.attach(file_of_modes)
+    run.file.tables(tables(&shapes, &energies));
+    let sequence = write(world, stability.phases as usize, bodies, &shapes, run.options)?;
+    run.file.attach(sequence)
 }
 
 /// Number of eigenvalues, listed by falling growth rate, that are shown.
@@ -279,10 +276,11 @@ fn write<'w>(
     ];
     let text = "Motion of a complex mode at one moment of its period, growth left out; the largest displacement of the mode is 1.";
     let spec = FieldSpec::new("motion", "1", text, Kind::Vector);
-    let what = ("1", "Periods shown so far: mode k of the file, from 0, takes k to k + 1.");
+    let description = "Periods shown so far: mode k of the file, from 0, takes k to k + 1.";
+    let sequence = Sequence { fields: vec![spec], values: &times, units: "1", description, tables: &tables };
     let path = companion(&options.output, "modes.vtkhdf");
     let parts: Vec<BodyPart> = bodies.parts();
-    let mut file = SequenceFile::create(world, &path, options.force, &parts, vec![spec], &times, what, &tables)?;
+    let mut file = SequenceFile::create(world, &path, options.force, &parts, sequence)?;
     for (number, shape) in shapes.iter().enumerate() {
         let mut at_nodes: Vec<[Vec<f64>; 2]> = Vec::new();
         for place in 0..2 {

@@ -1,13 +1,12 @@
 //! Steady rolling of finite-element bodies whose compliance is not made: a static solve of the bodies for each set of reactions.
 
 use super::bodies::Bodies;
-use super::report::Summary;
+use super::run::Run;
 use crate::body::fe::FeBody;
 use crate::body::statics::Statics;
 use crate::contact::kernel;
 use crate::contact::{DeferredSteady, SteadyProblem, SteadySolution};
 use crate::parallel::World;
-use crate::progress::Progress;
 use crate::{Error, Result};
 
 /// Sets of reactions after which the correction counts as not converging.
@@ -29,14 +28,13 @@ pub struct Found {
 /// Collective: solves `problem`, which rank 0 holds with a compliance near that of the bodies, for the bodies themselves.
 /// The residual of the solution is that of their displacement, from static solves whose error is [`FORCING`] of `tolerance`.
 pub fn solve(
-    world: &World,
+    run: &mut Run,
     problem: Option<&SteadyProblem>,
     tolerance: f64,
     bodies: &Bodies,
     solvers: &mut [Statics],
-    progress: &mut Progress,
-    summary: &mut Summary,
 ) -> Result<Found> {
+    let world = run.world();
     let mut deferred = problem.map(|p| DeferredSteady::new(p.clone()));
     let finest = FORCING * tolerance;
     let mut u: Vec<Vec<f64>> = bodies.places.iter().map(|p| vec![0.0; bodies.unique[p.body].dofs.owned()]).collect();
@@ -50,7 +48,7 @@ pub fn solve(
             let iterations = solvers.iter().map(Statics::iterations).sum::<usize>() - before;
             let judged = world.on_root(|| held(&mut deferred)?.judge(product))?;
             let residual = world.max(judged.as_ref().map_or(0.0, |j| j.residual));
-            progress.note(format!(
+            run.progress.note(format!(
                 "correction {}: residual {residual:.1e} with {iterations} iterations of the static solver",
                 step + 1
             ));
@@ -61,7 +59,7 @@ pub fn solve(
             }
             if accuracy <= finest {
                 let all: usize = solvers.iter().map(Statics::iterations).sum();
-                summary.value(
+                run.summary.value(
                     "corrections of the compliance",
                     format!("{}, {all} iterations of static solvers", step + 1),
                 );

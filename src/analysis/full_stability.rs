@@ -2,13 +2,12 @@
 
 use super::bodies::{self, Bodies};
 use super::report::Summary;
+use super::run::Run;
 use crate::body::fe::BodyModes;
 use crate::contact::SlidingContact;
-use crate::job::{self, Job};
+use crate::job;
 use crate::model::{self, ModalPair};
 use crate::parallel::World;
-use crate::petsc::Petsc;
-use crate::progress::Progress;
 use crate::stability::full::cover::{partners, Wedge};
 use crate::stability::full::{spectrum, Damping, FullOptions, FullPair, FullResult, FullSpectrum, Place};
 use crate::stability::reduced::shares as shares_of;
@@ -19,18 +18,15 @@ use num_complex::Complex;
 type C = Complex<f64>;
 
 /// Collective: the full spectrum about a sliding contact; rank 0 gives the contact, the model and the spectrum of the `reduced` analysis.
-#[allow(clippy::too_many_arguments)]
 pub fn run(
-    petsc: &Petsc,
-    job: &Job,
+    run: &mut Run,
     wanted: &job::FullStability,
     bodies: &Bodies,
     modes: &[BodyModes],
     reduced: Option<(&Spectrum, &SlidingContact, &ModalPair)>,
-    progress: &mut Progress,
 ) -> Result<FullResult> {
-    let world = petsc.world();
-    progress.stage("stability of the full system");
+    let world = run.world();
+    run.progress.stage("stability of the full system");
     world.on_root(|| match reduced {
         Some((f, ..)) if wanted.max_frequency > f.limit * (1.0 + 1e-12) => Err(Error::Job(format!(
             "analyses.stability.full.max_frequency is {} Hz, but the reduced model, which it is compared with, reaches {:.1} Hz; ask for more \
@@ -50,7 +46,7 @@ pub fn run(
         };
         Ok(Place { body: place.body, damping, modal })
     };
-    let places = bodies.places.iter().zip(job.bodies()).map(place).collect::<Result<Vec<_>>>()?;
+    let places = bodies.places.iter().zip(run.job.bodies()).map(place).collect::<Result<Vec<_>>>()?;
     let places: [Place; 2] =
         places.try_into().map_err(|_| Error::Defect("full stability of other than two bodies".into()))?;
     let options = FullOptions {
@@ -59,7 +55,7 @@ pub fn run(
         count: wanted.count as usize,
         tolerance: wanted.tolerance,
     };
-    let mut spectrum = spectrum(petsc, &bodies.unique, modes, &places, &contact, &guide, &options, progress)?;
+    let mut spectrum = spectrum(run.petsc, &bodies.unique, modes, &places, &contact, &guide, &options, run.progress)?;
     let paired = world.on_root(|| {
         let full: Vec<C> = spectrum.pairs.iter().map(|p| p.value).collect();
         let reduced: Vec<C> = reduced.map(|r| r.0.eigenpairs.iter().map(|p| p.value).collect()).unwrap_or_default();

@@ -2,6 +2,7 @@
 
 use super::interface::friction;
 use super::report::Summary;
+use super::run::Run;
 use super::sweep::{self, Base};
 use super::{full_stability, stability};
 use crate::body::matrices::{reduce, Matrices, Reduced, SignedRow};
@@ -10,7 +11,7 @@ use crate::body::ReducedBody;
 use crate::contact::SlidingContact;
 use crate::job::{self, Job, ModesExtent};
 use crate::model::{broadcast, ModalPair};
-use crate::output::{sha256, ResultFile, Table};
+use crate::output::{sha256, Table};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -75,24 +76,18 @@ impl MatrixModel {
 }
 
 /// Collective: the analyses of the job. Reading a job makes sure that these are modes, and stability with contact points and sweeps of it.
-pub fn run(
-    petsc: &Petsc,
-    job: &Job,
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<()> {
-    let world = petsc.world();
-    let bodies = reduce_all(petsc, job, progress, summary);
+pub fn run(run: &mut Run) -> Result<()> {
+    let world = run.world();
+    let bodies = reduce_all(run.petsc, run.job, run.progress, &mut run.summary);
     let own = match &bodies {
-        Ok(bodies) => itself(world, job, bodies, file, progress, summary),
+        Ok(bodies) => itself(run, bodies),
         Err(e) => Err(e.clone()),
     };
-    match &job.sweep {
+    match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
             let base = bodies.and_then(|bodies| MatrixModel::shared(world, &bodies)).ok();
             let base = base.as_ref().map(Base::Matrices);
-            sweep::run(petsc, job, plan, base, own.as_ref().err(), file, progress, summary)
+            sweep::run(run, plan, base, own.as_ref().err())
         }
         _ => own,
     }
@@ -127,23 +122,17 @@ pub(super) fn reduce_all(
 }
 
 /// Collective: modes and stability of the job itself.
-fn itself(
-    world: &World,
-    job: &Job,
-    bodies: &[MatrixBody],
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<()> {
+fn itself(run: &mut Run, bodies: &[MatrixBody]) -> Result<()> {
+    let (world, job) = (run.world(), run.job);
     for MatrixBody { name, reduced, .. } in bodies {
         let frequency: Vec<f64> = reduced.body.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
         let listed: Vec<String> = frequency.iter().take(6).map(|f| format!("{f:.2}")).collect();
-        summary.value(&format!("modes of {name}"), format!("{}; Hz: {} ...", frequency.len(), listed.join(", ")));
+        run.summary.value(&format!("modes of {name}"), format!("{}; Hz: {} ...", frequency.len(), listed.join(", ")));
         let text = "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.";
-        file.table(Table::list(&format!("/modes/{name}/frequency"), "Hz", text, frequency));
+        run.file.table(Table::list(&format!("/modes/{name}/frequency"), "Hz", text, frequency));
     }
     let (Some(wanted), Some(contact)) = (&job.analyses.stability, &job.contact) else { return Ok(()) };
-    progress.stage("stability of steady sliding");
+    run.progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let sliding = sliding(contact)?;
         let model = MatrixModel::new(bodies)?;
@@ -161,10 +150,10 @@ fn itself(
         Ok((pair, spectrum, full))
     })?;
     if let Some((pair, spectrum, full)) = &found {
-        file.tables(stability::tables(spectrum, pair, full.as_ref()));
-        stability::summarise(spectrum, pair, summary);
+        run.file.tables(stability::tables(spectrum, pair, full.as_ref()));
+        stability::summarise(spectrum, pair, &mut run.summary);
         if let Some(full) = full {
-            full_stability::summarise(full, summary);
+            full_stability::summarise(full, &mut run.summary);
         }
     }
     Ok(())

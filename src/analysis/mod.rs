@@ -12,6 +12,7 @@ pub mod receptance;
 pub mod reduction;
 mod report;
 mod reuse;
+mod run;
 mod stability;
 mod steady;
 mod sweep;
@@ -31,6 +32,7 @@ use sweep::Base;
 use transient::{Inputs, Stop};
 
 pub use report::Summary;
+pub use run::Run;
 
 /// What the command line adds to the job.
 #[derive(Debug, Clone)]
@@ -78,16 +80,17 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     }
     check(job)?;
     let stop = job.analyses.transient.as_ref().map(|_| Stop::listen(begun, options.wall_time));
-    let mut file = ResultFile::create(world, &options.output, options.force)?;
-    let mut summary = Summary::default();
+    let file = ResultFile::create(world, &options.output, options.force)?;
+    let mut run = Run { petsc, job, options, file, progress, summary: Summary::default() };
 
     let inputs = if job.by_matrices() {
-        matrices::run(petsc, job, &mut file, progress, &mut summary)?;
+        matrices::run(&mut run)?;
         world.on_root(|| matrices::checksums(job))?
     } else {
-        elements(petsc, job, options, stop.as_ref(), &mut file, progress, &mut summary)?
+        elements(&mut run, stop.as_ref())?
     };
 
+    let Run { mut file, progress, mut summary, .. } = run;
     progress.stage("writing results");
     progress.finish();
     let provenance = Provenance {
@@ -106,19 +109,11 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
 }
 
 /// Collective: the analyses of bodies of finite elements; returns name and checksum of every input on rank 0.
-fn elements(
-    petsc: &Petsc,
-    job: &Job,
-    options: &RunOptions,
-    stop: Option<&Stop>,
-    file: &mut ResultFile<'_>,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<Option<Vec<(String, String)>>> {
-    let world = petsc.world();
+fn elements(run: &mut Run, stop: Option<&Stop>) -> Result<Option<Vec<(String, String)>>> {
+    let (world, job, options) = (run.world(), run.job, run.options);
     let reused = match &options.reuse {
         Some(path) => {
-            progress.stage("reading the reduced model of an earlier run");
+            run.progress.stage("reading the reduced model of an earlier run");
             Some(world.on_root(|| reuse::read(path, job))?)
         }
         None => None,
@@ -129,11 +124,11 @@ fn elements(
         false => None,
     };
     let (mut bodies, mut model) = (Bodies::none(), None);
-    let own = itself(petsc, job, options, stop, (reused, kept), &mut bodies, &mut model, file, progress, summary);
+    let own = itself(run, stop, (reused, kept), &mut bodies, &mut model);
     match &job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
             let base = model.as_ref().map(Base::Elements);
-            sweep::run(petsc, job, plan, base, own.as_ref().err(), file, progress, summary)?;
+            sweep::run(run, plan, base, own.as_ref().err())?;
         }
         _ => own?,
     }
@@ -155,28 +150,22 @@ fn wants_shapes(job: &Job) -> bool {
 type Earlier = Option<Option<Reused>>;
 
 /// Collective: the analyses of the job itself, sweeps apart. The models of earlier runs are that of `--reuse` and that of a run that is continued. `bodies` and `model` are filled as soon as they are made.
-#[allow(clippy::too_many_arguments)]
 fn itself(
-    petsc: &Petsc,
-    job: &Job,
-    options: &RunOptions,
+    run: &mut Run,
     stop: Option<&Stop>,
     (reused, kept): (Earlier, Earlier),
     bodies: &mut Bodies,
     model: &mut Option<Reduction>,
-    file: &mut ResultFile<'_>,
-    progress: &mut Progress,
-    summary: &mut Summary,
 ) -> Result<()> {
-    let world = petsc.world();
+    let (petsc, world, job, options) = (run.petsc, run.world(), run.job, run.options);
     // With modes and compliance at hand, meshes serve the fields alone, and factors those of steady rolling.
     if reused.is_none() || job.output.fields {
-        *bodies = Bodies::build(world, job, progress, summary)?;
+        *bodies = Bodies::build(world, job, run.progress, &mut run.summary)?;
     }
     let bodies = &*bodies;
     let mut shapes = match (&reused, &options.reuse) {
         (Some(reused), Some(path)) if wants_shapes(job) => {
-            progress.stage("mode shapes of an earlier run");
+            run.progress.stage("mode shapes of an earlier run");
             let none = Reduction::elsewhere();
             let model = reused.as_ref().map_or(&none, |r| &r.reduction);
             reuse::shapes::read(world, &reuse::shapes::file(path), bodies, model).map(Some)
@@ -185,19 +174,19 @@ fn itself(
     };
     let mut solvers = match reused {
         Some(_) if job.analyses.steady.is_none() && !matches!(shapes, Ok(Some(_))) => Vec::new(),
-        _ => bodies.solvers(petsc, job, progress, summary)?,
+        _ => bodies.solvers(petsc, job, run.progress, &mut run.summary)?,
     };
     let mut found = match &reused {
         Some(reused) => {
             if let (Some(reused), Some(_)) = (reused, &job.analyses.modes) {
-                modes::write_reused(&reused.modes, file, summary);
+                modes::write_reused(run, &reused.modes);
             }
             Vec::new()
         }
-        None => modes::run(petsc, job, bodies, &mut solvers, options, file, progress, summary)?,
+        None => modes::run(run, bodies, &mut solvers)?,
     };
     if job.analyses.steady.is_none() && job.output.fields {
-        bodies.write_shapes(file)?;
+        bodies.write_shapes(&mut run.file)?;
     }
     let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) else { return Ok(()) };
     let origin = match (&kept, &reused) {
@@ -207,7 +196,7 @@ fn itself(
     };
     let model = &*model.insert(match kept.or(reused) {
         Some(there) => there.map_or_else(Reduction::elsewhere, |r| r.reduction),
-        None => Reduction::build(world, job, contact, bodies, &found, &mut solvers, progress)?,
+        None => Reduction::build(world, job, contact, bodies, &found, &mut solvers, run.progress)?,
     });
     if options.resume && !found.is_empty() {
         transient::kept::align(world, bodies, &mut found, model)?;
@@ -219,10 +208,10 @@ fn itself(
     // A compliance that is only near the true one is of no use to another run.
     let whole = options.reuse.is_none() && !model.approximate;
     if whole && job.output.reduced && contact.compliance == Compliance::Fe {
-        file.tables(world.on_root(|| tables(model.root()?))?.unwrap_or_default());
+        run.file.tables(world.on_root(|| tables(model.root()?))?.unwrap_or_default());
     }
     if let Some(wanted) = &job.analyses.receptance {
-        receptance::run(world, wanted, contact, model, file, progress, summary)?;
+        receptance::run(run, wanted, contact, model)?;
     }
     let mut spectrum = None;
     if let Some(wanted) = &job.analyses.stability {
@@ -232,10 +221,10 @@ fn itself(
             Err(e) => Err(e),
         };
         let parts = stability::Parts { bodies, modes, model };
-        spectrum = stability::run(petsc, job, wanted, contact, &parts, &mut solvers, options, file, progress, summary)?;
+        spectrum = stability::run(run, wanted, contact, &parts, &mut solvers)?;
     }
     if let Some(wanted) = &job.analyses.steady {
-        steady::run(world, job, wanted, contact, bodies, model, &mut solvers, file, progress, summary)?;
+        steady::run(run, wanted, contact, bodies, model, &mut solvers)?;
     }
     if let (Some(wanted), Some(stop)) = (&job.analyses.transient, stop) {
         let eigenpairs = spectrum.as_ref().map_or(&[][..], |s| &s.eigenpairs);
@@ -245,7 +234,7 @@ fn itself(
         };
         let (modes, keep) = (&found, &keep.unwrap_or_default()[..]);
         let inputs = Inputs { job, wanted, contact, bodies, modes, model, eigenpairs, options, stop, keep };
-        transient::run(world, &inputs, &mut solvers, file, progress, summary)?;
+        transient::run(run, &inputs, &mut solvers)?;
     }
     Ok(())
 }

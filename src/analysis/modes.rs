@@ -2,12 +2,12 @@
 
 use super::bodies::Bodies;
 use super::report::Summary;
-use super::RunOptions;
+use super::run::Run;
 use crate::body::fe::BodyModes;
 use crate::body::modes::{compute, Extent};
 use crate::body::statics::Statics;
 use crate::job::{Job, ModesExtent};
-use crate::output::{companion, write_modes, ResultFile, Table};
+use crate::output::{companion, write_modes, Table};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::Result;
@@ -34,46 +34,36 @@ pub fn compute_all(
 }
 
 /// Collective: modes of every unique body, written for every place; returns those of each of [`Bodies::unique`].
-#[allow(clippy::too_many_arguments)]
-pub fn run(
-    petsc: &Petsc,
-    job: &Job,
-    bodies: &Bodies,
-    solvers: &mut [Statics],
-    options: &RunOptions,
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<Vec<BodyModes>> {
-    let world = petsc.world();
-    let all = compute_all(petsc, job, bodies, solvers, progress)?;
+pub fn run(run: &mut Run, bodies: &Bodies, solvers: &mut [Statics]) -> Result<Vec<BodyModes>> {
+    let world = run.world();
+    let all = compute_all(run.petsc, run.job, bodies, solvers, run.progress)?;
     for (index, (body, modes)) in bodies.unique.iter().zip(&all).enumerate() {
         let frequency = modes.frequency();
         for place in bodies.places.iter().filter(|p| p.body == index) {
-            file.tables(tables(place.name, &frequency, &modes.residual));
+            run.file.tables(tables(place.name, &frequency, &modes.residual));
         }
-        summarise(&body.name, &frequency, summary);
+        summarise(&body.name, &frequency, &mut run.summary);
     }
-    if job.output.fields && !all.is_empty() {
-        progress.stage("writing mode shapes");
+    if run.job.output.fields && !all.is_empty() {
+        run.progress.stage("writing mode shapes");
         let frequencies: Vec<Vec<f64>> = bodies.places.iter().map(|p| all[p.body].frequency()).collect();
-        let path = companion(&options.output, "free_modes.vtkhdf");
-        let shapes = write_modes(world, &path, options.force, &bodies.parts(), &frequencies, |b, k| {
+        let path = companion(&run.options.output, "free_modes.vtkhdf");
+        let shapes = write_modes(world, &path, run.options.force, &bodies.parts(), &frequencies, |b, k| {
             let body = bodies.places[b].body;
             Ok(bodies.unique[body].at_nodes(world, &all[body].vectors[k]).into_flattened())
         })?;
-        file.attach(shapes)?;
+        run.file.attach(shapes)?;
     }
     Ok(all)
 }
 
 /// On rank 0: the tables of modes (frequencies in Hz, residuals) that come from an earlier run, for the lower and the upper body.
-pub fn write_reused(modes: &[(Vec<f64>, Vec<f64>); 2], file: &mut ResultFile, summary: &mut Summary) {
+pub fn write_reused(run: &mut Run, modes: &[(Vec<f64>, Vec<f64>); 2]) {
     for (name, (frequency, residual)) in ["lower", "upper"].into_iter().zip(modes) {
-        file.tables(tables(name, frequency, residual));
-        summarise(name, frequency, summary);
+        run.file.tables(tables(name, frequency, residual));
+        summarise(name, frequency, &mut run.summary);
     }
-    summary.value("modes and compliance", "from the earlier run; mode shapes are not written");
+    run.summary.value("modes and compliance", "from the earlier run; mode shapes are not written");
 }
 
 fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> [Table; 2] {

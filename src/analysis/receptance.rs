@@ -6,15 +6,13 @@
 
 use super::interface::{creepage, normal_load};
 use super::reduction::Reduction;
-use super::report::Summary;
+use super::run::Run;
 use crate::body::ReducedBody;
 use crate::contact::{FrictionLaw, SteadyProblem, Stencil};
 use crate::grid::Interface;
 use crate::job::{self, Spread};
 use crate::model::ReducedModel;
-use crate::output::{ResultFile, Table};
-use crate::parallel::World;
-use crate::progress::Progress;
+use crate::output::Table;
 use crate::{Error, Result};
 use faer::MatRef;
 use num_complex::Complex;
@@ -22,17 +20,9 @@ use num_complex::Complex;
 const TWO_PI: f64 = 2.0 * std::f64::consts::PI;
 
 /// Collective: receptances of both bodies; tables under `/receptance`.
-pub fn run(
-    world: &World,
-    wanted: &job::Receptance,
-    contact: &job::Contact,
-    model: &Reduction,
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<()> {
-    progress.stage("receptances of the contact point");
-    let found = world.on_root(|| {
+pub fn run(run: &mut Run, wanted: &job::Receptance, contact: &job::Contact, model: &Reduction) -> Result<()> {
+    run.progress.stage("receptances of the contact point");
+    let found = run.world().on_root(|| {
         let model = model.root()?;
         let frequency =
             wanted.frequency.numbers().map_err(|e| Error::Job(format!("analyses.receptance.frequency: {e}")))?;
@@ -49,9 +39,9 @@ pub fn run(
         Ok((tables(&frequency, &share, &[of(0), of(1)]), frequency))
     })?;
     if let Some((tables, frequency)) = found {
-        file.tables(tables);
+        run.file.tables(tables);
         let (first, last) = (frequency.first().copied().unwrap_or(0.0), frequency.last().copied().unwrap_or(0.0));
-        summary.line(format!("receptances at {} frequencies, {first} to {last} Hz", frequency.len()));
+        run.summary.line(format!("receptances at {} frequencies, {first} to {last} Hz", frequency.len()));
     }
     Ok(())
 }

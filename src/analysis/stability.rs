@@ -4,18 +4,16 @@ use super::bodies::Bodies;
 use super::interface::{creepage, friction, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
-use super::RunOptions;
+use super::run::Run;
 use super::{complex_modes, full_stability};
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 use crate::contact::{SlidingContact, Stencil};
 use crate::grid::Interface;
-use crate::job::{self, Direction, Job};
+use crate::job::{self, Direction};
 use crate::model::ModalPair;
-use crate::output::{ResultFile, Table};
-use crate::petsc::Petsc;
-use crate::progress::Progress;
+use crate::output::Table;
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::{frequency_reach, spectrum, Spectrum};
@@ -23,22 +21,16 @@ use crate::{Error, Result};
 use num_complex::Complex;
 
 /// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.
-#[allow(clippy::too_many_arguments)]
 pub(super) fn run(
-    petsc: &Petsc,
-    job: &Job,
+    run: &mut Run,
     stability: &job::Stability,
     contact: &job::Contact,
     parts: &Parts,
     solvers: &mut [Statics],
-    options: &RunOptions,
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
 ) -> Result<Option<Spectrum>> {
-    let world = petsc.world();
+    let world = run.world();
     let Parts { bodies, modes, model } = parts;
-    progress.stage("stability of steady sliding");
+    run.progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let root = model.root()?;
         analyse(stability, contact, &root.interface, &root.pair)
@@ -47,33 +39,33 @@ pub(super) fn run(
         Some(wanted) => {
             let modes = modes.map_err(Clone::clone)?;
             let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (&f.spectrum, &f.contact, &root.pair));
-            Some(full_stability::run(petsc, job, wanted, bodies, modes, reduced, progress)?)
+            Some(full_stability::run(run, wanted, bodies, modes, reduced)?)
         }
         None => None,
     };
     if let (Some(Found { sliding, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
-        file.tables(tables(spectrum, &root.pair, full.as_ref()));
-        file.tables(sliding_tables(sliding));
-        summarise(spectrum, &root.pair, summary);
+        run.file.tables(tables(spectrum, &root.pair, full.as_ref()));
+        run.file.tables(sliding_tables(sliding));
+        summarise(spectrum, &root.pair, &mut run.summary);
         if sliding.reversed > 0 {
             let (reversed, closed) = (sliding.reversed, sliding.closed.len());
             let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
-            summary.value("nodes that would stick", text);
+            run.summary.value("nodes that would stick", text);
         }
         if let Some(full) = &full {
-            full_stability::summarise(full, summary);
+            full_stability::summarise(full, &mut run.summary);
         }
     }
     match modes {
-        _ if !job.output.fields || stability.shapes == 0 => {}
+        _ if !run.job.output.fields || stability.shapes == 0 => {}
         Ok(modes) => {
-            progress.stage("complex modes");
+            run.progress.stage("complex modes");
             let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
-            complex_modes::run(world, stability, bodies, modes, solvers, reduced, full.as_ref(), options, file)?;
+            complex_modes::run(run, stability, (bodies, modes), solvers, reduced, full.as_ref())?;
         }
-        Err(e) => {
-            summary.value("complex modes", format!("not written, for want of the mode shapes of the earlier run: {e}"))
-        }
+        Err(e) => run
+            .summary
+            .value("complex modes", format!("not written, for want of the mode shapes of the earlier run: {e}")),
     }
     Ok(found.map(|f| f.spectrum))
 }

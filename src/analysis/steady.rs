@@ -5,57 +5,53 @@ use super::deferred;
 use super::interface::{creepage, friction, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
+use super::run::Run;
 use crate::body::statics::Statics;
 use crate::contact::{SteadyProblem, SteadySolution, Stencil};
 use crate::fem::stress;
 use crate::grid::Interface;
-use crate::job::{self, Compliance, Job};
+use crate::job::{self, Compliance};
 use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
-use crate::progress::Progress;
 use crate::{Error, Result};
 use faer::Mat;
 
 /// Collective: the steady state, its tables and, with finite elements, its fields on the bodies.
-#[allow(clippy::too_many_arguments)]
 pub fn run(
-    world: &World,
-    job: &Job,
+    run: &mut Run,
     steady: &job::Steady,
     contact: &job::Contact,
     bodies: &Bodies,
     model: &Reduction,
     solvers: &mut [Statics],
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
 ) -> Result<()> {
-    progress.stage("steady rolling");
+    let world = run.world();
+    run.progress.stage("steady rolling");
     let interface = model.on_root().map(|r| &r.interface);
     let problem = model.on_root().map(|r| problem(&r.interface, &r.pair.compliance, steady, contact));
     // Displacements of the bodies where the solution needed them.
     let mut displacements = None;
     let solution = if model.approximate {
-        let found = deferred::solve(world, problem.as_ref(), steady.tolerance, bodies, solvers, progress, summary)?;
+        let found = deferred::solve(run, problem.as_ref(), steady.tolerance, bodies, solvers)?;
         displacements = Some(found.displacements);
         found.solution
     } else {
         world.on_root(|| problem.ok_or_else(|| Error::Defect("no contact on rank 0".into()))?.solve())?
     };
     if let (Some(s), Some(solution)) = (interface, &solution) {
-        file.tables(tables(s, solution));
-        summarise(contact, solution, summary);
+        run.file.tables(tables(s, solution));
+        summarise(contact, solution, &mut run.summary);
     }
-    if contact.compliance == Compliance::Fe && job.output.fields {
-        progress.stage("fields in the bodies");
+    if contact.compliance == Compliance::Fe && run.job.output.fields {
+        run.progress.stage("fields in the bodies");
         let solved = interface.zip(solution.as_ref());
         let displacements = match displacements {
             Some(found) => found,
             None => loaded(world, bodies, solvers, solved)?,
         };
-        fields(world, bodies, &displacements, solved, file)?;
-    } else if job.output.fields {
-        bodies.write_shapes(file)?;
+        fields(world, bodies, &displacements, solved, &mut run.file)?;
+    } else if run.job.output.fields {
+        bodies.write_shapes(&mut run.file)?;
     }
     Ok(())
 }

@@ -26,6 +26,6 @@ pub use provenance::{sha256, utc_now, Provenance};
 pub use read::Reader;
 pub use result::{companion, ResultFile};
 pub use segments::Segments;
-pub use sequence::SequenceFile;
+pub use sequence::{Sequence, SequenceFile};
 pub use table::Table;
 pub use values::Values;

@@ -1,7 +1,7 @@
 //! Mode shapes as a sequence: one step for each mode, so that ParaView steps through them.
 
 use super::fields::{BodyPart, FieldSpec, Kind};
-use super::sequence::SequenceFile;
+use super::sequence::{Sequence, SequenceFile};
 use super::table::Table;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -35,8 +35,9 @@ pub fn write_modes<'w>(
     ];
     let text = "Free-interface mode, mass-normalised: displacement for a unit modal coordinate.";
     let spec = FieldSpec::new("shape", "kg^-1/2", text, Kind::Vector);
-    let what = ("1", "Number of the step; /modes/frequency, /modes/body and /modes/number say which mode it is.");
-    let mut file = SequenceFile::create(world, path, overwrite, bodies, vec![spec], &steps, what, &tables)?;
+    let description = "Number of the step; /modes/frequency, /modes/body and /modes/number say which mode it is.";
+    let sequence = Sequence { fields: vec![spec], values: &steps, units: "1", description, tables: &tables };
+    let mut file = SequenceFile::create(world, path, overwrite, bodies, sequence)?;
     let mut still: Vec<Vec<f64>> = bodies.iter().map(|b| vec![0.0; 3 * b.part.node_ids.len()]).collect();
     for (step, &(b, k)) in modes.iter().enumerate() {
         let moving = world.agree(shape(b, k))?;

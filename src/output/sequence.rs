@@ -20,21 +20,30 @@ pub struct SequenceFile<'w> {
     steps: usize,
 }
 
+/// What a sequence holds.
+pub struct Sequence<'a> {
+    /// The fields that every step has.
+    pub fields: Vec<FieldSpec>,
+    /// The value of each step (what ParaView calls time), ascending.
+    pub values: &'a [f64],
+    /// Unit of the values.
+    pub units: &'a str,
+    /// What the values are.
+    pub description: &'a str,
+    /// Further datasets, from rank 0.
+    pub tables: &'a [Table],
+}
+
 impl<'w> SequenceFile<'w> {
-    /// Collective: makes the file with the geometry. `values` is the value of each step (what ParaView calls time),
-    /// ascending; `units` and `description` say what it is. `specs` are the fields that every step has; `tables` are
-    /// further datasets, from rank 0.
-    #[allow(clippy::too_many_arguments)]
+    /// Collective: makes the file with the geometry of the `bodies`.
     pub fn create(
         world: &'w World,
         path: &Path,
         overwrite: bool,
         bodies: &[BodyPart],
-        specs: Vec<FieldSpec>,
-        values: &[f64],
-        (units, description): (&str, &str),
-        tables: &[Table],
+        sequence: Sequence<'_>,
     ) -> Result<Self> {
+        let Sequence { fields: specs, values, units, description, tables } = sequence;
         check_target(world, path, overwrite)?;
         let piece = Piece::new(world, bodies);
         let steps = values.len();

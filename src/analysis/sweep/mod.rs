@@ -7,10 +7,10 @@ use super::bodies::Bodies;
 use super::matrices::{self, MatrixModel};
 use super::reduction::{fe_inputs, Reduction};
 use super::report::Summary;
+use super::run::Run;
 use super::{modes, stability};
 use crate::job::{Job, SweepPlan};
 use crate::model::{damping, SharedModel};
-use crate::output::ResultFile;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -32,18 +32,8 @@ pub fn goes_on(error: &Error) -> bool {
 
 /// Collective: every point of `plan`, tables under `/sweep`. `base` is the model of `job`, if it could be made; `own` is what went wrong at
 /// the job's own point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
-#[allow(clippy::too_many_arguments)]
-pub fn run(
-    petsc: &Petsc,
-    job: &Job,
-    plan: &SweepPlan,
-    base: Option<Base>,
-    own: Option<&Error>,
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<()> {
-    let world = petsc.world();
+pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base>, own: Option<&Error>) -> Result<()> {
+    let (world, job) = (run.world(), run.job);
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
     let groups = groups(&plan.points);
     for (number, (inputs, members)) in groups.iter().enumerate() {
@@ -53,8 +43,8 @@ pub fn run(
                 Base::Matrices(model) => Model::Matrices((*model).clone()),
             }
         } else {
-            progress.note(format!("bodies {} of {}", number + 1, groups.len()));
-            match build(petsc, &plan.points[members[0]], progress) {
+            run.progress.note(format!("bodies {} of {}", number + 1, groups.len()));
+            match build(run.petsc, &plan.points[members[0]], run.progress) {
                 Ok(model) => model,
                 Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
                 Err(e) => {
@@ -63,12 +53,12 @@ pub fn run(
                 }
             }
         };
-        progress.stage("points of the sweep");
+        run.progress.stage("points of the sweep");
         let mut mine = Packed::default();
         let mut model = model;
         for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size) {
             mine.push(i, &model.solve(&plan.points[i]).unwrap_or_else(|e| Outcome::failed(&e)));
-            progress.step("points", (done + world.size).min(members.len()), members.len());
+            run.progress.step("points", (done + world.size).min(members.len()), members.len());
         }
         let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
         world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
@@ -78,14 +68,14 @@ pub fn run(
             .into_iter()
             .map(|r| r.ok_or_else(|| Error::Defect("a point of the sweep was not computed".into())))
             .collect::<Result<_>>()?;
-        file.tables(tables(plan, &all, own));
+        run.file.tables(tables(plan, &all, own));
         if let Some(e) = own {
             let text =
                 format!("the job's own point failed, those of the sweep were computed and are in the results: {e}");
-            summary.fail(Error::NotConverged(text));
+            run.summary.fail(Error::NotConverged(text));
         }
         let kind = if job.by_matrices() { "reduced" } else { "finite-element" };
-        summarise(plan, &all, groups.len(), kind, summary);
+        summarise(plan, &all, groups.len(), kind, &mut run.summary);
         Ok(())
     })?;
     Ok(())

@@ -3,11 +3,11 @@
 
 use super::Inputs;
 use crate::analysis::bodies::Place;
+use crate::analysis::run::Run;
 use crate::body::statics::Statics;
 use crate::body::ReducedBody;
-use crate::output::{companion, FieldSpec, Kind, Reader, ResultFile, Segments, SequenceFile};
+use crate::output::{companion, FieldSpec, Kind, Reader, Segments, Sequence, SequenceFile};
 use crate::parallel::World;
-use crate::progress::Progress;
 use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -52,14 +52,8 @@ impl Kept {
 
 /// Collective: writes `FILE.transient.vtkhdf` with one static solve for each body and time. In memory are the modes and some times, whatever
 /// the number of steps.
-pub fn write(
-    world: &World,
-    inputs: &Inputs<'_>,
-    solvers: &mut [Statics],
-    segments: &Segments,
-    file: &mut ResultFile<'_>,
-    progress: &mut Progress,
-) -> Result<()> {
+pub fn write(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics], segments: &Segments) -> Result<()> {
+    let world = run.world();
     let parts = inputs.bodies.parts();
     let found = world.on_root(|| {
         let (mut times, files) = (Vec::new(), segments.files()?);
@@ -78,9 +72,9 @@ pub fn write(
     }
     let text = "Displacement from the unloaded body, in the frame of the contact point: the modes kept and, statically, the others.";
     let spec = FieldSpec::new("displacement", "m", text, Kind::Vector);
-    let path = companion(&inputs.options.output, "transient.vtkhdf");
-    let force = inputs.options.force || inputs.options.resume;
-    let mut sequence = SequenceFile::create(world, &path, force, &parts, vec![spec], &times, ("s", "Time."), &[])?;
+    let path = companion(&run.options.output, "transient.vtkhdf");
+    let frames = Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[] };
+    let mut sequence = SequenceFile::create(world, &path, run.replaces(), &parts, frames)?;
     let mut kept = Kept { files: files.into_iter(), waiting: VecDeque::new() };
     for first in (0..times.len()).step_by(TOGETHER) {
         let count = TOGETHER.min(times.len() - first);
@@ -95,9 +89,9 @@ pub fn write(
             let values: Vec<Vec<f64>> = inputs.bodies.places.iter().zip(&moved).map(at_nodes).collect();
             sequence.step(first + k, &[values.iter().map(Vec::as_slice).collect()])?;
         }
-        progress.step("times", first + count, times.len());
+        run.progress.step("times", first + count, times.len());
     }
-    file.attach(sequence)
+    run.file.attach(sequence)
 }
 
 /// Collective: displacements of the body of each place at `count` times, whose rows rank 0 has, this rank's degrees of freedom, m,

@@ -15,6 +15,7 @@ use super::bodies::Bodies;
 use super::interface::{creepage, friction, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
+use super::run::Run;
 use super::RunOptions;
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
@@ -22,8 +23,7 @@ use crate::contact::sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::{NormalLoad, SteadyProblem, Stencil};
 use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
 use crate::model::{ModalPair, ReducedModel};
-use crate::output::{ResultFile, Segments, Table};
-use crate::parallel::World;
+use crate::output::{Segments, Table};
 use crate::progress::Progress;
 use crate::stability::reduced::Eigenpair;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
@@ -62,14 +62,8 @@ pub struct Inputs<'a> {
 }
 
 /// Collective: the transient; its results become part of `file`. `solvers` are those of `Bodies::unique`, where there are any.
-pub fn run(
-    world: &World,
-    inputs: &Inputs<'_>,
-    solvers: &mut [Statics],
-    file: &mut ResultFile,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<()> {
+pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Result<()> {
+    let world = run.world();
     let wanted = inputs.wanted;
     if wanted.body_stride > 0 && inputs.modes.is_empty() {
         return Err(Error::Job(
@@ -86,23 +80,24 @@ pub fn run(
         points.solve(world, inputs.bodies, inputs.modes, inputs.model, solvers)?;
     }
     let sound = match &wanted.sound_power {
-        Some(power) => Some(Sound::new(world, inputs, power, &segments, progress)?),
+        Some(power) => Some(Sound::new(world, inputs, power, &segments, run.progress)?),
         None => None,
     };
-    progress.stage("transient");
+    run.progress.stage("transient");
     if world.is_root() {
-        report_damping(wanted, inputs.eigenpairs, progress, summary);
+        report_damping(wanted, inputs.eigenpairs, run.progress, &mut run.summary);
     }
     let wish = || inputs.stop.signalled();
-    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound.as_ref(), &segments, elsewhere, progress);
+    let work =
+        |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound.as_ref(), &segments, elsewhere, run.progress);
     let done = world.on_root_heeding(wish, work)?;
     if let Some((effort, steps, seconds)) = &done {
         let pair = &inputs.model.root()?.pair;
         let per = |n: usize| n as f64 / (*steps).max(1) as f64;
-        summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
+        run.summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
         if *steps > 0 {
-            summary.value("time of a step", format!("{:.3} ms", 1e3 * seconds / *steps as f64));
-            summary.value(
+            run.summary.value("time of a step", format!("{:.3} ms", 1e3 * seconds / *steps as f64));
+            run.summary.value(
                 "of a step",
                 format!(
                     "{:.2} iterations, {:.2} products, {:.2} solutions, {:.4} factorisations, {:.4} sweeps",
@@ -114,17 +109,17 @@ pub fn run(
                 ),
             );
         }
-        file.tables(points.tables());
-        file.tables(inputs.model.root().map(|m| grid_tables(m, pair))?);
-        file.append(segments.clone(), "/transient");
+        run.file.tables(points.tables());
+        run.file.tables(inputs.model.root().map(|m| grid_tables(m, pair))?);
+        run.file.append(segments.clone(), "/transient");
     }
     if let Some(sound) = &sound {
-        progress.stage("sound power");
-        sound.write(world, inputs, &segments, file, summary)?;
+        run.progress.stage("sound power");
+        sound.write(run, inputs, &segments)?;
     }
     if wanted.body_stride > 0 {
-        progress.stage("motion of the bodies");
-        fields::write(world, inputs, solvers, &segments, file, progress)?;
+        run.progress.stage("motion of the bodies");
+        fields::write(run, inputs, solvers, &segments)?;
     }
     Ok(())
 }

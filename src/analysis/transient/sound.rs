@@ -1,10 +1,10 @@
 //! Sound power of the bodies, from the modal amplitudes that the segments keep.
 
 use super::Inputs;
-use crate::analysis::report::Summary;
+use crate::analysis::run::Run;
 use crate::body::surface;
 use crate::job::{self, BodyName, SoundPower};
-use crate::output::{Reader, ResultFile, Segments, Table};
+use crate::output::{Reader, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::sound::bands::resolving_time;
@@ -195,14 +195,8 @@ impl<'a> Sound<'a> {
     }
 
     /// Collective: spectra and what follows from them.
-    pub fn write(
-        &self,
-        world: &World,
-        inputs: &Inputs<'_>,
-        segments: &Segments,
-        file: &mut ResultFile<'_>,
-        summary: &mut Summary,
-    ) -> Result<()> {
+    pub fn write(&self, run: &mut Run, inputs: &Inputs<'_>, segments: &Segments) -> Result<()> {
+        let world = run.world();
         let mut radiation: BTreeMap<usize, Radiation> = BTreeMap::new();
         let mut parts = Vec::new();
         let mut first = 0;
@@ -234,7 +228,7 @@ impl<'a> Sound<'a> {
                 let [linear, weighted] = found.total();
                 let loudest =
                     (0..found.centre.len()).max_by(|&a, &b| found.weighted()[a].total_cmp(&found.weighted()[b]));
-                summary.value(
+                run.summary.value(
                     &format!("sound power of {place}"),
                     format!(
                         "{weighted:.1} dB(A), {linear:.1} dB re 1 pW; most in the third octave of {} Hz",
@@ -244,7 +238,7 @@ impl<'a> Sound<'a> {
             }
             Ok(tables)
         })?;
-        file.tables(tables.unwrap_or_default());
+        run.file.tables(tables.unwrap_or_default());
         Ok(())
     }
 

@@ -1,0 +1,37 @@
+//! What every analysis of a run works with.
+
+use super::report::Summary;
+use super::RunOptions;
+use crate::job::Job;
+use crate::output::ResultFile;
+use crate::parallel::World;
+use crate::petsc::session::Petsc;
+use crate::progress::Progress;
+
+/// A run of a job: its input, the libraries it may call, and where results and reports go.
+pub struct Run<'r> {
+    /// PETSc and the ranks.
+    pub petsc: &'r Petsc<'r>,
+    /// The resolved job.
+    pub job: &'r Job,
+    /// What the command line adds to it.
+    pub options: &'r RunOptions,
+    /// The result file.
+    pub file: ResultFile<'r>,
+    /// Stages, steps and remarks, on stderr.
+    pub progress: &'r mut Progress,
+    /// What the run says at its end, on stdout.
+    pub summary: Summary,
+}
+
+impl<'r> Run<'r> {
+    /// The ranks.
+    pub fn world(&self) -> &'r World {
+        self.petsc.world()
+    }
+
+    /// Whether files beside the result file are replaced where they exist: with `--force`, and by a run that is continued.
+    pub fn replaces(&self) -> bool {
+        self.options.force || self.options.resume
+    }
+}
