@@ -9,7 +9,7 @@ use crate::job;
 use crate::model::{self, ModalPair};
 use crate::parallel::World;
 use crate::stability::full::cover::{partners, Wedge};
-use crate::stability::full::{spectrum, Damping, FullOptions, FullPair, FullResult, FullSpectrum, Place};
+use crate::stability::full::{spectrum, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Place};
 use crate::stability::reduced::shares as shares_of;
 use crate::stability::Spectrum;
 use crate::{Error, Result};
@@ -55,7 +55,8 @@ pub fn run(
         count: wanted.count as usize,
         tolerance: wanted.tolerance,
     };
-    let mut spectrum = spectrum(run.petsc, &bodies.unique, modes, &places, &contact, &guide, &options, run.progress)?;
+    let system = FullBodies { bodies: &bodies.unique, modes, places: &places };
+    let mut spectrum = spectrum(run.petsc, system, &contact, &guide, &options, run.progress)?;
     let paired = world.on_root(|| {
         let full: Vec<C> = spectrum.pairs.iter().map(|p| p.value).collect();
         let reduced: Vec<C> = reduced.map(|r| r.0.eigenpairs.iter().map(|p| p.value).collect()).unwrap_or_default();

@@ -16,7 +16,7 @@ use railsqueal::petsc::Petsc;
 use railsqueal::progress::Progress;
 use railsqueal::stability::full::cover::{partners, Wedge};
 use railsqueal::stability::full::system::System;
-use railsqueal::stability::full::{spectrum, Coupling, Damping, FullOptions, FullSpectrum, Place};
+use railsqueal::stability::full::{spectrum, Coupling, Damping, FullBodies, FullOptions, FullSpectrum, Place};
 use std::f64::consts::PI;
 
 type C = Complex<f64>;
@@ -201,7 +201,7 @@ fn both(
     let count = places.iter().map(|p| p.modal.len()).max().unwrap_or(0);
     let modes: Vec<BodyModes> = bodies.iter().map(|b| shared_modes(world, b, count)).collect();
     let modes = if count > 0 { &modes[..] } else { &[] };
-    let found = spectrum(&petsc, bodies, modes, places, s, &exact, &options, &mut Progress::new(false));
+    let found = spectrum(&petsc, FullBodies { bodies, modes, places }, s, &exact, &options, &mut Progress::new(false));
     (found, exact, matrices)
 }
 

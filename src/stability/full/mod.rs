@@ -87,15 +87,22 @@ pub struct FullResult {
     pub partners: Vec<Option<usize>>,
 }
 
-/// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `places` are the lower and the upper body. `modes` are the free modes of
-/// each of `bodies`, whose frequencies the shifts avoid, or none. `reduced` are the eigenvalues of the reduced model (both of each conjugate pair), which
-/// say where to look.
-#[allow(clippy::too_many_arguments)]
+/// The bodies of the full system.
+#[derive(Clone, Copy)]
+pub struct FullBodies<'a, 'b> {
+    /// The bodies that differ.
+    pub bodies: &'a [FeBody],
+    /// Free modes of each of them, whose frequencies the shifts avoid, or none.
+    pub modes: &'b [BodyModes],
+    /// The lower and the upper body.
+    pub places: &'b [Place; 2],
+}
+
+/// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `reduced` are the eigenvalues of the reduced model (both of each
+/// conjugate pair), which say where to look.
 pub fn spectrum<'a>(
     petsc: &'a Petsc<'a>,
-    bodies: &'a [FeBody],
-    modes: &[BodyModes],
-    places: &[Place; 2],
+    FullBodies { bodies, modes, places }: FullBodies<'a, '_>,
     contact: &SlidingContact,
     reduced: &[C],
     options: &FullOptions,
