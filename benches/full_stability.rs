@@ -113,7 +113,7 @@ fn bodies(world: &World, size: f64) -> (Vec<FeBody>, Option<Interface>) {
         gap.push(grid.z.iter().map(|z| -z).collect::<Vec<f64>>());
         axes = Some((grid.x.clone(), grid.y.clone()));
         let fixed = ["inner".to_owned()];
-        FeBody::new(world, name, world.is_root().then_some(&mesh), world.is_root().then_some(grid), STEEL, &fixed)
+        FeBody::new(world, name, world.is_root().then_some(&mesh), world.is_root().then_some(&grid), STEEL, &fixed)
             .unwrap()
     });
     let (x, y) = axes.expect("a contact grid");
@@ -153,7 +153,7 @@ const MATRIX: i32 = 1211216;
 type Row = Vec<(u32, f64)>;
 
 fn export(world: &World, path: &str, bodies: &[FeBody], s: &SlidingContact) -> std::io::Result<()> {
-    let rows = [0, 1].map(|b| bodies[b].contact_rows(world).unwrap());
+    let rows = [0, 1].map(|b| bodies[b].trace.dofs());
     let sizes = [0, 1].map(|b: usize| bodies[b].dofs.total() as u32);
     let (n, k) = ((sizes[0] + sizes[1]) as usize, s.nodes.len());
     let first = [0, sizes[0]];

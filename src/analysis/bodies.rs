@@ -3,6 +3,7 @@
 use super::report::Summary;
 use crate::body::fe::FeBody;
 use crate::body::statics::Statics;
+use crate::body::Side;
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
 use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
@@ -18,8 +19,8 @@ use crate::Result;
 pub struct Place {
     /// "lower" or "upper", as in the job and the results.
     pub name: &'static str,
-    /// True for body 2.
-    pub upper: bool,
+    /// Where it is.
+    pub side: Side,
     /// Index in [`Bodies::unique`].
     pub body: usize,
     /// Contact grid of the body's mesh, on rank 0.
@@ -28,15 +29,6 @@ pub struct Place {
     pub material: Material,
     /// Checksum of the mesh, on rank 0.
     checksum: String,
-}
-
-impl Place {
-    /// Reactions (tx, ty, p) of the contact, N, `[3n]`, as forces on the contact rows (x, y, n) of the body here: the traction acts
-    /// on the upper body with the opposite sign, the pressure into either. In the same way displacements of the contact rows become
-    /// the body's part of (w_x, w_y, change of gap).
-    pub fn forces(&self, reactions: &[f64]) -> Vec<f64> {
-        reactions.iter().enumerate().map(|(k, r)| if self.upper && k % 3 < 2 { -r } else { *r }).collect()
-    }
 }
 
 /// The bodies of a job.
@@ -77,7 +69,7 @@ impl Bodies {
             let mine = meshed.as_ref().map(|m| &m[i]);
             places.push(Place {
                 name,
-                upper: *name == "upper",
+                side: Side::named(name).unwrap_or(Side::Lower),
                 body: if same { 0 } else { i },
                 grid: mine.and_then(|m| m.grid.clone()),
                 material: material_of(body)?,
@@ -95,7 +87,7 @@ impl Bodies {
                 continue;
             }
             let mine = meshed.as_ref().map(|m| &m[i]);
-            let grid = mine.and_then(|m| m.grid.clone());
+            let grid = mine.and_then(|m| m.grid.as_ref()).filter(|_| !job.analyses.on_contact().is_empty());
             let fe = FeBody::new(world, name, mine.map(|m| &m.mesh), grid, material_of(body)?, &body.fixed)?;
             let volume = assembly::volume(world, &fe.part);
             summary.line(format!(
@@ -137,7 +129,12 @@ impl Bodies {
 
     /// The places' shares of the meshes, for writing.
     pub fn parts(&self) -> Vec<BodyPart<'_>> {
-        self.places.iter().map(|p| BodyPart { part: &self.unique[p.body].part, upper: p.upper }).collect()
+        self.places.iter().map(|p| BodyPart { part: &self.unique[p.body].part, upper: p.side == Side::Upper }).collect()
+    }
+
+    /// On rank 0: the contact grid of the body with this index in [`Bodies::unique`].
+    pub fn grid_of(&self, body: usize) -> Option<&ContactGrid> {
+        self.places.iter().find(|p| p.body == body).and_then(|p| p.grid.as_ref())
     }
 
     /// Collective: writes the meshes alone.

@@ -131,10 +131,9 @@ fn of_reduced(
                 let Some((forces, _, _, model, contact)) = &on_root else { return Vec::new() };
                 let mut all = vec![0.0; model.modes.nrows()];
                 for (j, f) in forces.iter().enumerate() {
-                    let turned = if place == 1 && j % 3 < 2 { -1.0 } else { 1.0 };
-                    all[3 * contact.nodes[j / 3] + j % 3] = turned * of(f);
+                    all[3 * contact.nodes[j / 3] + j % 3] = of(f);
                 }
-                all
+                bodies.places[place].side.turned(&all)
             };
             let re = body.response(world, &mut solvers[index], &part(|f| f.re))?;
             let im = body.response(world, &mut solvers[index], &part(|f| f.im))?;
@@ -184,10 +183,10 @@ fn energy(world: &World, bodies: &Bodies, nodes: &[u64], shape: &Shape) -> Resul
         let body = fe(bodies, place);
         let (m, k) = forms(world, body, &shape.motion[place]);
         sizes[place] = square * m + k;
-        let u = body.at_contact(world, &shape.motion[place])?;
+        let u = body.trace.everywhere(world, &shape.motion[place]);
         for (i, &node) in nodes.iter().enumerate() {
             for c in 0..3 {
-                let turned = if place == 1 && c < 2 { -1.0 } else { 1.0 };
+                let turned = bodies.places[place].side.sign(c);
                 let v = u[3 * node as usize + c];
                 contact[place][usize::from(c < 2)] += v.norm_sqr();
                 work += turned * v.conj() * shape.forces[3 * i + c];

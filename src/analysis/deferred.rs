@@ -6,6 +6,7 @@ use crate::body::fe::FeBody;
 use crate::body::statics::Statics;
 use crate::contact::kernel;
 use crate::contact::{DeferredSteady, SteadyProblem, SteadySolution};
+use crate::grid::ContactGrid;
 use crate::parallel::World;
 use crate::{Error, Result};
 
@@ -81,25 +82,21 @@ fn held<'a, 'p>(deferred: &'a mut Option<DeferredSteady<'p>>) -> Result<&'a mut 
 }
 
 /// Collective: displacement of the contact rows (x, y, n), m/N, `[3][3n]` on rank 0, under unit forces (x, y, n) on the middle node
-/// of the contact grid.
-pub fn probe(world: &World, body: &FeBody, solver: &mut Statics) -> Result<[Vec<f64>; 3]> {
+/// of the contact `grid`, which rank 0 has.
+pub fn probe(world: &World, body: &FeBody, grid: Option<&ContactGrid>, solver: &mut Statics) -> Result<[Vec<f64>; 3]> {
     let mut loads = Vec::new();
     for k in 0..3 {
-        let force = body.grid.as_ref().map_or(Vec::new(), |g| {
+        let force = grid.map_or(Vec::new(), |g| {
             let mut force = vec![0.0; 3 * g.nodes.len()];
             force[3 * kernel::middle(&g.x, &g.y) + k] = 1.0;
             force
         });
-        loads.extend(body.load(world, &force)?);
+        loads.extend(body.load(world, &force));
     }
     let mut u = vec![0.0; loads.len()];
     solver.improve(&mut u, &loads, 3, FIRST)?;
     let owned = body.dofs.owned();
-    let mut columns = [Vec::new(), Vec::new(), Vec::new()];
-    for (k, column) in columns.iter_mut().enumerate() {
-        *column = body.contact_displacement(world, &u[k * owned..(k + 1) * owned])?;
-    }
-    Ok(columns)
+    Ok([0, 1, 2].map(|k| body.trace.at(world, &u[k * owned..(k + 1) * owned])))
 }
 
 /// Collective: (w_x, w_y, change of gap) of the contact nodes, m, `[3n]` on rank 0, under the reactions (N, `[3n]` on rank 0).
@@ -117,14 +114,14 @@ fn displaced(
         let places: Vec<usize> = (0..bodies.places.len()).filter(|&k| bodies.places[k].body == index).collect();
         let (mut loads, mut solutions) = (Vec::new(), Vec::new());
         for &k in &places {
-            loads.extend(body.load(world, &bodies.places[k].forces(reactions))?);
+            loads.extend(body.load(world, &bodies.places[k].side.turned(reactions)));
             solutions.append(&mut u[k]);
         }
         solvers[index].improve(&mut solutions, &loads, places.len(), accuracy)?;
         let owned = body.dofs.owned();
         for (j, &k) in places.iter().enumerate() {
             u[k] = solutions[j * owned..(j + 1) * owned].to_vec();
-            let part = bodies.places[k].forces(&body.contact_displacement(world, &u[k])?);
+            let part = bodies.places[k].side.turned(&body.trace.at(world, &u[k]));
             product.iter_mut().zip(part).for_each(|(w, d)| *w += d);
         }
     }

@@ -40,14 +40,14 @@ impl Reduction {
         let mut probed = Vec::new();
         if approximate {
             for (body, solver) in bodies.unique.iter().zip(solvers) {
-                probed.push(deferred::probe(world, body, solver)?);
+                probed.push(deferred::probe(world, body, bodies.grid_of(probed.len()), solver)?);
             }
         } else if contact.compliance == Compliance::Fe {
             for (i, (body, solver)) in bodies.unique.iter().zip(solvers).enumerate() {
                 let step = &mut |done, of| progress.step("contact rows", done, of);
                 let compliance = body.compliance(world, solver, step)?;
                 let shapes = match modes.get(i) {
-                    Some(modes) => body.contact_modes(world, modes)?,
+                    Some(modes) => body.contact_modes(world, modes),
                     None => compliance.as_ref().map(|c| Mat::zeros(c.nrows(), 0)),
                 };
                 let omega = modes.get(i).map(|m| m.omega.clone()).unwrap_or_default();

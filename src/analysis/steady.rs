@@ -84,7 +84,7 @@ fn loaded(
     });
     let of = |place: &Place| {
         let body = &bodies.unique[place.body];
-        body.response(world, &mut solvers[place.body], &place.forces(&reactions))
+        body.response(world, &mut solvers[place.body], &place.side.turned(&reactions))
     };
     bodies.places.iter().map(of).collect()
 }

@@ -1,6 +1,7 @@
 //! A finite-element body: its share of the mesh, its matrices, and what contact asks of them.
 
 use super::statics::Statics;
+use super::trace::Trace;
 use crate::fem::assembly::{assemble, Operators};
 use crate::fem::dofs::{DofMap, FIXED};
 use crate::fem::Material;
@@ -11,7 +12,6 @@ use crate::parallel::World;
 use crate::petsc::exchange::Exchange;
 use crate::{Error, Result};
 use faer::Mat;
-use num_complex::Complex;
 
 /// A body of finite elements, distributed over the ranks, in lower form.
 pub struct FeBody {
@@ -25,8 +25,8 @@ pub struct FeBody {
     pub material: Material,
     /// Stiffness and mass.
     pub operators: Operators,
-    /// Contact grid, on rank 0 of a body that has a contact surface.
-    pub grid: Option<ContactGrid>,
+    /// Its contact rows; none where it has no contact surface.
+    pub trace: Trace,
     /// True if some node is supported.
     pub supported: bool,
     ghosts: Exchange,
@@ -51,12 +51,13 @@ impl BodyModes {
 }
 
 impl FeBody {
-    /// Collective: distributes the mesh that rank 0 holds and assembles the body. `fixed` names the supported groups.
+    /// Collective: distributes the mesh that rank 0 holds, with the contact nodes of a `grid` where there is contact, and assembles the body.
+    /// `fixed` names the supported groups.
     pub fn new(
         world: &World,
         name: &str,
         mesh: Option<&Mesh>,
-        grid: Option<ContactGrid>,
+        grid: Option<&ContactGrid>,
         material: Material,
         fixed: &[String],
     ) -> Result<Self> {
@@ -74,30 +75,9 @@ impl FeBody {
         let node_ghosts = Exchange::new(world, &part.ranges, &part.node_ids);
         let nodes = part.ranges[world.size];
         let supported = dofs.total() < 3 * nodes;
-        Ok(Self { name: name.into(), part, dofs, material, operators, grid, supported, ghosts, node_ghosts })
-    }
-
-    /// On rank 0: degrees of freedom of the contact rows, `[3n]`, interleaved (x, y, z); empty elsewhere.
-    fn contact_dofs(&self) -> Result<Vec<u64>> {
-        let Some(grid) = &self.grid else { return Ok(Vec::new()) };
-        let mut rows = Vec::with_capacity(3 * grid.nodes.len());
-        for &node in &grid.nodes {
-            let first = self.dofs.all[self.part.renumbered[node as usize] as usize];
-            if first == FIXED {
-                return Err(Error::Job(format!(
-                    "bodies.{}.fixed: a support holds node {node} of the contact surface; the groups in `fixed` must not touch the contact patch",
-                    self.name
-                )));
-            }
-            rows.extend([first, first + 1, first + 2]);
-        }
-        Ok(rows)
-    }
-
-    /// Collective: degrees of freedom of the contact rows, `[3n]`, interleaved (x, y, z), on every rank.
-    pub fn contact_rows(&self, world: &World) -> Result<Vec<u64>> {
-        let rows = world.agree(self.contact_dofs())?;
-        Ok(world.broadcast(rows))
+        let first = world.on_root(|| grid.map_or(Ok(Vec::new()), |grid| contact_dofs(name, grid, &part, &dofs)))?;
+        let trace = Trace::of_nodes(world, &dofs.ranges, first.as_deref())?;
+        Ok(Self { name: name.into(), part, dofs, material, operators, trace, supported, ghosts, node_ghosts })
     }
 
     /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
@@ -107,46 +87,20 @@ impl FeBody {
         statics: &mut Statics,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Mat<f64>>> {
-        let rows = self.contact_rows(world)?;
-        let block = statics.inverse_block(&rows, progress)?;
-        Ok(world
-            .is_root()
-            .then(|| Mat::from_fn(block.nrows(), block.ncols(), |i, j| sign(i) * sign(j) * block[(i, j)])))
+        let block = statics.inverse_block(&self.trace.dofs(), progress)?;
+        Ok(world.is_root().then(|| self.trace.enclose(block.as_ref())))
     }
 
     /// Collective: forces on the contact rows (x, y, n), N, `[3n]` on rank 0, as a load on this rank's degrees of freedom.
-    pub fn load(&self, world: &World, forces: &[f64]) -> Result<Vec<f64>> {
-        let rows = self.contact_rows(world)?;
-        let signed = forces.iter().enumerate().map(|(i, f)| sign(i) * f).collect();
-        let signed = world.broadcast(signed);
-        let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
+    pub fn load(&self, world: &World, forces: &[f64]) -> Vec<f64> {
         let mut load = vec![0.0; self.dofs.owned()];
-        for (row, f) in rows.iter().zip(&signed) {
-            if own.contains(row) {
-                load[(row - own.start) as usize] += f;
-            }
-        }
-        Ok(load)
-    }
-
-    /// Collective: a vector of this rank's degrees of freedom at the contact rows (x, y, n), `[3n]` on rank 0, empty elsewhere.
-    pub fn contact_displacement(&self, world: &World, u: &[f64]) -> Result<Vec<f64>> {
-        let rows = self.contact_rows(world)?;
-        let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
-        let mine: Vec<usize> = (0..rows.len()).filter(|&i| own.contains(&rows[i])).collect();
-        let places = world.gather(&mine.iter().map(|&i| i as u64).collect::<Vec<_>>());
-        let values =
-            world.gather(&mine.iter().map(|&i| sign(i) * u[(rows[i] - own.start) as usize]).collect::<Vec<_>>());
-        let mut at = vec![0.0; if world.is_root() { rows.len() } else { 0 }];
-        for (&i, v) in places.iter().zip(values) {
-            at[i as usize] = v;
-        }
-        Ok(at)
+        self.trace.spread(world, forces, &mut load);
+        load
     }
 
     /// Collective: this rank's degrees of freedom, m, under forces on the contact rows (x, y, n), N, `[3n]` on rank 0.
     pub fn response(&self, world: &World, statics: &mut Statics, forces: &[f64]) -> Result<Vec<f64>> {
-        let mut u = self.load(world, forces)?;
+        let mut u = self.load(world, forces);
         statics.solve(&mut u, 1)?;
         Ok(u)
     }
@@ -175,23 +129,8 @@ impl FeBody {
             (0..3).for_each(|c| u[c * owned + first + c] = 1.0);
         }
         statics.solve(&mut u, 3)?;
-        let mut rows: [Vec<f64>; 3] = Default::default();
-        for (c, row) in rows.iter_mut().enumerate() {
-            *row = self.contact_displacement(world, &u[c * owned..(c + 1) * owned])?;
-        }
-        Ok(rows)
-    }
-
-    /// Collective: a complex motion of this rank's degrees of freedom at the contact rows (x, y, n), `[3n]`, on every rank.
-    pub fn at_contact(&self, world: &World, u: &[Complex<f64>]) -> Result<Vec<Complex<f64>>> {
-        let rows = self.contact_rows(world)?;
-        let own = self.dofs.begin()..self.dofs.begin() + self.dofs.owned() as u64;
-        let value = |(i, row): (usize, &u64)| match own.contains(row) {
-            true => sign(i) * u[(row - own.start) as usize],
-            false => Complex::default(),
-        };
-        let mine: Vec<Complex<f64>> = rows.iter().enumerate().map(value).collect();
-        Ok(world.sum_all(&mine))
+        let rows = self.trace.gather(world, 3, |c| &u[c * owned..(c + 1) * owned]);
+        Ok([0, 1, 2].map(|c| rows.as_ref().map_or(Vec::new(), |rows| rows.col(c).iter().copied().collect())))
     }
 
     /// Collective: a vector of this rank's degrees of freedom as values at the local nodes (ghosts included), 0 at supports.
@@ -215,13 +154,8 @@ impl FeBody {
     }
 
     /// Collective: modes at the contact rows (x, y, n), `[3n, modes]` on rank 0, `None` elsewhere.
-    pub fn contact_modes(&self, world: &World, modes: &BodyModes) -> Result<Option<Mat<f64>>> {
-        let rows = world.agree(self.contact_dofs())?;
-        let whole: Vec<Vec<f64>> = modes.vectors.iter().map(|v| world.gather(v)).collect();
-        if !world.is_root() {
-            return Ok(None);
-        }
-        Ok(Some(Mat::from_fn(rows.len(), whole.len(), |i, k| sign(i) * whole[k][rows[i] as usize])))
+    pub fn contact_modes(&self, world: &World, modes: &BodyModes) -> Option<Mat<f64>> {
+        self.trace.gather(world, modes.vectors.len(), |k| &modes.vectors[k])
     }
 
     /// Shift σ, 1/s², of the shift-invert transformation: 0 for a supported body; for a free one negative and small
@@ -247,13 +181,17 @@ impl FeBody {
     }
 }
 
-/// Row n of a contact node points into the body: −z in lower form.
-pub(crate) fn sign(row: usize) -> f64 {
-    if row % 3 == 2 {
-        -1.0
-    } else {
-        1.0
+/// On rank 0: the first degree of freedom of each node of the contact `grid`, `[n]`.
+fn contact_dofs(name: &str, grid: &ContactGrid, part: &MeshPart, dofs: &DofMap) -> Result<Vec<u64>> {
+    let first = |&node: &u32| {
+        match dofs.all[part.renumbered[node as usize] as usize] {
+        FIXED => Err(Error::Job(format!(
+            "bodies.{name}.fixed: a support holds node {node} of the contact surface; the groups in `fixed` must not touch the contact patch"
+        ))),
+        first => Ok(first),
     }
+    };
+    grid.nodes.iter().map(first).collect()
 }
 
 fn columns(part: &MeshPart, dofs: &DofMap) -> Vec<u64> {

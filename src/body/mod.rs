@@ -8,6 +8,9 @@ pub mod modes;
 pub mod residual;
 pub mod statics;
 pub mod surface;
+pub mod trace;
+
+pub use trace::{Side, Trace};
 
 use faer::Mat;
 

@@ -1,7 +1,7 @@
 //! Two bodies on one interface: compliance, residual and modes of both together.
 
 use super::broadcast;
-use crate::body::ReducedBody;
+use crate::body::{ReducedBody, Side};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -45,12 +45,7 @@ impl ModalPair {
             if k < m1 {
                 lower.contact_modes[(i, k)]
             } else {
-                let v = upper.contact_modes[(i, k - m1)];
-                if i % 3 == 2 {
-                    v
-                } else {
-                    -v
-                }
+                Side::Upper.sign(i) * upper.contact_modes[(i, k - m1)]
             }
         });
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
@@ -106,7 +101,6 @@ pub fn combined_compliance(lower: MatRef<'_, f64>, upper: MatRef<'_, f64>) -> Re
         )));
     }
     Ok(Mat::from_fn(lower.nrows(), lower.ncols(), |i, j| {
-        let mixed = (i % 3 == 2) != (j % 3 == 2);
-        lower[(i, j)] + if mixed { -upper[(i, j)] } else { upper[(i, j)] }
+        lower[(i, j)] + Side::Upper.sign(i) * Side::Upper.sign(j) * upper[(i, j)]
     }))
 }

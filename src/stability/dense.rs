@@ -11,6 +11,7 @@ use super::full::{FullPair, FullResult, FullSpectrum};
 use super::Spectrum;
 use crate::body::matrices::{Matrices, Reduced, SignedRow, DENSE};
 use crate::body::matrix_market::Csr;
+use crate::body::Side;
 use crate::contact::SlidingContact;
 use crate::job;
 use crate::model::ModalPair;
@@ -116,12 +117,11 @@ pub fn eigenpairs(
     // Rows of w = u1 − u2 along x and y, and of the change of gap, at each contact.
     let rows = |node: usize| -> [Vec<(usize, f64)>; 3] {
         std::array::from_fn(|c| {
-            let of = |body: Option<&Matrices>, first: usize, sign: f64| -> Option<(usize, f64)> {
+            let of = |(body, (side, first)): (&Option<&Matrices>, (Side, usize))| -> Option<(usize, f64)> {
                 let row: SignedRow = body.and_then(|m| m.contacts.get(node)).and_then(|r| r[c]);
-                row.map(|(dof, s)| (first + dof, sign * s))
+                row.map(|(dof, s)| (first + dof, side.sign(c) * s))
             };
-            let opposite = if c == 2 { 1.0 } else { -1.0 };
-            [of(lower, 0, 1.0), of(upper, sizes[0], opposite)].into_iter().flatten().collect()
+            bodies.iter().zip(Side::BOTH.into_iter().zip([0, sizes[0]])).filter_map(of).collect()
         })
     };
     let k = contact.nodes.len();

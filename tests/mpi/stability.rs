@@ -42,7 +42,7 @@ fn body(world: &World, name: &str, layers: usize, young: f64) -> FeBody {
     mesh.groups.insert("foot".into(), face(0).into_iter().map(|[a, b, c, d]| [a, d, c, b]).collect());
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
     let material = Material { young, poisson: 0.3, density: 7800.0 };
-    FeBody::new(world, name, world.is_root().then_some(&mesh), grid, material, &["foot".into()]).unwrap()
+    FeBody::new(world, name, world.is_root().then_some(&mesh), grid.as_ref(), material, &["foot".into()]).unwrap()
 }
 
 /// Six closed nodes in the middle of the 5 × 4 grid; forces, directions and velocities differ from node to node.
@@ -92,7 +92,7 @@ pub fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
 fn matrices(world: &World, all: &[FeBody], places: &[Place; 2], s: &SlidingContact) -> [Mat<f64>; 3] {
     let bodies = [0, 1].map(|b| &all[places[b].body]);
     let damping = [0, 1].map(|b| places[b].damping);
-    let rows = bodies.map(|b| b.contact_rows(world).unwrap());
+    let rows = bodies.map(|b| b.trace.dofs());
     let sizes = bodies.map(|b| b.dofs.total() as usize);
     let (n, k) = (sizes[0] + sizes[1], s.nodes.len());
     let [mut stiff, mut damp, mut mass] = [0, 1, 2].map(|_| Mat::<f64>::zeros(n + k, n + k));
@@ -238,7 +238,7 @@ fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &SlidingCont
     }
     let n = matrices[0].nrows();
     let conjugate = |v: C| exact.iter().any(|w| near(*w, v.conj()));
-    let rows: Vec<Vec<u64>> = places.iter().map(|p| bodies[p.body].contact_rows(world).unwrap()).collect();
+    let rows: Vec<Vec<u64>> = places.iter().map(|p| bodies[p.body].trace.dofs()).collect();
     for p in &found.pairs {
         assert!(exact.iter().any(|v| near(p.value, *v)), "{} is not an eigenvalue", p.value);
         assert!(conjugate(p.value), "{} has no conjugate", p.value);
@@ -341,7 +341,7 @@ fn bar(world: &World, name: &str, free_end: f64) -> FeBody {
     }
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
     let material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
-    FeBody::new(world, name, world.is_root().then_some(&mesh), grid, material, &["foot".into()]).unwrap()
+    FeBody::new(world, name, world.is_root().then_some(&mesh), grid.as_ref(), material, &["foot".into()]).unwrap()
 }
 
 /// Angular frequencies as the program finds them.
@@ -372,7 +372,7 @@ pub fn ranks_without_rows(world: &World) {
         let owned: Vec<u64> = world.all_gather(&[bodies.iter().map(|b| b.dofs.owned() as u64).sum()]);
         assert_eq!(owned.iter().sum::<u64>(), 2 * 54);
         assert!(world.size < 3 || owned.contains(&0), "every rank has rows: {owned:?}");
-        let rows = bodies[0].contact_rows(world).unwrap();
+        let rows = bodies[0].trace.dofs();
         let own = bodies[0].dofs.begin()..bodies[0].dofs.begin() + bodies[0].dofs.owned() as u64;
         let touching = world.all_gather(&[rows.iter().filter(|r| own.contains(r)).count() as u64]);
         assert!(world.size == 1 || touching.contains(&0), "every rank has contact rows: {touching:?}");

@@ -5,6 +5,7 @@ pub mod shapes;
 use super::bodies::Bodies;
 use super::reduction::{fe_inputs, Reduction};
 use crate::body::fe::BodyModes;
+use crate::body::Side;
 use crate::grid::Interface;
 use crate::job::{Compliance, Job};
 use crate::model::{BodyPart, ReducedModel};
@@ -30,11 +31,11 @@ impl Origin {
     /// That of a model made from `bodies` with these `modes`.
     pub fn of(bodies: &Bodies, modes: &[BodyModes]) -> Self {
         let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
-        let residual = |upper: bool| {
-            let place = bodies.places.iter().find(|p| p.upper == upper);
+        let residual = |side: Side| {
+            let place = bodies.places.iter().find(|p| p.side == side);
             place.and_then(|p| modes.get(p.body)).map(|m| m.residual.clone()).unwrap_or_default()
         };
-        Self { alike, residual: [residual(false), residual(true)] }
+        Self { alike, residual: Side::BOTH.map(residual) }
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::analysis::bodies::Bodies;
 use crate::analysis::reduction::Reduction;
 use crate::body::fe::{BodyModes, FeBody};
+use crate::body::Side;
 use crate::fem::dofs::FIXED;
 use crate::output::{companion, Reader, Values};
 use crate::parallel::World;
@@ -24,19 +25,19 @@ pub fn file(reused: &Path) -> PathBuf {
 pub fn read(world: &World, file: &Path, bodies: &Bodies, model: &Reduction) -> Result<Vec<BodyModes>> {
     let mut all = Vec::new();
     for (index, body) in bodies.unique.iter().enumerate() {
-        let upper = bodies.places.iter().find(|p| p.body == index).is_some_and(|p| p.upper);
+        let side = bodies.places.iter().find(|p| p.body == index).map_or(Side::Lower, |p| p.side);
         let omega = world.on_root(|| {
             let root = model.root()?;
-            let reduced = root.bodies.get(root.place[usize::from(upper)]);
+            let reduced = root.bodies.get(root.place[side.index()]);
             Ok(reduced.ok_or_else(|| Error::Defect("the reduced model has no such body".into()))?.omega.clone())
         })?;
         let omega = world.broadcast(omega.unwrap_or_default());
-        let vectors = world.agree(vectors(file, body, upper, omega.len()))?;
+        let vectors = world.agree(vectors(file, body, side, omega.len()))?;
         let modes = BodyModes { omega, residual: Vec::new(), vectors };
-        let contact = body.contact_modes(world, &modes)?;
+        let contact = body.contact_modes(world, &modes);
         world.on_root(|| {
             let root = model.root()?;
-            let there = &root.bodies[root.place[usize::from(upper)]].contact_modes;
+            let there = &root.bodies[root.place[side.index()]].contact_modes;
             let Some(here) = contact.filter(|c| c.shape() == there.shape()) else {
                 return Err(Error::Input(format!("{}: its modes are not those of the reduced model", file.display())));
             };
@@ -62,21 +63,21 @@ pub fn read(world: &World, file: &Path, bodies: &Bodies, model: &Reduction) -> R
 }
 
 /// This rank's degrees of freedom of the `count` modes of a body in one place.
-fn vectors(file: &Path, body: &FeBody, upper: bool, count: usize) -> Result<Vec<Vec<f64>>> {
+fn vectors(file: &Path, body: &FeBody, side: Side, count: usize) -> Result<Vec<Vec<f64>>> {
     let reader = Reader::open(file)?;
     let wrong = |what: &str| Error::Input(format!("{}: {what}", file.display()));
     let bytes = |path: &str| match reader.read(path)?.1 {
         Values::I8(v) => Ok(v),
         _ => Err(wrong(&format!("{path} does not hold numbers of one byte"))),
     };
-    let number = if upper { 2 } else { 1 };
+    let number = side.index() as i8 + 1;
     let body_of_step = bytes("/modes/body")?;
     let steps: Vec<usize> = (0..body_of_step.len()).filter(|&s| body_of_step[s] == number).collect();
     if steps.len() != count {
         return Err(wrong(&format!("it has {} modes of body {}, the reduced model {count}", steps.len(), body.name)));
     }
     // The same mesh gives the same coordinates to the last bit, whatever the number of ranks; the upper body is reflected in z there.
-    let mirror = if upper { -1.0 } else { 1.0 };
+    let mirror = side.reflection(2);
     let key = |p: [f64; 3]| p.map(|v| (v + 0.0).to_bits());
     let body_of_point = bytes("/VTKHDF/PointData/body")?;
     let (_, points) = reader.numbers("/VTKHDF/Points")?;

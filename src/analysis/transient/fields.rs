@@ -108,11 +108,11 @@ fn displacements(
     for (index, place) in inputs.bodies.places.iter().enumerate() {
         let (body, modes) = (&inputs.bodies.unique[place.body], &inputs.modes[place.body]);
         let owned = body.dofs.owned();
-        let mut forces: Vec<Vec<f64>> = rows.iter().map(|(_, r)| place.forces(r)).collect();
+        let mut forces: Vec<Vec<f64>> = rows.iter().map(|(_, r)| place.side.turned(r)).collect();
         forces.resize(count, Vec::new());
         let mut u = Vec::with_capacity(count * owned);
         for forces in &forces {
-            u.extend(body.load(world, forces)?);
+            u.extend(body.load(world, forces));
         }
         let solver = solvers.get_mut(place.body).ok_or_else(|| Error::Defect("a body has no solver".into()))?;
         solver.solve(&mut u, count)?;

@@ -28,10 +28,10 @@ pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
 pub fn align(world: &World, bodies: &Bodies, modes: &mut [BodyModes], kept: &Reduction) -> Result<()> {
     for (i, body) in bodies.unique.iter().enumerate() {
         let Some(shapes) = modes.get_mut(i) else { continue };
-        let now = body.contact_modes(world, shapes)?;
+        let now = body.contact_modes(world, shapes);
         let turn = world.on_root(|| {
             let root = kept.root()?;
-            let place = bodies.places.iter().find(|p| p.body == i).map(|p| usize::from(p.upper));
+            let place = bodies.places.iter().find(|p| p.body == i).map(|p| p.side.index());
             let there = place.and_then(|p| root.bodies.get(root.place[p]));
             let (Some(now), Some(there)) = (now, there) else {
                 return Err(Error::Defect("the modes of a body are missing".into()));

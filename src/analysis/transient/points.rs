@@ -51,7 +51,7 @@ impl Points {
             let place = usize::from(point.body == BodyName::Upper);
             let at = bodies.places.get(place).ok_or_else(missing)?;
             let body = &bodies.unique[at.body];
-            let up = if at.upper { -1.0 } else { 1.0 };
+            let up = at.side.reflection(2);
             let target = [point.at[0], point.at[1], up * point.at[2]];
             let distance = |p: &[f64; 3]| (0..3).map(|c| (p[c] - target[c]).powi(2)).sum::<f64>().sqrt();
             // Of nodes equally near the first by its coordinates, which is the same one on any number of ranks.
@@ -125,12 +125,12 @@ impl Points {
             let motion = residual::at_node(world, &bodies.unique[at.body], solver, shapes, reduced, node)?;
             let before: usize = counts[..place].iter().sum();
             for c in 0..3 {
-                let sign = if at.upper && c == 2 { -1.0 } else { 1.0 };
+                let sign = at.side.reflection(c);
                 let mut row = vec![0.0; counts.iter().sum()];
                 row[before..].iter_mut().zip(&motion.modes[c]).for_each(|(r, v)| *r = sign * v);
                 modal.push(row);
                 // The reactions as forces on this body.
-                residual.push(at.forces(&motion.residual[c]).iter().map(|v| sign * v).collect::<Vec<f64>>());
+                residual.push(at.side.turned(&motion.residual[c]).iter().map(|v| sign * v).collect::<Vec<f64>>());
             }
         }
         self.modes = columns(&modal);

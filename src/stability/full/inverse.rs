@@ -26,15 +26,6 @@ pub(super) struct ShiftedBody<'a> {
     pub parts: Vec<usize>,
 }
 
-/// Tangential rows of the upper body (part 1) count with a minus sign.
-pub(super) fn mirror(part: usize, row: usize) -> f64 {
-    if part == 1 && row % 3 < 2 {
-        -1.0
-    } else {
-        1.0
-    }
-}
-
 impl<'a> ShiftedBody<'a> {
     /// Collective: the body of `parts` with the responses to `count` real `loads`, local rows column by column.
     pub fn new(mut inverse: Inverse<'a>, mut loads: Vec<f64>, count: usize, parts: Vec<usize>) -> Result<Self> {

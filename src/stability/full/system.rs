@@ -9,8 +9,9 @@
 
 use super::coupling::{CoupledContact, Coupling};
 use super::damping::{Damping, ModalCorrection, ModalDamping, Place};
-use super::inverse::{mirror, Inverse, ShiftedBody};
-use crate::body::fe::{sign, BodyModes, FeBody};
+use super::inverse::{Inverse, ShiftedBody};
+use crate::body::fe::{BodyModes, FeBody};
+use crate::body::Side;
 use crate::parallel::World;
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::csr::Operator;
@@ -27,13 +28,14 @@ type C = Complex<f64>;
 /// One of the two bodies.
 struct Part<'a> {
     fe: &'a FeBody,
+    side: Side,
     stiffness: Operator<'a>,
     mass: Operator<'a>,
     damping: Damping,
     modal: Option<ModalDamping>,
     /// Index in the list of finite-element bodies: equal for mirror images.
     body: usize,
-    /// This rank's contact rows: (row of the coupling, local degree of freedom, entry of Y).
+    /// This rank's contact rows of the body in lower form: (row of the coupling, local degree of freedom, coefficient).
     rows: Vec<(usize, usize, f64)>,
     /// First of its local unknowns.
     first: usize,
@@ -42,6 +44,11 @@ struct Part<'a> {
 impl Part<'_> {
     fn len(&self) -> usize {
         self.fe.dofs.owned()
+    }
+
+    /// This rank's entries of Y: (row of the coupling, local degree of freedom, coefficient).
+    fn rows(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        self.rows.iter().map(|&(row, dof, factor)| (row, dof, self.side.sign(row) * factor))
     }
 }
 
@@ -93,20 +100,14 @@ impl<'a> System<'a> {
         let world = petsc.world();
         let mut parts: Vec<Part> = Vec::new();
         let mut first = 0;
-        for (place, &Place { body, damping, modal: ref coefficients }) in places.iter().enumerate() {
+        for (side, &Place { body, damping, modal: ref coefficients }) in Side::BOTH.into_iter().zip(places) {
             let fe = bodies.get(body).ok_or_else(|| Error::Defect("full stability: a body is missing".into()))?;
-            let contact = fe.contact_rows(world)?;
-            let own = fe.dofs.begin()..fe.dofs.begin() + fe.dofs.owned() as u64;
-            let mut rows = Vec::new();
-            for (at, &node) in coupling.nodes.iter().enumerate() {
-                for c in 0..3 {
-                    let dof = contact[3 * node + c];
-                    if own.contains(&dof) {
-                        let mirrored = if place == 1 && c < 2 { -1.0 } else { 1.0 };
-                        rows.push((3 * at + c, (dof - own.start) as usize, mirrored * sign(c)));
-                    }
-                }
-            }
+            let mut place_of = vec![None; fe.trace.rows() / 3];
+            coupling.nodes.iter().enumerate().for_each(|(at, &node)| place_of[node] = Some(at));
+            let in_contact =
+                |&(row, dof, factor): &(usize, usize, f64)| place_of[row / 3].map(|at| (3 * at + row % 3, dof, factor));
+            let mut rows: Vec<_> = fe.trace.own().iter().filter_map(in_contact).collect();
+            rows.sort_by_key(|r| r.0);
             let (stiffness, mass) = (fe.operators.stiffness.operator(world), fe.operators.mass.operator(world));
             let modal = match (coefficients.is_empty(), modes.get(body)) {
                 (true, _) => None,
@@ -118,7 +119,7 @@ impl<'a> System<'a> {
                     Some(ModalDamping::new(loads, coefficients)?)
                 }
             };
-            parts.push(Part { fe, stiffness, mass, damping, modal, body, rows, first });
+            parts.push(Part { fe, side, stiffness, mass, damping, modal, body, rows, first });
             first += fe.dofs.owned();
         }
         let stiffness = parts.iter().map(|p| p.stiffness.matrix().max_abs(world)).fold(0.0, f64::max);
@@ -182,9 +183,9 @@ impl<'a> System<'a> {
                 let part = &self.parts[index];
                 let n = part.len();
                 for column in 0..m {
-                    let mirrored = mirror(index, column);
-                    for &(row, dof, y) in &part.rows {
-                        receptance[row + column * m] += y * mirrored * body.response(column * n + dof);
+                    let turned = part.side.sign(column);
+                    for (row, dof, y) in part.rows() {
+                        receptance[row + column * m] += y * turned * body.response(column * n + dof);
                     }
                 }
             }
@@ -213,7 +214,7 @@ impl<'a> System<'a> {
         for (k, out) in all.chunks_exact_mut(count + m).enumerate() {
             let z: Vec<C> = (0..n).map(|i| body.response((m + k) * n + i)).collect();
             out[..count].copy_from_slice(&damping.amplitudes(&z));
-            for &(row, dof, y) in &part.rows {
+            for (row, dof, y) in part.rows() {
                 out[count + row] += y * z[dof];
             }
         }
@@ -232,8 +233,8 @@ impl<'a> System<'a> {
         let modal = group.iter().find_map(|&p| self.parts[p].modal.as_ref());
         let count = m + modal.map_or(0, |d| d.loads.len());
         let mut loads = vec![0.0; n * count];
-        for &(row, dof, _) in &part.rows {
-            loads[row * n + dof] = sign(row);
+        for &(row, dof, factor) in &part.rows {
+            loads[row * n + dof] = factor;
         }
         for (load, column) in modal.iter().flat_map(|d| d.loads.iter()).zip(m..) {
             loads[column * n..(column + 1) * n].copy_from_slice(load);
@@ -257,8 +258,8 @@ impl<'a> System<'a> {
     pub fn motion(&self, x: &[C]) -> Vec<C> {
         let mut y = vec![C::default(); 3 * self.coupling.nodes.len()];
         for part in &self.parts {
-            for &(row, dof, sign) in &part.rows {
-                y[row] += sign * x[part.first + dof];
+            for (row, dof, factor) in part.rows() {
+                y[row] += factor * x[part.first + dof];
             }
         }
         self.world.sum_all(&y)
@@ -273,8 +274,8 @@ impl<'a> System<'a> {
     /// out += factor Yᵀ R.
     fn add_forces(&self, forces: &[C], factor: f64, out: &mut [C]) {
         for part in &self.parts {
-            for &(row, dof, sign) in &part.rows {
-                out[part.first + dof] += factor * sign * forces[row];
+            for (row, dof, y) in part.rows() {
+                out[part.first + dof] += factor * y * forces[row];
             }
         }
     }
@@ -460,7 +461,7 @@ impl ShellOperator for System<'_> {
         for body in &shift.bodies {
             for &index in &body.parts {
                 let part = &self.parts[index];
-                let mut factors: Vec<C> = forces.iter().enumerate().map(|(row, f)| mirror(index, row) * f).collect();
+                let mut factors: Vec<C> = forces.iter().enumerate().map(|(row, f)| part.side.sign(row) * f).collect();
                 if let Some(correction) = &shift.modal[index] {
                     factors.extend(correction.factors(&amplitudes[index], &forces).iter().map(|h| -h));
                 }
