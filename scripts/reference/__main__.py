@@ -48,8 +48,18 @@ def chosen(names):
     if unknown:
         sys.exit(f"scripts/golden: no case {', '.join(unknown)}; there are {', '.join(cases.CASES)}")
     wanted = names or list(cases.CASES)
-    needed = [cases.CASES[name][2] for name in wanted if len(cases.CASES[name]) > 2]
+    needed = [reused(name) for name in wanted if reused(name)]
     return [name for name in cases.CASES if name in wanted or name in needed]
+
+
+def reused(name):
+    """The case whose results this one takes up, if any."""
+    return "".join(cases.CASES[name][2:]).removeprefix("kept:")
+
+
+def reuse(name, folder):
+    """The result file of that case, of the program that writes to `folder`."""
+    return (KEPT if "".join(cases.CASES[name][2:]).startswith("kept:") else folder) / f"{reused(name)}.h5" if reused(name) else None
 
 
 def recipe(name):
@@ -66,11 +76,11 @@ def make(program, names):
     inputs(KEPT)
     failed = []
     for name in chosen(names):
-        job, sets, *reuse = cases.CASES[name]
+        job, sets, *_ = cases.CASES[name]
         source = KEPT / job if job == "lattice-source.json" else ROOT / "jobs" / job
         output = KEPT / f"{name}.h5"
         try:
-            seconds = run(program, source, output, sets, KEPT / f"{reuse[0]}.h5" if reuse else None)
+            seconds = run(program, source, output, sets, reuse(name, KEPT))
         except RuntimeError as error:
             failed.append(name)
             print(f"{name}: {error}", flush=True)
@@ -90,9 +100,8 @@ def compare(program, names):
     for name in chosen(names):
         job = PRESENT / f"{name}.json"
         job.write_text((KEPT / f"{name}.json").read_text())
-        reuse = cases.CASES[name][2:]
         try:
-            seconds = run(program, job, PRESENT / f"{name}.h5", reuse=PRESENT / f"{reuse[0]}.h5" if reuse else None)
+            seconds = run(program, job, PRESENT / f"{name}.h5", reuse=reuse(name, PRESENT))
         except RuntimeError as error:
             differing.append(name)
             print(f"{name}: {error}", flush=True)
