@@ -3,8 +3,15 @@
 use super::program::*;
 use serde_json::{json, Value};
 
-/// Lateral sliding off the mid-planes, on a coarse mesh.
-pub fn sliding(transient: Value) -> Value {
+/// Lateral sliding off the mid-planes, on a coarse mesh. What the tests rest on and a job may leave out is named here.
+pub fn sliding(mut transient: Value) -> Value {
+    let named = json!({
+        "step": 1e-5, "theta": 0.5, "solver": "newton", "tolerance": 1e-10, "hold": "approach",
+        "contact_stride": 100, "modal_stride": 20, "body_stride": 0, "segment": 1000
+    });
+    for (key, value) in named.as_object().expect("keys") {
+        transient.as_object_mut().expect("keys").entry(key).or_insert(value.clone());
+    }
     let mut job = small();
     for (body, offset) in [("lower", 0.03), ("upper", 0.02)] {
         job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
