@@ -294,7 +294,7 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
         .tables(),
     );
 
-    let spec = FieldSpec::new("velocity", "m/s", "A field that changes.", Kind::Vector);
+    let spec = FieldSpec::new("velocity", "m/s", "A field that changes.", FieldKind::Vector);
     let times = [0.1, 0.25, 0.4];
     let frames = Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[] };
     let beside = companion(path, "transient.vtkhdf");

@@ -8,7 +8,7 @@ use crate::body::fe::{BodyModes, FeBody};
 use crate::body::statics::Statics;
 use crate::job;
 use crate::model::ModalPair;
-use crate::output::{companion, BodyPart, FieldSpec, Kind, Sequence, SequenceFile, Table};
+use crate::output::{companion, BodyPart, FieldKind, FieldSpec, Sequence, SequenceFile, Table};
 use crate::parallel::World;
 use crate::stability::full::{FullPair, FullResult};
 use crate::stability::reduced::{reactions, Eigenpair};
@@ -274,7 +274,7 @@ fn write<'w>(
         ),
     ];
     let text = "Motion of a complex mode at one moment of its period, growth left out; the largest displacement of the mode is 1.";
-    let spec = FieldSpec::new("motion", "1", text, Kind::Vector);
+    let spec = FieldSpec::new("motion", "1", text, FieldKind::Vector);
     let description = "Periods shown so far: mode k of the file, from 0, takes k to k + 1.";
     let sequence = Sequence { fields: vec![spec], values: &times, units: "1", description, tables: &tables };
     let path = companion(&options.output, "modes.vtkhdf");

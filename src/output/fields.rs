@@ -15,7 +15,7 @@ pub struct BodyPart<'a> {
 
 /// What the values of a field are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum FieldKind {
     /// One number a node.
     Scalar,
     /// Three components a node, x, y, z in the body's own (lower) form; reflected with the body.
@@ -24,12 +24,12 @@ pub enum Kind {
     Label,
 }
 
-impl Kind {
+impl FieldKind {
     /// Numbers a node.
     pub fn components(self) -> usize {
         match self {
-            Kind::Vector => 3,
-            Kind::Scalar | Kind::Label => 1,
+            FieldKind::Vector => 3,
+            FieldKind::Scalar | FieldKind::Label => 1,
         }
     }
 }
@@ -44,12 +44,12 @@ pub struct FieldSpec {
     /// What it is.
     pub description: String,
     /// Scalar, vector or label.
-    pub kind: Kind,
+    pub kind: FieldKind,
 }
 
 impl FieldSpec {
     /// See the fields.
-    pub fn new(name: &str, units: &str, description: &str, kind: Kind) -> Self {
+    pub fn new(name: &str, units: &str, description: &str, kind: FieldKind) -> Self {
         Self { name: name.to_owned(), units: units.to_owned(), description: description.to_owned(), kind }
     }
 }
@@ -73,13 +73,13 @@ impl<'a> PointField<'a> {
     /// Displacement, m, `[3 * nodes]` for each body.
     pub fn displacement(values: Vec<&'a [f64]>) -> Self {
         let text = "Displacement of the body in the frame of the contact point.";
-        Self::new(FieldSpec::new("displacement", "m", text, Kind::Vector), values)
+        Self::new(FieldSpec::new("displacement", "m", text, FieldKind::Vector), values)
     }
 
     /// Von Mises stress, Pa, `[nodes]` for each body.
     pub fn von_mises(values: Vec<&'a [f64]>) -> Self {
         let text = "Von Mises equivalent stress, averaged at the nodes.";
-        Self::new(FieldSpec::new("von_mises", "Pa", text, Kind::Scalar), values)
+        Self::new(FieldSpec::new("von_mises", "Pa", text, FieldKind::Scalar), values)
     }
 }
 
@@ -138,9 +138,9 @@ impl<'a> PointField<'a> {
         let traction = "Tangential contact traction on body 1 (the lower one), the same at the points of both bodies.";
         let state = "Contact state: 0 open, 1 stick, 2 slip, -1 not on the contact grid.";
         [
-            Self::new(FieldSpec::new("pressure", "Pa", pressure, Kind::Scalar), pick(0)),
-            Self::new(FieldSpec::new("traction", "Pa", traction, Kind::Vector), pick(1)),
-            Self::new(FieldSpec::new("state", "-", state, Kind::Label), pick(2)),
+            Self::new(FieldSpec::new("pressure", "Pa", pressure, FieldKind::Scalar), pick(0)),
+            Self::new(FieldSpec::new("traction", "Pa", traction, FieldKind::Vector), pick(1)),
+            Self::new(FieldSpec::new("state", "-", state, FieldKind::Label), pick(2)),
         ]
     }
 }

@@ -20,7 +20,7 @@ mod table;
 mod values;
 mod vtkhdf;
 
-pub use fields::{contact_fields, on_points, BodyPart, FieldSpec, Kind, PointField};
+pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::Reader;

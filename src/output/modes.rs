@@ -1,6 +1,6 @@
 //! Mode shapes as a sequence: one step for each mode, so that ParaView steps through them.
 
-use super::fields::{BodyPart, FieldSpec, Kind};
+use super::fields::{BodyPart, FieldKind, FieldSpec};
 use super::sequence::{Sequence, SequenceFile};
 use super::table::Table;
 use crate::parallel::World;
@@ -34,7 +34,7 @@ pub fn write_modes<'w>(
         Table::list("/modes/number", "1", "Number of the mode of each step in its body, from 1.", number),
     ];
     let text = "Free-interface mode, mass-normalised: displacement for a unit modal coordinate.";
-    let spec = FieldSpec::new("shape", "kg^-1/2", text, Kind::Vector);
+    let spec = FieldSpec::new("shape", "kg^-1/2", text, FieldKind::Vector);
     let description = "Number of the step; /modes/frequency, /modes/body and /modes/number say which mode it is.";
     let sequence = Sequence { fields: vec![spec], values: &steps, units: "1", description, tables: &tables };
     let mut file = SequenceFile::create(world, path, overwrite, bodies, sequence)?;

@@ -3,7 +3,7 @@
 //! Layout after the VTKHDF specification (docs.vtk.org, "VTKHDF format specification"): version 1.0 without steps,
 //! 2.0 with them.
 
-use super::fields::{BodyPart, FieldSpec, Kind, PointField};
+use super::fields::{BodyPart, FieldKind, FieldSpec, PointField};
 use super::partial::Partial;
 use super::table::{describe, parent, Table};
 use super::values::{Layout, Values};
@@ -211,9 +211,9 @@ impl Piece {
     /// The slot of a point field with `steps` values one after the other.
     pub(super) fn slot(&self, spec: &FieldSpec, steps: usize, single: bool) -> Slot {
         let rows = self.total(POINTS) * steps;
-        let shape = if spec.kind == Kind::Vector { vec![rows, 3] } else { vec![rows] };
+        let shape = if spec.kind == FieldKind::Vector { vec![rows, 3] } else { vec![rows] };
         let like = match spec.kind {
-            Kind::Label => Values::I8(vec![]),
+            FieldKind::Label => Values::I8(vec![]),
             _ if single => Values::F32(vec![]),
             _ => Values::F64(vec![]),
         };
@@ -239,7 +239,7 @@ impl Piece {
                     self.local_nodes[b]
                 )));
             }
-            let mirror = spec.kind == Kind::Vector && self.upper[b];
+            let mirror = spec.kind == FieldKind::Vector && self.upper[b];
             for &node in &self.nodes[b] {
                 let at = n * node as usize;
                 all.extend_from_slice(&values[at..at + n]);
@@ -249,7 +249,7 @@ impl Piece {
             }
         }
         let values = match spec.kind {
-            Kind::Label => Values::I8(all.iter().map(|&v| v as i8).collect()),
+            FieldKind::Label => Values::I8(all.iter().map(|&v| v as i8).collect()),
             _ if single => Values::F32(all.iter().map(|&v| v as f32).collect()),
             _ => Values::F64(all),
         };

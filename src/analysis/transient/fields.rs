@@ -6,7 +6,7 @@ use crate::analysis::bodies::Place;
 use crate::analysis::run::Run;
 use crate::body::statics::Statics;
 use crate::body::ReducedBody;
-use crate::output::{companion, FieldSpec, Kind, Reader, Segments, Sequence, SequenceFile};
+use crate::output::{companion, FieldKind, FieldSpec, Reader, Segments, Sequence, SequenceFile};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::collections::VecDeque;
@@ -71,7 +71,7 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics], segmen
         return Ok(());
     }
     let text = "Displacement from the unloaded body, in the frame of the contact point: the modes kept and, statically, the others.";
-    let spec = FieldSpec::new("displacement", "m", text, Kind::Vector);
+    let spec = FieldSpec::new("displacement", "m", text, FieldKind::Vector);
     let path = companion(&run.options.output, "transient.vtkhdf");
     let frames = Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[] };
     let mut sequence = SequenceFile::create(world, &path, run.replaces(), &parts, frames)?;
