@@ -7,7 +7,6 @@ pub mod matrix_market;
 pub mod modes;
 pub mod residual;
 pub mod statics;
-pub mod surface;
 pub mod trace;
 
 pub use trace::{Side, Trace};

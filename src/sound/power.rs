@@ -213,7 +213,7 @@ mod tests {
             let mut spectrum = PowerSpectrum::new(&radiation, welch.spacing());
             for piece in 0..5 {
                 let at = |i: usize| amplitude * (2.0 * PI * f * (i + piece * welch.hop()) as f64 / rate + 0.3).cos();
-                spectrum.add(&[welch.transform((0..welch.length()).map(at))]);
+                spectrum.add(&[welch.transform((0..welch.length()).map(at)).unwrap()]);
             }
             // Low-frequency limit of a piston in a baffle, ρc k² S²/(2π) ⟨v²⟩, which the interpolation between frequencies keeps.
             let k = AIR.wave_number(f);

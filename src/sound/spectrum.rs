@@ -1,20 +1,21 @@
 //! Spectra by Welch's method: windowed pieces of a record, half overlapping, whose squares are averaged (P. D. Welch, IEEE Trans. Audio
 //! Electroacoust. 15 (1967) 70–73).
 
+use crate::{Error, Result};
 use num_complex::Complex64;
+use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Pieces of a record of equally spaced samples.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Welch {
     /// Hann window, `[length of a piece]`.
     window: Vec<f64>,
     /// Samples per second, 1/s.
     rate: f64,
-    /// Length of the transforms, a power of two.
-    size: usize,
-    /// e^{−2πi k/size}, `[size/2]`.
-    turns: Vec<Complex64>,
+    /// Discrete Fourier transform of length `size`, a power of two.
+    fourier: Arc<dyn RealToComplex<f64>>,
 }
 
 impl Welch {
@@ -23,9 +24,8 @@ impl Welch {
         let length = 2 * (0.5 * (rate * time - 1e-6)).ceil().max(2.0) as usize;
         // Periodic: shifted by half its length and added it is constant.
         let window = (0..length).map(|i| 0.5 - 0.5 * (2.0 * PI * i as f64 / length as f64).cos()).collect();
-        let size = length.next_power_of_two();
-        let turns = (0..size / 2).map(|k| Complex64::cis(-2.0 * PI * k as f64 / size as f64)).collect();
-        Self { window, rate, size, turns }
+        let fourier = RealFftPlanner::new().plan_fft_forward(length.next_power_of_two());
+        Self { window, rate, fourier }
     }
 
     /// Samples of a piece.
@@ -49,51 +49,28 @@ impl Welch {
 
     /// Frequencies of the lines of a spectrum are multiples of this, Hz.
     pub fn spacing(&self) -> f64 {
-        self.rate / self.size as f64
+        self.rate / self.fourier.len() as f64
     }
 
     /// Lines of a one-sided spectrum, that of frequency 0 included.
     pub fn lines(&self) -> usize {
-        self.size / 2
+        self.fourier.len() / 2
     }
 
     /// Spectrum of a piece of one channel, `[lines]`, so scaled that the squared magnitudes are the one-sided power density (unit² per Hz);
-    /// half of that at frequency 0.
-    pub fn transform(&self, samples: impl Iterator<Item = f64>) -> Vec<Complex64> {
-        let mut x = vec![Complex64::default(); self.size];
+    /// half of that at frequency 0. Fails by a defect only.
+    pub fn transform(&self, samples: impl Iterator<Item = f64>) -> Result<Vec<Complex64>> {
+        let (mut x, mut lines) = (self.fourier.make_input_vec(), self.fourier.make_output_vec());
         for ((x, w), s) in x.iter_mut().zip(&self.window).zip(samples) {
-            x.re = w * s;
+            *x = w * s;
         }
-        self.fft(&mut x);
+        let defect = |e: realfft::FftError| Error::Defect(format!("spectrum of a piece of the record: {e}"));
+        self.fourier.process(&mut x, &mut lines).map_err(defect)?;
         let square: f64 = self.window.iter().map(|w| w * w).sum();
         let scale = (2.0 / (self.rate * square)).sqrt();
-        x.truncate(self.lines());
-        x.iter_mut().for_each(|z| *z *= scale);
-        x
-    }
-
-    /// Discrete Fourier transform in place, radix two.
-    fn fft(&self, x: &mut [Complex64]) {
-        let n = x.len();
-        let bits = n.trailing_zeros();
-        for i in 0..n {
-            let j = i.reverse_bits() >> (usize::BITS - bits);
-            if i < j {
-                x.swap(i, j);
-            }
-        }
-        let mut width = 1;
-        while width < n {
-            let step = n / (2 * width);
-            for block in x.chunks_exact_mut(2 * width) {
-                let (low, high) = block.split_at_mut(width);
-                for (k, (a, b)) in low.iter_mut().zip(high).enumerate() {
-                    let turned = *b * self.turns[k * step];
-                    (*a, *b) = (*a + turned, *a - turned);
-                }
-            }
-            width *= 2;
-        }
+        lines.truncate(self.lines());
+        lines.iter_mut().for_each(|z| *z *= scale);
+        Ok(lines)
     }
 }
 
@@ -116,7 +93,7 @@ mod tests {
         let welch = Welch::new(100.0, 0.5);
         assert_eq!((welch.length(), welch.lines()), (50, 32));
         let x = noise(50);
-        let found = welch.transform(x.iter().copied());
+        let found = welch.transform(x.iter().copied()).unwrap();
         let square: f64 = welch.window.iter().map(|w| w * w).sum();
         for k in [0, 1, 7, 31] {
             let sum: Complex64 = (0..50)
@@ -135,7 +112,7 @@ mod tests {
         let x = noise(n);
         let windowed: f64 = x.iter().zip(&welch.window).map(|(x, w)| (x * w).powi(2)).sum::<f64>()
             / welch.window.iter().map(|w| w * w).sum::<f64>();
-        let spectrum = welch.transform(x.into_iter());
+        let spectrum = welch.transform(x.into_iter()).unwrap();
         let last: f64 = {
             // The line at half the rate, which is not among the others.
             let sum: f64 = noise(n)

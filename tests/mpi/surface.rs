@@ -1,10 +1,10 @@
 //! The surface of a distributed body as radiators.
 
 use railsqueal::body::fe::{BodyModes, FeBody};
-use railsqueal::body::surface::radiators;
 use railsqueal::fem::Material;
 use railsqueal::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
 use railsqueal::parallel::World;
+use railsqueal::sound::surface::radiators;
 use railsqueal::sound::Air;
 use std::f64::consts::PI;
 

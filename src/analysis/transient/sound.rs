@@ -2,13 +2,12 @@
 
 use super::Inputs;
 use crate::analysis::run::Run;
-use crate::body::surface;
 use crate::job::{self, BodyName, SoundPower};
 use crate::output::{Reader, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::sound::bands::resolving_time;
-use crate::sound::{level, Air, Bands, PowerSpectrum, Radiation, Welch};
+use crate::sound::{level, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
 use crate::{Error, Result};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -292,7 +291,8 @@ impl<'a> Sound<'a> {
                 }
                 last = Some((t, q.to_vec()));
                 if record.len() == welch.length() {
-                    let mut x: Vec<_> = (0..m).map(|j| welch.transform(record.iter().map(|v| v[j]))).collect();
+                    let mut x =
+                        (0..m).map(|j| welch.transform(record.iter().map(|v| v[j]))).collect::<Result<Vec<_>>>()?;
                     x.iter_mut().for_each(|x| self.undo_mean(x, welch.spacing()));
                     take(&x);
                     done += 1;

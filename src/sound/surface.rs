@@ -1,12 +1,12 @@
 //! The free surface of a body as radiators of sound: its boundary facets, divided where the surface has an edge, and the flow of the
 //! modes through patches of them.
 
-use super::fe::{BodyModes, FeBody};
+use super::radiators::{add, Key, Patch};
+use super::Radiators;
+use crate::body::fe::{BodyModes, FeBody};
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::quality::FACES;
 use crate::parallel::World;
-use crate::sound::radiators::{add, Key, Patch};
-use crate::sound::Radiators;
 use faer::Mat;
 use std::collections::{BTreeMap, HashMap};
 
