@@ -81,7 +81,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     check(job)?;
     let stop = job.analyses.transient.as_ref().map(|_| Stop::listen(begun, options.wall_time));
     let file = ResultFile::create(world, &options.output, options.force)?;
-    let mut run = Run { petsc, job, options, file, progress, summary: Summary::default() };
+    let mut run = Run { petsc, job, options, file, progress, summary: Summary::of(job) };
 
     let inputs = if job.by_matrices() {
         matrices::run(&mut run)?;

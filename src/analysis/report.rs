@@ -1,5 +1,6 @@
 //! The summary a run ends with, on stdout.
 
+use crate::job::Job;
 use crate::Error;
 
 /// Lines of the summary, in order.
@@ -10,6 +11,12 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// What has to be told of `job` before anything is computed: the defaults it takes up that are not those of its format.
+    pub fn of(job: &Job) -> Self {
+        let told = |line: &String| format!("default changed: {line}");
+        Self { lines: job.changed_defaults.iter().map(told).collect(), failure: None }
+    }
+
     /// Adds a line.
     pub fn line(&mut self, text: impl Into<String>) {
         self.lines.push(text.into());
@@ -34,5 +41,22 @@ impl Summary {
 impl std::fmt::Display for Summary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.lines.iter().try_for_each(|line| writeln!(f, "{line}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn a_changed_default_is_told_first() {
+        let bytes = include_bytes!("../../jobs/annulus.json");
+        let mut job = Job::from_bytes(bytes, Path::new("job.json"), &[], None).unwrap();
+        assert_eq!(Summary::of(&job).to_string(), "");
+        job.changed_defaults.push("a.b is not given: 2 since format 2, 1 before".into());
+        let mut summary = Summary::of(&job);
+        summary.line("body");
+        assert_eq!(summary.to_string(), "default changed: a.b is not given: 2 since format 2, 1 before\nbody\n");
     }
 }

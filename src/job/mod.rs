@@ -1,6 +1,7 @@
 //! The job file: strict, versioned JSON. It is parsed, overridden, checked against its schema and between its keys, and
 //! returned with all defaults filled in; nothing is computed here.
 
+mod format;
 mod model;
 mod overrides;
 mod parse;
@@ -9,12 +10,14 @@ mod sweep;
 mod transient;
 mod validate;
 
+pub use format::FORMAT;
 pub use model::*;
 pub use schema::schema;
 pub use sweep::SweepPlan;
 pub use transient::*;
 
 use crate::{Error, Result};
+use format::Format;
 use std::io::Read;
 use std::path::Path;
 
@@ -41,10 +44,16 @@ impl Job {
     /// Parses, overrides (`sets`: `PATH=VALUE`), validates and resolves a job. `path` names it in messages, and files
     /// named in the job are relative to its folder. `only` keeps the one analysis of that name.
     pub fn from_bytes(bytes: &[u8], path: &Path, sets: &[String], only: Option<&str>) -> Result<Job> {
+        Self::of_format(bytes, path, sets, only, &Format::PRESENT)
+    }
+
+    fn of_format(bytes: &[u8], path: &Path, sets: &[String], only: Option<&str>, format: &Format) -> Result<Job> {
         let name = path.display().to_string();
         let checker = schema::Checker::default();
         let mut value = parse::parse(bytes, &name)?;
+        report(&name, format.later(&value).into_iter().collect())?;
         overrides::apply(&mut value, sets, &checker)?;
+        report(&name, format.later(&value).into_iter().collect())?;
         report(&name, checker.check(&value))?;
         let mut job: Job = serde_path_to_error::deserialize(&value).map_err(|e| {
             // The schema is made from the same types, so this is what the schema cannot express.
@@ -59,6 +68,8 @@ impl Job {
             job.sweep = Some(sweep::plan(&value, wanted, &name, folder, &checker)?);
         }
         job.resolve(folder);
+        job.changed_defaults = format.changed(&value, &job.to_json());
+        job.version = format.number;
         Ok(job)
     }
 

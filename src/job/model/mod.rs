@@ -10,22 +10,20 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+use super::format::FORMAT;
 use super::sweep::SweepPlan;
 
 pub use analyses::*;
 pub use body::*;
 pub use contact::*;
 
-/// Version of the job format that this program reads.
-pub const VERSION: u32 = 1;
-
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "railsqueal job")]
 pub struct Job {
-    /// Version of the job format: 1.
-    #[schemars(extend("const" = 1))]
+    /// Format that the job is written for; the present one and all before it are read. Once resolved, the present one.
+    #[schemars(range(min = 1, max = FORMAT))]
     pub version: u32,
     /// Free text, written beside the results.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -50,6 +48,9 @@ pub struct Job {
     /// The points of `analyses.sweep`, made when the job is read.
     #[serde(skip)]
     pub sweep: Option<SweepPlan>,
+    /// Defaults that have changed since the format the job is written for and that it takes up, one line each, made when the job is read.
+    #[serde(skip)]
+    pub changed_defaults: Vec<String>,
 }
 
 /// The two bodies by their place.

@@ -1,0 +1,156 @@
+//! The number of the job format, and the defaults that have changed with it.
+//!
+//! A job says by its key `version` which format it was written for. Jobs of earlier formats are read with the defaults of today; what they leave
+//! open and would have meant something else then is told to who runs them.
+
+use serde_json::Value;
+
+/// The job format of this program. A default that changes makes a new one, with a line in [`CHANGES`].
+pub const FORMAT: u32 = 1;
+
+/// Every default that has changed, oldest first.
+const CHANGES: &[Change] = &[];
+
+/// A default that changed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Change {
+    /// The first format that has the new one.
+    pub since: u32,
+    /// The key by its dotted path; `*` stands for any one segment.
+    pub key: &'static str,
+    /// The default before, as the user would write it.
+    pub before: &'static str,
+    /// The default from then on.
+    pub now: &'static str,
+}
+
+/// A job format: its number, and what has changed up to it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Format {
+    pub number: u32,
+    pub changes: &'static [Change],
+}
+
+impl Format {
+    /// The one of this program.
+    pub const PRESENT: Format = Format { number: FORMAT, changes: CHANGES };
+
+    /// A fault if the job is written for a later format, whose keys this program cannot know.
+    pub fn later(&self, job: &Value) -> Option<String> {
+        let number = job.get("version")?.as_u64().filter(|&n| n > u64::from(self.number))?;
+        let known = match self.number {
+            1 => "1".into(),
+            n => format!("1 to {n}"),
+        };
+        Some(format!("version: found {number}, expected {known}: the job is written for a later railsqueal"))
+    }
+
+    /// The defaults, one line each, that have changed since the format of `job` (as written) and that it takes up: where the entry with the key is
+    /// in `resolved` and the job leaves the key out.
+    pub fn changed(&self, job: &Value, resolved: &Value) -> Vec<String> {
+        let number = job.get("version").and_then(Value::as_u64).unwrap_or(u64::from(self.number));
+        let mut lines = Vec::new();
+        for change in self.changes.iter().filter(|c| u64::from(c.since) > number) {
+            let segments: Vec<&str> = change.key.split('.').collect();
+            let mut places = Vec::new();
+            open(Some(job), resolved, &segments, String::new(), &mut places);
+            lines.extend(places.iter().map(|place| {
+                let Change { since, before, now, .. } = change;
+                format!("{place} is not given: {now} since format {since}, {before} before")
+            }));
+        }
+        lines
+    }
+}
+
+/// Places that `segments` lead to in `resolved` and that are not given in `job`.
+fn open(job: Option<&Value>, resolved: &Value, segments: &[&str], path: String, places: &mut Vec<String>) {
+    let Some((first, rest)) = segments.split_first() else { return };
+    let Some(entry) = resolved.as_object() else { return };
+    let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    let given = |key: &str| job.and_then(|j| j.get(key)).filter(|v| !v.is_null());
+    match (rest, *first) {
+        ([], key) => {
+            if given(key).is_none() {
+                places.push(join(key));
+            }
+        }
+        (_, "*") => entry.iter().for_each(|(key, inner)| open(given(key), inner, rest, join(key), places)),
+        (_, key) => {
+            if let Some(inner) = entry.get(key) {
+                open(given(key), inner, rest, join(key), places);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::Job;
+    use serde_json::json;
+    use std::path::Path;
+
+    const SQUEAL: &[u8] = include_bytes!("../../jobs/squeal.json");
+
+    /// A program of format 3 in which defaults have changed twice.
+    const THIRD: Format = Format {
+        number: 3,
+        changes: &[
+            Change { since: 2, key: "analyses.transient.theta", before: "0.5", now: "0.51" },
+            Change { since: 2, key: "analyses.transient.step", before: "2e-5", now: "1e-5" },
+            Change { since: 2, key: "analyses.steady.tolerance", before: "1e-6", now: "1e-8" },
+            Change { since: 3, key: "bodies.*.mesh.cylinder.growth", before: "1.4", now: "1.3" },
+            Change { since: 3, key: "solver.linear", before: "\"gamg\"", now: "\"mumps\"" },
+        ],
+    };
+
+    fn read(sets: &[&str], format: &Format) -> crate::Result<Job> {
+        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+        Job::of_format(SQUEAL, Path::new("job.json"), &sets, None, format)
+    }
+
+    #[test]
+    fn an_older_job_is_told_the_defaults_it_takes_up() {
+        let job = read(&[], &THIRD).unwrap();
+        // Not the step, which it gives, nor the tolerance of an analysis that it has not.
+        let expected = [
+            "analyses.transient.theta is not given: 0.51 since format 2, 0.5 before",
+            "bodies.lower.mesh.cylinder.growth is not given: 1.3 since format 3, 1.4 before",
+            "bodies.upper.mesh.cylinder.growth is not given: 1.3 since format 3, 1.4 before",
+            "solver.linear is not given: \"mumps\" since format 3, \"gamg\" before",
+        ];
+        assert_eq!(job.changed_defaults, expected);
+        // As resolved it has the defaults of today.
+        assert_eq!(job.version, 3);
+        let given = ["analyses.transient.theta=0.5", "bodies.lower.mesh.cylinder.growth=1.3", "solver.linear=mumps"];
+        assert_eq!(read(&given, &THIRD).unwrap().changed_defaults, expected[2..3]);
+    }
+
+    #[test]
+    fn a_job_of_the_present_format_is_told_nothing_and_a_later_one_is_refused() {
+        assert!(read(&[], &Format::PRESENT).unwrap().changed_defaults.is_empty());
+        assert_eq!(read(&[], &Format::PRESENT).unwrap().version, FORMAT);
+        let resolved = read(&[], &THIRD).unwrap().to_json();
+        let told = |number: u32| THIRD.changed(&json!({ "version": number }), &resolved).len();
+        assert_eq!([1, 2, 3].map(told), [5, 3, 0], "those of formats 2 and 3, of format 3, none");
+        for (format, known) in [(THIRD, "expected 1 to 3"), (Format::PRESENT, "expected 1:")] {
+            // Its keys may be unknown here; that is not what is wrong.
+            let later = json!({ "version": 4, "key_of_the_future": 1 }).to_string();
+            let error = Job::of_format(later.as_bytes(), Path::new("job.json"), &[], None, &format).unwrap_err();
+            let text = error.to_string();
+            assert!(text.contains("version: found 4") && text.contains(known) && !text.contains("future"), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_change_is_of_a_key_and_of_a_format_up_to_the_present_one() {
+        let known = crate::job::schema::Checker::default();
+        for change in CHANGES {
+            assert!((2..=FORMAT).contains(&change.since), "{change:?}");
+            let path: Vec<&str> = change.key.split('.').map(|s| if s == "*" { "lower" } else { s }).collect();
+            let (key, entry) = path.split_last().unwrap();
+            assert!(known.keys_at(entry).is_some_and(|keys| keys.iter().any(|k| k == key)), "{change:?}");
+        }
+    }
+}
