@@ -12,7 +12,7 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::plan::{self, Limit, Plan};
 use railsqueal::analysis::reduction::fe_inputs;
-use railsqueal::analysis::{self, RunOptions};
+use railsqueal::analysis::{self, RunOptions, Summary};
 use railsqueal::job::{self, Job};
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
@@ -129,6 +129,11 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Resu
     if options.wall_time.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
         return Err(Error::Job("--wall-time: expected a number of seconds > 0".into()));
     }
+    if options.wall_time.is_some() && job.analyses.transient.is_none() {
+        return Err(Error::Job(
+            "--wall-time: only a transient stops by itself and saves its state; the job has no analyses.transient: leave the option out".into(),
+        ));
+    }
     refuse_what_does_not_fit(world, job, options.reuse.is_some() && !job.output.fields)?;
     let petsc_options: Vec<(String, String)> =
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
@@ -153,7 +158,7 @@ fn check(world: &World, args: &JobArgs) -> Result<()> {
     let (here, plan) = plan_of(world, &job)?;
     let Some(plan) = plan else { return Ok(()) };
     let limit = Limit::of(&job);
-    let mut text = format!("{:#}\n\n{plan}", job.to_json());
+    let mut text = format!("{:#}\n\n{}{plan}", job.to_json(), Summary::of(&job));
     text += &format!("  {:<28} {:>6.1} GB  ({})\n", "there is", limit.bytes / 1e9, limit.source);
     text += &format!("results of a run go to {}\n", default_output(&args.path).display());
     print(&text)?;
@@ -168,7 +173,7 @@ fn refuse_what_does_not_fit(world: &World, job: &Job, reduced: bool) -> Result<(
     world.agree(plan.map_or(Ok(()), |plan| plan.fits(here, &Limit::of(job))))?;
     let models = || job.sweep.as_ref().map(plan::models).unwrap_or_default();
     world.on_root(|| {
-        let fits = |p: &Job| Plan::new(p, plan::sizes(p)?, world.size).fits(here, &Limit::of(job));
+        let fits = |p: &Job| Plan::of_point(p, plan::sizes(p)?, world.size).fits(here, &Limit::of(job));
         let new = |p: &&Job| !reduced || fe_inputs(p) != fe_inputs(job);
         models().into_iter().filter(new).try_for_each(|p| fits(p).map_err(|e| e.context("analyses.sweep")))
     })?;

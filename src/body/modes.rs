@@ -49,9 +49,7 @@ pub fn compute(
     }
     let shift = body.shift(world);
     let Statics::Direct(factor) = statics else {
-        return Err(Error::Job(
-            "analyses.modes needs the factorisation that solver.linear = \"mumps\" makes; it is \"gamg\": leave out one of the two".into(),
-        ));
+        return Err(Error::Defect("modes without a factorisation".into()));
     };
     let stiffness = body.operators.stiffness.operator(world);
     let mass = body.operators.mass.operator(world);

@@ -241,6 +241,12 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             (None, None) => faults.push("analyses.modes: give exactly one of count and max_frequency (Hz)".into()),
             _ => {}
         }
+        if job.solver.linear == LinearSolver::Gamg {
+            faults.push(
+                "solver.linear: found \"gamg\", but analyses.modes needs the factorisation that \"mumps\" makes; leave out one of the two"
+                    .into(),
+            );
+        }
     }
     if let Some(analysis) = job.analyses.on_contact().first() {
         match &job.contact {

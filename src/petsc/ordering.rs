@@ -6,6 +6,7 @@
 use super::csr::DistCsr;
 use crate::parallel::World;
 use crate::{Error, Result};
+use metis_sys::idx_t;
 
 /// Collective: position of every row in the elimination, 0-based, on rank 0 (empty elsewhere). The pattern is symmetric.
 pub(crate) fn nested_dissection(world: &World, matrix: &DistCsr) -> Result<Vec<u32>> {
@@ -20,8 +21,8 @@ pub(crate) fn nested_dissection(world: &World, matrix: &DistCsr) -> Result<Vec<u
         blocks += b;
         block_of.push(blocks - 1);
     }
-    let mut degrees: Vec<i32> = Vec::new();
-    let mut neighbours: Vec<i32> = Vec::new();
+    let mut degrees: Vec<idx_t> = Vec::new();
+    let mut neighbours: Vec<idx_t> = Vec::new();
     let first = matrix.ranges[world.rank] as usize;
     for i in (0..matrix.n_local()).filter(|&i| begins[i] == 1) {
         let own = block_of[first + i];
@@ -31,11 +32,11 @@ pub(crate) fn nested_dissection(world: &World, matrix: &DistCsr) -> Result<Vec<u
             let block = block_of[c as usize];
             // Columns ascend, so repetitions of a block are adjacent.
             if block != own && block != last {
-                neighbours.push(block as i32);
+                neighbours.push(block as idx_t);
                 last = block;
             }
         }
-        degrees.push((neighbours.len() - before) as i32);
+        degrees.push((neighbours.len() - before) as idx_t);
     }
     let degrees = world.gather(&degrees);
     let neighbours = world.gather(&neighbours);
@@ -43,32 +44,33 @@ pub(crate) fn nested_dissection(world: &World, matrix: &DistCsr) -> Result<Vec<u
     Ok(order.unwrap_or_default())
 }
 
-fn dissect(degrees: &[i32], mut neighbours: Vec<i32>, block_of: &[u32]) -> Result<Vec<u32>> {
+fn dissect(degrees: &[idx_t], mut neighbours: Vec<idx_t>, block_of: &[u32]) -> Result<Vec<u32>> {
     let n = degrees.len();
     let mut starts = Vec::with_capacity(n + 1);
-    let mut at = 0i32;
+    let mut at: idx_t = 0;
     starts.push(0);
     for &d in degrees {
         at = at.checked_add(d).ok_or_else(|| {
-            Error::Memory(
-                "the graph of the matrix has more than 2^31 edges, too many for METIS; use solver.linear \"gamg\""
-                    .into(),
-            )
+            Error::Memory(format!(
+                "the graph of the matrix has more than {} edges, too many for METIS with indices of {} bit; use solver.linear \"gamg\"",
+                idx_t::MAX,
+                idx_t::BITS
+            ))
         })?;
         starts.push(at);
     }
-    let mut weights = vec![0i32; n];
+    let mut weights = vec![0 as idx_t; n];
     for &b in block_of {
         weights[b as usize] += 1;
     }
-    let mut place = vec![0i32; n];
+    let mut place = vec![0 as idx_t; n];
     // METIS stops the process on a graph without vertices, and on one without edges needs none.
     if neighbours.is_empty() {
-        place.iter_mut().enumerate().for_each(|(i, p)| *p = i as i32);
+        place.iter_mut().enumerate().for_each(|(i, p)| *p = i as idx_t);
     } else {
-        let mut order = vec![0i32; n];
-        let mut options = [0i32; metis_sys::METIS_NOPTIONS as usize];
-        let mut count = n as i32;
+        let mut order = vec![0 as idx_t; n];
+        let mut options = [0 as idx_t; metis_sys::METIS_NOPTIONS as usize];
+        let mut count = n as idx_t;
         // SAFETY: every array has the length METIS documents for `count` vertices; METIS keeps none of them.
         let status = unsafe {
             metis_sys::METIS_SetDefaultOptions(options.as_mut_ptr());
@@ -130,5 +132,13 @@ mod tests {
     fn graph_without_edges_is_ordered() {
         assert_eq!(dissect(&[0, 0], vec![], &[0, 1]).unwrap(), [0, 1]);
         assert!(dissect(&[], vec![], &[]).unwrap().is_empty());
+    }
+
+    /// Of the width that the installed METIS has, whichever it is.
+    #[test]
+    fn more_edges_than_metis_counts_are_refused() {
+        let error = dissect(&[idx_t::MAX, 1], vec![1, 0], &[0, 1]).unwrap_err();
+        assert_eq!(error.exit_code(), 7);
+        assert!(error.to_string().contains(&format!("indices of {} bit", idx_t::BITS)), "{error}");
     }
 }

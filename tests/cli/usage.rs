@@ -75,6 +75,28 @@ fn check_says_what_would_be_computed_and_writes_nothing() {
     }
 }
 
+/// Not silently a limit of nothing.
+#[test]
+fn a_wall_time_without_a_transient_is_refused() {
+    let folder = Folder::with(small().to_string());
+    for ranks in [1, 2] {
+        folder.call(ranks, "run", &["--wall-time", "60"]).failed(2, &["--wall-time", "analyses.transient"]);
+        folder.untouched();
+    }
+}
+
+#[test]
+fn multigrid_with_modes_is_refused_before_anything_is_meshed() {
+    let folder = Folder::with(small().to_string());
+    for command in ["check", "run"] {
+        let ran = folder.call(1, command, &["--set", "solver.linear=gamg"]);
+        ran.failed(2, &["solver.linear", "analyses.modes"]);
+        assert!(!ran.err.contains("meshing"), "{}", ran.err);
+        folder.untouched();
+    }
+    folder.call(1, "check", &["--set", "solver.linear=gamg", "--only", "steady"]).good();
+}
+
 #[test]
 fn the_jobs_of_the_project_are_valid() {
     for name in [

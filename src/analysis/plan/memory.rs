@@ -2,7 +2,7 @@
 
 use super::strain::contact_radius;
 use super::BodySize;
-use crate::job::{Compliance, Job, LinearSolver, MeshSource, ModesExtent};
+use crate::job::{Compliance, Job, LinearSolver, MeshSource, Modes, ModesExtent};
 
 // Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
 // Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
@@ -27,8 +27,8 @@ pub(super) struct Estimate {
     pub on_root: Vec<(&'static str, f64)>,
 }
 
-/// The estimate of `job` for bodies of the given sizes, `alike` if one stands for both.
-pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> Estimate {
+/// The estimate of `job` for bodies of the given sizes, `alike` if one stands for both; `swept` if there are points of a sweep to solve.
+pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize, swept: bool) -> Estimate {
     let unique = if alike { &bodies[..1] } else { bodies };
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
     let elements = job.analyses.modes.is_some() || !half_space;
@@ -49,10 +49,7 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         shared.push((if direct { "factorisation" } else { "multigrid" }, unique.iter().map(solver).sum()));
     }
     if let Some(modes) = &job.analyses.modes {
-        let count = match modes.extent() {
-            ModesExtent::Count(n) => n as f64,
-            ModesExtent::MaxFrequency(_) => 100.0,
-        };
+        let count = mode_count(modes);
         // The Krylov basis has about twice as many vectors, complex as SLEPc is; the modes are kept real.
         let basis = |b: &BodySize| (2.0 * count + 16.0) * b.dofs as f64 * 16.0;
         let basis: f64 = unique.iter().map(basis).sum();
@@ -71,7 +68,20 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         let copies = 4.0 + unique.len() as f64;
         on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
     }
+    if swept && !job.by_matrices() {
+        // Every rank solves points of its own: it has W, S and the modes at the contact of both bodies, and a copy of W on its way there.
+        let modes = job.analyses.modes.as_ref().map_or(0.0, mode_count);
+        shared.push(("reduced model of the sweep", ranks as f64 * (3.0 * rows + 2.0 * modes) * rows * 8.0));
+    }
     Estimate { shared, on_root }
+}
+
+/// Modes of each body, about.
+fn mode_count(modes: &Modes) -> f64 {
+    match modes.extent() {
+        ModesExtent::Count(n) => n as f64,
+        ModesExtent::MaxFrequency(_) => 100.0,
+    }
 }
 
 /// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the bytes) for a
@@ -129,6 +139,23 @@ mod tests {
     use super::super::{BodySize, Plan};
     use crate::job::Job;
     use std::path::Path;
+
+    /// W, S and the modes at the contact lie on every rank that solves points, beside what rank 0 has: on n ranks n times.
+    #[test]
+    fn a_sweep_has_its_reduced_model_on_every_rank() {
+        let sweep = "analyses.sweep={\"keys\": {\"contact.friction\": [0.2, 0.3]}}";
+        let stays = ["analyses.modes.count=40", "contact.creepage.lateral=0.01"];
+        let nodes = plan(&stays, 1).bodies[0].contact_nodes as f64;
+        let least = (2.0 * 3.0 * nodes + 2.0 * 40.0) * 3.0 * nodes * 8.0;
+        for ranks in [1, 4] {
+            let (without, with) = (plan(&stays, ranks), plan(&[sweep, stays[0], stays[1]], ranks));
+            for (before, after) in [(without.per_rank(), with.per_rank()), (without.root(), with.root())] {
+                assert!(after - before >= least && after - before < 2.0 * least, "{} of {least} byte", after - before);
+            }
+            let all = |p: &Plan| p.node(ranks);
+            assert!(all(&with) - all(&without) >= ranks as f64 * least, "on all {ranks} ranks");
+        }
+    }
 
     #[test]
     fn memory_grows_as_the_mesh_is_refined_and_is_shared_by_the_ranks() {

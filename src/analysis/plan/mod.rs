@@ -85,8 +85,17 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
 impl Plan {
     /// The plan of `job` for bodies of the given sizes.
     pub fn new(job: &Job, bodies: Vec<BodySize>, ranks: usize) -> Self {
+        Self::with(job, bodies, ranks, job.sweep.is_some())
+    }
+
+    /// The plan of the finite elements that a point of a sweep needs, and of the points on them.
+    pub fn of_point(point: &Job, bodies: Vec<BodySize>, ranks: usize) -> Self {
+        Self::with(point, bodies, ranks, true)
+    }
+
+    fn with(job: &Job, bodies: Vec<BodySize>, ranks: usize, swept: bool) -> Self {
         let alike = job.bodies.lower.is_some() && job.bodies.lower == job.bodies.upper;
-        let memory::Estimate { shared, on_root } = memory::estimate(job, &bodies, alike, ranks);
+        let memory::Estimate { shared, on_root } = memory::estimate(job, &bodies, alike, ranks, swept);
         Self { steps: steps(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
     }
 
