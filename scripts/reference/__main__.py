@@ -126,7 +126,9 @@ def tree(program):
         output = PRESENT / f"tree-{name}.h5"
         run(program, ROOT / "jobs" / job, output, own | sets | {"output.fields": False})
         with h5py.File(output) as file, h5py.File(TREE / f"{name}.h5", "w") as small:
-            small.attrs["job"] = file["provenance/job"][()]
+            # Paths as from the folder of the jobs, wherever the project lies.
+            job = file["provenance/job"][()].decode()
+            small.attrs["job"] = job.replace(f"{ROOT}/jobs/", "").replace(f"{ROOT}/", "../")
             for group in file:
                 if group not in ("provenance", "VTKHDF"):
                     file.copy(group, small)

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod failures;
+mod golden;
 mod interrupted;
 mod matrices;
 mod program;
