@@ -159,7 +159,7 @@ impl Bodies {
 }
 
 /// Whether some analysis of the job works on finite elements.
-fn needs_elements(job: &Job) -> bool {
+pub(super) fn needs_elements(job: &Job) -> bool {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
     job.analyses.modes.is_some() || !half_space
 }

@@ -4,6 +4,7 @@
 use super::bodies::Bodies;
 use super::deferred;
 use super::interface::{half_spaces, interface_of, near};
+use super::steps::Needs;
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
 use crate::job::{self, Compliance, Job, LinearSolver};
@@ -36,7 +37,7 @@ impl Reduction {
         let interface = world.on_root(|| interface_of(bodies))?;
         progress.stage("compliance of the contact");
         let mut parts = Vec::new();
-        let approximate = by_products(job, contact);
+        let approximate = by_products(job);
         let mut probed = Vec::new();
         if approximate {
             for (body, solver) in bodies.unique.iter().zip(solvers) {
@@ -97,11 +98,17 @@ impl Reduction {
     }
 }
 
+/// What making the reduced model needs of the bodies.
+pub(super) fn needs(job: &Job) -> Needs {
+    let elements = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe);
+    Needs { solvers: elements, shapes: elements && job.analyses.modes.is_some() }
+}
+
 /// Whether the compliance of the bodies is left unmade: an iterative solver gives one displacement at a time, which is enough for
 /// steady rolling where nothing else asks for the compliance.
-fn by_products(job: &Job, contact: &job::Contact) -> bool {
+pub(super) fn by_products(job: &Job) -> bool {
     let analyses = &job.analyses;
-    contact.compliance == Compliance::Fe
+    job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe)
         && job.solver.linear == LinearSolver::Gamg
         && analyses.modes.is_none()
         && analyses.stability.is_none()

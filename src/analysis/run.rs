@@ -1,6 +1,7 @@
 //! What every analysis of a run works with.
 
 use super::report::Summary;
+use super::transient::Stop;
 use super::RunOptions;
 use crate::job::Job;
 use crate::output::ResultFile;
@@ -16,6 +17,8 @@ pub struct Run<'r> {
     pub job: &'r Job,
     /// What the command line adds to it.
     pub options: &'r RunOptions,
+    /// When to stop, where the job can.
+    pub stop: Option<&'r Stop>,
     /// The result file.
     pub file: ResultFile<'r>,
     /// Stages, steps and remarks, on stderr.

@@ -5,13 +5,14 @@ use super::interface::{creepage, friction, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
+use super::steps::Needs;
 use super::{complex_modes, full_stability};
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 use crate::contact::{SlidingContact, Stencil};
 use crate::grid::Interface;
-use crate::job::{self, Direction};
+use crate::job::{self, Direction, Job};
 use crate::model::ModalPair;
 use crate::output::Table;
 use crate::stability::full::FullResult;
@@ -27,7 +28,7 @@ pub(super) fn run(
     contact: &job::Contact,
     parts: &Parts,
     solvers: &mut [Statics],
-) -> Result<Option<Spectrum>> {
+) -> Result<Option<Found>> {
     let world = run.world();
     let Parts { bodies, modes, model } = parts;
     run.progress.stage("stability of steady sliding");
@@ -57,7 +58,7 @@ pub(super) fn run(
         }
     }
     match modes {
-        _ if !run.job.output.fields || stability.shapes == 0 => {}
+        _ if !writes_shapes(run.job) => {}
         Ok(modes) => {
             run.progress.stage("complex modes");
             let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
@@ -67,7 +68,18 @@ pub(super) fn run(
             .summary
             .value("complex modes", format!("not written, for want of the mode shapes of the earlier run: {e}")),
     }
-    Ok(found.map(|f| f.spectrum))
+    Ok(found)
+}
+
+/// Whether complex modes are to be written.
+pub(super) fn writes_shapes(job: &Job) -> bool {
+    job.output.fields && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
+}
+
+/// What the analysis needs of the bodies: those of the full system come with their displacements.
+pub(super) fn needs(job: &Job, wanted: &job::Stability) -> Needs {
+    let full = wanted.full.is_some();
+    Needs { solvers: writes_shapes(job) && !full, shapes: writes_shapes(job) || full }
 }
 
 /// What the bodies give.

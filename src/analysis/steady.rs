@@ -3,18 +3,25 @@
 use super::bodies::{Bodies, Place};
 use super::deferred;
 use super::interface::{creepage, friction, normal_load};
-use super::reduction::Reduction;
+use super::reduction::{by_products, Reduction};
 use super::report::Summary;
 use super::run::Run;
+use super::steps::Needs;
 use crate::body::statics::Statics;
 use crate::contact::{SteadyProblem, SteadySolution, Stencil};
 use crate::fem::stress;
 use crate::grid::Interface;
-use crate::job::{self, Compliance};
+use crate::job::{self, Compliance, Job};
 use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
+
+/// What the analysis needs of the bodies: their displacements, for the fields or because their compliance is not made.
+pub(super) fn needs(job: &Job) -> Needs {
+    let elements = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe);
+    Needs { solvers: elements && (job.output.fields || by_products(job)), shapes: false }
+}
 
 /// Collective: the steady state, its tables and, with finite elements, its fields on the bodies.
 pub fn run(

@@ -4,6 +4,7 @@
 mod limit;
 mod memory;
 mod strain;
+mod text;
 
 pub use limit::Limit;
 pub use strain::small_strain;
@@ -11,7 +12,7 @@ pub use strain::small_strain;
 use super::bodies::{cylinder_spec, mesh_of, Meshed};
 use super::reduction::fe_inputs;
 use crate::body::matrix_market;
-use crate::job::{self, Compliance, Job, Load, MeshSource, ModesExtent, SweepPlan};
+use crate::job::{self, Job, MeshSource, SweepPlan};
 use crate::mesh::{cylinder, msh};
 use crate::{Error, Result};
 use std::fmt;
@@ -96,7 +97,7 @@ impl Plan {
     fn with(job: &Job, bodies: Vec<BodySize>, ranks: usize, swept: bool) -> Self {
         let alike = job.bodies.lower.is_some() && job.bodies.lower == job.bodies.upper;
         let memory::Estimate { shared, on_root } = memory::estimate(job, &bodies, alike, ranks, swept);
-        Self { steps: steps(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
+        Self { steps: text::lines(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
     }
 
     /// Estimated peak memory of each rank other than 0, byte.
@@ -152,71 +153,6 @@ pub fn models(sweep: &SweepPlan) -> Vec<&Job> {
     sweep.points.iter().filter(|p| new(fe_inputs(p))).collect()
 }
 
-fn steps(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
-    let mut steps = Vec::new();
-    let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
-    if let Some(modes) = &job.analyses.modes {
-        steps.push(match modes.extent() {
-            ModesExtent::Count(n) => format!("modes: the {n} lowest of each body{once}"),
-            ModesExtent::MaxFrequency(f) => format!("modes: all of each body up to {f} Hz{once}"),
-        });
-    }
-    if let (true, Some(contact)) = (job.by_matrices() && job.analyses.stability.is_some(), &job.contact) {
-        let points = contact.points.as_ref().map_or(0, Vec::len);
-        steps.push(format!("stability of steady sliding on the modes, {points} contact points"));
-    } else if let (false, Some(contact)) = (job.analyses.on_contact().is_empty(), &job.contact) {
-        let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
-        let source = match contact.compliance {
-            Compliance::Fe => format!("finite elements{once}"),
-            Compliance::HalfSpace => "elastic half-spaces".into(),
-        };
-        steps.push(format!("compliance of {nodes} contact nodes ({} rows) from {source}", 3 * nodes));
-        let load = match contact.load() {
-            Load::Normal(n) => format!("normal load {n} N"),
-            Load::Approach(d) => format!("approach {d} m"),
-        };
-        let c = contact.creepage;
-        let given = format!(
-            "{load}, friction {}, speed {} m/s, creepages {} {} {} 1/m",
-            contact.friction, contact.speed, c.longitudinal, c.lateral, c.spin,
-        );
-        if let Some(steady) = &job.analyses.steady {
-            steps.push(format!("steady rolling: {given}, tolerance {:e}", steady.tolerance));
-        }
-        if let Some(receptance) = &job.analyses.receptance {
-            let count = receptance.frequency.numbers().map_or(0, |f| f.len());
-            steps.push(format!("receptances of the contact point at {count} frequencies"));
-        }
-        if job.analyses.stability.is_some() {
-            steps.push(format!("stability of steady sliding on the modes: {given}"));
-            if let Some(full) = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()) {
-                steps.push(format!(
-                    "stability of the full system: all eigenvalues up to {} Hz by successive shifts, compared with those of the modes",
-                    full.max_frequency
-                ));
-            }
-        }
-        if let Some(t) = &job.analyses.transient {
-            let count = (t.duration / t.step).round();
-            steps.push(format!("transient on the modes: {count} steps of {} s, {} s", t.step, t.duration));
-            if t.sound_power.is_some() {
-                steps.push("sound power radiated in it, in third octaves".into());
-            }
-        }
-    }
-    if let Some(sweep) = &job.sweep {
-        let models = models(sweep).len();
-        steps.push(format!(
-            "sweep of {}: {} points on {models} {} model{}",
-            sweep.keys.join(", "),
-            sweep.points.len(),
-            if job.by_matrices() { "reduced" } else { "finite-element" },
-            if models == 1 { "" } else { "s" }
-        ));
-    }
-    steps
-}
-
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "bodies")?;
@@ -262,7 +198,7 @@ fn size_text(bytes: f64) -> String {
 
 /// The plan of the two-cylinder job with keys set.
 #[cfg(test)]
-mod example {
+pub(super) mod example {
     use super::{sizes, Plan};
     use crate::job::Job;
     use std::path::Path;

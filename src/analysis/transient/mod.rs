@@ -16,6 +16,8 @@ use super::interface::{creepage, friction, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
+use super::stability::Found;
+use super::steps::Needs;
 use super::RunOptions;
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
@@ -52,13 +54,26 @@ pub struct Inputs<'a> {
     /// The reduced model.
     pub model: &'a Reduction,
     /// On rank 0: what stability found, where it was asked for.
-    pub eigenpairs: &'a [Eigenpair],
+    pub found: Option<&'a Found>,
     /// What the command line says.
     pub options: &'a RunOptions,
     /// When to stop.
     pub stop: &'a Stop,
     /// On rank 0, at the start of a run: the reduced model as tables, for the first segment.
     pub keep: &'a [Table],
+}
+
+impl Inputs<'_> {
+    /// On rank 0: the eigenvalues of the reduced model, by falling growth rate.
+    fn eigenpairs(&self) -> &[Eigenpair] {
+        self.found.map_or(&[], |f| &f.spectrum.eigenpairs)
+    }
+}
+
+/// What the analysis needs of the bodies: named points and the motion of the bodies take static solves, and sound the shapes.
+pub(super) fn needs(wanted: &job::Transient) -> Needs {
+    let solvers = !wanted.points.is_empty() || wanted.body_stride > 0;
+    Needs { solvers, shapes: solvers || wanted.sound_power.is_some() }
 }
 
 /// Collective: the transient; its results become part of `file`. `solvers` are those of `Bodies::unique`, where there are any.
@@ -85,7 +100,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Resul
     };
     run.progress.stage("transient");
     if world.is_root() {
-        report_damping(wanted, inputs.eigenpairs, run.progress, &mut run.summary);
+        report_damping(wanted, inputs.eigenpairs(), run.progress, &mut run.summary);
     }
     let wish = || inputs.stop.signalled();
     let work =
@@ -357,8 +372,8 @@ fn largest_displacement(psi: MatRef<'_, f64>, modal: &[Complex64]) -> f64 {
 fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Result<(State, bool)> {
     let start = &inputs.wanted.start;
     if let Some(number) = start.mode {
-        let pair = (number as usize).checked_sub(1).and_then(|i| inputs.eigenpairs.get(i)).ok_or_else(|| {
-            let found = inputs.eigenpairs.len();
+        let pair = (number as usize).checked_sub(1).and_then(|i| inputs.eigenpairs().get(i)).ok_or_else(|| {
+            let found = inputs.eigenpairs().len();
             Error::Job(format!("analyses.transient.start.mode is {number}: stability found {found} eigenvalues"))
         })?;
         let largest = largest_displacement(root.pair.modes.as_ref(), &pair.modal);

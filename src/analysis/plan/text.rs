@@ -1,0 +1,94 @@
+//! The steps of a run in words, for `railsqueal check`.
+
+use super::{models, BodySize};
+use crate::analysis::steps::{steps, Earlier, Step};
+use crate::job::{Compliance, Contact, Job, LinearSolver, Load, ModesExtent};
+
+/// What a run of `job` computes, in order, one line each.
+pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
+    let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
+    let mut lines: Vec<String> = match job.by_matrices() {
+        true => of_matrices(job),
+        false => steps(job, Earlier::default()).into_iter().filter_map(|s| line(s, job, bodies, once)).collect(),
+    };
+    if let Some(sweep) = &job.sweep {
+        let models = models(sweep).len();
+        lines.push(format!(
+            "sweep of {}: {} points on {models} {} model{}",
+            sweep.keys.join(", "),
+            sweep.points.len(),
+            if job.by_matrices() { "reduced" } else { "finite-element" },
+            if models == 1 { "" } else { "s" }
+        ));
+    }
+    lines
+}
+
+fn of_matrices(job: &Job) -> Vec<String> {
+    let points = job.contact.as_ref().and_then(|c| c.points.as_ref()).map_or(0, Vec::len);
+    let stability = job.analyses.stability.as_ref();
+    let stability = stability.map(|_| format!("stability of steady sliding on the modes, {points} contact points"));
+    modes(job, "").into_iter().chain(stability).collect()
+}
+
+fn modes(job: &Job, once: &str) -> Option<String> {
+    job.analyses.modes.as_ref().map(|modes| match modes.extent() {
+        ModesExtent::Count(n) => format!("modes: the {n} lowest of each body{once}"),
+        ModesExtent::MaxFrequency(f) => format!("modes: all of each body up to {f} Hz{once}"),
+    })
+}
+
+/// What is given of the contact.
+fn given(contact: &Contact) -> String {
+    let load = match contact.load() {
+        Load::Normal(n) => format!("normal load {n} N"),
+        Load::Approach(d) => format!("approach {d} m"),
+    };
+    let c = contact.creepage;
+    format!(
+        "{load}, friction {}, speed {} m/s, creepages {} {} {} 1/m",
+        contact.friction, contact.speed, c.longitudinal, c.lateral, c.spin,
+    )
+}
+
+/// A step in words; some are not worth a line.
+fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String> {
+    let (wanted, contact) = (&job.analyses, job.contact.as_ref());
+    match step {
+        Step::Earlier | Step::EarlierShapes | Step::Geometry | Step::FreeModes => None,
+        Step::Bodies => Some("meshes, distributed; stiffness and mass".into()),
+        Step::Solvers => Some(match job.solver.linear {
+            LinearSolver::Mumps => format!("factorisation of the stiffness of each body{once}"),
+            LinearSolver::Gamg => format!("multigrid for the stiffness of each body{once}"),
+        }),
+        Step::FreeSolvers => Some("(what solves with the stiffness is freed)".into()),
+        Step::Modes => modes(job, once),
+        Step::Model => contact.map(|contact| {
+            let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
+            let source = match contact.compliance {
+                Compliance::Fe => format!("finite elements{once}"),
+                Compliance::HalfSpace => "elastic half-spaces".into(),
+            };
+            format!("compliance of {nodes} contact nodes ({} rows) from {source}", 3 * nodes)
+        }),
+        Step::Receptance => wanted.receptance.as_ref().map(|receptance| {
+            let count = receptance.frequency.numbers().map_or(0, |f| f.len());
+            format!("receptances of the contact point at {count} frequencies")
+        }),
+        Step::Stability => wanted.stability.as_ref().zip(contact).map(|(stability, contact)| {
+            let full = stability.full.as_ref().map_or(String::new(), |full| {
+                let most = full.max_frequency;
+                format!("\n  stability of the full system: all eigenvalues up to {most} Hz by successive shifts, compared with those of the modes")
+            });
+            format!("stability of steady sliding on the modes: {}{full}", given(contact))
+        }),
+        Step::Steady => wanted.steady.as_ref().zip(contact).map(|(steady, contact)| {
+            format!("steady rolling: {}, tolerance {:e}", given(contact), steady.tolerance)
+        }),
+        Step::Transient => wanted.transient.as_ref().map(|t| {
+            let sound = t.sound_power.as_ref().map_or("", |_| "; sound power radiated in it, in third octaves");
+            let count = (t.duration / t.step).round();
+            format!("transient on the modes: {count} steps of {} s, {} s{sound}", t.step, t.duration)
+        }),
+    }
+}

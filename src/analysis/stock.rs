@@ -1,0 +1,227 @@
+//! What the steps of a run make and later steps take.
+
+use super::bodies::Bodies;
+use super::reduction::Reduction;
+use super::reuse::{self, Origin, Reused};
+use super::run::Run;
+use super::steps::Step;
+use super::transient::{self, Inputs};
+use super::{modes, receptance, stability, steady};
+use crate::body::fe::BodyModes;
+use crate::body::statics::Statics;
+use crate::job::{self, Compliance};
+use crate::output::{sha256, Segments, Table};
+use crate::{Error, Result};
+use std::cell::OnceCell;
+
+/// The model of an earlier run, where there is one; on rank 0.
+type Earlier = Option<Option<Reused>>;
+
+/// What the steps of a run have made so far.
+pub struct Stock<'s> {
+    bodies: &'s OnceCell<Bodies>,
+    solvers: Vec<Statics<'s>>,
+    /// Free modes of each of [`Bodies::unique`].
+    modes: Vec<BodyModes>,
+    /// The mode shapes that an earlier run wrote, or why they cannot be read.
+    shapes: Option<Result<Vec<BodyModes>>>,
+    /// The model of `--reuse`.
+    reused: Earlier,
+    /// The model that a run that is continued was begun with.
+    kept: Earlier,
+    origin: Option<Origin>,
+    /// The reduced model.
+    pub model: Option<Reduction>,
+    found: Option<stability::Found>,
+}
+
+impl<'s> Stock<'s> {
+    /// Nothing yet; the bodies will be put into `bodies`.
+    pub fn new(bodies: &'s OnceCell<Bodies>) -> Self {
+        Self {
+            bodies,
+            solvers: Vec::new(),
+            modes: Vec::new(),
+            shapes: None,
+            reused: None,
+            kept: None,
+            origin: None,
+            model: None,
+            found: None,
+        }
+    }
+
+    fn bodies(&self) -> &'s Bodies {
+        self.bodies.get_or_init(Bodies::none)
+    }
+
+    /// Collective: one step of `run`.
+    pub fn perform<'r: 's>(&mut self, step: Step, run: &mut Run<'r>) -> Result<()> {
+        match step {
+            Step::Earlier => self.read_earlier(run),
+            Step::Bodies => {
+                let bodies = Bodies::build(run.world(), run.job, run.progress, &mut run.summary)?;
+                self.bodies.set(bodies).map_err(|_| Error::Defect("bodies are built twice".into()))
+            }
+            Step::EarlierShapes => {
+                self.read_shapes(run);
+                Ok(())
+            }
+            Step::Solvers => self.solvers(run),
+            Step::Modes => match &self.reused {
+                Some(reused) => {
+                    if let Some(reused) = reused {
+                        modes::write_reused(run, &reused.modes);
+                    }
+                    Ok(())
+                }
+                None => {
+                    self.modes = modes::run(run, self.bodies(), &mut self.solvers)?;
+                    Ok(())
+                }
+            },
+            Step::Geometry => self.bodies().write_shapes(&mut run.file),
+            Step::Model => self.reduce(run),
+            Step::Receptance => match (&run.job.analyses.receptance, &run.job.contact) {
+                (Some(wanted), Some(contact)) => receptance::run(run, wanted, contact, self.model()?),
+                _ => Ok(()),
+            },
+            Step::Stability => self.stability(run),
+            Step::Steady => match (&run.job.analyses.steady, &run.job.contact, &self.model) {
+                (Some(wanted), Some(contact), Some(model)) => {
+                    steady::run(run, wanted, contact, self.bodies(), model, &mut self.solvers)
+                }
+                _ => Ok(()),
+            },
+            Step::Transient => self.transient(run),
+            Step::FreeSolvers => {
+                self.solvers.clear();
+                Ok(())
+            }
+            Step::FreeModes => {
+                self.modes.clear();
+                self.shapes = None;
+                Ok(())
+            }
+        }
+    }
+
+    fn model(&self) -> Result<&Reduction> {
+        self.model.as_ref().ok_or_else(no_model)
+    }
+
+    fn read_earlier(&mut self, run: &mut Run) -> Result<()> {
+        let (world, job, options) = (run.world(), run.job, run.options);
+        if let Some(path) = &options.reuse {
+            run.progress.stage("reading the reduced model of an earlier run");
+            self.reused = Some(world.on_root(|| reuse::read(path, job))?);
+        }
+        // A run that is continued goes on with the model that it was begun with.
+        if options.resume {
+            self.kept = Some(world.on_root(|| transient::kept::read(&Segments::of(&options.output), job))?);
+        }
+        Ok(())
+    }
+
+    fn read_shapes(&mut self, run: &mut Run) {
+        let (Some(reused), Some(path)) = (&self.reused, &run.options.reuse) else { return };
+        run.progress.stage("mode shapes of an earlier run");
+        let none = Reduction::elsewhere();
+        let model = reused.as_ref().map_or(&none, |r| &r.reduction);
+        self.shapes = Some(reuse::shapes::read(run.world(), &reuse::shapes::file(path), self.bodies(), model));
+    }
+
+    fn solvers<'r: 's>(&mut self, run: &mut Run<'r>) -> Result<()> {
+        // Shapes that cannot be read are not completed by static solves.
+        if run.job.analyses.steady.is_none() && matches!(self.shapes, Some(Err(_))) {
+            return Ok(());
+        }
+        self.solvers = self.bodies().solvers(run.petsc, run.job, run.progress, &mut run.summary)?;
+        Ok(())
+    }
+
+    fn reduce(&mut self, run: &mut Run) -> Result<()> {
+        let (world, job, options) = (run.world(), run.job, run.options);
+        let bodies = self.bodies();
+        let contact = contact(job)?;
+        self.origin = match (&self.kept, &self.reused) {
+            (Some(there), _) | (None, Some(there)) => there.as_ref().map(|r| r.origin.clone()),
+            (None, None) => Some(Origin::of(bodies, &self.modes)),
+        };
+        let model = match self.kept.take().or(self.reused.take()) {
+            Some(there) => there.map_or_else(Reduction::elsewhere, |r| r.reduction),
+            None => Reduction::build(world, job, contact, bodies, &self.modes, &mut self.solvers, run.progress)?,
+        };
+        if options.resume {
+            for shapes in [Some(&mut self.modes), self.shapes.as_mut().and_then(|s| s.as_mut().ok())] {
+                if let Some(shapes) = shapes.filter(|s| !s.is_empty()) {
+                    transient::kept::align(world, bodies, shapes, &model)?;
+                }
+            }
+        }
+        // A compliance that is only near the true one is of no use to another run.
+        let whole = options.reuse.is_none() && !model.approximate;
+        self.model = Some(model);
+        if whole && job.output.reduced && contact.compliance == Compliance::Fe {
+            run.file.tables(world.on_root(|| self.tables(job))?.unwrap_or_default());
+        }
+        Ok(())
+    }
+
+    /// On rank 0: the reduced model as tables.
+    fn tables(&self, job: &job::Job) -> Result<Vec<Table>> {
+        reuse::tables(job, &self.origin.clone().unwrap_or_default(), self.model()?.root()?)
+    }
+
+    fn stability(&mut self, run: &mut Run) -> Result<()> {
+        let (Some(wanted), Some(model)) = (&run.job.analyses.stability, &self.model) else { return Ok(()) };
+        let modes = match &self.shapes {
+            Some(Ok(shapes)) => Ok(&shapes[..]),
+            Some(Err(e)) => Err(e),
+            None => Ok(&self.modes[..]),
+        };
+        let parts = stability::Parts { bodies: self.bodies(), modes, model };
+        self.found = stability::run(run, wanted, contact(run.job)?, &parts, &mut self.solvers)?;
+        Ok(())
+    }
+
+    fn transient(&mut self, run: &mut Run) -> Result<()> {
+        let (job, options) = (run.job, run.options);
+        let (Some(wanted), Some(stop)) = (&job.analyses.transient, run.stop) else { return Ok(()) };
+        let keep = match options.resume {
+            true => None,
+            false => run.world().on_root(|| self.tables(job))?,
+        };
+        let model = self.model.as_ref().ok_or_else(no_model)?;
+        let inputs = Inputs {
+            job,
+            wanted,
+            contact: contact(job)?,
+            bodies: self.bodies(),
+            modes: &self.modes,
+            model,
+            found: self.found.as_ref(),
+            options,
+            stop,
+            keep: &keep.unwrap_or_default(),
+        };
+        transient::run(run, &inputs, &mut self.solvers)
+    }
+
+    /// On rank 0: name and checksum of every input.
+    pub fn checksums(&self, run: &Run) -> Result<Vec<(String, String)>> {
+        let mut sums = self.bodies().checksums(run.job)?;
+        if let Some(path) = &run.options.reuse {
+            sums.push((path.display().to_string(), sha256(path)?));
+        }
+        Ok(sums)
+    }
+}
+
+fn contact(job: &job::Job) -> Result<&job::Contact> {
+    job.contact.as_ref().ok_or_else(|| Error::Defect("an analysis of the contact without one".into()))
+}
+
+fn no_model() -> Error {
+    Error::Defect("an analysis before the reduced model".into())
+}
