@@ -11,6 +11,7 @@ use crate::body::ReducedBody;
 use crate::contact::SlidingContact;
 use crate::job::{self, Job, ModesExtent};
 use crate::model::{broadcast, ModalPair};
+use crate::output::datasets::stability::eigenvalues;
 use crate::output::{sha256, Table};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
@@ -150,7 +151,7 @@ fn itself(run: &mut Run, bodies: &[MatrixBody]) -> Result<()> {
         Ok((pair, spectrum, full))
     })?;
     if let Some((pair, spectrum, full)) = &found {
-        run.file.tables(stability::tables(spectrum, pair, full.as_ref()));
+        run.file.tables(eigenvalues(spectrum, pair, full.as_ref()));
         stability::summarise(spectrum, pair, &mut run.summary);
         if let Some(full) = full {
             full_stability::summarise(full, &mut run.summary);

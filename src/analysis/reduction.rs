@@ -13,7 +13,6 @@ use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use faer::Mat;
-use serde_json::{json, Value};
 
 /// The reduced model on rank 0, nothing elsewhere.
 pub struct Reduction {
@@ -114,25 +113,4 @@ pub(super) fn by_products(job: &Job) -> bool {
         && analyses.stability.is_none()
         && analyses.transient.is_none()
         && job.sweep.is_none()
-}
-
-/// What of a job its reduced model depends on, damping apart: two jobs with the same have the same modes and compliances.
-pub fn fe_inputs(job: &Job) -> Value {
-    let body = |b: &job::Body| {
-        let mut fixed = b.fixed.clone();
-        fixed.sort();
-        let mut matrices = b.matrices.clone();
-        // A factor costs nothing.
-        matrices.iter_mut().for_each(|m| m.damping_factor = 1.0);
-        json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed, "matrices": matrices })
-    };
-    let contact = job.contact.as_ref();
-    json!({
-        "bodies": {
-            "lower": job.bodies.lower.as_ref().map(body),
-            "upper": job.bodies.upper.as_ref().map(body),
-        },
-        "contact": { "patch": contact.map(|c| c.patch), "compliance": contact.map(|c| c.compliance) },
-        "analyses": { "modes": job.analyses.modes },
-    })
 }

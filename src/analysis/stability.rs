@@ -14,12 +14,10 @@ use crate::contact::{SlidingContact, Stencil};
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job};
 use crate::model::ModalPair;
-use crate::output::Table;
-use crate::stability::full::FullResult;
+use crate::output::datasets::stability::{eigenvalues, sliding_state};
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::{frequency_reach, spectrum, Spectrum};
 use crate::{Error, Result};
-use num_complex::Complex;
 
 /// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.
 pub(super) fn run(
@@ -45,8 +43,8 @@ pub(super) fn run(
         None => None,
     };
     if let (Some(Found { sliding, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
-        run.file.tables(tables(spectrum, &root.pair, full.as_ref()));
-        run.file.tables(sliding_tables(sliding));
+        run.file.tables(eigenvalues(spectrum, &root.pair, full.as_ref()));
+        run.file.tables(sliding_state(sliding));
         summarise(spectrum, &root.pair, &mut run.summary);
         if sliding.reversed > 0 {
             let (reversed, closed) = (sliding.reversed, sliding.closed.len());
@@ -97,16 +95,6 @@ pub(super) struct Found {
     pub(super) spectrum: Spectrum,
 }
 
-/// One line of the table of eigenvalues.
-struct Listed {
-    value: Complex<f64>,
-    backward_error: f64,
-    constraint: f64,
-    source: &'static str,
-    shares: Vec<f64>,
-    partner: i64,
-}
-
 /// On rank 0: the sliding state and the eigenvalues about it.
 pub(super) fn analyse(
     stability: &job::Stability,
@@ -139,106 +127,6 @@ pub(super) fn analyse(
     Ok(Found { sliding, contact, spectrum })
 }
 
-/// The eigenvalues of the reduced model, then those of the full one.
-fn listed(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> Vec<Listed> {
-    let of_reduced = |p: &Eigenpair| Listed {
-        value: p.value,
-        backward_error: p.backward_error,
-        constraint: 0.0,
-        source: "reduced",
-        shares: participation(model, p),
-        partner: -1,
-    };
-    let mut all: Vec<Listed> = spectrum.eigenpairs.iter().map(of_reduced).collect();
-    let reduced = all.len();
-    for (i, p) in full.iter().flat_map(|f| f.spectrum.pairs.iter().enumerate()) {
-        let partner = full.and_then(|f| f.partners.get(i).copied().flatten());
-        if let Some(partner) = partner {
-            all[partner].partner = (reduced + i) as i64;
-        }
-        all.push(Listed {
-            value: p.value,
-            backward_error: p.residuals.backward_error,
-            constraint: p.residuals.constraint,
-            source: "full",
-            shares: full.and_then(|f| f.shares.get(i).cloned()).unwrap_or_default(),
-            partner: partner.map_or(-1, |p| p as i64),
-        });
-    }
-    all
-}
-
-/// What the group `/stability` says of the eigenvalues.
-pub(super) fn tables(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> Vec<Table> {
-    let all = listed(spectrum, model, full);
-    let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Listed) -> f64| {
-        Table::list(&format!("/stability/{name}"), units, text, all.iter().map(of).collect::<Vec<f64>>())
-    };
-    let value: Vec<Complex<f64>> = all.iter().map(|p| p.value).collect();
-    let shares: Vec<f64> = all.iter().flat_map(|p| p.shares.iter().copied()).collect();
-    let lower = model.lower_modes;
-    let body: Vec<i8> = (0..model.omega.len()).map(|k| if k < lower { 1 } else { 2 }).collect();
-    let frequency: Vec<f64> = model.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
-    let mut tables = vec![
-        Table::list(
-            "/stability/eigenvalue",
-            "1/s",
-            "Eigenvalues, growth rate + i angular frequency, one of each conjugate pair, by falling growth rate; \
-                 those of the reduced model, then those of the full one.",
-            value,
-        ),
-        list("frequency", "Hz", "Frequency of each eigenvalue.", &|p| p.value.im.abs() / (2.0 * std::f64::consts::PI)),
-        list("growth_rate", "1/s", "Growth rate of each eigenvalue; unstable if positive.", &|p| p.value.re),
-        list("damping_ratio", "1", "Damping ratio, minus growth rate over modulus.", &|p| {
-            -p.value.re / p.value.norm().max(f64::MIN_POSITIVE)
-        }),
-        list("backward_error", "1", "Backward error of each eigenpair in the scaled problem.", &|p| p.backward_error),
-        list(
-            "constraint_violation",
-            "1",
-            "Largest opening of a closed node over the largest displacement; 0 where the pressures are eliminated.",
-            &|p| p.constraint,
-        ),
-        Table::list(
-            "/stability/source",
-            "-",
-            "Where each eigenvalue comes from: reduced or full.",
-            all.iter().map(|p| p.source.to_owned()).collect::<Vec<_>>(),
-        ),
-        Table::list(
-            "/stability/partner",
-            "1",
-            "Place of the same eigenvalue from the other source, from 0; -1: none was looked for or needed.",
-            all.iter().map(|p| p.partner).collect::<Vec<i64>>(),
-        ),
-        Table::new(
-            "/stability/participation",
-            "1",
-            "Share of each free-interface mode in each eigenvector, by elastic energy.",
-            &[all.len(), model.omega.len()],
-            shares,
-        ),
-        Table::list("/stability/mode_body", "-", "Body of each free-interface mode: 1 lower, 2 upper.", body),
-        Table::list("/stability/mode_frequency", "Hz", "Frequency of each free-interface mode.", frequency),
-    ];
-    if let Some(full) = full {
-        let shifts = &full.spectrum.shifts;
-        tables.push(Table::list(
-            "/stability/shift",
-            "1/s",
-            "Shifts at which the full system was inverted.",
-            shifts.iter().map(|s| s.shift).collect::<Vec<_>>(),
-        ));
-        tables.push(Table::list(
-            "/stability/shift_radius",
-            "1/s",
-            "Distance from each shift within which every eigenvalue of the full system was found.",
-            shifts.iter().map(|s| s.radius).collect::<Vec<_>>(),
-        ));
-    }
-    tables
-}
-
 pub(super) fn summarise(spectrum: &Spectrum, model: &ModalPair, summary: &mut Summary) {
     let unstable: Vec<&Eigenpair> = spectrum.eigenpairs.iter().filter(|e| e.growth_rate() > 0.0).collect();
     summary.line(format!(
@@ -268,24 +156,4 @@ fn partners(model: &ModalPair, pair: &Eigenpair) -> String {
         format!("{:.0} % {place} mode {number}", 100.0 * share)
     });
     named.collect::<Vec<_>>().join(", ")
-}
-
-/// What the group `/stability` says of the sliding state.
-fn sliding_tables(s: &SlidingSolution) -> Vec<Table> {
-    vec![
-        Table::list("/stability/force", "N", "Contact force (x, y, z) on body 1 in steady sliding.", s.force.to_vec()),
-        Table::scalar("/stability/approach", "m", "Rigid approach in steady sliding.", s.approach),
-        Table::list(
-            "/stability/pressure",
-            "Pa",
-            "Pressure at the contact nodes in steady sliding.",
-            s.pressure.clone(),
-        ),
-        Table::scalar(
-            "/stability/reversed",
-            "1",
-            "Closed nodes whose creep in the deformed state points against the sliding assumed.",
-            s.reversed as i64,
-        ),
-    ]
 }

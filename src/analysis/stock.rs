@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::reduction::Reduction;
-use super::reuse::{self, Origin, Reused};
+use super::reuse;
 use super::run::Run;
 use super::steps::Step;
 use super::transient::{self, Inputs};
@@ -10,6 +10,7 @@ use super::{modes, receptance, stability, steady};
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
 use crate::job::{self, Compliance};
+use crate::output::datasets::reduced::{self, Origin, Reused};
 use crate::output::{sha256, Segments, Table};
 use crate::{Error, Result};
 use std::cell::OnceCell;
@@ -126,8 +127,7 @@ impl<'s> Stock<'s> {
     fn read_shapes(&mut self, run: &mut Run) {
         let (Some(reused), Some(path)) = (&self.reused, &run.options.reuse) else { return };
         run.progress.stage("mode shapes of an earlier run");
-        let none = Reduction::elsewhere();
-        let model = reused.as_ref().map_or(&none, |r| &r.reduction);
+        let model = reused.as_ref().map(|r| &r.model);
         self.shapes = Some(reuse::shapes::read(run.world(), &reuse::shapes::file(path), self.bodies(), model));
     }
 
@@ -146,10 +146,10 @@ impl<'s> Stock<'s> {
         let contact = contact(job)?;
         self.origin = match (&self.kept, &self.reused) {
             (Some(there), _) | (None, Some(there)) => there.as_ref().map(|r| r.origin.clone()),
-            (None, None) => Some(Origin::of(bodies, &self.modes)),
+            (None, None) => Some(reuse::origin(bodies, &self.modes)),
         };
         let model = match self.kept.take().or(self.reused.take()) {
-            Some(there) => there.map_or_else(Reduction::elsewhere, |r| r.reduction),
+            Some(there) => there.map_or_else(Reduction::elsewhere, |r| Reduction::of(r.model)),
             None => Reduction::build(world, job, contact, bodies, &self.modes, &mut self.solvers, run.progress)?,
         };
         if options.resume {
@@ -170,7 +170,7 @@ impl<'s> Stock<'s> {
 
     /// On rank 0: the reduced model as tables.
     fn tables(&self, job: &job::Job) -> Result<Vec<Table>> {
-        reuse::tables(job, &self.origin.clone().unwrap_or_default(), self.model()?.root()?)
+        reduced::tables(job, &self.origin.clone().unwrap_or_default(), self.model()?.root()?)
     }
 
     fn stability(&mut self, run: &mut Run) -> Result<()> {

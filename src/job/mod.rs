@@ -2,6 +2,7 @@
 //! returned with all defaults filled in; nothing is computed here.
 
 mod format;
+mod compare;
 mod model;
 mod overrides;
 mod parse;
@@ -11,6 +12,7 @@ mod transient;
 mod validate;
 
 pub use format::FORMAT;
+pub use compare::{differences, fe_inputs, Difference};
 pub use model::*;
 pub use schema::schema;
 pub use sweep::SweepPlan;

@@ -2,6 +2,7 @@
 
 mod damping;
 mod pair;
+mod receptance;
 
 use crate::body::ReducedBody;
 use crate::grid::Interface;
@@ -12,6 +13,7 @@ use faer::Mat;
 
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};
+pub use receptance::receptance;
 
 /// Two bodies and the interface between them.
 #[derive(Debug, Clone)]

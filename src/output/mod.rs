@@ -8,6 +8,7 @@
 //!
 //! `docs/output.md` lists what is in the file.
 
+pub mod datasets;
 mod fields;
 mod modes;
 mod partial;

@@ -10,8 +10,8 @@ pub use limit::Limit;
 pub use strain::small_strain;
 
 use super::bodies::{cylinder_spec, mesh_of, Meshed};
-use super::reduction::fe_inputs;
 use crate::body::matrix_market;
+use crate::job::fe_inputs;
 use crate::job::{self, Job, MeshSource, SweepPlan};
 use crate::mesh::{cylinder, msh};
 use crate::{Error, Result};

@@ -1,84 +1,23 @@
-//! The reduced model in a result file, and its reuse by a later run whose bodies are the same.
+//! Reuse of the reduced model of an earlier run whose bodies are the same.
 
 pub mod shapes;
 
 use super::bodies::Bodies;
-use super::reduction::{fe_inputs, Reduction};
 use crate::body::fe::BodyModes;
 use crate::body::Side;
-use crate::grid::Interface;
 use crate::job::{Compliance, Job};
-use crate::model::{BodyPart, ReducedModel};
-use crate::output::{sha256, Reader, Table, Values};
+use crate::output::datasets::reduced::{load, Origin, Reused};
 use crate::{Error, Result};
-use faer::Mat;
-use serde_json::{Map, Value};
 use std::path::Path;
 
-/// Version of the group `/reduced`.
-const VERSION: i64 = 1;
-
-/// What the group `/reduced` holds beside the model.
-#[derive(Debug, Clone, Default)]
-pub struct Origin {
-    /// Whether the upper body is the lower one's mirror image.
-    pub alike: bool,
-    /// Residuals of the modes of the lower and the upper body.
-    pub residual: [Vec<f64>; 2],
-}
-
-impl Origin {
-    /// That of a model made from `bodies` with these `modes`.
-    pub fn of(bodies: &Bodies, modes: &[BodyModes]) -> Self {
-        let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
-        let residual = |side: Side| {
-            let place = bodies.places.iter().find(|p| p.side == side);
-            place.and_then(|p| modes.get(p.body)).map(|m| m.residual.clone()).unwrap_or_default()
-        };
-        Self { alike, residual: Side::BOTH.map(residual) }
-    }
-}
-
-/// On rank 0: the group `/reduced` of the `model`.
-pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Table>> {
-    let s = &model.interface;
-    let alike = origin.alike;
-    let inputs = summed_inputs(job)?.to_string();
-    let mut tables = vec![
-        Table::scalar("/reduced/version", "-", "Version of this group.", VERSION),
-        Table::scalar("/reduced/inputs", "-", "What of the job the reduced model depends on, JSON.", inputs.as_str()),
-        Table::list("/reduced/x", "m", "Longitudinal positions of the grid lines.", s.x.clone()),
-        Table::list("/reduced/y", "m", "Lateral positions of the grid lines.", s.y.clone()),
-        Table::list("/reduced/gap", "m", "Gap of the undeformed bodies at each node.", s.gap.clone()),
-        Table::scalar("/reduced/alike", "-", "1 if the upper body is the lower one's mirror image.", i8::from(alike)),
-    ];
-    for (i, name) in ["lower", "upper"].into_iter().enumerate().take(if alike { 1 } else { 2 }) {
-        let body = &model.bodies[model.place[i]];
-        let path = |what: &str| format!("/reduced/{name}/{what}");
-        let (rows, count) = body.contact_modes.shape();
-        let residual = origin.residual[i].clone();
-        let by_rows = |m: &Mat<f64>| -> Vec<f64> {
-            (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
-        };
-        let text = "Angular frequencies of the free-interface modes, ascending.";
-        tables.push(Table::list(&path("omega"), "rad/s", text, body.omega.clone()));
-        tables.push(Table::list(&path("residual"), "1", "Relative residual of each mode.", residual));
-        let text = "Mass-normalised modes at the contact rows 3i + c, c = x, y, n into the body, in lower form.";
-        tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(&body.contact_modes)));
-        let text = "Static compliance of the contact rows, in lower form.";
-        tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(&body.compliance)));
-    }
-    Ok(tables)
-}
-
-/// A reduced model from an earlier run.
-pub struct Reused {
-    /// The model.
-    pub reduction: Reduction,
-    /// Frequencies, Hz, and residuals of the modes of the lower and the upper body.
-    pub modes: [(Vec<f64>, Vec<f64>); 2],
-    /// Where it came from.
-    pub origin: Origin,
+/// What the group `/reduced` holds beside a model made from `bodies` with these `modes`.
+pub fn origin(bodies: &Bodies, modes: &[BodyModes]) -> Origin {
+    let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
+    let residual = |side: Side| {
+        let place = bodies.places.iter().find(|p| p.side == side);
+        place.and_then(|p| modes.get(p.body)).map(|m| m.residual.clone()).unwrap_or_default()
+    };
+    Origin { alike, residual: Side::BOTH.map(residual) }
 }
 
 /// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if it is not.
@@ -97,126 +36,4 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
         return refuse("analyses.stability.full needs the finite elements and whole mode shapes, which the file has not; leave one of the two out");
     }
     load(file, job)
-}
-
-/// On rank 0: the reduced model that `file` holds, for a job that can make use of it.
-pub fn load(file: &Path, job: &Job) -> Result<Reused> {
-    let name = file.display();
-    let reader = Reader::open(file)?;
-    if !reader.has("/reduced/version") {
-        return Err(Error::Input(format!(
-            "{name}: has no reduced model; it is written by runs with a contact of finite elements and output.reduced = true"
-        )));
-    }
-    let integer = |path: &str| match reader.read(path)?.1 {
-        Values::I64(v) if v.len() == 1 => Ok(v[0]),
-        Values::I8(v) if v.len() == 1 => Ok(i64::from(v[0])),
-        _ => Err(Error::Input(format!("{name}: {path} is not one whole number"))),
-    };
-    let version = integer("/reduced/version")?;
-    if version != VERSION {
-        return Err(Error::Input(format!(
-            "{name}: its reduced model has version {version}, this program reads {VERSION}; make the file again"
-        )));
-    }
-    let text = reader.text("/reduced/inputs")?;
-    let stored: Value = serde_json::from_str(&text)
-        .map_err(|e| Error::Input(format!("{name}: /reduced/inputs is no JSON ({e}); make the file again")))?;
-    let mut wanted = summed_inputs(job)?;
-    let mut stored = stored;
-    if job.analyses.modes.is_none() {
-        // Modes that are not asked for do no harm: they are left out.
-        for inputs in [&mut wanted, &mut stored] {
-            inputs["analyses"] = Value::Null;
-        }
-    }
-    let mut differing = Vec::new();
-    differences(&stored, &wanted, "", &mut differing);
-    if !differing.is_empty() {
-        return Err(Error::Job(format!(
-            "--reuse {name}: it is of another job; what differs: {}. Run without --reuse",
-            differing.join(", ")
-        )));
-    }
-    let line = |path: &str| reader.numbers(path).map(|(_, v)| v);
-    let interface = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?)
-        .map_err(|e| Error::Input(format!("{name}: {}", e.message())))?;
-    let rows = 3 * interface.len();
-    let matrix = |path: &str, columns: usize| -> Result<Mat<f64>> {
-        let (shape, v) = reader.numbers(path)?;
-        if shape != [rows, columns] {
-            return Err(Error::Input(format!(
-                "{name}: {path} has the shape {shape:?}, expected {:?}",
-                [rows, columns]
-            )));
-        }
-        Ok(Mat::from_fn(rows, columns, |i, j| v[i * columns + j]))
-    };
-    let alike = integer("/reduced/alike")? == 1;
-    let mut parts = Vec::new();
-    let mut modes = Vec::new();
-    for place in ["lower", "upper"].into_iter().take(if alike { 1 } else { 2 }) {
-        let path = |what: &str| format!("/reduced/{place}/{what}");
-        let omega = line(&path("omega"))?;
-        let (contact_modes, compliance) =
-            (matrix(&path("contact_modes"), omega.len())?, matrix(&path("compliance"), rows)?);
-        let frequency = omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
-        modes.push((frequency, line(&path("residual"))?));
-        parts.push(match job.analyses.modes {
-            Some(_) => BodyPart { omega, contact_modes, compliance },
-            None => BodyPart { omega: Vec::new(), contact_modes: Mat::zeros(rows, 0), compliance },
-        });
-    }
-    if alike {
-        modes.push(modes[0].clone());
-    }
-    let place = if alike { vec![0, 0] } else { vec![0, 1] };
-    let reduction = Reduction::of(ReducedModel::assemble(job, interface, parts, place)?);
-    let modes: [(Vec<f64>, Vec<f64>); 2] =
-        modes.try_into().map_err(|_| Error::Defect("modes of other than two bodies".into()))?;
-    let origin = Origin { alike, residual: [modes[0].1.clone(), modes[1].1.clone()] };
-    Ok(Reused { reduction, modes, origin })
-}
-
-/// What the reduced model depends on, with the contents of mesh files in place of their paths.
-fn summed_inputs(job: &Job) -> Result<Value> {
-    let mut inputs = fe_inputs(job);
-    for place in ["lower", "upper"] {
-        let Some(file) = inputs.pointer_mut(&format!("/bodies/{place}/mesh/file")) else { continue };
-        let sum = sha256(Path::new(file.as_str().unwrap_or_default()))?;
-        *file = Value::String(format!("sha256 {sum}"));
-    }
-    Ok(inputs)
-}
-
-/// Dotted paths at which two values differ.
-fn differences(a: &Value, b: &Value, path: &str, out: &mut Vec<String>) {
-    let empty = Map::new();
-    match (a, b) {
-        (Value::Object(_), Value::Object(_)) => {
-            let (a, b) = (a.as_object().unwrap_or(&empty), b.as_object().unwrap_or(&empty));
-            let mut keys: Vec<&String> = a.keys().chain(b.keys()).collect();
-            keys.sort();
-            keys.dedup();
-            for key in keys {
-                let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-                differences(a.get(key).unwrap_or(&Value::Null), b.get(key).unwrap_or(&Value::Null), &inner, out);
-            }
-        }
-        // 1 and 1.0 are the same number.
-        (Value::Number(x), Value::Number(y)) if x.as_f64() == y.as_f64() => {}
-        _ if a == b => {}
-        _ => out.push(format!("{path} ({} there, {} here)", brief(a), brief(b))),
-    }
-}
-
-fn brief(value: &Value) -> String {
-    let text = match value {
-        Value::Null => "none".into(),
-        other => other.to_string(),
-    };
-    if text.chars().count() > 60 {
-        return text.chars().take(59).chain(['…']).collect();
-    }
-    text
 }

@@ -1,10 +1,10 @@
 //! The whole mode shapes of an earlier run, which it wrote for ParaView: found again on the mesh of this run by their positions.
 
 use crate::analysis::bodies::Bodies;
-use crate::analysis::reduction::Reduction;
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::Side;
 use crate::fem::dofs::FIXED;
+use crate::model::ReducedModel;
 use crate::output::{companion, Reader, Values};
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -22,12 +22,12 @@ pub fn file(reused: &Path) -> PathBuf {
 
 /// Collective: the modes of each of [`Bodies::unique`] from the `file` of the run that gave the `model`. What stands against it is an error with a
 /// message for the user.
-pub fn read(world: &World, file: &Path, bodies: &Bodies, model: &Reduction) -> Result<Vec<BodyModes>> {
+pub fn read(world: &World, file: &Path, bodies: &Bodies, model: Option<&ReducedModel>) -> Result<Vec<BodyModes>> {
     let mut all = Vec::new();
     for (index, body) in bodies.unique.iter().enumerate() {
         let side = bodies.places.iter().find(|p| p.body == index).map_or(Side::Lower, |p| p.side);
         let omega = world.on_root(|| {
-            let root = model.root()?;
+            let root = model.ok_or_else(|| Error::Defect("the reduced model is on rank 0".into()))?;
             let reduced = root.bodies.get(root.place[side.index()]);
             Ok(reduced.ok_or_else(|| Error::Defect("the reduced model has no such body".into()))?.omega.clone())
         })?;
@@ -36,7 +36,7 @@ pub fn read(world: &World, file: &Path, bodies: &Bodies, model: &Reduction) -> R
         let modes = BodyModes { omega, residual: Vec::new(), vectors };
         let contact = body.contact_modes(world, &modes);
         world.on_root(|| {
-            let root = model.root()?;
+            let root = model.ok_or_else(|| Error::Defect("the reduced model is on rank 0".into()))?;
             let there = &root.bodies[root.place[side.index()]].contact_modes;
             let Some(here) = contact.filter(|c| c.shape() == there.shape()) else {
                 return Err(Error::Input(format!("{}: its modes are not those of the reduced model", file.display())));

@@ -5,16 +5,18 @@ mod outcome;
 
 use super::bodies::Bodies;
 use super::matrices::{self, MatrixModel};
-use super::reduction::{fe_inputs, Reduction};
+use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::{modes, stability};
+use crate::job::fe_inputs;
 use crate::job::{Job, SweepPlan};
 use crate::model::{damping, SharedModel};
+use crate::output::datasets::sweep::{tables, Outcome};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
-use outcome::{summarise, tables, Outcome, Packed};
+use outcome::{summarise, Packed};
 
 /// The reduced model of the job itself, which serves all points with the same bodies.
 pub enum Base<'a> {

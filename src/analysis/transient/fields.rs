@@ -6,14 +6,12 @@ use crate::analysis::bodies::Place;
 use crate::analysis::run::Run;
 use crate::body::statics::Statics;
 use crate::body::ReducedBody;
+use crate::output::datasets::record::BODIES;
 use crate::output::{companion, FieldKind, FieldSpec, Reader, Segments, Sequence, SequenceFile};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::path::PathBuf;
-
-/// Group of the segments that holds what the fields are made from; it does not become part of the main file.
-pub const GROUP: &str = "/bodies";
 
 /// Times that are worked on together: a solve of so many loads takes a fraction of as many solves.
 const TOGETHER: usize = 16;
@@ -38,11 +36,11 @@ impl Kept {
             };
             let segment = Reader::open(&path)?;
             let rows = |name: &str| -> Result<Vec<Vec<f64>>> {
-                let (shape, values) = segment.numbers(&format!("{GROUP}/{name}"))?;
+                let (shape, values) = segment.numbers(&format!("{BODIES}/{name}"))?;
                 let width = shape.get(1).map_or(1, |&w| w.max(1));
                 Ok(values.chunks_exact(width).map(<[f64]>::to_vec).collect())
             };
-            if segment.has(GROUP) {
+            if segment.has(BODIES) {
                 self.waiting.extend(rows("displacement")?.into_iter().zip(rows("reaction")?));
             }
         }
@@ -59,8 +57,8 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics], segmen
         let (mut times, files) = (Vec::new(), segments.files()?);
         for path in &files {
             let segment = Reader::open(path)?;
-            if segment.has(GROUP) {
-                times.extend(segment.numbers(&format!("{GROUP}/time"))?.1);
+            if segment.has(BODIES) {
+                times.extend(segment.numbers(&format!("{BODIES}/time"))?.1);
             }
         }
         Ok((times, files))
@@ -181,7 +179,7 @@ mod tests {
             let rows: Vec<Row> = (w[0]..w[1]).map(row).collect();
             let list = |name: &str, values: Vec<f64>| {
                 let shape = [rows.len(), values.len() / rows.len().max(1)];
-                Table::new(&format!("{GROUP}/{name}"), "1", "Rows.", &shape, values)
+                Table::new(&format!("{BODIES}/{name}"), "1", "Rows.", &shape, values)
             };
             let q = rows.iter().flat_map(|r| r.0.clone()).collect();
             let reactions = rows.iter().flat_map(|r| r.1.clone()).collect();

@@ -3,10 +3,10 @@
 
 use crate::analysis::bodies::Bodies;
 use crate::analysis::reduction::Reduction;
-use crate::analysis::reuse::{self, Reused};
 use crate::body::clusters::CLUSTER_GAP;
 use crate::body::fe::BodyModes;
 use crate::job::Job;
+use crate::output::datasets::reduced::{load, Reused};
 use crate::output::Segments;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -20,7 +20,7 @@ pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
             segments.folder().display()
         ))
     })?;
-    reuse::load(&first, job).map_err(|e| e.context("--resume"))
+    load(&first, job).map_err(|e| e.context("--resume"))
 }
 
 /// Collective: turns the mode shapes, computed again, into those of the model that was kept: each cluster of equal frequencies by the

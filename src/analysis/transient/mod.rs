@@ -1,14 +1,12 @@
 //! The analysis `transient`: rolling contact in time, from a state of rest and its perturbation, written in segments.
 
-mod checkpoint;
 mod fields;
 pub mod kept;
-mod observe;
 mod points;
 mod sound;
 mod stop;
 
-pub use checkpoint::refuse_other_job;
+pub use crate::output::datasets::checkpoint::refuse_other_job;
 pub use stop::Stop;
 
 use super::bodies::Bodies;
@@ -24,18 +22,19 @@ use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::{NormalLoad, SteadyProblem, Stencil};
 use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
-use crate::model::{ModalPair, ReducedModel};
+use crate::model::ReducedModel;
+use crate::output::datasets::checkpoint::{self, Checkpoint};
+use crate::output::datasets::points::Points;
+use crate::output::datasets::record::{grid, Recorder};
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
 use crate::stability::reduced::Eigenpair;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
-use checkpoint::Checkpoint;
 use faer::MatRef;
 use num_complex::Complex64;
-use observe::Recorder;
-use points::Points;
+use points::Located;
 use sound::Sound;
 use std::time::Instant;
 
@@ -88,12 +87,13 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Resul
         ));
     }
     let segments = Segments::of(&inputs.options.output);
-    let mut points = Points::find(world, wanted, inputs.bodies, inputs.modes)?;
+    let mut located = Located::find(world, wanted, inputs.bodies, inputs.modes)?;
     if inputs.options.resume {
-        world.on_root(|| segments.first()?.map_or(Ok(()), |first| points.restore(&first)))?;
+        world.on_root(|| segments.first()?.map_or(Ok(()), |first| located.points.restore(&first)))?;
     } else {
-        points.solve(world, inputs.bodies, inputs.modes, inputs.model, solvers)?;
+        located.solve(world, inputs.bodies, inputs.modes, inputs.model, solvers)?;
     }
+    let points = located.points;
     let sound = match &wanted.sound_power {
         Some(power) => Some(Sound::new(world, inputs, power, &segments, run.progress)?),
         None => None,
@@ -125,7 +125,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Resul
             );
         }
         run.file.tables(points.tables());
-        run.file.tables(inputs.model.root().map(|m| grid_tables(m, pair))?);
+        run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
         run.file.append(segments.clone(), "/transient");
     }
     if let Some(sound) = &sound {
@@ -137,23 +137,6 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Resul
         fields::write(run, inputs, solvers, &segments)?;
     }
     Ok(())
-}
-
-/// Grid and modes that the datasets refer to.
-fn grid_tables(model: &ReducedModel, pair: &ModalPair) -> Vec<Table> {
-    let s = &model.interface;
-    let xy = |c: usize| (0..s.len()).map(|i| s.point(i)[c]).collect::<Vec<f64>>();
-    vec![
-        Table::list("/transient/grid/x", "m", "Longitudinal position of each contact node.", xy(0)),
-        Table::list("/transient/grid/y", "m", "Lateral position of each contact node.", xy(1)),
-        Table::list("/transient/grid/weight", "m²", "Area of each contact node.", s.weight.clone()),
-        Table::list(
-            "/transient/grid/mode_frequency",
-            "Hz",
-            "Frequency of each mode, the lower body's, then the upper one's.",
-            pair.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect::<Vec<f64>>(),
-        ),
-    ]
 }
 
 /// The scheme's own damping beside the growth rates that it would falsify.
@@ -230,7 +213,7 @@ fn advance(
     let first = stepper.state().step;
     let begun = Instant::now();
     if !inputs.options.resume {
-        let mut tables = checkpoint::tables(stepper.state(), &identity, inputs)?;
+        let mut tables = checkpoint::tables(stepper.state(), &identity, inputs.job)?;
         tables.extend_from_slice(inputs.keep);
         tables.extend(points.kept());
         tables.extend(sound.map(Sound::kept).unwrap_or_default());
@@ -247,7 +230,7 @@ fn advance(
         let end = step.is_multiple_of(u64::from(wanted.segment)) || step == total;
         if result.is_err() || end {
             let mut tables = recorder.tables();
-            tables.extend(checkpoint::tables(stepper.state(), &identity, inputs)?);
+            tables.extend(checkpoint::tables(stepper.state(), &identity, inputs.job)?);
             if result.is_ok() || recorder.any() {
                 segments.write(step, &tables)?;
             }

@@ -3,6 +3,7 @@
 use super::Inputs;
 use crate::analysis::run::Run;
 use crate::job::{self, BodyName, SoundPower};
+use crate::output::datasets::record::SOUND;
 use crate::output::{Reader, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -12,9 +13,6 @@ use crate::{Error, Result};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::f64::consts::PI;
-
-/// Group of the segments that holds the amplitudes; it does not become part of the main file.
-pub const GROUP: &str = "/sound";
 
 const KEY: &str = "analyses.transient.sound_power";
 /// Samples in the period of the highest frequency wanted, at least: what aliasing brings from beyond half the sampling rate is then
@@ -252,11 +250,11 @@ impl<'a> Sound<'a> {
     ) -> Result<usize> {
         let rows_of = |path: &std::path::Path| -> Result<(Vec<f64>, Vec<f64>)> {
             let segment = Reader::open(path)?;
-            if !segment.has(&format!("{GROUP}/time")) {
+            if !segment.has(&format!("{SOUND}/time")) {
                 return Ok((Vec::new(), Vec::new()));
             }
-            let time = segment.numbers(&format!("{GROUP}/time"))?.1;
-            Ok((time, segment.numbers(&format!("{GROUP}/displacement"))?.1))
+            let time = segment.numbers(&format!("{SOUND}/time"))?.1;
+            Ok((time, segment.numbers(&format!("{SOUND}/displacement"))?.1))
         };
         let wanted = |t: f64| t >= from - 1e-9 * self.interval;
         let mut rows = 0;

@@ -1,8 +1,7 @@
 //! The state of a run as tables, and the way back.
 
-use super::Inputs;
-use crate::job::Job;
-use crate::output::{Reader, Segments, Table, Values};
+use super::super::{Reader, Segments, Table, Values};
+use crate::job::{differences, Job};
 use crate::transient::{Energy, Model, State};
 use crate::{Error, Result};
 use serde_json::Value;
@@ -32,8 +31,8 @@ fn program() -> String {
 }
 
 /// The state as tables of a segment, with the job it belongs to.
-pub fn tables(state: &State, identity: &str, inputs: &Inputs<'_>) -> Result<Vec<Table>> {
-    let job = serde_json::to_string(&inputs.job.to_json()).map_err(|e| Error::Defect(format!("resolved job: {e}")))?;
+pub fn tables(state: &State, identity: &str, job: &Job) -> Result<Vec<Table>> {
+    let job = serde_json::to_string(&job.to_json()).map_err(|e| Error::Defect(format!("resolved job: {e}")))?;
     let e = &state.energy;
     let energy = vec![e.kinetic, e.elastic, e.friction, e.damping, e.impact, e.drive, e.rolling, e.start];
     let text = |name: &str, text: &str, value: String| Table::scalar(&format!("/checkpoint/{name}"), "-", text, value);
@@ -116,8 +115,7 @@ pub fn refuse_other_job(segments: &Segments, job: &Job) -> Result<()> {
     }
     let kept: Value = serde_json::from_str(&read("job").map_err(unreadable)?)
         .map_err(|e| Error::Job(format!("--resume: {}: the job in it cannot be read: {e}", path.display())))?;
-    let mut keys = Vec::new();
-    differences("", &kept, &job.to_json(), &mut keys);
+    let keys: Vec<String> = differences(&kept, &job.to_json()).into_iter().map(|d| d.key).collect();
     if keys.is_empty() {
         return Ok(());
     }
@@ -126,33 +124,4 @@ pub fn refuse_other_job(segments: &Segments, job: &Job) -> Result<()> {
         path.display(),
         keys.join(", ")
     )))
-}
-
-/// Dotted paths of the values in which two documents differ.
-fn differences(path: &str, a: &Value, b: &Value, keys: &mut Vec<String>) {
-    if let (Value::Object(x), Value::Object(y)) = (a, b) {
-        let mut names: Vec<&String> = x.keys().chain(y.keys().filter(|k| !x.contains_key(*k))).collect();
-        names.sort();
-        for name in names {
-            let here = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-            differences(&here, x.get(name).unwrap_or(&Value::Null), y.get(name).unwrap_or(&Value::Null), keys);
-        }
-    } else if a != b {
-        keys.push(path.to_owned());
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    #[test]
-    fn differing_keys_are_named_by_their_paths() {
-        let a = json!({"x": {"a": 1, "b": [1, 2]}, "y": 2, "gone": true});
-        let b = json!({"x": {"a": 1, "b": [1, 3]}, "y": 2, "new": null, "z": 1});
-        let mut keys = Vec::new();
-        differences("", &a, &b, &mut keys);
-        assert_eq!(keys, ["gone", "x.b", "z"]);
-    }
 }

@@ -1,11 +1,16 @@
 //! What is kept of the steps until the next segment is written.
 
+use super::super::{Table, Values};
 use super::points::Points;
-use super::{fields, sound};
+use crate::grid::Interface;
 use crate::job;
-use crate::model::ReducedModel;
-use crate::output::{Table, Values};
+use crate::model::{ModalPair, ReducedModel};
 use crate::transient::Stepper;
+
+/// Group of the segments from which the motion of the bodies is made; it does not become part of the main file.
+pub const BODIES: &str = "/bodies";
+/// Group of the segments from which the sound is made; it does not become part of the main file.
+pub const SOUND: &str = "/sound";
 
 /// One dataset: a row for each time.
 struct Column {
@@ -131,7 +136,7 @@ impl<'a> Recorder<'a> {
             }));
             columns.into_iter().map(|c| Column { group, ..c }).collect()
         };
-        let (sound, bodies) = (scratch(sound::GROUP, &[]), scratch(fields::GROUP, &[n]));
+        let (sound, bodies) = (scratch(SOUND, &[]), scratch(BODIES, &[n]));
         Self {
             points,
             beyond: points.residual(reaction),
@@ -224,6 +229,22 @@ impl<'a> Recorder<'a> {
         let all = [&mut self.steps, &mut self.contact, &mut self.modal, &mut self.sound, &mut self.bodies];
         all.into_iter().flatten().for_each(Column::clear);
     }
+}
+
+/// Grid and modes that the datasets refer to.
+pub fn grid(s: &Interface, pair: &ModalPair) -> Vec<Table> {
+    let xy = |c: usize| (0..s.len()).map(|i| s.point(i)[c]).collect::<Vec<f64>>();
+    vec![
+        Table::list("/transient/grid/x", "m", "Longitudinal position of each contact node.", xy(0)),
+        Table::list("/transient/grid/y", "m", "Lateral position of each contact node.", xy(1)),
+        Table::list("/transient/grid/weight", "m²", "Area of each contact node.", s.weight.clone()),
+        Table::list(
+            "/transient/grid/mode_frequency",
+            "Hz",
+            "Frequency of each mode, the lower body's, then the upper one's.",
+            pair.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect::<Vec<f64>>(),
+        ),
+    ]
 }
 
 #[cfg(test)]

@@ -1,0 +1,10 @@
+//! The datasets of the result file: names, units, shapes and descriptions, one file a group (`docs/output.md`).
+
+pub mod checkpoint;
+pub mod contact;
+pub mod points;
+pub mod receptance;
+pub mod record;
+pub mod reduced;
+pub mod stability;
+pub mod sweep;
