@@ -1,10 +1,12 @@
 //! What a body gives to contact, whether finite elements or matrices from elsewhere.
 
+pub mod align;
 pub mod clusters;
 pub mod fe;
 pub mod matrices;
 pub mod matrix_market;
 pub mod modes;
+pub mod nearest;
 pub mod residual;
 pub mod statics;
 pub mod trace;

@@ -3,13 +3,13 @@
 use crate::analysis::bodies::Bodies;
 use crate::analysis::reduction::Reduction;
 use crate::body::fe::BodyModes;
+use crate::body::nearest::Nearest;
 use crate::body::residual;
 use crate::body::statics::Statics;
 use crate::job::{self, BodyName};
 use crate::output::datasets::points::Points;
 use crate::parallel::World;
 use crate::{Error, Result};
-use std::cmp::Ordering;
 
 /// The nodes that stand for the points of a job.
 #[derive(Default)]
@@ -39,43 +39,8 @@ impl Located {
             let body = &bodies.unique[at.body];
             let up = at.side.reflection(2);
             let target = [point.at[0], point.at[1], up * point.at[2]];
-            let distance = |p: &[f64; 3]| (0..3).map(|c| (p[c] - target[c]).powi(2)).sum::<f64>().sqrt();
-            // Of nodes equally near the first by its coordinates, which is the same one on any number of ranks.
-            let key = |i: usize| {
-                let p = &body.part.coords[i];
-                [distance(p), p[0], p[1], p[2]]
-            };
-            let order = |a: &[f64; 4], b: &[f64; 4]| {
-                let first = a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
-                first.unwrap_or(Ordering::Equal)
-            };
-            let mut node = (0..body.part.owned).min_by(|&a, &b| order(&key(a), &key(b)));
-            let mut best = f64::INFINITY;
-            for k in 0..4 {
-                let mine = node.map_or(f64::INFINITY, |i| key(i)[k]);
-                let least = -world.max(-mine);
-                node = node.filter(|_| mine == least);
-                if k == 0 {
-                    best = least;
-                }
-            }
-            // The size of the cells there.
-            let cell = node.map_or(0.0, |node| {
-                let touching = body.part.cells.iter().filter(|c| c.contains(&(node as u32)));
-                touching
-                    .flat_map(|c| {
-                        c.iter().map(|&j| {
-                            (0..3)
-                                .map(|k| (body.part.coords[j as usize][k] - body.part.coords[node][k]).powi(2))
-                                .sum::<f64>()
-                                .sqrt()
-                        })
-                    })
-                    .fold(0.0, f64::max)
-            });
-            let cell = world.max(cell);
-            let place_at: Vec<f64> = (0..3).map(|c| world.sum(node.map_or(0.0, |i| body.part.coords[i][c]))).collect();
-            let position = [place_at[0], place_at[1], up * place_at[2]];
+            let Nearest { node, position, distance: best, cell } = body.nearest(world, target);
+            let position = [position[0], position[1], up * position[2]];
             if best > 0.5 * cell {
                 return Err(Error::Job(format!(
                     "analyses.transient.points: {:?} at {:?} m is not on the mesh of the {} body: the nearest node, {position:?} m, \
