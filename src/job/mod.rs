@@ -1,8 +1,8 @@
 //! The job file: strict, versioned JSON. It is parsed, overridden, checked against its schema and between its keys, and
 //! returned with all defaults filled in; nothing is computed here.
 
-mod format;
 mod compare;
+mod format;
 mod model;
 mod overrides;
 mod parse;
@@ -11,8 +11,8 @@ mod sweep;
 mod transient;
 mod validate;
 
-pub use format::FORMAT;
 pub use compare::{differences, fe_inputs, Difference};
+pub use format::FORMAT;
 pub use model::*;
 pub use schema::schema;
 pub use sweep::SweepPlan;
