@@ -15,7 +15,7 @@ use railsqueal::contact::{
     Creepage, FrictionLaw, NormalLoad, SlidingContact, SlidingDirection, SlidingProblem, Stencil,
 };
 use railsqueal::fem::Material;
-use railsqueal::grid::Interface;
+use railsqueal::grid::{ContactGrid, Interface};
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::model::combined_compliance;
 use railsqueal::parallel::World;
@@ -108,8 +108,8 @@ fn bodies(world: &World, size: f64) -> (Vec<FeBody>, Option<Interface>) {
             patch_half_length: 0.007,
             patch_half_width: 0.007,
         };
-        let (mesh, grid) = cylinder::build(&spec).unwrap();
-        let grid = grid.expect("a contact grid");
+        let mesh = cylinder::build(&spec).unwrap();
+        let grid = ContactGrid::from_mesh(&mesh, "contact").unwrap();
         gap.push(grid.z.iter().map(|z| -z).collect::<Vec<f64>>());
         axes = Some((grid.x.clone(), grid.y.clone()));
         let fixed = ["inner".to_owned()];

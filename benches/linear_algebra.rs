@@ -6,7 +6,8 @@
 //! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver.
 
 use railsqueal::fem::dofs::DofMap;
-use railsqueal::fem::{assembly, Material};
+use railsqueal::fem::assembly::Operators;
+use railsqueal::fem::Material;
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::mesh::distribute::{distribute, MeshPart};
 use railsqueal::parallel::World;
@@ -107,10 +108,10 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
         patch_half_width: if graded { 0.007 } else { 0.0 },
     };
     let mesh = world.on_root(|| cylinder::build(&spec))?;
-    let part = distribute(world, mesh.as_ref().map(|m| &m.0))?;
+    let part = distribute(world, mesh.as_ref())?;
     let dofs = DofMap::new(world, &part, &["inner".to_string()]);
     let material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
-    let operators = assembly::assemble(world, &part, &dofs, &material)?;
+    let operators = Operators::new(world, &part, &dofs, &material)?;
     drop(mesh);
     let (k, m) = (&operators.stiffness, &operators.mass);
     let nonzeros = world.sum_u64(k.cols.len() as u64);

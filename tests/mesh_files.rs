@@ -1,7 +1,7 @@
 //! Gmsh files: the meshes of the repository, wrong files, and damaged ones.
 
 use railsqueal::grid::ContactGrid;
-use railsqueal::mesh::{msh, Mesh};
+use railsqueal::mesh::{msh, Facet, Mesh};
 use std::path::{Path, PathBuf};
 
 fn file(name: &str) -> PathBuf {
@@ -28,7 +28,8 @@ fn ascii_and_binary_hold_the_same_block() {
         }
         for (name, direction) in [("contact", 1.0), ("base", -1.0)] {
             let up = if body == "lower" { direction } else { -direction };
-            for f in &ascii.groups[name] {
+            for &facet in &ascii.groups[name] {
+                let f: Vec<u32> = ascii.cells.facet(facet).collect();
                 let [a, b, c] = [f[0], f[1], f[2]].map(|n| ascii.nodes[n as usize]);
                 let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
                 assert!(up * area > 0.0, "a facet of {name} of the {body} body faces inwards");
@@ -58,8 +59,8 @@ fn the_blocks_have_matching_contact_grids() {
 #[test]
 fn a_missing_group_names_those_there_are() {
     let mesh = read("block-lower.msh");
-    assert!(msh::require_group(&mesh, "base", "block-lower.msh").is_ok());
-    let error = msh::require_group(&mesh, "inner", "block-lower.msh").expect_err("no such group");
+    assert!(mesh.require_group("base", "block-lower.msh").is_ok());
+    let error = mesh.require_group("inner", "block-lower.msh").expect_err("no such group");
     assert_eq!(error.exit_code(), 3);
     assert!(error.message().contains("\"base\", \"contact\", \"sides\""), "{error}");
 }
@@ -104,8 +105,10 @@ impl File {
 #[test]
 fn sparse_tags_unused_nodes_and_facets_turned_inwards_are_read() {
     let mesh = File::new().parse().expect("a cube");
-    assert_eq!((mesh.nodes.len(), mesh.cells.clone()), (8, vec![[0, 1, 2, 3, 4, 5, 6, 7]]));
-    assert_eq!(mesh.groups["bottom of it"], vec![[0, 3, 2, 1]]);
+    assert_eq!((mesh.nodes.len(), mesh.cells.len()), (8, 1));
+    assert_eq!(mesh.cells.get(0).nodes, [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(mesh.groups["bottom of it"], [Facet { cell: 0, face: 0 }]);
+    assert!(mesh.cells.facet(mesh.groups["bottom of it"][0]).eq([0, 3, 2, 1]));
     let crlf = File::new().text().replace('\n', "\r\n");
     assert_eq!(msh::parse(crlf.as_bytes(), "cube.msh").expect("with carriage returns"), mesh);
 }
@@ -136,9 +139,9 @@ fn wrong_files_are_refused_with_the_place() {
     refused(File { nodes: NODES.replace("1 9 10 ", "1 8 10 "), ..f() }, &["8 nodes announced, 9 found"]);
     refused(File { nodes: NODES.replace("3 1 0 9", "3 1 0 99999999999999"), ..f() }, &["line", "node tag"]);
     refused(File { nodes: NODES.replace("1 9 10", "1 99999999999999999999 10"), ..f() }, &["line 18", "whole number"]);
-    refused(File { nodes: NODES.replace("0 1 1\n", "0 0 1\n"), ..f() }, &["inverted", "hexahedron 2"]);
+    refused(File { nodes: NODES.replace("0 1 1\n", "0 0 1\n"), ..f() }, &["inverted", "8-node hexahedron 2"]);
     let tets = "1 1 1 1\n3 1 4 1\n1 10 20 30 50\n".to_string();
-    refused(File { elements: tets, ..f() }, &["line 41", "4-node tetrahedron", "8-node hexahedra"]);
+    refused(File { elements: tets, ..f() }, &["line 41", "4-node tetrahedron", "8-node hexahedron (5)"]);
     let hex20 = ELEMENTS.replace("3 1 5 1", "3 1 17 1");
     refused(File { elements: hex20, ..f() }, &["20-node hexahedron"]);
     refused(File { elements: ELEMENTS.replace("3 1 5 1", "3 1 999 1"), ..f() }, &["element type 999"]);
@@ -150,7 +153,7 @@ fn wrong_files_are_refused_with_the_place() {
     refused(File { elements: ELEMENTS.replace("2 2 1 2", "2 3 1 2"), ..f() }, &["3 elements announced, 2 found"]);
     refused(
         File { elements: ELEMENTS.replace("1 10 20 30 40", "1 10 20 30 77"), ..f() },
-        &["quadrilateral 1", "no hexahedron"],
+        &["quadrilateral 1", "no cell"],
     );
     refused(
         File { elements: ELEMENTS.replace("1 10 20 30 40", "1 10 20 30 60"), ..f() },
@@ -222,8 +225,9 @@ fn damaged_files_never_panic_and_never_yield_an_invalid_mesh() {
                 Ok(mesh) => {
                     accepted += 1;
                     let n = mesh.nodes.len() as u32;
-                    assert!(mesh.cells.iter().flatten().all(|&i| i < n));
-                    assert!(mesh.groups.values().flatten().flatten().all(|&i| i < n));
+                    assert!(mesh.cells.all_nodes().all(|i| i < n));
+                    let there = |f: &Facet| (f.cell as usize) < mesh.cells.len() && f.face < 6;
+                    assert!(mesh.groups.values().flatten().all(there));
                     let _ = ContactGrid::from_mesh(&mesh, "contact");
                 }
             }

@@ -3,6 +3,7 @@
 //! Without arguments this program is the test; it starts itself under mpirun as the ranks that write.
 
 use railsqueal::mesh::distribute::MeshPart;
+use railsqueal::mesh::{CellKind, Cells};
 use railsqueal::output::*;
 use railsqueal::parallel::World;
 use railsqueal::Result;
@@ -353,9 +354,11 @@ fn part(world: &World, layers: usize, top: f64) -> MeshPart {
         let at = |i: usize, n: usize, size: f64| size * (i as f64 / n as f64 - 0.5);
         [at(i, layers, SIZE[0]), at(j, ny, SIZE[1]), at(k, nz, SIZE[2]) - 0.5 * SIZE[2] + top]
     };
+    let mut cells = Cells::default();
+    touching.iter().for_each(|(_, c)| cells.push(CellKind::Hex8, &c.iter().map(local).collect::<Vec<u32>>()));
     MeshPart {
         coords: node_ids.iter().map(position).collect(),
-        cells: touching.iter().map(|(_, c)| std::array::from_fn(|k| local(&c[k]))).collect(),
+        cells,
         cell_ids: touching.iter().map(|(i, _)| *i).collect(),
         // The rank of the lowest node owns the cell.
         cell_owned: touching.iter().map(|(_, c)| c.iter().min().is_some_and(mine)).collect(),

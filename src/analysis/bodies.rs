@@ -177,7 +177,11 @@ pub(super) fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed>
     let named = |e: crate::Error| e.context(format!("bodies.{name}.mesh"));
     match body.elements()?.0 {
         MeshSource::Cylinder(c) => {
-            let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+            let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+            let grid = match mesh.groups.contains_key("contact") {
+                true => Some(ContactGrid::from_mesh(&mesh, "contact").map_err(named)?),
+                false => None,
+            };
             Ok(Meshed { mesh, grid })
         }
         MeshSource::File(path) => {

@@ -2,12 +2,12 @@
 
 use super::statics::Statics;
 use super::trace::Trace;
-use crate::fem::assembly::{assemble, Operators};
+use crate::fem::assembly::Operators;
 use crate::fem::dofs::{DofMap, FIXED};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::mesh::distribute::{distribute, MeshPart};
-use crate::mesh::{msh, Mesh};
+use crate::mesh::Mesh;
 use crate::parallel::World;
 use crate::petsc::exchange::Exchange;
 use crate::{Error, Result};
@@ -63,13 +63,13 @@ impl FeBody {
     ) -> Result<Self> {
         world.on_root(|| match mesh {
             Some(m) => {
-                fixed.iter().try_for_each(|g| msh::require_group(m, g, &format!("bodies.{name}.fixed: the mesh")))
+                fixed.iter().try_for_each(|g| m.require_group(g, &format!("bodies.{name}.fixed: the mesh")))
             }
             None => Err(Error::Defect("no mesh on rank 0".into())),
         })?;
         let part = distribute(world, mesh)?;
         let dofs = DofMap::new(world, &part, fixed);
-        let operators = assemble(world, &part, &dofs, &material).map_err(|e| e.context(format!("body \"{name}\"")))?;
+        let operators = Operators::new(world, &part, &dofs, &material).map_err(|e| e.context(format!("body \"{name}\"")))?;
         let ghosts = Exchange::new(world, &dofs.ranges, &columns(&part, &dofs));
         // Local ghosts are ascending, so are the exchange's: the fetched values are in the order of `node_ids`.
         let node_ghosts = Exchange::new(world, &part.ranges, &part.node_ids);

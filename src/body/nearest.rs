@@ -42,10 +42,10 @@ impl FeBody {
         }
         // The size of the cells there.
         let cell = node.map_or(0.0, |node| {
-            let touching = self.part.cells.iter().filter(|c| c.contains(&(node as u32)));
+            let touching = self.part.cells.iter().filter(|c| c.nodes.contains(&(node as u32)));
             touching
                 .flat_map(|c| {
-                    c.iter().map(|&j| {
+                    c.nodes.iter().map(|&j| {
                         (0..3)
                             .map(|k| (self.part.coords[j as usize][k] - self.part.coords[node][k]).powi(2))
                             .sum::<f64>()

@@ -1,8 +1,9 @@
-//! Distributed assembly of stiffness and mass. Each rank holds every cell that touches its nodes and so computes its own
+//! Distributed assembly. Each rank holds every cell that touches its nodes and so computes its own
 //! rows whole: no entry travels, and the pattern is known before the first value, from the node graph.
 
 use super::dofs::{DofMap, FIXED};
-use super::{hex8, Material};
+use super::forms::{Coupling, Form, Mass, Stiffness};
+use super::Material;
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::quality;
 use crate::parallel::World;
@@ -18,117 +19,135 @@ pub struct Operators {
     pub mass: DistCsr,
 }
 
-/// Sorted neighbours (itself included) of each owned node in the mesh, as local nodes ordered by global number.
-fn node_graph(part: &MeshPart) -> Vec<Vec<u32>> {
-    let mut graph: Vec<Vec<u32>> = vec![Vec::new(); part.owned];
-    for cell in &part.cells {
-        for &a in cell {
-            if (a as usize) < part.owned {
-                graph[a as usize].extend_from_slice(cell);
-            }
-        }
+impl Operators {
+    /// Collective: K and M of a body of one material. An element that is inverted is an [`Error::Input`] that names it.
+    pub fn new(world: &World, part: &MeshPart, dofs: &DofMap, material: &Material) -> Result<Self> {
+        let assembly = Assembly::new(world, part, dofs)?;
+        let stiffness = assembly.assemble(&Stiffness(*material));
+        let mass = assembly.assemble(&Mass { density: material.density });
+        Ok(Self { stiffness, mass })
     }
-    for list in &mut graph {
-        list.sort_unstable_by_key(|&n| part.node_ids[n as usize]);
-        list.dedup();
-    }
-    graph
 }
 
-/// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals.
-fn pattern(graph: &[Vec<u32>], dofs: &DofMap, full_blocks: bool) -> DistCsr {
-    let rows = dofs.owned();
-    let per_node = if full_blocks { 3 } else { 1 };
-    let entries: usize = graph
-        .iter()
-        .enumerate()
-        .filter(|(n, _)| dofs.local[*n] != FIXED)
-        .map(|(_, l)| 3 * per_node * l.iter().filter(|&&m| dofs.local[m as usize] != FIXED).count())
-        .sum();
-    let mut indptr = Vec::with_capacity(rows + 1);
-    let mut cols = Vec::with_capacity(entries);
-    indptr.push(0);
-    for (n, list) in graph.iter().enumerate() {
-        if dofs.local[n] == FIXED {
-            continue;
-        }
-        for c in 0..3 {
-            for &m in list {
-                let first = dofs.local[m as usize];
-                if first == FIXED {
-                    continue;
-                }
-                if full_blocks {
-                    cols.extend([first, first + 1, first + 2]);
-                } else {
-                    cols.push(first + c);
-                }
-            }
-            indptr.push(cols.len());
-        }
-    }
-    let values = vec![0.0; cols.len()];
-    DistCsr { ranges: dofs.ranges.clone(), indptr, cols, values }
+/// The cells of a body and which of its nodes they couple: what the assembly of any form needs.
+pub struct Assembly<'a> {
+    part: &'a MeshPart,
+    dofs: &'a DofMap,
+    /// Sorted neighbours (itself included) of each owned node, as local nodes ordered by global number.
+    graph: Vec<Vec<u32>>,
 }
 
-/// Collective: assembles K and M of the body with one material. An element that is inverted is an [`Error::Input`] that names it.
-pub fn assemble(world: &World, part: &MeshPart, dofs: &DofMap, material: &Material) -> Result<Operators> {
-    let graph = node_graph(part);
-    let mut stiffness = pattern(&graph, dofs, true);
-    let mut mass = pattern(&graph, dofs, false);
-    let begin = dofs.begin();
-    let local = (|| {
-        for (cell, id) in part.cells.iter().zip(&part.cell_ids) {
-            let x = cell.map(|n| part.coords[n as usize]);
-            let [det, _] = quality::jacobian_range(&x);
-            if det.is_nan() || det <= 0.0 {
-                return Err(Error::Input(format!(
-                    "mesh: element {id} is inverted or degenerate (Jacobian {det:e} m³ at a corner, must be positive); \
-                     its corners are {x:?}; repair the mesh"
-                )));
+impl<'a> Assembly<'a> {
+    /// Collective: checks the cells. One that is inverted is an [`Error::Input`] that names it.
+    pub fn new(world: &World, part: &'a MeshPart, dofs: &'a DofMap) -> Result<Self> {
+        world.agree(check(part))?;
+        let mut graph: Vec<Vec<u32>> = vec![Vec::new(); part.owned];
+        for cell in part.cells.iter() {
+            for &a in cell.nodes.iter().filter(|&&a| (a as usize) < part.owned) {
+                graph[a as usize].extend_from_slice(cell.nodes);
             }
-            let ke = hex8::stiffness(&x, material);
-            let me = hex8::mass(&x, material.density);
-            for (a, &na) in cell.iter().enumerate() {
+        }
+        for list in &mut graph {
+            list.sort_unstable_by_key(|&n| part.node_ids[n as usize]);
+            list.dedup();
+        }
+        Ok(Self { part, dofs, graph })
+    }
+
+    /// The matrix of a form; this rank's rows.
+    pub fn assemble(&self, form: &dyn Form) -> DistCsr {
+        let (part, dofs) = (self.part, self.dofs);
+        let mut matrix = self.pattern(form.coupling());
+        let full = form.coupling() == Coupling::Full;
+        let per_node = form.coupling().per_node();
+        let mut values = Vec::new();
+        for cell in part.cells.iter() {
+            let order = per_node * cell.nodes.len();
+            values.resize(order * order, 0.0);
+            form.matrix(cell.kind, &cell.places(&part.coords), &mut values);
+            for (a, &na) in cell.nodes.iter().enumerate() {
                 if na as usize >= part.owned || dofs.local[na as usize] == FIXED {
                     continue;
                 }
-                let row = (dofs.local[na as usize] - begin) as usize;
-                let k_base = stiffness.indptr[row];
-                let k_len = stiffness.indptr[row + 1] - k_base;
-                let m_base = mass.indptr[row];
-                let m_len = mass.indptr[row + 1] - m_base;
-                for (b, &nb) in cell.iter().enumerate() {
+                let row = (dofs.local[na as usize] - dofs.begin()) as usize;
+                let base = matrix.indptr[row];
+                // The three rows of a node are equally long.
+                let length = matrix.indptr[row + 1] - base;
+                for (b, &nb) in cell.nodes.iter().enumerate() {
                     let first = dofs.local[nb as usize];
                     if first == FIXED {
                         continue;
                     }
                     // The pattern was made from these very cells: the column is there.
-                    let at = mass.cols[m_base..m_base + m_len].partition_point(|&c| c < first);
+                    let at = base + matrix.cols[base..base + length].partition_point(|&c| c < first);
                     for c in 0..3 {
-                        mass.values[m_base + c * m_len + at] += me[a][b];
-                        let k_row = k_base + c * k_len + 3 * at;
-                        for d in 0..3 {
-                            stiffness.values[k_row + d] += ke[3 * a + c][3 * b + d];
+                        if full {
+                            let from = order * (3 * a + c) + 3 * b;
+                            let to = at + c * length;
+                            (0..3).for_each(|d| matrix.values[to + d] += values[from + d]);
+                        } else {
+                            matrix.values[at + c * length] += values[order * a + b];
                         }
                     }
                 }
             }
         }
-        Ok(())
-    })();
-    world.agree(local)?;
-    Ok(Operators { stiffness, mass })
+        matrix
+    }
+
+    /// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals.
+    fn pattern(&self, coupling: Coupling) -> DistCsr {
+        let dofs = self.dofs;
+        let per_node = coupling.per_node();
+        let entries: usize = self
+            .graph
+            .iter()
+            .enumerate()
+            .filter(|(n, _)| dofs.local[*n] != FIXED)
+            .map(|(_, l)| 3 * per_node * l.iter().filter(|&&m| dofs.local[m as usize] != FIXED).count())
+            .sum();
+        let mut indptr = Vec::with_capacity(dofs.owned() + 1);
+        let mut cols = Vec::with_capacity(entries);
+        indptr.push(0);
+        for (n, list) in self.graph.iter().enumerate() {
+            if dofs.local[n] == FIXED {
+                continue;
+            }
+            for c in 0..3 {
+                for &m in list {
+                    let first = dofs.local[m as usize];
+                    match coupling {
+                        _ if first == FIXED => {}
+                        Coupling::Full => cols.extend([first, first + 1, first + 2]),
+                        Coupling::Components => cols.push(first + c),
+                    }
+                }
+                indptr.push(cols.len());
+            }
+        }
+        let values = vec![0.0; cols.len()];
+        DistCsr { ranges: dofs.ranges.clone(), indptr, cols, values }
+    }
+}
+
+/// Refuses inverted cells.
+fn check(part: &MeshPart) -> Result<()> {
+    for (cell, id) in part.cells.iter().zip(&part.cell_ids) {
+        let x = cell.places(&part.coords);
+        let [det, _] = quality::jacobian_range(cell.kind, &x);
+        if det.is_nan() || det <= 0.0 {
+            return Err(Error::Input(format!(
+                "mesh: element {id} ({}) is inverted or degenerate (Jacobian {det:e} m³ at a node, must be positive); \
+                 its nodes are {x:?}; repair the mesh",
+                cell.kind.topology().name
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Collective: volume of the mesh, m³, each cell counted once.
 pub fn volume(world: &World, part: &MeshPart) -> f64 {
-    let mine: f64 = part
-        .cells
-        .iter()
-        .zip(&part.cell_owned)
-        .filter(|(_, &o)| o)
-        .map(|(c, _)| quality::volume(&c.map(|n| part.coords[n as usize])))
-        .sum();
-    world.sum(mine)
+    let owned = part.cells.iter().zip(&part.cell_owned).filter(|(_, &o)| o);
+    world.sum(owned.map(|(c, _)| quality::volume(c.kind, &c.places(&part.coords))).sum())
 }

@@ -1,8 +1,9 @@
-//! Finite elements: reference element, element matrices, degrees of freedom, distributed assembly, stress recovery.
+//! Finite elements: elements, forms, degrees of freedom, distributed assembly, stress recovery.
 
 pub mod assembly;
 pub mod dofs;
-pub mod hex8;
+pub mod element;
+pub mod forms;
 pub mod stress;
 
 /// Isotropic linear elastic material.

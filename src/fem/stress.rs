@@ -1,6 +1,7 @@
-//! Stress recovery: Gauss-point stresses extrapolated to the corners and averaged over the cells of each node.
+//! Stress recovery: the stresses of the cells at a node averaged over them.
 
-use super::{hex8, Material};
+use super::element::element;
+use super::Material;
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::quality;
 
@@ -9,15 +10,14 @@ use crate::mesh::quality;
 pub fn von_mises(part: &MeshPart, u: &[[f64; 3]], material: &Material) -> Vec<f64> {
     let mut sum = vec![[0.0; 6]; part.owned];
     let mut weight = vec![0.0; part.owned];
-    for cell in &part.cells {
-        let x = cell.map(|n| part.coords[n as usize]);
-        let mut ue = [0.0; hex8::DOFS];
-        for (a, &n) in cell.iter().enumerate() {
-            ue[3 * a..3 * a + 3].copy_from_slice(&u[n as usize]);
-        }
-        let stress = hex8::corner_stress(&x, &ue, material);
-        let volume = quality::volume(&x);
-        for (&n, s) in cell.iter().zip(&stress) {
+    let mut stress = Vec::new();
+    for cell in part.cells.iter() {
+        let x = cell.places(&part.coords);
+        let ue: Vec<f64> = cell.nodes.iter().flat_map(|&n| u[n as usize]).collect();
+        stress.resize(cell.nodes.len(), [0.0; 6]);
+        element(cell.kind).nodal_stress(&x, &ue, material, &mut stress);
+        let volume = quality::volume(cell.kind, &x);
+        for (&n, s) in cell.nodes.iter().zip(&stress) {
             if (n as usize) < part.owned {
                 weight[n as usize] += volume;
                 for (acc, v) in sum[n as usize].iter_mut().zip(s) {

@@ -1,6 +1,6 @@
 //! The rectilinear grid of contact nodes that a body offers to the interface.
 
-use crate::mesh::{msh, Mesh};
+use crate::mesh::{Facet, FacetKind, Mesh};
 use crate::{Error, Result};
 
 /// Tensor-product grid of surface nodes around the contact point. Node `(i, j)` has index `i + nx*j`.
@@ -37,7 +37,7 @@ impl ContactGrid {
     /// Finds the grid in the facet group `group` of a mesh in lower form. Its nodes must lie on lines x = const and y = const, each pair of
     /// lines meeting in a node, and its facets must be the boundary facets between them, facing +z.
     pub fn from_mesh(mesh: &Mesh, group: &str) -> Result<ContactGrid> {
-        msh::require_group(mesh, group, "the mesh")?;
+        mesh.require_group(group, "the mesh")?;
         let facets = &mesh.groups[group];
         let place = |n: u32| {
             let [x, y, z] = mesh.nodes[n as usize];
@@ -48,11 +48,12 @@ impl ContactGrid {
                 "group \"{group}\" is no rectilinear grid in x and y: {what}; expected structured quadrilaterals with edges along x and y (in plan)"
             ))
         };
-        let mut nodes: Vec<u32> = facets.iter().flatten().copied().collect();
+        let corners = quadrilaterals(mesh, facets).map_err(wrong)?;
+        let mut nodes: Vec<u32> = corners.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
         let mut shortest = f64::INFINITY;
-        for f in facets {
+        for f in &corners {
             for k in 0..4 {
                 let (a, b) = (mesh.nodes[f[k] as usize], mesh.nodes[f[(k + 1) % 4] as usize]);
                 shortest = shortest.min((a[0] - b[0]).hypot(a[1] - b[1]));
@@ -91,7 +92,7 @@ impl ContactGrid {
         // Each facet must fill one rectangle of the grid, counter-clockwise seen from +z, and none be left.
         let index_of = |n: u32| nodes.binary_search(&n).map(|k| (ix[k], iy[k])).unwrap_or((usize::MAX, usize::MAX));
         let mut filled = vec![false; (nx - 1) * (ny - 1)];
-        for f in facets {
+        for f in &corners {
             let [a, b, c, d] = f.map(index_of);
             let i = a.0.min(b.0).min(c.0).min(d.0);
             let j = a.1.min(b.1).min(c.1).min(d.1);
@@ -116,7 +117,12 @@ impl ContactGrid {
             let n = at[k % (nx - 1) + nx * (k / (nx - 1))];
             return Err(wrong(format!("no facet behind the node at {}", place(n))));
         }
-        check_outside(mesh, group, facets, place)?;
+        if let Some(k) = mesh.cells.sharing(facets).iter().position(|&n| n > 1) {
+            return Err(Error::Input(format!(
+                "group \"{group}\": the facet at {} lies between two cells; expected facets on the boundary",
+                place(corners[k][0])
+            )));
+        }
         let z = at.iter().map(|&n| mesh.nodes[n as usize][2]).collect();
         Ok(ContactGrid { x, y, nodes: at, z })
     }
@@ -145,38 +151,23 @@ impl ContactGrid {
     }
 }
 
-/// Refuses facets between two hexahedra.
-fn check_outside(mesh: &Mesh, group: &str, facets: &[[u32; 4]], place: impl Fn(u32) -> String) -> Result<()> {
-    let key = |mut f: [u32; 4]| {
-        f.sort_unstable();
-        f
-    };
-    let mut touched = vec![false; mesh.nodes.len()];
-    facets.iter().flatten().for_each(|&n| touched[n as usize] = true);
-    let mut cells: std::collections::HashMap<[u32; 4], u32> = facets.iter().map(|&f| (key(f), 0)).collect();
-    for cell in &mesh.cells {
-        for face in crate::mesh::quality::FACES {
-            let nodes = face.map(|i| cell[i]);
-            if nodes.iter().all(|&n| touched[n as usize]) {
-                if let Some(count) = cells.get_mut(&key(nodes)) {
-                    *count += 1;
-                }
-            }
+/// Nodes of facets that are all quadrilaterals without nodes on their edges; else what is wrong.
+fn quadrilaterals(mesh: &Mesh, facets: &[Facet]) -> std::result::Result<Vec<[u32; 4]>, String> {
+    let corners = |f: &Facet| {
+        let cell = mesh.cells.get(f.cell as usize);
+        let face = &cell.kind.faces()[f.face as usize];
+        match face.kind {
+            FacetKind::Quad4 => Ok(std::array::from_fn(|k| cell.nodes[face.nodes[k] as usize])),
         }
-    }
-    match facets.iter().find(|&&f| cells.get(&key(f)).is_some_and(|&n| n > 1)) {
-        None => Ok(()),
-        Some(f) => Err(Error::Input(format!(
-            "group \"{group}\": the facet at {} lies between two hexahedra; expected facets on the boundary",
-            place(f[0])
-        ))),
-    }
+    };
+    facets.iter().map(corners).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
+    use crate::mesh::CellKind;
 
     fn wheel() -> (Mesh, ContactGrid) {
         let spec = CylinderSpec {
@@ -191,14 +182,21 @@ mod tests {
             patch_half_length: 6e-3,
             patch_half_width: 4e-3,
         };
-        let (mesh, grid) = build(&spec).expect("a valid cylinder");
-        (mesh, grid.expect("a patch"))
+        let mesh = build(&spec).expect("a valid cylinder");
+        let grid = ContactGrid::from_mesh(&mesh, "contact").expect("a patch");
+        (mesh, grid)
     }
 
+    /// Nodes on the lines that the specification asks for, to the last bit, and the height of the body of revolution.
     #[test]
-    fn the_grid_of_a_cylinder_is_found_again() {
+    fn the_grid_of_a_cylinder_is_found() {
         let (mesh, grid) = wheel();
-        assert_eq!(ContactGrid::from_mesh(&mesh, "contact").expect("a grid"), grid);
+        let line = |n: i32| (-n..=n).map(|i| f64::from(i) * 2e-3).collect::<Vec<f64>>();
+        assert_eq!((grid.x.clone(), grid.y.clone()), (line(3), line(2)));
+        for (k, (&n, &z)) in grid.nodes.iter().zip(&grid.z).enumerate() {
+            assert_eq!(mesh.nodes[n as usize], [grid.x[k % 7], grid.y[k / 7], z]);
+        }
+        assert_eq!(grid.z[3 + 7 * 2], 0.0);
     }
 
     /// `change` the mesh and expect the word in the error.
@@ -229,12 +227,15 @@ mod tests {
             },
             "lines x = const",
         );
-        refused(|m| m.groups.get_mut("contact").expect("group").push(grid_facet(&grid)), "two facets");
-        refused(|m| *m = m.reflected(), "faces -z");
         refused(
-            |m| m.groups.get_mut("contact").expect("group").iter_mut().for_each(|f| *f = [f[0], f[2], f[1], f[3]]),
-            "no rectangle",
+            |m| {
+                let facets = m.groups.get_mut("contact").expect("group");
+                facets.push(facets[0]);
+            },
+            "two facets",
         );
+        refused(|m| *m = m.reflected(), "faces -z");
+        refused(|m| twist(m, &grid), "no rectangle");
         refused(
             |m| {
                 let side = m.groups["side_plus"].clone();
@@ -244,18 +245,18 @@ mod tests {
         );
         refused(
             |m| {
-                let f = m.groups["contact"][0];
-                let under = m.cells.iter().position(|c| f.iter().all(|n| c.contains(n))).expect("its cell");
-                let copy = m.cells[under];
-                m.cells.push(copy);
+                let under = m.groups["contact"][0].cell as usize;
+                let nodes = m.cells.get(under).nodes.to_vec();
+                m.cells.push(CellKind::Hex8, &nodes);
             },
-            "between two hexahedra",
+            "between two cells",
         );
     }
 
-    fn grid_facet(grid: &ContactGrid) -> [u32; 4] {
-        let nx = grid.x.len();
-        [grid.nodes[0], grid.nodes[1], grid.nodes[nx + 1], grid.nodes[nx]]
+    /// Exchanges two neighbouring nodes of the grid in all cells.
+    fn twist(mesh: &mut Mesh, grid: &ContactGrid) {
+        let (a, b) = (grid.nodes[2], grid.nodes[3]);
+        mesh.cells = mesh.cells.renumbered(|n| if n == a { b } else if n == b { a } else { n });
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Partition with METIS and distribution of a mesh over the ranks.
 
-use super::Mesh;
+use super::{CellKind, Cells, Mesh};
 use crate::parallel::World;
 use crate::{Error, Result};
 use metis::Idx;
@@ -19,7 +19,7 @@ pub struct MeshPart {
     /// Coordinates of the local nodes, m, `[node_ids.len()][3]`.
     pub coords: Vec<[f64; 3]>,
     /// Cells that touch an owned node, as local node indices.
-    pub cells: Vec<[u32; 8]>,
+    pub cells: Cells,
     /// Index in the whole mesh of each local cell.
     pub cell_ids: Vec<u64>,
     /// True where this rank is the one that counts and writes the cell: each cell is owned by exactly one rank.
@@ -38,14 +38,13 @@ struct Partition {
     edge_cut: u64,
 }
 
-/// Edges of a hexahedron in VTK order.
-const EDGES: [[usize; 2]; 12] =
-    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
-
 /// Neighbours of each node along the edges of the cells, in compressed rows, both directions.
 fn node_graph(mesh: &Mesh) -> (Vec<usize>, Vec<u32>) {
     let n = mesh.nodes.len();
-    let pairs = || mesh.cells.iter().flat_map(|c| EDGES.map(|[a, b]| (c[a] as usize, c[b] as usize)));
+    let pairs = || {
+        let at = |nodes: &[u32], i: u8| nodes[i as usize] as usize;
+        mesh.cells.iter().flat_map(move |c| c.kind.topology().edges.iter().map(move |&[a, b]| (at(c.nodes, a), at(c.nodes, b))))
+    };
     let mut start = vec![0usize; n + 1];
     for (a, b) in pairs() {
         start[a + 1] += 1;
@@ -135,7 +134,9 @@ struct Shares {
     edge_cut: u64,
     node_ids: Vec<Vec<u64>>,
     coords: Vec<Vec<f64>>,
-    cells: Vec<Vec<u32>>,
+    /// Pairs of kind and number of cells, block by block.
+    blocks: Vec<Vec<u32>>,
+    cell_nodes: Vec<Vec<u32>>,
     cell_ids: Vec<Vec<u64>>,
     cell_owned: Vec<Vec<u8>>,
     names: Vec<String>,
@@ -164,7 +165,7 @@ fn shares(mesh: &Mesh, parts: usize) -> Result<Shares> {
     let mut cells_of: Vec<Vec<u32>> = vec![Vec::new(); parts];
     let mut cell_owner = Vec::with_capacity(mesh.cells.len());
     for (e, cell) in mesh.cells.iter().enumerate() {
-        let mut ranks = cell.map(|i| owner[i as usize]);
+        let mut ranks: Vec<u32> = cell.nodes.iter().map(|&i| owner[i as usize]).collect();
         ranks.sort_unstable();
         // The rank with the most of the cell's nodes owns it, of equals the lowest.
         let (mut best, mut most) = (ranks[0], 0);
@@ -182,7 +183,7 @@ fn shares(mesh: &Mesh, parts: usize) -> Result<Shares> {
         .groups
         .values()
         .map(|facets| {
-            let mut nodes: Vec<u32> = facets.iter().flatten().copied().collect();
+            let mut nodes: Vec<u32> = facets.iter().flat_map(|&f| mesh.cells.facet(f)).collect();
             nodes.sort_unstable();
             nodes.dedup();
             nodes
@@ -199,7 +200,8 @@ fn shares(mesh: &Mesh, parts: usize) -> Result<Shares> {
         }
         let mut ghosts: Vec<u32> = cells_of[r]
             .iter()
-            .flat_map(|&e| mesh.cells[e as usize])
+            .flat_map(|&e| mesh.cells.get(e as usize).nodes)
+            .copied()
             .filter(|&i| owner[i as usize] as usize != r)
             .collect();
         ghosts.sort_unstable_by_key(|&i| renumbered[i as usize]);
@@ -211,7 +213,11 @@ fn shares(mesh: &Mesh, parts: usize) -> Result<Shares> {
 
         out.node_ids.push(nodes.iter().map(|&i| renumbered[i as usize]).collect());
         out.coords.push(nodes.iter().flat_map(|&i| mesh.nodes[i as usize]).collect());
-        out.cells.push(cells_of[r].iter().flat_map(|&e| mesh.cells[e as usize].map(|i| local[i as usize])).collect());
+        let mut cells = Cells::default();
+        cells_of[r].iter().map(|&e| mesh.cells.get(e as usize)).for_each(|c| cells.push(c.kind, c.nodes));
+        let code = |kind: CellKind| u32::from(kind.topology().vtk);
+        out.blocks.push(cells.blocks().iter().flat_map(|b| [code(b.kind), b.len() as u32]).collect());
+        out.cell_nodes.push(cells.all_nodes().map(|i| local[i as usize]).collect());
         out.cell_ids.push(cells_of[r].iter().map(|&e| u64::from(e)).collect());
         out.cell_owned.push(cells_of[r].iter().map(|&e| u8::from(cell_owner[e as usize] as usize == r)).collect());
         for (group, nodes) in out.groups.iter_mut().zip(&members) {
@@ -224,7 +230,7 @@ fn shares(mesh: &Mesh, parts: usize) -> Result<Shares> {
     // Everything is sent with the 32-bit counts of MPI; coordinates and cells are the longest.
     for (what, total) in [
         ("coordinates", out.coords.iter().map(Vec::len).sum::<usize>()),
-        ("cell nodes", out.cells.iter().map(Vec::len).sum()),
+        ("cell nodes", out.cell_nodes.iter().map(Vec::len).sum()),
     ] {
         if i32::try_from(total).is_err() {
             return Err(Error::Input(format!(
@@ -252,7 +258,8 @@ pub fn distribute(world: &World, mesh: Option<&Mesh>) -> Result<MeshPart> {
     let names = String::from_utf8_lossy(&names).into_owned();
     let node_ids = world.scatter(s.node_ids);
     let coords = world.scatter(s.coords);
-    let cells = world.scatter(s.cells);
+    let blocks = world.scatter(s.blocks);
+    let cell_nodes = world.scatter(s.cell_nodes);
     let cell_ids = world.scatter(s.cell_ids);
     let cell_owned = world.scatter(s.cell_owned);
     let mut groups = BTreeMap::new();
@@ -261,12 +268,21 @@ pub fn distribute(world: &World, mesh: Option<&Mesh>) -> Result<MeshPart> {
         let members = world.scatter(per_group.next().unwrap_or_default());
         groups.insert(name.to_string(), members);
     }
+    let mut cells = Cells::default();
+    let mut rest = &cell_nodes[..];
+    for block in blocks.chunks_exact(2) {
+        let kind = u8::try_from(block[0]).ok().and_then(CellKind::of_vtk);
+        let kind = kind.ok_or_else(|| Error::Defect(format!("cells of no known kind, {}, were distributed", block[0])))?;
+        let (nodes, others) = rest.split_at(kind.nodes() * block[1] as usize);
+        nodes.chunks_exact(kind.nodes()).for_each(|nodes| cells.push(kind, nodes));
+        rest = others;
+    }
     Ok(MeshPart {
         owned: (ranges[world.rank + 1] - ranges[world.rank]) as usize,
         ranges,
         node_ids,
         coords: coords.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
-        cells: cells.chunks_exact(8).map(|c| [c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]]).collect(),
+        cells,
         cell_ids,
         cell_owned: cell_owned.iter().map(|&o| o != 0).collect(),
         groups,

@@ -1,20 +1,105 @@
-//! Meshes: built-in cylinder or Gmsh file, groups by name, partition and distribution.
+//! Meshes: built-in cylinder or Gmsh file, cells of any kind, groups by name, partition and distribution.
 
+pub mod cells;
 pub mod cylinder;
 pub mod distribute;
+pub mod kind;
 pub mod msh;
 pub mod quality;
+pub mod reference;
 
+pub use cells::{facet_key, Cell, Cells, Facet, FacetKey};
+pub use kind::{CellKind, FacetKind};
+
+use crate::{Error, Result};
+use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
-/// A whole hexahedral mesh, as read or built on rank 0. Every body is kept in *lower form*: it lies below the contact
+/// A whole mesh, as read or built on rank 0. Every body is kept in *lower form*: it lies below the contact
 /// plane (z < 0, contact point at the origin, z the outward normal there); an upper body is reflected in z when used.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Node coordinates, m, `[n_nodes][3]`.
     pub nodes: Vec<[f64; 3]>,
-    /// Eight nodes of each hexahedron in VTK (= Gmsh) order, positive Jacobian.
-    pub cells: Vec<[u32; 8]>,
-    /// Boundary quadrilaterals by physical group name, outward orientation.
-    pub groups: BTreeMap<String, Vec<[u32; 4]>>,
+    /// Cells with positive Jacobians.
+    pub cells: Cells,
+    /// Boundary facets by physical group name.
+    pub groups: BTreeMap<String, Vec<Facet>>,
+}
+
+impl Mesh {
+    /// Volume of the mesh, m³.
+    pub fn volume(&self) -> f64 {
+        self.cells.iter().map(|c| quality::volume(c.kind, &c.places(&self.nodes))).sum()
+    }
+
+    /// The mesh mirrored in the plane z = 0. Nodes and cells keep their numbers; the nodes of the cells are reordered so that Jacobians stay
+    /// positive. Twice gives the same mesh again.
+    pub fn reflected(&self) -> Mesh {
+        let mut cells = Cells::default();
+        for cell in self.cells.iter() {
+            let nodes: Vec<u32> = cell.kind.topology().mirror.iter().map(|&i| cell.nodes[i as usize]).collect();
+            cells.push(cell.kind, &nodes);
+        }
+        let image = |f: &Facet| {
+            let kind = self.cells.get(f.cell as usize).kind;
+            Facet { cell: f.cell, face: kind.mirrored_face(f.face as usize) as u8 }
+        };
+        Mesh {
+            nodes: self.nodes.iter().map(|&[x, y, z]| [x, y, -z]).collect(),
+            cells,
+            groups: self.groups.iter().map(|(n, facets)| (n.clone(), facets.iter().map(image).collect())).collect(),
+        }
+    }
+
+    /// True where the two meshes (both in lower form) are the same body: same numbering, same groups, node positions equal to 1e-12 of the
+    /// largest coordinate. Such bodies need to be computed once only.
+    pub fn identical(&self, other: &Mesh) -> bool {
+        let size = self.nodes.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
+        let near = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(p, q)| (p - q).abs() <= 1e-12 * size);
+        self.nodes.len() == other.nodes.len()
+            && self.cells == other.cells
+            && self.groups == other.groups
+            && self.nodes.iter().zip(&other.nodes).all(|(a, b)| near(a, b))
+    }
+
+    /// SHA-256 of the mesh, in hexadecimal: coordinates bit by bit, cells, nodes of the facets of the groups. Cells of another kind than the
+    /// eight-node hexahedron come with their kind.
+    pub fn checksum(&self) -> String {
+        let mut hash = Sha256::new();
+        hash.update((self.nodes.len() as u64).to_le_bytes());
+        hash.update(bytes(self.nodes.iter().flatten().map(|v| v.to_le_bytes())));
+        hash.update((self.cells.len() as u64).to_le_bytes());
+        for block in self.cells.blocks() {
+            if block.kind != CellKind::Hex8 {
+                hash.update([block.kind.topology().vtk]);
+                hash.update((block.len() as u64).to_le_bytes());
+            }
+            hash.update(bytes(block.nodes.iter().map(|n| n.to_le_bytes())));
+        }
+        for (name, facets) in &self.groups {
+            hash.update((name.len() as u64).to_le_bytes());
+            hash.update(name.as_bytes());
+            hash.update((facets.len() as u64).to_le_bytes());
+            hash.update(bytes(facets.iter().flat_map(|&f| self.cells.facet(f)).map(|n| n.to_le_bytes())));
+        }
+        hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+    }
+
+    /// Checks that the mesh, from `source`, has the facet group `group`; the error names those it has.
+    pub fn require_group(&self, group: &str, source: &str) -> Result<()> {
+        if self.groups.get(group).is_some_and(|facets| !facets.is_empty()) {
+            return Ok(());
+        }
+        let there = self.groups.iter().filter(|(_, facets)| !facets.is_empty());
+        let found: Vec<String> = there.map(|(name, _)| format!("\"{name}\"")).collect();
+        let found = if found.is_empty() { "none".to_string() } else { found.join(", ") };
+        Err(Error::Input(format!(
+            "{source} has no group \"{group}\" of boundary facets; found: {found}. Name the surface as a physical group in Gmsh"
+        )))
+    }
+}
+
+fn bytes<const N: usize>(values: impl Iterator<Item = [u8; N]>) -> Vec<u8> {
+    values.flatten().collect()
 }

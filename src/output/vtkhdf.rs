@@ -12,9 +12,6 @@ use crate::{Error, Result};
 use hdf5::types::FixedAscii;
 use mpi::raw::AsRaw;
 
-/// VTK's number of the linear hexahedron.
-const VTK_HEXAHEDRON: u8 = 12;
-
 /// A dataset whose rows the ranks write.
 pub(super) struct Slot {
     pub(super) path: String,
@@ -44,6 +41,7 @@ pub(super) struct Piece {
     points: Vec<f64>,
     connectivity: Vec<i64>,
     offsets: Vec<i64>,
+    types: Vec<u8>,
     body_of_point: Vec<i8>,
     body_of_cell: Vec<i8>,
     /// For each body, the local nodes that are points of the piece, in order.
@@ -67,6 +65,7 @@ impl Piece {
             points: Vec::new(),
             connectivity: Vec::new(),
             offsets: vec![0],
+            types: Vec::new(),
             body_of_point: Vec::new(),
             body_of_cell: Vec::new(),
             nodes: Vec::new(),
@@ -88,10 +87,11 @@ impl Piece {
         let mut nodes = Vec::new();
         let owned = part.cells.iter().zip(&part.cell_owned).filter(|(_, &own)| own).map(|(cell, _)| cell);
         for cell in owned {
-            // Reflection turns a hexahedron inside out; exchanging its bottom and its top turns it back.
-            let order = if body.upper { [4, 5, 6, 7, 0, 1, 2, 3] } else { [0, 1, 2, 3, 4, 5, 6, 7] };
-            for corner in order {
-                let node = cell[corner];
+            let cell_type = cell.kind.topology();
+            for &place in cell_type.vtk_order {
+                // Reflection turns a cell inside out; the mirrored order turns it back.
+                let place = if body.upper { cell_type.mirror[place as usize] } else { place };
+                let node = cell.nodes[place as usize];
                 let point = &mut point_of_node[node as usize];
                 if *point < 0 {
                     *point = self.body_of_point.len() as i64;
@@ -103,6 +103,7 @@ impl Piece {
                 self.connectivity.push(*point);
             }
             self.offsets.push(self.connectivity.len() as i64);
+            self.types.push(cell_type.vtk);
             self.body_of_cell.push(number);
         }
         self.nodes.push(nodes);
@@ -172,7 +173,7 @@ impl Piece {
             (
                 Slot::new("/VTKHDF/Types", "-", "VTK cell types: 12 hexahedron.", &[nc], Values::U8(vec![])),
                 c,
-                vec![VTK_HEXAHEDRON; cells].into(),
+                self.types.clone().into(),
             ),
             (
                 Slot::new("/VTKHDF/PointData/body", "-", body, &[np], Values::I8(vec![])),

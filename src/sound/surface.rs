@@ -5,7 +5,7 @@ use super::radiators::{add, Key, Patch};
 use super::Radiators;
 use crate::body::fe::{BodyModes, FeBody};
 use crate::mesh::distribute::MeshPart;
-use crate::mesh::quality::FACES;
+use crate::mesh::{Facet, FacetKey};
 use crate::parallel::World;
 use faer::Mat;
 use std::collections::{BTreeMap, HashMap};
@@ -13,24 +13,26 @@ use std::collections::{BTreeMap, HashMap};
 /// Facets that meet at a larger angle than this belong to different parts of the surface (45°).
 const EDGE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Boundary facets of which this rank has the node with the lowest number, as local nodes, outward: each facet is on one rank.
+/// Boundary facets of which this rank has the corner with the lowest number, as local nodes, outward: each facet is on one rank.
 fn boundary(part: &MeshPart) -> Vec<[u32; 4]> {
-    let mut open: HashMap<[u32; 4], [u32; 4]> = HashMap::new();
-    for cell in &part.cells {
-        for face in FACES {
-            let nodes = face.map(|i| cell[i]);
-            let mut key = nodes;
-            key.sort_unstable();
+    let mut open: HashMap<FacetKey, Facet> = HashMap::new();
+    for (i, cell) in part.cells.iter().enumerate() {
+        for face in 0..cell.kind.faces().len() {
+            let key = cell.facet_key(face);
             // Met for the second time it lies between two cells.
             if open.remove(&key).is_none() {
-                open.insert(key, nodes);
+                open.insert(key, Facet { cell: i as u32, face: face as u8 });
             }
         }
     }
     // All cells at an owned node are here, so its facets are known to be on the boundary; others may only seem so.
     let lowest = |f: &[u32; 4]| f.iter().copied().min_by_key(|&n| part.node_ids[n as usize]);
-    let mut facets: Vec<_> =
-        open.into_values().filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
+    let nodes = |f: Facet| {
+        let mut nodes = part.cells.facet(f);
+        std::array::from_fn(|_| nodes.next().unwrap_or_default())
+    };
+    let mut facets: Vec<[u32; 4]> =
+        open.into_values().map(nodes).filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
     facets.sort_unstable();
     facets
 }

@@ -2,7 +2,7 @@
 
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::mesh::distribute::{distribute, MeshPart};
-use railsqueal::mesh::Mesh;
+use railsqueal::mesh::{CellKind, Cells, Facet, Mesh};
 use railsqueal::parallel::World;
 use std::collections::BTreeSet;
 
@@ -19,7 +19,7 @@ fn wheel() -> Mesh {
         patch_half_length: 6e-3,
         patch_half_width: 6e-3,
     };
-    cylinder::build(&spec).expect("a valid cylinder").0
+    cylinder::build(&spec).expect("a valid cylinder")
 }
 
 fn cube() -> Mesh {
@@ -33,8 +33,10 @@ fn cube() -> Mesh {
         [1.0, 1.0, 1.0],
         [0.0, 1.0, 1.0],
     ];
-    let groups = [("bottom".to_string(), vec![[0, 3, 2, 1]])].into();
-    Mesh { nodes, cells: vec![[0, 1, 2, 3, 4, 5, 6, 7]], groups }
+    let groups = [("bottom".to_string(), vec![Facet { cell: 0, face: 0 }])].into();
+    let mut cells = Cells::default();
+    cells.push(CellKind::Hex8, &[0, 1, 2, 3, 4, 5, 6, 7]);
+    Mesh { nodes, cells, groups }
 }
 
 /// Checks the parts against the mesh, which every rank holds.
@@ -61,11 +63,12 @@ fn check(world: &World, mesh: &Mesh) -> MeshPart {
     // Exactly the cells that touch an owned node, with their nodes in order; each owned once in the world.
     let here = |node: u32| (first..first + part.owned as u64).contains(&renumbered[node as usize]);
     let expected: Vec<u64> =
-        (0..mesh.cells.len() as u64).filter(|&e| mesh.cells[e as usize].iter().any(|&i| here(i))).collect();
+        (0..mesh.cells.len() as u64).filter(|&e| mesh.cells.get(e as usize).nodes.iter().any(|&i| here(i))).collect();
     assert_eq!(part.cell_ids, expected);
     for (cell, &e) in part.cells.iter().zip(&part.cell_ids) {
-        let back = cell.map(|k| original[part.node_ids[k as usize] as usize] as u32);
-        assert_eq!(back, mesh.cells[e as usize]);
+        let back = cell.nodes.iter().map(|&k| original[part.node_ids[k as usize] as usize] as u32);
+        let there = mesh.cells.get(e as usize);
+        assert!(cell.kind == there.kind && back.eq(there.nodes.iter().copied()));
     }
     let mine: Vec<u64> = part.cell_ids.iter().zip(&part.cell_owned).filter(|(_, o)| **o).map(|(e, _)| *e).collect();
     let mut all = world.all_gather(&mine);
@@ -75,7 +78,7 @@ fn check(world: &World, mesh: &Mesh) -> MeshPart {
     let names: Vec<&String> = part.groups.keys().collect();
     assert_eq!(names, mesh.groups.keys().collect::<Vec<_>>());
     for (name, local) in &part.groups {
-        let members: BTreeSet<u32> = mesh.groups[name].iter().flatten().copied().collect();
+        let members: BTreeSet<u32> = mesh.groups[name].iter().flat_map(|&f| mesh.cells.facet(f)).collect();
         let found: Vec<u32> = local.iter().map(|&k| original[part.node_ids[k as usize] as usize] as u32).collect();
         assert!(found.iter().all(|i| members.contains(i)));
         let expected = part.node_ids.iter().filter(|&&id| members.contains(&(original[id as usize] as u32))).count();

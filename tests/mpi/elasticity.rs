@@ -1,10 +1,10 @@
 //! Assembly and solution on distributed meshes against closed forms.
 
-use railsqueal::fem::assembly::assemble;
+use railsqueal::fem::assembly::Operators;
 use railsqueal::fem::dofs::{DofMap, FIXED};
 use railsqueal::fem::Material;
 use railsqueal::mesh::distribute::{distribute, MeshPart};
-use railsqueal::mesh::Mesh;
+use railsqueal::mesh::{facet_key, CellKind, Mesh};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::dot;
 use railsqueal::petsc::exchange::Exchange;
@@ -31,24 +31,24 @@ pub fn block(n: [usize; 3], size: [f64; 3], move_node: impl Fn([f64; 3]) -> [f64
     for k in 0..n[2] {
         for j in 0..n[1] {
             for i in 0..n[0] {
-                mesh.cells.push([
-                    id(i, j, k),
-                    id(i + 1, j, k),
-                    id(i + 1, j + 1, k),
-                    id(i, j + 1, k),
-                    id(i, j, k + 1),
-                    id(i + 1, j, k + 1),
-                    id(i + 1, j + 1, k + 1),
-                    id(i, j + 1, k + 1),
-                ]);
+                let around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                let [below, above] = [k, k + 1].map(|k| around.map(|(i, j)| id(i, j, k)));
+                mesh.cells.push(CellKind::Hex8, [below, above].as_flattened());
             }
             left.push([id(0, j, k), id(0, j, k + 1), id(0, j + 1, k + 1), id(0, j + 1, k)]);
             right.push([id(n[0], j, k), id(n[0], j + 1, k), id(n[0], j + 1, k + 1), id(n[0], j, k + 1)]);
         }
     }
-    mesh.groups.insert("left".into(), left);
-    mesh.groups.insert("right".into(), right);
+    group(&mut mesh, "left", &left);
+    group(&mut mesh, "right", &right);
     mesh
+}
+
+/// Names the boundary facets with these corners.
+pub fn group(mesh: &mut Mesh, name: &str, corners: &[[u32; 4]]) {
+    let keys: Vec<_> = corners.iter().map(|&c| facet_key(c)).collect();
+    let facets = mesh.cells.find_facets(&keys).into_iter().collect::<Option<Vec<_>>>().expect("faces of cells");
+    mesh.groups.insert(name.into(), facets);
 }
 
 /// This rank's degrees of freedom of a displacement field.
@@ -56,10 +56,10 @@ fn field(part: &MeshPart, dofs: &DofMap, u: impl Fn([f64; 3]) -> [f64; 3]) -> Ve
     (0..part.owned).filter(|&n| dofs.local[n] != FIXED).flat_map(|n| u(part.coords[n])).collect()
 }
 
-fn body(world: &World, mesh: &Mesh, fixed: &[String]) -> (MeshPart, DofMap, railsqueal::fem::assembly::Operators) {
+fn body(world: &World, mesh: &Mesh, fixed: &[String]) -> (MeshPart, DofMap, Operators) {
     let part = distribute(world, world.is_root().then_some(mesh)).unwrap();
     let dofs = DofMap::new(world, &part, fixed);
-    let operators = assemble(world, &part, &dofs, &STEEL).unwrap();
+    let operators = Operators::new(world, &part, &dofs, &STEEL).unwrap();
     (part, dofs, operators)
 }
 

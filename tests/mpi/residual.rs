@@ -1,6 +1,6 @@
 //! What contact forces move at a node, with and without the modes, against closed forms and solves the other way round.
 
-use crate::elasticity::block;
+use crate::elasticity::{block, group};
 use crate::stability::shared_modes;
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::residual::at_node;
@@ -18,19 +18,18 @@ const CELLS: [usize; 3] = [4, 3, 3];
 fn column(world: &World) -> FeBody {
     let mut mesh = block(CELLS, SIZE, |x| x);
     mesh.nodes.iter_mut().for_each(|p| p[2] -= SIZE[2]);
-    let face = |k: usize, turned: bool| {
+    let face = |k: usize| {
         let node = |i: usize, j: usize| (i + (CELLS[0] + 1) * (j + (CELLS[1] + 1) * k)) as u32;
         let mut facets = Vec::new();
         for j in 0..CELLS[1] {
             for i in 0..CELLS[0] {
-                let [a, b, c, d] = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
-                facets.push(if turned { [a, d, c, b] } else { [a, b, c, d] });
+                facets.push([node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]);
             }
         }
         facets
     };
-    mesh.groups.insert("contact".into(), face(CELLS[2], false));
-    mesh.groups.insert("foot".into(), face(0, true));
+    group(&mut mesh, "contact", &face(CELLS[2]));
+    group(&mut mesh, "foot", &face(0));
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
     let material = Material { young: YOUNG, poisson: 0.0, density: 7800.0 };
     FeBody::new(world, "lower", world.is_root().then_some(&mesh), grid.as_ref(), material, &["foot".into()]).unwrap()

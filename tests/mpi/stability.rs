@@ -1,7 +1,7 @@
 //! Stability of the full system against a dense solution of the same equations, assembled here from the formulas.
 
 use crate::dense::dense;
-use crate::elasticity::block;
+use crate::elasticity::{block, group};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use num_complex::Complex;
@@ -38,8 +38,8 @@ fn body(world: &World, name: &str, layers: usize, young: f64) -> FeBody {
             })
             .collect()
     };
-    mesh.groups.insert("contact".into(), face(layers));
-    mesh.groups.insert("foot".into(), face(0).into_iter().map(|[a, b, c, d]| [a, d, c, b]).collect());
+    group(&mut mesh, "contact", &face(layers));
+    group(&mut mesh, "foot", &face(0));
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
     let material = Material { young, poisson: 0.3, density: 7800.0 };
     FeBody::new(world, name, world.is_root().then_some(&mesh), grid.as_ref(), material, &["foot".into()]).unwrap()
@@ -332,9 +332,9 @@ fn bar(world: &World, name: &str, free_end: f64) -> FeBody {
     // Cells count from the free end on.
     let cell = |i: usize| if free_end > 0.0 { nx - 1 - i } else { i };
     let face = |i: usize, k: usize| [id(i, 0, k), id(i + 1, 0, k), id(i + 1, 1, k), id(i, 1, k)];
-    mesh.groups.insert("contact".into(), vec![face(cell(0), nz)]);
-    let held = (3..nx).flat_map(|i| (0..=nz).map(move |k| (i, k))).map(|(i, k)| face(cell(i), k)).collect();
-    mesh.groups.insert("foot".into(), held);
+    group(&mut mesh, "contact", &[face(cell(0), nz)]);
+    let held: Vec<[u32; 4]> = (3..nx).flat_map(|i| (0..=nz).map(move |k| (i, k))).map(|(i, k)| face(cell(i), k)).collect();
+    group(&mut mesh, "foot", &held);
     let end = if free_end > 0.0 { 0.4 - 0.025 } else { 0.025 };
     for p in &mut mesh.nodes {
         *p = [p[0] - end, p[1] - 0.025, p[2] - 0.1];

@@ -11,9 +11,8 @@ pub use strain::small_strain;
 
 use super::bodies::{cylinder_spec, mesh_of, Meshed};
 use crate::body::matrix_market;
-use crate::job::fe_inputs;
-use crate::job::{self, Job, MeshSource, SweepPlan};
-use crate::mesh::{cylinder, msh};
+use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
+use crate::mesh::cylinder;
 use crate::{Error, Result};
 use std::fmt;
 
@@ -74,7 +73,7 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
         MeshSource::File(path) => {
             let Meshed { mesh, grid } = mesh_of(job, name, body)?;
             for group in &body.fixed {
-                msh::require_group(&mesh, group, &format!("bodies.{name}.fixed: {}", path.display()))?;
+                mesh.require_group(group, &format!("bodies.{name}.fixed: {}", path.display()))?;
             }
             let contact = grid.map_or(0, |g| g.nodes.len() as u64);
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
@@ -226,8 +225,9 @@ mod tests {
             let job = job(&sets);
             let counted = sizes(&job).unwrap();
             let Some(MeshSource::Cylinder(c)) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
-            let (mesh, grid) = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
-            assert_eq!(counted[0].contact_nodes, grid.unwrap().nodes.len() as u64, "{sets:?}");
+            let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
+            let grid = crate::grid::ContactGrid::from_mesh(&mesh, "contact").unwrap();
+            assert_eq!(counted[0].contact_nodes, grid.nodes.len() as u64, "{sets:?}");
             assert_eq!((counted[0].nodes, counted[0].cells), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
         }
     }

@@ -5,8 +5,7 @@
 //! cell between is filled by four hexahedra if it has two fine vertices, by five if it has one (the corner of a box). The templates
 //! agree on the faces they share.
 
-use crate::mesh::quality::FACES;
-use crate::mesh::Mesh;
+use crate::mesh::{CellKind, Cells, Facet, Mesh};
 use std::collections::BTreeMap;
 
 /// Levels and number of columns of the grid.
@@ -55,21 +54,6 @@ impl Depth {
         } else {
             values[self.k]
         }
-    }
-}
-
-/// The mesh and where its surface nodes are.
-pub(super) struct Built {
-    pub mesh: Mesh,
-    /// First node of each vertex on the running surface, `[2 nh]`, by angle position.
-    surface: Vec<u32>,
-    half: i64,
-}
-
-impl Built {
-    /// Node of the running surface in angle column `a` and line `j`, where the level is 0.
-    pub fn surface_node(&self, a: i64, j: usize) -> u32 {
-        self.surface[(a + self.half - 1) as usize] + j as u32
     }
 }
 
@@ -177,9 +161,9 @@ impl JoinedGrid {
         &self,
         position: impl Fn(f64, Depth, usize) -> [f64; 3],
         in_patch: impl Fn(i64, usize) -> bool,
-    ) -> Built {
+    ) -> Mesh {
         let (turn, nr) = (2 * self.half(), self.level_r.len() - 1);
-        let (n_nodes, n_cells) = self.count();
+        let (n_nodes, _) = self.count();
         let mut grid = Nodes {
             coords: Vec::with_capacity(n_nodes as usize),
             bits: Vec::with_capacity(n_nodes as usize),
@@ -229,15 +213,14 @@ impl JoinedGrid {
                 }
             }
         }
-        let mut cells = Vec::with_capacity(n_cells as usize);
+        let mut cells = Cells::default();
         for p in 0..turn {
             for k in 0..nr {
                 self.fill(&grid, p, k, &mut cells);
             }
         }
         let groups = groups(&cells, &grid.bits);
-        let surface = (0..turn).map(|p| grid.vertex[grid.id(p, nr)]).collect();
-        Built { mesh: Mesh { nodes: grid.coords, cells, groups }, surface, half: self.half() as i64 }
+        Mesh { nodes: grid.coords, cells, groups }
     }
 
     /// The two inner lines of each group of three columns of `level`.
@@ -247,7 +230,7 @@ impl JoinedGrid {
     }
 
     /// The hexahedra of one cell in angle and depth.
-    fn fill(&self, grid: &Nodes, p: usize, k: usize, cells: &mut Vec<[u32; 8]>) {
+    fn fill(&self, grid: &Nodes, p: usize, k: usize, cells: &mut Cells) {
         let corners = self.corners(p, k);
         let levels = corners.map(|(p, k)| self.level(p, k));
         let low = levels.into_iter().min().unwrap_or(0);
@@ -256,7 +239,7 @@ impl JoinedGrid {
         let count = fine.iter().filter(|&&f| f).count();
         if count == 4 {
             for g in 0..(self.columns / 3usize.pow(low)) as u32 {
-                cells.push(prism(first.map(|n| [n + g, n + g + 1])));
+                prism(cells, first.map(|n| [n + g, n + g + 1]));
             }
             return;
         }
@@ -278,42 +261,41 @@ impl JoinedGrid {
                 let [f1, f2, c2, c1] = [c, (c + 1) % 4, (c + 2) % 4, (c + 3) % 4];
                 let (i2, i1) = (m(edges[f2]), m(edges[c1]));
                 let (t1, t2) = (t(c1), t(c2));
-                cells.push(prism([[f(f1, 1), f(f1, 2)], [f(f2, 1), f(f2, 2)], i2, i1]));
-                cells.push(prism([[f(f1, 0), f(f1, 1)], [f(f2, 0), f(f2, 1)], [t2[0], i2[0]], [t1[0], i1[0]]]));
-                cells.push(prism([[f(f1, 2), f(f1, 3)], [f(f2, 2), f(f2, 3)], [i2[1], t2[1]], [i1[1], t1[1]]]));
-                cells.push(prism([i1, i2, t2, t1]));
+                prism(cells, [[f(f1, 1), f(f1, 2)], [f(f2, 1), f(f2, 2)], i2, i1]);
+                prism(cells, [[f(f1, 0), f(f1, 1)], [f(f2, 0), f(f2, 1)], [t2[0], i2[0]], [t1[0], i1[0]]]);
+                prism(cells, [[f(f1, 2), f(f1, 3)], [f(f2, 2), f(f2, 3)], [i2[1], t2[1]], [i1[1], t1[1]]]);
+                prism(cells, [i1, i2, t2, t1]);
             } else {
                 let c = (0..4).find(|&c| fine[c]).unwrap_or(0);
                 let [a, d, b] = [(c + 1) % 4, (c + 2) % 4, (c + 3) % 4];
                 let (ia, ib, id) = (m(edges[c]), m(edges[b]), m(grid.inside[grid.id(p, k)]));
                 let (ta, tb, td) = (t(a), t(b), t(d));
-                cells.push(prism([[f(c, 1), f(c, 2)], ia, id, ib]));
-                cells.push(prism([[f(c, 0), f(c, 1)], [ta[0], ia[0]], [td[0], id[0]], [tb[0], ib[0]]]));
-                cells.push(prism([[f(c, 2), f(c, 3)], [ia[1], ta[1]], [id[1], td[1]], [ib[1], tb[1]]]));
-                cells.push(prism([ia, ta, td, id]));
-                cells.push(prism([ib, id, td, tb]));
+                prism(cells, [[f(c, 1), f(c, 2)], ia, id, ib]);
+                prism(cells, [[f(c, 0), f(c, 1)], [ta[0], ia[0]], [td[0], id[0]], [tb[0], ib[0]]]);
+                prism(cells, [[f(c, 2), f(c, 3)], [ia[1], ta[1]], [id[1], td[1]], [ib[1], tb[1]]]);
+                prism(cells, [ia, ta, td, id]);
+                prism(cells, [ib, id, td, tb]);
             }
         }
     }
 }
 
-/// Hexahedron over a quadrilateral that is counter-clockwise in (angle, depth), from low to high y at each of its corners.
+/// Adds the hexahedron over a quadrilateral that is counter-clockwise in (angle, depth), from low to high y at each of its corners.
 /// (angle, y, radius) is right-handed, so the face of high y comes first.
-fn prism(q: [[u32; 2]; 4]) -> [u32; 8] {
-    [q[0][1], q[1][1], q[2][1], q[3][1], q[0][0], q[1][0], q[2][0], q[3][0]]
+fn prism(cells: &mut Cells, q: [[u32; 2]; 4]) {
+    cells.push(CellKind::Hex8, [q.map(|line| line[1]), q.map(|line| line[0])].as_flattened());
 }
 
 /// Boundary facets: faces all of whose nodes lie on the same boundary surface.
-fn groups(cells: &[[u32; 8]], bits: &[u8]) -> BTreeMap<String, Vec<[u32; 4]>> {
-    let mut out: BTreeMap<String, Vec<[u32; 4]>> = GROUPS.iter().map(|(n, _)| (n.to_string(), Vec::new())).collect();
-    for cell in cells {
-        for face in FACES {
-            let nodes = face.map(|i| cell[i]);
-            let common = nodes.iter().fold(!0u8, |b, &n| b & bits[n as usize]);
+fn groups(cells: &Cells, bits: &[u8]) -> BTreeMap<String, Vec<Facet>> {
+    let mut out: BTreeMap<String, Vec<Facet>> = GROUPS.iter().map(|(n, _)| (n.to_string(), Vec::new())).collect();
+    for (i, cell) in cells.iter().enumerate() {
+        for face in 0..cell.kind.faces().len() {
+            let common = cell.facet(face).fold(!0u8, |b, n| b & bits[n as usize]);
             for (name, bit) in GROUPS {
                 if common & bit != 0 {
                     if let Some(facets) = out.get_mut(name) {
-                        facets.push(nodes);
+                        facets.push(Facet { cell: i as u32, face: face as u8 });
                     }
                 }
             }
@@ -348,6 +330,7 @@ impl Nodes {
 mod tests {
     use super::*;
     use crate::mesh::quality::jacobian_range;
+    use crate::mesh::FacetKey;
     use std::f64::consts::PI;
 
     /// Levels that change anywhere, at the last angle division too: every face has two cells or lies on the boundary, and no cell is turned
@@ -368,23 +351,18 @@ mod tests {
                 let (angle, r) = (PI * a / half, depth.interpolate(&radii));
                 [r * angle.sin(), 0.1 * j as f64, r * angle.cos()]
             };
-            let built = grid.build(position, |_, _| false);
-            let mesh = &built.mesh;
+            let mesh = grid.build(position, |_, _| false);
             assert_eq!(grid.count(), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
-            for cell in &mesh.cells {
-                let [low, high] = jacobian_range(&mesh.corners(cell));
+            for cell in mesh.cells.iter() {
+                let [low, high] = jacobian_range(cell.kind, &cell.places(&mesh.nodes));
                 assert!(low > 0.02 * high, "Jacobian from {low:e} to {high:e}");
             }
-            let mut faces: BTreeMap<[u32; 4], i32> = BTreeMap::new();
-            let sorted = |mut f: [u32; 4]| {
-                f.sort_unstable();
-                f
-            };
-            for face in mesh.cells.iter().flat_map(|c| FACES.map(|f| sorted(f.map(|i| c[i])))) {
-                *faces.entry(face).or_default() += 1;
+            let mut faces: BTreeMap<FacetKey, i32> = BTreeMap::new();
+            for cell in mesh.cells.iter() {
+                (0..cell.kind.faces().len()).for_each(|f| *faces.entry(cell.facet_key(f)).or_default() += 1);
             }
-            for facet in mesh.groups.values().flatten() {
-                *faces.entry(sorted(*facet)).or_default() += 1;
+            for &facet in mesh.groups.values().flatten() {
+                *faces.entry(mesh.cells.facet_key(facet)).or_default() += 1;
             }
             assert!(faces.values().all(|&n| n == 2), "{:?}", faces.iter().find(|(_, &n)| n != 2));
         }

@@ -12,7 +12,6 @@ mod layout;
 mod tests;
 
 use super::Mesh;
-use crate::grid::ContactGrid;
 use crate::{Error, Result};
 use layout::Layout;
 
@@ -204,33 +203,17 @@ pub fn count(spec: &CylinderSpec) -> Result<(u64, u64)> {
     Ok(Layout::new(spec)?.grid.count())
 }
 
-/// Builds the mesh with the facet groups `inner`, `outer`, `side_minus`, `side_plus` and, if there is a patch, `contact` (a part of `outer`), and the
-/// grid of the patch.
-pub fn build(spec: &CylinderSpec) -> Result<(Mesh, Option<ContactGrid>)> {
+/// Builds the mesh with the facet groups `inner`, `outer`, `side_minus`, `side_plus` and, if there is a patch, `contact` (a part of `outer`). Nodes of
+/// the patch lie on lines x = const and y = const through the whole multiples of the element size.
+pub fn build(spec: &CylinderSpec) -> Result<Mesh> {
     let layout = Layout::new(spec)?;
     let patch_columns = layout.j0.wrapping_sub(layout.nyp)..=layout.j0 + layout.nyp;
-    let mut built = layout.grid.build(
+    let mut mesh = layout.grid.build(
         |a, t, j| layout.position(spec, a, t.interpolate(&layout.s), j),
         |a, j| spec.has_patch() && a.unsigned_abs() as usize <= layout.nxp && patch_columns.contains(&j),
     );
-    let grid = spec.has_patch().then(|| {
-        let h = spec.element_size;
-        let (nx, ny) = (layout.nxp as i64, layout.nyp as i64);
-        let mut nodes = Vec::new();
-        for j in -ny..=ny {
-            for i in -nx..=nx {
-                nodes.push(built.surface_node(i, (layout.j0 as i64 + j) as usize));
-            }
-        }
-        ContactGrid {
-            x: (-nx..=nx).map(|i| i as f64 * h).collect(),
-            y: (-ny..=ny).map(|j| j as f64 * h).collect(),
-            z: nodes.iter().map(|&n| built.mesh.nodes[n as usize][2]).collect(),
-            nodes,
-        }
-    });
     if !spec.has_patch() {
-        built.mesh.groups.remove("contact");
+        mesh.groups.remove("contact");
     }
-    Ok((built.mesh, grid))
+    Ok(mesh)
 }

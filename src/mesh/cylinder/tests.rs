@@ -1,7 +1,9 @@
 //! Meshes of cylinders against closed forms and each other.
 
 use super::*;
+use crate::grid::ContactGrid;
 use crate::mesh::quality::jacobian_range;
+use crate::mesh::FacetKey;
 use std::collections::HashMap;
 
 fn paper(element_size: f64) -> CylinderSpec {
@@ -25,19 +27,13 @@ fn plain(element_size: f64) -> CylinderSpec {
 
 /// Every face is shared by two cells or lies in exactly one of the four boundary groups; contact lies in outer.
 fn check_watertight(mesh: &Mesh) {
-    let key = |mut f: [u32; 4]| {
-        f.sort_unstable();
-        f
-    };
-    let mut faces: HashMap<[u32; 4], (usize, usize)> = HashMap::new();
-    for cell in &mesh.cells {
-        for face in crate::mesh::quality::FACES {
-            faces.entry(key(face.map(|i| cell[i]))).or_default().0 += 1;
-        }
+    let mut faces: HashMap<FacetKey, (usize, usize)> = HashMap::new();
+    for cell in mesh.cells.iter() {
+        (0..cell.kind.faces().len()).for_each(|f| faces.entry(cell.facet_key(f)).or_default().0 += 1);
     }
     for name in ["inner", "outer", "side_minus", "side_plus"] {
-        for facet in &mesh.groups[name] {
-            faces.get_mut(&key(*facet)).expect("a facet is a face of a cell").1 += 1;
+        for &facet in &mesh.groups[name] {
+            faces.get_mut(&mesh.cells.facet_key(facet)).expect("a facet is a face of a cell").1 += 1;
         }
     }
     for (face, (cells, groups)) in &faces {
@@ -51,7 +47,7 @@ fn check_watertight(mesh: &Mesh) {
         assert!(!contact.is_empty() && contact.iter().all(|f| outer.contains(f)));
     }
     let mut used = vec![false; mesh.nodes.len()];
-    mesh.cells.iter().flatten().for_each(|&n| used[n as usize] = true);
+    mesh.cells.all_nodes().for_each(|n| used[n as usize] = true);
     assert!(used.iter().all(|&u| u), "unused nodes");
 }
 
@@ -73,21 +69,21 @@ fn cases() -> Vec<CylinderSpec> {
 #[test]
 fn meshes_are_watertight_with_positive_jacobians_and_the_counted_size() {
     for spec in cases() {
-        let (mesh, grid) = build(&spec).expect("a valid cylinder");
+        let mesh = build(&spec).expect("a valid cylinder");
         assert_eq!(count(&spec).expect("a valid cylinder"), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
         check_watertight(&mesh);
-        for cell in &mesh.cells {
-            let [low, high] = jacobian_range(&mesh.corners(cell));
+        for cell in mesh.cells.iter() {
+            let [low, high] = jacobian_range(cell.kind, &cell.places(&mesh.nodes));
             assert!(low > 0.02 * high, "{spec:?}: Jacobian from {low:e} to {high:e}");
         }
-        assert_eq!(grid.is_some(), spec.patch_half_length > 0.0);
+        assert_eq!(mesh.groups.contains_key("contact"), spec.patch_half_length > 0.0);
     }
 }
 
 #[test]
 fn halves_are_mirror_images() {
     for spec in cases() {
-        let (mesh, _) = build(&spec).expect("a valid cylinder");
+        let mesh = build(&spec).expect("a valid cylinder");
         let bits = |p: [f64; 3]| p.map(|v| (v + 0.0).to_bits());
         let all: std::collections::HashSet<_> = mesh.nodes.iter().map(|&p| bits(p)).collect();
         assert_eq!(all.len(), mesh.nodes.len(), "coinciding nodes");
@@ -102,7 +98,7 @@ fn volume_converges_at_second_order() {
     for spec in [plain(0.04), CylinderSpec { contact_offset: 0.02, crown_radius: Some(0.2), ..plain(0.04) }] {
         let error = |h: f64| {
             let s = CylinderSpec { element_size: h, ..spec.clone() };
-            let (mesh, _) = build(&s).expect("a valid cylinder");
+            let mesh = build(&s).expect("a valid cylinder");
             (mesh.volume() / s.exact_volume() - 1.0).abs()
         };
         let (coarse, fine) = (error(0.025), error(0.0125));
@@ -110,7 +106,7 @@ fn volume_converges_at_second_order() {
         assert!(fine < 1e-3 && order > 1.8 && order < 2.3, "errors {coarse:e} {fine:e}, order {order}");
     }
     let spec = paper(1e-3);
-    let (mesh, _) = build(&spec).expect("a valid cylinder");
+    let mesh = build(&spec).expect("a valid cylinder");
     let error = mesh.volume() / spec.exact_volume() - 1.0;
     assert!(error.abs() < 1e-3, "{error:e}");
 }
@@ -137,8 +133,8 @@ fn patch_nodes_are_exact_and_match_between_bodies() {
     let upper = CylinderSpec { outer_radius: 0.3, crown_radius: Some(0.08), contact_offset: 0.02, ..paper(1e-3) };
     let mut grids = Vec::new();
     for spec in [lower, upper] {
-        let (mesh, grid) = build(&spec).expect("a valid cylinder");
-        let grid = grid.expect("a patch");
+        let mesh = build(&spec).expect("a valid cylinder");
+        let grid = ContactGrid::from_mesh(&mesh, "contact").expect("a patch");
         assert_eq!((grid.x.len(), grid.y.len()), (15, 15));
         assert_eq!((grid.x[7], grid.y[7], grid.z[7 + 15 * 7]), (0.0, 0.0, 0.0));
         for (j, &y) in grid.y.iter().enumerate() {
@@ -169,7 +165,7 @@ fn a_wheel_at_one_millimetre_needs_some_hundred_and_fifty_thousand_dofs() {
 fn far_from_the_contact_the_mesh_does_not_know_where_it_is() {
     let section = |contact_offset: f64| {
         let spec = CylinderSpec { contact_offset, ..paper(1e-3) };
-        let (mesh, _) = build(&spec).expect("a valid cylinder");
+        let mesh = build(&spec).expect("a valid cylinder");
         let far = mesh.nodes.iter().filter(|n| n[0].abs() < 1e-12 && n[2] < -spec.outer_radius);
         // Distance from the mid-plane and depth fraction.
         let mut at: Vec<[i64; 2]> = far
@@ -194,7 +190,7 @@ fn far_from_the_contact_the_mesh_does_not_know_where_it_is() {
 #[test]
 fn around_the_bore_columns_are_joined_once_less() {
     for spec in [paper(1e-3), CylinderSpec { contact_offset: 0.03, ..paper(1e-3) }] {
-        let (mesh, _) = build(&spec).expect("a valid cylinder");
+        let mesh = build(&spec).expect("a valid cylinder");
         // Nodes at each distance from the bore, as a part of the depth.
         let mut count = std::collections::BTreeMap::new();
         for n in mesh.nodes.iter().filter(|n| n[0].abs() < 1e-12 && n[2] < -spec.outer_radius) {
@@ -225,7 +221,7 @@ fn depth_of_bore(spec: &CylinderSpec, n: &[f64; 3]) -> f64 {
 fn the_wheel_of_the_first_job_has_the_divisions_that_its_keys_ask_for() {
     let spec = paper(1e-3);
     let (h, growth, largest) = (spec.element_size, spec.growth, 0.25 * spec.thickness);
-    let (mesh, _) = build(&spec).expect("a valid cylinder");
+    let mesh = build(&spec).expect("a valid cylinder");
     // Opposite the contact, on the running surface: a width of 0.1 m in elements of at most 25 mm takes 4 at least, and up to half as many
     // again, as the finer lines at the contact are joined three by three.
     let far = |n: &&[f64; 3]| n[0].abs() < 1e-12 && n[2] < -spec.outer_radius;
@@ -339,9 +335,9 @@ fn the_size_that_would_fit_fits() {
 
 #[test]
 fn reflection_keeps_jacobians_positive_and_undoes_itself() {
-    let (mesh, _) = build(&paper(2e-3)).expect("a valid cylinder");
+    let mesh = build(&paper(2e-3)).expect("a valid cylinder");
     let up = mesh.reflected();
-    assert!(up.cells.iter().all(|c| jacobian_range(&up.corners(c))[0] > 0.0));
+    assert!(up.cells.iter().all(|c| jacobian_range(c.kind, &c.places(&up.nodes))[0] > 0.0));
     assert!((up.volume() / mesh.volume() - 1.0).abs() < 1e-12);
     assert_eq!(up.reflected(), mesh);
     assert_eq!(up.reflected().checksum(), mesh.checksum());

@@ -2,8 +2,8 @@
 
 use super::cursor::Cursor;
 use super::sections::Raw;
-use crate::mesh::quality::{jacobian_range, FACES};
-use crate::mesh::Mesh;
+use crate::mesh::quality::jacobian_range;
+use crate::mesh::{facet_key, Cells, FacetKey, Mesh};
 use crate::{Error, Result};
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,7 +13,7 @@ const COINCIDENT: f64 = 1e-10;
 impl Raw {
     /// Checks what was read and makes the mesh of it; nodes keep their order, unused ones are dropped.
     pub fn mesh(self, c: &Cursor, name: &str) -> Result<Mesh> {
-        if self.cells.is_empty() {
+        if self.cell_blocks.is_empty() {
             return Err(c.error_at(
                 self.elements_at,
                 "no hexahedra; expected 8-node hexahedra of a volume (if there are physical groups, Gmsh saves only what is in one)",
@@ -31,14 +31,15 @@ impl Raw {
         };
         // File positions of the nodes first; numbers without gaps when the used ones are known.
         let mut used = vec![false; self.tags.len()];
-        let mut cells = Vec::with_capacity(self.cells.len());
-        for (cell, &tag) in self.cells.iter().zip(&self.cell_tags) {
-            let mut nodes = [0u32; 8];
-            for (to, &from) in nodes.iter_mut().zip(cell) {
-                *to = find("hexahedron", tag, from)?;
-                used[*to as usize] = true;
+        let mut cells = Cells::default();
+        for (kind, tag, from) in self.cells() {
+            let mut nodes = vec![0u32; kind.nodes()];
+            for (&to, &from) in kind.topology().gmsh_order.iter().zip(from) {
+                let at = find(kind.topology().name, tag, from)?;
+                nodes[to as usize] = at;
+                used[at as usize] = true;
             }
-            cells.push(nodes);
+            cells.push(kind, &nodes);
         }
         let mut number = vec![u32::MAX; self.tags.len()];
         let (mut nodes, mut tags) = (Vec::new(), Vec::new());
@@ -47,83 +48,70 @@ impl Raw {
             nodes.push(self.coords[i]);
             tags.push(self.tags[i]);
         }
-        cells.iter_mut().flatten().for_each(|n| *n = number[*n as usize]);
-        let mut facets = Vec::with_capacity(self.facets.len());
+        let cells = cells.renumbered(|n| number[n as usize]);
+        let mut keys = Vec::with_capacity(self.facets.len());
         for facet in self.facets.iter().filter(|f| self.surfaces.contains_key(&f.surface)) {
-            let mut nodes = [0u32; 4];
-            for (to, &from) in nodes.iter_mut().zip(&facet.nodes) {
-                *to = number[find("quadrilateral", facet.tag, from)? as usize];
+            let mut corners = [u32::MAX; 4];
+            for (to, &from) in corners.iter_mut().zip(&facet.corners[..facet.kind.corners()]) {
+                *to = number[find(facet.kind.name(), facet.tag, from)? as usize];
                 if *to == u32::MAX {
                     return Err(Error::Input(format!(
-                        "{name}: quadrilateral {} has the node {from}, which belongs to no hexahedron; expected a face of one",
+                        "{name}: {} {} has the node {from}, which belongs to no cell; expected a face of one",
+                        facet.kind.name(),
                         facet.tag
                     )));
                 }
             }
-            facets.push(nodes);
+            keys.push(facet_key(corners));
         }
         let mut mesh = Mesh { nodes, cells, groups: BTreeMap::new() };
         self.check_cells(&mesh, name)?;
         check_nodes(&mesh, &tags, name)?;
-        self.group(&mut mesh, facets, name)?;
+        self.group(&mut mesh, &keys, name)?;
         Ok(mesh)
     }
 
-    /// Refuses inverted hexahedra.
+    /// Refuses inverted cells.
     fn check_cells(&self, mesh: &Mesh, name: &str) -> Result<()> {
         let (mut wrong, mut inside_out) = (0usize, 0usize);
         let mut first = None;
-        for (cell, &tag) in mesh.cells.iter().zip(&self.cell_tags) {
-            let [low, high] = jacobian_range(&mesh.corners(cell));
+        for (cell, (kind, tag, _)) in mesh.cells.iter().zip(self.cells()) {
+            let [low, high] = jacobian_range(kind, &cell.places(&mesh.nodes));
             if low > 0.0 {
                 continue;
             }
             wrong += 1;
             inside_out += usize::from(high < 0.0);
-            first.get_or_insert((tag, low, high));
+            first.get_or_insert((kind, tag, low, high));
         }
-        let Some((tag, low, high)) = first else { return Ok(()) };
+        let Some((kind, tag, low, high)) = first else { return Ok(()) };
         let hint = if inside_out == mesh.cells.len() {
             " All are inside out: the mesh is left-handed, mirrored perhaps; reverse it in Gmsh (Mesh.reverse) or renumber the nodes of its elements."
         } else {
             ""
         };
         Err(Error::Input(format!(
-            "{name}: hexahedron {tag} is inverted or flat: its Jacobian determinant runs from {low:.3e} to {high:.3e} m³ (corners and centre); expected above 0. \
-             {wrong} of {} hexahedra are so.{hint}",
+            "{name}: {} {tag} is inverted or flat: its Jacobian determinant runs from {low:.3e} to {high:.3e} m³ (nodes and centre); expected above 0. \
+             {wrong} of {} cells are so.{hint}",
+            kind.topology().name,
             mesh.cells.len()
         )))
     }
 
-    /// Sorts the boundary quadrilaterals into their groups, each turned outwards.
-    fn group(&self, mesh: &mut Mesh, facets: Vec<[u32; 4]>, name: &str) -> Result<()> {
-        let key = |mut f: [u32; 4]| {
-            f.sort_unstable();
-            f
-        };
-        let mut touched = vec![false; mesh.nodes.len()];
-        facets.iter().flatten().for_each(|&n| touched[n as usize] = true);
-        let wanted: std::collections::HashSet<[u32; 4]> = facets.iter().map(|&f| key(f)).collect();
-        let mut outward: HashMap<[u32; 4], [u32; 4]> = HashMap::with_capacity(wanted.len());
-        for cell in &mesh.cells {
-            for face in FACES {
-                let nodes = face.map(|i| cell[i]);
-                if nodes.iter().all(|&n| touched[n as usize]) && wanted.contains(&key(nodes)) {
-                    outward.entry(key(nodes)).or_insert(nodes);
-                }
-            }
-        }
+    /// Sorts the boundary facets, given by their corners, into their groups.
+    fn group(&self, mesh: &mut Mesh, keys: &[FacetKey], name: &str) -> Result<()> {
         let listed = self.facets.iter().filter(|f| self.surfaces.contains_key(&f.surface));
-        for (facet, nodes) in listed.zip(facets) {
-            let Some(face) = outward.get(&key(nodes)) else {
-                return Err(Error::Input(format!(
-                    "{name}: quadrilateral {} is not a face of any hexahedron; expected a boundary that conforms to the volume",
+        for (facet, found) in listed.zip(mesh.cells.find_facets(keys)) {
+            let found = found.ok_or_else(|| {
+                Error::Input(format!(
+                    "{name}: {} {} is not a face of any cell; expected a boundary that conforms to the volume",
+                    facet.kind.name(),
                     facet.tag
-                )));
-            };
+                ))
+            })?;
             for group in self.surfaces.get(&facet.surface).into_iter().flatten() {
                 let title = self.names.get(&(2, *group)).cloned().unwrap_or_else(|| group.to_string());
-                mesh.groups.entry(title).or_default().push(*face);
+                mesh.groups.entry(title).or_default().push(found);
             }
         }
         Ok(())
@@ -153,9 +141,9 @@ fn check_nodes(mesh: &Mesh, tags: &[u64], name: &str) -> Result<()> {
         i
     }
     let mut pieces = mesh.nodes.len();
-    for cell in &mesh.cells {
-        for &n in &cell[1..] {
-            let (a, b) = (find(&mut root, cell[0]), find(&mut root, n));
+    for cell in mesh.cells.iter() {
+        for &n in &cell.nodes[1..] {
+            let (a, b) = (find(&mut root, cell.nodes[0]), find(&mut root, n));
             if a != b {
                 root[a.max(b) as usize] = a.min(b);
                 pieces -= 1;
@@ -164,7 +152,7 @@ fn check_nodes(mesh: &Mesh, tags: &[u64], name: &str) -> Result<()> {
     }
     if pieces > 1 {
         return Err(Error::Input(format!(
-            "{name}: the hexahedra form {pieces} pieces that share no node; expected one body, in one piece"
+            "{name}: the cells form {pieces} pieces that share no node; expected one body, in one piece"
         )));
     }
     Ok(())

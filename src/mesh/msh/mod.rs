@@ -1,4 +1,4 @@
-//! Gmsh MSH 4.1 reader, ASCII and binary: 8-node hexahedra and the physical groups of their boundary quadrilaterals.
+//! Gmsh MSH 4.1 reader, ASCII and binary: cells and the physical groups of their boundary facets.
 //!
 //! Format: Gmsh reference manual, "MSH file format". Every error names the file and the line (ASCII) or byte offset (binary).
 
@@ -27,17 +27,4 @@ pub fn parse(data: &[u8], name: &str) -> Result<Mesh> {
     let mut cursor = Cursor::new(data, name);
     raw.sections(&mut cursor)?;
     raw.mesh(&cursor, name)
-}
-
-/// Checks that `mesh`, from `source`, has the facet group `group`; the error names those it has.
-pub fn require_group(mesh: &Mesh, group: &str, source: &str) -> Result<()> {
-    if mesh.groups.get(group).is_some_and(|facets| !facets.is_empty()) {
-        return Ok(());
-    }
-    let found: Vec<String> =
-        mesh.groups.iter().filter(|(_, facets)| !facets.is_empty()).map(|(name, _)| format!("\"{name}\"")).collect();
-    let found = if found.is_empty() { "none".to_string() } else { found.join(", ") };
-    Err(Error::Input(format!(
-        "{source} has no group \"{group}\" of boundary quadrilaterals; found: {found}. Name the surface as a physical group in Gmsh"
-    )))
 }

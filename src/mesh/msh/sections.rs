@@ -1,6 +1,7 @@
 //! Sections of an MSH file.
 
 use super::cursor::Cursor;
+use crate::mesh::{CellKind, FacetKind};
 use crate::Result;
 use std::collections::HashMap;
 
@@ -37,8 +38,6 @@ const TYPES: [(i32, usize, i32, &str); 30] = [
     (36, 16, 2, "16-node quadrilateral"),
     (92, 64, 3, "64-node hexahedron"),
 ];
-const QUADRILATERAL: i32 = 3;
-const HEXAHEDRON: i32 = 5;
 
 /// What a file holds, as read; nodes by their tags in the file.
 #[derive(Default)]
@@ -48,8 +47,7 @@ pub(super) struct Raw {
     pub surfaces: HashMap<i32, Vec<i32>>,
     pub tags: Vec<u64>,
     pub coords: Vec<[f64; 3]>,
-    pub cells: Vec<[u64; 8]>,
-    pub cell_tags: Vec<u64>,
+    pub cell_blocks: Vec<CellBlock>,
     pub facets: Vec<Facet>,
     seen: [bool; 3],
     /// Places of `$Nodes` and `$Elements`, for errors about their content.
@@ -57,11 +55,21 @@ pub(super) struct Raw {
     pub elements_at: usize,
 }
 
-/// A quadrilateral on a surface of the model.
+/// Cells of one kind.
+pub(super) struct CellBlock {
+    pub kind: CellKind,
+    pub tags: Vec<u64>,
+    /// Nodes in Gmsh's order, cell by cell.
+    pub nodes: Vec<u64>,
+}
+
+/// A facet on a surface of the model.
 pub(super) struct Facet {
+    pub kind: FacetKind,
     pub surface: i32,
     pub tag: u64,
-    pub nodes: [u64; 4],
+    /// Tags of its corners, the first `kind.corners()` of these.
+    pub corners: [u64; 4],
 }
 
 const FORMAT: usize = 0;
@@ -69,6 +77,13 @@ const NODES: usize = 1;
 const ELEMENTS: usize = 2;
 
 impl Raw {
+    /// Kind, tag and nodes in Gmsh's order of every cell.
+    pub fn cells(&self) -> impl Iterator<Item = (CellKind, u64, &[u64])> {
+        self.cell_blocks.iter().flat_map(|b| {
+            b.tags.iter().zip(b.nodes.chunks_exact(b.kind.nodes())).map(|(&tag, nodes)| (b.kind, tag, nodes))
+        })
+    }
+
     /// Reads all sections.
     pub fn sections(&mut self, c: &mut Cursor) -> Result<()> {
         loop {
@@ -199,7 +214,7 @@ impl Raw {
                 for _ in 0..groups {
                     let group = c.int("the tag of a physical group")?;
                     if dim == 2 {
-                        // A negative tag reverses the orientation, which is found from the hexahedra here.
+                        // A negative tag reverses the orientation, which is found from the cells here.
                         self.surfaces.entry(tag).or_default().push(group.saturating_abs());
                     }
                 }
@@ -261,7 +276,7 @@ impl Raw {
             let kind = c.int("the type of an element block")?;
             let n = c.size("the number of elements of a block")?;
             let Some(&(_, nodes, type_dim, name)) = TYPES.iter().find(|t| t.0 == kind) else {
-                return Err(c.error_at(at, format!("element type {kind}; only 8-node hexahedra (type 5) and 4-node quadrilaterals on their boundary (3) are supported")));
+                return Err(c.error_at(at, format!("element type {kind}; expected {} (and {} on the boundary)", cells(), facets())));
             };
             if type_dim != dim {
                 return Err(c.error_at(
@@ -271,49 +286,48 @@ impl Raw {
                     ),
                 ));
             }
-            if dim == 3 && kind != HEXAHEDRON {
-                return Err(c.error_at(
-                    at,
-                    format!("{n} elements of type {kind}, {name}; only 8-node hexahedra are supported"),
-                ));
+            let cell = CellKind::of_gmsh(kind);
+            if dim == 3 && cell.is_none() {
+                return Err(c.error_at(at, format!("{n} elements of type {kind}, {name}; expected {}", cells())));
             }
-            if dim == 2 && kind != QUADRILATERAL && self.surfaces.contains_key(&entity) {
+            let facet = FacetKind::ALL.into_iter().find(|f| f.gmsh() == kind);
+            if dim == 2 && facet.is_none() && self.surfaces.contains_key(&entity) {
                 return Err(c.error_at(
                     at,
-                    format!("{n} elements of type {kind}, {name}, in a physical group; only 4-node quadrilaterals are supported on the boundary"),
+                    format!("{n} elements of type {kind}, {name}, in a physical group; expected {} on the boundary", facets()),
                 ));
             }
             count = count.saturating_add(n);
-            if kind == HEXAHEDRON {
-                let room = (n as usize).min(c.left() / 18);
-                self.cells.reserve(room);
-                self.cell_tags.reserve(room);
+            // A wrong count must not reserve memory that the file cannot fill.
+            let room = (n as usize).min(c.left() / (2 * (nodes + 1)));
+            let (mut tags, mut cell_nodes) = (Vec::new(), Vec::new());
+            if cell.is_some() {
+                tags.reserve(room);
+                cell_nodes.reserve(room * nodes);
             }
             for _ in 0..n {
                 let tag = c.size("an element tag")?;
-                match kind {
-                    HEXAHEDRON => {
-                        let mut cell = [0; 8];
-                        for node in &mut cell {
-                            *node = c.size("a node tag of a hexahedron")?;
-                        }
-                        self.cells.push(cell);
-                        self.cell_tags.push(tag);
+                if cell.is_some() {
+                    tags.push(tag);
+                    for _ in 0..nodes {
+                        cell_nodes.push(c.size("a node tag of an element")?);
                     }
-                    QUADRILATERAL => {
-                        let mut facet = [0; 4];
-                        for node in &mut facet {
-                            *node = c.size("a node tag of a quadrilateral")?;
+                } else {
+                    let mut corners = [0; 4];
+                    for k in 0..nodes {
+                        let node = c.size("a node tag of an element")?;
+                        if let Some(corner) = corners.get_mut(k) {
+                            *corner = node;
                         }
-                        self.facets.push(Facet { surface: entity, tag, nodes: facet });
                     }
-                    _ => {
-                        for _ in 0..nodes {
-                            c.size("a node tag of an element")?;
-                        }
+                    if let Some(kind) = facet {
+                        self.facets.push(Facet { kind, surface: entity, tag, corners });
                     }
                 }
                 c.end_of_line("an element")?;
+            }
+            if let (Some(kind), false) = (cell, tags.is_empty()) {
+                self.cell_blocks.push(CellBlock { kind, tags, nodes: cell_nodes });
             }
         }
         if count != total {
@@ -321,6 +335,20 @@ impl Raw {
         }
         c.expect("$EndElements")
     }
+}
+
+/// What cells there may be, for messages.
+fn cells() -> String {
+    list(CellKind::ALL.map(|k| (k.topology().name, k.topology().gmsh)))
+}
+
+/// What facets there may be, for messages.
+fn facets() -> String {
+    list(FacetKind::ALL.map(|k| (k.name(), k.gmsh())))
+}
+
+fn list<const N: usize>(kinds: [(&str, i32); N]) -> String {
+    kinds.map(|(name, number)| format!("{name} ({number})")).join(", ")
 }
 
 /// The beginning of a text, for messages.

@@ -1,0 +1,37 @@
+//! Forms: what is integrated over the cells. One file each; [`crate::fem::assembly::Assembly`] assembles any of them.
+
+mod mass;
+mod stiffness;
+
+pub use mass::Mass;
+pub use stiffness::Stiffness;
+
+use crate::mesh::CellKind;
+
+/// How a form couples the displacements of two nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coupling {
+    /// Each component with each: blocks of 3 × 3.
+    Full,
+    /// Equal components, all three alike: multiples of the identity.
+    Components,
+}
+
+impl Coupling {
+    /// Rows of the matrix of a cell, and of one of its nodes among them.
+    pub fn per_node(self) -> usize {
+        match self {
+            Coupling::Full => 3,
+            Coupling::Components => 1,
+        }
+    }
+}
+
+/// A bilinear form of displacements, symmetric or not.
+pub trait Form {
+    /// How it couples two nodes.
+    fn coupling(&self) -> Coupling;
+
+    /// Matrix of a cell with nodes at `x` (m, `[n][3]`), row-major, `[pn, pn]` with `p` = [`Coupling::per_node`]; overwritten.
+    fn matrix(&self, kind: CellKind, x: &[[f64; 3]], out: &mut [f64]);
+}
