@@ -98,6 +98,17 @@ pub struct Fields {
     pub state: Vec<u8>,
 }
 
+/// Status and slip of the nodes that were in the core of the last step; the working set may be another one since.
+#[derive(Default)]
+struct Met {
+    /// `[k]`.
+    nodes: Vec<usize>,
+    /// `[k]`.
+    status: Vec<Status>,
+    /// Over the step, m, `[k][2]`.
+    slip: Vec<f64>,
+}
+
 /// Advances a [`State`] in time.
 pub struct Stepper<'a> {
     model: Model<'a>,
@@ -120,8 +131,8 @@ pub struct Stepper<'a> {
     modal_now: Option<Vec<f64>>,
     /// Reactions on the core and their responses at the end of the last steps, the last one first.
     past: Vec<(Vec<f64>, Vec<f64>)>,
-    status: Vec<Status>,
-    slip: Vec<f64>,
+    /// What the last step found.
+    met: Met,
     /// Displacements of the core without its reactions in the last step, m, `[3 core]`; empty where the nodes are new.
     posed: Vec<f64>,
     report: Report,
@@ -183,8 +194,7 @@ impl<'a> Stepper<'a> {
             past: Vec::new(),
             normal_rows,
             modal_now: None,
-            status: Vec::new(),
-            slip: Vec::new(),
+            met: Met::default(),
             posed: Vec::new(),
             report: Report::default(),
         };
@@ -257,9 +267,8 @@ impl<'a> Stepper<'a> {
             creep: vec![[0.0; 2]; n],
             state: vec![0; n],
         };
-        for (a, status) in self.status.iter().enumerate() {
-            let i = self.working.nodes[a];
-            fields.creep[i] = [self.slip[2 * a] / h, self.slip[2 * a + 1] / h];
+        for ((&i, slip), status) in self.met.nodes.iter().zip(self.met.slip.chunks_exact(2)).zip(&self.met.status) {
+            fields.creep[i] = [slip[0] / h, slip[1] / h];
             fields.state[i] = *status as u8;
         }
         fields
@@ -343,7 +352,8 @@ impl<'a> Stepper<'a> {
             self.modal.add(&modal, &mut q, &mut v);
             let entering = self.entering(&solution, (&response, &free), &q, approach);
             if entering.is_empty() {
-                self.slip = (0..core)
+                self.met.nodes = self.working.nodes[..core].to_vec();
+                self.met.slip = (0..core)
                     .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
                     .collect();
                 self.posed = b;
@@ -396,7 +406,7 @@ impl<'a> Stepper<'a> {
             let i = self.working.nodes[a];
             let mean = [0, 1, 2].map(|c| gamma * reaction[3 * i + c] + (1.0 - gamma) * self.state.reaction[3 * i + c]);
             for c in 0..2 {
-                let slip = self.slip[2 * a + c];
+                let slip = self.met.slip[2 * a + c];
                 e.friction -= mean[c] * slip;
                 e.drive -= mean[c] * (slip - (u[3 * a + c] - self.working.u[3 * a + c]));
             }
@@ -431,7 +441,7 @@ impl<'a> Stepper<'a> {
         }
         self.state.step += 1;
         self.working.u = u;
-        self.status = solution.status;
+        self.met.status = solution.status;
         self.report = report;
         let (kinetic, elastic) = self.stored();
         self.state.energy.kinetic = kinetic;

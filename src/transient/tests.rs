@@ -128,6 +128,56 @@ fn a_single_node_slips_and_sticks() {
     }
 }
 
+/// What is told of the nodes follows from their stresses and creep at every step, also where most of them have just come off each other and the
+/// working set has shrunk.
+#[test]
+fn status_and_creep_belong_to_the_stresses_at_every_step() {
+    let line = || (0..7).map(f64::from).collect::<Vec<f64>>();
+    // Independent springs: a node is closed where the approach is beyond its gap.
+    let gap = |i: usize| 1e-5 * (i % 7).abs_diff(3).max((i / 7).abs_diff(3)) as f64;
+    let s = Interface::new(line(), line(), (0..49).map(gap).collect()).unwrap();
+    let w = Mat::from_fn(147, 147, |i, j| if i == j { SOFT } else { 0.0 });
+    let no = Mat::zeros(147, 0);
+    let mu = 0.3;
+    let drive = Drive {
+        tangential: [Tangential::Creep(straight(1e-4, 1e-4)), Tangential::Creep(straight(-5e-5, -5e-5))],
+        spin: straight(4e-4, 4e-4),
+        ..still(
+            History::table(
+                "falling",
+                &[[0.0, 2.5e-5], [4.0 * H, 2.5e-5], [5.0 * H, 0.4e-5], [10.0 * H, 0.4e-5]],
+                10.0 * H,
+            )
+            .unwrap(),
+        )
+    };
+    let start = State::at_rest(&model(&s, &w, &no, &[]), &[0.0; 147], 0.0);
+    let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, mu), start).unwrap();
+    let mut seen = Vec::new();
+    for step in 1..=8 {
+        stepper.advance().unwrap();
+        let fields = stepper.fields();
+        for i in 0..49 {
+            let (p, t, creep) = (fields.pressure[i], fields.traction[i], fields.creep[i]);
+            let (t, v) = (t[0].hypot(t[1]), creep[0].hypot(creep[1]));
+            let want = match (p > 0.0, v > 1e-9) {
+                (false, _) => 0,
+                (true, false) => 1,
+                (true, true) => 2,
+            };
+            assert_eq!(fields.state[i], want, "step {step}, node {i}: {p} Pa, {t} Pa, {v} m/s");
+            let bound = mu * p;
+            match want {
+                2 => assert!((t - bound).abs() < 1e-9 * bound, "step {step}, node {i}: {t} of {bound} Pa"),
+                _ => assert!(t <= bound, "step {step}, node {i}: {t} of {bound} Pa"),
+            }
+        }
+        seen.push([1, 2].map(|state| fields.state.iter().filter(|s| **s == state).count()));
+    }
+    assert!(seen[0][0] > 0 && seen[0][1] > 0 && seen[0][0] + seen[0][1] == 25, "{seen:?}");
+    assert!(seen[4][0] + seen[4][1] == 1, "{seen:?}");
+}
+
 /// Load and tangential force given: what they are at the end of the step; the approach and the creep follow.
 #[test]
 fn prescribed_forces_are_there_at_the_end_of_the_step() {

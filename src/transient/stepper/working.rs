@@ -5,7 +5,6 @@ use super::super::foot::{edge_value, support, value, Foot};
 use super::super::model::Impact;
 use super::super::problem::StepSolution;
 use super::Stepper;
-use crate::contact::laws::State as Status;
 use crate::dense::dot;
 use crate::{Error, Result};
 
@@ -248,8 +247,6 @@ impl Stepper<'_> {
         self.outside = self.around();
         self.memory.forget();
         self.past.clear();
-        self.status = vec![Status::Open; core];
-        self.slip = vec![0.0; 2 * core];
         self.posed.clear();
         Ok(())
     }
