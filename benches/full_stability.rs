@@ -11,10 +11,9 @@ use std::time::Instant;
 use num_complex::Complex;
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::statics::Statics;
-use railsqueal::contact::{
-    Creepage, FrictionLaw, NormalLoad, SlidingContact, SlidingDirection, SlidingProblem, Stencil,
-};
+use railsqueal::contact::{Creepage, LinearContact, NormalLoad, SlidingDirection, SlidingProblem, Stencil};
 use railsqueal::fem::Material;
+use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::{ContactGrid, Interface};
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::model::combined_compliance;
@@ -61,7 +60,7 @@ fn main() {
         export(&world, &path, &bodies, &contact).unwrap();
     }
     let places = [0, 1].map(|body| Place::rayleigh(body, DAMPING));
-    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&contact), HEIGHT).unwrap();
+    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&contact).unwrap(), HEIGHT).unwrap();
     let order = world.sum_u64(system.n_local() as u64);
     let (start, start_cpu) = (Instant::now(), cpu());
     let shift = system.shift_to(HEIGHT).unwrap();
@@ -122,7 +121,7 @@ fn bodies(world: &World, size: f64) -> (Vec<FeBody>, Option<Interface>) {
 }
 
 /// Full lateral sliding of 1 % at 70 kN.
-fn sliding(world: &World, petsc: &Petsc, bodies: &[FeBody], interface: Option<Interface>) -> SlidingContact {
+fn sliding(world: &World, petsc: &Petsc, bodies: &[FeBody], interface: Option<Interface>) -> LinearContact {
     let compliance: Vec<_> = bodies
         .iter()
         .map(|b| {
@@ -152,7 +151,7 @@ const MATRIX: i32 = 1211216;
 /// One row of a sparse matrix: columns and values.
 type Row = Vec<(u32, f64)>;
 
-fn export(world: &World, path: &str, bodies: &[FeBody], s: &SlidingContact) -> std::io::Result<()> {
+fn export(world: &World, path: &str, bodies: &[FeBody], s: &LinearContact) -> std::io::Result<()> {
     let rows = [0, 1].map(|b| bodies[b].trace.dofs());
     let sizes = [0, 1].map(|b: usize| bodies[b].dofs.total() as u32);
     let (n, k) = ((sizes[0] + sizes[1]) as usize, s.nodes.len());
@@ -175,23 +174,22 @@ fn export(world: &World, path: &str, bodies: &[FeBody], s: &SlidingContact) -> s
         let sign = if c == 2 { [-1.0, -1.0] } else { [1.0, -1.0] };
         [0, 1].map(|b| (first[b] + rows[b][3 * node + c] as u32, sign[b]))
     };
-    for (i, &node) in s.nodes.iter().enumerate() {
-        let (t, multiplier) = (s.direction[i], (n + i) as u32);
+    for (i, at) in s.nodes.iter().enumerate() {
+        let (node, multiplier) = (at.node, (n + i) as u32);
+        let (friction, resistance) = (at.tangent.friction(), at.tangent.resistance().expect("sliding"));
         for p in 0..2 {
             for q in 0..2 {
-                let same = if p == q { 1.0 } else { 0.0 };
-                let d = s.friction[i] * s.force[i] / s.velocity[i] * (same - t[p] * t[q])
-                    + s.slope[i] * s.force[i] * t[p] * t[q];
+                let d = resistance[p][q];
                 for (row, a) in motion(node, p) {
-                    let at = row as usize;
-                    matrices[1][at].extend(motion(node, q).map(|(c, b)| (c, a * d * b)));
-                    for &(other, v) in &s.convection[i] {
-                        matrices[0][at].extend(motion(other, q).map(|(c, b)| (c, a * d * v * b)));
+                    let row = row as usize;
+                    matrices[1][row].extend(motion(node, q).map(|(c, b)| (c, a * d * b)));
+                    for &(other, v) in &at.convection {
+                        matrices[0][row].extend(motion(other, q).map(|(c, b)| (c, a * d * v * b)));
                     }
                 }
             }
             for (row, a) in motion(node, p) {
-                matrices[0][row as usize].push((multiplier, a * s.friction[i] * t[p] * unit));
+                matrices[0][row as usize].push((multiplier, -a * friction[p] * unit));
             }
         }
         for (row, a) in motion(node, 2) {

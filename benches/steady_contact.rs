@@ -56,7 +56,7 @@ fn main() {
         let problem = SteadyProblem {
             interface: &interface,
             compliance: w.as_ref(),
-            friction: railsqueal::contact::FrictionLaw::Constant(0.3),
+            friction: railsqueal::friction::FrictionLaw::Constant(0.3),
             speed: 10.0,
             creepage,
             load: NormalLoad::Force(load),

@@ -19,9 +19,8 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use railsqueal::body::ReducedBody;
 use railsqueal::contact::half_space::HalfSpace;
-use railsqueal::contact::{
-    Creepage, FrictionLaw, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, Stencil,
-};
+use railsqueal::contact::{Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, Stencil};
+use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 use railsqueal::model::ModalPair;

@@ -37,7 +37,7 @@ fn main() {
                 SteadyProblem {
                     interface: &s,
                     compliance: w.as_ref(),
-                    friction: railsqueal::contact::FrictionLaw::Constant(0.3),
+                    friction: railsqueal::friction::FrictionLaw::Constant(0.3),
                     speed: 10.0,
                     creepage: Creepage { longitudinal: xi, lateral: eta, spin: phi },
                     load: NormalLoad::Force(load),

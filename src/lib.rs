@@ -13,6 +13,7 @@ pub mod contact;
 mod dense;
 pub mod error;
 pub mod fem;
+pub mod friction;
 pub mod grid;
 pub mod job;
 pub mod mesh;

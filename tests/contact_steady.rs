@@ -3,7 +3,8 @@
 
 use faer::Mat;
 use railsqueal::contact::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, FrictionLaw, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 use railsqueal::Error;
@@ -249,7 +250,7 @@ fn sliding_longitudinally_sticks_at_the_leading_edge_too() {
 #[test]
 fn falling_friction_takes_the_coefficient_at_the_local_creep() {
     let pair = Pair::new(STEEL, SOFT, 70e3, 8);
-    let law = FrictionLaw::Exponential { at_rest: 0.4, kinetic: 0.2, decay_velocity: 0.05 };
+    let law = FrictionLaw::from(Exponential { at_rest: 0.4, kinetic: 0.2, decay_velocity: 0.05 });
     let (mut slipping, mut sticking, mut spread) = (0, 0, 0.0f64);
     for creepages in [[0.0, 2e-3, 0.0], [-3e-3, 4e-3, 0.3], [0.02, 0.01, 0.0]] {
         let [xi, eta, phi] = creepages;
@@ -276,7 +277,7 @@ fn falling_friction_takes_the_coefficient_at_the_local_creep() {
             }
         }
         // The same coefficient at all velocities is Coulomb's law.
-        p.friction = FrictionLaw::Exponential { at_rest: MU, kinetic: MU, decay_velocity: 0.05 };
+        p.friction = Exponential { at_rest: MU, kinetic: MU, decay_velocity: 0.05 }.into();
         let (flat, constant) = (p.solve().unwrap(), pair.solve(xi, eta, phi));
         assert!(largest_difference(&flat.traction, |i| constant.traction[i]) < 1e-6 * peak);
     }
@@ -291,7 +292,7 @@ fn friction_that_falls_steeply_is_solved() {
     for decay_velocity in [2e-1, 2e-2, 5e-3, 1e-3, 2e-4] {
         for eta in [5e-4, 4e-3] {
             let mut p = pair.problem(0.0, eta, 0.0);
-            p.friction = FrictionLaw::Exponential { at_rest: 0.6, kinetic: 0.05, decay_velocity };
+            p.friction = Exponential { at_rest: 0.6, kinetic: 0.05, decay_velocity }.into();
             let s = p.solve().unwrap_or_else(|e| panic!("v_d = {decay_velocity}, eta = {eta}: {e}"));
             assert!(s.residual <= 1e-8, "v_d = {decay_velocity}, eta = {eta}: residual {}", s.residual);
         }

@@ -6,8 +6,9 @@ use num_complex::Complex;
 use railsqueal::body::ReducedBody;
 use railsqueal::contact::half_space::HalfSpace;
 use railsqueal::contact::{
-    Creepage, FrictionLaw, NormalLoad, SlidingContact, SlidingDirection, SlidingProblem, Stencil,
+    Creepage, LinearContact, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip, Stencil, Tangent,
 };
+use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::ModalPair;
 use railsqueal::stability::reduced::{eigenpairs, participation, Eigenpair};
@@ -61,16 +62,18 @@ fn hulten(mu: f64, damping: f64) -> Vec<Eigenpair> {
         residual[(3 * contact + 2, 3 * contact + 2)] = 1.0 / (w[contact] * w[contact]);
     }
     let bodies = single(vec![0.0, 0.0], w.map(|v| damping * v).to_vec(), modes, residual);
-    let contact = SlidingContact {
-        nodes: vec![0, 1],
-        force: vec![1.0, 1.0],
-        direction: vec![[-1.0, 0.0], [1.0, 0.0]],
-        velocity: vec![1.0, 1.0],
-        friction: vec![mu; 2],
-        slope: vec![0.0; 2],
-        convection: vec![vec![]; 2],
+    let contact = LinearContact {
+        nodes: vec![
+            node(0, Slip::steady(1.0, [-1.0, 0.0], 1.0, mu, 0.0)),
+            node(1, Slip::steady(1.0, [1.0, 0.0], 1.0, mu, 0.0)),
+        ],
     };
     eigenpairs(&bodies, &contact, TOLERANCE).unwrap()
+}
+
+/// A sliding node where nothing rolls.
+fn node(node: usize, slip: Slip) -> LinearNode {
+    LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }
 }
 
 fn limit(grows: impl Fn(f64) -> bool, mut low: f64, mut high: f64) -> f64 {
@@ -117,15 +120,7 @@ fn sliding_damps_the_motion_across() {
         residual[(1, 1)] = s;
         residual[(2, 2)] = 1e-9;
         let bodies = single(vec![omega], vec![c], modes, residual);
-        let contact = SlidingContact {
-            nodes: vec![0],
-            force: vec![p0],
-            direction: vec![[0.0, 1.0]],
-            velocity: vec![v],
-            friction: vec![mu],
-            slope: vec![0.0],
-            convection: vec![vec![]],
-        };
+        let contact = LinearContact { nodes: vec![node(0, Slip::steady(p0, [0.0, 1.0], v, mu, 0.0))] };
         let pairs = eigenpairs(&bodies, &contact, TOLERANCE).unwrap();
         assert_eq!(pairs.len(), if s == 0.0 { 2 } else { 3 }, "residual compliance {s}");
         for p in &pairs {
@@ -139,11 +134,33 @@ fn sliding_damps_the_motion_across() {
     }
 }
 
+/// Where the contact sticks the residual compliance s holds the mass, λ² + cλ + ω² + φ²/s = 0, along either axis; sliding that comes to rest
+/// has the same limit across it. Two more eigenvalues are 0: where it sticks is arbitrary.
+#[test]
+fn a_stuck_contact_is_a_spring() {
+    let (omega, c, phi, s) = (2.0 * PI * 500.0, 3.0, 0.2, 1e-7);
+    let stiffer = omega * omega + phi * phi / s;
+    let want = Complex::new(-0.5 * c, (stiffer - 0.25 * c * c).sqrt());
+    for axis in [0, 1] {
+        let modes = Mat::from_fn(3, 1, |i, _| if i == axis { phi } else { 0.0 });
+        let residual = Mat::from_fn(3, 3, |i, j| if i == j { s } else { 0.0 });
+        let bodies = single(vec![omega], vec![c], modes, residual);
+        let stuck = LinearNode { node: 0, tangent: Tangent::Stick { creep: 1.0 }, convection: Vec::new() };
+        let direction = [f64::from(axis as u8), 1.0 - f64::from(axis as u8)];
+        for node in [stuck, node(0, Slip::steady(7e3, direction, 0.0, 0.3, 0.0))] {
+            let pairs = eigenpairs(&bodies, &LinearContact { nodes: vec![node] }, TOLERANCE).unwrap();
+            let found = pairs.iter().find(|p| p.value.im > 0.0).expect("a vibration").value;
+            assert!((found - want).norm() < 1e-9 * want.norm(), "{found} against {want}");
+            assert!(pairs.iter().filter(|p| p.value.im == 0.0).all(|p| p.value.norm() < 1e-6 * omega));
+        }
+    }
+}
+
 /// Along the sliding a falling law is negative damping: λ² + (c + μ′p0 φ²) λ + ω² = 0, unstable from c = −μ′p0 φ² on.
 #[test]
 fn falling_friction_destabilises_at_its_closed_form_limit() {
     let (omega, phi, p0, v) = (2.0 * PI * 300.0, 0.1, 5e3, 0.5);
-    let law = FrictionLaw::Exponential { at_rest: 0.45, kinetic: 0.2, decay_velocity: 0.6 };
+    let law = FrictionLaw::from(Exponential { at_rest: 0.45, kinetic: 0.2, decay_velocity: 0.6 });
     let slope = law.slope(v);
     let critical = -slope * p0 * phi * phi;
     for factor in [0.9, 1.1] {
@@ -152,15 +169,8 @@ fn falling_friction_destabilises_at_its_closed_form_limit() {
         let mut residual = Mat::zeros(3, 3);
         residual[(2, 2)] = 1e-9;
         let bodies = single(vec![omega], vec![c], modes, residual);
-        let contact = SlidingContact {
-            nodes: vec![0],
-            force: vec![p0],
-            direction: vec![[0.0, 1.0]],
-            velocity: vec![v],
-            friction: vec![law.coefficient(v)],
-            slope: vec![slope],
-            convection: vec![vec![]],
-        };
+        let contact =
+            LinearContact { nodes: vec![node(0, Slip::steady(p0, [0.0, 1.0], v, law.coefficient(v), slope))] };
         let pairs = eigenpairs(&bodies, &contact, TOLERANCE).unwrap();
         let sigma = -0.5 * (c + slope * p0 * phi * phi);
         near(pairs[0].growth_rate(), sigma, 1e-7, "growth rate");
@@ -281,8 +291,9 @@ fn convection_is_the_speed_times_the_slope() {
     for stencil in [Stencil::Edge, Stencil::Upwind1] {
         p.stencil = stencil;
         let contact = p.contact(&p.solve().unwrap());
-        let slopes = contact.convection.iter().map(|row| row.iter().map(|&(j, v)| v * s.point(j)[0]).sum::<f64>());
-        let sums = contact.convection.iter().map(|row| row.iter().map(|&(_, v)| v).sum::<f64>());
+        let rows = || contact.nodes.iter().map(|n| n.convection.iter());
+        let slopes = rows().map(|row| row.map(|&(j, v)| v * s.point(j)[0]).sum::<f64>());
+        let sums = rows().map(|row| row.map(|&(_, v)| v).sum::<f64>());
         let spacing = s.x[1] - s.x[0];
         for (i, (slope, sum)) in slopes.zip(sums).enumerate() {
             assert!(sum.abs() < 1e-9 * 7.0 / spacing, "node {i}: a constant changes by {sum} 1/s");
@@ -300,8 +311,9 @@ fn eigenpairs_satisfy_the_original_equations() {
         (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
     let b = ModalPair::new(&lower, &upper).unwrap();
     let mut p = problem(&s, &b, 0.4, [0.004, 0.009, 0.3]);
-    p.friction = FrictionLaw::Exponential { at_rest: 0.5, kinetic: 0.3, decay_velocity: 0.2 };
-    let contact = p.contact(&p.solve().unwrap());
+    p.friction = Exponential { at_rest: 0.5, kinetic: 0.3, decay_velocity: 0.2 }.into();
+    let sliding = p.solve().unwrap();
+    let contact = p.contact(&sliding);
     let pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
     let (k, m) = (contact.nodes.len(), b.omega.len());
     assert_eq!(pairs.len(), 2 * m + 2 * k);
@@ -311,8 +323,9 @@ fn eigenpairs_satisfy_the_original_equations() {
         // Unknown forces R of the closed nodes; rows: y_n = 0, and t + μτ r + D (λ + V∂x) w = 0.
         let (mut a, mut rhs) = (Mat::<Complex<f64>>::zeros(3 * k, 3 * k), Mat::<Complex<f64>>::zeros(3 * k, 1));
         for i in 0..k {
-            let (node, t, mu) = (contact.nodes[i], contact.direction[i], contact.friction[i]);
-            let (p0, v, slope) = (contact.force[i], contact.velocity[i], contact.slope[i]);
+            let (node, t, v) = (sliding.closed[i], sliding.direction[i], sliding.velocity[i]);
+            let (mu, slope) = (p.friction.coefficient(v), p.friction.slope(v));
+            let p0 = sliding.pressure[node] * s.weight[node];
             let d = |q: usize, c: usize| {
                 let unit = f64::from(u8::from(q == c));
                 mu * p0 / v * (unit - t[q] * t[c]) + slope * p0 * t[q] * t[c]
@@ -320,14 +333,14 @@ fn eigenpairs_satisfy_the_original_equations() {
             // (λ + V∂x) w_c at this node as weights of rows.
             let motion = |c: usize| -> Vec<(usize, Complex<f64>)> {
                 let mut list = vec![(3 * node + c, l)];
-                list.extend(contact.convection[i].iter().map(|&(j, v)| (3 * j + c, Complex::new(v, 0.0))));
+                list.extend(contact.nodes[i].convection.iter().map(|&(j, v)| (3 * j + c, Complex::new(v, 0.0))));
                 list
             };
             let mut row = |r: usize, weights: Vec<(usize, Complex<f64>)>| {
                 for (from, weight) in weights {
                     for j in 0..k {
                         for c in 0..3 {
-                            a[(r, 3 * j + c)] += weight * b.residual[(from, 3 * contact.nodes[j] + c)];
+                            a[(r, 3 * j + c)] += weight * b.residual[(from, 3 * contact.nodes[j].node + c)];
                         }
                     }
                     for mode in 0..m {
@@ -349,7 +362,7 @@ fn eigenpairs_satisfy_the_original_equations() {
         for mode in 0..m {
             let force: Complex<f64> = (0..k)
                 .flat_map(|j| (0..3).map(move |c| (j, c)))
-                .map(|(j, c)| rhs[(3 * j + c, 0)] * b.modes[(3 * contact.nodes[j] + c, mode)])
+                .map(|(j, c)| rhs[(3 * j + c, 0)] * b.modes[(3 * contact.nodes[j].node + c, mode)])
                 .sum();
             let q = pair.modal[mode];
             let own = (l * l + l * b.damping[mode] + b.omega[mode].powi(2)) * q;
@@ -437,22 +450,13 @@ fn longitudinal_sliding_converges_with_the_grid() {
 }
 
 #[test]
-fn an_open_contact_and_one_without_direction_are_refused() {
+fn an_open_contact_and_one_beyond_the_interface_are_refused() {
     let s = interface(3);
     let one = body(STEEL, &s, &LOWER, 0.4);
     let b = ModalPair::new(&one, &one).unwrap();
     let p = problem(&s, &b, 0.3, [0.0, 0.01, 0.0]);
     let mut contact = p.contact(&p.solve().unwrap());
-    contact.velocity[3] = 0.0;
-    assert!(matches!(eigenpairs(&b, &contact, TOLERANCE), Err(Error::Job(_))));
-    let empty = SlidingContact {
-        nodes: vec![],
-        force: vec![],
-        direction: vec![],
-        velocity: vec![],
-        friction: vec![],
-        slope: vec![],
-        convection: vec![],
-    };
-    assert!(matches!(eigenpairs(&b, &empty, TOLERANCE), Err(Error::Job(_))));
+    contact.nodes[3].node = s.len();
+    assert!(matches!(eigenpairs(&b, &contact, TOLERANCE), Err(Error::Defect(_))));
+    assert!(matches!(eigenpairs(&b, &LinearContact::default(), TOLERANCE), Err(Error::Job(_))));
 }

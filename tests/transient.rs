@@ -4,8 +4,9 @@ use faer::Mat;
 use railsqueal::body::ReducedBody;
 use railsqueal::contact::half_space::HalfSpace;
 use railsqueal::contact::{
-    Creepage, FrictionLaw, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
+    Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
 };
+use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
 use railsqueal::model::ModalPair;
 use railsqueal::stability::reduced::eigenpairs;

@@ -59,7 +59,7 @@ pub(super) fn run(
         return Ok(());
     }
     let nodes: Vec<u64> =
-        world.broadcast(reduced.map(|r| r.0.contact.nodes.iter().map(|&n| n as u64).collect()).unwrap_or_default());
+        world.broadcast(reduced.map(|r| r.0.contact.nodes.iter().map(|n| n.node as u64).collect()).unwrap_or_default());
     let energies = shapes.iter().map(|s| energy(world, bodies, &nodes, s)).collect::<Result<Vec<_>>>()?;
     run.file.tables(tables(&shapes, &energies));
     let sequence = write(world, stability.phases as usize, bodies, &shapes, run.options)?;
@@ -131,7 +131,7 @@ fn of_reduced(
                 let Some((forces, _, _, model, contact)) = &on_root else { return Vec::new() };
                 let mut all = vec![0.0; model.modes.nrows()];
                 for (j, f) in forces.iter().enumerate() {
-                    all[3 * contact.nodes[j / 3] + j % 3] = of(f);
+                    all[3 * contact.nodes[j / 3].node + j % 3] = of(f);
                 }
                 bodies.places[place].side.turned(&all)
             };

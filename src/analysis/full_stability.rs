@@ -4,7 +4,7 @@ use super::bodies::{self, Bodies};
 use super::report::Summary;
 use super::run::Run;
 use crate::body::fe::BodyModes;
-use crate::contact::SlidingContact;
+use crate::contact::LinearContact;
 use crate::job;
 use crate::model::{self, ModalPair};
 use crate::parallel::World;
@@ -23,7 +23,7 @@ pub fn run(
     wanted: &job::FullStability,
     bodies: &Bodies,
     modes: &[BodyModes],
-    reduced: Option<(&Spectrum, &SlidingContact, &ModalPair)>,
+    reduced: Option<(&Spectrum, &LinearContact, &ModalPair)>,
 ) -> Result<FullResult> {
     let world = run.world();
     run.progress.stage("stability of the full system");
@@ -126,20 +126,6 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
 }
 
 /// Collective: the contact of rank 0 on every rank.
-fn shared_contact(world: &World, contact: Option<&SlidingContact>) -> SlidingContact {
-    let list = |of: &dyn Fn(&SlidingContact) -> Vec<f64>| world.broadcast(contact.map(of).unwrap_or_default());
-    let nodes = list(&|c| c.nodes.iter().map(|&n| n as f64).collect());
-    let direction = list(&|c| c.direction.as_flattened().to_vec());
-    let lengths = list(&|c| c.convection.iter().map(|l| l.len() as f64).collect());
-    let terms = list(&|c| c.convection.iter().flatten().flat_map(|&(n, v)| [n as f64, v]).collect());
-    let mut terms = terms.chunks_exact(2).map(|t| (t[0] as usize, t[1]));
-    SlidingContact {
-        nodes: nodes.into_iter().map(|n| n as usize).collect(),
-        force: list(&|c| c.force.clone()),
-        direction: direction.chunks_exact(2).map(|t| [t[0], t[1]]).collect(),
-        velocity: list(&|c| c.velocity.clone()),
-        friction: list(&|c| c.friction.clone()),
-        slope: list(&|c| c.slope.clone()),
-        convection: lengths.into_iter().map(|n| terms.by_ref().take(n as usize).collect()).collect(),
-    }
+fn shared_contact(world: &World, contact: Option<&LinearContact>) -> LinearContact {
+    LinearContact::from_numbers(&world.broadcast(contact.map(LinearContact::numbers).unwrap_or_default()))
 }

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use crate::contact::half_space::HalfSpace;
-use crate::contact::{kernel, Creepage, FrictionLaw, NormalLoad};
+use crate::contact::{kernel, Creepage, NormalLoad};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
@@ -14,16 +14,6 @@ use faer::Mat;
 pub fn creepage(contact: &job::Contact) -> Creepage {
     let c = contact.creepage;
     Creepage { longitudinal: c.longitudinal, lateral: c.lateral, spin: c.spin }
-}
-
-/// Friction law of the job.
-pub fn friction(contact: &job::Contact) -> FrictionLaw {
-    match contact.friction {
-        job::Friction::Constant(mu) => FrictionLaw::Constant(mu),
-        job::Friction::Falling(job::FallingFriction { exponential: e }) => {
-            FrictionLaw::Exponential { at_rest: e.at_rest, kinetic: e.kinetic, decay_velocity: e.decay_velocity }
-        }
-    }
 }
 
 /// Load or approach of the job.

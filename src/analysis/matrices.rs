@@ -1,6 +1,5 @@
 //! Jobs whose bodies are given by matrices: reduction, modes and stability, without a mesh.
 
-use super::interface::friction;
 use super::report::Summary;
 use super::run::Run;
 use super::sweep::{self, Base};
@@ -8,7 +7,7 @@ use super::{full_stability, stability};
 use crate::body::matrices::{reduce, Matrices, Reduced, SignedRow};
 use crate::body::modes::Extent;
 use crate::body::ReducedBody;
-use crate::contact::SlidingContact;
+use crate::contact::{LinearContact, LinearNode, Slip, Tangent};
 use crate::job::{self, Job, ModesExtent};
 use crate::model::{broadcast, ModalPair};
 use crate::output::datasets::stability::eigenvalues;
@@ -207,27 +206,19 @@ fn rigid(contacts: usize) -> ReducedBody {
 }
 
 /// The sliding contact that the points of the job describe.
-pub(super) fn sliding(contact: &job::Contact) -> Result<SlidingContact> {
+pub(super) fn sliding(contact: &job::Contact) -> Result<LinearContact> {
     let Some(points) = &contact.points else {
         return Err(Error::Defect("bodies given by matrices without contact points".into()));
     };
-    let law = friction(contact);
-    // Without a force the velocity only divides nothing.
-    let velocity: Vec<f64> = points.iter().map(|p| p.slip_velocity.unwrap_or(1.0)).collect();
-    let direction = |p: &job::ContactPoint| {
+    let law = contact.friction;
+    let node = |(node, p): (usize, &job::ContactPoint)| {
         let d = [p.direction.first().copied().unwrap_or(0.0), p.direction.get(1).copied().unwrap_or(0.0)];
         let norm = d[0].hypot(d[1]);
-        [d[0] / norm, d[1] / norm]
+        // A law that depends on the velocity is taken at rest where none is given, and has no slope there; without a force neither matters.
+        let v = p.slip_velocity.unwrap_or(0.0);
+        let slope = p.slip_velocity.map_or(0.0, |v| law.slope(v));
+        let slip = Slip::steady(p.force.unwrap_or(0.0), d.map(|d| d / norm), v, law.coefficient(v), slope);
+        LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }
     };
-    // A falling law without a velocity is taken at rest, and has no slope there.
-    let given = |p: &job::ContactPoint, v: f64| p.slip_velocity.map_or(0.0, |_| v);
-    Ok(SlidingContact {
-        nodes: (0..points.len()).collect(),
-        force: points.iter().map(|p| p.force.unwrap_or(0.0)).collect(),
-        direction: points.iter().map(direction).collect(),
-        friction: points.iter().zip(&velocity).map(|(p, &v)| law.coefficient(given(p, v))).collect(),
-        slope: points.iter().zip(&velocity).map(|(_, &v)| law.slope(v)).collect(),
-        velocity,
-        convection: vec![Vec::new(); points.len()],
-    })
+    Ok(LinearContact { nodes: points.iter().enumerate().map(node).collect() })
 }

@@ -1,7 +1,7 @@
 //! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
 
 use super::bodies::Bodies;
-use super::interface::{creepage, friction, normal_load};
+use super::interface::{creepage, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
@@ -10,7 +10,7 @@ use super::{complex_modes, full_stability};
 use crate::body::fe::BodyModes;
 use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
-use crate::contact::{SlidingContact, Stencil};
+use crate::contact::{LinearContact, Stencil};
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job};
 use crate::model::ModalPair;
@@ -91,7 +91,7 @@ pub(super) struct Parts<'a> {
 /// What rank 0 found on the reduced model.
 pub(super) struct Found {
     pub(super) sliding: SlidingSolution,
-    pub(super) contact: SlidingContact,
+    pub(super) contact: LinearContact,
     pub(super) spectrum: Spectrum,
 }
 
@@ -105,7 +105,7 @@ pub(super) fn analyse(
     let problem = SlidingProblem {
         interface,
         compliance: pair.compliance.as_ref(),
-        friction: friction(contact),
+        friction: contact.friction,
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),

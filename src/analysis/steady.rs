@@ -2,7 +2,7 @@
 
 use super::bodies::{Bodies, Place};
 use super::deferred;
-use super::interface::{creepage, friction, normal_load};
+use super::interface::{creepage, normal_load};
 use super::reduction::{by_products, Reduction};
 use super::report::Summary;
 use super::run::Run;
@@ -68,7 +68,7 @@ fn problem<'a>(s: &'a Interface, w: &'a Mat<f64>, steady: &job::Steady, contact:
     SteadyProblem {
         interface: s,
         compliance: w.as_ref(),
-        friction: friction(contact),
+        friction: contact.friction,
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),
@@ -139,9 +139,9 @@ fn summarise(contact: &job::Contact, r: &SteadySolution, summary: &mut Summary) 
     summary.value("approach", format!("{:.4} µm", 1e6 * r.approach));
     summary.value("largest pressure", format!("{:.2} MPa", 1e-6 * peak));
     summary.value("force on body 1 (x, y)", format!("{fx:.6e}, {fy:.6e} N"));
-    let limit = -fz * friction(contact).coefficient(0.0);
+    let limit = -fz * contact.friction.coefficient(0.0);
     if limit > 0.0 {
-        let at_rest = if friction(contact).is_constant() { "" } else { " (μ at rest)" };
+        let at_rest = if contact.friction.is_constant() { "" } else { " (μ at rest)" };
         summary.value(&format!("  over μN{at_rest}"), format!("{:.4}, {:.4}", fx / limit, fy / limit));
     }
     summary.value("contact nodes closed / in stick", format!("{closed} / {stick}"));

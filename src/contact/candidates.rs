@@ -145,7 +145,7 @@ impl Candidates {
                 _ => ([0.0; 2], 0.5 * self.weight[a].sqrt()),
             };
             let z = [0, 1].map(|c| t[c] - y[3 * a + c] / self.rho_creep[a] * length / flexibility[c]);
-            let z = super::laws::project_disc(z, friction[a] * x[3 * a + 2]);
+            let z = super::law::project_disc(z, friction[a] * x[3 * a + 2]);
             x[3 * a..3 * a + 2].copy_from_slice(&z);
             previous = Some(a);
         }

@@ -151,8 +151,9 @@ fn subtract(v: &mut [f64], factor: f64, u: &[f64]) {
 mod tests {
     use super::super::half_space::HalfSpace;
     use super::super::interface::{Creepage, Stencil};
-    use super::super::{FrictionLaw, NormalLoad};
+    use super::super::NormalLoad;
     use super::*;
+    use crate::friction::FrictionLaw;
     use crate::model::combined_compliance;
     use faer::Mat;
 

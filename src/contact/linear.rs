@@ -6,7 +6,8 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
 use super::candidates::Candidates;
 use super::krylov::gmres;
-use super::newton::{Effort, Iterate, Law};
+use super::law::Tangent;
+use super::newton::{node, Effort, Iterate, Law, UNIT};
 use super::normal::not_definite;
 use super::steady::SteadyProblem;
 use crate::dense::dot;
@@ -115,15 +116,6 @@ fn gather(c: &Candidates, closed: &[usize], i: usize, kt: &mut [f32]) {
     }
 }
 
-/// Linearised friction law at a closed node.
-#[derive(Clone, Copy)]
-enum Friction {
-    /// s + δs = 0.
-    Stick,
-    /// Along ẑ: δt·ẑ − μ δp = r. Across: (1−α) δt·ĥ + α δs·ĥ = r, α = μp/|z|, ĥ = ẑ turned by 90°.
-    Slip { z: [f64; 2], alpha: f64 },
-}
-
 /// A Newton step.
 pub(super) struct Step {
     /// Change of the stresses, `[3m]`.
@@ -139,7 +131,7 @@ pub(super) struct Linear<'a> {
     c: &'a Candidates,
     law: Law<'a>,
     closed: &'a [usize],
-    friction: Vec<Friction>,
+    tangents: Vec<Tangent>,
     normal: &'a NormalBlock,
     compact: &'a Compact,
     lines: Vec<Line>,
@@ -158,26 +150,18 @@ impl<'a> Linear<'a> {
     pub fn new(c: &'a Candidates, law: Law<'a>, now: &Iterate, normal: &'a NormalBlock, compact: &'a Compact) -> Self {
         let closed = &compact.closed[..];
         let k = closed.len();
-        let mut friction = Vec::with_capacity(k);
+        let mut tangents = Vec::with_capacity(k);
         let mut rhs = vec![0.0; 3 * k + 1];
         for (i, &a) in closed.iter().enumerate() {
             let (x, y) = (&now.x[3 * a..3 * a + 3], &now.y[3 * a..3 * a + 3]);
-            let mu = law.friction[a];
-            let z = [x[0] - y[0], x[1] - y[1]];
-            let norm = z[0].hypot(z[1]);
-            rhs[3 * i + 2] = -y[2];
-            if norm <= mu * (x[2] - y[2]) && mu > 0.0 {
-                friction.push(Friction::Stick);
-                rhs[3 * i] = -y[0];
-                rhs[3 * i + 1] = -y[1];
-            } else {
-                let z = if norm > 0.0 { [z[0] / norm, z[1] / norm] } else { [1.0, 0.0] };
-                let alpha = if norm > 0.0 { (mu * x[2].max(0.0) / norm).min(1.0) } else { 0.0 };
-                friction.push(Friction::Slip { z, alpha });
-                rhs[3 * i] = mu * x[2] - (z[0] * x[0] + z[1] * x[1]);
-                let across = |v: &[f64]| z[0] * v[1] - z[1] * v[0];
-                rhs[3 * i + 1] = -(1.0 - alpha) * across(x) - alpha * across(y);
-            }
+            let node = node(x, y);
+            // The normal row closes the gap: the bound of the traction is that of the pressure itself.
+            let mut projected = node.project(UNIT, law.friction[a]);
+            projected.pressure = x[2].max(0.0);
+            let tangent = projected.tangent(&node, 0.0);
+            let [along, across] = tangent.rows(node.traction, node.pressure, node.creep);
+            rhs[3 * i..3 * i + 3].copy_from_slice(&[-along, -across, -y[2]]);
+            tangents.push(tangent);
         }
         if law.force_given {
             rhs[3 * k] = c.target - c.share.iter().zip(now.x.chunks_exact(3)).map(|(s, x)| s * x[2]).sum::<f64>();
@@ -190,13 +174,12 @@ impl<'a> Linear<'a> {
                 let mut block = Mat::<f64>::zeros(2 * len, 2 * len);
                 for i in 0..len {
                     let rows = [0, 1].map(|r| c.row(3 * closed[first + i] + r));
-                    let mu = law.friction[closed[first + i]];
                     for j in 0..len {
                         let b = 3 * closed[first + j];
                         for q in 0..2 {
                             let (sx, sy) = (rows[0][b + q], rows[1][b + q]);
-                            let t = |r: usize| f64::from(u8::from(i == j && r == q));
-                            let (u, v) = linearised(friction[first + i], [t(0), t(1)], 0.0, [sx, sy], mu);
+                            let t = [0, 1].map(|r| f64::from(u8::from(i == j && r == q)));
+                            let [u, v] = tangents[first + i].rows(t, 0.0, [sx, sy]);
                             block[(2 * i, 2 * j + q)] = u;
                             block[(2 * i + 1, 2 * j + q)] = v;
                         }
@@ -205,7 +188,7 @@ impl<'a> Linear<'a> {
                 Line { first, len, factor: block.partial_piv_lu() }
             })
             .collect();
-        Self { c, law, closed, friction, normal, compact, lines, rhs }
+        Self { c, law, closed, tangents, normal, compact, lines, rhs }
     }
 
     /// Solves to the relative residual `tolerance`; None when that fails badly.
@@ -241,10 +224,8 @@ impl<'a> Linear<'a> {
                 s[2] += self.c.by_approach[a] * v[3 * k];
                 out[3 * k] += self.c.share[a] * t[2];
             }
-            let (u, w) = linearised(self.friction[i], [t[0], t[1]], t[2], [s[0], s[1]], self.law.friction[a]);
-            out[3 * i] = u;
-            out[3 * i + 1] = w;
-            out[3 * i + 2] = s[2];
+            let [u, w] = self.tangents[i].rows([t[0], t[1]], t[2], [s[0], s[1]]);
+            out[3 * i..3 * i + 3].copy_from_slice(&[u, w, s[2]]);
         }
         if !self.law.force_given {
             out[3 * k] = v[3 * k];
@@ -271,11 +252,8 @@ impl<'a> Linear<'a> {
         for line in &self.lines {
             t.clear();
             for i in line.first..line.first + line.len {
-                let radial = match self.friction[i] {
-                    Friction::Stick => 0.0,
-                    Friction::Slip { .. } => self.law.friction[self.closed[i]] * p[i],
-                };
-                t.extend([r[3 * i] + radial, r[3 * i + 1]]);
+                let [along, across] = self.tangents[i].rows([0.0; 2], p[i], [0.0; 2]);
+                t.extend([r[3 * i] - along, r[3 * i + 1] - across]);
             }
             let n = t.len();
             line.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut t, n, 1));
@@ -288,16 +266,5 @@ impl<'a> Linear<'a> {
             out[3 * i + 2] = p[i];
         }
         out
-    }
-}
-
-/// Left-hand sides of the two linearised friction rows of a node under changes of its traction, pressure and creep.
-fn linearised(f: Friction, t: [f64; 2], p: f64, s: [f64; 2], mu: f64) -> (f64, f64) {
-    match f {
-        Friction::Stick => (s[0], s[1]),
-        Friction::Slip { z, alpha } => {
-            let across = |v: [f64; 2]| z[0] * v[1] - z[1] * v[0];
-            (z[0] * t[0] + z[1] * t[1] - mu * p, (1.0 - alpha) * across(t) + alpha * across(s))
-        }
     }
 }

@@ -11,7 +11,7 @@ pub mod half_space;
 pub mod interface;
 pub mod kernel;
 pub(crate) mod krylov;
-pub mod laws;
+pub mod law;
 mod linear;
 mod newton;
 mod normal;
@@ -21,6 +21,6 @@ pub mod steady;
 
 pub use deferred::DeferredSteady;
 pub use interface::{Creepage, Stencil, Upstream};
-pub use laws::FrictionLaw;
-pub use sliding::{SlidingContact, SlidingDirection, SlidingProblem, SlidingSolution};
+pub use law::{LinearContact, LinearNode, Slip, Status, Tangent};
+pub use sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 pub use steady::{NormalLoad, SteadyProblem, SteadySolution};

@@ -10,9 +10,18 @@
 //! y is affine in x and GMRES returns the products it made, so a step, its line search included, needs no product of its own.
 
 use super::candidates::Candidates;
+use super::law::{Augmentation, Node};
 use super::linear::{Compact, Linear, NormalBlock, Step};
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::{Error, Result};
+
+/// The unknowns are scaled by the augmentation parameters.
+pub(super) const UNIT: Augmentation = Augmentation { normal: 1.0, tangential: 1.0 };
+
+/// A node with the scaled stresses `x` and the response `y` to all of them.
+pub(super) fn node(x: &[f64], y: &[f64]) -> Node {
+    Node { pressure: x[2], traction: [x[0], x[1]], gap: y[2], creep: [y[0], y[1]] }
+}
 
 /// An iterate with its response and its map.
 #[derive(Clone)]
@@ -36,10 +45,11 @@ impl Iterate {
         let peak = (0..m).map(|a| x[3 * a + 2]).fold(1e-300, f64::max);
         let scale = if law.largest > 0.0 { 1.0 / law.largest } else { 1.0 };
         for ((u, v), &mu) in x.chunks_exact(3).zip(y.chunks_exact(3)).zip(law.friction) {
-            let (fp, ft, _) = super::laws::natural_map(u[2], [u[0], u[1]], v[2], [v[0], v[1]], 1.0, 1.0, mu);
-            let tangential = scale * scale * (ft[0] * ft[0] + ft[1] * ft[1]);
-            square += tangential + fp * fp;
-            largest = largest.max(fp.abs()).max(tangential.sqrt());
+            let node = node(u, v);
+            let [x, y, n] = node.project(UNIT, mu).map(&node);
+            let tangential = scale * scale * (x * x + y * y);
+            square += tangential + n * n;
+            largest = largest.max(n.abs()).max(tangential.sqrt());
         }
         largest /= peak;
         if law.force_given {

@@ -7,11 +7,12 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
 use super::interface::{Creepage, Stencil, Upstream};
-use super::laws::FrictionLaw;
+use super::law::{LinearContact, LinearNode, Slip, Tangent};
 use super::normal::solve_normal;
 use super::patch::refuse_border;
 use super::steady::NormalLoad;
 use crate::dense::dot;
+use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::{Error, Result};
 
@@ -77,25 +78,6 @@ pub struct SlidingSolution {
     pub gap: Vec<f64>,
     /// The upstream operator of this contact.
     pub upstream: Upstream,
-}
-
-/// What the linear theory of a sliding contact needs: k closed nodes on an interface of n.
-#[derive(Debug, Clone)]
-pub struct SlidingContact {
-    /// Closed nodes (rows 3i + c of the bodies), `[k]`.
-    pub nodes: Vec<usize>,
-    /// Normal nodal force p0, N, `[k]`.
-    pub force: Vec<f64>,
-    /// Sliding direction τ, unit vectors, `[k][2]`.
-    pub direction: Vec<[f64; 2]>,
-    /// Sliding velocity |ṡ0|, m/s, `[k]`.
-    pub velocity: Vec<f64>,
-    /// Coefficient of friction at that velocity, `[k]`.
-    pub friction: Vec<f64>,
-    /// dμ/d|ṡ| there, s/m, `[k]`.
-    pub slope: Vec<f64>,
-    /// V ∂/∂x of each closed node: pairs (node, coefficient in 1/s), `[k]`; empty lists where nothing rolls.
-    pub convection: Vec<Vec<(usize, f64)>>,
 }
 
 impl SlidingProblem<'_> {
@@ -304,23 +286,17 @@ impl SlidingProblem<'_> {
         })
     }
 
-    /// The contact of `solution` as the linear theory needs it.
-    pub fn contact(&self, solution: &SlidingSolution) -> SlidingContact {
-        let s = self.interface;
-        SlidingContact {
-            nodes: solution.closed.clone(),
-            force: solution.closed.iter().map(|&i| solution.pressure[i] * s.weight[i]).collect(),
-            direction: solution.direction.clone(),
-            velocity: solution.velocity.clone(),
-            friction: solution.velocity.iter().map(|&v| self.friction.coefficient(v)).collect(),
-            slope: solution.velocity.iter().map(|&v| self.friction.slope(v)).collect(),
-            convection: solution
-                .closed
-                .iter()
-                .map(|&i| {
-                    solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0).map(|&(j, d)| (j, self.speed * d)).collect()
-                })
-                .collect(),
+    /// The contact of `solution` linearised about it.
+    pub fn contact(&self, solution: &SlidingSolution) -> LinearContact {
+        let node = |((&i, &direction), &v): ((&usize, &[f64; 2]), &f64)| {
+            let force = solution.pressure[i] * self.interface.weight[i];
+            let slip = Slip::steady(force, direction, v, self.friction.coefficient(v), self.friction.slope(v));
+            let terms = solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0);
+            let convection = terms.map(|&(j, d)| (j, self.speed * d)).collect();
+            LinearNode { node: i, tangent: Tangent::Slip(slip), convection }
+        };
+        LinearContact {
+            nodes: solution.closed.iter().zip(&solution.direction).zip(&solution.velocity).map(node).collect(),
         }
     }
 }

@@ -4,10 +4,11 @@ use faer::MatRef;
 
 use super::candidates::Candidates;
 use super::interface::{Creepage, Stencil, Upstream};
-use super::laws::{natural_map, FrictionLaw, State};
+use super::law::{size, Augmentation, Node, Status};
 use super::newton::{self, Effort};
 use super::normal::solve_normal;
 use super::patch::refuse_border;
+use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::{Error, Result};
 
@@ -275,7 +276,7 @@ impl SteadyProblem<'_> {
             pressure: (0..n).map(|i| stress[3 * i + 2]).collect(),
             traction: (0..n).map(|i| [stress[3 * i], stress[3 * i + 1]]).collect(),
             creep: vec![[0.0; 2]; n],
-            state: vec![0; n],
+            state: vec![Status::Open as u8; n],
             force: [0.0; 3],
             moment_z: 0.0,
             approach,
@@ -296,12 +297,14 @@ impl SteadyProblem<'_> {
             let (rn, rt) = (self.rho_normal(i), self.rho_tangential(&upstream, i));
             let (p, t) = (solution.pressure[i], solution.traction[i]);
             let mu = self.friction.coefficient(self.speed * creep[0].hypot(creep[1]));
-            let (fp, ft, state) = natural_map(p, t, solution.gap[i], creep, rn, rt, mu);
+            let node = Node { pressure: p, traction: t, gap: solution.gap[i], creep };
+            let found = node.project(Augmentation { normal: rn, tangential: rt }, mu);
             // A node at the border of the interface is open; the operator there serves the written creep alone.
-            solution.state[i] = if p > 0.0 { state as u8 } else { State::Open as u8 };
+            solution.state[i] = if p > 0.0 { found.status } else { Status::Open } as u8;
             if peak > 0.0 {
                 let scale = if largest > 0.0 { largest * peak } else { peak };
-                solution.residual = solution.residual.max(fp.abs() / peak).max(ft[0].hypot(ft[1]) / scale);
+                let [x, y, n] = found.map(&node);
+                solution.residual = solution.residual.max(n.abs() / peak).max(size([x, y]) / scale);
             }
             solution.creep[i] = creep.map(|v| v * self.speed);
             let f = [t[0] * s.weight[i], t[1] * s.weight[i], p * s.weight[i]];

@@ -63,7 +63,9 @@ impl Checker {
 
     fn alternatives<'a>(&'a self, node: &'a Value) -> Option<Vec<&'a Value>> {
         let list = node.get("anyOf").or_else(|| node.get("oneOf"))?.as_array()?;
-        Some(list.iter().map(|n| self.resolve(n)).collect())
+        // Forms of a form are forms as well.
+        let forms = list.iter().map(|n| self.resolve(n));
+        Some(forms.flat_map(|n| self.alternatives(n).unwrap_or_else(|| vec![n])).collect())
     }
 
     fn child<'a>(&'a self, node: &'a Value, key: &str) -> Option<&'a Value> {
@@ -216,10 +218,15 @@ impl Checker {
             }
             return;
         }
-        // Forms of different types: the first whose type fits speaks; if none does, name them all.
-        match forms.iter().find(|n| n.get("type").and_then(Value::as_str).is_some_and(|t| is_type(value, t))) {
-            Some(form) => self.walk(value, form, path, faults),
-            None => {
+        // Forms of different types: those whose type fits speak; if none does, name them all.
+        let fitting = |n: &&Value| n.get("type").and_then(Value::as_str).is_some_and(|t| is_type(value, t));
+        match forms.iter().copied().filter(fitting).collect::<Vec<_>>()[..] {
+            [form] => self.walk(value, form, path, faults),
+            [_, ..] if value.is_object() => {
+                self.walk_alternatives(value, &forms.iter().copied().filter(fitting).collect::<Vec<_>>(), path, faults);
+            }
+            [form, ..] => self.walk(value, form, path, faults),
+            [] => {
                 let expected: Vec<String> = forms.iter().map(|n| self.expectation(n)).collect();
                 faults.push(format!("{place}: found {}, expected {}", brief(value), expected.join(" or ")));
             }

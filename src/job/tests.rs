@@ -1,4 +1,5 @@
 use super::*;
+use crate::friction::{Exponential, FrictionLaw};
 use serde_json::{json, Value};
 
 const TWO: &[u8] = include_bytes!("../../jobs/two-cylinders.json");
@@ -29,7 +30,7 @@ fn the_two_jobs_resolve_with_defaults() {
     let job = read(TWO, &[]).unwrap();
     let contact = job.contact.as_ref().unwrap();
     assert_eq!(contact.load(), Load::Normal(70e3));
-    assert_eq!(contact.friction, Friction::Constant(0.3));
+    assert_eq!(contact.friction, FrictionLaw::Constant(0.3));
     assert_eq!(job.analyses.names(), ["modes", "steady", "stability"]);
     assert_eq!(job.analyses.steady.as_ref().unwrap().max_iterations, 200);
     let json = job.to_json();
@@ -296,7 +297,7 @@ fn overrides_take_json_or_text_in_order_and_reach_new_keys() {
         "solver.memory_limit=1e9",
     ];
     let job = read(TWO, &sets).unwrap();
-    assert_eq!(job.contact.as_ref().unwrap().friction, Friction::Constant(0.5));
+    assert_eq!(job.contact.as_ref().unwrap().friction, FrictionLaw::Constant(0.5));
     assert_eq!(job.title.as_deref(), Some("no JSON here"));
     assert_eq!(job.bodies.lower.as_ref().unwrap().fixed, ["side_plus"]);
     assert_eq!(job.petsc_options["eps_view"], OptionValue::Switch(true));
@@ -320,9 +321,9 @@ fn friction_and_damping_have_several_forms() {
         ],
     )
     .unwrap();
-    let law = ExponentialFriction { at_rest: 0.4, kinetic: 0.3, decay_velocity: 0.5 };
+    let law = Exponential { at_rest: 0.4, kinetic: 0.3, decay_velocity: 0.5 };
     let contact = job.contact.as_ref().unwrap();
-    assert_eq!(contact.friction, Friction::Falling(FallingFriction { exponential: law }));
+    assert_eq!(contact.friction, law.into());
     // The resolved job can be read again.
     assert_eq!(read(job.to_json().to_string().as_bytes(), &[]).unwrap(), job);
 }
@@ -344,7 +345,7 @@ fn sweeps_are_expanded_and_checked_before_anything_is_computed() {
     assert_eq!((&p.shape[..], &p.units[..]), (&[3, 2][..], &["1".to_string(), "1".to_string()][..]));
     assert_eq!(p.values[0], [0.1, 0.1, 0.2, 0.2, 0.3, 0.3].map(|v| json!(v)), "the last key runs fastest");
     let at = |i: usize| p.points[i].contact.clone().unwrap();
-    assert_eq!((at(3).friction, at(3).creepage.lateral), (Friction::Constant(0.2), -0.01));
+    assert_eq!((at(3).friction, at(3).creepage.lateral), (FrictionLaw::Constant(0.2), -0.01));
     assert_eq!(p.points[0].analyses.names(), ["modes", "stability"]);
     let p = plan(json!({ "contact.speed": { "from": 20, "to": 10, "count": 3 } }));
     assert_eq!((p.values[0].clone(), &p.units[0][..]), ([20.0, 15.0, 10.0].map(|v| json!(v)).to_vec(), "m/s"));

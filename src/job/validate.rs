@@ -153,14 +153,7 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             faults.push(format!("bodies.{name}: missing; contact needs both bodies"));
         }
     }
-    if let Friction::Falling(FallingFriction { exponential: e }) = contact.friction {
-        if e.kinetic > e.at_rest {
-            faults.push(format!(
-                "contact.friction.exponential.kinetic: found {}, expected at most static ({}): the law falls with the velocity",
-                e.kinetic, e.at_rest
-            ));
-        }
-    }
+    faults.extend(contact.friction.fault("contact.friction"));
     match (contact.normal_load, contact.approach) {
         (Some(_), Some(_)) => {
             faults.push("contact: both normal_load and approach are given; give exactly one of them".into());

@@ -12,7 +12,7 @@ use super::Spectrum;
 use crate::body::matrices::{Matrices, Reduced, SignedRow, DENSE};
 use crate::body::matrix_market::Csr;
 use crate::body::Side;
-use crate::contact::SlidingContact;
+use crate::contact::LinearContact;
 use crate::job;
 use crate::model::ModalPair;
 use crate::{Error, Result};
@@ -41,7 +41,7 @@ pub type Place<'a> = Option<(&'a Matrices, &'a Reduced)>;
 pub fn run(
     wanted: &job::FullStability,
     places: [Place<'_>; 2],
-    contact: &SlidingContact,
+    contact: &LinearContact,
     model: &ModalPair,
     reduced: &Spectrum,
 ) -> Result<FullResult> {
@@ -91,7 +91,7 @@ const INFINITE: f64 = 1e-6;
 pub fn eigenpairs(
     lower: Option<&Matrices>,
     upper: Option<&Matrices>,
-    contact: &SlidingContact,
+    contact: &LinearContact,
     tolerance: f64,
 ) -> Result<Vec<DensePair>> {
     let bodies = [lower, upper];
@@ -126,16 +126,17 @@ pub fn eigenpairs(
     };
     let k = contact.nodes.len();
     let (mut normal, mut friction) = (Mat::<f64>::zeros(k, n), Mat::<f64>::zeros(k, n));
-    for i in 0..k {
-        let [x, y, gap] = rows(contact.nodes[i]);
-        let t = contact.direction[i];
-        let across = contact.friction[i] * contact.force[i] / contact.velocity[i];
-        let along = contact.slope[i] * contact.force[i];
-        for (b, d) in [([-t[1], t[0]], across), (t, along)] {
-            let both = || x.iter().map(|&(j, s)| (j, s * b[0])).chain(y.iter().map(|&(j, s)| (j, s * b[1])));
-            for (p, v) in both() {
-                for (q, w) in both() {
-                    damping[(p, q)] += d * v * w;
+    for (i, at) in contact.nodes.iter().enumerate() {
+        let [x, y, gap] = rows(at.node);
+        let [fx, fy] = at.tangent.friction();
+        let resistance = at.tangent.resistance().ok_or_else(|| {
+            Error::Job(format!("contact.points: contact {} sticks; all of them have to slide here", at.node + 1))
+        })?;
+        let both = [&x, &y];
+        for (p, rows) in both.iter().enumerate() {
+            for (q, columns) in both.iter().enumerate() {
+                for &(row, v) in rows.iter() {
+                    columns.iter().for_each(|&(column, w)| damping[(row, column)] += resistance[p][q] * v * w);
                 }
             }
         }
@@ -147,10 +148,8 @@ pub fn eigenpairs(
             normal[(i, j)] += s;
             friction[(i, j)] += s;
         }
-        for (row, c) in [(&x, 0), (&y, 1)] {
-            for &(j, s) in row {
-                friction[(i, j)] -= contact.friction[i] * t[c] * s;
-            }
+        for (row, f) in [(&x, fx), (&y, fy)] {
+            row.iter().for_each(|&(j, s)| friction[(i, j)] += f * s);
         }
     }
     let (z, y) = (null_space(normal.as_ref())?, null_space(friction.as_ref())?);
@@ -238,23 +237,20 @@ fn null_space(a: MatRef<'_, f64>) -> Result<Mat<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::{LinearNode, Slip, Tangent};
     use std::f64::consts::PI;
 
     fn csr(n: usize, entries: &[(usize, usize, f64)]) -> Csr {
         Csr::from_entries(n, entries.to_vec())
     }
 
-    fn contact(k: usize, friction: f64) -> SlidingContact {
-        SlidingContact {
-            nodes: (0..k).collect(),
-            force: vec![0.0; k],
-            direction: vec![[1.0, 0.0]; k],
-            velocity: vec![1.0; k],
-            friction: vec![friction; k],
-            slope: vec![0.0; k],
-            convection: vec![Vec::new(); k],
-        }
+    /// A contact that slides along `direction`, its force, velocity and slope of the friction.
+    fn node(node: usize, friction: f64, direction: [f64; 2], [force, velocity, slope]: [f64; 3]) -> LinearNode {
+        let tangent = Tangent::Slip(Slip::steady(force, direction, velocity, friction, slope));
+        LinearNode { node, tangent, convection: Vec::new() }
     }
+
+    const UNLOADED: [f64; 3] = [0.0, 1.0, 0.0];
 
     /// S. Hultén, 1997: two masses, two massless contact points.
     #[test]
@@ -268,8 +264,7 @@ mod tests {
             stiffness: csr(4, &entries),
             contacts: vec![[Some((1, 1.0)), None, Some((2, 1.0))], [Some((0, 1.0)), None, Some((3, 1.0))]],
         };
-        let mut c = contact(2, 0.4);
-        c.direction = vec![[-1.0, 0.0], [1.0, 0.0]];
+        let c = LinearContact { nodes: vec![node(0, 0.4, [-1.0, 0.0], UNLOADED), node(1, 0.4, [1.0, 0.0], UNLOADED)] };
         let found = eigenpairs(Some(&body), None, &c, 1e-12).unwrap();
         assert_eq!(found.len(), 4, "{found:?}");
         let first = found[0].value;
@@ -288,8 +283,7 @@ mod tests {
             contacts: vec![[Some((0, 1.0)), None, Some((1, 1.0))]],
         };
         for (upper, tau) in [(false, 1.0), (false, -1.0), (true, 1.0), (true, -1.0)] {
-            let mut c = contact(1, mu);
-            c.direction[0] = [tau, 0.0];
+            let c = LinearContact { nodes: vec![node(0, mu, [tau, 0.0], UNLOADED)] };
             let [a, b] = if upper { [None, Some(&body)] } else { [Some(&body), None] };
             let found = eigenpairs(a, b, &c, 1e-12).unwrap();
             // Friction on body 1 is −μ τ r, on body 2 the opposite.
@@ -310,8 +304,7 @@ mod tests {
             stiffness: csr(2, &[(0, 0, k), (1, 1, k)]),
             contacts: vec![[Some((0, 1.0)), Some((1, 1.0)), None]],
         };
-        let mut c = contact(1, 0.4);
-        (c.force[0], c.velocity[0], c.slope[0], c.direction[0]) = (50.0, 0.5, -0.3, [0.6, 0.8]);
+        let c = LinearContact { nodes: vec![node(0, 0.4, [0.6, 0.8], [50.0, 0.5, -0.3])] };
         let found = eigenpairs(None, Some(&body), &c, 1e-12).unwrap();
         for (pair, d) in found.iter().step_by(2).zip([-0.3 * 50.0, 0.4 * 50.0 / 0.5]) {
             let sigma = -d / (2.0 * m);

@@ -4,7 +4,7 @@ pub mod dense;
 pub mod full;
 pub mod reduced;
 
-use crate::contact::SlidingContact;
+use crate::contact::LinearContact;
 use crate::job;
 use crate::model::ModalPair;
 use crate::{Error, Result};
@@ -24,12 +24,7 @@ pub struct Spectrum {
 }
 
 /// On rank 0: the eigenvalues about a sliding contact. The modes of the bodies reach the frequency `reach`, Hz.
-pub fn spectrum(
-    stability: &job::Stability,
-    pair: &ModalPair,
-    contact: &SlidingContact,
-    reach: f64,
-) -> Result<Spectrum> {
+pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact, reach: f64) -> Result<Spectrum> {
     let limit = stability.max_frequency.unwrap_or(reach);
     if limit > reach * (1.0 + 1e-12) {
         return Err(Error::Job(format!(

@@ -3,11 +3,11 @@
 //!
 //! With y = (w, change of gap) on the interface, the modes of both bodies give y = Ψ q + S R, q̈ + c q̇ + Ω² q = Ψᵀ R,
 //! Ψ = [Φ1, E Φ2], S = C1 + E C2 E − Ψ Ω⁻² Ψᵀ, E = diag(−1, −1, 1) at each node. About steady sliding the closed nodes keep
-//! y_n = 0 and the tractions change by δt = −μ τ r − D (λ + V ∂x) w, D = (μp0/|ṡ0|)(I − ττᵀ) + μ′p0 ττᵀ. Writing
-//! D = B d Bᵀ with the directions across (and, where μ′ ≠ 0, along) the sliding, and δt = B f − μ τ r, the pressures are
-//! eliminated, r = −(S_nn − S_nt μτ)⁻¹ (Ψ_n q + S_nt B f), and with v = λq there remains the pencil
+//! y_n = 0 and the tractions change by δt = B f − μ τ r with the directions B across (and, where μ′ ≠ 0, along) the sliding, or
+//! both where a node sticks, and C f + Bᵀ(λ + V ∂x) w = 0 with C = diag(|ṡ0|/μp0, 1/μ′p0), or 0 ([`crate::contact::Tangent`]). The
+//! pressures are eliminated, r = −(S_nn − S_nt μτ)⁻¹ (Ψ_n q + S_nt B f), and with v = λq there remains the pencil
 //!
-//! λ q = v,   λ v = −c v − (Ω² − G_q) q + G_f f,   λ A f = −(d⁻¹ + V X_f) f − V X_q q − A_q v,
+//! λ q = v,   λ v = −c v − (Ω² − G_q) q + G_f f,   λ A f = −(C + V X_f) f − V X_q q − A_q v,
 //!
 //! G: the modal forces, A, A_q: Bᵀw, and X: Bᵀ∂x w, as functions of q and f. Time is scaled by a mean frequency and f so that
 //! the modal forces it makes are of the size of the stiffness. A is singular where the tangential residual vanishes; the
@@ -17,7 +17,7 @@ use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::contact::SlidingContact;
+use crate::contact::{LinearContact, LinearNode};
 use crate::model::ModalPair;
 use crate::{Error, Result};
 
@@ -28,7 +28,7 @@ pub struct Eigenpair {
     pub value: Complex<f64>,
     /// Modal amplitudes q of both bodies, `[m1 + m2]`, scaled to Euclidean norm 1 (of (q, v/ω_ref, f)).
     pub modal: Vec<Complex<f64>>,
-    /// The unknown tangential forces f that go with them, N: at each closed node across the sliding where D resists it, then
+    /// The unknown tangential forces f that go with them, N: at each closed node across the sliding where friction resists it, then
     /// along it where the law has a slope.
     pub tangential: Vec<Complex<f64>>,
     /// Normwise backward error of (λ, x) in the scaled pencil.
@@ -64,7 +64,7 @@ struct Pencil {
 
 /// All finite eigenvalues of steady sliding, both of each conjugate pair, by falling growth rate. Each pair's backward
 /// error is at most `tolerance`, or the result is an error.
-pub fn eigenpairs(bodies: &ModalPair, contact: &SlidingContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
+pub fn eigenpairs(bodies: &ModalPair, contact: &LinearContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
     let pencil = assemble(bodies, contact)?;
     let n = pencil.a.nrows();
     // A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just
@@ -128,36 +128,41 @@ fn residuals(p: &Pencil, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -
     values.iter().enumerate().map(norm).collect()
 }
 
-/// Unknown tangential forces f: (closed contact, unit direction, coefficient d of D, N·s/m).
-fn tangential_unknowns(contact: &SlidingContact) -> Vec<(usize, [f64; 2], f64)> {
-    let mut across = Vec::new();
-    for i in 0..contact.nodes.len() {
-        let t = contact.direction[i];
-        let d = contact.friction[i] * contact.force[i] / contact.velocity[i];
-        if d != 0.0 {
-            across.push((i, [-t[1], t[0]], d));
-        }
-        let along = contact.slope[i] * contact.force[i];
-        if along != 0.0 {
-            across.push((i, t, along));
-        }
-    }
-    across
+/// An unknown tangential force f at a closed node: c f + b·(λ + V ∂x) w = 0.
+struct Yielding {
+    /// Index of the closed node.
+    at: usize,
+    /// Unit direction b.
+    along: [f64; 2],
+    /// c, m/(N·s).
+    coefficient: f64,
+}
+
+/// The unknown tangential forces of a contact.
+fn yielding(contact: &LinearContact) -> Vec<Yielding> {
+    let of = |(at, n): (usize, &LinearNode)| {
+        n.tangent.yielding().map(|(along, coefficient)| Yielding { at, along, coefficient }).collect::<Vec<_>>()
+    };
+    contact.nodes.iter().enumerate().flat_map(of).collect()
+}
+
+/// Displacement at a row under the traction `t` and the pressure `p` at a node, m.
+fn response(bodies: &ModalPair, row: usize, node: usize, t: [f64; 2], p: f64) -> f64 {
+    let s = bodies.residual.as_ref();
+    t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
 }
 
 /// Pressures r of the closed nodes as a function of (q, f), `[k, m + nf]`.
-fn pressures(bodies: &ModalPair, contact: &SlidingContact, across: &[(usize, [f64; 2], f64)]) -> Result<Mat<f64>> {
-    let (m, k, nf) = (bodies.omega.len(), contact.nodes.len(), across.len());
+fn pressures(bodies: &ModalPair, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Mat<f64>> {
+    let (m, k, nf) = (bodies.omega.len(), contact.nodes.len(), unknowns.len());
     let (s, psi) = (bodies.residual.as_ref(), bodies.modes.as_ref());
     let nodes = &contact.nodes;
-    let combine = |row: usize, node: usize, t: [f64; 2], p: f64| -> f64 {
-        t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
-    };
-    let friction = |j: usize| contact.direction[j].map(|c| -contact.friction[j] * c);
-    let mut s_np = Mat::from_fn(k, k, |i, j| combine(3 * nodes[i] + 2, nodes[j], friction(j), 1.0));
+    let mut s_np = Mat::from_fn(k, k, |i, j| {
+        response(bodies, 3 * nodes[i].node + 2, nodes[j].node, nodes[j].tangent.friction(), 1.0)
+    });
     // Where no body moves along the normal the normal force stays as it is: r = 0.
     for i in 0..k {
-        let row = 3 * nodes[i] + 2;
+        let row = 3 * nodes[i].node + 2;
         if (0..m).all(|j| psi[(row, j)] == 0.0) && (0..s.ncols()).all(|j| s[(row, j)] == 0.0) {
             s_np[(i, i)] = 1.0;
         }
@@ -165,10 +170,10 @@ fn pressures(bodies: &ModalPair, contact: &SlidingContact, across: &[(usize, [f6
     // r = −S_np⁻¹ (Ψ_n q + S_nf f): one right-hand side for q and f.
     let mut r = Mat::from_fn(k, m + nf, |i, j| {
         -if j < m {
-            psi[(3 * nodes[i] + 2, j)]
+            psi[(3 * nodes[i].node + 2, j)]
         } else {
-            let (node, b, _) = across[j - m];
-            combine(3 * nodes[i] + 2, nodes[node], b, 0.0)
+            let f = &unknowns[j - m];
+            response(bodies, 3 * nodes[i].node + 2, nodes[f.at].node, f.along, 0.0)
         }
     });
     s_np.partial_piv_lu().solve_in_place(&mut r);
@@ -182,71 +187,67 @@ fn pressures(bodies: &ModalPair, contact: &SlidingContact, across: &[(usize, [f6
 }
 
 /// The reactions of the closed nodes that go with an eigenpair, N, rows (x, y, n), `[3k]`.
-pub fn reactions(bodies: &ModalPair, contact: &SlidingContact, pair: &Eigenpair) -> Result<Vec<Complex<f64>>> {
-    let across = tangential_unknowns(contact);
-    let r = pressures(bodies, contact, &across)?;
+pub fn reactions(bodies: &ModalPair, contact: &LinearContact, pair: &Eigenpair) -> Result<Vec<Complex<f64>>> {
+    let unknowns = yielding(contact);
+    let r = pressures(bodies, contact, &unknowns)?;
     let mut forces = vec![Complex::default(); 3 * contact.nodes.len()];
-    for i in 0..contact.nodes.len() {
-        let unknowns = pair.modal.iter().chain(&pair.tangential);
-        let p: Complex<f64> = unknowns.enumerate().map(|(j, v)| r[(i, j)] * v).sum();
+    for (i, n) in contact.nodes.iter().enumerate() {
+        let all = pair.modal.iter().chain(&pair.tangential);
+        let p: Complex<f64> = all.enumerate().map(|(j, v)| r[(i, j)] * v).sum();
+        let friction = n.tangent.friction();
         for q in 0..2 {
-            forces[3 * i + q] = -contact.friction[i] * contact.direction[i][q] * p;
+            forces[3 * i + q] = friction[q] * p;
         }
         forces[3 * i + 2] = p;
     }
-    for ((i, b, _), f) in across.iter().zip(&pair.tangential) {
-        forces[3 * i] += b[0] * f;
-        forces[3 * i + 1] += b[1] * f;
+    for (u, f) in unknowns.iter().zip(&pair.tangential) {
+        forces[3 * u.at] += u.along[0] * f;
+        forces[3 * u.at + 1] += u.along[1] * f;
     }
     Ok(forces)
 }
 
-fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
+fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
     check(bodies, contact)?;
     let (m, k) = (bodies.omega.len(), contact.nodes.len());
-    let (s, psi) = (bodies.residual.as_ref(), bodies.modes.as_ref());
+    let psi = bodies.modes.as_ref();
     let nodes = &contact.nodes;
-    let across = tangential_unknowns(contact);
-    let nf = across.len();
+    let unknowns = yielding(contact);
+    let nf = unknowns.len();
 
-    // Columns of unit forces: p together with its friction −μτ, and f.
-    let combine = |row: usize, node: usize, t: [f64; 2], p: f64| -> f64 {
-        t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
-    };
-    let friction = |j: usize| contact.direction[j].map(|c| -contact.friction[j] * c);
-    let r = pressures(bodies, contact, &across)?;
-    // y at a row as a function of (q, f): Ψ q + S(·, f) f + S(·, p) r, for lists of rows with coefficients.
-    let rows_of = |list: &dyn Fn(usize) -> Vec<(usize, f64)>| -> Mat<f64> {
-        let lists: Vec<Vec<(usize, f64)>> = (0..nf).map(list).collect();
+    let r = pressures(bodies, contact, &unknowns)?;
+    // y at a row as a function of (q, f): Ψ q + S(·, f) f + S(·, p) r, for lists of rows with coefficients; p stands for the pressure
+    // with its friction −μτ.
+    let rows_of = |list: &dyn Fn(&Yielding) -> Vec<(usize, f64)>| -> Mat<f64> {
+        let lists: Vec<Vec<(usize, f64)>> = unknowns.iter().map(list).collect();
         let sum = |i: usize, f: &dyn Fn(usize) -> f64| lists[i].iter().map(|&(row, c)| c * f(row)).sum::<f64>();
         let direct = Mat::from_fn(nf, m + nf, |i, j| {
             sum(i, &|row| {
                 if j < m {
                     psi[(row, j)]
                 } else {
-                    let (node, b, _) = across[j - m];
-                    combine(row, nodes[node], b, 0.0)
+                    let f = &unknowns[j - m];
+                    response(bodies, row, nodes[f.at].node, f.along, 0.0)
                 }
             })
         });
-        let by_pressure = Mat::from_fn(nf, k, |i, j| sum(i, &|row| combine(row, nodes[j], friction(j), 1.0)));
+        let by_pressure = Mat::from_fn(nf, k, |i, j| {
+            sum(i, &|row| response(bodies, row, nodes[j].node, nodes[j].tangent.friction(), 1.0))
+        });
         direct + by_pressure * &r
     };
-    let w = rows_of(&|i| {
-        let (node, b, _) = across[i];
-        (0..2).map(|q| (3 * nodes[node] + q, b[q])).collect()
-    });
-    let x = rows_of(&|i| {
-        let (node, b, _) = across[i];
-        contact.convection[node].iter().flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * b[q]))).collect()
+    let w = rows_of(&|u| (0..2).map(|q| (3 * nodes[u.at].node + q, u.along[q])).collect());
+    let x = rows_of(&|u| {
+        let terms = nodes[u.at].convection.iter();
+        terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.along[q]))).collect()
     });
     // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
     let by_f = Mat::from_fn(m, nf, |i, j| {
-        let (node, b, _) = across[j];
-        b[0] * psi[(3 * nodes[node], i)] + b[1] * psi[(3 * nodes[node] + 1, i)]
+        let (row, b) = (3 * nodes[unknowns[j].at].node, unknowns[j].along);
+        b[0] * psi[(row, i)] + b[1] * psi[(row + 1, i)]
     });
     let by_p = Mat::from_fn(m, k, |i, j| {
-        let (row, t) = (3 * nodes[j], friction(j));
+        let (row, t) = (3 * nodes[j].node, nodes[j].tangent.friction());
         t[0] * psi[(row, i)] + t[1] * psi[(row + 1, i)] + psi[(row + 2, i)]
     });
     let mut g = by_p * &r;
@@ -281,9 +282,9 @@ fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
         }
     }
     for i in 0..nf {
-        // λ (A_q q + A f) + d⁻¹ f + V X = 0 with λ q = v; the row is scaled to a largest entry of 1.
+        // λ (A_q q + A f) + c f + V X = 0 with λ q = v; the row is scaled to a largest entry of 1.
         let row = 2 * m + i;
-        a[(row, row)] = -force / across[i].2;
+        a[(row, row)] = -force * unknowns[i].coefficient;
         for j in 0..m {
             a[(row, j)] = -x[(i, j)];
             a[(row, m + j)] = -w[(i, j)] * rate;
@@ -301,33 +302,18 @@ fn assemble(bodies: &ModalPair, contact: &SlidingContact) -> Result<Pencil> {
     Ok(Pencil { a, e, rate, force })
 }
 
-fn check(bodies: &ModalPair, contact: &SlidingContact) -> Result<()> {
+fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {
     let k = contact.nodes.len();
     let n = bodies.modes.nrows() / 3;
-    let lengths = [
-        contact.force.len(),
-        contact.direction.len(),
-        contact.velocity.len(),
-        contact.friction.len(),
-        contact.slope.len(),
-        contact.convection.len(),
-    ];
     if k == 0 || bodies.omega.is_empty() {
         return Err(Error::Job(
             "analyses.stability: the contact is open or no modes are kept; stability needs a closed contact and modes"
                 .into(),
         ));
     }
-    let columns = contact.convection.iter().flatten().map(|&(j, _)| j);
-    if lengths.iter().any(|&l| l != k) || contact.nodes.iter().copied().chain(columns).any(|i| i >= n) {
-        return Err(Error::Defect(format!(
-            "reduced stability: sliding contact of {k} nodes with lists of {lengths:?}"
-        )));
-    }
-    if let Some(i) = (0..k).find(|&i| contact.velocity[i] <= 0.0 || contact.velocity[i].is_nan()) {
-        return Err(Error::Job(format!(
-            "contact.creepage: no creep at closed contact {i}: the direction of sliding is undefined there"
-        )));
+    let mut places = contact.nodes.iter().flat_map(|c| c.convection.iter().map(|&(j, _)| j).chain([c.node]));
+    if let Some(i) = places.find(|&i| i >= n) {
+        return Err(Error::Defect(format!("reduced stability: contact node {i} of an interface of {n}")));
     }
     Ok(())
 }

@@ -6,7 +6,7 @@
 //! on the reactions which have it.
 
 use super::problem::{Effort, StepProblem, StepSolution};
-use crate::contact::laws::project_disc;
+use crate::contact::law::project_disc;
 use crate::{Error, Result};
 
 /// Solves to the residual `target`, N, in at most `most` iterations: the slowest direction of W converges like

@@ -1,8 +1,7 @@
-//! Block Gauss–Seidel: the laws solved node after node, the others held. Slow on dense operators, but it does not cycle: it
+//! Block Gauss–Seidel: the laws solved node after node, the others as they are. Slow on dense operators, but it does not cycle: it
 //! brings the reactions near enough for Newton's method.
 
-use super::problem::{Effort, StepProblem};
-use crate::contact::laws::project_disc;
+use super::problem::{node, Effort, StepProblem};
 
 /// At most `sweeps` sweeps over the nodes; returns reactions and shift.
 pub(super) fn sweep(
@@ -23,13 +22,10 @@ pub(super) fn sweep(
         }
         let mut moved: f64 = 0.0;
         for i in 0..k {
-            let rho = p.rho(i);
-            let u = |c: usize| p.free[3 * i + c] + y[3 * i + c] + shift[c];
             let old = [reaction[3 * i], reaction[3 * i + 1], reaction[3 * i + 2]];
-            let normal = (old[2] - rho.normal * u(2)).max(0.0);
-            let bound = normal * p.friction.coefficient(u(0).hypot(u(1)) / p.step);
-            let t = project_disc([old[0] - rho.tangential * u(0), old[1] - rho.tangential * u(1)], bound);
-            let new = [t[0], t[1], normal];
+            let u = [0, 1, 2].map(|c| p.free[3 * i + c] + y[3 * i + c] + shift[c]);
+            let found = p.project(p.rho(i), &node(&old, &u));
+            let new = [found.traction[0], found.traction[1], found.pressure];
             for c in 0..3 {
                 let change = new[c] - old[c];
                 if change != 0.0 {

@@ -8,9 +8,9 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
 use super::parts::Kept;
-use super::problem::{Effort, StepProblem, StepSolution};
+use super::problem::{node, Effort, StepProblem, StepSolution};
 use crate::contact::krylov::gmres;
-use crate::contact::laws::State;
+use crate::contact::law::{Status, Tangent};
 use crate::Result;
 
 /// What serves the next step too.
@@ -52,7 +52,7 @@ impl Memory {
     }
 }
 
-/// Rows of the Jacobian of one node: v_t ↦ m v_t + b y_t − e v_n, v_n ↦ ρ_n y_n where closed, v ↦ v where open.
+/// Rows of the Jacobian of one node: v_t ↦ m v_t + b y_t + e v_n, v_n ↦ ρ_n y_n where closed, v ↦ v where open.
 #[derive(Clone, Copy)]
 struct Rows {
     closed: bool,
@@ -193,7 +193,8 @@ impl System<'_, '_> {
         let (mut square, mut largest) = (0.0, 0.0f64);
         for i in 0..k3 / 3 {
             let u = [0, 1, 2].map(|c| p.free[3 * i + c] + y[3 * i + c] + shift[c]);
-            let (f, _) = p.map(i, &x[3 * i..3 * i + 3], &u);
+            let node = node(&x[3 * i..3 * i + 3], &u);
+            let f = p.project(p.rho(i), &node).map(&node);
             let tangential = f[0] * f[0] + f[1] * f[1];
             square += tangential + f[2] * f[2];
             largest = largest.max(f[2].abs()).max(tangential.sqrt());
@@ -213,7 +214,7 @@ impl System<'_, '_> {
         let u = self.p.displacement(&now.y, shift);
         let (residual, status) = self.p.residual(&reaction, &u);
         // What is left on open nodes is below the residual.
-        for (i, _) in status.iter().enumerate().filter(|(_, s)| **s == State::Open) {
+        for (i, _) in status.iter().enumerate().filter(|(_, s)| **s == Status::Open) {
             reaction[3 * i..3 * i + 3].fill(0.0);
         }
         StepSolution { reaction, shift, response: now.y, status, residual }
@@ -228,45 +229,22 @@ impl System<'_, '_> {
         for i in 0..k {
             let r = &now.x[3 * i..3 * i + 3];
             let u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c] + shift[c]);
-            let rho = p.rho(i);
-            let (f, state) = p.map(i, r, &u);
-            let mut row = Rows { closed: true, normal: rho.normal, m: [[0.0; 2]; 2], b: [[0.0; 2]; 2], e: [0.0; 2] };
-            match state {
-                State::Open => {
-                    row.closed = false;
-                    rhs.extend([-r[0], -r[1], -r[2]]);
-                }
-                State::Stick if rho.tangential == 0.0 => {
-                    row.m = [[1.0, 0.0], [0.0, 1.0]];
-                    rhs.extend([-f[0], -f[1], -rho.normal * u[2]]);
-                }
-                State::Stick => {
-                    row.b = [[rho.tangential, 0.0], [0.0, rho.tangential]];
-                    rhs.extend([-f[0], -f[1], -rho.normal * u[2]]);
-                }
-                State::Slip => {
-                    let q = r[2] - rho.normal * u[2];
-                    let z = [r[0] - rho.tangential * u[0], r[1] - rho.tangential * u[1]];
-                    let size = z[0].hypot(z[1]);
-                    let dir = [z[0] / size, z[1] / size];
-                    let slip = u[0].hypot(u[1]);
-                    let (mu, slope) = (p.friction.coefficient(slip / p.step), p.friction.slope(slip / p.step) / p.step);
-                    let a = mu * q / size;
-                    let along = if slip > 0.0 { [u[0] / slip, u[1] / slip] } else { [0.0; 2] };
-                    for c in 0..2 {
-                        for d in 0..2 {
-                            let one = if c == d { 1.0 } else { 0.0 };
-                            let across = one - dir[c] * dir[d];
-                            row.m[c][d] = one - a * across;
-                            row.b[c][d] = a * rho.tangential * across - q * slope * dir[c] * along[d];
-                        }
-                        row.e[c] = mu * dir[c];
-                    }
-                    let lift = rho.normal * u[2];
-                    rhs.extend([-f[0] + row.e[0] * lift, -f[1] + row.e[1] * lift, -lift]);
-                }
+            let (rho, node) = (p.rho(i), node(r, &u));
+            let found = p.project(rho, &node);
+            let tangent = match found.tangent(&node, p.slope(&node)) {
+                // A node that cannot move along the surface keeps the traction that it has.
+                Tangent::Stick { creep: 0.0 } => Tangent::Open,
+                tangent => tangent,
+            };
+            let ([f, g, _], closed) = (found.map(&node), found.status != Status::Open);
+            let (m, e, b) = tangent.plane();
+            rows.push(Rows { closed, normal: rho.normal, m, b, e });
+            if closed {
+                let lift = rho.normal * u[2];
+                rhs.extend([-f - e[0] * lift, -g - e[1] * lift, -lift]);
+            } else {
+                rhs.extend(r.iter().map(|r| -r));
             }
-            rows.push(row);
         }
         let error = p.total_error(&now.x[..3 * k]);
         rhs.extend(self.borders.iter().map(|&c| -self.share * error[c]));
@@ -294,8 +272,8 @@ impl System<'_, '_> {
                 out[3 * i] += row.m[0][c];
                 out[3 * i + 1] += row.m[1][c];
             } else {
-                out[3 * i] -= row.e[0];
-                out[3 * i + 1] -= row.e[1];
+                out[3 * i] += row.e[0];
+                out[3 * i + 1] += row.e[1];
             }
             for (b, &of) in self.borders.iter().enumerate() {
                 if c == of {
@@ -336,7 +314,7 @@ impl System<'_, '_> {
             }
             let y = [0, 1, 2].map(|c| image[3 * i + c] + shift[c]);
             for c in 0..2 {
-                let direct = row.m[c][0] * x[0] + row.m[c][1] * x[1] - row.e[c] * x[2];
+                let direct = row.m[c][0] * x[0] + row.m[c][1] * x[1] + row.e[c] * x[2];
                 out.push(direct + row.b[c][0] * y[0] + row.b[c][1] * y[1]);
             }
             out.push(row.normal * y[2]);

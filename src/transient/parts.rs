@@ -9,8 +9,8 @@
 //! all others and is not treated here, nor are tangential forces. What is neglected is made good by the next iteration, whose
 //! residual comes from a product with all of W; so single precision is enough here.
 
-use super::problem::{Effort, Rho, StepProblem, StepSolution};
-use crate::contact::laws::{size, State};
+use super::problem::{node, Effort, StepProblem, StepSolution};
+use crate::contact::law::{across, Augmentation, Status, Tangent};
 use normal::{Normal, Wanted};
 use tangential::Tangential;
 
@@ -21,7 +21,7 @@ mod tangential;
 
 /// What serves the following steps on the same nodes.
 struct Parts {
-    rho: Vec<Rho>,
+    rho: Vec<Augmentation>,
     normal: Normal,
     /// Once directions are known.
     tangential: Option<Tangential>,
@@ -46,7 +46,7 @@ impl Kept {
 /// What the map says of a node.
 #[derive(Clone, Copy)]
 struct Node {
-    state: State,
+    status: Status,
     /// Direction of t − ρ u where it slips.
     d: [f64; 2],
     /// (1 − a)/(a ρ), m/N; 0 where it sticks.
@@ -144,15 +144,15 @@ pub(super) fn solve(
 
 fn solution(mut now: Iterate, seen: &Seen) -> StepSolution {
     // What is left on open nodes is below the residual.
-    for (r, _) in now.x.chunks_exact_mut(3).zip(&seen.nodes).filter(|(_, n)| n.state == State::Open) {
+    for (r, _) in now.x.chunks_exact_mut(3).zip(&seen.nodes).filter(|(_, n)| n.status == Status::Open) {
         r.fill(0.0);
     }
-    let status = seen.nodes.iter().map(|n| n.state).collect();
+    let status = seen.nodes.iter().map(|n| n.status).collect();
     StepSolution { reaction: now.x, shift: [0.0, 0.0, now.shift], response: now.y, status, residual: seen.largest }
 }
 
 /// The map at an iterate.
-fn look(p: &StepProblem<'_>, rho: &[Rho], now: &Iterate) -> Seen {
+fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
     let lack = p.total[2].map_or(0.0, |n| n - now.x[2..].iter().step_by(3).sum::<f64>());
     let (mut square, mut largest) = (lack * lack / rho.len() as f64, lack * lack);
     let nodes = (0..rho.len())
@@ -160,21 +160,21 @@ fn look(p: &StepProblem<'_>, rho: &[Rho], now: &Iterate) -> Seen {
             let r = &now.x[3 * i..3 * i + 3];
             let mut u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c]);
             u[2] += now.shift;
-            let (f, state) = p.map_with(rho[i], r, &u);
+            let at = node(r, &u);
+            let found = p.project(rho[i], &at);
+            let f = found.map(&at);
             let tangential = f[0] * f[0] + f[1] * f[1];
             square += tangential + f[2] * f[2];
             largest = largest.max(tangential).max(f[2] * f[2]);
-            let mut node = Node { state, d: [1.0, 0.0], soft: 0.0, mu: 0.0 };
-            if state == State::Slip {
-                let z = [r[0] - rho[i].tangential * u[0], r[1] - rho[i].tangential * u[1]];
-                let long = size(z);
-                node.d = [z[0] / long, z[1] / long];
-                node.mu = p.friction.coefficient(size([u[0], u[1]]) / p.step);
+            let (mut d, mut soft, mut mu) = ([1.0, 0.0], 0.0, 0.0);
+            let mut status = found.status;
+            if let (Status::Stick | Status::Slip, Tangent::Slip(slip)) = (status, found.tangent(&at, 0.0)) {
                 // Without friction nothing is left to turn: a row t_e = 0 is as good.
-                let a = (node.mu * (r[2] - rho[i].normal * u[2]) / long).max(1e-9);
-                node.soft = (1.0 - a) / (a * rho[i].tangential);
+                let creep = slip.across[1].max(1e-9 * rho[i].tangential);
+                (d, soft, mu) = (slip.direction.map(|t| -t), slip.across[0] / creep, slip.friction);
+                status = Status::Slip;
             }
-            node
+            Node { status, d, soft, mu }
         })
         .collect();
     // The larger of NaN and a number is the number: it must not pass for a small residual.
@@ -182,20 +182,16 @@ fn look(p: &StepProblem<'_>, rho: &[Rho], now: &Iterate) -> Seen {
     Seen { nodes, lack, norm: square.sqrt(), largest }
 }
 
-fn across(d: [f64; 2]) -> [f64; 2] {
-    [-d[1], d[0]]
-}
-
 impl Parts {
     fn new(p: &StepProblem<'_>, old: Option<Self>) -> Self {
-        let rho: Vec<Rho> = (0..p.nodes()).map(|i| p.rho(i)).collect();
+        let rho: Vec<Augmentation> = (0..p.nodes()).map(|i| p.rho(i)).collect();
         let spare = old.and_then(|o| o.tangential.or(o.spare));
         Self { rho, normal: Normal::default(), tangential: None, spare }
     }
 
     /// Where a load is given and no node is closed: lets the nearest one touch with that load. Whether it had to.
     fn approach(&self, p: &StepProblem<'_>, seen: &Seen, now: &mut Iterate) -> bool {
-        let Some(load) = p.total[2].filter(|_| seen.nodes.iter().all(|n| n.state == State::Open)) else {
+        let Some(load) = p.total[2].filter(|_| seen.nodes.iter().all(|n| n.status == Status::Open)) else {
             return false;
         };
         let gap = |i: usize| p.free[3 * i + 2] + now.y[3 * i + 2];
@@ -209,7 +205,7 @@ impl Parts {
         let (k, nodes, unit) = (self.rho.len(), &seen.nodes, p.matrix.unit());
         // Displacements once the reactions of open nodes are gone.
         let mut u: Vec<f64> = p.free.iter().zip(&now.y).map(|(f, y)| f + y).collect();
-        let open: Vec<usize> = (0..k).filter(|&i| nodes[i].state == State::Open).collect();
+        let open: Vec<usize> = (0..k).filter(|&i| nodes[i].status == Status::Open).collect();
         let mut lack = seen.lack;
         for c in open.iter().flat_map(|i| 3 * i..3 * i + 3) {
             let gone = std::mem::take(&mut now.x[c]);
@@ -262,15 +258,15 @@ impl Parts {
             let r = &x[3 * i..3 * i + 3];
             // In newtons, as everything here.
             let v = [u[3 * i] / unit, u[3 * i + 1] / unit];
-            match node.state {
-                State::Open => {}
-                State::Stick => {
+            match node.status {
+                Status::Open => {}
+                Status::Stick => {
                     let d = tangential.direction(i);
                     let e = across(d);
                     rhs[i] = -(e[0] * v[0] + e[1] * v[1]) as f32;
                     rhs[k + i] = -(d[0] * v[0] + d[1] * v[1]) as f32;
                 }
-                State::Slip => {
+                Status::Slip => {
                     let (d, e) = (node.d, across(node.d));
                     along[i] = (node.mu * (r[2] + f64::from(pressure[i])) - (d[0] * r[0] + d[1] * r[1])) as f32;
                     // The row of the map is (1 − a) t_e + a ρ u_e.
@@ -282,9 +278,9 @@ impl Parts {
         }
         tangential.subtract(nodes, &along, pressure, &mut rhs);
         let found = tangential.solve(nodes, &soft, &rhs, forcing, effort);
-        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.state != State::Open) {
-            let (d, along) = match node.state {
-                State::Stick => (tangential.direction(i), found[k + i]),
+        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
+            let (d, along) = match node.status {
+                Status::Stick => (tangential.direction(i), found[k + i]),
                 _ => (node.d, along[i]),
             };
             let (e, along, across) = (across(d), f64::from(along), f64::from(found[i]));
@@ -298,7 +294,8 @@ impl Parts {
 mod tests {
     use super::*;
     use crate::contact::half_space::HalfSpace;
-    use crate::contact::FrictionLaw;
+    use crate::contact::law::size;
+    use crate::friction::{Exponential, FrictionLaw};
     use crate::grid::Interface;
     use crate::model::combined_compliance;
     use crate::transient::{ContactSolver, Memory, Operator};
@@ -320,7 +317,7 @@ mod tests {
         let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
         let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
         let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
-        let falling = FrictionLaw::Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 };
+        let falling = Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 }.into();
         for (other, friction) in [
             (&steel, FrictionLaw::Constant(0.3)),
             (&hard, FrictionLaw::Constant(0.3)),
@@ -349,7 +346,7 @@ mod tests {
                     found.reaction.iter().zip(&reference.reaction).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 assert!(difference < 1e-8 * 0.25 * normal, "{friction:?}, step {step}: {difference:e} of {normal:e} N");
                 let count = |state| found.status.iter().filter(|s| **s == state).count();
-                let [open, stick, slip] = [State::Open, State::Stick, State::Slip].map(count);
+                let [open, stick, slip] = [Status::Open, Status::Stick, Status::Slip].map(count);
                 let enough = open > 10 && slip > 5 && (stick > 5 || friction == FrictionLaw::Constant(0.0));
                 assert!(enough, "{friction:?}: {open} open, {stick} in stick, {slip} in slip");
                 if step > 0 && friction.is_constant() {
@@ -400,7 +397,7 @@ mod tests {
             let guess = vec![0.0; 3 * s.len()];
             let shift = [0.0, 0.0, known];
             let found = p.solve(ContactSolver::Newton, &guess, None, shift, &mut memory, &mut effort).unwrap();
-            let closed: Vec<usize> = (0..s.len()).filter(|&i| found.status[i] != State::Open).collect();
+            let closed: Vec<usize> = (0..s.len()).filter(|&i| found.status[i] != Status::Open).collect();
             assert_eq!(closed, [40], "from a shift of {known}");
             let r = &found.reaction[120..123];
             assert!((r[2] - load).abs() < 1e-12 && (size([r[0], r[1]]) - 0.3 * load).abs() < 1e-12, "{r:?}");

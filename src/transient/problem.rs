@@ -8,8 +8,8 @@
 use super::compact::Operator;
 use super::newton::Memory;
 use super::{fixed_point, gauss_seidel, newton, parts};
-use crate::contact::laws::{natural_map, size, State};
-use crate::contact::FrictionLaw;
+use crate::contact::law::{size, Augmentation, Node, Projected, Status};
+use crate::friction::FrictionLaw;
 use crate::{Error, Result};
 
 /// How the problem of a step is solved.
@@ -63,7 +63,7 @@ pub struct StepProblem<'a> {
     pub step: f64,
     /// Prescribed totals of the reactions (tx, ty, p), N.
     pub total: [Option<f64>; 3],
-    /// Residual of a solution (largest component of [`StepProblem::map`]) relative to the normal force.
+    /// Residual of a solution (largest component of the natural map, R − Proj(R − ρ u)) relative to the normal force.
     pub tolerance: f64,
 }
 
@@ -77,16 +77,9 @@ pub struct StepSolution {
     /// W R, m, `[3k]`.
     pub response: Vec<f64>,
     /// Status of the nodes, `[k]`.
-    pub status: Vec<State>,
+    pub status: Vec<Status>,
     /// Largest component of the map, N.
     pub residual: f64,
-}
-
-/// Augmentation parameters of a node, N/m: the inverse of its own compliance.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Rho {
-    pub normal: f64,
-    pub tangential: f64,
 }
 
 impl StepProblem<'_> {
@@ -121,7 +114,7 @@ impl StepProblem<'_> {
                 reaction: vec![0.0; 3 * k],
                 shift,
                 response: vec![0.0; 3 * k],
-                status: vec![State::Open; k],
+                status: vec![Status::Open; k],
                 residual: 0.0,
             });
         }
@@ -261,38 +254,38 @@ impl StepProblem<'_> {
         (0..self.nodes()).map(|i| -self.rho(i).normal * self.free[3 * i + 2]).fold(pressed, f64::max).max(0.0)
     }
 
-    pub(super) fn rho(&self, i: usize) -> Rho {
+    /// Augmentation parameters of node `i`, N/m: the inverse of its own compliance.
+    pub(super) fn rho(&self, i: usize) -> Augmentation {
         let d = |c: usize| self.matrix.col(3 * i + c)[3 * i + c];
         // A node that cannot move along the surface has no slip either, whatever the traction.
         let tangential = d(0).max(d(1));
-        Rho { normal: 1.0 / d(2), tangential: if tangential > 0.0 { 1.0 / tangential } else { 0.0 } }
+        Augmentation { normal: 1.0 / d(2), tangential: if tangential > 0.0 { 1.0 / tangential } else { 0.0 } }
     }
 
-    /// Natural map of the laws at node `i` with the reaction `r`, N, and the displacement `u`, m: R − Proj(R − ρ u), and the status
-    /// that the projections find.
-    pub fn map(&self, i: usize, r: &[f64], u: &[f64]) -> ([f64; 3], State) {
-        self.map_with(self.rho(i), r, u)
+    /// The projections of a node with the parameters `rho`, N, m.
+    #[inline(always)]
+    pub(super) fn project(&self, rho: Augmentation, node: &Node) -> Projected {
+        node.project(rho, self.friction.coefficient(size(node.creep) / self.step))
     }
 
-    /// [`StepProblem::map`] with the parameters `rho` of the node.
-    pub(super) fn map_with(&self, rho: Rho, r: &[f64], u: &[f64]) -> ([f64; 3], State) {
-        let friction = self.friction.coefficient(size([u[0], u[1]]) / self.step);
-        let (n, [x, y], state) =
-            natural_map(r[2], [r[0], r[1]], u[2], [u[0], u[1]], rho.normal, rho.tangential, friction);
-        ([x, y, n], state)
+    /// Slope of the friction of a node by its displacement over the step, 1/m.
+    pub(super) fn slope(&self, node: &Node) -> f64 {
+        self.friction.slope(size(node.creep) / self.step) / self.step
     }
 
     /// Largest component of the map over all nodes and of the errors in the totals, N; and the status of the nodes.
-    pub fn residual(&self, reaction: &[f64], u: &[f64]) -> (f64, Vec<State>) {
+    pub fn residual(&self, reaction: &[f64], u: &[f64]) -> (f64, Vec<Status>) {
         let mut largest = self.total_error(reaction).into_iter().fold(0.0, |m: f64, e| m.max(e.abs()));
         let mut states = Vec::with_capacity(self.nodes());
         for i in 0..self.nodes() {
-            let (f, state) = self.map(i, &reaction[3 * i..3 * i + 3], &u[3 * i..3 * i + 3]);
+            let node = node(&reaction[3 * i..3 * i + 3], &u[3 * i..3 * i + 3]);
+            let found = self.project(self.rho(i), &node);
+            let f = found.map(&node);
             let most = size([f[0], f[1]]).max(f[2].abs());
             if !(most <= largest) {
                 largest = most;
             }
-            states.push(state);
+            states.push(found.status);
         }
         (largest, states)
     }
@@ -312,4 +305,10 @@ impl StepProblem<'_> {
     pub(super) fn displacement(&self, y: &[f64], shift: [f64; 3]) -> Vec<f64> {
         self.free.iter().zip(y).enumerate().map(|(k, (f, y))| f + y + shift[k % 3]).collect()
     }
+}
+
+/// A node with the reaction `r`, N, and the displacement `u`, m.
+#[inline(always)]
+pub(super) fn node(r: &[f64], u: &[f64]) -> Node {
+    Node { pressure: r[2], traction: [r[0], r[1]], gap: u[2], creep: [u[0], u[1]] }
 }

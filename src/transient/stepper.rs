@@ -11,9 +11,9 @@ use super::model::{Impact, Model};
 use super::newton::Memory;
 use super::problem::{ContactSolver, Effort, StepProblem, StepSolution};
 use super::scheme::{Modal, Scheme};
-use crate::contact::laws::State as Status;
-use crate::contact::FrictionLaw;
+use crate::contact::law::Status;
 use crate::dense::{self, dot};
+use crate::friction::FrictionLaw;
 use crate::{Error, Result};
 
 mod working;

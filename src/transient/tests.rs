@@ -2,8 +2,8 @@
 
 use super::drive::Normal;
 use super::*;
-use crate::contact::laws::State as Status;
-use crate::contact::FrictionLaw;
+use crate::contact::law::Status;
+use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use faer::Mat;
 
@@ -269,7 +269,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
     let c = steel.compliance(&s.x, &s.y).unwrap();
     let w = crate::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
     let no = Mat::<f64>::zeros(3 * s.len(), 0);
-    let falling = FrictionLaw::Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 };
+    let falling = Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 }.into();
     for friction in [FrictionLaw::Constant(0.3), falling] {
         let creep = Tangential::Creep(History::constant(0.05));
         let drive = Drive {

@@ -8,7 +8,7 @@ use num_complex::Complex;
 use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::body::modes;
 use railsqueal::body::statics::Statics;
-use railsqueal::contact::SlidingContact;
+use railsqueal::contact::{LinearContact, LinearNode, Slip, Tangent};
 use railsqueal::fem::Material;
 use railsqueal::grid::ContactGrid;
 use railsqueal::parallel::World;
@@ -46,18 +46,19 @@ fn body(world: &World, name: &str, layers: usize, young: f64) -> FeBody {
 }
 
 /// Six closed nodes in the middle of the 5 × 4 grid; forces, directions and velocities differ from node to node.
-fn contact() -> SlidingContact {
-    let nodes = vec![6, 7, 8, 11, 12, 13];
-    let turn = |i: usize| 1.4 + 0.1 * i as f64;
-    SlidingContact {
-        force: (0..6).map(|i| 6e3 + 700.0 * i as f64).collect(),
-        direction: (0..6).map(|i| [turn(i).cos(), turn(i).sin()]).collect(),
-        velocity: (0..6).map(|i| 0.1 + 0.01 * i as f64).collect(),
-        friction: vec![0.4; 6],
-        slope: vec![-0.02; 6],
-        convection: nodes.iter().map(|&n| vec![(n, SPEED / 0.05), (n - 1, -SPEED / 0.05)]).collect(),
-        nodes,
-    }
+fn contact() -> LinearContact {
+    let node = |(i, node): (usize, usize)| {
+        let turn = 1.4 + 0.1 * i as f64;
+        let (force, velocity) = (6e3 + 700.0 * i as f64, 0.1 + 0.01 * i as f64);
+        let slip = Slip::steady(force, [turn.cos(), turn.sin()], velocity, 0.4, -0.02);
+        LinearNode { node, tangent: Tangent::Slip(slip), convection: upstream(node) }
+    };
+    LinearContact { nodes: [6, 7, 8, 11, 12, 13].into_iter().enumerate().map(node).collect() }
+}
+
+/// The two-point difference.
+fn upstream(node: usize) -> Vec<(usize, f64)> {
+    vec![(node, SPEED / 0.05), (node - 1, -SPEED / 0.05)]
 }
 
 /// The lowest free modes of a body, densely: angular frequencies and mass-normalised columns.
@@ -89,7 +90,7 @@ pub fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
 }
 
 /// [K, C, M] of the whole system, unknowns (u1, u2, r), every rank: w = u1 − u2, gap change = (u2 − u1)·z with the upper body reflected in z.
-fn matrices(world: &World, all: &[FeBody], places: &[Place; 2], s: &SlidingContact) -> [Mat<f64>; 3] {
+fn matrices(world: &World, all: &[FeBody], places: &[Place; 2], s: &LinearContact) -> [Mat<f64>; 3] {
     let bodies = [0, 1].map(|b| &all[places[b].body]);
     let damping = [0, 1].map(|b| places[b].damping);
     let rows = bodies.map(|b| b.trace.dofs());
@@ -123,18 +124,19 @@ fn matrices(world: &World, all: &[FeBody], places: &[Place; 2], s: &SlidingConta
         let sign = if c == 2 { [-1.0, -1.0] } else { [1.0, -1.0] };
         [0, 1].map(|b| (first[b] + rows[b][3 * node + c] as usize, sign[b]))
     };
-    for (i, &node) in s.nodes.iter().enumerate() {
-        let t = s.direction[i];
+    for (i, &LinearNode { node, tangent, ref convection }) in s.nodes.iter().enumerate() {
+        let Tangent::Slip(slip) = tangent else { panic!("stick") };
+        let t = slip.direction;
         for p in 0..2 {
             for q in 0..2 {
-                let across = s.friction[i] * s.force[i] / s.velocity[i];
+                let across = slip.across[1] / slip.across[0];
                 let same = if p == q { 1.0 } else { 0.0 };
-                let d = across * (same - t[p] * t[q]) + s.slope[i] * s.force[i] * t[p] * t[q];
+                let d = across * (same - t[p] * t[q]) + slip.falling[p] * t[q];
                 for (row, a) in motion(node, p) {
                     for (column, b) in motion(node, q) {
                         damp[(row, column)] += a * d * b;
                     }
-                    for &(other, v) in &s.convection[i] {
+                    for &(other, v) in convection {
                         for (column, b) in motion(other, q) {
                             stiff[(row, column)] += a * d * v * b;
                         }
@@ -142,7 +144,7 @@ fn matrices(world: &World, all: &[FeBody], places: &[Place; 2], s: &SlidingConta
                 }
             }
             for (row, a) in motion(node, p) {
-                stiff[(row, n + i)] += a * s.friction[i] * t[p];
+                stiff[(row, n + i)] += a * slip.friction * t[p];
             }
         }
         for (row, a) in motion(node, 2) {
@@ -190,7 +192,7 @@ fn both(
     world: &World,
     bodies: &[FeBody],
     places: &[Place; 2],
-    s: &SlidingContact,
+    s: &LinearContact,
     tolerance: f64,
 ) -> (railsqueal::Result<FullSpectrum>, Vec<C>, [Mat<f64>; 3]) {
     let matrices = matrices(world, bodies, places, s);
@@ -207,7 +209,7 @@ fn both(
 
 const LIMIT: f64 = 40e3;
 
-fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &SlidingContact) {
+fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &LinearContact) {
     let (found, exact, matrices) = both(world, bodies, &places, s, 1e-9);
     let found = found.unwrap();
     assert!(found.shifts.len() > 1, "one shift only");
@@ -255,7 +257,7 @@ fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &SlidingCont
             worst.1 = worst.1.max(terms.iter().map(|t| t.norm()).sum());
         }
         assert!(worst.0 < 1e-9 * worst.1, "{}: residual {worst:?}", p.value);
-        for &node in &s.nodes {
+        for node in s.nodes.iter().map(|n| n.node) {
             let opening: C = (0..2).map(|b| x[first[b] + rows[b][3 * node + 2] as usize]).sum();
             assert!(opening.norm() < 1e-9 * size, "{}: node {node} opens by {opening}", p.value);
         }
@@ -352,17 +354,12 @@ fn free_modes(world: &World, body: &FeBody, count: usize) -> Vec<f64> {
 }
 
 /// Two closed nodes of the four, and two upstream of them.
-fn small_contact() -> SlidingContact {
-    let whole = contact();
-    SlidingContact {
-        nodes: vec![1, 3],
-        force: whole.force[..2].to_vec(),
-        direction: whole.direction[..2].to_vec(),
-        velocity: whole.velocity[..2].to_vec(),
-        friction: whole.friction[..2].to_vec(),
-        slope: whole.slope[..2].to_vec(),
-        convection: [1, 3].map(|n| vec![(n, SPEED / 0.05), (n - 1, -SPEED / 0.05)]).into(),
-    }
+fn small_contact() -> LinearContact {
+    let moved = |(mut n, node): (LinearNode, usize)| {
+        (n.node, n.convection) = (node, upstream(node));
+        n
+    };
+    LinearContact { nodes: contact().nodes.into_iter().zip([1, 3]).map(moved).collect() }
 }
 
 /// Ranks without any unknown, and ranks without contact rows, with real and with complex factorisations and damped modes.
@@ -400,7 +397,7 @@ pub fn backward_errors(world: &World) {
     let unknowns = k.nrows() - s.nodes.len();
     let rate = 2.0 * PI * 20e3;
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&s), rate).unwrap();
+    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&s).unwrap(), rate).unwrap();
     system.shift_to(0.8 * rate).unwrap();
     let x = system.start().unwrap();
     let ([lower, upper], pressure) = system.split(&x);

@@ -159,10 +159,11 @@ impl Model {
                 let (pair, sliding) = (model.pair(point), matrices::sliding(contact)?);
                 let spectrum = crate::stability::spectrum(wanted, &pair, &sliding, model.reach)?;
                 let mut force = [0.0; 3];
-                for ((f, t), mu) in sliding.force.iter().zip(&sliding.direction).zip(&sliding.friction) {
-                    force[0] -= mu * f * t[0];
-                    force[1] -= mu * f * t[1];
-                    force[2] -= f;
+                for (point, node) in contact.points.iter().flatten().zip(&sliding.nodes) {
+                    let (pressed, [x, y]) = (point.force.unwrap_or(0.0), node.tangent.friction());
+                    force[0] += x * pressed;
+                    force[1] += y * pressed;
+                    force[2] -= pressed;
                 }
                 Ok(Outcome { closed: sliding.nodes.len(), force, ..of(&spectrum) })
             }

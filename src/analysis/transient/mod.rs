@@ -10,7 +10,7 @@ pub use crate::output::datasets::checkpoint::refuse_other_job;
 pub use stop::Stop;
 
 use super::bodies::Bodies;
-use super::interface::{creepage, friction, normal_load};
+use super::interface::{creepage, normal_load};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
@@ -179,7 +179,7 @@ fn advance(
     let (rest, approach) = at_rest(inputs, root, &model)?;
     let settings = Settings {
         scheme,
-        friction: friction(inputs.contact),
+        friction: inputs.contact.friction,
         solver: match wanted.solver {
             TransientSolver::Newton => ContactSolver::Newton,
             TransientSolver::FixedPoint => ContactSolver::FixedPoint,
@@ -305,7 +305,7 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
         load = NormalLoad::Approach(d);
     }
     let compliance = root.pair.compliance.as_ref();
-    let (interface, friction, speed) = (&root.interface, friction(contact), contact.speed);
+    let (interface, friction, speed) = (&root.interface, contact.friction, contact.speed);
     let (pressure, traction, approach) = match inputs.wanted.start.state {
         StartState::Sliding => {
             let direction = match inputs.job.analyses.stability.as_ref().map(|s| s.direction) {

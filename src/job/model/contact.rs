@@ -1,5 +1,6 @@
 //! The contact: friction, load, creepages, patch, contact points.
 
+use crate::friction::FrictionLaw;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// Friction law: a number is Coulomb's coefficient, 0 frictionless; `{"exponential": ...}` falls with the velocity.
-    pub friction: Friction,
+    pub friction: FrictionLaw,
     /// Normal force that presses the bodies together, N. Give either this or `approach`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
@@ -76,51 +77,6 @@ pub enum Load {
     Normal(f64),
     /// Given rigid approach, m.
     Approach(f64),
-}
-
-/// Friction law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Friction {
-    /// Coulomb friction with a constant coefficient.
-    Constant(#[schemars(range(min = 0.0), extend("unit" = "1"))] f64),
-    /// Friction that falls with the sliding velocity.
-    Falling(FallingFriction),
-}
-
-/// Friction that falls with the sliding velocity.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FallingFriction {
-    /// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
-    pub exponential: ExponentialFriction,
-}
-
-/// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ExponentialFriction {
-    /// Coefficient at rest; no less than `kinetic`.
-    #[serde(rename = "static")]
-    #[schemars(range(min = 0.0), extend("unit" = "1"))]
-    pub at_rest: f64,
-    /// Coefficient in fast sliding.
-    #[schemars(range(min = 0.0), extend("unit" = "1"))]
-    pub kinetic: f64,
-    /// Velocity at which the coefficient has fallen by 63 % of the difference, m/s.
-    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
-    pub decay_velocity: f64,
-}
-
-impl std::fmt::Display for Friction {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Friction::Constant(mu) => write!(f, "{mu}"),
-            Friction::Falling(FallingFriction { exponential: e }) => {
-                write!(f, "falling from {} to {} over {} m/s", e.at_rest, e.kinetic, e.decay_velocity)
-            }
-        }
-    }
 }
 
 /// Creepages: rigid slip velocity of body 1 relative to body 2 over the rolling speed, (xi - phi y, eta + phi x).

@@ -1,9 +1,9 @@
 //! The contact rows of the linearised system: what the closed nodes do to the motion of the two bodies.
 //!
 //! With the motion y = (w, change of gap) of the contact nodes the tractions change by t = −μ τ r − D (λ + V ∂x) w, and
-//! y_n = 0 at the closed nodes.
+//! y_n = 0 at the closed nodes: all of them slide, so that there is a D ([`crate::contact::Tangent::resistance`]).
 
-use crate::contact::SlidingContact;
+use crate::contact::{LinearContact, LinearNode};
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;
@@ -26,9 +26,8 @@ pub struct Coupling {
 
 impl Coupling {
     /// The coupling of a contact.
-    pub fn new(contact: &SlidingContact) -> Self {
-        let k = contact.nodes.len();
-        let mut nodes = contact.nodes.clone();
+    pub fn new(contact: &LinearContact) -> Result<Self> {
+        let mut nodes: Vec<usize> = contact.nodes.iter().map(|n| n.node).collect();
         let mut place = |node: usize| match nodes.iter().position(|&n| n == node) {
             Some(at) => at,
             None => {
@@ -36,16 +35,19 @@ impl Coupling {
                 nodes.len() - 1
             }
         };
-        let convection = contact.convection.iter().map(|l| l.iter().map(|&(j, v)| (place(j), v)).collect()).collect();
-        let damping = (0..k).map(|i| {
-            let t = contact.direction[i];
-            let across = contact.friction[i] * contact.force[i] / contact.velocity[i];
-            let along = contact.slope[i] * contact.force[i];
-            [0, 1].map(|p| [0, 1].map(|q| across * (f64::from(u8::from(p == q)) - t[p] * t[q]) + along * t[p] * t[q]))
-        });
-        let damping = damping.collect();
-        let friction = (0..k).map(|i| contact.direction[i].map(|t| contact.friction[i] * t)).collect();
-        Self { nodes, damping, friction, convection }
+        let places = |n: &LinearNode| n.convection.iter().map(|&(j, v)| (place(j), v)).collect();
+        let convection = contact.nodes.iter().map(places).collect();
+        let resistance = contact.nodes.iter().map(|n| n.tangent.resistance()).collect::<Option<_>>();
+        let damping = resistance.ok_or_else(|| {
+            Error::Job(format!(
+                "analyses.stability.full: {} of {} closed nodes stick; the full system is for contacts that slide everywhere: \
+                 leave it out, or let them slide by a larger creepage",
+                contact.sticking(),
+                contact.nodes.len()
+            ))
+        })?;
+        let friction = contact.nodes.iter().map(|n| n.tangent.friction().map(|f| -f)).collect();
+        Ok(Self { nodes, damping, friction, convection })
     }
 
     /// Number of closed nodes, k.

@@ -8,7 +8,7 @@ pub(super) mod inverse;
 pub mod system;
 
 use crate::body::fe::{BodyModes, FeBody};
-use crate::contact::SlidingContact;
+use crate::contact::LinearContact;
 use crate::petsc::pep::{quadratic, QuadraticOptions};
 use crate::petsc::Petsc;
 use crate::progress::Progress;
@@ -103,14 +103,14 @@ pub struct FullBodies<'a, 'b> {
 pub fn spectrum<'a>(
     petsc: &'a Petsc<'a>,
     FullBodies { bodies, modes, places }: FullBodies<'a, '_>,
-    contact: &SlidingContact,
+    contact: &LinearContact,
     reduced: &[C],
     options: &FullOptions,
     progress: &mut Progress,
 ) -> Result<FullSpectrum> {
     let wedge = Wedge::new(options.max_frequency, options.damping_ratio);
     let poles: Vec<f64> = modes.iter().flat_map(|m| m.omega.iter().copied()).collect();
-    let mut system = System::new(petsc, bodies, modes, places, Coupling::new(contact), 0.5 * wedge.height)?;
+    let mut system = System::new(petsc, bodies, modes, places, Coupling::new(contact)?, 0.5 * wedge.height)?;
     let mut from = 0.0;
     let (mut discs, mut pairs, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
     while from < wedge.height {

@@ -4,7 +4,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::krylov::conjugate_gradients;
 use super::Node;
-use crate::contact::laws::State;
+use crate::contact::law::Status;
 use crate::dense::{add_columns, dot};
 use crate::transient::compact::Operator;
 use crate::transient::problem::Effort;
@@ -49,7 +49,7 @@ impl Tangential {
         let k = nodes.len();
         let limit = TURN[0].max(TURN[1] * f64::from(forcing));
         let mut changed = Vec::new();
-        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.state == State::Slip) {
+        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status == Status::Slip) {
             let (d, f) = (node.d, self.direction(i));
             if (d[0] * f[1] - d[1] * f[0]).abs() > limit || d[0] * f[0] + d[1] * f[1] < 0.0 {
                 (self.direction[0][i], self.direction[1][i]) = (d[0] as f32, d[1] as f32);
@@ -79,10 +79,10 @@ impl Tangential {
     /// The tangential unknowns, N: across at closed nodes, along where they stick. `soft` is added to the diagonal across.
     pub fn solve(&self, nodes: &[Node], soft: &[f32], rhs: &[f32], forcing: f32, effort: &mut Effort) -> Vec<f32> {
         let k = nodes.len();
-        let stick: Vec<usize> = (0..k).filter(|&i| nodes[i].state == State::Stick).collect();
+        let stick: Vec<usize> = (0..k).filter(|&i| nodes[i].status == Status::Stick).collect();
         // Inverse of the diagonal; 0 for what is no unknown.
         let mut scale = vec![0.0f32; 2 * k];
-        for (i, _) in nodes.iter().enumerate().filter(|(_, n)| n.state != State::Open) {
+        for (i, _) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
             scale[i] = 1.0 / (self.tangential[(2 * k + 1) * i] + soft[i]);
         }
         for &i in &stick {
@@ -101,7 +101,7 @@ impl Tangential {
     /// Makes the columns that are needed and not made.
     fn complete(&mut self, w: &Operator, nodes: &[Node]) {
         for (i, node) in nodes.iter().enumerate() {
-            let needed = [node.state != State::Open, node.state == State::Stick];
+            let needed = [node.status != Status::Open, node.status == Status::Stick];
             self.columns(w, i, [0, 1].map(|c| needed[c] && !self.made[c][i]));
         }
     }
@@ -200,7 +200,7 @@ impl WithSimd for Subtract<'_> {
         let pressed = self.pressure.iter().any(|q| *q != 0.0);
         for part in [0, 1] {
             for (i, node) in self.nodes.iter().enumerate() {
-                if node.state == State::Stick || (part == 0 && node.state == State::Slip) {
+                if node.status == Status::Stick || (part == 0 && node.status == Status::Slip) {
                     let own = k * part + i;
                     // The operator is symmetric: rows along of a column are the columns along in that row.
                     let row = &self.w.tangential[2 * k * own + k..][..k];

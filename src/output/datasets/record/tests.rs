@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::body::ReducedBody;
-use crate::contact::FrictionLaw;
+use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::model::ModalPair;
 use crate::output::{Reader, Segments};

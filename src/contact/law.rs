@@ -1,0 +1,464 @@
+//! The laws of Signorini and Coulomb at a node, as projections, with their derivative (`docs/theory.md`).
+//!
+//! From the pressure p and the traction t of a node, its gap and its creep there follow the projections q = max(0, p − ρ_n g) and
+//! Proj(z), z = t − ρ_t ṡ, on the disc of radius μ q; the status; the natural map, which is zero where the laws hold; and its
+//! [`Tangent`] in rows that stay regular where a node begins to slide: no law is ever divided by the velocity of sliding.
+
+/// Projection on the half-line p ≥ 0.
+pub fn project_normal(p: f64) -> f64 {
+    p.max(0.0)
+}
+
+/// |z|; without the care of `hypot` for numbers whose squares overflow, which takes longer than the rest of the laws.
+pub(crate) fn size(z: [f64; 2]) -> f64 {
+    (z[0] * z[0] + z[1] * z[1]).sqrt()
+}
+
+/// The unit vector across `direction`, a quarter turn ahead of it.
+pub fn across(direction: [f64; 2]) -> [f64; 2] {
+    [-direction[1], direction[0]]
+}
+
+pub(crate) fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// Projection on the disc of radius `radius` ≥ 0.
+pub fn project_disc(z: [f64; 2], radius: f64) -> [f64; 2] {
+    let norm = size(z);
+    if norm <= radius {
+        z
+    } else {
+        let f = radius / norm;
+        [f * z[0], f * z[1]]
+    }
+}
+
+/// Status of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// No contact.
+    Open = 0,
+    /// Contact without sliding.
+    Stick = 1,
+    /// Contact with sliding.
+    Slip = 2,
+}
+
+/// Augmentation parameters of a node, arbitrary and positive; 0 along a surface on which the node cannot move.
+#[derive(Debug, Clone, Copy)]
+pub struct Augmentation {
+    /// ρ_n, pressure per gap.
+    pub normal: f64,
+    /// ρ_t, traction per creep.
+    pub tangential: f64,
+}
+
+/// What the laws are about at a node. Stresses and nodal forces serve alike, and so do velocities and displacements over a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Node {
+    /// Pressure p.
+    pub pressure: f64,
+    /// Traction t on body 1.
+    pub traction: [f64; 2],
+    /// Gap g.
+    pub gap: f64,
+    /// Creep ṡ.
+    pub creep: [f64; 2],
+}
+
+impl Node {
+    /// The projections with the coefficient of friction `friction` at this creep.
+    #[inline(always)]
+    pub fn project(&self, rho: Augmentation, friction: f64) -> Projected {
+        let pressure = project_normal(self.pressure - rho.normal * self.gap);
+        let z = [0, 1].map(|c| self.traction[c] - rho.tangential * self.creep[c]);
+        let (length, bound) = (size(z), friction * pressure);
+        let (traction, held) = if length <= bound {
+            (z, true)
+        } else {
+            let f = bound / length;
+            ([f * z[0], f * z[1]], false)
+        };
+        let status = match held {
+            _ if pressure == 0.0 => Status::Open,
+            true => Status::Stick,
+            false => Status::Slip,
+        };
+        Projected { pressure, traction, status, z, length, friction, tangential: rho.tangential }
+    }
+}
+
+/// The projections at a node.
+#[derive(Debug, Clone, Copy)]
+pub struct Projected {
+    /// Projected pressure q.
+    pub pressure: f64,
+    /// Projected traction.
+    pub traction: [f64; 2],
+    /// The status that the projections find.
+    pub status: Status,
+    z: [f64; 2],
+    length: f64,
+    friction: f64,
+    tangential: f64,
+}
+
+impl Projected {
+    /// The natural map (x, y, n): t − Proj(z), p − q. All zero if and only if the laws hold.
+    #[inline(always)]
+    pub fn map(&self, node: &Node) -> [f64; 3] {
+        let t = [0, 1].map(|c| node.traction[c] - self.traction[c]);
+        [t[0], t[1], node.pressure - self.pressure]
+    }
+
+    /// The derivative of the map of `node`, whose friction has the slope dμ/d|ṡ| there.
+    pub fn tangent(&self, node: &Node, slope: f64) -> Tangent {
+        match self.status {
+            Status::Open => Tangent::Open,
+            // Without friction nothing sticks.
+            Status::Stick if self.friction > 0.0 => Tangent::Stick { creep: self.tangential },
+            _ => {
+                let long = self.length > 0.0;
+                let direction = if long { self.z.map(|z| -z / self.length) } else { [-1.0, 0.0] };
+                let a = if long { (self.friction * self.pressure / self.length).min(1.0) } else { 0.0 };
+                let unit = |v: f64| if v > 0.0 { node.creep.map(|s| s / v) } else { [0.0; 2] };
+                let falling = match slope {
+                    0.0 => [0.0; 2],
+                    _ => unit(size(node.creep)).map(|s| self.pressure * slope * s),
+                };
+                Tangent::Slip(Slip {
+                    direction,
+                    friction: self.friction,
+                    across: [1.0 - a, a * self.tangential],
+                    falling,
+                })
+            }
+        }
+    }
+}
+
+/// The linearised laws of a node: rows on the changes of its traction, pressure, creep and gap. A closed node keeps δg = 0,
+/// an open one δp = 0; what is said of the traction depends on the status.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tangent {
+    /// δt = 0.
+    Open,
+    /// `creep` δṡ = 0.
+    Stick {
+        /// Coefficient of the creep.
+        creep: f64,
+    },
+    /// Along and across the sliding.
+    Slip(Slip),
+}
+
+/// The rows of a sliding node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slip {
+    /// Direction of sliding τ, a unit vector, against the traction.
+    pub direction: [f64; 2],
+    /// Coefficient of friction μ: τ·δt + μ δp + `falling`·δṡ = 0.
+    pub friction: f64,
+    /// Coefficients of δt and δṡ across τ: (1 − a, a ρ) with a = μ q/|z|, or any multiple of both, as (|ṡ|, μ p) where the laws hold.
+    pub across: [f64; 2],
+    /// p dμ/d|ṡ| in the direction of the creep.
+    pub falling: [f64; 2],
+}
+
+impl Slip {
+    /// Where the laws hold: sliding along `direction` (a unit vector) at `velocity` ≥ 0 under the pressure or force `pressure`, with
+    /// the coefficient of friction `friction` and its slope there.
+    pub fn steady(pressure: f64, direction: [f64; 2], velocity: f64, friction: f64, slope: f64) -> Self {
+        let falling = direction.map(|t| pressure * slope * t);
+        Self { direction, friction, across: [velocity, friction * pressure], falling }
+    }
+}
+
+impl Tangent {
+    /// The two rows about the traction for changes of traction, pressure and creep: along and across the sliding; where nothing
+    /// slides, along x and y.
+    #[inline(always)]
+    pub fn rows(&self, traction: [f64; 2], pressure: f64, creep: [f64; 2]) -> [f64; 2] {
+        match self {
+            Tangent::Open => traction,
+            Tangent::Stick { creep: c } => creep.map(|s| c * s),
+            Tangent::Slip(s) => {
+                let e = across(s.direction);
+                [
+                    product(s.direction, traction) + s.friction * pressure + product(s.falling, creep),
+                    s.across[0] * product(e, traction) + s.across[1] * product(e, creep),
+                ]
+            }
+        }
+    }
+
+    /// Coefficients of the two rows along x and y: of the traction, of the pressure, of the creep.
+    pub fn plane(&self) -> ([[f64; 2]; 2], [f64; 2], [[f64; 2]; 2]) {
+        let unit = |c: f64| [[c, 0.0], [0.0, c]];
+        match self {
+            Tangent::Open => (unit(1.0), [0.0; 2], unit(0.0)),
+            Tangent::Stick { creep } => (unit(0.0), [0.0; 2], unit(*creep)),
+            Tangent::Slip(s) => {
+                let (d, e) = (s.direction, across(s.direction));
+                let of = |along: [f64; 2], c: f64| [0, 1].map(|p| [0, 1].map(|q| d[p] * along[q] + c * e[p] * e[q]));
+                (of(d, s.across[0]), d.map(|d| s.friction * d), of(s.falling, s.across[1]))
+            }
+        }
+    }
+
+    /// Change of the traction per change of the pressure where the creep stays: −μ τ.
+    pub fn friction(&self) -> [f64; 2] {
+        match self {
+            Tangent::Slip(s) => s.direction.map(|t| -s.friction * t),
+            _ => [0.0; 2],
+        }
+    }
+
+    /// The tractions that the creep makes, δt = −μ τ δp + Σ b f: their directions b, across the sliding first, and the coefficient c in c f + b·δṡ = 0. It is 0 where a node
+    /// sticks, and directions in which the creep makes no traction are left out.
+    pub fn yielding(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
+        let pairs = match self {
+            Tangent::Open => [None, None],
+            Tangent::Stick { .. } => [Some(([1.0, 0.0], 0.0)), Some(([0.0, 1.0], 0.0))],
+            Tangent::Slip(s) => {
+                let along = product(s.direction, s.falling);
+                let coefficient = |traction: f64, creep: f64| (creep != 0.0).then(|| traction / creep);
+                [
+                    coefficient(s.across[0], s.across[1]).map(|c| (across(s.direction), c)),
+                    coefficient(1.0, along).map(|c| (s.direction, c)),
+                ]
+            }
+        };
+        pairs.into_iter().flatten()
+    }
+}
+
+impl Tangent {
+    /// D in δt = −μ τ δp − D δṡ; none where the node sticks or is about to, and nothing bounds D.
+    pub fn resistance(&self) -> Option<[[f64; 2]; 2]> {
+        let mut d = [[0.0; 2]; 2];
+        for (b, coefficient) in self.yielding() {
+            let factor = 1.0 / coefficient;
+            if !factor.is_finite() {
+                return None;
+            }
+            (0..2).for_each(|p| (0..2).for_each(|q| d[p][q] += factor * b[p] * b[q]));
+        }
+        Some(d)
+    }
+}
+
+/// A contact linearised about a steady state, in nodal forces: its k closed nodes on an interface of n.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LinearContact {
+    /// The closed nodes, `[k]`.
+    pub nodes: Vec<LinearNode>,
+}
+
+/// A closed node of a [`LinearContact`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearNode {
+    /// Its place on the interface (rows 3i + c of the bodies).
+    pub node: usize,
+    /// The linearised laws, N, m/s.
+    pub tangent: Tangent,
+    /// V ∂/∂x at the node, which with λ makes the creep of a displacement: pairs (node, coefficient in 1/s); empty where nothing rolls.
+    pub convection: Vec<(usize, f64)>,
+}
+
+impl LinearContact {
+    /// Number of nodes that stick.
+    pub fn sticking(&self) -> usize {
+        self.nodes.iter().filter(|n| matches!(n.tangent, Tangent::Stick { .. })).count()
+    }
+
+    /// All of it as numbers, for [`LinearContact::from_numbers`].
+    pub fn numbers(&self) -> Vec<f64> {
+        let mut out = Vec::new();
+        for n in &self.nodes {
+            let (kind, values) = match n.tangent {
+                Tangent::Open => (0.0, [0.0; 7]),
+                Tangent::Stick { creep } => (1.0, [creep, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+                Tangent::Slip(Slip { direction: [a, b], friction, across: [c, d], falling: [e, f] }) => {
+                    (2.0, [a, b, friction, c, d, e, f])
+                }
+            };
+            out.extend([n.node as f64, kind]);
+            out.extend(values);
+            out.push(n.convection.len() as f64);
+            out.extend(n.convection.iter().flat_map(|&(j, v)| [j as f64, v]));
+        }
+        out
+    }
+
+    /// What [`LinearContact::numbers`] made numbers of.
+    pub fn from_numbers(numbers: &[f64]) -> Self {
+        let mut nodes = Vec::new();
+        let mut rest = numbers;
+        while let [node, kind, a, b, friction, c, d, e, f, count, tail @ ..] = rest {
+            let tangent = match *kind as u8 {
+                0 => Tangent::Open,
+                1 => Tangent::Stick { creep: *a },
+                _ => Tangent::Slip(Slip {
+                    direction: [*a, *b],
+                    friction: *friction,
+                    across: [*c, *d],
+                    falling: [*e, *f],
+                }),
+            };
+            let (terms, after) = tail.split_at((2 * *count as usize).min(tail.len()));
+            let convection = terms.chunks_exact(2).map(|t| (t[0] as usize, t[1])).collect();
+            nodes.push(LinearNode { node: *node as usize, tangent, convection });
+            rest = after;
+        }
+        Self { nodes }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Exponential, FrictionLaw};
+
+    #[test]
+    fn natural_map_vanishes_exactly_where_the_laws_hold() {
+        let at = |pressure, traction, gap, creep| {
+            let node = Node { pressure, traction, gap, creep };
+            let found = node.project(Augmentation { normal: 2.0, tangential: 3.0 }, 0.5);
+            (found.map(&node), found.status)
+        };
+        // Open, sticking, sliding against the traction.
+        assert_eq!(at(0.0, [0.0, 0.0], 1.0, [1.0, 0.0]), ([0.0; 3], Status::Open));
+        assert_eq!(at(4.0, [1.0, -1.0], 0.0, [0.0, 0.0]), ([0.0; 3], Status::Stick));
+        assert_eq!(at(4.0, [0.0, -2.0], 0.0, [0.0, 5.0]), ([0.0; 3], Status::Slip));
+        // Pressure across a gap, sliding along the traction, sliding below the bound: none may pass.
+        assert!(at(4.0, [0.0, 0.0], 0.1, [0.0, 0.0]).0[2] != 0.0);
+        assert!(at(4.0, [0.0, 2.0], 0.0, [0.0, 5.0]).0[1] != 0.0);
+        assert!(at(4.0, [0.0, -1.0], 0.0, [0.0, 0.1]).0[1] != 0.0);
+        // Adhesion and penetration neither.
+        assert!(at(-1.0, [0.0, 0.0], 0.0, [0.0, 0.0]).0[2] != 0.0);
+        assert!(at(0.0, [0.0, 0.0], -0.1, [0.0, 0.0]).0[2] != 0.0);
+    }
+
+    const RHO: Augmentation = Augmentation { normal: 2.0, tangential: 3.0 };
+
+    fn laws() -> Vec<FrictionLaw> {
+        let exponential = Exponential { at_rest: 0.4, kinetic: 0.25, decay_velocity: 0.3 };
+        vec![FrictionLaw::Constant(0.0), FrictionLaw::Constant(0.35), exponential.into()]
+    }
+
+    /// Nodes that the laws do not hold at, open, in stick and in slip, for all `laws`.
+    fn nodes() -> [(Status, Node); 4] {
+        let node = |pressure, traction, gap, creep| Node { pressure, traction, gap, creep };
+        [
+            (Status::Open, node(1.0, [0.3, -0.2], 0.8, [0.1, 0.4])),
+            (Status::Stick, node(4.0, [0.3, 0.4], -0.1, [-0.01, 0.02])),
+            (Status::Slip, node(3.0, [-0.9, 1.1], 0.05, [0.5, 0.2])),
+            (Status::Slip, node(3.0, [1.4, 0.2], -0.05, [-0.03, 0.002])),
+        ]
+    }
+
+    /// Rows of the tangent, with the normal row, against central differences of the map, for changes of everything.
+    #[test]
+    fn tangent_is_the_derivative_of_the_map() {
+        let mut seen = [0; 3];
+        for law in laws() {
+            let map = |n: &Node| {
+                let found = n.project(RHO, law.coefficient(size(n.creep)));
+                (found.map(n), found)
+            };
+            for (want, node) in nodes() {
+                let (_, found) = map(&node);
+                let want = if want == Status::Stick && law.coefficient(0.0) == 0.0 { Status::Slip } else { want };
+                assert_eq!(found.status, want, "{law:?}, {node:?}");
+                seen[found.status as usize] += 1;
+                let tangent = found.tangent(&node, law.slope(size(node.creep)));
+                let axes = match tangent {
+                    Tangent::Slip(s) => [s.direction, across(s.direction)],
+                    _ => [[1.0, 0.0], [0.0, 1.0]],
+                };
+                let (traction, pressure, creep) = tangent.plane();
+                for k in 0..6 {
+                    let unit = |j: usize| f64::from(u8::from(j == k));
+                    let h = 1e-6;
+                    let moved = |h: f64| Node {
+                        pressure: node.pressure + h * unit(0),
+                        traction: [node.traction[0] + h * unit(1), node.traction[1] + h * unit(2)],
+                        gap: node.gap + h * unit(3),
+                        creep: [node.creep[0] + h * unit(4), node.creep[1] + h * unit(5)],
+                    };
+                    let (ahead, behind) = (map(&moved(h)).0, map(&moved(-h)).0);
+                    let d = [0, 1, 2].map(|c| (ahead[c] - behind[c]) / (2.0 * h));
+                    let closed = want != Status::Open;
+                    let normal = if closed { RHO.normal * unit(3) } else { unit(0) };
+                    assert!((d[2] - normal).abs() < 1e-6, "{law:?}, {node:?}, unknown {k}: {d:?}");
+                    // The bound goes with the projected pressure, δp − ρ δg.
+                    let (t, q, s) = ([unit(1), unit(2)], unit(0) - RHO.normal * unit(3), [unit(4), unit(5)]);
+                    let rows = tangent.rows(t, q, s);
+                    for (axis, row) in axes.iter().zip(rows) {
+                        let want = axis[0] * d[0] + axis[1] * d[1];
+                        assert!(
+                            (row - want).abs() < 1e-6,
+                            "{law:?}, {node:?}, unknown {k}: {row}, by difference {want}"
+                        );
+                    }
+                    for c in 0..2 {
+                        let row = product(traction[c], t) + pressure[c] * q + product(creep[c], s);
+                        assert!((row - d[c]).abs() < 1e-6, "{law:?}, {node:?}, unknown {k}: {row}, {d:?}");
+                    }
+                }
+            }
+        }
+        assert!(seen.iter().all(|&s| s >= 2), "{seen:?}");
+    }
+
+    /// Where the laws hold the rows are those of steady sliding, and they have a limit as the sliding ends: that of stick across it.
+    #[test]
+    fn rows_of_steady_sliding_end_in_stick() {
+        let (p, mu, direction) = (3.0, 0.3, [0.6, -0.8]);
+        for velocity in [0.7, 1e-3, 0.0] {
+            let steady = Slip::steady(p, direction, velocity, mu, -0.1);
+            let node = Node {
+                pressure: p,
+                traction: direction.map(|t| -mu * p * t),
+                gap: 0.0,
+                creep: direction.map(|t| velocity * t),
+            };
+            if velocity > 0.0 {
+                let Tangent::Slip(found) = node.project(RHO, mu).tangent(&node, -0.1) else { panic!("{velocity}") };
+                let [t, s] = steady.across.map(|c| c * RHO.tangential / (mu * p + RHO.tangential * velocity));
+                assert!((found.across[0] - t).abs() < 1e-12 && (found.across[1] - s).abs() < 1e-12, "{found:?}");
+                for (a, b) in
+                    found.direction.iter().chain(&found.falling).zip(steady.direction.iter().chain(&steady.falling))
+                {
+                    assert!((a - b).abs() < 1e-12, "{found:?}, {steady:?}");
+                }
+            }
+            let yielding: Vec<_> = Tangent::Slip(steady).yielding().collect();
+            assert_eq!(yielding[0].0, [0.8, 0.6]);
+            assert!(
+                (yielding[0].1 - velocity / (mu * p)).abs() < 1e-15 && (yielding[1].1 + 1.0 / (0.1 * p)).abs() < 1e-12
+            );
+        }
+        assert_eq!(Tangent::Stick { creep: 1.0 }.yielding().map(|y| y.1).collect::<Vec<_>>(), [0.0; 2]);
+        let frictionless = Tangent::Slip(Slip::steady(p, direction, 0.5, 0.0, 0.0));
+        assert_eq!((frictionless.yielding().count(), frictionless.friction()), (0, [-0.0, 0.0]));
+    }
+
+    #[test]
+    fn numbers_keep_all_of_a_linear_contact() {
+        let slip = Tangent::Slip(Slip::steady(3.0, [0.6, -0.8], 0.2, 0.3, -0.1));
+        let node =
+            |node, tangent, convection: &[(usize, f64)]| LinearNode { node, tangent, convection: convection.to_vec() };
+        let contact = LinearContact {
+            nodes: vec![
+                node(4, slip, &[(4, 2.0), (3, -2.0)]),
+                node(7, Tangent::Stick { creep: 1.5 }, &[]),
+                node(9, Tangent::Open, &[(1, 0.5)]),
+            ],
+        };
+        assert_eq!(LinearContact::from_numbers(&contact.numbers()), contact);
+        assert_eq!(contact.sticking(), 1);
+    }
+}
