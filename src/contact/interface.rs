@@ -1,5 +1,6 @@
 //! Kinematics of the interface: creepages, and the upstream operator ∂x on its grid.
 
+use super::course::Course;
 use crate::grid::Interface;
 use faer::MatRef;
 
@@ -10,9 +11,8 @@ pub enum Stencil {
     Upwind1,
     /// Three-point backward difference, second order where w is smooth.
     Upwind2,
-    /// Second order inside the contact, and aware of its leading edge, where w is not smooth: ahead of the edge x_e both
-    /// the gap and the departure of w from its course inside grow like (x_e − x)^{3/2}. At the first closed node the
-    /// difference is therefore exact for straight lines plus anything proportional to the gap upstream (which says where
+    /// Second order inside the contact, and aware of its leading edge, where w is not smooth ([`Course`]). At the first closed node the
+    /// difference is exact for straight lines plus anything proportional to the gap upstream (which says where
     /// between the nodes the edge lies); at the second one, whose second upstream neighbour is outside, it is the two-point
     /// one. It removes most of the grid error of the others, which act as if the edge lay on a node.
     #[default]
@@ -64,23 +64,15 @@ impl Interface {
             if stencil == Stencil::Upwind1 || ix < 2 {
                 return two;
             }
-            // A three-point stencil assumes a ratio b of the departures e from a straight line at the two upstream nodes:
-            // e_{i−2} = b e_{i−1}. For a parabola they go with the square of the distance.
-            let h2 = self.x[ix] - self.x[ix - 2];
-            let smooth = (h2 / h1).powi(2);
-            let b = match contact {
-                Some((gap, closed)) if stencil == Stencil::Edge => match [closed[i], closed[i - 1], closed[i - 2]] {
-                    [true, true, true] => smooth,
-                    [true, false, false] if gap[i - 1] > 0.0 => {
-                        // Less than this no edge between the nodes would give; a corner of the surface might.
-                        (gap[i - 2] / gap[i - 1]).max((1.0 + 1.2 * (h2 - h1) / h1).powf(1.2))
-                    }
-                    _ => return two,
-                },
-                _ => smooth,
+            let h = [h1, self.x[ix] - self.x[ix - 2]];
+            let course = match contact {
+                Some((gap, closed)) if stencil == Stencil::Edge => {
+                    Course::of(h, [closed[i], closed[i - 1], closed[i - 2]], || [gap[i - 1], gap[i - 2]])
+                }
+                _ => Course::Parabola,
             };
-            let scale = 1.0 / (b * h1 - h2);
-            [(i, (b - 1.0) * scale), (i - 1, -b * scale), (i - 2, scale)]
+            let [a, b, c] = course.derivative(h);
+            [(i, a), (i - 1, b), (i - 2, c)]
         };
         Upstream { rows: (0..self.len()).map(row).collect() }
     }

@@ -6,6 +6,7 @@
 //! ṡ = c + V ∂w/∂x; |t| ≤ μp.
 
 mod candidates;
+pub(crate) mod course;
 pub mod deferred;
 pub mod half_space;
 pub mod interface;

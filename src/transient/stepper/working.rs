@@ -1,10 +1,11 @@
 //! The nodes in the problem of a step: those that touch, those around them, and what tells that others come near.
 
 use super::super::compact::Operator;
-use super::super::foot::{edge_value, support, value, Foot};
+use super::super::foot::{support, Foot};
 use super::super::model::Impact;
 use super::super::problem::StepSolution;
 use super::Stepper;
+use crate::contact::course::Course;
 use crate::dense::dot;
 use crate::{Error, Result};
 
@@ -64,31 +65,31 @@ impl Stepper<'_> {
     pub(super) fn foot_value(&self, a: usize) -> [f64; 2] {
         let ws = &self.working;
         let (line, foot) = ws.feet[a];
-        let x = &self.model.interface.x;
-        let ix = ws.nodes[a] - line;
-        let Foot::Between { left, .. } = foot else {
-            return self.course(line, foot, false);
+        let (x, gap) = (&self.model.interface.x, &self.model.interface.gap);
+        let at = |jx: usize| ws.place[line + jx];
+        let (left, travel) = match foot {
+            Foot::Node(jx) => return [0, 1].map(|c| ws.u[3 * at(jx) + c]),
+            Foot::Between { left, travel } => (left, travel),
         };
-        // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
-        let closed = [left + 1, left, left.wrapping_sub(1)]
-            .map(|jx| jx < x.len() && self.state.reaction[3 * (line + jx) + 2] > 0.0);
-        if left + 1 == ix && ix >= 2 && self.impact == Impact::Compliant && closed == [true, false, false] {
-            let near = [ix, ix - 1, ix - 2].map(|jx| line + jx);
-            let place = near.map(|j| ws.place[j]);
-            let gap = [1, 2].map(|k| self.model.interface.gap[near[k]] - self.state.approach + ws.u[3 * place[k] + 2]);
-            if gap[0] > 0.0 {
-                let distance = [x[ix] - x[ix - 1], x[ix] - x[ix - 2]];
-                let travel = self.settings.drive.speed * self.settings.scheme.step;
-                return [0, 1].map(|c| edge_value(travel, distance, place.map(|p| ws.u[3 * p + c]), gap));
-            }
+        if left == 0 {
+            let [a, b, _] = Course::Line.value(travel, [x[1] - x[0]; 2]);
+            return [0, 1].map(|c| a * ws.u[3 * at(1) + c] + b * ws.u[3 * at(0) + c]);
         }
-        self.course(line, foot, closed == [true; 3])
-    }
-
-    /// Displacement at `foot` on the line of the grid whose first node is `line`, m.
-    fn course(&self, line: usize, foot: Foot, smooth: bool) -> [f64; 2] {
-        let ws = &self.working;
-        [0, 1].map(|c| value(&self.model.interface.x, foot, smooth, |ix| ws.u[3 * ws.place[line + ix] + c]))
+        let near = [left + 1, left, left - 1];
+        let h = [1, 2].map(|k| x[near[0]] - x[near[k]]);
+        // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
+        let closed = near.map(|jx| self.state.reaction[3 * (line + jx) + 2] > 0.0);
+        let own = line + left + 1 == ws.nodes[a] && self.impact == Impact::Compliant;
+        let course = match closed {
+            // Only at its own node the gaps of the edge are known.
+            [true, false, false] if !own => Course::Line,
+            _ => Course::of(h, closed, || {
+                [1, 2].map(|k| gap[line + near[k]] - self.state.approach + ws.u[3 * at(near[k]) + 2])
+            }),
+        };
+        let weights = course.value(travel, h);
+        let place = near.map(at);
+        [0, 1].map(|c| (0..3).map(|k| weights[k] * ws.u[3 * place[k] + c]).sum())
     }
 
     /// Nodes outside the core that the solution presses into each other; those outside the working set are looked at when they may have
