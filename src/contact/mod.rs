@@ -5,6 +5,7 @@
 //! upstream neighbour of a node is the one with the smaller x; the traction t acts on body 1 and opposes the creep
 //! ṡ = c + V ∂w/∂x; |t| ≤ μp.
 
+pub(crate) mod active_set;
 mod candidates;
 pub(crate) mod course;
 pub mod deferred;

@@ -3,6 +3,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 
+use super::active_set::{settle, under};
 use super::steady::NormalLoad;
 use crate::grid::Interface;
 use crate::{Error, Result};
@@ -23,46 +24,27 @@ pub(super) struct NormalSolution {
 pub(super) fn solve_normal(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> Result<NormalSolution> {
     let n = s.len();
     let wnn = |i: usize, j: usize| w[(3 * i + 2, 3 * j + 2)];
-    let mut closed = first_guess(w, s, load);
-    let mut history = Vec::new();
-    // Each pass removes tension and adds penetration; an ordinary contact settles in some five passes, and a pass moves
-    // the border of the contact by one node at the least.
+    // An ordinary contact settles in some five passes, and a pass moves the border of the contact by one node at the least.
     let limit = 30 + s.x.len() + s.y.len();
-    let mut in_set = vec![false; n];
-    for _ in 0..limit {
+    let mut inside = vec![false; n];
+    let settled = settle(first_guess(w, s, load), limit, |closed| {
         if closed.is_empty() {
-            if matches!(load, NormalLoad::Approach(_)) {
-                return Ok(NormalSolution { closed, force: Vec::new(), approach: s_approach(load) });
+            if let NormalLoad::Approach(approach) = load {
+                return Ok((Vec::new(), (Vec::new(), approach)));
             }
-            let lowest = (0..n).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
-            closed.push(lowest);
+            closed.extend((0..n).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])));
         }
         let k = closed.len();
         let a = Mat::from_fn(k, k, |i, j| if i >= j { wnn(closed[i], closed[j]) } else { 0.0 });
         let factor = a.llt(Side::Lower).map_err(|_| not_definite())?;
-        let mut rhs = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
-        factor.solve_in_place(&mut rhs);
-        let approach = match load {
-            NormalLoad::Approach(d) => d,
-            NormalLoad::Force(f) => {
-                (f + (0..k).map(|i| rhs[(i, 1)]).sum::<f64>()) / (0..k).map(|i| rhs[(i, 0)]).sum::<f64>()
-            }
-        };
-        let force: Vec<f64> = (0..k).map(|i| approach * rhs[(i, 0)] - rhs[(i, 1)]).collect();
-
-        in_set.fill(false);
-        let mut changed = 0;
-        let mut next = Vec::with_capacity(k + k / 4);
-        for (&i, &f) in closed.iter().zip(&force) {
-            in_set[i] = true;
-            if f > 0.0 {
-                next.push(i);
-            } else {
-                changed += 1;
-            }
-        }
+        let mut solved = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
+        factor.solve_in_place(&mut solved);
+        let (force, approach) = under(load, &solved);
+        inside.fill(false);
+        closed.iter().for_each(|&i| inside[i] = true);
+        let mut next: Vec<usize> = closed.iter().zip(&force).filter(|(_, &f)| f > 0.0).map(|(&i, _)| i).collect();
         let scale = s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())) + approach.abs();
-        for (i, _) in in_set.iter().enumerate().filter(|(_, inside)| !**inside) {
+        for i in (0..n).filter(|&i| !inside[i]) {
             // Only nodes whose undeformed surfaces overlap can be pressed: deformation opens the rest, and skipping them
             // spares most of the products. (Influence entries of unlike sign would break this; the full map of the laws is
             // checked on every node at the end.)
@@ -73,26 +55,17 @@ pub(super) fn solve_normal(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) 
             let g = s.gap[i] - approach + closed.iter().zip(&force).map(|(&j, f)| col[3 * j + 2] * f).sum::<f64>();
             if g < -1e-13 * scale {
                 next.push(i);
-                changed += 1;
             }
         }
-        history.push(changed);
-        if changed == 0 {
-            return Ok(NormalSolution { closed, force, approach });
-        }
         next.sort_unstable();
-        closed = next;
-    }
-    Err(Error::NotConverged(format!(
-        "steady contact, normal problem: the set of closed nodes did not settle in {limit} iterations; \
-         nodes changed per iteration: {history:?}"
-    )))
-}
-
-fn s_approach(load: NormalLoad) -> f64 {
-    match load {
-        NormalLoad::Approach(d) => d,
-        NormalLoad::Force(_) => 0.0,
+        Ok((next, (force, approach)))
+    })?;
+    match settled {
+        Ok((closed, (force, approach))) => Ok(NormalSolution { closed, force, approach }),
+        Err(history) => Err(Error::NotConverged(format!(
+            "steady contact, normal problem: the set of closed nodes did not settle in {limit} iterations; \
+             nodes changed per iteration: {history:?}"
+        ))),
     }
 }
 

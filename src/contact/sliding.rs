@@ -6,6 +6,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
+use super::active_set::{settle, under};
 use super::interface::{Creepage, Stencil, Upstream};
 use super::law::{LinearContact, LinearNode, Slip, Tangent};
 use super::normal::solve_normal;
@@ -155,9 +156,15 @@ impl SlidingProblem<'_> {
                 }
             })
             .collect();
-        let mut history = Vec::new();
         let limit = 30 + s.x.len() + s.y.len();
-        for _ in 0..limit {
+        // W is symmetric: the row of a displacement is its column.
+        let displacement = |row: usize, reaction: &[f64]| -> f64 {
+            match w.col(row).try_as_col_major() {
+                Some(col) => dot(col.as_slice(), reaction),
+                None => w.col(row).iter().zip(reaction).map(|(a, b)| a * b).sum(),
+            }
+        };
+        let settled = settle(std::mem::take(closed), limit, |closed| {
             if closed.is_empty() {
                 return Err(Error::Job(
                     "contact.approach: the bodies do not touch; sliding needs a closed contact, increase the approach"
@@ -171,19 +178,13 @@ impl SlidingProblem<'_> {
                     + w[(3 * i + 2, 3 * j)] * ratio[j][0]
                     + w[(3 * i + 2, 3 * j + 1)] * ratio[j][1]
             });
-            let mut rhs = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
-            a.partial_piv_lu().solve_in_place(&mut rhs);
-            let approach = match self.load {
-                NormalLoad::Approach(d) => d,
-                NormalLoad::Force(f) => {
-                    (f + (0..k).map(|i| rhs[(i, 1)]).sum::<f64>()) / (0..k).map(|i| rhs[(i, 0)]).sum::<f64>()
-                }
-            };
+            let mut solved = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
+            a.partial_piv_lu().solve_in_place(&mut solved);
+            let (force, approach) = under(self.load, &solved);
             let mut reaction = vec![0.0; 3 * n];
             let mut inside = vec![false; n];
             let mut next = Vec::new();
-            for (j, &i) in closed.iter().enumerate() {
-                let p = approach * rhs[(j, 0)] - rhs[(j, 1)];
+            for (&i, &p) in closed.iter().zip(&force) {
                 inside[i] = true;
                 reaction[3 * i..3 * i + 3].copy_from_slice(&[ratio[i][0] * p, ratio[i][1] * p, p]);
                 if p > 0.0 {
@@ -197,31 +198,21 @@ impl SlidingProblem<'_> {
                         .into(),
                 ));
             }
-            let removed = k - next.len();
-            // W is symmetric: the row of a displacement is its column.
-            let displacement = |row: usize| -> f64 {
-                match w.col(row).try_as_col_major() {
-                    Some(col) => dot(col.as_slice(), &reaction),
-                    None => w.col(row).iter().zip(&reaction).map(|(a, b)| a * b).sum(),
-                }
-            };
-            let gap: Vec<f64> = (0..n).map(|i| s.gap[i] - approach + displacement(3 * i + 2)).collect();
+            let gap: Vec<f64> = (0..n).map(|i| s.gap[i] - approach + displacement(3 * i + 2, &reaction)).collect();
             let scale = approach.abs() + s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs()));
             next.extend((0..n).filter(|&i| !inside[i] && gap[i] < -1e-13 * scale));
-            let added = next.len() + removed - k;
-            history.push(removed + added);
-            if removed + added == 0 {
-                refuse_border(w, s, self.load, closed)?;
-                let tangential: Vec<[f64; 2]> =
-                    (0..n).map(|i| [displacement(3 * i), displacement(3 * i + 1)]).collect();
-                return self.solution(creep, closed, &reaction, approach, gap, tangential);
-            }
             next.sort_unstable();
-            *closed = next;
-        }
-        Err(Error::NotConverged(format!(
-            "steady sliding: the set of closed nodes did not settle in {limit} iterations; nodes changed per iteration: {history:?}"
-        )))
+            Ok((next, (reaction, gap, approach)))
+        })?;
+        let (found, (reaction, gap, approach)) = settled.map_err(|history| {
+            Error::NotConverged(format!(
+                "steady sliding: the set of closed nodes did not settle in {limit} iterations; nodes changed per iteration: {history:?}"
+            ))
+        })?;
+        *closed = found;
+        refuse_border(w, s, self.load, closed)?;
+        let tangential = (0..n).map(|i| [0, 1].map(|c| displacement(3 * i + c, &reaction))).collect();
+        self.solution(creep, closed, &reaction, approach, gap, tangential)
     }
 
     fn solution(

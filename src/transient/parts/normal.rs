@@ -4,6 +4,7 @@ use faer::linalg::solvers::{DenseSolveCore, PartialPivLu, Solve};
 use faer::Mat;
 
 use super::krylov::conjugate_gradients;
+use crate::contact::active_set::settle;
 use crate::dense::add_columns;
 use crate::transient::problem::Effort;
 
@@ -110,32 +111,32 @@ impl Normal {
         effort: &mut Effort,
     ) -> Option<(Vec<f32>, f32)> {
         let k = gap.len();
-        let (mut pressure, mut approach) = (vec![0.0f32; k], 0.0f32);
         let mut now = gap.to_vec();
-        let mut before = None;
-        for _ in 0..10 {
-            let mut open: Vec<usize> = (0..k).filter(|&i| pressure[i] * gaps[(k + 1) * i] - now[i] <= 0.0).collect();
-            if open.len() == k {
-                // Without a load nothing touches; with one the nearest nodes do.
-                load?;
-                let nearest = (0..k).min_by(|&a, &b| now[a].total_cmp(&now[b]))?;
-                open.retain(|&i| i != nearest);
+        let (mut pressure, mut approach) = (vec![0.0f32; k], 0.0f32);
+        let nearer_than = |now: &[f32]| (0..k).min_by(|&a, &b| now[a].total_cmp(&now[b]));
+        let pressed = |pressure: &[f32], now: &[f32]| -> Vec<usize> {
+            (0..k).filter(|&i| pressure[i] * gaps[(k + 1) * i] - now[i] > 0.0).collect()
+        };
+        let settled = settle(pressed(&pressure, &now), 10, |closed| {
+            if closed.is_empty() {
+                // Without a load nothing touches; with one the nearest node does.
+                load.ok_or(())?;
+                closed.extend(nearer_than(&now));
             }
-            if before.as_ref() == Some(&open) {
-                return Some((pressure, approach));
-            }
+            let mut open: Vec<usize> = (0..k).filter(|i| closed.binary_search(i).is_err()).collect();
             open.iter().for_each(|&i| pressure[i] = 0.0);
             response(gaps, gap, &pressure, approach, &mut now);
             let mut wanted: Vec<f32> = now.iter().map(|g| -g).collect();
             open.iter().for_each(|&i| wanted[i] = 0.0);
             let total = load.map(|n| n - pressure.iter().sum::<f32>());
-            let (change, nearer) = self.press(gaps, open.clone(), Wanted { gap: wanted, total }, 0.05, effort);
+            let (change, nearer) =
+                self.press(gaps, std::mem::take(&mut open), Wanted { gap: wanted, total }, 0.05, effort);
             pressure.iter_mut().zip(&change).for_each(|(p, c)| *p += c);
             approach += nearer;
             response(gaps, gap, &pressure, approach, &mut now);
-            before = Some(open);
-        }
-        None
+            Ok::<_, ()>((pressed(&pressure, &now), ()))
+        });
+        matches!(settled, Ok(Ok(_))).then_some((pressure, approach))
     }
 }
 
