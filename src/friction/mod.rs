@@ -63,6 +63,7 @@ macro_rules! laws {
 
 laws! {
     Exponential: exponential, "mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).";
+    Rational: rational, "mu(v) = kinetic + (static - kinetic) / (1 + v / half_velocity).";
 }
 
 impl FrictionLaw {

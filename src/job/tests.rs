@@ -206,7 +206,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
             "contact.friction=rough".into(),
             vec!["friction: found the string \"rough\", expected a number ≥ 0 or an object with the key \"exponential\""],
         ),
-        ("contact.friction={}".into(), vec!["contact.friction.exponential: missing; expected an object"]),
+        ("contact.friction={}".into(), vec!["contact.friction: give exactly one of the keys \"exponential\", \"rational\""]),
         ("contact.friction={\"exponentail\":{}}".into(), vec!["exponentail: unknown key; did you mean \"exponential\"?"]),
         (
             "contact.friction.exponential={\"static\":0.4,\"kinetic\":0.3}".into(),

@@ -240,6 +240,28 @@ fn falling_friction_drives_and_loss_factors_damp() {
     assert!(constant.1 > 0.0 && falling.1 > constant.1 + 1.0 && damped.1 < 0.0, "{rates:?}");
 }
 
+/// A law that has fallen by half at 0.1 m/s drives as the exponential one does, and a rising one is refused by its key.
+#[test]
+fn the_rational_law_falls_too() {
+    let mut job = sliding([0.03, 0.02]);
+    let mut rates = Vec::new();
+    for friction in [json!(0.325), json!({ "rational": { "static": 0.4, "kinetic": 0.25, "half_velocity": 0.1 } })] {
+        job["contact"]["friction"] = friction;
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "run", &[]).good();
+        rates.push(numbers(&folder.path("job.h5"), "stability/growth_rate")[0]);
+        let rising = [
+            "--force",
+            "--set",
+            "contact.friction={\"rational\":{\"static\":0.2,\"kinetic\":0.3,\"half_velocity\":1}}",
+        ];
+        folder
+            .call(1, "run", &rising)
+            .failed(2, &["contact.friction.rational.kinetic: found 0.3", "at most static (0.2)"]);
+    }
+    assert!(rates[1] > rates[0] + 1.0, "{rates:?}");
+}
+
 /// Exchanging the bodies and turning all creepages round changes no eigenvalue; neither does the number of ranks.
 #[test]
 fn exchanged_bodies_have_the_same_spectrum() {
