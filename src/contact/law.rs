@@ -74,13 +74,13 @@ impl Node {
         let pressure = project_normal(self.pressure - rho.normal * self.gap);
         let z = [0, 1].map(|c| self.traction[c] - rho.tangential * self.creep[c]);
         let (length, bound) = (size(z), friction * pressure);
-        let (traction, held) = if length <= bound {
+        let (traction, sticks) = if length <= bound {
             (z, true)
         } else {
             let f = bound / length;
             ([f * z[0], f * z[1]], false)
         };
-        let status = match held {
+        let status = match sticks {
             _ if pressure == 0.0 => Status::Open,
             true => Status::Stick,
             false => Status::Slip,

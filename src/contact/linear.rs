@@ -62,14 +62,14 @@ impl NormalBlock {
 /// The influence matrix of the closed nodes alone in single precision, for the products of GMRES: they are bound by memory,
 /// and a Newton step needs no more digits. What the rounding leaves in the response is removed by computing it afresh.
 #[derive(Default)]
-pub(super) struct Compact {
+pub(super) struct ClosedInfluence {
     /// Closed nodes (indices into the candidates).
     pub closed: Vec<usize>,
     /// Row after row: row `3i + r` is row r of the closed node i, `[3k, 3k]`.
     kt: Option<Vec<f32>>,
 }
 
-impl Compact {
+impl ClosedInfluence {
     /// Makes the matrix that of `closed`; where the set is the same, only the rows of the candidates `changed`.
     pub fn update(&mut self, c: &Candidates, closed: &[usize], changed: &[usize]) {
         let k = closed.len();
@@ -117,7 +117,7 @@ fn gather(c: &Candidates, closed: &[usize], i: usize, kt: &mut [f32]) {
 }
 
 /// A Newton step.
-pub(super) struct Step {
+pub(super) struct NewtonStep {
     /// Change of the stresses, `[3m]`.
     pub dx: Vec<f64>,
     /// Change of the approach.
@@ -127,13 +127,13 @@ pub(super) struct Step {
 }
 
 /// The linearised map at an iterate. Unknowns `[3k + 1]`: (δtx, δty, δp) of the closed nodes, then δδ.
-pub(super) struct Linear<'a> {
+pub(super) struct NewtonSystem<'a> {
     c: &'a Candidates,
     law: Law<'a>,
     closed: &'a [usize],
     tangents: Vec<Tangent>,
     normal: &'a NormalBlock,
-    compact: &'a Compact,
+    compact: &'a ClosedInfluence,
     lines: Vec<Line>,
     rhs: Vec<f64>,
 }
@@ -145,9 +145,15 @@ struct Line {
     factor: PartialPivLu<f64>,
 }
 
-impl<'a> Linear<'a> {
+impl<'a> NewtonSystem<'a> {
     /// Linearises at `now` with the closed nodes `compact.closed`, for which `normal` has been updated too.
-    pub fn new(c: &'a Candidates, law: Law<'a>, now: &Iterate, normal: &'a NormalBlock, compact: &'a Compact) -> Self {
+    pub fn new(
+        c: &'a Candidates,
+        law: Law<'a>,
+        now: &Iterate,
+        normal: &'a NormalBlock,
+        compact: &'a ClosedInfluence,
+    ) -> Self {
         let closed = &compact.closed[..];
         let k = closed.len();
         let mut tangents = Vec::with_capacity(k);
@@ -192,7 +198,7 @@ impl<'a> Linear<'a> {
     }
 
     /// Solves to the relative residual `tolerance`; None when that fails badly.
-    pub fn solve(&self, tolerance: f64, effort: &mut Effort) -> Option<Step> {
+    pub fn solve(&self, tolerance: f64, effort: &mut Effort) -> Option<NewtonStep> {
         let k = self.closed.len();
         let solved = gmres(&self.rhs, tolerance, 200, |r| self.precondition(r), |v| self.apply(v));
         effort.products += solved.products;
@@ -210,7 +216,7 @@ impl<'a> Linear<'a> {
         for a in (0..self.c.nodes.len()).filter(|&a| !inside[a]) {
             dy[3 * a + 2] = dot(self.c.row(3 * a + 2), &dx) + self.c.by_approach[a] * dd;
         }
-        Some(Step { dx, dd, dy })
+        Some(NewtonStep { dx, dd, dy })
     }
 
     /// Linearised map of `v`, and the change of creep and gap of the closed nodes.

@@ -11,7 +11,7 @@
 
 use super::candidates::Candidates;
 use super::law::{Augmentation, Node};
-use super::linear::{Compact, Linear, NormalBlock, Step};
+use super::linear::{ClosedInfluence, NewtonStep, NewtonSystem, NormalBlock};
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::{Error, Result};
 
@@ -107,7 +107,7 @@ pub(super) fn solve(
         target,
         factor: 1.0,
         normal: NormalBlock::default(),
-        compact: Compact::default(),
+        compact: ClosedInfluence::default(),
         effort,
         trace: Vec::new(),
     };
@@ -166,7 +166,7 @@ struct Run<'a, 'p> {
     /// Part of the creepage that is applied.
     factor: f64,
     normal: NormalBlock,
-    compact: Compact,
+    compact: ClosedInfluence,
     effort: &'a mut Effort,
     /// Residuals so far.
     trace: Vec<f64>,
@@ -227,7 +227,7 @@ impl Run<'_, '_> {
             self.normal.update(self.problem, c, &closed)?;
             self.compact.update(c, &closed, &stale);
             stale.clear();
-            let linear = Linear::new(c, self.law, &now, &self.normal, &self.compact);
+            let linear = NewtonSystem::new(c, self.law, &now, &self.normal, &self.compact);
             let Some(step) = linear.solve(forcing, self.effort) else { return Ok(None) };
             let Some(found) = self.search(c, &now, &step) else { return Ok(None) };
             now = found;
@@ -244,7 +244,7 @@ impl Run<'_, '_> {
     }
 
     /// Line search on the norm of the map; the best trial where none is good.
-    fn search(&self, c: &Candidates, now: &Iterate, step: &Step) -> Option<Iterate> {
+    fn search(&self, c: &Candidates, now: &Iterate, step: &NewtonStep) -> Option<Iterate> {
         let mut best: Option<Iterate> = None;
         let mut t = 1.0;
         for _ in 0..8 {

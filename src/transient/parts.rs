@@ -20,7 +20,7 @@ mod start;
 mod tangential;
 
 /// What serves the following steps on the same nodes.
-struct Parts {
+struct Operators {
     rho: Vec<Augmentation>,
     normal: Normal,
     /// Once directions are known.
@@ -32,8 +32,8 @@ struct Parts {
 /// The parts, and others whose memory can be used again.
 #[derive(Default)]
 pub(super) struct Kept {
-    parts: Option<Parts>,
-    old: Option<Parts>,
+    parts: Option<Operators>,
+    old: Option<Operators>,
 }
 
 impl Kept {
@@ -91,7 +91,7 @@ pub(super) fn solve(
         y
     };
     let Kept { parts, old } = memory;
-    let parts = parts.get_or_insert_with(|| Parts::new(p, old.take()));
+    let parts = parts.get_or_insert_with(|| Operators::new(p, old.take()));
     if parts.rho.iter().any(|r| !(r.tangential > 0.0 && r.normal.is_finite())) {
         return Err((x, shift));
     }
@@ -182,7 +182,7 @@ fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
     Seen { nodes, lack, norm: square.sqrt(), largest }
 }
 
-impl Parts {
+impl Operators {
     fn new(p: &StepProblem<'_>, old: Option<Self>) -> Self {
         let rho: Vec<Augmentation> = (0..p.nodes()).map(|i| p.rho(i)).collect();
         let spare = old.and_then(|o| o.tangential.or(o.spare));
@@ -226,18 +226,16 @@ impl Parts {
         let wanted = Wanted { gap, total: p.total[2].map(|_| lack as f32) };
         let (pressure, nearer) = self.normal.press(p.matrix.gaps(), open, wanted, forcing, effort);
         now.shift -= unit * f64::from(nearer);
-        self.slide(p, seen, &u, &pressure, &mut now.x, forcing, effort);
+        self.slide(p, seen, (&u, &pressure), &mut now.x, forcing, effort);
         now.x[2..].iter_mut().step_by(3).zip(&pressure).for_each(|(x, q)| *x += f64::from(*q));
     }
 
     /// Newton's step on the tractions of `x` at the displacements `u`, while the pressures change by `pressure`.
-    #[allow(clippy::too_many_arguments)]
     fn slide(
         &mut self,
         p: &StepProblem<'_>,
         seen: &Seen,
-        u: &[f64],
-        pressure: &[f32],
+        (u, pressure): (&[f64], &[f32]),
         x: &mut [f64],
         forcing: f32,
         effort: &mut Effort,

@@ -9,15 +9,18 @@ use super::energy::Energy;
 use super::foot::{feet, Foot};
 use super::model::{Impact, Model};
 use super::newton::Memory;
-use super::problem::{ContactSolver, Effort, StepProblem, StepSolution};
+use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::{Modal, Scheme};
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
 use crate::friction::FrictionLaw;
 use crate::{Error, Result};
 
+mod found;
 mod working;
 
+use found::{End, Met};
+pub use found::{Fields, Posed, Report};
 use working::{Outside, Working};
 
 /// Steps that the first guess of the next one is extrapolated from.
@@ -55,58 +58,6 @@ pub struct State {
     pub creep: [f64; 2],
     /// Energies.
     pub energy: Energy,
-}
-
-/// What a step found besides the state.
-#[derive(Debug, Clone, Default)]
-pub struct Report {
-    /// Force on body 1 (x, y, z), N.
-    pub force: [f64; 3],
-    /// Moment about the common normal of the tractions on body 1, N·m.
-    pub moment_z: f64,
-    /// Closed nodes.
-    pub closed: usize,
-    /// Those of them that stick.
-    pub stick: usize,
-    /// Residual of the contact laws, N.
-    pub residual: f64,
-    /// Work of the solver.
-    pub effort: Effort,
-}
-
-/// The contact problem of a step, see [`super::StepProblem`].
-#[derive(Debug, Clone, Copy)]
-pub struct Posed<'a> {
-    /// Its nodes, `[k]`.
-    pub nodes: &'a [usize],
-    /// W, m/N, columns, `[3k][3k]`.
-    pub matrix: &'a [f64],
-    /// (dx, dy, g) at R = 0, m, `[3k]`.
-    pub free: &'a [f64],
-}
-
-/// Fields of a step on all nodes.
-#[derive(Debug, Clone)]
-pub struct Fields {
-    /// Pressure, Pa, `[n]`.
-    pub pressure: Vec<f64>,
-    /// Traction on body 1, Pa, `[n][2]`.
-    pub traction: Vec<[f64; 2]>,
-    /// Creep velocity over the last step, m/s, `[n][2]`; 0 away from the contact.
-    pub creep: Vec<[f64; 2]>,
-    /// 0 open, 1 stick, 2 slip, `[n]`.
-    pub state: Vec<u8>,
-}
-
-/// Status and slip of the nodes that were in the core of the last step; the working set may be another one since.
-#[derive(Default)]
-struct Met {
-    /// `[k]`.
-    nodes: Vec<usize>,
-    /// `[k]`.
-    status: Vec<Status>,
-    /// Over the step, m, `[k][2]`.
-    slip: Vec<f64>,
 }
 
 /// Advances a [`State`] in time.
@@ -310,7 +261,7 @@ impl<'a> Stepper<'a> {
         }
         let mut effort = Effort::default();
         let mut rounds = 0;
-        let (solution, response, free, modal, (q, v)) = loop {
+        let end = loop {
             let ws = &self.working;
             let core = ws.core;
             let rows = ws.rows();
@@ -357,7 +308,8 @@ impl<'a> Stepper<'a> {
                     .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
                     .collect();
                 self.posed = b;
-                break (solution, response, free, modal, (q, v));
+                let approach = if total[2].is_some() { -solution.shift[2] } else { approach };
+                break End { solution, response, free, modal, q, v, approach };
             }
             rounds += 1;
             if rounds > 50 {
@@ -370,23 +322,13 @@ impl<'a> Stepper<'a> {
             core.extend(entering);
             self.gather(core)?;
         };
-        self.take(solution, response, free, (q, v), modal, total, approach, effort);
+        self.take(end, total, effort);
         self.shrink()
     }
 
-    /// Takes the solution of a step into the state.
-    #[allow(clippy::too_many_arguments)]
-    fn take(
-        &mut self,
-        solution: StepSolution,
-        response: Vec<f64>,
-        free: Vec<f64>,
-        (q, v): (Vec<f64>, Vec<f64>),
-        modal: Vec<f64>,
-        total: [Option<f64>; 3],
-        approach: f64,
-        effort: Effort,
-    ) {
+    /// Takes the end of a step into the state; `total` says which forces were prescribed.
+    fn take(&mut self, end: End, total: [Option<f64>; 3], effort: Effort) {
+        let End { solution, response, free, modal, q, v, approach } = end;
         let h = self.settings.scheme.step;
         let gamma = self.modal.gamma();
         let core = self.working.core;
@@ -395,7 +337,6 @@ impl<'a> Stepper<'a> {
             reaction[3 * self.working.nodes[a]..][..3].copy_from_slice(r);
         }
         self.modal_now = Some(modal);
-        let approach = if total[2].is_some() { -solution.shift[2] } else { approach };
         let u: Vec<f64> = free.iter().zip(&response).map(|(f, r)| f + r).collect();
 
         // Energy: mean reactions of the step times what moved.

@@ -93,9 +93,9 @@ impl Normal {
             Mat::from_fn(open.len(), open.len(), |i, j| inverse[k * open[j] + open[i]]).partial_piv_lu()
         });
         // Forces on the gaps of open nodes that keep their pressures at 0.
-        let held = shut.solve(&Mat::from_fn(self.open.len(), 1, |i, _| -out[self.open[i]]));
+        let closing = shut.solve(&Mat::from_fn(self.open.len(), 1, |i, _| -out[self.open[i]]));
         for (a, &j) in self.open.iter().enumerate() {
-            out.iter_mut().zip(&self.inverse[k * j..][..k]).for_each(|(o, w)| *o += w * held[(a, 0)]);
+            out.iter_mut().zip(&self.inverse[k * j..][..k]).for_each(|(o, w)| *o += w * closing[(a, 0)]);
         }
         self.open.iter().for_each(|&i| out[i] = 0.0);
         out

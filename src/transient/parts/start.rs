@@ -1,7 +1,7 @@
 //! Reactions to begin with where nothing is known, in single precision and without products with all of W: the pressures without
 //! friction, then the tractions under these pressures.
 
-use super::{look, Iterate, Parts};
+use super::{look, Iterate, Operators};
 use crate::transient::problem::{Effort, StepProblem};
 
 /// Newton steps on the tractions, and the share of the first residual below which the pressures have to follow.
@@ -11,7 +11,7 @@ const ENOUGH: f64 = 0.02;
 const FORCING: f32 = 0.3;
 
 /// Reactions and the shift of the gaps; not the response.
-pub(super) fn start(parts: &mut Parts, p: &StepProblem<'_>, shift: f64, effort: &mut Effort) -> Iterate {
+pub(super) fn start(parts: &mut Operators, p: &StepProblem<'_>, shift: f64, effort: &mut Effort) -> Iterate {
     let (w, size) = (p.matrix, p.matrix.size());
     let unit = w.unit();
     let mut now = Iterate { x: vec![0.0; size], shift, y: vec![0.0; size] };
@@ -38,7 +38,7 @@ pub(super) fn start(parts: &mut Parts, p: &StepProblem<'_>, shift: f64, effort: 
         }
         let before = now.x.clone();
         let u: Vec<f64> = p.free.iter().zip(&now.y).map(|(f, y)| f + y).collect();
-        parts.slide(p, &seen, &u, &still, &mut now.x, FORCING, effort);
+        parts.slide(p, &seen, (&u, &still), &mut now.x, FORCING, effort);
         let change: Vec<f32> = now.x.iter().zip(&before).map(|(a, b)| (a - b) as f32).collect();
         respond(&mut now, &w.pulled(&change));
     }
