@@ -5,8 +5,8 @@
 //! With `--graded 1` the cylinder is crowned and `--size` is that of the elements in a contact patch of 14 mm by 14 mm.
 //! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver.
 
-use railsqueal::fem::dofs::DofMap;
 use railsqueal::fem::assembly::Operators;
+use railsqueal::fem::dofs::DofMap;
 use railsqueal::fem::Material;
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::mesh::distribute::{distribute, MeshPart};

@@ -62,14 +62,13 @@ impl FeBody {
         fixed: &[String],
     ) -> Result<Self> {
         world.on_root(|| match mesh {
-            Some(m) => {
-                fixed.iter().try_for_each(|g| m.require_group(g, &format!("bodies.{name}.fixed: the mesh")))
-            }
+            Some(m) => fixed.iter().try_for_each(|g| m.require_group(g, &format!("bodies.{name}.fixed: the mesh"))),
             None => Err(Error::Defect("no mesh on rank 0".into())),
         })?;
         let part = distribute(world, mesh)?;
         let dofs = DofMap::new(world, &part, fixed);
-        let operators = Operators::new(world, &part, &dofs, &material).map_err(|e| e.context(format!("body \"{name}\"")))?;
+        let operators =
+            Operators::new(world, &part, &dofs, &material).map_err(|e| e.context(format!("body \"{name}\"")))?;
         let ghosts = Exchange::new(world, &dofs.ranges, &columns(&part, &dofs));
         // Local ghosts are ascending, so are the exchange's: the fetched values are in the order of `node_ids`.
         let node_ghosts = Exchange::new(world, &part.ranges, &part.node_ids);

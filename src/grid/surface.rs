@@ -256,7 +256,15 @@ mod tests {
     /// Exchanges two neighbouring nodes of the grid in all cells.
     fn twist(mesh: &mut Mesh, grid: &ContactGrid) {
         let (a, b) = (grid.nodes[2], grid.nodes[3]);
-        mesh.cells = mesh.cells.renumbered(|n| if n == a { b } else if n == b { a } else { n });
+        mesh.cells = mesh.cells.renumbered(|n| {
+            if n == a {
+                b
+            } else if n == b {
+                a
+            } else {
+                n
+            }
+        });
     }
 
     #[test]

@@ -95,9 +95,9 @@ impl Cells {
 
     /// All cells in order.
     pub fn iter(&self) -> impl Iterator<Item = Cell<'_>> + Clone {
-        self.blocks.iter().flat_map(|b| {
-            b.nodes.chunks_exact(b.kind.nodes()).map(move |nodes| Cell { kind: b.kind, nodes })
-        })
+        self.blocks
+            .iter()
+            .flat_map(|b| b.nodes.chunks_exact(b.kind.nodes()).map(move |nodes| Cell { kind: b.kind, nodes }))
     }
 
     /// The nodes of all cells, one after the other.

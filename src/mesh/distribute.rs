@@ -43,7 +43,9 @@ fn node_graph(mesh: &Mesh) -> (Vec<usize>, Vec<u32>) {
     let n = mesh.nodes.len();
     let pairs = || {
         let at = |nodes: &[u32], i: u8| nodes[i as usize] as usize;
-        mesh.cells.iter().flat_map(move |c| c.kind.topology().edges.iter().map(move |&[a, b]| (at(c.nodes, a), at(c.nodes, b))))
+        mesh.cells
+            .iter()
+            .flat_map(move |c| c.kind.topology().edges.iter().map(move |&[a, b]| (at(c.nodes, a), at(c.nodes, b))))
     };
     let mut start = vec![0usize; n + 1];
     for (a, b) in pairs() {
@@ -272,7 +274,8 @@ pub fn distribute(world: &World, mesh: Option<&Mesh>) -> Result<MeshPart> {
     let mut rest = &cell_nodes[..];
     for block in blocks.chunks_exact(2) {
         let kind = u8::try_from(block[0]).ok().and_then(CellKind::of_vtk);
-        let kind = kind.ok_or_else(|| Error::Defect(format!("cells of no known kind, {}, were distributed", block[0])))?;
+        let kind =
+            kind.ok_or_else(|| Error::Defect(format!("cells of no known kind, {}, were distributed", block[0])))?;
         let (nodes, others) = rest.split_at(kind.nodes() * block[1] as usize);
         nodes.chunks_exact(kind.nodes()).for_each(|nodes| cells.push(kind, nodes));
         rest = others;

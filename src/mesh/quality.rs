@@ -24,11 +24,14 @@ pub fn determinant(j: &[[f64; 3]; 3]) -> f64 {
 
 /// Smallest and largest Jacobian determinant over the nodes and the centre of a cell with nodes at `x` (m, `[nodes][3]`), m³.
 pub fn jacobian_range(kind: CellKind, x: &[[f64; 3]]) -> [f64; 2] {
-    kind.reference_nodes().iter().chain([&kind.centre()]).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &at| {
-        let det = determinant(&jacobian(x, &kind.shape(at)));
-        // Not a number anywhere, not a number in all.
-        [if det < low || det.is_nan() { det } else { low }, high.max(det)]
-    })
+    kind.reference_nodes().iter().chain([&kind.centre()]).fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[low, high], &at| {
+            let det = determinant(&jacobian(x, &kind.shape(at)));
+            // Not a number anywhere, not a number in all.
+            [if det < low || det.is_nan() { det } else { low }, high.max(det)]
+        },
+    )
 }
 
 /// Volume of a cell with nodes at `x` (m, `[nodes][3]`), m³.

@@ -335,7 +335,8 @@ fn bar(world: &World, name: &str, free_end: f64) -> FeBody {
     let cell = |i: usize| if free_end > 0.0 { nx - 1 - i } else { i };
     let face = |i: usize, k: usize| [id(i, 0, k), id(i + 1, 0, k), id(i + 1, 1, k), id(i, 1, k)];
     group(&mut mesh, "contact", &[face(cell(0), nz)]);
-    let held: Vec<[u32; 4]> = (3..nx).flat_map(|i| (0..=nz).map(move |k| (i, k))).map(|(i, k)| face(cell(i), k)).collect();
+    let held: Vec<[u32; 4]> =
+        (3..nx).flat_map(|i| (0..=nz).map(move |k| (i, k))).map(|(i, k)| face(cell(i), k)).collect();
     group(&mut mesh, "foot", &held);
     let end = if free_end > 0.0 { 0.4 - 0.025 } else { 0.025 };
     for p in &mut mesh.nodes {

@@ -2,7 +2,7 @@
 //! for stress analysis", Int. J. Numer. Meth. Engng 10 (1976) 1211–1219. It represents bending exactly on parallelepipeds
 //! and, with the Jacobian of the incompatible part taken at the centre, passes the patch test on distorted meshes.
 
-use super::{strain_column, stress_of, Element, inverse, to_space};
+use super::{inverse, strain_column, stress_of, to_space, Element};
 use crate::fem::Material;
 use crate::mesh::quality::{determinant, jacobian};
 use crate::mesh::reference::HEX_CORNERS;

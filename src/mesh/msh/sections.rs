@@ -276,7 +276,10 @@ impl Raw {
             let kind = c.int("the type of an element block")?;
             let n = c.size("the number of elements of a block")?;
             let Some(&(_, nodes, type_dim, name)) = TYPES.iter().find(|t| t.0 == kind) else {
-                return Err(c.error_at(at, format!("element type {kind}; expected {} (and {} on the boundary)", cells(), facets())));
+                return Err(c.error_at(
+                    at,
+                    format!("element type {kind}; expected {} (and {} on the boundary)", cells(), facets()),
+                ));
             };
             if type_dim != dim {
                 return Err(c.error_at(
@@ -294,7 +297,10 @@ impl Raw {
             if dim == 2 && facet.is_none() && self.surfaces.contains_key(&entity) {
                 return Err(c.error_at(
                     at,
-                    format!("{n} elements of type {kind}, {name}, in a physical group; expected {} on the boundary", facets()),
+                    format!(
+                        "{n} elements of type {kind}, {name}, in a physical group; expected {} on the boundary",
+                        facets()
+                    ),
                 ));
             }
             count = count.saturating_add(n);
