@@ -11,6 +11,7 @@ use std::time::Instant;
 use num_complex::Complex;
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::statics::Statics;
+use railsqueal::body::FullSystem;
 use railsqueal::contact::{Creepage, LinearContact, NormalLoad, SlidingDirection, SlidingProblem, Stencil};
 use railsqueal::fem::Material;
 use railsqueal::friction::FrictionLaw;
@@ -60,7 +61,8 @@ fn main() {
         export(&world, &path, &bodies, &contact).unwrap();
     }
     let places = [0, 1].map(|body| Place::rayleigh(body, DAMPING));
-    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&contact).unwrap(), HEIGHT).unwrap();
+    let systems: Vec<&dyn FullSystem> = bodies.iter().map(|b| b as &dyn FullSystem).collect();
+    let mut system = System::new(&petsc, &systems, &[], &places, Coupling::new(&contact).unwrap(), HEIGHT).unwrap();
     let order = world.sum_u64(system.n_local() as u64);
     let (start, start_cpu) = (Instant::now(), cpu());
     let shift = system.shift_to(HEIGHT).unwrap();
@@ -159,7 +161,7 @@ fn export(world: &World, path: &str, bodies: &[FeBody], s: &LinearContact) -> st
     let unit = bodies.iter().map(|b| b.operators.stiffness.max_abs(world)).fold(0.0, f64::max);
     let mut matrices: [Vec<Row>; 3] = [0, 1, 2].map(|_| vec![Row::new(); n + k]);
     for b in 0..2 {
-        let (stiffness, mass) = (&bodies[b].operators.stiffness, &bodies[b].operators.mass);
+        let (stiffness, mass) = (bodies[b].stiffness(), bodies[b].mass());
         for i in 0..sizes[b] as usize {
             let row = first[b] as usize + i;
             for (p, matrix, factor) in

@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use railsqueal::contact::half_space::HalfSpace;
+use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;

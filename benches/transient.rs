@@ -17,8 +17,8 @@ use std::time::Instant;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use railsqueal::body::ReducedBody;
-use railsqueal::contact::half_space::HalfSpace;
+use railsqueal::body::half_space::HalfSpace;
+use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, Stencil};
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
@@ -195,7 +195,8 @@ fn half_spaces() {
         residual: residual.as_ref(),
         modes: modes.as_ref(),
         omega: &omega,
-        damping: &damping,
+        stiffness: ModalMatrix::squares(&omega),
+        damping: damping.into(),
         load: &[],
     };
     let creepage = Creepage { lateral: 0.006, ..Creepage::default() };
@@ -248,8 +249,8 @@ fn read(path: &str) -> Case {
         };
         let omega = list(&format!("/reduced/{name}/omega"));
         let [alpha, beta] = ["alpha", "beta"].map(|k| number(&format!("/bodies/{name}/damping/{k}")));
-        let damping = omega.iter().map(|w| alpha + beta * w * w).collect();
-        ReducedBody { omega, damping, contact_modes: matrix("contact_modes"), compliance: matrix("compliance") }
+        let damping: Vec<f64> = omega.iter().map(|w| alpha + beta * w * w).collect();
+        ReducedBody::new(omega, damping, matrix("contact_modes"), matrix("compliance"))
     };
     let pair = ModalPair::new(&body("lower"), &body("upper")).expect("pair");
     let creepage = |c: &str| number(&format!("/contact/creepage/{c}"));

@@ -2,7 +2,7 @@
 //! R = 0.5 m, E = 205 GPa, ν = 0.3, μ = 0.3. Prints one table per case: grid size, then F_x/μN and F_y/μN for each stencil.
 //! Grids by argument (nodes per contact radius), default 6 8 10 12 16 20 24.
 
-use railsqueal::contact::half_space::HalfSpace;
+use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;

@@ -2,7 +2,7 @@
 //! independent solution by marching in time.
 
 use faer::Mat;
-use railsqueal::contact::half_space::HalfSpace;
+use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;

@@ -3,8 +3,8 @@
 use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
-use railsqueal::body::ReducedBody;
-use railsqueal::contact::half_space::HalfSpace;
+use railsqueal::body::half_space::HalfSpace;
+use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
     Creepage, LinearContact, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip, Stencil, Tangent,
 };
@@ -13,6 +13,8 @@ use railsqueal::grid::Interface;
 use railsqueal::model::ModalPair;
 use railsqueal::stability::reduced::{eigenpairs, participation, Eigenpair};
 use railsqueal::Error;
+
+mod rotated;
 
 const PI: f64 = std::f64::consts::PI;
 const TOLERANCE: f64 = 1e-10;
@@ -26,12 +28,7 @@ fn near(got: f64, want: f64, relative: f64, what: &str) {
 
 /// A counter-body that does not move, with `n` contact nodes.
 fn rigid(n: usize) -> ReducedBody {
-    ReducedBody {
-        omega: vec![],
-        damping: vec![],
-        contact_modes: Mat::zeros(3 * n, 0),
-        compliance: Mat::zeros(3 * n, 3 * n),
-    }
+    ReducedBody::new(vec![], vec![], Mat::zeros(3 * n, 0), Mat::zeros(3 * n, 3 * n))
 }
 
 fn single(omega: Vec<f64>, damping: Vec<f64>, contact_modes: Mat<f64>, residual: Mat<f64>) -> ModalPair {
@@ -46,7 +43,7 @@ fn single(omega: Vec<f64>, damping: Vec<f64>, contact_modes: Mat<f64>, residual:
         residual[(i, j)] + (0..omega.len()).map(modal).sum::<f64>()
     });
     let n = residual.nrows() / 3;
-    ModalPair::new(&ReducedBody { omega, damping, contact_modes, compliance: c }, &rigid(n)).unwrap()
+    ModalPair::new(&ReducedBody::new(omega, damping, contact_modes, c), &rigid(n)).unwrap()
 }
 
 /// Hultén's oscillator: two masses, each pressed through a spring on a belt that rubs the other one: contact 1 has the massless
@@ -202,8 +199,8 @@ fn body(material: HalfSpace, s: &Interface, frequencies: &[f64], offset: f64) ->
             }
         }
     }
-    let damping = omega.iter().map(|w| 1.0 + 1e-7 * w * w).collect();
-    ReducedBody { omega, damping, contact_modes, compliance }
+    let damping: Vec<f64> = omega.iter().map(|w| 1.0 + 1e-7 * w * w).collect();
+    ReducedBody::new(omega, damping, contact_modes, compliance)
 }
 
 const LOWER: [f64; 6] = [310.0, 420.0, 430.0, 700.0, 1130.0, 1500.0];
@@ -365,7 +362,7 @@ fn eigenpairs_satisfy_the_original_equations() {
                 .map(|(j, c)| rhs[(3 * j + c, 0)] * b.modes[(3 * contact.nodes[j].node + c, mode)])
                 .sum();
             let q = pair.modal[mode];
-            let own = (l * l + l * b.damping[mode] + b.omega[mode].powi(2)) * q;
+            let own = (l * l + l * b.damping.get(mode, mode) + b.omega[mode].powi(2)) * q;
             let size = (l.norm_sqr() + b.omega[mode].powi(2)) * pair.modal.iter().map(|q| q.norm()).fold(0.0, f64::max);
             assert!((own - force).norm() < 1e-6 * size, "mode {mode} at {l}: {own} against {force}");
         }
@@ -459,4 +456,51 @@ fn an_open_contact_and_one_beyond_the_interface_are_refused() {
     contact.nodes[3].node = s.len();
     assert!(matches!(eigenpairs(&b, &contact, TOLERANCE), Err(Error::Defect(_))));
     assert!(matches!(eigenpairs(&b, &LinearContact::default(), TOLERANCE), Err(Error::Job(_))));
+}
+
+/// Full modal matrices say the same as the diagonal ones of the same bodies.
+#[test]
+fn the_spectrum_does_not_depend_on_the_coordinates() {
+    let s = interface(4);
+    let (lower, upper) =
+        (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
+    let b = ModalPair::new(&lower, &upper).unwrap();
+    let (turned, q) = rotated::rotated(&b);
+    // The residual follows from the full stiffness as well.
+    let whole = ModalPair::new(
+        &ReducedBody {
+            stiffness: of_body(&turned.stiffness, 0),
+            damping: of_body(&turned.damping, 0),
+            contact_modes: &lower.contact_modes * block(&q, 0, lower.omega.len()),
+            ..lower.clone()
+        },
+        &ReducedBody {
+            stiffness: of_body(&turned.stiffness, 1),
+            damping: of_body(&turned.damping, 1),
+            contact_modes: &upper.contact_modes * block(&q, lower.omega.len(), upper.omega.len()),
+            ..upper.clone()
+        },
+    )
+    .unwrap();
+    let largest = b.residual.norm_max();
+    assert!((&whole.residual - &b.residual).norm_max() < 1e-10 * largest);
+    assert!((&whole.modes - &turned.modes).norm_max() < 1e-14 * b.modes.norm_max());
+    let wanted = spectrum(&s, &b, 0.35, [0.001, 0.012, 0.0]);
+    for other in [&turned, &whole] {
+        let found = spectrum(&s, other, 0.35, [0.001, 0.012, 0.0]);
+        assert_eq!(found.len(), wanted.len());
+        for w in wanted.iter().filter(|w| w.value.im > 0.0) {
+            let nearest = found.iter().map(|f| (f.value - w.value).norm()).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-9 * w.value.norm(), "{} is missing by {nearest:e}", w.value);
+        }
+    }
+}
+
+/// The block of one body.
+fn of_body(matrix: &ModalMatrix, body: usize) -> ModalMatrix {
+    ModalMatrix::Blocks(vec![matrix.blocks().swap_remove(body)])
+}
+
+fn block(q: &Mat<f64>, first: usize, n: usize) -> Mat<f64> {
+    Mat::from_fn(n, n, |i, j| q[(first + i, first + j)])
 }

@@ -1,8 +1,8 @@
 //! The transient against closed forms, against the steady and the linear analyses, and its solvers against each other.
 
 use faer::Mat;
-use railsqueal::body::ReducedBody;
-use railsqueal::contact::half_space::HalfSpace;
+use railsqueal::body::half_space::HalfSpace;
+use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
     Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
 };
@@ -12,6 +12,8 @@ use railsqueal::model::ModalPair;
 use railsqueal::stability::reduced::eigenpairs;
 use railsqueal::transient::drive::{Drive, History, Normal, Tangential};
 use railsqueal::transient::{ContactSolver, Model, Scheme, Settings, State, Stepper};
+
+mod rotated;
 
 const PI: f64 = std::f64::consts::PI;
 
@@ -56,7 +58,8 @@ fn a_rigid_mass_thrown_on_a_rigid_plane_sticks_and_loses_its_kinetic_energy() {
             residual: residual.as_ref(),
             modes: modes.as_ref(),
             omega: &[0.0],
-            damping: &[0.0],
+            stiffness: vec![0.0].into(),
+            damping: vec![0.0].into(),
             load: &load,
         };
         let mut start = State::at_rest(&model, &[0.0; 27], 0.0);
@@ -108,7 +111,8 @@ fn an_elastic_bar_rebounds_after_two_passages_of_the_wave() {
             residual: residual.as_ref(),
             modes: modes.as_ref(),
             omega: &omega,
-            damping: &damping,
+            stiffness: ModalMatrix::squares(&omega),
+            damping: damping.clone().into(),
             load: &[],
         };
         let mut start = State::at_rest(&model, &[0.0; 27], 0.0);
@@ -145,7 +149,8 @@ fn without_contact_and_damping_the_energy_is_constant() {
         residual: residual.as_ref(),
         modes: modes.as_ref(),
         omega: &omega,
-        damping: &[0.0; 3],
+        stiffness: ModalMatrix::squares(&omega),
+        damping: vec![0.0; 3].into(),
         load: &[],
     };
     let start = State::at_rest(&model, &[0.0; 27], 0.0).shaken(7, 0.02);
@@ -166,7 +171,9 @@ fn half_spaces(material: HalfSpace, s: &Interface) -> Mat<f64> {
 
 /// Only static compliance: no modes.
 fn quasi_static<'a>(s: &'a Interface, w: &'a Mat<f64>, none: &'a Mat<f64>) -> Model<'a> {
-    Model { interface: s, residual: w.as_ref(), modes: none.as_ref(), omega: &[], damping: &[], load: &[] }
+    let nothing = ModalMatrix::from(Vec::new());
+    let (stiffness, damping) = (nothing.clone(), nothing);
+    Model { interface: s, residual: w.as_ref(), modes: none.as_ref(), omega: &[], stiffness, damping, load: &[] }
 }
 
 /// CONTACT's example of Cattaneo's shift that turns into Carter's rolling (mm, unit shear modulus): ν = 0.28, N = 0.4705, μ = 0.4013,
@@ -307,9 +314,8 @@ impl Squeal {
             (0..3).map(|k| contact_modes[(i, k)] * contact_modes[(j, k)] / omega[k].powi(2)).sum::<f64>()
         };
         let compliance = Mat::from_fn(3 * n, 3 * n, |i, j| local[(i, j)] + modal(i, j));
-        let lower = ReducedBody { omega, damping: vec![damping; 3], contact_modes, compliance };
-        let upper =
-            ReducedBody { omega: vec![], damping: vec![], contact_modes: Mat::zeros(3 * n, 0), compliance: local };
+        let lower = ReducedBody::new(omega, vec![damping; 3], contact_modes, compliance);
+        let upper = ReducedBody::new(vec![], vec![], Mat::zeros(3 * n, 0), local);
         let pair = ModalPair::new(&lower, &upper).unwrap();
         Self { interface, pair, mu: 0.3, speed: 10.0, load: 40e3 }
     }
@@ -585,4 +591,38 @@ fn energy_is_balanced_to_the_order_of_the_scheme() {
 
         assert!(balance.windows(2).all(|w| w[0] / w[1] > 1.6), "θ = {theta}, swing {swing}: balances {balance:?}");
     }
+}
+
+/// Full modal matrices move the contact as the diagonal ones of the same bodies do, and keep the balance of energy.
+#[test]
+fn the_motion_does_not_depend_on_the_coordinates() {
+    let squeal = Squeal::new(9, 40.0);
+    let (pair, q) = rotated::rotated(&squeal.pair);
+    let turned = Squeal { pair, interface: squeal.interface.clone(), ..squeal };
+    let creepage = Creepage { lateral: 0.006, ..Creepage::default() };
+    let rolling = squeal.rolling(creepage);
+    let settings = squeal.settings(creepage, NormalLoad::Approach(rolling.approach), 1e-5, ContactSolver::Newton);
+    let start = |s: &Squeal| s.rest(&rolling.pressure, &rolling.traction, rolling.approach);
+    let mut one = start(&squeal);
+    let kick = [0.02, -0.01, 0.03];
+    one.v.copy_from_slice(&kick);
+    let mut two = start(&turned);
+    two.v = (0..3).map(|j| (0..3).map(|i| q[(i, j)] * kick[i]).sum()).collect();
+    let mut one = Stepper::new(squeal.model(), settings.clone(), one).unwrap();
+    let mut two = Stepper::new(turned.model(), settings, two).unwrap();
+    for step in 0..400 {
+        one.advance().unwrap();
+        two.advance().unwrap();
+        let (a, b) = (one.state(), two.state());
+        let largest = a.reaction.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+        let apart = a.reaction.iter().zip(&b.reaction).fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
+        assert!(apart < 1e-7 * largest, "step {step}: reactions differ by {apart:e} of {largest:e} N");
+    }
+    let (a, b) = (one.state().energy, two.state().energy);
+    for (x, y, what) in
+        [(a.damping, b.damping, "damping"), (a.elastic, b.elastic, "elastic"), (a.kinetic, b.kinetic, "kinetic")]
+    {
+        near(y, x, 1e-6, what);
+    }
+    assert!(a.damping > 0.0 && (a.residual() - b.residual()).abs() < 1e-6 * a.damping.max(a.kinetic), "{a:?} {b:?}");
 }

@@ -1,19 +1,18 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
 use super::report::Summary;
-use crate::body::fe::FeBody;
-use crate::body::statics::Statics;
-use crate::body::Side;
+use crate::body::elements::{Elements, Method};
+use crate::body::fe::{BodyModes, FeBody};
+use crate::body::{Body, Fields, FullSystem, Side};
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
 use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
 use crate::mesh::cylinder::{self, CylinderSpec};
 use crate::mesh::{msh, Mesh};
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
-use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
-use crate::Result;
+use crate::{Error, Result};
 
 /// A place, lower or upper, and the body that fills it.
 pub struct Place {
@@ -32,11 +31,11 @@ pub struct Place {
 }
 
 /// The bodies of a job.
-pub struct Bodies {
+pub struct Bodies<'p> {
     /// The places, lower first.
     pub places: Vec<Place>,
-    /// The finite-element bodies that differ; empty when no analysis needs them.
-    pub unique: Vec<FeBody>,
+    /// The bodies that differ; empty when no analysis needs them.
+    pub unique: Vec<Box<dyn Body + 'p>>,
 }
 
 /// A mesh on rank 0, with its contact grid where it has one.
@@ -45,14 +44,15 @@ pub(super) struct Meshed {
     pub(super) grid: Option<ContactGrid>,
 }
 
-impl Bodies {
+impl<'p> Bodies<'p> {
     /// No bodies, where what they give comes from elsewhere.
     pub fn none() -> Self {
         Self { places: Vec::new(), unique: Vec::new() }
     }
 
     /// Collective: meshes, distributes and assembles the bodies of the job.
-    pub fn build(world: &World, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
+    pub fn build(petsc: &'p Petsc<'p>, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
+        let world = petsc.world();
         progress.stage("meshing");
         let given = job.bodies();
         let meshed =
@@ -96,40 +96,64 @@ impl Bodies {
                 fe.dofs.total(),
                 volume * fe.material.density
             ));
-            bodies.unique.push(fe);
+            let method = match job.solver.linear {
+                LinearSolver::Mumps => Method::Direct,
+                LinearSolver::Gamg => Method::Iterative,
+            };
+            bodies.unique.push(Box::new(Elements::new(petsc, fe, method)));
         }
         Ok(bodies)
     }
 
     /// Collective: factorises, or prepares to iterate with, the stiffness of each body.
-    pub fn solvers<'p>(
-        &'p self,
-        petsc: &'p Petsc<'p>,
-        job: &Job,
-        progress: &mut Progress,
-        summary: &mut Summary,
-    ) -> Result<Vec<Statics<'p>>> {
-        let mut solvers = Vec::new();
-        for body in &self.unique {
-            let solver = match job.solver.linear {
-                LinearSolver::Mumps => {
-                    progress.stage(format!("factorisation, body {}", body.name));
-                    Statics::direct(petsc, body)?
-                }
-                LinearSolver::Gamg => {
-                    progress.stage(format!("multigrid, body {}", body.name));
-                    Statics::iterative(petsc, body)?
-                }
-            };
-            summary.value(&format!("solver of {}", body.name), solver.describe());
-            solvers.push(solver);
+    pub fn factorise(&mut self, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<()> {
+        let doing = match job.solver.linear {
+            LinearSolver::Mumps => "factorisation",
+            LinearSolver::Gamg => "multigrid",
+        };
+        for body in &mut self.unique {
+            progress.stage(format!("{doing}, body {}", body.name()));
+            if let Some(made) = body.factorise()? {
+                summary.value(&format!("solver of {}", body.name()), made);
+            }
         }
-        Ok(solvers)
+        Ok(())
+    }
+
+    /// Frees the mode shapes.
+    pub fn forget_shapes(&mut self) {
+        self.unique.iter_mut().filter_map(|b| b.fields_mut()).for_each(|f| drop(f.replace_shapes(None)));
+    }
+
+    /// The motions of the body with this index in [`Bodies::unique`] on its mesh.
+    pub fn fields(&self, body: usize) -> Result<&dyn Fields> {
+        let found = self.unique.get(body).and_then(|b| b.fields());
+        found.ok_or_else(|| Error::Defect("motions on a mesh are asked for of a body without one".into()))
+    }
+
+    /// The matrices of each of [`Bodies::unique`].
+    pub fn full_systems(&self) -> Result<Vec<&dyn FullSystem>> {
+        let missing = || Error::Defect("matrices are asked for of a body without them".into());
+        self.unique.iter().map(|b| b.full_system().ok_or_else(missing)).collect()
+    }
+
+    /// The mode shapes of each of [`Bodies::unique`]; none where they were not computed.
+    pub fn shapes(&self) -> Vec<&BodyModes> {
+        self.unique.iter().filter_map(|b| b.fields()?.shapes()).collect()
+    }
+
+    /// The mode shapes of the body with this index in [`Bodies::unique`].
+    pub fn shapes_of(&self, body: usize) -> Result<&BodyModes> {
+        self.fields(body)?.shapes().ok_or_else(|| Error::Defect("a body has no mode shapes".into()))
     }
 
     /// The places' shares of the meshes, for writing.
     pub fn parts(&self) -> Vec<BodyPart<'_>> {
-        self.places.iter().map(|p| BodyPart { part: &self.unique[p.body].part, upper: p.side == Side::Upper }).collect()
+        let part = |p: &Place| {
+            let part = self.unique.get(p.body)?.fields()?.mesh();
+            Some(BodyPart { part, upper: p.side == Side::Upper })
+        };
+        self.places.iter().filter_map(part).collect()
     }
 
     /// On rank 0: the contact grid of the body with this index in [`Bodies::unique`].

@@ -4,8 +4,7 @@
 use super::bodies::Bodies;
 use super::stability::Found;
 use super::{run::Run, RunOptions};
-use crate::body::fe::{BodyModes, FeBody};
-use crate::body::statics::Statics;
+use crate::body::{Fields, FullSystem};
 use crate::job;
 use crate::model::ModalPair;
 use crate::output::{companion, BodyPart, FieldKind, FieldSpec, Sequence, SequenceFile, Table};
@@ -45,15 +44,14 @@ struct Energy {
 pub(super) fn run(
     run: &mut Run,
     stability: &job::Stability,
-    (bodies, modes): (&Bodies, &[BodyModes]),
-    solvers: &mut [Statics],
+    bodies: &Bodies,
     reduced: Option<(&Found, &ModalPair)>,
     full: Option<&FullResult>,
 ) -> Result<()> {
     let world = run.world();
     let shapes = match full {
         Some(full) => of_full(full, reduced, stability.shapes as usize),
-        None => of_reduced(world, bodies, modes, solvers, reduced, stability.shapes as usize)?,
+        None => of_reduced(world, bodies, reduced, stability.shapes as usize)?,
     };
     if shapes.is_empty() {
         return Ok(());
@@ -93,8 +91,6 @@ fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usiz
 fn of_reduced(
     world: &World,
     bodies: &Bodies,
-    modes: &[BodyModes],
-    solvers: &mut [Statics],
     reduced: Option<(&Found, &ModalPair)>,
     least: usize,
 ) -> Result<Vec<Shape>> {
@@ -108,6 +104,7 @@ fn of_reduced(
         _ => Vec::new(),
     };
     let count = world.broadcast(vec![chosen.len() as u64])[0] as usize;
+    let systems = bodies.full_systems()?;
     let mut shapes = Vec::new();
     for i in 0..count {
         let on_root = world.on_root(|| {
@@ -125,7 +122,7 @@ fn of_reduced(
         let mut first = 0;
         for place in 0..2 {
             let index = bodies.places[place].body;
-            let (body, phi) = (&bodies.unique[index], &modes[index].vectors);
+            let (body, phi) = (bodies.fields(index)?, &bodies.shapes_of(index)?.vectors);
             // Reactions on all contact rows of this body in its lower form.
             let part = |of: fn(&C) -> f64| -> Vec<f64> {
                 let Some((forces, _, _, model, contact)) = &on_root else { return Vec::new() };
@@ -135,11 +132,11 @@ fn of_reduced(
                 }
                 bodies.places[place].side.turned(&all)
             };
-            let re = body.response(world, &mut solvers[index], &part(|f| f.re))?;
-            let im = body.response(world, &mut solvers[index], &part(|f| f.im))?;
+            let re = body.statics(&part(|f| f.re), 1)?;
+            let im = body.statics(&part(|f| f.im), 1)?;
             let mut u: Vec<C> = re.into_iter().zip(im).map(|(re, im)| C::new(re, im)).collect();
             let mut mu = vec![C::default(); u.len()];
-            body.operators.mass.operator(world).apply(world, &u, &mut mu);
+            systems[index].mass().operator(world).apply(world, &u, &mut mu);
             let products: Vec<C> = phi.iter().map(|p| p.iter().zip(&mu).map(|(p, m)| p * m).sum()).collect();
             let products = world.sum_all(&products);
             for (k, (p, statics)) in phi.iter().zip(products).enumerate() {
@@ -147,8 +144,11 @@ fn of_reduced(
                 u.iter_mut().zip(p).for_each(|(u, p)| *u += amplitude * p);
             }
             if let Some((_, _, _, model, _)) = &on_root {
-                damping[place] =
-                    (first..first + phi.len()).map(|k| model.damping[k] * modal[k].norm_sqr()).sum::<f64>();
+                // Bodies do not couple: with the amplitudes of one alone the form is that of its own damping.
+                let span = first..first + phi.len();
+                let own: Vec<C> =
+                    modal.iter().enumerate().map(|(k, q)| if span.contains(&k) { *q } else { C::default() }).collect();
+                damping[place] = model.damping.form(&own);
             }
             first += phi.len();
             motion[place] = u;
@@ -158,18 +158,19 @@ fn of_reduced(
     Ok(shapes)
 }
 
-fn fe(bodies: &Bodies, place: usize) -> &FeBody {
-    &bodies.unique[bodies.places[place].body]
+/// The motions of the body in a place.
+fn fields<'a>(bodies: &'a Bodies, place: usize) -> Result<&'a dyn Fields> {
+    bodies.fields(bodies.places[place].body)
 }
 
 /// Collective: uᴴ M u and uᴴ K u.
-fn forms(world: &World, body: &FeBody, u: &[C]) -> (f64, f64) {
+fn forms(world: &World, body: &dyn FullSystem, u: &[C]) -> (f64, f64) {
     let product = |matrix: &crate::petsc::csr::DistCsr| {
         let mut au = vec![C::default(); u.len()];
         matrix.operator(world).apply(world, u, &mut au);
         world.sum(u.iter().zip(&au).map(|(u, a)| (u.conj() * a).re).sum())
     };
-    (product(&body.operators.mass), product(&body.operators.stiffness))
+    (product(body.mass()), product(body.stiffness()))
 }
 
 /// Collective. Multiplying the equation of motion with conj(λ) uᴴ gives, exactly,
@@ -179,11 +180,12 @@ fn energy(world: &World, bodies: &Bodies, nodes: &[u64], shape: &Shape) -> Resul
     let mut sizes = [0.0; 2];
     let mut contact = [[0.0; 2]; 2];
     let mut work = C::default();
+    let systems = bodies.full_systems()?;
     for place in 0..2 {
-        let body = fe(bodies, place);
+        let body = systems[bodies.places[place].body];
         let (m, k) = forms(world, body, &shape.motion[place]);
         sizes[place] = square * m + k;
-        let u = body.trace.everywhere(world, &shape.motion[place]);
+        let u = body.trace().everywhere(world, &shape.motion[place]);
         for (i, &node) in nodes.iter().enumerate() {
             for c in 0..3 {
                 let turned = bodies.places[place].side.sign(c);
@@ -283,9 +285,10 @@ fn write<'w>(
     for (number, shape) in shapes.iter().enumerate() {
         let mut at_nodes: Vec<[Vec<f64>; 2]> = Vec::new();
         for place in 0..2 {
+            let body = fields(bodies, place)?;
             let part = |of: fn(&C) -> f64| {
                 let u: Vec<f64> = shape.motion[place].iter().map(of).collect();
-                fe(bodies, place).at_nodes(world, &u).into_flattened()
+                body.at_nodes(&u).into_flattened()
             };
             at_nodes.push([part(|v| v.re), part(|v| v.im)]);
         }

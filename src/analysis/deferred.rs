@@ -2,12 +2,10 @@
 
 use super::bodies::Bodies;
 use super::run::Run;
-use crate::body::fe::FeBody;
-use crate::body::statics::Statics;
+use crate::body::Fields;
 use crate::contact::kernel;
 use crate::contact::{DeferredSteady, SteadyProblem, SteadySolution};
 use crate::grid::ContactGrid;
-use crate::parallel::World;
 use crate::{Error, Result};
 
 /// Sets of reactions after which the correction counts as not converging.
@@ -28,25 +26,21 @@ pub struct Found {
 
 /// Collective: solves `problem`, which rank 0 holds with a compliance near that of the bodies, for the bodies themselves.
 /// The residual of the solution is that of their displacement, from static solves whose error is [`FORCING`] of `tolerance`.
-pub fn solve(
-    run: &mut Run,
-    problem: Option<&SteadyProblem>,
-    tolerance: f64,
-    bodies: &Bodies,
-    solvers: &mut [Statics],
-) -> Result<Found> {
+pub fn solve(run: &mut Run, problem: Option<&SteadyProblem>, tolerance: f64, bodies: &Bodies) -> Result<Found> {
     let world = run.world();
+    let all = (0..bodies.unique.len()).map(|b| bodies.fields(b)).collect::<Result<Vec<&dyn Fields>>>()?;
+    let effort = || all.iter().map(|b| b.iterations()).sum::<usize>();
     let mut deferred = problem.map(|p| DeferredSteady::new(p.clone()));
     let finest = FORCING * tolerance;
-    let mut u: Vec<Vec<f64>> = bodies.places.iter().map(|p| vec![0.0; bodies.unique[p.body].dofs.owned()]).collect();
+    let mut u: Vec<Vec<f64>> = bodies.places.iter().map(|p| vec![0.0; all[p.body].len()]).collect();
     let mut accuracy = FIRST.max(finest);
     let mut residuals = Vec::new();
     for step in 0..MAX_CORRECTIONS {
         let reactions = world.on_root(|| held(&mut deferred)?.propose())?.unwrap_or_default();
         loop {
-            let before: usize = solvers.iter().map(Statics::iterations).sum();
-            let product = displaced(world, bodies, solvers, &reactions, &mut u, accuracy)?;
-            let iterations = solvers.iter().map(Statics::iterations).sum::<usize>() - before;
+            let before = effort();
+            let product = displaced(bodies, &all, &reactions, &mut u, accuracy)?;
+            let iterations = effort() - before;
             let judged = world.on_root(|| held(&mut deferred)?.judge(product))?;
             let residual = world.max(judged.as_ref().map_or(0.0, |j| j.residual));
             run.progress.note(format!(
@@ -59,10 +53,9 @@ pub fn solve(
                 break;
             }
             if accuracy <= finest {
-                let all: usize = solvers.iter().map(Statics::iterations).sum();
                 run.summary.value(
                     "corrections of the compliance",
-                    format!("{}, {all} iterations of static solvers", step + 1),
+                    format!("{}, {} iterations of static solvers", step + 1, effort()),
                 );
                 return Ok(Found { solution: judged, displacements: u });
             }
@@ -83,45 +76,41 @@ fn held<'a, 'p>(deferred: &'a mut Option<DeferredSteady<'p>>) -> Result<&'a mut 
 
 /// Collective: displacement of the contact rows (x, y, n), m/N, `[3][3n]` on rank 0, under unit forces (x, y, n) on the middle node
 /// of the contact `grid`, which rank 0 has.
-pub fn probe(world: &World, body: &FeBody, grid: Option<&ContactGrid>, solver: &mut Statics) -> Result<[Vec<f64>; 3]> {
-    let mut loads = Vec::new();
-    for k in 0..3 {
-        let force = grid.map_or(Vec::new(), |g| {
-            let mut force = vec![0.0; 3 * g.nodes.len()];
-            force[3 * kernel::middle(&g.x, &g.y) + k] = 1.0;
-            force
-        });
-        loads.extend(body.load(world, &force));
-    }
-    let mut u = vec![0.0; loads.len()];
-    solver.improve(&mut u, &loads, 3, FIRST)?;
-    let owned = body.dofs.owned();
-    Ok([0, 1, 2].map(|k| body.trace.at(world, &u[k * owned..(k + 1) * owned])))
+pub fn probe(body: &dyn Fields, grid: Option<&ContactGrid>) -> Result<[Vec<f64>; 3]> {
+    let forces = grid.map_or(Vec::new(), |g| {
+        let (rows, middle) = (3 * g.nodes.len(), kernel::middle(&g.x, &g.y));
+        let mut forces = vec![0.0; 3 * rows];
+        (0..3).for_each(|k| forces[k * rows + 3 * middle + k] = 1.0);
+        forces
+    });
+    let n = body.len();
+    let mut u = vec![0.0; 3 * n];
+    body.improve(&mut u, &forces, 3, FIRST)?;
+    Ok([0, 1, 2].map(|k| body.at_contact(&u[k * n..(k + 1) * n])))
 }
 
 /// Collective: (w_x, w_y, change of gap) of the contact nodes, m, `[3n]` on rank 0, under the reactions (N, `[3n]` on rank 0).
-/// `u` holds the displacements of the places before and after. Both bodies are one solve if they are one.
+/// `u` holds the displacements of the places before and after. Two places are one solve if their bodies, `all` that differ, are one.
 fn displaced(
-    world: &World,
     bodies: &Bodies,
-    solvers: &mut [Statics],
+    all: &[&dyn Fields],
     reactions: &[f64],
     u: &mut [Vec<f64>],
     accuracy: f64,
 ) -> Result<Vec<f64>> {
     let mut product = vec![0.0; reactions.len()];
-    for (index, body) in bodies.unique.iter().enumerate() {
+    for (index, body) in all.iter().enumerate() {
         let places: Vec<usize> = (0..bodies.places.len()).filter(|&k| bodies.places[k].body == index).collect();
-        let (mut loads, mut solutions) = (Vec::new(), Vec::new());
+        let (mut forces, mut solutions) = (Vec::new(), Vec::new());
         for &k in &places {
-            loads.extend(body.load(world, &bodies.places[k].side.turned(reactions)));
+            forces.extend(bodies.places[k].side.turned(reactions));
             solutions.append(&mut u[k]);
         }
-        solvers[index].improve(&mut solutions, &loads, places.len(), accuracy)?;
-        let owned = body.dofs.owned();
+        body.improve(&mut solutions, &forces, places.len(), accuracy)?;
+        let n = body.len();
         for (j, &k) in places.iter().enumerate() {
-            u[k] = solutions[j * owned..(j + 1) * owned].to_vec();
-            let part = bodies.places[k].side.turned(&body.trace.at(world, &u[k]));
+            u[k] = solutions[j * n..(j + 1) * n].to_vec();
+            let part = bodies.places[k].side.turned(&body.at_contact(&u[k]));
             product.iter_mut().zip(part).for_each(|(w, d)| *w += d);
         }
     }

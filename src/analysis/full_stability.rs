@@ -3,7 +3,7 @@
 use super::bodies::{self, Bodies};
 use super::report::Summary;
 use super::run::Run;
-use crate::body::fe::BodyModes;
+use crate::body::FullSystem;
 use crate::contact::LinearContact;
 use crate::job;
 use crate::model::{self, ModalPair};
@@ -22,7 +22,6 @@ pub fn run(
     run: &mut Run,
     wanted: &job::FullStability,
     bodies: &Bodies,
-    modes: &[BodyModes],
     reduced: Option<(&Spectrum, &LinearContact, &ModalPair)>,
 ) -> Result<FullResult> {
     let world = run.world();
@@ -37,6 +36,7 @@ pub fn run(
     })?;
     let contact = shared_contact(world, reduced.map(|r| r.1));
     let guide: Vec<C> = world.broadcast(reduced.map(|r| r.0.all.clone()).unwrap_or_default());
+    let (systems, modes) = (bodies.full_systems()?, bodies.shapes());
     let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<Place> {
         let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
         let modal = match (&body.damping.modal, modes.get(place.body)) {
@@ -55,7 +55,7 @@ pub fn run(
         count: wanted.count as usize,
         tolerance: wanted.tolerance,
     };
-    let system = FullBodies { bodies: &bodies.unique, modes, places: &places };
+    let system = FullBodies { bodies: &systems, modes: &modes, places: &places };
     let mut spectrum = spectrum(run.petsc, system, &contact, &guide, &options, run.progress)?;
     let paired = world.on_root(|| {
         let full: Vec<C> = spectrum.pairs.iter().map(|p| p.value).collect();
@@ -69,7 +69,7 @@ pub fn run(
     spectrum.pairs = order.iter().filter_map(|&i| slots[i].take()).collect();
     let mut shares = Vec::new();
     for pair in &spectrum.pairs {
-        let q = amplitudes(world, bodies, modes, pair);
+        let q = amplitudes(world, bodies, &systems, pair);
         if let Some((_, _, model)) = reduced {
             shares.push(shares_of(&model.omega, &q, pair.value));
         }
@@ -78,11 +78,12 @@ pub fn run(
 }
 
 /// Collective: modal amplitudes Φᵀ M u of both bodies, lower first.
-fn amplitudes(world: &World, bodies: &Bodies, modes: &[BodyModes], pair: &FullPair) -> Vec<C> {
+fn amplitudes(world: &World, bodies: &Bodies, systems: &[&dyn FullSystem], pair: &FullPair) -> Vec<C> {
+    let modes = bodies.shapes();
     let mut q = Vec::new();
     for (place, u) in bodies.places.iter().zip(&pair.motion) {
         let mut mu = vec![C::default(); u.len()];
-        bodies.unique[place.body].operators.mass.operator(world).apply(world, u, &mut mu);
+        systems[place.body].mass().operator(world).apply(world, u, &mut mu);
         for phi in modes.get(place.body).iter().flat_map(|m| &m.vectors) {
             q.push(phi.iter().zip(&mu).map(|(p, m)| p * m).sum());
         }

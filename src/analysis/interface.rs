@@ -1,7 +1,7 @@
 //! The contact of two bodies as the job and the meshes describe it: interface, load, creepages, friction.
 
 use super::bodies::Bodies;
-use crate::contact::half_space::HalfSpace;
+use crate::body::half_space::HalfSpace;
 use crate::contact::{kernel, Creepage, NormalLoad};
 use crate::fem::Material;
 use crate::grid::ContactGrid;

@@ -6,7 +6,7 @@ use super::sweep::{self, Base};
 use super::{full_stability, stability};
 use crate::body::matrices::{reduce, Matrices, Reduced, SignedRow};
 use crate::body::modes::Extent;
-use crate::body::ReducedBody;
+use crate::body::{ModalMatrix, ReducedBody};
 use crate::contact::{LinearContact, LinearNode, Slip, Tangent};
 use crate::job::{self, Job, ModesExtent};
 use crate::model::{broadcast, ModalPair};
@@ -70,7 +70,10 @@ impl MatrixModel {
         };
         let (lower, upper) = (scaled(0, &job.bodies.lower), scaled(1, &job.bodies.upper));
         let mut pair = self.pair.clone();
-        pair.set_damping(lower.as_ref(), upper.as_ref());
+        let none = |m: usize| ModalMatrix::from(vec![0.0; m]);
+        let (m1, m) = (pair.lower_modes, pair.omega.len());
+        let of = |c: Option<Mat<f64>>, m: usize| c.map_or_else(|| none(m), ModalMatrix::from);
+        pair.damping = of(lower, m1).joined(&of(upper, m - m1));
         pair
     }
 }
@@ -197,12 +200,7 @@ fn read(name: &str, body: &job::Body) -> Result<Matrices> {
 
 /// A body that does not move.
 fn rigid(contacts: usize) -> ReducedBody {
-    ReducedBody {
-        omega: Vec::new(),
-        damping: Vec::new(),
-        contact_modes: Mat::zeros(3 * contacts, 0),
-        compliance: Mat::zeros(3 * contacts, 3 * contacts),
-    }
+    ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(3 * contacts, 0), Mat::zeros(3 * contacts, 3 * contacts))
 }
 
 /// The sliding contact that the points of the job describe.

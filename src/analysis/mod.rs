@@ -25,7 +25,6 @@ use crate::output::{Provenance, ResultFile, Segments};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
-use std::cell::OnceCell;
 use std::path::PathBuf;
 use steps::{steps, Earlier};
 use stock::Stock;
@@ -112,8 +111,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
 fn elements(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = Earlier { reuse: run.options.reuse.is_some(), resume: run.options.resume };
-    let bodies = OnceCell::new();
-    let mut stock = Stock::new(&bodies);
+    let mut stock = Stock::new();
     let own = steps(run.job, earlier).into_iter().try_for_each(|step| stock.perform(step, run));
     match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {

@@ -3,46 +3,38 @@
 use super::bodies::Bodies;
 use super::report::Summary;
 use super::run::Run;
-use crate::body::fe::BodyModes;
-use crate::body::modes::{compute, Extent};
-use crate::body::statics::Statics;
+use crate::body::modes::Extent;
+use crate::body::TraceModes;
 use crate::job::{Job, ModesExtent};
 use crate::output::{companion, write_modes, Table};
-use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::Result;
 
 /// Collective: modes of each of [`Bodies::unique`]; none where the job asks for none.
-pub fn compute_all(
-    petsc: &Petsc,
-    job: &Job,
-    bodies: &Bodies,
-    solvers: &mut [Statics],
-    progress: &mut Progress,
-) -> Result<Vec<BodyModes>> {
+pub fn compute_all(job: &Job, bodies: &mut Bodies, progress: &mut Progress) -> Result<Vec<TraceModes>> {
     let Some(wanted) = &job.analyses.modes else { return Ok(Vec::new()) };
     let extent = match wanted.extent() {
         ModesExtent::Count(n) => Extent::Count(n),
         ModesExtent::MaxFrequency(f) => Extent::MaxFrequency(f),
     };
     let mut all = Vec::new();
-    for (body, solver) in bodies.unique.iter().zip(solvers) {
-        progress.stage(format!("modes, body {}", body.name));
-        all.push(compute(petsc, body, solver, extent, &mut |done, of| progress.step("modes", done, of))?);
+    for body in &mut bodies.unique {
+        progress.stage(format!("modes, body {}", body.name()));
+        all.push(body.modes(extent, &mut |done, of| progress.step("modes", done, of))?);
     }
     Ok(all)
 }
 
 /// Collective: modes of every unique body, written for every place; returns those of each of [`Bodies::unique`].
-pub fn run(run: &mut Run, bodies: &Bodies, solvers: &mut [Statics]) -> Result<Vec<BodyModes>> {
+pub fn run(run: &mut Run, bodies: &mut Bodies) -> Result<Vec<TraceModes>> {
     let world = run.world();
-    let all = compute_all(run.petsc, run.job, bodies, solvers, run.progress)?;
+    let all = compute_all(run.job, bodies, run.progress)?;
     for (index, (body, modes)) in bodies.unique.iter().zip(&all).enumerate() {
         let frequency = modes.frequency();
         for place in bodies.places.iter().filter(|p| p.body == index) {
             run.file.tables(tables(place.name, &frequency, &modes.residual));
         }
-        summarise(&body.name, &frequency, &mut run.summary);
+        summarise(body.name(), &frequency, &mut run.summary);
     }
     if run.job.output.fields && !all.is_empty() {
         run.progress.stage("writing mode shapes");
@@ -50,7 +42,7 @@ pub fn run(run: &mut Run, bodies: &Bodies, solvers: &mut [Statics]) -> Result<Ve
         let path = companion(&run.options.output, "free_modes.vtkhdf");
         let shapes = write_modes(world, &path, run.options.force, &bodies.parts(), &frequencies, |b, k| {
             let body = bodies.places[b].body;
-            Ok(bodies.unique[body].at_nodes(world, &all[body].vectors[k]).into_flattened())
+            Ok(bodies.fields(body)?.at_nodes(&bodies.shapes_of(body)?.vectors[k]).into_flattened())
         })?;
         run.file.attach(shapes)?;
     }

@@ -5,8 +5,7 @@ use super::bodies::Bodies;
 use super::deferred;
 use super::interface::{half_spaces, interface_of, near};
 use super::steps::Needs;
-use crate::body::fe::BodyModes;
-use crate::body::statics::Statics;
+use crate::body::TraceModes;
 use crate::job::{self, Compliance, Job, LinearSolver};
 use crate::model::{BodyPart, ReducedModel};
 use crate::parallel::World;
@@ -29,8 +28,7 @@ impl Reduction {
         job: &Job,
         contact: &job::Contact,
         bodies: &Bodies,
-        modes: &[BodyModes],
-        solvers: &mut [Statics],
+        modes: &[TraceModes],
         progress: &mut Progress,
     ) -> Result<Self> {
         let interface = world.on_root(|| interface_of(bodies))?;
@@ -39,15 +37,14 @@ impl Reduction {
         let approximate = by_products(job);
         let mut probed = Vec::new();
         if approximate {
-            for (body, solver) in bodies.unique.iter().zip(solvers) {
-                probed.push(deferred::probe(world, body, bodies.grid_of(probed.len()), solver)?);
+            for index in 0..bodies.unique.len() {
+                probed.push(deferred::probe(bodies.fields(index)?, bodies.grid_of(index))?);
             }
         } else if contact.compliance == Compliance::Fe {
-            for (i, (body, solver)) in bodies.unique.iter().zip(solvers).enumerate() {
-                let step = &mut |done, of| progress.step("contact rows", done, of);
-                let compliance = body.compliance(world, solver, step)?;
+            for (i, body) in bodies.unique.iter().enumerate() {
+                let compliance = body.compliance(&mut |done, of| progress.step("contact rows", done, of))?;
                 let shapes = match modes.get(i) {
-                    Some(modes) => body.contact_modes(world, modes),
+                    Some(modes) => modes.rows.clone(),
                     None => compliance.as_ref().map(|c| Mat::zeros(c.nrows(), 0)),
                 };
                 let omega = modes.get(i).map(|m| m.omega.clone()).unwrap_or_default();

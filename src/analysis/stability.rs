@@ -7,8 +7,6 @@ use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
 use super::{complex_modes, full_stability};
-use crate::body::fe::BodyModes;
-use crate::body::statics::Statics;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 use crate::contact::{LinearContact, Stencil};
 use crate::grid::Interface;
@@ -25,10 +23,9 @@ pub(super) fn run(
     stability: &job::Stability,
     contact: &job::Contact,
     parts: &Parts,
-    solvers: &mut [Statics],
 ) -> Result<Option<Found>> {
     let world = run.world();
-    let Parts { bodies, modes, model } = parts;
+    let Parts { bodies, shapes, model } = parts;
     run.progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let root = model.root()?;
@@ -36,9 +33,9 @@ pub(super) fn run(
     })?;
     let full = match &stability.full {
         Some(wanted) => {
-            let modes = modes.map_err(Clone::clone)?;
+            shapes.map_err(Clone::clone)?;
             let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (&f.spectrum, &f.contact, &root.pair));
-            Some(full_stability::run(run, wanted, bodies, modes, reduced)?)
+            Some(full_stability::run(run, wanted, bodies, reduced)?)
         }
         None => None,
     };
@@ -55,12 +52,12 @@ pub(super) fn run(
             full_stability::summarise(full, &mut run.summary);
         }
     }
-    match modes {
+    match shapes {
         _ if !writes_shapes(run.job) => {}
-        Ok(modes) => {
+        Ok(()) => {
             run.progress.stage("complex modes");
             let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
-            complex_modes::run(run, stability, (bodies, modes), solvers, reduced, full.as_ref())?;
+            complex_modes::run(run, stability, bodies, reduced, full.as_ref())?;
         }
         Err(e) => run
             .summary
@@ -82,9 +79,9 @@ pub(super) fn needs(job: &Job, wanted: &job::Stability) -> Needs {
 
 /// What the bodies give.
 pub(super) struct Parts<'a> {
-    pub(super) bodies: &'a Bodies,
-    /// Free modes of each of [`Bodies::unique`], or why an earlier run does not give them.
-    pub(super) modes: std::result::Result<&'a [BodyModes], &'a Error>,
+    pub(super) bodies: &'a Bodies<'a>,
+    /// Whether the bodies have their mode shapes, or why an earlier run does not give them.
+    pub(super) shapes: std::result::Result<(), &'a Error>,
     pub(super) model: &'a Reduction,
 }
 

@@ -7,9 +7,7 @@ use super::reduction::{by_products, Reduction};
 use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
-use crate::body::statics::Statics;
 use crate::contact::{SteadyProblem, SteadySolution, Stencil};
-use crate::fem::stress;
 use crate::grid::Interface;
 use crate::job::{self, Compliance, Job};
 use crate::output::datasets::contact::tables;
@@ -31,7 +29,6 @@ pub fn run(
     contact: &job::Contact,
     bodies: &Bodies,
     model: &Reduction,
-    solvers: &mut [Statics],
 ) -> Result<()> {
     let world = run.world();
     run.progress.stage("steady rolling");
@@ -40,7 +37,7 @@ pub fn run(
     // Displacements of the bodies where the solution needed them.
     let mut displacements = None;
     let solution = if model.approximate {
-        let found = deferred::solve(run, problem.as_ref(), steady.tolerance, bodies, solvers)?;
+        let found = deferred::solve(run, problem.as_ref(), steady.tolerance, bodies)?;
         displacements = Some(found.displacements);
         found.solution
     } else {
@@ -55,7 +52,7 @@ pub fn run(
         let solved = interface.zip(solution.as_ref());
         let displacements = match displacements {
             Some(found) => found,
-            None => loaded(world, bodies, solvers, solved)?,
+            None => loaded(bodies, solved)?,
         };
         fields(world, bodies, &displacements, solved, &mut run.file)?;
     } else if run.job.output.fields {
@@ -79,21 +76,13 @@ fn problem<'a>(s: &'a Interface, w: &'a Mat<f64>, steady: &job::Steady, contact:
 }
 
 /// Collective: displacements of the places' bodies, this rank's degrees of freedom, m, under the reactions of the solution.
-fn loaded(
-    world: &World,
-    bodies: &Bodies,
-    solvers: &mut [Statics],
-    solved: Option<(&Interface, &SteadySolution)>,
-) -> Result<Vec<Vec<f64>>> {
+fn loaded(bodies: &Bodies, solved: Option<(&Interface, &SteadySolution)>) -> Result<Vec<Vec<f64>>> {
     let reactions: Vec<f64> = solved.map_or(Vec::new(), |(s, r)| {
         (0..s.len())
             .flat_map(|i| [r.traction[i][0], r.traction[i][1], r.pressure[i]].map(|v| v * s.weight[i]))
             .collect()
     });
-    let of = |place: &Place| {
-        let body = &bodies.unique[place.body];
-        body.response(world, &mut solvers[place.body], &place.side.turned(&reactions))
-    };
+    let of = |place: &Place| bodies.fields(place.body)?.statics(&place.side.turned(&reactions), 1);
     bodies.places.iter().map(of).collect()
 }
 
@@ -109,17 +98,15 @@ fn fields(
     let mut von_mises = Vec::new();
     let mut contact = Vec::new();
     for (place, u) in bodies.places.iter().zip(displacements) {
-        let body = &bodies.unique[place.body];
-        let u = body.at_nodes(world, u);
-        let stress = stress::von_mises(&body.part, &u, &body.material);
-        von_mises.push(body.at_all_nodes(world, &stress));
-        displacement.push(u.into_flattened());
+        let body = bodies.fields(place.body)?;
+        von_mises.push(body.von_mises(u));
+        displacement.push(body.at_nodes(u).into_flattened());
         let (pressure, traction, state): (&[f64], Vec<f64>, Vec<i8>) = match solved {
             Some((_, r)) => (&r.pressure, r.traction.concat(), r.state.iter().map(|&s| s as i8).collect()),
             None => (&[], Vec::new(), Vec::new()),
         };
         let nodes = place.grid.as_ref().map_or(&[][..], |g| &g.nodes);
-        contact.push(contact_fields(world, &body.part, nodes, pressure, &traction, &state));
+        contact.push(contact_fields(world, body.mesh(), nodes, pressure, &traction, &state));
     }
     let mut all = vec![
         PointField::displacement(displacement.iter().map(Vec::as_slice).collect()),

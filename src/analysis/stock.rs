@@ -7,25 +7,22 @@ use super::run::Run;
 use super::steps::Step;
 use super::transient::{self, Inputs};
 use super::{modes, receptance, stability, steady};
-use crate::body::fe::BodyModes;
-use crate::body::statics::Statics;
+use crate::body::TraceModes;
 use crate::job::{self, Compliance};
 use crate::output::datasets::reduced::{self, Origin, Reused};
 use crate::output::{sha256, Segments, Table};
 use crate::{Error, Result};
-use std::cell::OnceCell;
 
 /// The model of an earlier run, where there is one; on rank 0.
 type Earlier = Option<Option<Reused>>;
 
 /// What the steps of a run have made so far.
 pub struct Stock<'s> {
-    bodies: &'s OnceCell<Bodies>,
-    solvers: Vec<Statics<'s>>,
-    /// Free modes of each of [`Bodies::unique`].
-    modes: Vec<BodyModes>,
-    /// The mode shapes that an earlier run wrote, or why they cannot be read.
-    shapes: Option<Result<Vec<BodyModes>>>,
+    bodies: Bodies<'s>,
+    /// Free modes of each of [`Bodies::unique`], computed in this run.
+    modes: Vec<TraceModes>,
+    /// Whether the mode shapes that an earlier run wrote could be read, where they were wanted.
+    shapes: Option<Result<()>>,
     /// The model of `--reuse`.
     reused: Earlier,
     /// The model that a run that is continued was begun with.
@@ -37,11 +34,10 @@ pub struct Stock<'s> {
 }
 
 impl<'s> Stock<'s> {
-    /// Nothing yet; the bodies will be put into `bodies`.
-    pub fn new(bodies: &'s OnceCell<Bodies>) -> Self {
+    /// Nothing yet.
+    pub fn new() -> Self {
         Self {
-            bodies,
-            solvers: Vec::new(),
+            bodies: Bodies::none(),
             modes: Vec::new(),
             shapes: None,
             reused: None,
@@ -52,17 +48,13 @@ impl<'s> Stock<'s> {
         }
     }
 
-    fn bodies(&self) -> &'s Bodies {
-        self.bodies.get_or_init(Bodies::none)
-    }
-
     /// Collective: one step of `run`.
-    pub fn perform<'r: 's>(&mut self, step: Step, run: &mut Run<'r>) -> Result<()> {
+    pub fn perform(&mut self, step: Step, run: &mut Run<'s>) -> Result<()> {
         match step {
             Step::Earlier => self.read_earlier(run),
             Step::Bodies => {
-                let bodies = Bodies::build(run.world(), run.job, run.progress, &mut run.summary)?;
-                self.bodies.set(bodies).map_err(|_| Error::Defect("bodies are built twice".into()))
+                self.bodies = Bodies::build(run.petsc, run.job, run.progress, &mut run.summary)?;
+                Ok(())
             }
             Step::EarlierShapes => {
                 self.read_shapes(run);
@@ -77,11 +69,11 @@ impl<'s> Stock<'s> {
                     Ok(())
                 }
                 None => {
-                    self.modes = modes::run(run, self.bodies(), &mut self.solvers)?;
+                    self.modes = modes::run(run, &mut self.bodies)?;
                     Ok(())
                 }
             },
-            Step::Geometry => self.bodies().write_shapes(&mut run.file),
+            Step::Geometry => self.bodies.write_shapes(&mut run.file),
             Step::Model => self.reduce(run),
             Step::Receptance => match (&run.job.analyses.receptance, &run.job.contact) {
                 (Some(wanted), Some(contact)) => receptance::run(run, wanted, contact, self.model()?),
@@ -89,19 +81,13 @@ impl<'s> Stock<'s> {
             },
             Step::Stability => self.stability(run),
             Step::Steady => match (&run.job.analyses.steady, &run.job.contact, &self.model) {
-                (Some(wanted), Some(contact), Some(model)) => {
-                    steady::run(run, wanted, contact, self.bodies(), model, &mut self.solvers)
-                }
+                (Some(wanted), Some(contact), Some(model)) => steady::run(run, wanted, contact, &self.bodies, model),
                 _ => Ok(()),
             },
             Step::Transient => self.transient(run),
-            Step::FreeSolvers => {
-                self.solvers.clear();
-                Ok(())
-            }
+            Step::FreeSolvers => self.bodies.unique.iter_mut().try_for_each(|body| body.release()),
             Step::FreeModes => {
-                self.modes.clear();
-                self.shapes = None;
+                self.bodies.forget_shapes();
                 Ok(())
             }
         }
@@ -128,21 +114,20 @@ impl<'s> Stock<'s> {
         let (Some(reused), Some(path)) = (&self.reused, &run.options.reuse) else { return };
         run.progress.stage("mode shapes of an earlier run");
         let model = reused.as_ref().map(|r| &r.model);
-        self.shapes = Some(reuse::shapes::read(run.world(), &reuse::shapes::file(path), self.bodies(), model));
+        self.shapes = Some(reuse::shapes::read(run.world(), &reuse::shapes::file(path), &mut self.bodies, model));
     }
 
-    fn solvers<'r: 's>(&mut self, run: &mut Run<'r>) -> Result<()> {
+    fn solvers(&mut self, run: &mut Run) -> Result<()> {
         // Shapes that cannot be read are not completed by static solves.
         if run.job.analyses.steady.is_none() && matches!(self.shapes, Some(Err(_))) {
             return Ok(());
         }
-        self.solvers = self.bodies().solvers(run.petsc, run.job, run.progress, &mut run.summary)?;
-        Ok(())
+        self.bodies.factorise(run.job, run.progress, &mut run.summary)
     }
 
     fn reduce(&mut self, run: &mut Run) -> Result<()> {
         let (world, job, options) = (run.world(), run.job, run.options);
-        let bodies = self.bodies();
+        let bodies = &mut self.bodies;
         let contact = contact(job)?;
         self.origin = match (&self.kept, &self.reused) {
             (Some(there), _) | (None, Some(there)) => there.as_ref().map(|r| r.origin.clone()),
@@ -150,14 +135,10 @@ impl<'s> Stock<'s> {
         };
         let model = match self.kept.take().or(self.reused.take()) {
             Some(there) => there.map_or_else(Reduction::elsewhere, |r| Reduction::of(r.model)),
-            None => Reduction::build(world, job, contact, bodies, &self.modes, &mut self.solvers, run.progress)?,
+            None => Reduction::build(world, job, contact, bodies, &self.modes, run.progress)?,
         };
         if options.resume {
-            for shapes in [Some(&mut self.modes), self.shapes.as_mut().and_then(|s| s.as_mut().ok())] {
-                if let Some(shapes) = shapes.filter(|s| !s.is_empty()) {
-                    transient::kept::align(world, bodies, shapes, &model)?;
-                }
-            }
+            transient::kept::align(world, bodies, &model)?;
         }
         // A compliance that is only near the true one is of no use to another run.
         let whole = options.reuse.is_none() && !model.approximate;
@@ -175,13 +156,9 @@ impl<'s> Stock<'s> {
 
     fn stability(&mut self, run: &mut Run) -> Result<()> {
         let (Some(wanted), Some(model)) = (&run.job.analyses.stability, &self.model) else { return Ok(()) };
-        let modes = match &self.shapes {
-            Some(Ok(shapes)) => Ok(&shapes[..]),
-            Some(Err(e)) => Err(e),
-            None => Ok(&self.modes[..]),
-        };
-        let parts = stability::Parts { bodies: self.bodies(), modes, model };
-        self.found = stability::run(run, wanted, contact(run.job)?, &parts, &mut self.solvers)?;
+        let shapes = self.shapes.as_ref().map_or(Ok(()), |s| s.as_ref().copied());
+        let parts = stability::Parts { bodies: &self.bodies, shapes, model };
+        self.found = stability::run(run, wanted, contact(run.job)?, &parts)?;
         Ok(())
     }
 
@@ -197,7 +174,7 @@ impl<'s> Stock<'s> {
             job,
             wanted,
             contact: contact(job)?,
-            bodies: self.bodies(),
+            bodies: &self.bodies,
             modes: &self.modes,
             model,
             found: self.found.as_ref(),
@@ -205,12 +182,12 @@ impl<'s> Stock<'s> {
             stop,
             keep: &keep.unwrap_or_default(),
         };
-        transient::run(run, &inputs, &mut self.solvers)
+        transient::run(run, &inputs)
     }
 
     /// On rank 0: name and checksum of every input.
     pub fn checksums(&self, run: &Run) -> Result<Vec<(String, String)>> {
-        let mut sums = self.bodies().checksums(run.job)?;
+        let mut sums = self.bodies.checksums(run.job)?;
         if let Some(path) = &run.options.reuse {
             sums.push((path.display().to_string(), sha256(path)?));
         }

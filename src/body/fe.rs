@@ -2,6 +2,7 @@
 
 use super::statics::Statics;
 use super::trace::Trace;
+use super::FullSystem;
 use crate::fem::assembly::Operators;
 use crate::fem::dofs::{DofMap, FIXED};
 use crate::fem::Material;
@@ -9,6 +10,7 @@ use crate::grid::ContactGrid;
 use crate::mesh::distribute::{distribute, MeshPart};
 use crate::mesh::Mesh;
 use crate::parallel::World;
+use crate::petsc::csr::DistCsr;
 use crate::petsc::exchange::Exchange;
 use crate::{Error, Result};
 use faer::Mat;
@@ -41,13 +43,6 @@ pub struct BodyModes {
     pub residual: Vec<f64>,
     /// Mass-normalised modes, this rank's degrees of freedom, `[modes][owned]`, 1/√kg.
     pub vectors: Vec<Vec<f64>>,
-}
-
-impl BodyModes {
-    /// Frequencies, Hz.
-    pub fn frequency(&self) -> Vec<f64> {
-        self.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect()
-    }
 }
 
 impl FeBody {
@@ -196,4 +191,22 @@ fn contact_dofs(name: &str, grid: &ContactGrid, part: &MeshPart, dofs: &DofMap) 
 fn columns(part: &MeshPart, dofs: &DofMap) -> Vec<u64> {
     let ghosts = &dofs.local[part.owned..];
     ghosts.iter().filter(|&&d| d != FIXED).flat_map(|&d| [d, d + 1, d + 2]).collect()
+}
+
+impl FullSystem for FeBody {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn stiffness(&self) -> &DistCsr {
+        &self.operators.stiffness
+    }
+
+    fn mass(&self) -> &DistCsr {
+        &self.operators.mass
+    }
+
+    fn trace(&self) -> &Trace {
+        &self.trace
+    }
 }

@@ -277,12 +277,8 @@ fn reduced(
     vectors: Option<Mat<f64>>,
 ) -> Reduced {
     let diagonal = |k: usize| damping.as_ref().map_or(0.0, |c| c[(k, k)]);
-    let body = ReducedBody {
-        damping: (0..omega.len()).map(diagonal).collect(),
-        omega: omega.to_vec(),
-        contact_modes,
-        compliance,
-    };
+    let own: Vec<f64> = (0..omega.len()).map(diagonal).collect();
+    let body = ReducedBody::new(omega.to_vec(), own, contact_modes, compliance);
     Reduced { body, damping, complete, vectors }
 }
 

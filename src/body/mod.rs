@@ -1,31 +1,243 @@
-//! What a body gives to contact, whether finite elements or matrices from elsewhere.
+//! What a body gives to contact, whatever it is made of.
 
 pub mod align;
 pub mod clusters;
+pub mod elements;
 pub mod fe;
+pub mod half_space;
 pub mod matrices;
 pub mod matrix_market;
+pub mod modal;
 pub mod modes;
 pub mod nearest;
+pub mod order;
 pub mod residual;
+pub mod rigid;
 pub mod statics;
 pub mod trace;
 
+pub use modal::ModalMatrix;
 pub use trace::{Side, Trace};
 
-use faer::Mat;
+use crate::mesh::distribute::MeshPart;
+use crate::petsc::csr::DistCsr;
+use crate::Result;
+use faer::{Mat, MatRef};
+use fe::BodyModes;
+use modes::Extent;
+use nearest::Nearest;
+use residual::NodeMotion;
 
 /// A body as the interface sees it, dense, on rank 0. Contact rows are interleaved `3*i + c` over the nodes `i` of the
 /// contact grid; component `c` is x, y, and n = into the body (-z in lower form), so that pressure acts as `+p` on row n
-/// of either body. All in lower form; an upper body's tangential reactions enter with a minus sign (see `contact`).
+/// of either body. All in lower form; [`Side`] has what turns round above.
 #[derive(Debug, Clone)]
 pub struct ReducedBody {
     /// Angular frequencies of the kept free-interface modes, rad/s, ascending, `[m]`; 0 for rigid-body modes.
     pub omega: Vec<f64>,
-    /// Modal damping coefficients c_k (q̈ + c_k q̇ + ω² q = …), 1/s, `[m]`.
-    pub damping: Vec<f64>,
+    /// Modal stiffness K (q̈ + C q̇ + K q = …), 1/s²: diag(ω²) of a body at rest.
+    pub stiffness: ModalMatrix,
+    /// Modal damping C, 1/s.
+    pub damping: ModalMatrix,
     /// Mass-normalised modes at the contact rows, 1/√kg, `[3n, m]`.
     pub contact_modes: Mat<f64>,
     /// Static compliance of the contact rows, m/N, `[3n, 3n]`, symmetric: the whole K⁻¹, modes included.
     pub compliance: Mat<f64>,
+}
+
+impl ReducedBody {
+    /// A body at rest, whose stiffness is diag(ω²).
+    pub fn new(
+        omega: Vec<f64>,
+        damping: impl Into<ModalMatrix>,
+        contact_modes: Mat<f64>,
+        compliance: Mat<f64>,
+    ) -> Self {
+        Self { stiffness: ModalMatrix::squares(&omega), damping: damping.into(), omega, contact_modes, compliance }
+    }
+}
+
+/// Free-interface modes of a body as its contact rows see them.
+#[derive(Debug, Clone, Default)]
+pub struct TraceModes {
+    /// Angular frequencies, rad/s, ascending, `[m]`; 0 for rigid-body modes. On every rank.
+    pub omega: Vec<f64>,
+    /// Relative residuals of the modes, `[m]`, where they are computed one by one; on every rank.
+    pub residual: Vec<f64>,
+    /// Mass-normalised modes at the contact rows, 1/√kg, `[3n, m]`; on rank 0.
+    pub rows: Option<Mat<f64>>,
+    /// ΦᵀCΦ of a body that brings its own damping matrix, 1/s, `[m, m]`; on rank 0.
+    pub damping: Option<Mat<f64>>,
+    /// Angular frequency up to which all modes are known, rad/s; infinite where these are all there are.
+    pub reach: f64,
+}
+
+impl TraceModes {
+    /// Frequencies, Hz.
+    pub fn frequency(&self) -> Vec<f64> {
+        self.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect()
+    }
+}
+
+/// Is told how far a long computation is: steps done, and steps in all.
+pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
+
+/// What there are bodies of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Finite elements on a mesh.
+    Elements,
+    /// Matrices from another program.
+    Matrices,
+    /// An elastic half-space.
+    HalfSpace,
+    /// Nothing that moves.
+    Rigid,
+}
+
+/// What an analysis may need of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Capability {
+    /// Free-interface modes.
+    Modes,
+    /// Motions that can be shown on a mesh.
+    Fields,
+    /// The matrices of all degrees of freedom.
+    FullSystem,
+}
+
+impl Kind {
+    /// Whether bodies of this kind can give it.
+    pub fn can(self, what: Capability) -> bool {
+        match self {
+            Kind::Elements => true,
+            Kind::Matrices => what != Capability::Fields,
+            // A rigid body has all its modes: none.
+            Kind::Rigid => what == Capability::Modes,
+            Kind::HalfSpace => false,
+        }
+    }
+}
+
+/// A body in contact. Every method but the plainest is collective: all ranks call it, in the same order; what is asked of the contact rows is
+/// given and returned on rank 0; an error of one rank is one of all. All is in lower form.
+pub trait Body {
+    /// Name in messages and results.
+    fn name(&self) -> &str;
+
+    /// What it is made of.
+    fn kind(&self) -> Kind;
+
+    /// Number of contact rows, 3n, on every rank.
+    fn rows(&self) -> usize;
+
+    /// Collective: gets ready for what follows, and says what was made, for the summary, where that takes a factorisation.
+    fn factorise(&mut self) -> Result<Option<String>> {
+        Ok(None)
+    }
+
+    /// Collective: gives back the memory that [`Body::factorise`] took.
+    fn release(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    /// Collective: static compliance P K⁻¹ Pᵀ of the contact rows without rigid-body motions, m/N, `[3n, 3n]` on rank 0.
+    fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>>;
+
+    /// Collective: the free-interface modes that are wanted.
+    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes>;
+
+    /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on rank 0.
+    fn response(&self, forces: &[f64]) -> Result<Vec<f64>>;
+
+    /// Its motions on a mesh, where it has one.
+    fn fields(&self) -> Option<&dyn Fields> {
+        None
+    }
+
+    /// [`Body::fields`], to be changed.
+    fn fields_mut(&mut self) -> Option<&mut dyn Fields> {
+        None
+    }
+
+    /// Its matrices, where it has them.
+    fn full_system(&self) -> Option<&dyn FullSystem> {
+        None
+    }
+}
+
+/// A body that can be shown on a mesh. A motion is a vector of this rank's degrees of freedom, m, in lower form; its length is that of
+/// [`Fields::len`].
+pub trait Fields {
+    /// This rank's share of the mesh.
+    fn mesh(&self) -> &MeshPart;
+
+    /// Number of this rank's degrees of freedom.
+    fn len(&self) -> usize;
+
+    /// Whether this rank has none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Collective: the node nearest to a point, m, in lower form.
+    fn nearest(&self, point: [f64; 3]) -> Nearest;
+
+    /// Collective: diagonal of the bounding box, m.
+    fn diameter(&self) -> f64;
+
+    /// Collective: a motion at the nodes of this rank, ghosts included; 0 at supports.
+    fn at_nodes(&self, motion: &[f64]) -> Vec<[f64; 3]>;
+
+    /// Collective: von Mises stress of a motion, Pa, at the nodes of this rank, ghosts included.
+    fn von_mises(&self, motion: &[f64]) -> Vec<f64>;
+
+    /// The motion that has this value at each owned node; `None` where a value is missing at a node that is free to move.
+    fn of_nodes(&self, value: &dyn Fn(usize) -> Option<[f64; 3]>) -> Option<Vec<f64>>;
+
+    /// The modes as motions, after [`Body::modes`] or [`Fields::replace_shapes`].
+    fn shapes(&self) -> Option<&BodyModes>;
+
+    /// Takes modes from elsewhere, or none; returns those there were.
+    fn replace_shapes(&mut self, shapes: Option<BodyModes>) -> Option<BodyModes>;
+
+    /// Collective: the modes at the contact rows, 1/√kg, `[3n, m]` on rank 0.
+    fn contact_modes(&self) -> Result<Option<Mat<f64>>>;
+
+    /// Collective: static motions under `count` sets of forces on the contact rows, N, `[3n, count]` column by column on rank 0;
+    /// `[len, count]`.
+    fn statics(&self, forces: &[f64], count: usize) -> Result<Vec<f64>>;
+
+    /// Collective: improves approximate static motions, `[len, count]`, until the residual is `accuracy` of the forces, `[3n, count]` on rank 0.
+    fn improve(&self, motions: &mut [f64], forces: &[f64], count: usize, accuracy: f64) -> Result<()>;
+
+    /// Iterations of its static solver so far.
+    fn iterations(&self) -> usize;
+
+    /// Collective: a motion at the contact rows, m, `[3n]` on rank 0, empty elsewhere.
+    fn at_contact(&self, motion: &[f64]) -> Vec<f64>;
+
+    /// Collective: what modes and contact forces do to an owned node, given on the rank that owns it. `contact_modes` are the modes at the
+    /// contact rows, `[3n, m]`, on rank 0.
+    fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeMotion>;
+}
+
+/// A body whose matrices are at hand, distributed by rows.
+pub trait FullSystem {
+    /// Name in messages.
+    fn name(&self) -> &str;
+
+    /// Stiffness K, N/m.
+    fn stiffness(&self) -> &DistCsr;
+
+    /// Mass M, kg.
+    fn mass(&self) -> &DistCsr;
+
+    /// Damping C of its own, N·s/m.
+    fn damping(&self) -> Option<&DistCsr> {
+        None
+    }
+
+    /// Its contact rows.
+    fn trace(&self) -> &Trace;
 }

@@ -7,6 +7,7 @@ use crate::petsc::mumps::{Factor, FactorOptions, Kind};
 use crate::petsc::session::Petsc;
 use crate::Result;
 use faer::Mat;
+use std::rc::Rc;
 
 /// Relative residual of an iterative solve: an order below the steady analysis' default tolerance.
 const TOLERANCE: f64 = 1e-10;
@@ -36,14 +37,21 @@ impl<'p> Statics<'p> {
     }
 
     /// Collective: sets up multigrid on K with the rigid-body motions as near-null space.
-    pub fn iterative(petsc: &'p Petsc<'p>, body: &'p FeBody) -> Result<Self> {
+    pub fn iterative(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
         let free = |&n: &usize| body.dofs.local[n] != FIXED;
         let at: Vec<[f64; 3]> = (0..body.part.owned).filter(free).map(|n| body.part.coords[n]).collect();
         let prefix = format!("{}_", body.name);
         let options = IterativeOptions { tolerance: TOLERANCE, max_iterations: MAX_ITERATIONS, prefix };
         let name = format!("stiffness of body {}", body.name);
         let near_null = rigid_body_motions(&at);
-        Ok(Statics::Iterative(Iterative::new(petsc, &body.operators.stiffness, 3, &near_null, options, &name)?))
+        Ok(Statics::Iterative(Iterative::new(
+            petsc,
+            Rc::clone(&body.operators.stiffness),
+            3,
+            &near_null,
+            options,
+            &name,
+        )?))
     }
 
     /// Collective: solves for `count` loads in place; `f` holds this rank's degrees of freedom, `[owned, count]` column by column, N in,

@@ -149,10 +149,10 @@ fn subtract(v: &mut [f64], factor: f64, u: &[f64]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::half_space::HalfSpace;
     use super::super::interface::{Creepage, Stencil};
     use super::super::NormalLoad;
     use super::*;
+    use crate::body::half_space::HalfSpace;
     use crate::friction::FrictionLaw;
     use crate::model::combined_compliance;
     use faer::Mat;

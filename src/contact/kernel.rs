@@ -68,8 +68,8 @@ pub fn middle(x: &[f64], y: &[f64]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::half_space::HalfSpace;
     use super::*;
+    use crate::body::half_space::HalfSpace;
 
     /// Another material and a displacement of the whole are made good for: exactly on equal elements as far as the middle reaches,
     /// nearly beyond it and on unequal ones.

@@ -9,7 +9,6 @@ pub(crate) mod active_set;
 mod candidates;
 pub(crate) mod course;
 pub mod deferred;
-pub mod half_space;
 pub mod interface;
 pub mod kernel;
 pub(crate) mod krylov;

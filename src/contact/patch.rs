@@ -69,7 +69,7 @@ fn needed_half_sizes(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> [f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::half_space::HalfSpace;
+    use crate::body::half_space::HalfSpace;
 
     #[test]
     fn the_message_says_how_large_or_that_the_surfaces_are_flat() {

@@ -9,12 +9,13 @@ use crate::mesh::quality;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
 use crate::{Error, Result};
+use std::rc::Rc;
 
 /// Stiffness and mass of the free degrees of freedom of one body.
 #[derive(Debug, Clone)]
 pub struct Operators {
-    /// Stiffness K, N/m.
-    pub stiffness: DistCsr,
+    /// Stiffness K, N/m; shared with iterative solvers.
+    pub stiffness: Rc<DistCsr>,
     /// Consistent mass M, kg; couples equal components only.
     pub mass: DistCsr,
 }
@@ -25,7 +26,7 @@ impl Operators {
         let assembly = Assembly::new(world, part, dofs)?;
         let stiffness = assembly.assemble(&Stiffness(*material));
         let mass = assembly.assemble(&Mass { density: material.density });
-        Ok(Self { stiffness, mass })
+        Ok(Self { stiffness: Rc::new(stiffness), mass })
     }
 }
 

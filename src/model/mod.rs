@@ -11,6 +11,7 @@ use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
 
+pub use crate::body::ModalMatrix;
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
@@ -66,7 +67,7 @@ impl ReducedModel {
             };
             let damping = damping(&body.damping, &omega, &format!("bodies.{name}.damping"))?;
             place[i] = reduced.len();
-            reduced.push(ReducedBody { omega, damping, contact_modes, compliance });
+            reduced.push(ReducedBody::new(omega, damping, contact_modes, compliance));
         }
         let [lower, upper] = place[..] else { return Err(missing()) };
         Self::new(interface, reduced, [lower, upper])

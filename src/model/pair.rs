@@ -1,7 +1,7 @@
 //! Two bodies on one interface: compliance, residual and modes of both together.
 
 use super::broadcast;
-use crate::body::{ReducedBody, Side};
+use crate::body::{ModalMatrix, ReducedBody, Side};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -11,18 +11,18 @@ use faer::{Mat, MatRef};
 pub struct ModalPair {
     /// W = C1 + E C2 E, m/N, `[3n, 3n]`.
     pub compliance: Mat<f64>,
-    /// Residual S = W − Ψ Ω⁻² Ψᵀ, m/N, `[3n, 3n]`.
+    /// Residual S = W − Ψ K⁻¹ Ψᵀ, m/N, `[3n, 3n]`.
     pub residual: Mat<f64>,
     /// Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m1 + m2]`.
     pub modes: Mat<f64>,
     /// Angular frequencies, rad/s, `[m1 + m2]`: the lower body's, then the upper one's.
     pub omega: Vec<f64>,
-    /// Modal damping coefficients, 1/s, `[m1 + m2]`.
-    pub damping: Vec<f64>,
+    /// Modal stiffness, 1/s², in the same order.
+    pub stiffness: ModalMatrix,
+    /// Modal damping, 1/s, in the same order.
+    pub damping: ModalMatrix,
     /// m1.
     pub lower_modes: usize,
-    /// Damping between different modes, 1/s, `[m1 + m2, m1 + m2]` with a zero diagonal; only a damping matrix has it.
-    pub coupling: Option<Mat<f64>>,
 }
 
 impl ModalPair {
@@ -30,10 +30,10 @@ impl ModalPair {
     pub fn new(lower: &ReducedBody, upper: &ReducedBody) -> Result<Self> {
         for (name, b) in [("lower", lower), ("upper", upper)] {
             let m = b.omega.len();
-            if b.damping.len() != m || b.contact_modes.ncols() != m || b.contact_modes.nrows() != b.compliance.nrows() {
+            let orders = [b.stiffness.order(), b.damping.order(), b.contact_modes.ncols()];
+            if orders != [m; 3] || b.contact_modes.nrows() != b.compliance.nrows() {
                 return Err(Error::Defect(format!(
-                    "reduced {name} body: {m} frequencies, {} damping coefficients, contact modes {:?}, compliance {:?}",
-                    b.damping.len(),
+                    "reduced {name} body: {m} frequencies, stiffness, damping and modes of {orders:?}, contact modes {:?}, compliance {:?}",
                     b.contact_modes.shape(),
                     b.compliance.shape()
                 )));
@@ -49,13 +49,19 @@ impl ModalPair {
             }
         });
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
-        let damping = lower.damping.iter().chain(&upper.damping).copied().collect();
-        let scaled = Mat::from_fn(rows, m1 + m2, |i, k| if omega[k] > 0.0 { modes[(i, k)] / omega[k] } else { 0.0 });
-        let residual = &compliance - &scaled * scaled.transpose();
-        Ok(Self { compliance, residual, modes, omega, damping, lower_modes: m1, coupling: None })
+        let (stiffness, damping) = (lower.stiffness.joined(&upper.stiffness), lower.damping.joined(&upper.damping));
+        let residual = match &stiffness {
+            ModalMatrix::Diagonal(_) => {
+                let scaled =
+                    Mat::from_fn(rows, m1 + m2, |i, k| if omega[k] > 0.0 { modes[(i, k)] / omega[k] } else { 0.0 });
+                &compliance - &scaled * scaled.transpose()
+            }
+            ModalMatrix::Blocks(_) => &compliance - &modes * stiffness.statics(modes.transpose()),
+        };
+        Ok(Self { compliance, residual, modes, omega, stiffness, damping, lower_modes: m1 })
     }
 
-    /// Collective: the pair of rank 0 on every rank; a damping between different modes stays behind.
+    /// Collective: the pair of rank 0 on every rank.
     pub fn broadcast(world: &World, root: Option<&ModalPair>) -> Self {
         let list = |of: &dyn Fn(&ModalPair) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
         Self {
@@ -63,29 +69,10 @@ impl ModalPair {
             residual: broadcast(world, root.map(|p| &p.residual)),
             modes: broadcast(world, root.map(|p| &p.modes)),
             omega: list(&|p| p.omega.clone()),
-            damping: list(&|p| p.damping.clone()),
-            coupling: None,
+            stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),
+            damping: ModalMatrix::broadcast(world, root.map(|p| &p.damping)),
             lower_modes: list(&|p| vec![p.lower_modes as f64]).first().map_or(0, |&n| n as usize),
         }
-    }
-
-    /// Takes the modal damping matrices ΦᵀCΦ of the bodies, 1/s, `[m1, m1]` and `[m2, m2]`, where there are any.
-    pub fn set_damping(&mut self, lower: Option<&Mat<f64>>, upper: Option<&Mat<f64>>) {
-        let m = self.omega.len();
-        let mut coupling = Mat::zeros(m, m);
-        for (first, matrix) in [(0, lower), (self.lower_modes, upper)] {
-            let Some(c) = matrix else { continue };
-            for j in 0..c.ncols() {
-                for i in 0..c.nrows() {
-                    if i == j {
-                        self.damping[first + i] = c[(i, i)];
-                    } else {
-                        coupling[(first + i, first + j)] = c[(i, j)];
-                    }
-                }
-            }
-        }
-        self.coupling = Some(coupling);
     }
 }
 

@@ -4,8 +4,9 @@
 //! with the same shares, so that the receptance is symmetric: H(ω) = Dᵀ [Φ diag(1/(ω_k² − ω² + i c_k ω)) Φᵀ + S] D with the residual
 //! S = C − Φ Ω⁻² Φᵀ, taken as static.
 
-use crate::body::ReducedBody;
-use faer::MatRef;
+use crate::body::{ModalMatrix, ReducedBody};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 const TWO_PI: f64 = 2.0 * std::f64::consts::PI;
@@ -24,13 +25,30 @@ pub fn receptance(body: &ReducedBody, share: &[f64], frequency: &[f64]) -> Vec<[
         let w = TWO_PI * f;
         let mut h: [[Complex<f64>; 3]; 3] =
             std::array::from_fn(|a| std::array::from_fn(|b| Complex::new(static_[a][b], 0.0)));
-        for ((phi, &own), &c) in modes.iter().zip(&body.omega).zip(&body.damping) {
-            let rest = if own > 0.0 { 1.0 / (own * own) } else { 0.0 };
-            let dynamic = Complex::new(own * own - w * w, c * w).inv() - rest;
-            for a in 0..3 {
-                for b in 0..3 {
-                    h[a][b] += dynamic * phi[a] * phi[b];
+        if let (ModalMatrix::Diagonal(stiffness), ModalMatrix::Diagonal(damping)) = (&body.stiffness, &body.damping) {
+            for ((phi, &own), &c) in modes.iter().zip(stiffness).zip(damping) {
+                let rest = if own > 0.0 { 1.0 / own } else { 0.0 };
+                let dynamic = Complex::new(own - w * w, c * w).inv() - rest;
+                for a in 0..3 {
+                    for b in 0..3 {
+                        h[a][b] += dynamic * phi[a] * phi[b];
+                    }
                 }
+            }
+            return h;
+        }
+        // Coupled modes: Φ ((K − ω² + iωC)⁻¹ − K⁻¹) Φᵀ.
+        let phi = Mat::from_fn(modes.len(), 3, |k, c| modes[k][c]);
+        let rest = phi.transpose() * body.stiffness.statics(phi.as_ref());
+        let one = |i: usize, j: usize| if i == j { w * w } else { 0.0 };
+        let dynamic = Mat::from_fn(modes.len(), modes.len(), |i, j| {
+            Complex::new(body.stiffness.get(i, j) - one(i, j), w * body.damping.get(i, j))
+        });
+        let moved = dynamic.partial_piv_lu().solve(Mat::from_fn(modes.len(), 3, |k, c| Complex::new(phi[(k, c)], 0.0)));
+        for a in 0..3 {
+            for b in 0..3 {
+                let sum: Complex<f64> = (0..modes.len()).map(|k| phi[(k, a)] * moved[(k, b)]).sum();
+                h[a][b] += sum - rest[(a, b)];
             }
         }
         h
@@ -53,7 +71,6 @@ fn spread_twice(m: MatRef<'_, f64>, share: &[f64]) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faer::Mat;
 
     /// Two nodes; two modes and a residual S.
     fn body() -> ReducedBody {
@@ -63,7 +80,7 @@ mod tests {
             let modal: f64 = (0..2).map(|k| contact_modes[(i, k)] * contact_modes[(j, k)] / omega[k].powi(2)).sum();
             modal + if i == j { 2e-9 } else { 1e-10 }
         });
-        ReducedBody { omega, damping: vec![4.0, 9.0], contact_modes, compliance }
+        ReducedBody::new(omega, vec![4.0, 9.0], contact_modes, compliance)
     }
 
     #[test]
@@ -89,12 +106,9 @@ mod tests {
     #[test]
     fn one_degree_of_freedom_has_its_closed_form() {
         let (m, k, c, s): (f64, f64, f64, f64) = (2.0, 8e5, 40.0, 1e-7);
-        let b = ReducedBody {
-            omega: vec![(k / m).sqrt()],
-            damping: vec![c / m],
-            contact_modes: Mat::from_fn(3, 1, |i, _| if i == 2 { 1.0 / m.sqrt() } else { 0.0 }),
-            compliance: Mat::from_fn(3, 3, |i, j| if i == 2 && j == 2 { 1.0 / k + s } else { 0.0 }),
-        };
+        let contact_modes = Mat::from_fn(3, 1, |i, _| if i == 2 { 1.0 / m.sqrt() } else { 0.0 });
+        let compliance = Mat::from_fn(3, 3, |i, j| if i == 2 && j == 2 { 1.0 / k + s } else { 0.0 });
+        let b = ReducedBody::new(vec![(k / m).sqrt()], vec![c / m], contact_modes, compliance);
         let f = [0.0, 30.0, 100.0, 100.6584, 500.0, 5000.0];
         for (f, h) in f.iter().zip(receptance(&b, &[1.0], &f)) {
             let w = TWO_PI * f;

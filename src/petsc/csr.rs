@@ -4,7 +4,8 @@ use super::exchange::Exchange;
 use crate::parallel::World;
 use crate::{Error, Result};
 use mpi::traits::*;
-use std::ops::Range;
+use std::ops::{Deref, Range};
+use std::rc::Rc;
 
 /// One rank's rows of a square real matrix. Rows are distributed in contiguous ranges.
 #[derive(Debug, Clone, Default)]
@@ -181,18 +182,7 @@ impl DistCsr {
 
     /// Collective: the matrix made ready for products with vectors.
     pub fn operator(&self, world: &World) -> Operator<'_> {
-        let exchange = Exchange::new(world, &self.ranges, &self.cols);
-        let own = self.rows_of(world.rank);
-        let n = self.n_local();
-        let local = self.cols.iter().map(|col| {
-            if own.contains(col) {
-                (col - own.start) as u32
-            } else {
-                // Every column outside the own rows is a ghost by construction of the exchange.
-                (n + exchange.ghosts().partition_point(|g| g < col)) as u32
-            }
-        });
-        Operator { matrix: self, local: local.collect(), exchange }
+        Operator::new(world, Held::Borrowed(self))
     }
 }
 
@@ -225,18 +215,67 @@ pub(crate) fn all_to_all<T: Equivalence + Clone + Default>(world: &World, parts:
     received
 }
 
+/// A matrix that is borrowed, or shared by those who use it.
+#[derive(Debug, Clone)]
+pub enum Held<'a> {
+    /// Borrowed.
+    Borrowed(&'a DistCsr),
+    /// Shared.
+    Shared(Rc<DistCsr>),
+}
+
+impl Deref for Held<'_> {
+    type Target = DistCsr;
+
+    fn deref(&self) -> &DistCsr {
+        match self {
+            Held::Borrowed(matrix) => matrix,
+            Held::Shared(matrix) => matrix,
+        }
+    }
+}
+
+impl<'a> From<&'a DistCsr> for Held<'a> {
+    fn from(matrix: &'a DistCsr) -> Self {
+        Held::Borrowed(matrix)
+    }
+}
+
+impl From<Rc<DistCsr>> for Held<'_> {
+    fn from(matrix: Rc<DistCsr>) -> Self {
+        Held::Shared(matrix)
+    }
+}
+
 /// A matrix with its exchange of ghost values, for repeated products.
 pub struct Operator<'a> {
-    matrix: &'a DistCsr,
+    matrix: Held<'a>,
     /// Column of each entry in the own rows followed by the ghosts.
     local: Vec<u32>,
     exchange: Exchange,
 }
 
-impl Operator<'_> {
+impl<'a> Operator<'a> {
+    /// Collective: a matrix made ready for products with vectors.
+    pub fn new(world: &World, matrix: Held<'a>) -> Self {
+        let exchange = Exchange::new(world, &matrix.ranges, &matrix.cols);
+        let own = matrix.rows_of(world.rank);
+        let n = matrix.n_local();
+        let local = matrix.cols.iter().map(|col| {
+            if own.contains(col) {
+                (col - own.start) as u32
+            } else {
+                // Every column outside the own rows is a ghost by construction of the exchange.
+                (n + exchange.ghosts().partition_point(|g| g < col)) as u32
+            }
+        });
+        let local = local.collect();
+        Self { matrix, local, exchange }
+    }
+
     /// The matrix.
     pub fn matrix(&self) -> &DistCsr {
-        self.matrix
+        &self.matrix
     }
 
     /// Collective: y = A x over local rows, `x` and `y` real or complex, of `[n_local]`.

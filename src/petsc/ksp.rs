@@ -5,7 +5,7 @@
 //! real and one in the imaginary part.
 
 use super::aij::assembled;
-use super::csr::{dot, norm2, DistCsr, Operator};
+use super::csr::{dot, norm2, DistCsr, Held, Operator};
 use super::handle::{read, vector, write, Handle};
 use super::session::{check, Petsc};
 use crate::{Error, Result};
@@ -63,28 +63,29 @@ impl<'p> Iterative<'p> {
     /// `name` stands for the matrix in messages.
     pub fn new(
         petsc: &'p Petsc<'p>,
-        matrix: &'p DistCsr,
+        matrix: impl Into<Held<'p>>,
         block: usize,
         near_null: &[Vec<f64>],
         options: IterativeOptions,
         name: &str,
     ) -> Result<Self> {
         let world = petsc.world();
+        let matrix = matrix.into();
         matrix.validate(world, name)?;
         let whole = |rows: u64| rows.is_multiple_of(block as u64);
         if !matrix.ranges.iter().all(|&r| whole(r)) {
             return Err(Error::Defect(format!("matrix {name}: row ranges {:?} cut blocks of {block}", matrix.ranges)));
         }
-        let a = assembled(petsc, matrix, block)?;
+        let a = assembled(petsc, &matrix, block)?;
         for property in [sys::MatOption_MAT_SYMMETRIC, sys::MatOption_MAT_HERMITIAN, sys::MatOption_MAT_SPD] {
             // SAFETY: a live matrix.
             check(unsafe { sys::MatSetOption(a.raw(), property, sys::PetscBool_PETSC_TRUE) }, "setting up multigrid")?;
         }
-        near_null_space(petsc, &a, matrix, near_null)?;
+        near_null_space(petsc, &a, &matrix, near_null)?;
         let ksp = solver(petsc, &a, &options, DIAGONAL_SHIFT * matrix.max_abs(world))?;
         let (n, order) = (matrix.n_local(), matrix.order());
         let (b, x) = (vector(petsc, n, order)?, vector(petsc, n, order)?);
-        Ok(Self { petsc, operator: matrix.operator(world), ksp, b, x, options, iterations: 0, solves: 0 })
+        Ok(Self { petsc, operator: Operator::new(world, matrix), ksp, b, x, options, iterations: 0, solves: 0 })
     }
 
     /// Collective: solves for `nrhs` right-hand sides in place. `rhs`: local rows, `[n_local, nrhs]` column by column.

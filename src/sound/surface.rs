@@ -3,7 +3,8 @@
 
 use super::radiators::{add, Key, Patch};
 use super::Radiators;
-use crate::body::fe::{BodyModes, FeBody};
+use crate::body::fe::BodyModes;
+use crate::body::Fields;
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::{Facet, FacetKey};
 use crate::parallel::World;
@@ -124,8 +125,8 @@ fn samples(x: [[f64; 3]; 4], size: f64) -> Vec<Sample> {
 }
 
 /// Collective: the modes of a body on patches of its surface no longer than `size` (m); on rank 0, `None` elsewhere.
-pub fn radiators(world: &World, body: &FeBody, modes: &BodyModes, size: f64) -> Radiators {
-    let part = &body.part;
+pub fn radiators(world: &World, body: &dyn Fields, modes: &BodyModes, size: f64) -> Radiators {
+    let part = body.mesh();
     let facets = boundary(part);
     let corners = |f: &[u32; 4]| f.map(|n| part.coords[n as usize]);
     let count = world.gather(&[facets.len() as u64]);
@@ -166,7 +167,7 @@ pub fn radiators(world: &World, body: &FeBody, modes: &BodyModes, size: f64) -> 
     let mut flow = vec![0.0; places.len() * m];
     let mut velocity = Mat::<f64>::zeros(pieces.len(), m);
     for (j, vector) in modes.vectors.iter().enumerate() {
-        let u = body.at_nodes(world, vector);
+        let u = body.at_nodes(vector);
         for (row, (patch, facet, s)) in pieces.iter().enumerate() {
             let through: f64 = (0..4).map(|k| s.weights[k] * dot(u[facet[k] as usize], s.area)).sum();
             flow[patch * m + j] += through;

@@ -258,7 +258,7 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
     }
 
     // Scales.
-    let stiffness = Mat::from_fn(m, m, |i, j| (if i == j { bodies.omega[i].powi(2) } else { 0.0 }) - g[(i, j)]);
+    let stiffness = Mat::from_fn(m, m, |i, j| bodies.stiffness.get(i, j) - g[(i, j)]);
     let norm = stiffness.norm_l2() / (m.max(1) as f64).sqrt();
     let rate = if norm > 0.0 { norm.sqrt() } else { 1.0 };
     let reach = g.as_ref().subcols(m, nf).norm_l2() / (nf.max(1) as f64).sqrt();
@@ -270,11 +270,8 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
         a[(i, m + i)] = 1.0;
         e[(i, i)] = 1.0;
         e[(m + i, m + i)] = 1.0;
-        a[(m + i, m + i)] = -bodies.damping[i] / rate;
         for j in 0..m {
-            if let Some(coupling) = &bodies.coupling {
-                a[(m + i, m + j)] -= coupling[(i, j)] / rate;
-            }
+            a[(m + i, m + j)] = -bodies.damping.get(i, j) / rate;
             a[(m + i, j)] = -stiffness[(i, j)] / (rate * rate);
         }
         for j in 0..nf {

@@ -3,8 +3,12 @@
 use faer::{Mat, MatRef};
 
 use crate::grid::Interface;
+use crate::model::ModalMatrix;
 use crate::model::ModalPair;
 use crate::{Error, Result};
+
+/// Largest difference of mirrored entries of the modal matrices, relative to the largest: rounding.
+const ASYMMETRY: f64 = 1e-9;
 
 /// How the reactions act in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,8 +30,10 @@ pub struct Model<'a> {
     pub modes: MatRef<'a, f64>,
     /// Angular frequencies, rad/s, `[m]`; 0 for rigid-body modes.
     pub omega: &'a [f64],
-    /// Modal damping coefficients, 1/s, `[m]`.
-    pub damping: &'a [f64],
+    /// Modal stiffness, 1/s², symmetric.
+    pub stiffness: ModalMatrix,
+    /// Modal damping, 1/s, symmetric.
+    pub damping: ModalMatrix,
     /// Modal loads that are not contact forces, ΦᵀF, N/√kg, `[m]`; an empty slice for none.
     pub load: &'a [f64],
 }
@@ -36,7 +42,8 @@ impl<'a> Model<'a> {
     /// A pair of bodies on its `interface`, without loads other than the contact's.
     pub fn of(pair: &'a ModalPair, interface: &'a Interface) -> Self {
         let (residual, modes) = (pair.residual.as_ref(), pair.modes.as_ref());
-        Self { interface, residual, modes, omega: &pair.omega, damping: &pair.damping, load: &[] }
+        let (stiffness, damping) = (pair.stiffness.clone(), pair.damping.clone());
+        Self { interface, residual, modes, omega: &pair.omega, stiffness, damping, load: &[] }
     }
 }
 
@@ -46,23 +53,36 @@ impl Model<'_> {
         let (n, m) = (self.interface.len(), self.omega.len());
         let fits = self.residual.shape() == (3 * n, 3 * n)
             && self.modes.shape() == (3 * n, m)
-            && self.damping.len() == m
+            && self.stiffness.order() == m
+            && self.damping.order() == m
             && (self.load.is_empty() || self.load.len() == m);
         if !fits {
             return Err(Error::Defect(format!(
-                "transient: residual {:?}, modes {:?}, {} damping coefficients, {} loads for {n} nodes and {m} modes",
+                "transient: residual {:?}, modes {:?}, stiffness of {}, damping of {}, {} loads for {n} nodes and {m} modes",
                 self.residual.shape(),
                 self.modes.shape(),
-                self.damping.len(),
+                self.stiffness.order(),
+                self.damping.order(),
                 self.load.len()
             )));
         }
-        if let Some(k) =
-            (0..m).find(|&k| !(self.omega[k] >= 0.0 && self.damping[k] >= 0.0 && self.omega[k].is_finite()))
-        {
+        let sound = |k: &usize| {
+            let (w, c) = (self.omega[*k], self.damping.get(*k, *k));
+            w >= 0.0 && c >= 0.0 && w.is_finite() && self.stiffness.get(*k, *k) >= 0.0
+        };
+        if let Some(k) = (0..m).find(|k| !sound(k)) {
             return Err(Error::Input(format!(
                 "transient: mode {k} has the frequency {} rad/s and the damping {} 1/s; neither may be negative",
-                self.omega[k], self.damping[k]
+                self.omega[k],
+                self.damping.get(k, k)
+            )));
+        }
+        if let Some(name) =
+            [("stiffness", &self.stiffness), ("damping", &self.damping)].iter().find(|(_, a)| a.asymmetry() > ASYMMETRY)
+        {
+            return Err(Error::Input(format!(
+                "analyses.transient: the {} matrix of a body is not symmetric, which the transient needs; stability takes it",
+                name.0
             )));
         }
         let d = |k: usize| self.residual[(k, k)];
@@ -82,15 +102,8 @@ impl Model<'_> {
         )))
     }
 
-    /// Compliance of the whole model where no mode is rigid, S + Ψ Ω⁻² Ψᵀ, m/N, `[3n, 3n]`.
+    /// Compliance of the whole model where no mode is rigid, S + Ψ K⁻¹ Ψᵀ, m/N, `[3n, 3n]`.
     pub fn statics(&self) -> Mat<f64> {
-        let scaled = Mat::from_fn(self.modes.nrows(), self.omega.len(), |i, k| {
-            if self.omega[k] > 0.0 {
-                self.modes[(i, k)] / self.omega[k]
-            } else {
-                0.0
-            }
-        });
-        self.residual + &scaled * scaled.transpose()
+        self.residual + self.modes * self.stiffness.statics(self.modes.transpose())
     }
 }

@@ -291,7 +291,7 @@ impl Operators {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::half_space::HalfSpace;
+    use crate::body::half_space::HalfSpace;
     use crate::contact::law::size;
     use crate::friction::{Exponential, FrictionLaw};
     use crate::grid::Interface;

@@ -3,22 +3,17 @@
 use super::energy::Energy;
 use super::model::Model;
 use super::stepper::State;
+use faer::Mat;
 
 impl State {
     /// At rest under the nodal reactions `reaction` (tx, ty, p), N, `[3n]`, and the loads of the model; rigid-body modes are at 0.
     pub fn at_rest(model: &Model, reaction: &[f64], approach: f64) -> Self {
         let m = model.omega.len();
-        let q = (0..m)
-            .map(|k| {
-                let load = model.load.get(k).copied().unwrap_or(0.0);
-                let force: f64 = load + reaction.iter().enumerate().map(|(i, r)| model.modes[(i, k)] * r).sum::<f64>();
-                if model.omega[k] > 0.0 {
-                    force / model.omega[k].powi(2)
-                } else {
-                    0.0
-                }
-            })
-            .collect();
+        let force = Mat::from_fn(m, 1, |k, _| {
+            let load = model.load.get(k).copied().unwrap_or(0.0);
+            load + reaction.iter().enumerate().map(|(i, r)| model.modes[(i, k)] * r).sum::<f64>()
+        });
+        let q = model.stiffness.statics(force.as_ref()).col(0).iter().copied().collect();
         Self {
             step: 0,
             q,
@@ -70,7 +65,6 @@ impl State {
 mod tests {
     use super::*;
     use crate::grid::Interface;
-    use faer::Mat;
     use num_complex::Complex64;
 
     /// Two modes, one of them rigid, on one loaded node of nine.
@@ -85,7 +79,8 @@ mod tests {
             residual: residual.as_ref(),
             modes: modes.as_ref(),
             omega: &[10.0, 0.0],
-            damping: &[0.0; 2],
+            stiffness: vec![100.0, 0.0].into(),
+            damping: vec![0.0; 2].into(),
             load: &[50.0, 3.0],
         };
         let reaction: Vec<f64> = (0..27).map(|i| if i == 14 { 100.0 } else { 0.0 }).collect();

@@ -104,7 +104,7 @@ impl<'a> Stepper<'a> {
                     .into(),
             ));
         }
-        let modal = Modal::new(&model, settings.scheme, impact);
+        let modal = Modal::new(&model, settings.scheme, impact)?;
         let w = modal.operator(&model);
         let s = model.interface;
         let travel = settings.drive.speed * settings.scheme.step;

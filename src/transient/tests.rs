@@ -5,6 +5,7 @@ use super::*;
 use crate::contact::law::Status;
 use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
+use crate::model::ModalMatrix;
 use faer::Mat;
 
 /// Compliance of every node along x, y and n, m/N.
@@ -31,10 +32,9 @@ fn none() -> Mat<f64> {
 /// A model with the given modes, without damping and loads.
 fn model<'a>(interface: &'a Interface, residual: &'a Mat<f64>, modes: &'a Mat<f64>, omega: &'a [f64]) -> Model<'a> {
     let residual = residual.as_ref();
-    Model { interface, residual, modes: modes.as_ref(), omega, damping: &ZEROS[..omega.len()], load: &[] }
+    let (stiffness, damping) = (ModalMatrix::squares(omega), vec![0.0; omega.len()].into());
+    Model { interface, residual, modes: modes.as_ref(), omega, stiffness, damping, load: &[] }
 }
-
-const ZEROS: [f64; 2] = [0.0; 2];
 
 /// A history that goes from `begin` to `end` in ten steps.
 fn straight(begin: f64, end: f64) -> History {
@@ -265,7 +265,7 @@ fn settling_finds_the_reactions_and_moves_nothing() {
 #[test]
 fn the_laws_hold_with_a_fresh_product_after_many_steps() {
     let s = Interface::paraboloid(11, 11, [6e-3; 2], [4.0; 2]).unwrap();
-    let steel = crate::contact::half_space::HalfSpace { young: 205e9, poisson: 0.3 };
+    let steel = crate::body::half_space::HalfSpace { young: 205e9, poisson: 0.3 };
     let c = steel.compliance(&s.x, &s.y).unwrap();
     let w = crate::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
     let no = Mat::<f64>::zeros(3 * s.len(), 0);
@@ -277,8 +277,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
             speed: 10.0,
             ..still(History::constant(6e-5))
         };
-        let model =
-            Model { interface: &s, residual: w.as_ref(), modes: no.as_ref(), omega: &[], damping: &[], load: &[] };
+        let model = model(&s, &w, &no, &[]);
         let (n, h, tolerance) = (s.len(), 2e-5, 1e-9);
         let settings = Settings {
             scheme: Scheme { step: h, theta: 0.5 },
@@ -392,7 +391,7 @@ fn damping_takes_what_a_free_mass_loses() {
     let (s, w) = (grid(&[]), springs());
     let modes = Mat::zeros(75, 1);
     for theta in [0.5, 0.8, 1.0] {
-        let m = Model { damping: &[100.0], ..model(&s, &w, &modes, &[0.0]) };
+        let m = Model { damping: vec![100.0].into(), ..model(&s, &w, &modes, &[0.0]) };
         let mut start = State::at_rest(&m, &[0.0; 75], 0.0);
         start.v[0] = 2.0;
         let mut settings = settings(still(History::constant(0.0)), 0.3);

@@ -8,6 +8,7 @@ use num_complex::Complex;
 use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::body::modes;
 use railsqueal::body::statics::Statics;
+use railsqueal::body::FullSystem;
 use railsqueal::contact::{LinearContact, LinearNode, Slip, Tangent};
 use railsqueal::fem::Material;
 use railsqueal::grid::ContactGrid;
@@ -187,6 +188,11 @@ fn eigenvalues(matrices: &[Mat<f64>; 3], unknowns: usize, rate: f64) -> Vec<C> {
     theta.into_iter().filter(|t| t.norm() > 1e-10 * top).map(|t| (shift + t.inv()) * rate).collect()
 }
 
+/// The matrices of the bodies.
+fn full_systems(bodies: &[FeBody]) -> Vec<&dyn FullSystem> {
+    bodies.iter().map(|b| b as &dyn FullSystem).collect()
+}
+
 /// The spectrum of the program and of the dense solution, and the dense matrices.
 fn both(
     world: &World,
@@ -202,7 +208,8 @@ fn both(
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let count = places.iter().map(|p| p.modal.len()).max().unwrap_or(0);
     let modes: Vec<BodyModes> = bodies.iter().map(|b| shared_modes(world, b, count)).collect();
-    let modes = if count > 0 { &modes[..] } else { &[] };
+    let modes: Vec<&BodyModes> = if count > 0 { modes.iter().collect() } else { Vec::new() };
+    let (bodies, modes) = (&full_systems(bodies)[..], &modes[..]);
     let found = spectrum(&petsc, FullBodies { bodies, modes, places }, s, &exact, &options, &mut Progress::new(false));
     (found, exact, matrices)
 }
@@ -398,7 +405,8 @@ pub fn backward_errors(world: &World) {
     let unknowns = k.nrows() - s.nodes.len();
     let rate = 2.0 * PI * 20e3;
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let mut system = System::new(&petsc, &bodies, &[], &places, Coupling::new(&s).unwrap(), rate).unwrap();
+    let mut system =
+        System::new(&petsc, &full_systems(&bodies), &[], &places, Coupling::new(&s).unwrap(), rate).unwrap();
     system.shift_to(0.8 * rate).unwrap();
     let x = system.start().unwrap();
     let ([lower, upper], pressure) = system.split(&x);

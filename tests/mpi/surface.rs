@@ -1,9 +1,11 @@
 //! The surface of a distributed body as radiators.
 
+use railsqueal::body::elements::{Elements, Method};
 use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::fem::Material;
 use railsqueal::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
 use railsqueal::parallel::World;
+use railsqueal::petsc::Petsc;
 use railsqueal::sound::surface::radiators;
 use railsqueal::sound::Air;
 use std::f64::consts::PI;
@@ -25,7 +27,9 @@ pub fn the_boundary_is_found_once(world: &World) {
     };
     let mesh = world.is_root().then(|| build(&spec).expect("a ring"));
     let material = Material { young: 205e9, poisson: 0.3, density: 7800. };
-    let body = FeBody::new(world, "ring", mesh.as_ref(), None, material, &[]).expect("a body");
+    let fe = FeBody::new(world, "ring", mesh.as_ref(), None, material, &[]).expect("a body");
+    let petsc = Petsc::start(world, &[], &[]).expect("PETSc");
+    let body = Elements::new(&petsc, fe, Method::Direct);
     // Motion along x, along the axis y, and outward, all of 1 m.
     let centre = [0.0, 0.0, -outer];
     let ways: [fn([f64; 3]) -> [f64; 3]; 3] = [
@@ -37,7 +41,7 @@ pub fn the_boundary_is_found_once(world: &World) {
         },
     ];
     let vector = |way: fn([f64; 3]) -> [f64; 3]| -> Vec<f64> {
-        let own = &body.part.coords[..body.part.owned];
+        let own = &body.fe.part.coords[..body.fe.part.owned];
         own.iter().flat_map(|p| way(std::array::from_fn(|c| p[c] - centre[c]))).collect()
     };
     let modes = BodyModes { omega: vec![1.0; 3], residual: vec![0.0; 3], vectors: ways.map(vector).to_vec() };

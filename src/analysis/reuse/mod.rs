@@ -3,15 +3,14 @@
 pub mod shapes;
 
 use super::bodies::Bodies;
-use crate::body::fe::BodyModes;
-use crate::body::Side;
+use crate::body::{Side, TraceModes};
 use crate::job::{Compliance, Job};
 use crate::output::datasets::reduced::{load, Origin, Reused};
 use crate::{Error, Result};
 use std::path::Path;
 
 /// What the group `/reduced` holds beside a model made from `bodies` with these `modes`.
-pub fn origin(bodies: &Bodies, modes: &[BodyModes]) -> Origin {
+pub fn origin(bodies: &Bodies, modes: &[TraceModes]) -> Origin {
     let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
     let residual = |side: Side| {
         let place = bodies.places.iter().find(|p| p.side == side);

@@ -1,9 +1,8 @@
 //! The whole mode shapes of an earlier run, which it wrote for ParaView: found again on the mesh of this run by their positions.
 
 use crate::analysis::bodies::Bodies;
-use crate::body::fe::{BodyModes, FeBody};
-use crate::body::Side;
-use crate::fem::dofs::FIXED;
+use crate::body::fe::BodyModes;
+use crate::body::{Fields, Side};
 use crate::model::ReducedModel;
 use crate::output::{companion, Reader, Values};
 use crate::parallel::World;
@@ -20,21 +19,24 @@ pub fn file(reused: &Path) -> PathBuf {
     companion(reused, "free_modes.vtkhdf")
 }
 
-/// Collective: the modes of each of [`Bodies::unique`] from the `file` of the run that gave the `model`. What stands against it is an error with a
-/// message for the user.
-pub fn read(world: &World, file: &Path, bodies: &Bodies, model: Option<&ReducedModel>) -> Result<Vec<BodyModes>> {
-    let mut all = Vec::new();
-    for (index, body) in bodies.unique.iter().enumerate() {
-        let side = bodies.places.iter().find(|p| p.body == index).map_or(Side::Lower, |p| p.side);
+/// Collective: gives each of [`Bodies::unique`] its mode shapes from the `file` of the run that gave the `model`. What stands against it is an error
+/// with a message for the user.
+pub fn read(world: &World, file: &Path, bodies: &mut Bodies, model: Option<&ReducedModel>) -> Result<()> {
+    let Bodies { places, unique } = bodies;
+    for (index, body) in unique.iter_mut().enumerate() {
+        let side = places.iter().find(|p| p.body == index).map_or(Side::Lower, |p| p.side);
         let omega = world.on_root(|| {
             let root = model.ok_or_else(|| Error::Defect("the reduced model is on rank 0".into()))?;
             let reduced = root.bodies.get(root.place[side.index()]);
             Ok(reduced.ok_or_else(|| Error::Defect("the reduced model has no such body".into()))?.omega.clone())
         })?;
         let omega = world.broadcast(omega.unwrap_or_default());
-        let vectors = world.agree(vectors(file, body, side, omega.len()))?;
-        let modes = BodyModes { omega, residual: Vec::new(), vectors };
-        let contact = body.contact_modes(world, &modes);
+        let name = body.name().to_owned();
+        let none = || Error::Defect(format!("body \"{name}\" has no mesh"));
+        let fields = body.fields_mut().ok_or_else(none)?;
+        let vectors = world.agree(vectors(file, fields, (&name, side), omega.len()))?;
+        fields.replace_shapes(Some(BodyModes { omega, residual: Vec::new(), vectors }));
+        let contact = fields.contact_modes()?;
         world.on_root(|| {
             let root = model.ok_or_else(|| Error::Defect("the reduced model is on rank 0".into()))?;
             let there = &root.bodies[root.place[side.index()]].contact_modes;
@@ -50,20 +52,19 @@ pub fn read(world: &World, file: &Path, bodies: &Bodies, model: Option<&ReducedM
                         "{}: mode {} of body {} is not that of the reduced model at the contact: it is {:.1e} of its size away from it",
                         file.display(),
                         k + 1,
-                        body.name,
+                        name,
                         apart / largest
                     )));
                 }
             }
             Ok(())
         })?;
-        all.push(modes);
     }
-    Ok(all)
+    Ok(())
 }
 
 /// This rank's degrees of freedom of the `count` modes of a body in one place.
-fn vectors(file: &Path, body: &FeBody, side: Side, count: usize) -> Result<Vec<Vec<f64>>> {
+fn vectors(file: &Path, body: &dyn Fields, (name, side): (&str, Side), count: usize) -> Result<Vec<Vec<f64>>> {
     let reader = Reader::open(file)?;
     let wrong = |what: &str| Error::Input(format!("{}: {what}", file.display()));
     let bytes = |path: &str| match reader.read(path)?.1 {
@@ -74,7 +75,7 @@ fn vectors(file: &Path, body: &FeBody, side: Side, count: usize) -> Result<Vec<V
     let body_of_step = bytes("/modes/body")?;
     let steps: Vec<usize> = (0..body_of_step.len()).filter(|&s| body_of_step[s] == number).collect();
     if steps.len() != count {
-        return Err(wrong(&format!("it has {} modes of body {}, the reduced model {count}", steps.len(), body.name)));
+        return Err(wrong(&format!("it has {} modes of body {}, the reduced model {count}", steps.len(), name)));
     }
     // The same mesh gives the same coordinates to the last bit, whatever the number of ranks; the upper body is reflected in z there.
     let mirror = side.reflection(2);
@@ -87,20 +88,14 @@ fn vectors(file: &Path, body: &FeBody, side: Side, count: usize) -> Result<Vec<V
         .filter(|(at, _)| body_of_point.get(*at) == Some(&number))
         .map(|(at, p)| (key([p[0], p[1], mirror * p[2]]), at))
         .collect();
-    let nodes: Vec<usize> = (0..body.part.owned).filter(|&n| body.dofs.local[n] != FIXED).collect();
-    let from = nodes
-        .iter()
-        .map(|&n| place.get(&key(body.part.coords[n])).copied())
-        .collect::<Option<Vec<usize>>>()
-        .ok_or_else(|| wrong(&format!("it has not all nodes of the mesh of body {}", body.name)))?;
+    let at = |n: usize| place.get(&key(body.mesh().coords[n])).copied();
     let total = body_of_point.len();
     let mut vectors = Vec::with_capacity(count);
     for step in steps {
         let shape = reader.rows("/VTKHDF/PointData/shape", step * total..(step + 1) * total)?;
-        let vector = from
-            .iter()
-            .flat_map(|&at| [0, 1, 2].map(|c| if c == 2 { mirror * shape[3 * at + 2] } else { shape[3 * at + c] }));
-        vectors.push(vector.collect());
+        let component = |at: usize, c: usize| if c == 2 { mirror * shape[3 * at + 2] } else { shape[3 * at + c] };
+        let vector = body.of_nodes(&|n| at(n).map(|at| [0, 1, 2].map(|c| component(at, c))));
+        vectors.push(vector.ok_or_else(|| wrong(&format!("it has not all nodes of the mesh of body {name}")))?);
     }
     Ok(vectors)
 }

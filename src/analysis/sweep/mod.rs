@@ -117,10 +117,10 @@ fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<Model> {
         body.damping = Default::default();
     }
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
-    let bodies = Bodies::build(world, &job, progress, &mut quiet)?;
-    let mut solvers = bodies.solvers(petsc, &job, progress, &mut quiet)?;
-    let found = modes::compute_all(petsc, &job, &bodies, &mut solvers, progress)?;
-    let model = Reduction::build(world, &job, contact, &bodies, &found, &mut solvers, progress)?;
+    let mut bodies = Bodies::build(petsc, &job, progress, &mut quiet)?;
+    bodies.factorise(&job, progress, &mut quiet)?;
+    let found = modes::compute_all(&job, &mut bodies, progress)?;
+    let model = Reduction::build(world, &job, contact, &bodies, &found, progress)?;
     Ok(Model::Elements(SharedModel::broadcast(world, model.on_root())?))
 }
 
@@ -148,7 +148,7 @@ impl Model {
                 for ((name, body), omega) in point.bodies().into_iter().zip([lower, upper]) {
                     coefficients.extend(damping(&body.damping, omega, &format!("bodies.{name}.damping"))?);
                 }
-                model.pair.damping = coefficients;
+                model.pair.damping = coefficients.into();
                 let stability::Found { sliding, spectrum, .. } =
                     stability::analyse(wanted, contact, &model.interface, &model.pair)?;
                 let (closed, reversed) = (sliding.closed.len(), sliding.reversed);

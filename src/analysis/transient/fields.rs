@@ -4,7 +4,6 @@
 use super::Inputs;
 use crate::analysis::bodies::Place;
 use crate::analysis::run::Run;
-use crate::body::statics::Statics;
 use crate::body::ReducedBody;
 use crate::output::datasets::record::BODIES;
 use crate::output::{companion, FieldKind, FieldSpec, Reader, Segments, Sequence, SequenceFile};
@@ -50,7 +49,7 @@ impl Kept {
 
 /// Collective: writes `FILE.transient.vtkhdf` with one static solve for each body and time. In memory are the modes and some times, whatever
 /// the number of steps.
-pub fn write(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics], segments: &Segments) -> Result<()> {
+pub fn write(run: &mut Run, inputs: &Inputs<'_>, segments: &Segments) -> Result<()> {
     let world = run.world();
     let parts = inputs.bodies.parts();
     let found = world.on_root(|| {
@@ -77,14 +76,14 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics], segmen
     for first in (0..times.len()).step_by(TOGETHER) {
         let count = TOGETHER.min(times.len() - first);
         let rows = world.on_root(|| kept.next(count))?.unwrap_or_default();
-        let moved = displacements(world, inputs, solvers, &rows, count)?;
+        let moved = displacements(world, inputs, &rows, count)?;
         for k in 0..count {
-            let at_nodes = |(place, u): (&Place, &Vec<f64>)| {
-                let body = &inputs.bodies.unique[place.body];
-                let owned = body.dofs.owned();
-                body.at_nodes(world, &u[k * owned..(k + 1) * owned]).into_flattened()
+            let at_nodes = |(place, u): (&Place, &Vec<f64>)| -> Result<Vec<f64>> {
+                let body = inputs.bodies.fields(place.body)?;
+                let n = body.len();
+                Ok(body.at_nodes(&u[k * n..(k + 1) * n]).into_flattened())
             };
-            let values: Vec<Vec<f64>> = inputs.bodies.places.iter().zip(&moved).map(at_nodes).collect();
+            let values: Vec<Vec<f64>> = inputs.bodies.places.iter().zip(&moved).map(at_nodes).collect::<Result<_>>()?;
             sequence.step(first + k, &[values.iter().map(Vec::as_slice).collect()])?;
         }
         run.progress.step("times", first + count, times.len());
@@ -94,26 +93,13 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics], segmen
 
 /// Collective: displacements of the body of each place at `count` times, whose rows rank 0 has, this rank's degrees of freedom, m,
 /// `[owned, count]` column by column: u = Φ (q − Ω⁻² Φ_cᵀ F) + K⁻¹ F under the contact forces F.
-fn displacements(
-    world: &World,
-    inputs: &Inputs<'_>,
-    solvers: &mut [Statics],
-    rows: &[Row],
-    count: usize,
-) -> Result<Vec<Vec<f64>>> {
+fn displacements(world: &World, inputs: &Inputs<'_>, rows: &[Row], count: usize) -> Result<Vec<Vec<f64>>> {
     let mut all = Vec::new();
     let mut first = 0;
     for (index, place) in inputs.bodies.places.iter().enumerate() {
-        let (body, modes) = (&inputs.bodies.unique[place.body], &inputs.modes[place.body]);
-        let owned = body.dofs.owned();
-        let mut forces: Vec<Vec<f64>> = rows.iter().map(|(_, r)| place.side.turned(r)).collect();
-        forces.resize(count, Vec::new());
-        let mut u = Vec::with_capacity(count * owned);
-        for forces in &forces {
-            u.extend(body.load(world, forces));
-        }
-        let solver = solvers.get_mut(place.body).ok_or_else(|| Error::Defect("a body has no solver".into()))?;
-        solver.solve(&mut u, count)?;
+        let (body, modes) = (inputs.bodies.fields(place.body)?, inputs.bodies.shapes_of(place.body)?);
+        let forces: Vec<Vec<f64>> = rows.iter().map(|(_, r)| place.side.turned(r)).collect();
+        let mut u = body.statics(&forces.concat(), count)?;
         let factors = world.on_root(|| {
             let root = inputs.model.root()?;
             let reduced = &root.bodies[root.place[index]];
@@ -201,7 +187,7 @@ mod tests {
     fn what_is_static_comes_from_the_solve_alone() {
         let omega = vec![0.0, 20.0, 50.0];
         let contact_modes = Mat::from_fn(6, 3, |i, k| ((3 * i + 5 * k) as f64).sin());
-        let body = ReducedBody { omega, damping: vec![0.0; 3], contact_modes, compliance: Mat::zeros(6, 6) };
+        let body = ReducedBody::new(omega, vec![0.0; 3], contact_modes, Mat::zeros(6, 6));
         let forces: Vec<f64> = (0..6).map(|i| 100.0 * (i as f64).cos()).collect();
         let force = |k: usize| (0..6).map(|i| body.contact_modes[(i, k)] * forces[i]).sum::<f64>();
         let rest = [0.3, force(1) / 400.0, force(2) / 2500.0];

@@ -24,13 +24,18 @@ pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
 
 /// Collective: turns the mode shapes, computed again, into those of the model that was kept: each cluster of equal frequencies by the
 /// orthogonal matrix that brings their motion of the contact nearest to the one kept (P. H. Schönemann, *Psychometrika* 31 (1966)).
-pub fn align(world: &World, bodies: &Bodies, modes: &mut [BodyModes], kept: &Reduction) -> Result<()> {
-    for (i, body) in bodies.unique.iter().enumerate() {
-        let Some(shapes) = modes.get_mut(i) else { continue };
-        let now = body.contact_modes(world, shapes);
+pub fn align(world: &World, bodies: &mut Bodies, kept: &Reduction) -> Result<()> {
+    let Bodies { places, unique } = bodies;
+    for (i, body) in unique.iter_mut().enumerate() {
+        let name = body.name().to_owned();
+        let Some(fields) = body.fields_mut() else { continue };
+        if fields.shapes().is_none() {
+            continue;
+        }
+        let now = fields.contact_modes()?;
         let turn = world.on_root(|| {
             let root = kept.root()?;
-            let place = bodies.places.iter().find(|p| p.body == i).map(|p| p.side.index());
+            let place = places.iter().find(|p| p.body == i).map(|p| p.side.index());
             let there = place.and_then(|p| root.bodies.get(root.place[p]));
             let (Some(now), Some(there)) = (now, there) else {
                 return Err(Error::Defect("the modes of a body are missing".into()));
@@ -38,12 +43,13 @@ pub fn align(world: &World, bodies: &Bodies, modes: &mut [BodyModes], kept: &Red
             turn(now.as_ref(), there.contact_modes.as_ref(), &there.omega).map_err(|e| {
                 Error::Input(format!(
                     "--resume: the modes of body \"{}\" are not those that the run was begun with: {e}",
-                    body.name
+                    name
                 ))
             })
         })?;
         let turn = world.broadcast(turn.unwrap_or_default());
-        shapes.vectors = turned(&shapes.vectors, &turn);
+        let shapes = fields.replace_shapes(None).map(|s| BodyModes { vectors: turned(&s.vectors, &turn), ..s });
+        fields.replace_shapes(shapes);
     }
     Ok(())
 }

@@ -17,8 +17,7 @@ use super::run::Run;
 use super::stability::Found;
 use super::steps::Needs;
 use super::RunOptions;
-use crate::body::fe::BodyModes;
-use crate::body::statics::Statics;
+use crate::body::TraceModes;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::{NormalLoad, SteadyProblem, Stencil};
 use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
@@ -47,9 +46,9 @@ pub struct Inputs<'a> {
     /// Its contact.
     pub contact: &'a job::Contact,
     /// The bodies with their modes.
-    pub bodies: &'a Bodies,
+    pub bodies: &'a Bodies<'a>,
     /// Modes of each of `Bodies::unique`.
-    pub modes: &'a [BodyModes],
+    pub modes: &'a [TraceModes],
     /// The reduced model.
     pub model: &'a Reduction,
     /// On rank 0: what stability found, where it was asked for.
@@ -75,8 +74,8 @@ pub(super) fn needs(wanted: &job::Transient) -> Needs {
     Needs { solvers, shapes: solvers || wanted.sound_power.is_some() }
 }
 
-/// Collective: the transient; its results become part of `file`. `solvers` are those of `Bodies::unique`, where there are any.
-pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Result<()> {
+/// Collective: the transient; its results become part of `file`.
+pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
     let world = run.world();
     let wanted = inputs.wanted;
     if wanted.body_stride > 0 && inputs.modes.is_empty() {
@@ -87,11 +86,11 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Resul
         ));
     }
     let segments = Segments::of(&inputs.options.output);
-    let mut located = Located::find(world, wanted, inputs.bodies, inputs.modes)?;
+    let mut located = Located::find(wanted, inputs.bodies, inputs.modes)?;
     if inputs.options.resume {
         world.on_root(|| segments.first()?.map_or(Ok(()), |first| located.points.restore(&first)))?;
     } else {
-        located.solve(world, inputs.bodies, inputs.modes, inputs.model, solvers)?;
+        located.solve(inputs.bodies, inputs.modes, inputs.model)?;
     }
     let points = located.points;
     let sound = match &wanted.sound_power {
@@ -134,7 +133,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, solvers: &mut [Statics]) -> Resul
     }
     if wanted.body_stride > 0 {
         run.progress.stage("motion of the bodies");
-        fields::write(run, inputs, solvers, &segments)?;
+        fields::write(run, inputs, &segments)?;
     }
     Ok(())
 }
@@ -167,9 +166,6 @@ fn advance(
 ) -> Result<(Effort, u64, f64)> {
     let root = inputs.model.root()?;
     let wanted = inputs.wanted;
-    if root.pair.coupling.is_some() {
-        return Err(Error::Job("analyses.transient: damping matrices that couple modes are not supported".into()));
-    }
     let model = Model::of(&root.pair, &root.interface);
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
     scheme.check(model.omega)?;

@@ -2,13 +2,10 @@
 
 use crate::analysis::bodies::Bodies;
 use crate::analysis::reduction::Reduction;
-use crate::body::fe::BodyModes;
 use crate::body::nearest::Nearest;
-use crate::body::residual;
-use crate::body::statics::Statics;
+use crate::body::TraceModes;
 use crate::job::{self, BodyName};
 use crate::output::datasets::points::Points;
-use crate::parallel::World;
 use crate::{Error, Result};
 
 /// The nodes that stand for the points of a job.
@@ -24,7 +21,7 @@ pub struct Located {
 
 impl Located {
     /// Collective: the nodes nearest to the points of the job; nothing moves them yet.
-    pub fn find(world: &World, wanted: &job::Transient, bodies: &Bodies, modes: &[BodyModes]) -> Result<Self> {
+    pub fn find(wanted: &job::Transient, bodies: &Bodies, modes: &[TraceModes]) -> Result<Self> {
         let mut located = Self::default();
         if !wanted.points.is_empty() && modes.is_empty() {
             return Err(Error::Job(
@@ -36,10 +33,9 @@ impl Located {
         for point in &wanted.points {
             let place = usize::from(point.body == BodyName::Upper);
             let at = bodies.places.get(place).ok_or_else(missing)?;
-            let body = &bodies.unique[at.body];
             let up = at.side.reflection(2);
             let target = [point.at[0], point.at[1], up * point.at[2]];
-            let Nearest { node, position, distance: best, cell } = body.nearest(world, target);
+            let Nearest { node, position, distance: best, cell } = bodies.fields(at.body)?.nearest(target);
             let position = [position[0], position[1], up * position[2]];
             if best > 0.5 * cell {
                 return Err(Error::Job(format!(
@@ -57,23 +53,13 @@ impl Located {
     }
 
     /// Collective: what moves the points, by three static solves for each.
-    pub fn solve(
-        &mut self,
-        world: &World,
-        bodies: &Bodies,
-        modes: &[BodyModes],
-        model: &Reduction,
-        solvers: &mut [Statics],
-    ) -> Result<()> {
+    pub fn solve(&mut self, bodies: &Bodies, modes: &[TraceModes], model: &Reduction) -> Result<()> {
         let counts: Vec<usize> = bodies.places.iter().map(|p| modes.get(p.body).map_or(0, |m| m.omega.len())).collect();
         let (mut modal, mut residual) = (Vec::new(), Vec::new());
         for (&place, &node) in self.place.iter().zip(&self.node) {
             let at = &bodies.places[place];
-            let (Some(shapes), Some(solver)) = (modes.get(at.body), solvers.get_mut(at.body)) else {
-                return Err(missing());
-            };
             let reduced = model.on_root().map(|m| m.bodies[m.place[place]].contact_modes.as_ref());
-            let motion = residual::at_node(world, &bodies.unique[at.body], solver, shapes, reduced, node)?;
+            let motion = bodies.fields(at.body)?.node_motion(reduced, node)?;
             let before: usize = counts[..place].iter().sum();
             for c in 0..3 {
                 let sign = at.side.reflection(c);

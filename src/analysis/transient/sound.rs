@@ -122,16 +122,16 @@ impl<'a> Sound<'a> {
             false => false,
         };
         if world.broadcast(vec![u8::from(kept)]) != [1] {
-            sound.radiate(world, inputs);
+            sound.radiate(world, inputs)?;
         }
         Ok(sound)
     }
 
     /// Collective: how the modes radiate.
-    fn radiate(&mut self, world: &World, inputs: &Inputs<'_>) {
+    fn radiate(&mut self, world: &World, inputs: &Inputs<'_>) -> Result<()> {
         for b in self.bodies(inputs) {
-            let (body, modes) = (&inputs.bodies.unique[b], &inputs.modes[b]);
-            let [size, coarsest] = self.patch_sizes(body.diameter(world));
+            let (body, modes) = (inputs.bodies.fields(b)?, inputs.bodies.shapes_of(b)?);
+            let [size, coarsest] = self.patch_sizes(body.diameter());
             let radiators = surface::radiators(world, body, modes, size);
             // Each rank takes some of the frequencies.
             let (rank, ranks) = (world.rank, world.size);
@@ -139,6 +139,7 @@ impl<'a> Sound<'a> {
             let resistances = world.sum_all(&some);
             self.given.insert(b, Given { resistances, plane: Radiation::of_plane_waves(&radiators, self.air) });
         }
+        Ok(())
     }
 
     /// The bodies whose sound is wanted, by their index in `Bodies::unique`.

@@ -2,6 +2,7 @@
 
 use super::super::{Reader, Segments, Table, Values};
 use crate::job::{differences, Job};
+use crate::model::ModalMatrix;
 use crate::transient::{Energy, Model, State};
 use crate::{Error, Result};
 use serde_json::Value;
@@ -22,7 +23,11 @@ pub fn identity(model: &Model<'_>) -> String {
     for matrix in [model.residual, model.modes] {
         matrix.col_iter().for_each(|c| c.iter().for_each(|&v| add(v)));
     }
-    model.omega.iter().chain(model.damping).chain(&model.interface.gap).for_each(|&v| add(v));
+    model.omega.iter().chain(&model.damping.values()).chain(&model.interface.gap).for_each(|&v| add(v));
+    // That of a body at rest is in its frequencies.
+    if let ModalMatrix::Blocks(_) = &model.stiffness {
+        model.stiffness.values().into_iter().for_each(add);
+    }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 

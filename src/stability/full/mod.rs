@@ -7,7 +7,8 @@ mod damping;
 pub(super) mod inverse;
 pub mod system;
 
-use crate::body::fe::{BodyModes, FeBody};
+use crate::body::fe::BodyModes;
+use crate::body::FullSystem;
 use crate::contact::LinearContact;
 use crate::petsc::pep::{quadratic, QuadraticOptions};
 use crate::petsc::Petsc;
@@ -91,9 +92,9 @@ pub struct FullResult {
 #[derive(Clone, Copy)]
 pub struct FullBodies<'a, 'b> {
     /// The bodies that differ.
-    pub bodies: &'a [FeBody],
+    pub bodies: &'b [&'a dyn FullSystem],
     /// Free modes of each of them, whose frequencies the shifts avoid, or none.
-    pub modes: &'b [BodyModes],
+    pub modes: &'b [&'b BodyModes],
     /// The lower and the upper body.
     pub places: &'b [Place; 2],
 }

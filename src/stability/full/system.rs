@@ -10,8 +10,8 @@
 use super::coupling::{CoupledContact, Coupling};
 use super::damping::{Damping, ModalCorrection, ModalDamping, Place};
 use super::inverse::{Inverse, ShiftedBody};
-use crate::body::fe::{BodyModes, FeBody};
-use crate::body::Side;
+use crate::body::fe::BodyModes;
+use crate::body::{FullSystem, Side};
 use crate::parallel::World;
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::csr::Operator;
@@ -27,14 +27,14 @@ type C = Complex<f64>;
 
 /// One of the two bodies.
 struct Part<'a> {
-    fe: &'a FeBody,
+    body: &'a dyn FullSystem,
     side: Side,
     stiffness: Operator<'a>,
     mass: Operator<'a>,
     damping: Damping,
     modal: Option<ModalDamping>,
     /// Index in the list of finite-element bodies: equal for mirror images.
-    body: usize,
+    index: usize,
     /// This rank's contact rows of the body in lower form: (row of the coupling, local degree of freedom, coefficient).
     rows: Vec<(usize, usize, f64)>,
     /// First of its local unknowns.
@@ -43,7 +43,7 @@ struct Part<'a> {
 
 impl Part<'_> {
     fn len(&self) -> usize {
-        self.fe.dofs.owned()
+        self.body.stiffness().n_local()
     }
 
     /// This rank's entries of Y: (row of the coupling, local degree of freedom, coefficient).
@@ -91,8 +91,8 @@ impl<'a> System<'a> {
     /// damping. `rate` is the unit of λ, rad/s.
     pub fn new(
         petsc: &'a Petsc<'a>,
-        bodies: &'a [FeBody],
-        modes: &[BodyModes],
+        bodies: &[&'a dyn FullSystem],
+        modes: &[&BodyModes],
         places: &[Place; 2],
         coupling: Coupling,
         rate: f64,
@@ -100,27 +100,28 @@ impl<'a> System<'a> {
         let world = petsc.world();
         let mut parts: Vec<Part> = Vec::new();
         let mut first = 0;
-        for (side, &Place { body, damping, modal: ref coefficients }) in Side::BOTH.into_iter().zip(places) {
-            let fe = bodies.get(body).ok_or_else(|| Error::Defect("full stability: a body is missing".into()))?;
-            let mut place_of = vec![None; fe.trace.rows() / 3];
+        for (side, &Place { body: index, damping, modal: ref coefficients }) in Side::BOTH.into_iter().zip(places) {
+            let missing = || Error::Defect("full stability: a body is missing".into());
+            let body = *bodies.get(index).ok_or_else(missing)?;
+            let mut place_of = vec![None; body.trace().rows() / 3];
             coupling.nodes.iter().enumerate().for_each(|(at, &node)| place_of[node] = Some(at));
             let in_contact =
                 |&(row, dof, factor): &(usize, usize, f64)| place_of[row / 3].map(|at| (3 * at + row % 3, dof, factor));
-            let mut rows: Vec<_> = fe.trace.own().iter().filter_map(in_contact).collect();
+            let mut rows: Vec<_> = body.trace().own().iter().filter_map(in_contact).collect();
             rows.sort_by_key(|r| r.0);
-            let (stiffness, mass) = (fe.operators.stiffness.operator(world), fe.operators.mass.operator(world));
-            let modal = match (coefficients.is_empty(), modes.get(body)) {
+            let (stiffness, mass) = (body.stiffness().operator(world), body.mass().operator(world));
+            let modal = match (coefficients.is_empty(), modes.get(index)) {
                 (true, _) => None,
                 (_, None) => return Err(Error::Defect("full stability: no modes to damp".into())),
                 (_, Some(modes)) => {
-                    let twin = parts.iter().filter(|p| p.body == body).find_map(|p| p.modal.as_ref());
+                    let twin = parts.iter().filter(|p| p.index == index).find_map(|p| p.modal.as_ref());
                     let loads =
                         twin.map_or_else(|| ModalDamping::loads(world, &mass, modes), |twin| Rc::clone(&twin.loads));
                     Some(ModalDamping::new(loads, coefficients)?)
                 }
             };
-            parts.push(Part { fe, side, stiffness, mass, damping, modal, body, rows, first });
-            first += fe.dofs.owned();
+            parts.push(Part { body, side, stiffness, mass, damping, modal, index, rows, first });
+            first += body.stiffness().n_local();
         }
         let stiffness = parts.iter().map(|p| p.stiffness.matrix().max_abs(world)).fold(0.0, f64::max);
         let mut norms = [0.0f64; 3];
@@ -165,7 +166,7 @@ impl<'a> System<'a> {
         for (index, part) in self.parts.iter().enumerate() {
             let same = |g: &&mut Vec<usize>| {
                 let other = &self.parts[g[0]];
-                other.body == part.body && other.damping == part.damping
+                other.index == part.index && other.damping == part.damping
             };
             match groups.iter_mut().find(same) {
                 Some(group) => group.push(index),
@@ -228,8 +229,8 @@ impl<'a> System<'a> {
     fn invert(&self, group: Vec<usize>, sigma: C, s: Option<f64>) -> Result<ShiftedBody<'a>> {
         let part = &self.parts[group[0]];
         let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
-        let (k, mass) = (&part.fe.operators.stiffness, &part.fe.operators.mass);
-        let name = format!("body {} at {:.1} Hz", part.fe.name, sigma.im / (2.0 * std::f64::consts::PI));
+        let (k, mass) = (part.body.stiffness(), part.body.mass());
+        let name = format!("body {} at {:.1} Hz", part.body.name(), sigma.im / (2.0 * std::f64::consts::PI));
         let modal = group.iter().find_map(|&p| self.parts[p].modal.as_ref());
         let count = m + modal.map_or(0, |d| d.loads.len());
         let mut loads = vec![0.0; n * count];

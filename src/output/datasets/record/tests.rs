@@ -29,7 +29,7 @@ fn model() -> ReducedModel {
             let own = if i == j { 1e-6 } else { 0.0 };
             own + (0..m).map(|k| modes[(i, k)] * modes[(j, k)] / omega[k].powi(2)).sum::<f64>()
         });
-        ReducedBody { damping: vec![3.0; m], omega, contact_modes: modes, compliance }
+        ReducedBody::new(omega, vec![3.0; m], modes, compliance)
     };
     let bodies = vec![body(vec![150.0, 400.0], 0), body(vec![230.0], 2)];
     let pair = ModalPair::new(&bodies[0], &bodies[1]).expect("a pair");

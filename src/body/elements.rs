@@ -1,0 +1,211 @@
+//! A body of finite elements with the solver and the modes that belong to it.
+
+use super::fe::{BodyModes, FeBody};
+use super::modes::{self, Extent};
+use super::nearest::Nearest;
+use super::order::Order;
+use super::residual::{self, NodeMotion};
+use super::statics::Statics;
+use super::{Body, Fields, FullSystem, Kind, Steps, TraceModes};
+use crate::fem::dofs::FIXED;
+use crate::fem::stress;
+use crate::mesh::distribute::MeshPart;
+use crate::parallel::World;
+use crate::petsc::session::Petsc;
+use crate::{Error, Result};
+use faer::{Mat, MatRef};
+use std::cell::{RefCell, RefMut};
+
+/// How static problems of the body are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// By a factorisation, which modes need as well.
+    Direct,
+    /// By conjugate gradients with algebraic multigrid.
+    Iterative,
+}
+
+/// A body of finite elements.
+pub struct Elements<'p> {
+    petsc: &'p Petsc<'p>,
+    /// Mesh, degrees of freedom, matrices and trace.
+    pub fe: FeBody,
+    method: Method,
+    statics: RefCell<Option<Statics<'p>>>,
+    shapes: Option<BodyModes>,
+    order: Order,
+}
+
+impl<'p> Elements<'p> {
+    /// The body `fe`, whose static problems are to be solved by `method`.
+    pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: Method) -> Self {
+        let order = Order::new(&fe.name);
+        Self { petsc, fe, method, statics: RefCell::new(None), shapes: None, order }
+    }
+
+    /// Collective: notes that `call` begins; the ranks agree on it.
+    fn enter(&self, call: &'static str) -> Result<&'p World> {
+        let world = self.petsc.world();
+        self.order.enter(world, call)?;
+        Ok(world)
+    }
+
+    /// The solver, of a body that has one.
+    fn solver(&self) -> Result<RefMut<'_, Statics<'p>>> {
+        let missing = || Error::Defect(format!("body \"{}\" has no solver: it is not factorised", self.fe.name));
+        let held = self.statics.try_borrow_mut().map_err(|_| missing())?;
+        RefMut::filter_map(held, Option::as_mut).map_err(|_| missing())
+    }
+
+    fn known_shapes(&self) -> Result<&BodyModes> {
+        let missing = || Error::Defect(format!("body \"{}\" has no mode shapes", self.fe.name));
+        self.shapes.as_ref().ok_or_else(missing)
+    }
+
+    /// Collective: `count` sets of forces on the contact rows, N, `[3n, count]` column by column on rank 0, as loads on this rank's degrees of
+    /// freedom, `[owned, count]`.
+    fn loads(&self, forces: &[f64], count: usize) -> Vec<f64> {
+        let world = self.petsc.world();
+        let rows = self.fe.trace.rows();
+        let set = |k: usize| if world.is_root() { &forces[k * rows..(k + 1) * rows] } else { &[] };
+        (0..count).flat_map(|k| self.fe.load(world, set(k))).collect()
+    }
+}
+
+impl Body for Elements<'_> {
+    fn name(&self) -> &str {
+        &self.fe.name
+    }
+
+    fn kind(&self) -> Kind {
+        Kind::Elements
+    }
+
+    fn rows(&self) -> usize {
+        self.fe.trace.rows()
+    }
+
+    fn factorise(&mut self) -> Result<Option<String>> {
+        self.enter("factorise")?;
+        // What is there goes before the next one is made.
+        *self.statics.get_mut() = None;
+        let made = match self.method {
+            Method::Direct => Statics::direct(self.petsc, &self.fe)?,
+            Method::Iterative => Statics::iterative(self.petsc, &self.fe)?,
+        };
+        let text = made.describe();
+        *self.statics.get_mut() = Some(made);
+        Ok(Some(text))
+    }
+
+    fn release(&mut self) -> Result<()> {
+        self.enter("release")?;
+        *self.statics.get_mut() = None;
+        Ok(())
+    }
+
+    fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>> {
+        let world = self.enter("compliance")?;
+        self.fe.compliance(world, &mut *self.solver()?, steps)
+    }
+
+    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
+        let world = self.enter("modes")?;
+        let found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, steps)?;
+        let (omega, residual) = (found.omega.clone(), found.residual.clone());
+        let rows = self.fe.contact_modes(world, &found);
+        let reach = omega.last().copied().unwrap_or(0.0);
+        self.shapes = Some(found);
+        Ok(TraceModes { omega, residual, rows, damping: None, reach })
+    }
+
+    fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
+        let world = self.enter("response")?;
+        let motion = self.fe.response(world, &mut *self.solver()?, forces)?;
+        Ok(self.fe.trace.at(world, &motion))
+    }
+
+    fn fields(&self) -> Option<&dyn Fields> {
+        Some(self)
+    }
+
+    fn fields_mut(&mut self) -> Option<&mut dyn Fields> {
+        Some(self)
+    }
+
+    fn full_system(&self) -> Option<&dyn FullSystem> {
+        Some(&self.fe)
+    }
+}
+
+impl Fields for Elements<'_> {
+    fn mesh(&self) -> &MeshPart {
+        &self.fe.part
+    }
+
+    fn len(&self) -> usize {
+        self.fe.dofs.owned()
+    }
+
+    fn nearest(&self, point: [f64; 3]) -> Nearest {
+        self.fe.nearest(self.petsc.world(), point)
+    }
+
+    fn diameter(&self) -> f64 {
+        self.fe.diameter(self.petsc.world())
+    }
+
+    fn at_nodes(&self, motion: &[f64]) -> Vec<[f64; 3]> {
+        self.fe.at_nodes(self.petsc.world(), motion)
+    }
+
+    fn von_mises(&self, motion: &[f64]) -> Vec<f64> {
+        let u = self.at_nodes(motion);
+        self.fe.at_all_nodes(self.petsc.world(), &stress::von_mises(&self.fe.part, &u, &self.fe.material))
+    }
+
+    fn of_nodes(&self, value: &dyn Fn(usize) -> Option<[f64; 3]>) -> Option<Vec<f64>> {
+        let free = (0..self.fe.part.owned).filter(|&n| self.fe.dofs.local[n] != FIXED);
+        let values: Option<Vec<[f64; 3]>> = free.map(value).collect();
+        values.map(|v| v.into_flattened())
+    }
+
+    fn shapes(&self) -> Option<&BodyModes> {
+        self.shapes.as_ref()
+    }
+
+    fn replace_shapes(&mut self, shapes: Option<BodyModes>) -> Option<BodyModes> {
+        std::mem::replace(&mut self.shapes, shapes)
+    }
+
+    fn contact_modes(&self) -> Result<Option<Mat<f64>>> {
+        let world = self.enter("contact_modes")?;
+        Ok(self.fe.contact_modes(world, self.known_shapes()?))
+    }
+
+    fn statics(&self, forces: &[f64], count: usize) -> Result<Vec<f64>> {
+        self.enter("statics")?;
+        let mut motions = self.loads(forces, count);
+        self.solver()?.solve(&mut motions, count)?;
+        Ok(motions)
+    }
+
+    fn improve(&self, motions: &mut [f64], forces: &[f64], count: usize, accuracy: f64) -> Result<()> {
+        self.enter("improve")?;
+        let loads = self.loads(forces, count);
+        self.solver()?.improve(motions, &loads, count, accuracy)
+    }
+
+    fn iterations(&self) -> usize {
+        self.solver().map_or(0, |s| s.iterations())
+    }
+
+    fn at_contact(&self, motion: &[f64]) -> Vec<f64> {
+        self.fe.trace.at(self.petsc.world(), motion)
+    }
+
+    fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeMotion> {
+        let world = self.enter("node_motion")?;
+        residual::at_node(world, &self.fe, &mut *self.solver()?, self.known_shapes()?, contact_modes, node)
+    }
+}

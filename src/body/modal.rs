@@ -1,0 +1,240 @@
+//! Matrices in modal coordinates: diagonal where the modes do not couple, one full block for each body where they do.
+
+use crate::parallel::World;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
+use num_complex::Complex;
+use std::ops::{AddAssign, Mul};
+
+/// A matrix over the modes of one body, or of several bodies one after the other; bodies never couple in it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ModalMatrix {
+    /// The diagonal, `[m]`.
+    Diagonal(Vec<f64>),
+    /// Square blocks along the diagonal, one for each body.
+    Blocks(Vec<Mat<f64>>),
+}
+
+impl From<Vec<f64>> for ModalMatrix {
+    fn from(diagonal: Vec<f64>) -> Self {
+        ModalMatrix::Diagonal(diagonal)
+    }
+}
+
+impl From<Mat<f64>> for ModalMatrix {
+    fn from(block: Mat<f64>) -> Self {
+        ModalMatrix::Blocks(vec![block])
+    }
+}
+
+impl ModalMatrix {
+    /// diag(ω²) of angular frequencies, rad/s.
+    pub fn squares(omega: &[f64]) -> Self {
+        ModalMatrix::Diagonal(omega.iter().map(|w| w * w).collect())
+    }
+
+    /// Number of modes m.
+    pub fn order(&self) -> usize {
+        match self {
+            ModalMatrix::Diagonal(d) => d.len(),
+            ModalMatrix::Blocks(blocks) => blocks.iter().map(Mat::nrows).sum(),
+        }
+    }
+
+    /// The blocks, a diagonal being one of them.
+    pub fn blocks(&self) -> Vec<Mat<f64>> {
+        match self {
+            ModalMatrix::Diagonal(d) => vec![Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 })],
+            ModalMatrix::Blocks(blocks) => blocks.clone(),
+        }
+    }
+
+    /// The matrix of two bodies, one after the other: diagonal if both are.
+    pub fn joined(&self, other: &Self) -> Self {
+        match (self, other) {
+            (ModalMatrix::Diagonal(a), ModalMatrix::Diagonal(b)) => ModalMatrix::Diagonal([&a[..], &b[..]].concat()),
+            _ => ModalMatrix::Blocks([self.blocks(), other.blocks()].concat()),
+        }
+    }
+
+    /// The matrix times a factor.
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            ModalMatrix::Diagonal(d) => ModalMatrix::Diagonal(d.iter().map(|v| factor * v).collect()),
+            ModalMatrix::Blocks(blocks) => {
+                ModalMatrix::Blocks(blocks.iter().map(|b| faer::Scale(factor) * b).collect())
+            }
+        }
+    }
+
+    /// Entry (i, j).
+    pub fn get(&self, i: usize, j: usize) -> f64 {
+        match self {
+            ModalMatrix::Diagonal(d) => {
+                if i == j {
+                    d[i]
+                } else {
+                    0.0
+                }
+            }
+            ModalMatrix::Blocks(blocks) => {
+                let mut first = 0;
+                for b in blocks {
+                    let end = first + b.nrows();
+                    if i < end && j < end {
+                        return if i >= first && j >= first { b[(i - first, j - first)] } else { 0.0 };
+                    }
+                    first = end;
+                }
+                0.0
+            }
+        }
+    }
+
+    /// The whole matrix, `[m, m]`.
+    pub fn full(&self) -> Mat<f64> {
+        let m = self.order();
+        let mut all = Mat::zeros(m, m);
+        let mut first = 0;
+        for b in self.blocks() {
+            let n = b.nrows();
+            all.as_mut().submatrix_mut(first, first, n, n).copy_from(&b);
+            first += n;
+        }
+        all
+    }
+
+    /// A x of real or complex amplitudes, `[m]`.
+    pub fn times<T>(&self, x: &[T]) -> Vec<T>
+    where
+        T: Copy + Default + AddAssign,
+        f64: Mul<T, Output = T>,
+    {
+        let blocks = match self {
+            ModalMatrix::Diagonal(d) => return d.iter().zip(x).map(|(d, x)| *d * *x).collect(),
+            ModalMatrix::Blocks(blocks) => blocks,
+        };
+        let mut out = vec![T::default(); x.len()];
+        let mut first = 0;
+        for b in blocks {
+            let span = first..first + b.nrows();
+            for (column, &x) in b.col_iter().zip(&x[span.clone()]) {
+                out[span.clone()].iter_mut().zip(column.iter()).for_each(|(o, a)| *o += *a * x);
+            }
+            first = span.end;
+        }
+        out
+    }
+
+    /// xᴴ A x of the symmetric part.
+    pub fn form(&self, x: &[Complex<f64>]) -> f64 {
+        x.iter().zip(self.times(x)).map(|(x, y)| (x.conj() * y).re).sum()
+    }
+
+    /// Largest |a_ij − a_ji| over the largest |a_ij|.
+    pub fn asymmetry(&self) -> f64 {
+        let ModalMatrix::Blocks(blocks) = self else { return 0.0 };
+        let (mut largest, mut apart) = (0.0f64, 0.0f64);
+        for b in blocks {
+            for j in 0..b.ncols() {
+                for i in 0..b.nrows() {
+                    largest = largest.max(b[(i, j)].abs());
+                    apart = apart.max((b[(i, j)] - b[(j, i)]).abs());
+                }
+            }
+        }
+        if largest > 0.0 {
+            apart / largest
+        } else {
+            0.0
+        }
+    }
+
+    /// Every entry that is kept, block by block.
+    pub fn values(&self) -> Vec<f64> {
+        match self {
+            ModalMatrix::Diagonal(d) => d.clone(),
+            ModalMatrix::Blocks(blocks) => {
+                blocks.iter().flat_map(|b| b.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>())).collect()
+            }
+        }
+    }
+
+    /// Collective: the matrix of rank 0 on every rank.
+    pub fn broadcast(world: &World, root: Option<&Self>) -> Self {
+        // Orders of the blocks; none for a diagonal.
+        let orders = root.map_or(Vec::new(), |m| match m {
+            ModalMatrix::Diagonal(_) => Vec::new(),
+            ModalMatrix::Blocks(blocks) => blocks.iter().map(|b| b.nrows() as u64).collect(),
+        });
+        let orders = world.broadcast(orders);
+        let values = world.broadcast(root.map_or(Vec::new(), Self::values));
+        if orders.is_empty() {
+            return ModalMatrix::Diagonal(values);
+        }
+        let mut rest = &values[..];
+        let block = |n: u64| {
+            let n = n as usize;
+            let (mine, others) = rest.split_at(n * n);
+            rest = others;
+            Mat::from_fn(n, n, |i, j| mine[i + n * j])
+        };
+        ModalMatrix::Blocks(orders.into_iter().map(block).collect())
+    }
+
+    /// The static amplitudes K⁻¹ f under modal forces, columns of `[m, k]`, with this matrix as stiffness. Modes without stiffness stay at 0.
+    pub fn statics(&self, forces: MatRef<'_, f64>) -> Mat<f64> {
+        let blocks = match self {
+            ModalMatrix::Diagonal(d) => {
+                let at = |i: usize, j: usize| if d[i] > 0.0 { forces[(i, j)] / d[i] } else { 0.0 };
+                return Mat::from_fn(forces.nrows(), forces.ncols(), at);
+            }
+            ModalMatrix::Blocks(blocks) => blocks,
+        };
+        let mut out = Mat::zeros(forces.nrows(), forces.ncols());
+        let mut first = 0;
+        for b in blocks {
+            let largest = b.norm_max();
+            let stiff: Vec<usize> =
+                (0..b.nrows()).filter(|&i| b.row(i).norm_max().max(b.col(i).norm_max()) > 1e-14 * largest).collect();
+            let k = Mat::from_fn(stiff.len(), stiff.len(), |i, j| b[(stiff[i], stiff[j])]);
+            let f = Mat::from_fn(stiff.len(), forces.ncols(), |i, j| forces[(first + stiff[i], j)]);
+            let q = k.partial_piv_lu().solve(&f);
+            for (i, &row) in stiff.iter().enumerate() {
+                (0..forces.ncols()).for_each(|j| out[(first + row, j)] = q[(i, j)]);
+            }
+            first += b.nrows();
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blocks() -> ModalMatrix {
+        let a = Mat::from_fn(2, 2, |i, j| [[4.0, 1.0], [1.0, 3.0]][i][j]);
+        ModalMatrix::from(a).joined(&ModalMatrix::from(vec![5.0, 0.0]))
+    }
+
+    #[test]
+    fn bodies_do_not_couple() {
+        let m = blocks();
+        assert_eq!((m.order(), m.get(0, 1), m.get(1, 2), m.get(2, 0), m.get(2, 2)), (4, 1.0, 0.0, 0.0, 5.0));
+        let x = [1.0, -2.0, 3.0, 7.0];
+        assert_eq!(m.times(&x), [2.0, -5.0, 15.0, 0.0]);
+        let full = m.full();
+        assert!((0..4).all(|i| (0..4).all(|j| full[(i, j)] == m.get(i, j))));
+        assert_eq!(m.scaled(2.0).times(&x), [4.0, -10.0, 30.0, 0.0]);
+    }
+
+    #[test]
+    fn statics_undo_the_stiffness_and_leave_rigid_modes_alone() {
+        let m = blocks();
+        let q = [0.3, -0.1, 2.0, 0.0];
+        let f = m.times(&q);
+        let found = m.statics(Mat::from_fn(4, 1, |i, _| if i == 3 { 9.0 } else { f[i] }).as_ref());
+        assert!((0..4).all(|i| (found[(i, 0)] - q[i]).abs() < 1e-15), "{found:?}");
+    }
+}
