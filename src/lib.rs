@@ -11,6 +11,7 @@ pub mod analysis;
 pub mod body;
 pub mod contact;
 mod dense;
+pub mod eigen;
 pub mod error;
 pub mod fem;
 pub mod friction;

@@ -1,6 +1,7 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
 use super::report::Summary;
+use super::modes::method as eigen_method;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::{Body, Fields, FullSystem, Side};
@@ -100,7 +101,7 @@ impl<'p> Bodies<'p> {
                 LinearSolver::Mumps => Method::Direct,
                 LinearSolver::Gamg => Method::Iterative,
             };
-            bodies.unique.push(Box::new(Elements::new(petsc, fe, method)));
+            bodies.unique.push(Box::new(Elements::new(petsc, fe, method).with_modes_by(eigen_method(job))));
         }
         Ok(bodies)
     }

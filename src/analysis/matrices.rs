@@ -3,7 +3,7 @@
 use super::report::Summary;
 use super::run::Run;
 use super::sweep::{self, Base};
-use super::{full_stability, stability};
+use super::{full_stability, modes::method, stability};
 use crate::body::matrices::{reduce, Matrices, Reduced, SignedRow};
 use crate::body::modes::Extent;
 use crate::body::{ModalMatrix, ReducedBody};
@@ -118,7 +118,7 @@ pub(super) fn reduce_all(
         }
         progress.stage(format!("modes, body {name}"));
         let step = &mut |done, of| progress.step("modes", done, of);
-        let reduced = reduce(petsc, name, matrices.as_ref(), extent, step)?;
+        let reduced = reduce(petsc, name, matrices.as_ref(), extent, method(job), step)?;
         bodies.extend(matrices.zip(reduced).map(|(matrices, reduced)| MatrixBody { name, matrices, reduced }));
     }
     Ok(bodies)

@@ -7,6 +7,7 @@ use super::order::Order;
 use super::residual::{self, NodeMotion};
 use super::statics::Statics;
 use super::{Body, Fields, FullSystem, Kind, Steps, TraceModes};
+use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
 use crate::fem::stress;
 use crate::mesh::distribute::MeshPart;
@@ -31,6 +32,7 @@ pub struct Elements<'p> {
     /// Mesh, degrees of freedom, matrices and trace.
     pub fe: FeBody,
     method: Method,
+    eigen: sparse::Method,
     statics: RefCell<Option<Statics<'p>>>,
     shapes: Option<BodyModes>,
     order: Order,
@@ -40,7 +42,13 @@ impl<'p> Elements<'p> {
     /// The body `fe`, whose static problems are to be solved by `method`.
     pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: Method) -> Self {
         let order = Order::new(&fe.name);
-        Self { petsc, fe, method, statics: RefCell::new(None), shapes: None, order }
+        let eigen = sparse::Method::default();
+        Self { petsc, fe, method, eigen, statics: RefCell::new(None), shapes: None, order }
+    }
+
+    /// The same body with modes computed by `eigen`.
+    pub fn with_modes_by(self, eigen: sparse::Method) -> Self {
+        Self { eigen, ..self }
     }
 
     /// Collective: notes that `call` begins; the ranks agree on it.
@@ -111,7 +119,7 @@ impl Body for Elements<'_> {
 
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
         let world = self.enter("modes")?;
-        let found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, steps)?;
+        let found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, self.eigen, steps)?;
         let (omega, residual) = (found.omega.clone(), found.residual.clone());
         let rows = self.fe.contact_modes(world, &found);
         let reach = omega.last().copied().unwrap_or(0.0);

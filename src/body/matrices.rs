@@ -8,9 +8,9 @@ use super::clusters;
 use super::matrix_market::{self, Csr};
 use super::modes::Extent;
 use super::ReducedBody;
+use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
-use crate::petsc::eps::{self, ModesOptions};
 use crate::petsc::mumps::{Factor, FactorOptions, Kind};
 use crate::petsc::session::Petsc;
 use crate::{Error, Result};
@@ -131,12 +131,13 @@ impl Reduced {
     }
 }
 
-/// Collective: modes and compliance of the body `name`, whose matrices rank 0 holds; the result is on rank 0.
+/// Collective: modes, computed by `method` if the body is large, and compliance of the body `name`, whose matrices rank 0 holds; the result is on rank 0.
 pub fn reduce(
     petsc: &Petsc,
     name: &str,
     matrices: Option<&Matrices>,
     extent: Extent,
+    method: Method,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Option<Reduced>> {
     let world = petsc.world();
@@ -148,7 +149,7 @@ pub fn reduce(
             None => Err(Error::Defect("no matrices on rank 0".into())),
         });
     }
-    sparse(petsc, name, matrices, extent, progress).map_err(named)
+    sparse(petsc, name, matrices, extent, method, progress).map_err(named)
 }
 
 /// A negative shift of the scale of the mean eigenvalue.
@@ -288,6 +289,7 @@ fn sparse(
     name: &str,
     matrices: Option<&Matrices>,
     extent: Extent,
+    method: Method,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Option<Reduced>> {
     let world = petsc.world();
@@ -311,11 +313,11 @@ fn sparse(
         }
         Err(e) => return Err(e),
     };
-    let (stiffness, mass) = (k.operator(world), m.operator(world));
+    let pencil = sparse::Matrices::new(world, &k, &m);
     let mut wanted = (count + 3).min(k.order() as usize);
     let found = loop {
-        let options = ModesOptions { sigma: shift, count: wanted, prefix: format!("{name}_") };
-        let found = eps::modes(petsc, &mut factor, &stiffness, &mass, &options, progress)?;
+        let options = ModesOptions { sigma: shift, count: wanted, method, prefix: format!("{name}_") };
+        let found = sparse::modes(petsc, &mut factor, &pencil, &options, progress)?;
         let omega = frequencies(&found.lambda, shift)?;
         if clusters::cut(&omega, count).is_none() && omega.len() < k.order() as usize {
             wanted = (omega.len() + omega.len() / 4 + 3).min(k.order() as usize);

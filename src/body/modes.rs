@@ -3,8 +3,8 @@
 use super::clusters;
 use super::fe::{BodyModes, FeBody};
 use super::statics::Statics;
+use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::parallel::World;
-use crate::petsc::eps::{self, ModesOptions};
 use crate::petsc::mumps::{Factor, FactorOptions, Kind};
 use crate::petsc::session::Petsc;
 use crate::{Error, Result};
@@ -23,12 +23,13 @@ const BEYOND: usize = 3;
 /// Eigenvalues smaller than this part of the shift of a free body are its rigid-body motions.
 const RIGID: f64 = 1e-6;
 
-/// Collective: the modes of `body`. `statics` holds the factorisation of K − σM with σ = [`FeBody::shift`].
+/// Collective: the modes of `body`, computed by `method`. `statics` holds the factorisation of K − σM with σ = [`FeBody::shift`].
 pub fn compute(
     petsc: &Petsc,
     body: &FeBody,
     statics: &mut Statics,
     extent: Extent,
+    method: Method,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<BodyModes> {
     let world = petsc.world();
@@ -51,12 +52,11 @@ pub fn compute(
     let Statics::Direct(factor) = statics else {
         return Err(Error::Defect("modes without a factorisation".into()));
     };
-    let stiffness = body.operators.stiffness.operator(world);
-    let mass = body.operators.mass.operator(world);
+    let pencil = sparse::Matrices::new(world, &body.operators.stiffness, &body.operators.mass);
     let mut wanted = (count + BEYOND).min(order);
     loop {
-        let options = ModesOptions { sigma: shift, count: wanted, prefix: format!("{}_", body.name) };
-        let found = eps::modes(petsc, factor, &stiffness, &mass, &options, progress).map_err(named)?;
+        let options = ModesOptions { sigma: shift, count: wanted, method, prefix: format!("{}_", body.name) };
+        let found = sparse::modes(petsc, factor, &pencil, &options, progress).map_err(named)?;
         let omega: Vec<f64> = found
             .lambda
             .iter()

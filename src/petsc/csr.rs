@@ -4,6 +4,7 @@ use super::exchange::Exchange;
 use crate::parallel::World;
 use crate::{Error, Result};
 use mpi::traits::*;
+use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Deref, Range};
 use std::rc::Rc;
 
@@ -294,6 +295,66 @@ impl<'a> Operator<'a> {
                 sum += v * if c < n { x[c] } else { ghosts[c - n] };
             }
             *out = sum;
+        }
+    }
+}
+
+/// Columns of a block that one pass through the matrix takes with it.
+const WIDTH: usize = 8;
+
+impl Operator<'_> {
+    /// Collective: Y = A X over local rows, both `[n_local, columns]` column by column. A pass through the matrix takes several columns.
+    pub fn apply_block(&self, world: &World, x: &[f64], y: &mut [f64], columns: usize) {
+        let n = self.matrix.n_local();
+        let mut rows = Vec::new();
+        for first in (0..columns).step_by(WIDTH) {
+            let width = WIDTH.min(columns - first);
+            if width < WIDTH / 4 {
+                for j in first..columns {
+                    self.apply(world, &x[j * n..(j + 1) * n], &mut y[j * n..(j + 1) * n]);
+                }
+                break;
+            }
+            // The columns of a row behind one another, filled up by zeros.
+            rows.clear();
+            rows.resize(n * WIDTH, 0.0);
+            for (j, column) in x[first * n..(first + width) * n].chunks_exact(n.max(1)).enumerate() {
+                column.iter().zip(rows.chunks_exact_mut(WIDTH)).for_each(|(v, row)| row[j] = *v);
+            }
+            let ghosts = self.exchange.fetch_wide(world, &rows, WIDTH);
+            rows.extend(ghosts);
+            let out = &mut y[first * n..(first + width) * n];
+            Arch::new().dispatch(Rows { operator: self, x: &rows, out });
+        }
+    }
+}
+
+/// One pass of [`Operator::apply_block`].
+struct Rows<'a> {
+    operator: &'a Operator<'a>,
+    /// `WIDTH` columns of the own rows and the ghosts, row by row.
+    x: &'a [f64],
+    /// `[n_local, at most WIDTH]`, column by column.
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Rows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (matrix, local) = (&*self.operator.matrix, &self.operator.local);
+        let n = matrix.n_local();
+        for i in 0..n {
+            let span = matrix.indptr[i]..matrix.indptr[i + 1];
+            let mut sums = [0.0; WIDTH];
+            for (&c, &v) in local[span.clone()].iter().zip(&matrix.values[span]) {
+                let row = &self.x[c as usize * WIDTH..][..WIDTH];
+                for k in 0..WIDTH {
+                    sums[k] += v * row[k];
+                }
+            }
+            self.out.chunks_exact_mut(n).zip(sums).for_each(|(column, s)| column[i] = s);
         }
     }
 }

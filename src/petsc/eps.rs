@@ -1,10 +1,10 @@
 //! Real symmetric generalised eigenproblem K x = λ M x by SLEPc's Krylov–Schur method, shift-invert.
 //!
 //! SLEPc sees complex vectors, but the operator (K − σM)⁻¹M is applied with the real factorisation: a real starting vector
-//! stays real, as every product with a zero imaginary part is an exact zero. Convergence is judged again here, on
-//! residuals of our own.
+//! stays real, as every product with a zero imaginary part is an exact zero. It is the second opinion on the block method of
+//! [`crate::eigen`], which judges what both find.
 
-use super::csr::{dot, norm2, Operator};
+use super::csr::{norm2, Operator};
 use super::handle::{read, vector, write, Handle};
 use super::session::{check, Petsc};
 use super::shell::{monitor, Shell, ShellOperator};
@@ -19,36 +19,26 @@ use std::ffi::CString;
 use std::ptr;
 
 /// What to compute.
-#[derive(Debug, Clone)]
-pub struct ModesOptions {
+pub(crate) struct Wanted<'a> {
     /// Shift σ that was factorised; the eigenvalues nearest to it are sought.
     pub sigma: f64,
     /// Number of eigenpairs.
     pub count: usize,
     /// Prefix of the solver's options, such as `"lower_"`.
-    pub prefix: String,
+    pub prefix: &'a str,
 }
 
-/// Eigenpairs in ascending order of λ. There may be more than were asked for.
-#[derive(Debug, Clone, Default)]
-pub struct Modes {
+/// Eigenpairs as SLEPc gives them. There may be more than were asked for.
+pub(crate) struct Pairs {
     /// Eigenvalues.
     pub lambda: Vec<f64>,
-    /// Local rows of each eigenvector, normalised to xᵀMx = 1.
-    pub vectors: Vec<Vec<f64>>,
-    /// |Kx − λMx| / (|λ − σ| |Mx|) of each.
-    pub residuals: Vec<f64>,
+    /// Local rows of the eigenvectors, one after the other.
+    pub vectors: Vec<f64>,
     /// Restarts of the method.
-    pub iterations: usize,
+    pub restarts: usize,
     /// Right-hand sides solved.
     pub solves: usize,
 }
-
-/// Largest residual of an accepted eigenpair. The eigenvalue's relative error is of the order of its square.
-const RESIDUAL_LIMIT: f64 = 1e-6;
-
-/// Largest |xᵢᵀMxⱼ| of an accepted set.
-const ORTHOGONALITY_LIMIT: f64 = 1e-8;
 
 /// M and the inverse of K − σM.
 struct Inverted<'a, 'w> {
@@ -94,46 +84,28 @@ fn each_part(world: &World, x: &mut [Complex<f64>], work: &mut dyn FnMut(&mut [f
     Ok(())
 }
 
-/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; `stiffness` and `mass` are
-/// symmetric, `mass` positive definite. `progress` is told converged and wanted pairs at every restart.
-pub fn modes(
+/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; K and M are symmetric, M positive definite, and there
+/// are at least as many degrees of freedom as wanted pairs. `progress` is told converged and wanted pairs at every restart.
+pub(crate) fn pairs(
     petsc: &Petsc,
     factor: &mut Factor,
-    stiffness: &Operator,
     mass: &Operator,
-    options: &ModesOptions,
+    wanted: &Wanted,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
-    let world = petsc.world();
-    let order = stiffness.matrix().order();
-    if options.count == 0 || order == 0 {
-        return Ok(Modes::default());
-    }
-    if options.count as u64 > order {
-        return Err(Error::Job(format!(
-            "{} modes were asked for, but there are only {order} degrees of freedom; ask for fewer or refine the mesh",
-            options.count
-        )));
-    }
-    let n = stiffness.matrix().n_local();
-    let mut operator = Inverted { world, factor, mass };
-    let mut shell = Shell::new(&mut operator, progress, options.count);
-    let solved = solve(petsc, &shell, n, order, options);
+) -> Result<Pairs> {
+    let matrix = mass.matrix();
+    let (n, order) = (matrix.n_local(), matrix.order());
+    let mut operator = Inverted { world: petsc.world(), factor, mass };
+    let mut shell = Shell::new(&mut operator, progress, wanted.count);
+    let solved = solve(petsc, &shell, n, order, wanted);
     let solves = shell.solves();
     if let Some(error) = shell.error() {
         return Err(error.context("modes"));
     }
-    let (pairs, iterations) = solved?;
-    let mut modes = normalised(world, stiffness, mass, pairs, options)?;
-    modes.iterations = iterations;
-    modes.solves = solves;
-    Ok(modes)
+    Ok(Pairs { solves, ..solved? })
 }
 
-/// Eigenpairs as SLEPc gives them, and the number of restarts.
-type Pairs = (Vec<(f64, Vec<f64>)>, usize);
-
-fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &ModesOptions) -> Result<Pairs> {
+fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -> Result<Pairs> {
     let comm = petsc.world().comm.as_raw();
     // SAFETY: the shell outlives this function, and nothing here touches it while the solver runs.
     let mass = unsafe { shell.matrix(petsc, 1, n, order)? };
@@ -144,7 +116,7 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &ModesOpti
     // SAFETY: a live vector that nothing else uses.
     unsafe { write(start.raw(), |v| v.iter_mut().zip(first).for_each(|(v, x)| *v = Complex::new(x, 0.0)))? };
     let prefix =
-        CString::new(options.prefix.as_str()).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
+        CString::new(options.prefix).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
     let (count, subspace) = dimensions(options.count, order);
     let doing = "setting up the eigensolver";
     // SAFETY: live objects; strings end in zero; the callbacks' context outlives the solver.
@@ -182,15 +154,16 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &ModesOpti
                 options.count, options.prefix
             )));
         }
-        let mut pairs = Vec::with_capacity(converged as usize);
+        let mut pairs = Pairs { lambda: Vec::new(), vectors: Vec::new(), restarts: iterations as usize, solves: 0 };
         for i in 0..converged {
             let mut value = Complex::default();
             let null = ptr::null_mut();
             check(slepc::EPSGetEigenpair(e, i, &mut value, ptr::null_mut(), start.raw(), null), "reading a mode")?;
             let x = read(start.raw(), <[Complex<f64>]>::to_vec)?;
-            pairs.push((value.re, real_part(petsc.world(), &x, i)?));
+            pairs.lambda.push(value.re);
+            pairs.vectors.extend(real_part(petsc.world(), &x, i)?);
         }
-        Ok((pairs, iterations as usize))
+        Ok(pairs)
     }
 }
 
@@ -232,39 +205,4 @@ fn real_part(world: &World, x: &[Complex<f64>], index: sys::PetscInt) -> Result<
         )));
     }
     Ok(real)
-}
-
-/// Sorts, normalises and checks.
-fn normalised(
-    world: &World,
-    stiffness: &Operator,
-    mass: &Operator,
-    mut pairs: Vec<(f64, Vec<f64>)>,
-    options: &ModesOptions,
-) -> Result<Modes> {
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut modes = Modes::default();
-    let n = stiffness.matrix().n_local();
-    let (mut kx, mut mx) = (vec![0.0; n], vec![0.0; n]);
-    for (lambda, mut x) in pairs {
-        mass.apply(world, &x, &mut mx);
-        let scale = 1.0 / dot(world, &x, &mx).sqrt();
-        x.iter_mut().for_each(|v| *v *= scale);
-        mx.iter_mut().for_each(|v| *v *= scale);
-        stiffness.apply(world, &x, &mut kx);
-        let r: Vec<f64> = kx.iter().zip(&mx).map(|(k, m)| k - lambda * m).collect();
-        let residual = norm2(world, &r) / ((lambda - options.sigma).abs() * norm2(world, &mx));
-        let skew = modes.vectors.iter().map(|y| dot(world, y, &mx).abs()).fold(0.0, f64::max);
-        let good = residual <= RESIDUAL_LIMIT && skew <= ORTHOGONALITY_LIMIT;
-        if !good {
-            return Err(Error::NotConverged(format!(
-                "modes: SLEPc takes eigenvalue {lambda:e} for converged, but its residual is {residual:.1e} (limit {RESIDUAL_LIMIT:.0e}) \
-                 and its product with another mode {skew:.1e} (limit {ORTHOGONALITY_LIMIT:.0e})"
-            )));
-        }
-        modes.lambda.push(lambda);
-        modes.vectors.push(x);
-        modes.residuals.push(residual);
-    }
-    Ok(modes)
 }

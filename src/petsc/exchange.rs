@@ -46,13 +46,19 @@ impl Exchange {
     /// Collective: the ghosts' values of the distributed vector whose local part is `x`, in the order of
     /// [`Exchange::ghosts`].
     pub fn fetch<T: Equivalence + Copy + Default>(&self, world: &World, x: &[T]) -> Vec<T> {
-        let mut values = vec![T::default(); self.ghosts.len()];
+        self.fetch_wide(world, x, 1)
+    }
+
+    /// Collective: as [`Exchange::fetch`] for `width` values of each entry, one behind the other.
+    pub fn fetch_wide<T: Equivalence + Copy + Default>(&self, world: &World, x: &[T], width: usize) -> Vec<T> {
+        let mut values = vec![T::default(); width * self.ghosts.len()];
+        let entry = |&row: &u32| &x[row as usize * width..(row as usize + 1) * width];
         let outgoing: Vec<Vec<T>> =
-            self.send.iter().map(|(_, rows)| rows.iter().map(|&r| x[r as usize]).collect()).collect();
+            self.send.iter().map(|(_, rows)| rows.iter().flat_map(entry).copied().collect()).collect();
         mpi::request::multiple_scope(self.send.len() + self.receive.len(), |scope, requests| {
             let mut rest = &mut values[..];
             for &(rank, n) in &self.receive {
-                let (part, tail) = rest.split_at_mut(n);
+                let (part, tail) = rest.split_at_mut(width * n);
                 rest = tail;
                 requests.add(world.comm.process_at_rank(rank).immediate_receive_into(scope, part));
             }

@@ -2,9 +2,10 @@
 
 use crate::matrices::*;
 use crate::Check;
+use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions, Sliding};
+use railsqueal::eigen::{band, lowest, Modes, Pencil};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{dot, DistCsr};
-use railsqueal::petsc::eps::{modes, Modes, ModesOptions};
 use railsqueal::petsc::{Factor, FactorOptions, Kind, Petsc};
 use std::f64::consts::PI;
 
@@ -15,15 +16,67 @@ pub const CHECKS: &[Check] = &[
     ("double eigenvalues are both found", doublets),
     ("free chain yields its rigid-body mode", rigid),
     ("modes of a brick do not depend on the ranks", brick_modes),
+    ("six rigid-body modes of a free brick", six_rigid),
+    ("more modes than half the order", more_than_half),
+    ("as many modes as there are rows, on ranks without any", fewer_rows_than_ranks),
+    ("a block within an invariant subspace is filled up", invariant),
+    ("each rank by itself", alone),
+    ("a shift that is an eigenvalue is refused", singular_shift),
+    ("a shift next to an eigenvalue", beside_an_eigenvalue),
+    ("too many modes are refused", too_many),
+    ("many modes by slices in closed form", many),
+    ("many modes of a brick by slices", many_of_a_brick),
+    ("a band that begins and ends within clusters", clustered_band),
+    ("a band that begins and ends at eigenvalues", band_of_eigenvalues),
+    ("an empty band, and one beyond the spectrum", empty_band),
     ("options and versions of the session", session),
 ];
 
-fn run(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize) -> Modes {
+fn with(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize, method: Method) -> Modes {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let kind = if sigma > 0.0 { Kind::Indefinite } else { Kind::Positive };
     let mut factor = Factor::new(world, &k.minus_scaled(sigma, m), FactorOptions::new(kind), "K - sigma M").unwrap();
-    let options = ModesOptions { sigma, count, prefix: "test_".into() };
-    modes(&petsc, &mut factor, &k.operator(world), &m.operator(world), &options, &mut |_, _| ()).unwrap()
+    let options = ModesOptions { sigma, count, method, prefix: "test_".into() };
+    let mut told = (0, 0);
+    let found =
+        modes(&petsc, &mut factor, &Matrices::new(world, k, m), &options, &mut |done, of| told = (done, of)).unwrap();
+    assert!(found.lambda.len() >= count && found.vectors.len() == found.lambda.len(), "{method:?}: {}", found.lambda.len());
+    assert!(found.lambda.windows(2).all(|w| w[0] <= w[1]), "{method:?}: {:?}", found.lambda);
+    if method == Method::Blocks {
+        assert!(told.0 >= told.1.min(count) && told.1 >= count, "progress ended with {told:?}");
+    }
+    found
+}
+
+/// The modes by the block method, which must be those of SLEPc.
+fn run(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize) -> Modes {
+    let found = with(world, k, m, sigma, count, Method::Blocks);
+    let slepc = with(world, k, m, sigma, count, Method::Slepc);
+    let nearest = |modes: &Modes| {
+        let mut all = modes.lambda.clone();
+        all.sort_by(|a, b| (a - sigma).abs().total_cmp(&(b - sigma).abs()));
+        all.truncate(count);
+        all.sort_by(f64::total_cmp);
+        all
+    };
+    for (a, b) in nearest(&found).iter().zip(nearest(&slepc)) {
+        assert!((a - b).abs() <= 1e-10 * (b - sigma).abs().max(b.abs()), "{a:e} against {b:e} of SLEPc");
+    }
+    orthonormal(world, m, &found);
+    found
+}
+
+fn orthonormal(world: &World, m: &DistCsr, found: &Modes) {
+    let operator = m.operator(world);
+    for (j, x) in found.vectors.iter().enumerate() {
+        let mut mx = vec![0.0; x.len()];
+        operator.apply(world, x, &mut mx);
+        for (i, y) in found.vectors.iter().enumerate().take(j + 1) {
+            let product = dot(world, y, &mx) - f64::from(i == j);
+            assert!(product.abs() < 1e-10, "{i}, {j}: {product:e}");
+        }
+    }
+    assert!(found.residuals.iter().all(|r| *r < 1e-7), "{:?}", found.residuals);
 }
 
 fn chain_value(k: usize, n: u64) -> f64 {
@@ -99,6 +152,162 @@ fn brick_modes(world: &World) {
     assert!(found.residuals.iter().all(|r| *r < 1e-7), "{:?}", found.residuals);
 }
 
+fn six_rigid(world: &World) {
+    let (k, m) = free_brick_of(world, [5, 4, 3], 0.25);
+    let found = run(world, &k, &m, -1e-2, 9);
+    assert!(found.lambda[..6].iter().all(|l| l.abs() < 1e-11), "{:?}", found.lambda);
+    assert!(found.lambda[6] > 0.05, "{:?}", found.lambda);
+}
+
+fn more_than_half(world: &World) {
+    for (n, count) in [(40, 30), (40, 39), (17, 17), (2, 2), (1, 1)] {
+        let k = chain(world, n, true);
+        let m = diagonal(world, k.ranges.clone(), |i| 1.0 + 0.1 * i as f64);
+        run(world, &k, &m, 0.0, count);
+    }
+    // As many rows and more as pairs that are sought in slices.
+    for count in [220, 300] {
+        let k = chain(world, 300, true);
+        let m = diagonal(world, k.ranges.clone(), |_| 1.0);
+        let found = run(world, &k, &m, 0.0, count);
+        for (i, lambda) in found.lambda.iter().enumerate() {
+            assert!((lambda / chain_value(i + 1, 300) - 1.0).abs() < 1e-10, "{i}: {lambda}");
+        }
+    }
+}
+
+fn fewer_rows_than_ranks(world: &World) {
+    let k = diagonal(world, ranges(world, 2, false), |i| 3.0 + i as f64);
+    let m = diagonal(world, k.ranges.clone(), |_| 1.0);
+    let found = with(world, &k, &m, 0.0, 2, Method::Blocks);
+    assert!((found.lambda[0] - 3.0).abs() < 1e-14 && (found.lambda[1] - 4.0).abs() < 1e-14, "{:?}", found.lambda);
+}
+
+/// Three eigenvalues thirty times each: a block and its images span three dimensions for each of its columns, no more.
+fn invariant(world: &World) {
+    let k = diagonal(world, ranges(world, 90, false), |i| 1.0 + (i % 3) as f64);
+    let m = diagonal(world, k.ranges.clone(), |_| 1.0);
+    let found = with(world, &k, &m, 0.0, 70, Method::Blocks);
+    for (i, lambda) in found.lambda.iter().enumerate() {
+        assert!((lambda - (1 + i / 30) as f64).abs() < 1e-12, "{i}: {lambda}");
+    }
+    orthonormal(world, &m, &found);
+}
+
+/// Each rank has a problem of its own.
+fn alone(world: &World) {
+    let own = World::new(mpi::topology::SimpleCommunicator::self_comm());
+    let n = 200 + 10 * world.rank as u64;
+    let k = chain(&own, n, false);
+    let m = diagonal(&own, k.ranges.clone(), |_| 1.0);
+    let mut factor = Factor::new(&own, &k, FactorOptions::new(Kind::Positive), "chain").unwrap();
+    let pencil = Matrices::new(&own, &k, &m);
+    let mut first = At { factor: &mut factor, sigma: 0.0 };
+    let found = railsqueal::eigen::nearest(&pencil, &mut first, 10, &mut |_, _| ()).unwrap();
+    let all = lowest(&pencil, &mut first, &mut Sliding::new(&pencil), 170, &mut |_, _| ()).unwrap();
+    for (i, lambda) in found.lambda.iter().take(10).chain(&all.lambda).enumerate() {
+        let k = if i < 10 { i } else { i - 10 };
+        assert!((lambda / chain_value(k + 1, n) - 1.0).abs() < 1e-11, "{k}: {lambda}");
+    }
+}
+
+fn singular_shift(world: &World) {
+    let k = diagonal(world, ranges(world, 50, false), |i| 1.0 + i as f64);
+    let m = diagonal(world, k.ranges.clone(), |_| 1.0);
+    let error = Factor::new(world, &k.minus_scaled(7.0, &m), FactorOptions::new(Kind::Indefinite), "K - 7 M").err().unwrap();
+    assert_eq!(error.exit_code(), 4);
+    assert!(error.message().contains("singular"), "{error}");
+}
+
+/// What is nearest to the shift dwarfs all else in the inverse.
+fn beside_an_eigenvalue(world: &World) {
+    let n = 300;
+    let k = chain(world, n, false);
+    let m = diagonal(world, k.ranges.clone(), |_| 1.0);
+    let sigma = chain_value(100, n) * (1.0 + 1e-7);
+    let found = run(world, &k, &m, sigma, 12);
+    for lambda in &found.lambda {
+        let nearest = (1..=300).map(|i| (chain_value(i, n) - lambda).abs()).fold(f64::MAX, f64::min);
+        assert!(nearest < 1e-12, "{lambda}: {nearest:e}");
+    }
+}
+
+fn too_many(world: &World) {
+    let k = chain(world, 20, false);
+    let m = diagonal(world, k.ranges.clone(), |_| 1.0);
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let mut factor = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "chain").unwrap();
+    for method in [Method::Blocks, Method::Slepc] {
+        let options = ModesOptions { sigma: 0.0, count: 21, method, prefix: String::new() };
+        let pencil = Matrices::new(world, &k, &m);
+        let error = modes(&petsc, &mut factor, &pencil, &options, &mut |_, _| ()).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.message().contains("only 20 degrees of freedom"), "{error}");
+    }
+}
+
+fn many(world: &World) {
+    let n = 1500;
+    let k = chain(world, n, true);
+    let m = diagonal(world, k.ranges.clone(), |_| 2.0);
+    let found = with(world, &k, &m, 0.0, 400, Method::Blocks);
+    assert!(found.lambda.len() < 480, "{}", found.lambda.len());
+    for (i, lambda) in found.lambda.iter().enumerate() {
+        let exact = 0.5 * chain_value(i + 1, n);
+        assert!((lambda / exact - 1.0).abs() < 1e-10, "{}: {lambda} against {exact}", i + 1);
+    }
+    orthonormal(world, &m, &found);
+}
+
+/// Doublets all along, and a spectrum that becomes denser.
+fn many_of_a_brick(world: &World) {
+    let (k, m) = brick_of(world, [12, 4, 4], 0.25);
+    run(world, &k, &m, 0.0, 260);
+}
+
+/// Groups of six eigenvalues within 1e-6 of each other.
+fn cluster_value(i: u64) -> f64 {
+    (1.0 + (i / 6) as f64) * (1.0 + 1e-6 * (i % 6) as f64)
+}
+
+fn in_band(world: &World, value: fn(u64) -> f64, n: u64, from: f64, to: f64) -> Modes {
+    // In no order.
+    let k = diagonal(world, ranges(world, n, true), |i| value(i * 7 % n));
+    let m = diagonal(world, k.ranges.clone(), |_| 1.0);
+    let pencil = Matrices::new(world, &k, &m);
+    assert_eq!(pencil.order(), n);
+    let found = band(&pencil, &mut Sliding::new(&pencil), from, to, &mut |_, _| ()).unwrap();
+    orthonormal(world, &m, &found);
+    found
+}
+
+fn clustered_band(world: &World) {
+    let (n, first, last) = (600, 63, 399);
+    let (from, to) = (0.5 * (cluster_value(first - 1) + cluster_value(first)), 0.5 * (cluster_value(last) + cluster_value(last + 1)));
+    let found = in_band(world, cluster_value, n, from, to);
+    assert_eq!(found.lambda.len() as u64, last + 1 - first);
+    for (lambda, i) in found.lambda.iter().zip(first..) {
+        assert!((lambda / cluster_value(i) - 1.0).abs() < 1e-12, "{i}: {lambda}");
+    }
+}
+
+/// Whether an end itself is within cannot be asked of numbers, but all between the ends must be there.
+fn band_of_eigenvalues(world: &World) {
+    let value = |i: u64| 1.0 + i as f64;
+    let found = in_band(world, value, 200, 21.0, 41.0);
+    let inside: Vec<f64> = found.lambda.iter().copied().filter(|l| *l > 21.5 && *l < 40.5).collect();
+    assert_eq!(inside.len(), 19, "{:?}", found.lambda);
+    assert!(found.lambda.len() <= 21 && found.lambda.iter().all(|l| (l - l.round()).abs() < 1e-12), "{:?}", found.lambda);
+}
+
+fn empty_band(world: &World) {
+    let value = |i: u64| 1.0 + i as f64;
+    assert!(in_band(world, value, 100, 20.2, 20.8).lambda.is_empty());
+    assert!(in_band(world, value, 100, 100.5, 200.0).lambda.is_empty());
+    assert_eq!(in_band(world, value, 100, 90.5, 200.0).lambda.len(), 10);
+    assert_eq!(in_band(world, value, 100, -5.0, 200.0).lambda.len(), 100);
+}
+
 fn session(world: &World) {
     let options = [("eps_nonsense".to_string(), "3".to_string()), ("-test_eps_ncv".to_string(), "30".to_string())];
     let arguments = ["-test_eps_max_it".to_string(), "90".to_string(), "-flag".to_string()];
@@ -106,8 +315,9 @@ fn session(world: &World) {
     let k = chain(world, 100, false);
     let m = diagonal(world, k.ranges.clone(), |_| 1.0);
     let mut factor = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "chain").unwrap();
-    let wanted = ModesOptions { sigma: 0.0, count: 4, prefix: "test_".into() };
-    modes(&petsc, &mut factor, &k.operator(world), &m.operator(world), &wanted, &mut |_, _| ()).unwrap();
+    let wanted = ModesOptions { sigma: 0.0, count: 4, method: Method::Slepc, prefix: "test_".into() };
+    let pencil = Matrices::new(world, &k, &m);
+    modes(&petsc, &mut factor, &pencil, &wanted, &mut |_, _| ()).unwrap();
     let mut unused = petsc.unused_options().unwrap();
     unused.sort();
     assert_eq!(unused, ["-eps_nonsense 3", "-flag"]);
@@ -115,8 +325,7 @@ fn session(world: &World) {
     drop(petsc);
     // An option that PETSc refuses: its own words, and the user's fault.
     let petsc = Petsc::start(world, &[("test_eps_type".into(), "krylof".into())], &[]).unwrap();
-    let error =
-        modes(&petsc, &mut factor, &k.operator(world), &m.operator(world), &wanted, &mut |_, _| ()).unwrap_err();
+    let error = modes(&petsc, &mut factor, &pencil, &wanted, &mut |_, _| ()).unwrap_err();
     assert_eq!(error.exit_code(), 2, "{error}");
     assert!(error.message().contains("krylof"), "{error}");
     let versions = Petsc::versions();

@@ -64,13 +64,24 @@ pub fn brick(world: &World, n: usize) -> (DistCsr, DistCsr) {
 /// Stiffness (Poisson's ratio 0.3, unit modulus) and consistent mass (unit density) of a block of `n` trilinear cubes of
 /// edge `h`, clamped at x = 0. Rows are three per node, nodes ordered x slowest.
 pub fn brick_of(world: &World, n: [usize; 3], h: f64) -> (DistCsr, DistCsr) {
+    block_of(world, n, h, true)
+}
+
+/// [`brick_of`] without a support.
+pub fn free_brick_of(world: &World, n: [usize; 3], h: f64) -> (DistCsr, DistCsr) {
+    block_of(world, n, h, false)
+}
+
+fn block_of(world: &World, n: [usize; 3], h: f64, clamped: bool) -> (DistCsr, DistCsr) {
     let (ke, me) = brick_element(h);
     let plane = (n[1] + 1) * (n[2] + 1);
-    let ranges: Vec<u64> = ranges(world, (n[0] * plane) as u64, false).iter().map(|r| 3 * r).collect();
+    // Planes of nodes without rows.
+    let held = usize::from(clamped);
+    let nodes = (n[0] + 1 - held) * plane;
+    let ranges: Vec<u64> = ranges(world, nodes as u64, false).iter().map(|r| 3 * r).collect();
     let assemble = |element: &[[f64; 24]; 24]| {
         from_rows(world, ranges.clone(), |row| {
-            // Nodes at x = 0 have no rows.
-            let (node, c) = (row as usize / 3 + plane, row as usize % 3);
+            let (node, c) = (row as usize / 3 + held * plane, row as usize % 3);
             let at = [node / plane, node / (n[2] + 1) % (n[1] + 1), node % (n[2] + 1)];
             let mut sums = vec![0.0; 81];
             // Each element of which this node is corner `corner`.
@@ -91,10 +102,10 @@ pub fn brick_of(world: &World, n: [usize; 3], h: f64) -> (DistCsr, DistCsr) {
             for slot in 0..27 {
                 let step = [slot / 9, slot / 3 % 3, slot % 3];
                 let to: Vec<usize> = (0..3).map(|d| (at[d] + step[d]).wrapping_sub(1)).collect();
-                if to[0] == 0 || (0..3).any(|d| to[d] > n[d]) {
+                if to[0] == 0 && clamped || (0..3).any(|d| to[d] > n[d]) {
                     continue;
                 }
-                let column = 3 * ((to[0] - 1) * plane + to[1] * (n[2] + 1) + to[2]) as u64;
+                let column = 3 * ((to[0] - held) * plane + to[1] * (n[2] + 1) + to[2]) as u64;
                 out.extend((0..3).map(|d| (column + d, sums[3 * slot + d as usize])));
             }
             out

@@ -4,6 +4,7 @@ use crate::Check;
 use railsqueal::body::matrices::{reduce, Matrices, Reduced};
 use railsqueal::body::matrix_market::Csr;
 use railsqueal::body::modes::Extent;
+use railsqueal::eigen::sparse::Method;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
 use std::f64::consts::PI;
@@ -33,7 +34,7 @@ fn chain(n: usize, free: bool) -> Matrices {
 fn reduced(world: &World, m: &Matrices, count: usize) -> Option<Reduced> {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let given = world.is_root().then_some(m);
-    reduce(&petsc, "lower", given, Extent::Count(count), &mut |_, _| ()).unwrap()
+    reduce(&petsc, "lower", given, Extent::Count(count), Method::Blocks, &mut |_, _| ()).unwrap()
 }
 
 /// Rows of the contacts in the chain: (row of the body, mass, sign).

@@ -2,7 +2,7 @@
 
 use super::strain::contact_radius;
 use super::BodySize;
-use crate::job::{Compliance, Job, LinearSolver, MeshSource, Modes, ModesExtent};
+use crate::job::{Compliance, EigenSolver, Job, LinearSolver, MeshSource, Modes, ModesExtent};
 
 // Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
 // Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
@@ -16,6 +16,8 @@ const FACTOR_SPREAD: f64 = 0.2;
 const NEIGHBOURS: f64 = 27.0;
 /// Bytes of an entry of a distributed matrix: value and column.
 const ENTRY: f64 = 16.0;
+/// More modes than this are found in slices.
+const SLICED: f64 = crate::eigen::sparse::SLICED as f64;
 /// Program, MPI and libraries, per rank.
 const BASE: f64 = 120e6;
 
@@ -50,9 +52,18 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
     }
     if let Some(modes) = &job.analyses.modes {
         let count = mode_count(modes);
-        // The Krylov basis has about twice as many vectors, complex as SLEPc is; the modes are kept real.
-        let basis = |b: &BodySize| (2.0 * count + 16.0) * b.dofs as f64 * 16.0;
-        let basis: f64 = unique.iter().map(basis).sum();
+        // SLEPc's basis is complex; that of the block method is shorter where there are so many modes that they are found in slices, each with a
+        // factorisation beside the first.
+        let columns = match job.solver.eigen {
+            EigenSolver::Slepc => 2.0 * (2.0 * count + 16.0),
+            EigenSolver::Blocks if count > SLICED => count + 270.0,
+            EigenSolver::Blocks => 2.0 * count + 70.0,
+        };
+        let basis: f64 = unique.iter().map(|b| b.dofs as f64 * 8.0 * columns).sum();
+        if direct && job.solver.eigen == EigenSolver::Blocks && count > SLICED {
+            let largest = unique.iter().map(|b| b.dofs as f64).fold(0.0, f64::max);
+            shared.push(("factorisations of slices", 1.3 * FACTOR * largest.powf(4.0 / 3.0)));
+        }
         let full = full_stability(job, bodies, alike, ranks);
         if full.iter().map(|(_, bytes)| bytes).sum::<f64>() > basis {
             // The basis is gone by then.
@@ -100,9 +111,7 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
         let numbers = if i > 0 && damping[i] != damping[0] { 2.0 } else { 1.0 };
         factors += numbers * FACTOR * spread * n.powf(4.0 / 3.0);
         let rows = 3.0 * closed_nodes(job, body.contact_nodes as f64);
-        // On several ranks MUMPS takes up to 512 whole columns on rank 0.
-        let gathered = if ranks > 1 { rows.min(512.0) } else { 0.0 };
-        responses += numbers * (rows + gathered) * n * 8.0;
+        responses += numbers * rows * n * 8.0;
     }
     vec![
         ("factorisations at a shift", factors),

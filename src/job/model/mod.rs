@@ -72,6 +72,9 @@ pub struct Solver {
     /// Solver of the static problems.
     #[serde(default)]
     pub linear: LinearSolver,
+    /// Solver of the eigenproblems of the modes.
+    #[serde(default)]
+    pub eigen: EigenSolver,
     /// Memory that all ranks of one node may use together, bytes. Default: what the system and the control group leave.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "byte"))]
@@ -87,6 +90,17 @@ pub enum LinearSolver {
     Mumps,
     /// Conjugate gradients with algebraic multigrid: slower for many right-hand sides, much less memory.
     Gamg,
+}
+
+/// Solver of the eigenproblems of the modes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EigenSolver {
+    /// Thick-restart block Lanczos of this program; many modes by spectrum slicing.
+    #[default]
+    Blocks,
+    /// SLEPc's Krylov-Schur method: a second opinion.
+    Slepc,
 }
 
 /// What is written besides the tables.

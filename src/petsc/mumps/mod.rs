@@ -80,6 +80,8 @@ pub struct Factor<'w> {
     ranges: Vec<u64>,
     kind: Kind,
     statistics: FactorStatistics,
+    /// Where right-hand sides and solutions lie on several ranks.
+    rows: solve::Rows,
 }
 
 /// Relaxation of the estimated workspace, percent, at the first attempt without and with pivoting, and at the last.
@@ -110,6 +112,14 @@ impl<'w> Factor<'w> {
         }
         factor.check_condition(matrix, name)?;
         Ok(factor)
+    }
+
+    /// Collective: factorises another matrix of the same pattern in place of the first; its analysis is kept.
+    pub fn renew(&mut self, matrix: &DistCsr, name: &str) -> Result<()> {
+        matrix.validate(self.world, name)?;
+        self.rows = Default::default();
+        self.factorise(matrix, name)?;
+        self.check_condition(matrix, name)
     }
 
     /// Collective: what factorising `matrix` would cost, from the analysis of its pattern alone.
@@ -147,7 +157,7 @@ impl<'w> Factor<'w> {
             Kind::General => 0,
         };
         let statistics = FactorStatistics::default();
-        let mut factor = Self { world, id, ranges: matrix.ranges.clone(), kind: options.kind, statistics };
+        let mut factor = Self { world, id, ranges: matrix.ranges.clone(), kind: options.kind, statistics, rows: Default::default() };
         factor.call(-1);
         factor.result(name)?;
         for stream in 1..=3 {

@@ -1,0 +1,78 @@
+//! Real symmetric generalised eigenproblems K x = λ M x, K symmetric, M positive definite: the pairs nearest to a shift, or all of a band, by a block
+//! method on factorisations of K − σM. Everything is real and distributed by rows. It knows no mechanics, and no library but that of dense matrices:
+//! operators come as [`Pencil`] and [`Shifted`].
+
+mod block;
+mod check;
+mod lanczos;
+mod orthonormal;
+mod slices;
+pub mod sparse;
+
+pub use check::Modes;
+pub use slices::{band, lowest, Moving};
+
+use crate::parallel::World;
+use crate::{Error, Result};
+use faer::MatRef;
+use lanczos::{Goal, Sizes};
+
+/// K and M, of which each rank holds some rows.
+pub trait Pencil {
+    /// The ranks.
+    fn world(&self) -> &World;
+    /// Order of the matrices.
+    fn order(&self) -> u64;
+    /// Number of rows on this rank.
+    fn n_local(&self) -> usize;
+    /// Collective: Y = K X, both `[n_local, columns]` column by column.
+    fn stiffness(&self, x: &[f64], y: &mut [f64], columns: usize);
+    /// Collective: Y = M X, both `[n_local, columns]` column by column.
+    fn mass(&self, x: &[f64], y: &mut [f64], columns: usize);
+}
+
+/// The inverse of K − σM.
+pub trait Shifted {
+    /// σ.
+    fn sigma(&self) -> f64;
+    /// Collective: X = (K − σM)⁻¹ X, `[n_local, columns]` column by column.
+    fn solve(&mut self, x: &mut [f64], columns: usize) -> Result<()>;
+    /// Number of eigenvalues below σ, from the inertia of K − σM.
+    fn below(&self) -> u64;
+}
+
+/// Collective: at least the `count` pairs whose eigenvalues are nearest to the shift. `progress` is told converged and wanted pairs.
+pub fn nearest(
+    pencil: &dyn Pencil,
+    shifted: &mut dyn Shifted,
+    count: usize,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
+    if count == 0 || pencil.order() == 0 {
+        return Ok(Modes::default());
+    }
+    enough(count, pencil.order())?;
+    let nothing = MatRef::from_column_major_slice(&[], pencil.n_local(), 0);
+    let found = lanczos::run(pencil, shifted, nothing, Goal::Nearest(count), Sizes::of(count), progress)?;
+    if found.theta.len() < count {
+        return Err(Error::NotConverged(format!(
+            "only {} of {count} modes have finite frequency: the mass matrix is singular",
+            found.theta.len()
+        )));
+    }
+    let sigma = shifted.sigma();
+    let lambda: Vec<f64> = found.theta.iter().map(|t| sigma + 1.0 / t).collect();
+    let mut modes = check::checked(pencil, sigma, &lambda, found.vectors)?;
+    (modes.iterations, modes.solves) = (found.restarts, found.solves);
+    Ok(modes)
+}
+
+/// Refuses more pairs than there are.
+pub(crate) fn enough(count: usize, order: u64) -> Result<()> {
+    if count as u64 > order {
+        return Err(Error::Job(format!(
+            "{count} modes were asked for, but there are only {order} degrees of freedom; ask for fewer or refine the mesh"
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,180 @@
+//! Distributed sparse matrices and their factorisations as operators of the methods, and the choice between the method here and SLEPc's.
+
+use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted};
+use crate::parallel::World;
+use crate::petsc::csr::{DistCsr, Operator};
+use crate::petsc::{eps, Factor, FactorOptions, Kind, Petsc};
+use crate::{Error, Result};
+use std::cell::OnceCell;
+
+/// Who computes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The block method of this program.
+    #[default]
+    Blocks,
+    /// SLEPc's Krylov–Schur method with single vectors.
+    Slepc,
+}
+
+/// What to compute.
+#[derive(Debug, Clone)]
+pub struct ModesOptions {
+    /// Shift σ that was factorised; the eigenvalues nearest to it are sought.
+    pub sigma: f64,
+    /// Number of eigenpairs.
+    pub count: usize,
+    /// Who computes.
+    pub method: Method,
+    /// Prefix of SLEPc's options, such as `"lower_"`.
+    pub prefix: String,
+}
+
+/// K and M in distributed rows. Products with K are asked for at the end only; what they need is made then.
+pub struct Matrices<'a> {
+    world: &'a World,
+    stiffness: &'a DistCsr,
+    /// K ready for products, once one was asked for.
+    ready: OnceCell<Operator<'a>>,
+    mass: Operator<'a>,
+    matrix: &'a DistCsr,
+}
+
+impl<'a> Matrices<'a> {
+    /// Collective: K and M made ready for products.
+    pub fn new(world: &'a World, stiffness: &'a DistCsr, mass: &'a DistCsr) -> Self {
+        Self { world, stiffness, ready: OnceCell::new(), mass: mass.operator(world), matrix: mass }
+    }
+}
+
+impl Pencil for Matrices<'_> {
+    fn world(&self) -> &World {
+        self.world
+    }
+
+    fn order(&self) -> u64 {
+        self.stiffness.order()
+    }
+
+    fn n_local(&self) -> usize {
+        self.stiffness.n_local()
+    }
+
+    fn stiffness(&self, x: &[f64], y: &mut [f64], columns: usize) {
+        let ready = self.ready.get_or_init(|| self.stiffness.operator(self.world));
+        ready.apply_block(self.world, x, y, columns);
+    }
+
+    fn mass(&self, x: &[f64], y: &mut [f64], columns: usize) {
+        self.mass.apply_block(self.world, x, y, columns);
+    }
+}
+
+/// A factor of K − σM.
+pub struct At<'f, 'w> {
+    /// The factor.
+    pub factor: &'f mut Factor<'w>,
+    /// σ.
+    pub sigma: f64,
+}
+
+impl Shifted for At<'_, '_> {
+    fn sigma(&self) -> f64 {
+        self.sigma
+    }
+
+    fn solve(&mut self, x: &mut [f64], columns: usize) -> Result<()> {
+        self.factor.solve(x, columns)
+    }
+
+    fn below(&self) -> u64 {
+        self.factor.negative_pivots()
+    }
+}
+
+/// Factors of K − σM for one shift after another.
+pub struct Sliding<'a> {
+    world: &'a World,
+    stiffness: &'a DistCsr,
+    mass: &'a DistCsr,
+    /// The factor at the shift and the number of entries of what was factorised, which tells whether the pattern is still that.
+    now: Option<(Factor<'a>, usize)>,
+    sigma: f64,
+}
+
+impl<'a> Sliding<'a> {
+    /// For K and M; nothing is factorised before the first shift is known.
+    pub fn new(pencil: &Matrices<'a>) -> Self {
+        Self { world: pencil.world, stiffness: pencil.stiffness, mass: pencil.matrix, now: None, sigma: f64::NAN }
+    }
+
+    fn factor(&self) -> Result<&Factor<'a>> {
+        self.now.as_ref().map(|(factor, _)| factor).ok_or_else(|| Error::Defect("a solve before the first shift".into()))
+    }
+}
+
+impl Shifted for Sliding<'_> {
+    fn sigma(&self) -> f64 {
+        self.sigma
+    }
+
+    fn solve(&mut self, x: &mut [f64], columns: usize) -> Result<()> {
+        match &mut self.now {
+            Some((factor, _)) => factor.solve(x, columns),
+            None => self.factor().map(|_| ()),
+        }
+    }
+
+    fn below(&self) -> u64 {
+        self.factor().map_or(0, Factor::negative_pivots)
+    }
+}
+
+impl Moving for Sliding<'_> {
+    fn move_to(&mut self, sigma: f64) -> Result<()> {
+        let shifted = self.stiffness.minus_scaled(sigma, self.mass);
+        let entries = self.world.sum_u64(shifted.cols.len() as u64) as usize;
+        let name = format!("K - {sigma:.6e} M");
+        self.sigma = sigma;
+        match &mut self.now {
+            Some((factor, before)) if *before == entries => factor.renew(&shifted, &name),
+            _ => {
+                self.now = None;
+                self.now = Some((Factor::new(self.world, &shifted, FactorOptions::new(Kind::Indefinite), &name)?, entries));
+                Ok(())
+            }
+        }
+    }
+}
+
+/// More pairs than this are sought by spectrum slicing.
+pub const SLICED: usize = 150;
+
+/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; K and M are symmetric, M positive definite. `progress`
+/// is told converged and wanted pairs.
+pub fn modes(
+    petsc: &Petsc,
+    factor: &mut Factor,
+    pencil: &Matrices,
+    options: &ModesOptions,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
+    let ModesOptions { sigma, count, method, prefix } = options;
+    if *method == Method::Blocks {
+        let mut first = At { factor, sigma: *sigma };
+        // Above the lowest eigenvalue the nearest ones lie on both sides.
+        return match *count > SLICED && first.below() == 0 {
+            true => lowest(pencil, &mut first, &mut Sliding::new(pencil), *count, progress),
+            false => nearest(pencil, &mut first, *count, progress),
+        };
+    }
+    if *count == 0 || pencil.order() == 0 {
+        return Ok(Modes::default());
+    }
+    enough(*count, pencil.order())?;
+    let wanted = eps::Wanted { sigma: *sigma, count: *count, prefix };
+    let found = eps::pairs(petsc, factor, &pencil.mass, &wanted, progress)?;
+    let mut modes = check::checked(pencil, *sigma, &found.lambda, found.vectors)?;
+    (modes.iterations, modes.solves) = (found.restarts, found.solves);
+    Ok(modes)
+}
