@@ -135,7 +135,8 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
     }
     let mut factor = factor.expect("at least one ordering");
     let n = factor.n_local();
-    let widths: &[usize] = if std::env::var_os("MODES_ONLY").is_some() { &[] } else { &[1, 2, 4, 8, 12, 16, 24, 32, 64] };
+    let widths: &[usize] =
+        if std::env::var_os("MODES_ONLY").is_some() { &[] } else { &[1, 2, 4, 8, 12, 16, 24, 32, 64] };
     for &width in widths {
         let mut b: Vec<f64> = (0..n * width).map(|i| (i as f64).sin()).collect();
         let repeats = if width == 1 { 5 } else { 1 };

@@ -66,8 +66,6 @@ pub(super) struct Found {
     pub restarts: usize,
     /// Right-hand sides solved.
     pub solves: usize,
-    /// Whether these are all pairs there are beside the deflated ones.
-    pub all: bool,
 }
 
 /// Ritz pairs of the active part of the basis, by falling |θ|.
@@ -151,7 +149,7 @@ pub(super) fn run(
         let (reached, converged) = lanczos.reached(&ritz, goal);
         progress(converged.min(goal.count()), goal.count());
         if reached || all {
-            return Ok(lanczos.finish(ritz, restarts, all));
+            return Ok(lanczos.finish(ritz, restarts));
         }
         if full {
             if restarts == MAX_RESTARTS {
@@ -266,11 +264,10 @@ impl Lanczos<'_> {
     /// Ritz pairs of the active columns, with the length of what their images have beyond the basis.
     fn ritz(&self) -> Result<Ritz> {
         let (size, last) = (self.done, self.beyond.ncols());
-        let eigen = self
-            .t
-            .get(..size, ..size)
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|e| Error::NotConverged(format!("eigenvalues of the projected matrix of order {size}: {e:?}")))?;
+        let eigen =
+            self.t.get(..size, ..size).self_adjoint_eigen(Side::Lower).map_err(|e| {
+                Error::NotConverged(format!("eigenvalues of the projected matrix of order {size}: {e:?}"))
+            })?;
         let (values, vectors) = (eigen.S().column_vector(), eigen.U());
         let mut order: Vec<usize> = (0..size).collect();
         order.sort_by(|&a, &b| values[b].abs().total_cmp(&values[a].abs()));
@@ -301,14 +298,19 @@ impl Lanczos<'_> {
     fn restart(&mut self, ritz: &Ritz, goal: Goal, subspace: usize, block: usize) {
         let (n, old, width) = (self.n, self.locked.len(), self.width());
         let leading = ritz.residual.iter().take_while(|r| **r <= LOCKED).count();
-        let apart = |i: &usize| *i == 0 || *i >= ritz.theta.len() || {
-            let (a, b) = (ritz.theta[*i - 1], ritz.theta[*i]);
-            (a - b).abs() > CLUSTER * a.abs()
+        let apart = |i: &usize| {
+            *i == 0 || *i >= ritz.theta.len() || {
+                let (a, b) = (ritz.theta[*i - 1], ritz.theta[*i]);
+                (a - b).abs() > CLUSTER * a.abs()
+            }
         };
         let lock = (0..=leading).rev().find(apart).unwrap_or(0);
         let wanted = goal.count().saturating_sub(old);
         let room = (subspace - old).saturating_sub(2 * block + width);
-        let keep = (wanted + (ritz.theta.len().saturating_sub(wanted)) / 2).max(lock).min(room.max(lock)).min(ritz.theta.len());
+        let keep = (wanted + (ritz.theta.len().saturating_sub(wanted)) / 2)
+            .max(lock)
+            .min(room.max(lock))
+            .min(ritz.theta.len());
         let s = ritz.vectors.subcols(0, keep);
         let last = self.beyond.ncols();
         let coupling = &self.beyond * s.subrows(self.done - last, last);
@@ -332,7 +334,7 @@ impl Lanczos<'_> {
 
     /// The pairs converged so far, as far as no unconverged one is nearer to the shift on the same side. An image over θ is a better vector than the
     /// Ritz vector itself, and what it has beyond the basis is known.
-    fn finish(mut self, ritz: Ritz, restarts: usize, all: bool) -> Found {
+    fn finish(mut self, ritz: Ritz, restarts: usize) -> Found {
         let (n, old, size, width) = (self.n, self.locked.len(), self.done, self.width());
         let mut open = [false; 2];
         let mut kept = Vec::new();
@@ -354,6 +356,6 @@ impl Lanczos<'_> {
         self.basis.shrink_to_fit();
         let mut theta = self.locked;
         theta.extend(kept.iter().map(|&i| ritz.theta[i]));
-        Found { theta, vectors: self.basis, restarts, solves: self.solves, all }
+        Found { theta, vectors: self.basis, restarts, solves: self.solves }
     }
 }

@@ -109,7 +109,10 @@ impl<'a> Sliding<'a> {
     }
 
     fn factor(&self) -> Result<&Factor<'a>> {
-        self.now.as_ref().map(|(factor, _)| factor).ok_or_else(|| Error::Defect("a solve before the first shift".into()))
+        self.now
+            .as_ref()
+            .map(|(factor, _)| factor)
+            .ok_or_else(|| Error::Defect("a solve before the first shift".into()))
     }
 }
 
@@ -140,7 +143,8 @@ impl Moving for Sliding<'_> {
             Some((factor, before)) if *before == entries => factor.renew(&shifted, &name),
             _ => {
                 self.now = None;
-                self.now = Some((Factor::new(self.world, &shifted, FactorOptions::new(Kind::Indefinite), &name)?, entries));
+                self.now =
+                    Some((Factor::new(self.world, &shifted, FactorOptions::new(Kind::Indefinite), &name)?, entries));
                 Ok(())
             }
         }

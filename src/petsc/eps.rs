@@ -115,8 +115,7 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -
     let first = options_start(petsc.world(), order, n);
     // SAFETY: a live vector that nothing else uses.
     unsafe { write(start.raw(), |v| v.iter_mut().zip(first).for_each(|(v, x)| *v = Complex::new(x, 0.0)))? };
-    let prefix =
-        CString::new(options.prefix).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
+    let prefix = CString::new(options.prefix).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
     let (count, subspace) = dimensions(options.count, order);
     let doing = "setting up the eigensolver";
     // SAFETY: live objects; strings end in zero; the callbacks' context outlives the solver.

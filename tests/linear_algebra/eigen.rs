@@ -2,7 +2,7 @@
 
 use crate::matrices::*;
 use crate::Check;
-use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions, Sliding};
+use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions, Sliding, SLICED};
 use railsqueal::eigen::{band, lowest, Modes, Pencil};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{dot, DistCsr};
@@ -40,7 +40,11 @@ fn with(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize, metho
     let mut told = (0, 0);
     let found =
         modes(&petsc, &mut factor, &Matrices::new(world, k, m), &options, &mut |done, of| told = (done, of)).unwrap();
-    assert!(found.lambda.len() >= count && found.vectors.len() == found.lambda.len(), "{method:?}: {}", found.lambda.len());
+    assert!(
+        found.lambda.len() >= count && found.vectors.len() == found.lambda.len(),
+        "{method:?}: {}",
+        found.lambda.len()
+    );
     assert!(found.lambda.windows(2).all(|w| w[0] <= w[1]), "{method:?}: {:?}", found.lambda);
     if method == Method::Blocks {
         assert!(told.0 >= told.1.min(count) && told.1 >= count, "progress ended with {told:?}");
@@ -62,18 +66,19 @@ fn run(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize) -> Mod
     for (a, b) in nearest(&found).iter().zip(nearest(&slepc)) {
         assert!((a - b).abs() <= 1e-10 * (b - sigma).abs().max(b.abs()), "{a:e} against {b:e} of SLEPc");
     }
-    orthonormal(world, m, &found);
+    orthonormal(world, m, &found, if count > SLICED { 1e-8 } else { 1e-10 });
     found
 }
 
-fn orthonormal(world: &World, m: &DistCsr, found: &Modes) {
+/// Up to `limit`: what is found about different shifts is as orthogonal as it has converged, the rest to working precision.
+fn orthonormal(world: &World, m: &DistCsr, found: &Modes, limit: f64) {
     let operator = m.operator(world);
     for (j, x) in found.vectors.iter().enumerate() {
         let mut mx = vec![0.0; x.len()];
         operator.apply(world, x, &mut mx);
         for (i, y) in found.vectors.iter().enumerate().take(j + 1) {
             let product = dot(world, y, &mx) - f64::from(i == j);
-            assert!(product.abs() < 1e-10, "{i}, {j}: {product:e}");
+            assert!(product.abs() < limit, "{i}, {j}: {product:e}");
         }
     }
     assert!(found.residuals.iter().all(|r| *r < 1e-7), "{:?}", found.residuals);
@@ -191,7 +196,7 @@ fn invariant(world: &World) {
     for (i, lambda) in found.lambda.iter().enumerate() {
         assert!((lambda - (1 + i / 30) as f64).abs() < 1e-12, "{i}: {lambda}");
     }
-    orthonormal(world, &m, &found);
+    orthonormal(world, &m, &found, 1e-10);
 }
 
 /// Each rank has a problem of its own.
@@ -214,7 +219,8 @@ fn alone(world: &World) {
 fn singular_shift(world: &World) {
     let k = diagonal(world, ranges(world, 50, false), |i| 1.0 + i as f64);
     let m = diagonal(world, k.ranges.clone(), |_| 1.0);
-    let error = Factor::new(world, &k.minus_scaled(7.0, &m), FactorOptions::new(Kind::Indefinite), "K - 7 M").err().unwrap();
+    let error =
+        Factor::new(world, &k.minus_scaled(7.0, &m), FactorOptions::new(Kind::Indefinite), "K - 7 M").err().unwrap();
     assert_eq!(error.exit_code(), 4);
     assert!(error.message().contains("singular"), "{error}");
 }
@@ -256,7 +262,7 @@ fn many(world: &World) {
         let exact = 0.5 * chain_value(i + 1, n);
         assert!((lambda / exact - 1.0).abs() < 1e-10, "{}: {lambda} against {exact}", i + 1);
     }
-    orthonormal(world, &m, &found);
+    orthonormal(world, &m, &found, 1e-8);
 }
 
 /// Doublets all along, and a spectrum that becomes denser.
@@ -277,13 +283,16 @@ fn in_band(world: &World, value: fn(u64) -> f64, n: u64, from: f64, to: f64) -> 
     let pencil = Matrices::new(world, &k, &m);
     assert_eq!(pencil.order(), n);
     let found = band(&pencil, &mut Sliding::new(&pencil), from, to, &mut |_, _| ()).unwrap();
-    orthonormal(world, &m, &found);
+    orthonormal(world, &m, &found, 1e-8);
     found
 }
 
 fn clustered_band(world: &World) {
     let (n, first, last) = (600, 63, 399);
-    let (from, to) = (0.5 * (cluster_value(first - 1) + cluster_value(first)), 0.5 * (cluster_value(last) + cluster_value(last + 1)));
+    let (from, to) = (
+        0.5 * (cluster_value(first - 1) + cluster_value(first)),
+        0.5 * (cluster_value(last) + cluster_value(last + 1)),
+    );
     let found = in_band(world, cluster_value, n, from, to);
     assert_eq!(found.lambda.len() as u64, last + 1 - first);
     for (lambda, i) in found.lambda.iter().zip(first..) {
@@ -297,7 +306,11 @@ fn band_of_eigenvalues(world: &World) {
     let found = in_band(world, value, 200, 21.0, 41.0);
     let inside: Vec<f64> = found.lambda.iter().copied().filter(|l| *l > 21.5 && *l < 40.5).collect();
     assert_eq!(inside.len(), 19, "{:?}", found.lambda);
-    assert!(found.lambda.len() <= 21 && found.lambda.iter().all(|l| (l - l.round()).abs() < 1e-12), "{:?}", found.lambda);
+    assert!(
+        found.lambda.len() <= 21 && found.lambda.iter().all(|l| (l - l.round()).abs() < 1e-12),
+        "{:?}",
+        found.lambda
+    );
 }
 
 fn empty_band(world: &World) {

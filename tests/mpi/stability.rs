@@ -5,12 +5,12 @@ use crate::elasticity::{block, group};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use num_complex::Complex;
-use railsqueal::eigen::sparse::Method;
 use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::body::modes;
 use railsqueal::body::statics::Statics;
 use railsqueal::body::FullSystem;
 use railsqueal::contact::{LinearContact, LinearNode, Slip, Tangent};
+use railsqueal::eigen::sparse::Method;
 use railsqueal::fem::Material;
 use railsqueal::grid::ContactGrid;
 use railsqueal::parallel::World;
@@ -359,7 +359,9 @@ fn bar(world: &World, name: &str, free_end: f64) -> FeBody {
 fn free_modes(world: &World, body: &FeBody, count: usize) -> Vec<f64> {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let mut statics = Statics::direct(&petsc, body).unwrap();
-    modes::compute(&petsc, body, &mut statics, modes::Extent::Count(count), Method::Blocks, &mut |_, _| {}).unwrap().omega
+    modes::compute(&petsc, body, &mut statics, modes::Extent::Count(count), Method::Blocks, &mut |_, _| {})
+        .unwrap()
+        .omega
 }
 
 /// Two closed nodes of the four, and two upstream of them.

@@ -157,7 +157,8 @@ impl<'w> Factor<'w> {
             Kind::General => 0,
         };
         let statistics = FactorStatistics::default();
-        let mut factor = Self { world, id, ranges: matrix.ranges.clone(), kind: options.kind, statistics, rows: Default::default() };
+        let mut factor =
+            Self { world, id, ranges: matrix.ranges.clone(), kind: options.kind, statistics, rows: Default::default() };
         factor.call(-1);
         factor.result(name)?;
         for stream in 1..=3 {
