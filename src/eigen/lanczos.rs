@@ -17,6 +17,8 @@ const BLOCK: usize = 8;
 const TOLERANCE: f64 = 1e-8;
 /// Relative residual of θ at which a pair is locked: its coupling to the rest is rounding then.
 const LOCKED: f64 = 1e-13;
+/// Blocks that must follow one with new random columns before pairs count as those of the goal.
+const SETTLED: usize = 3;
 /// Restarts after which the method gives up.
 const MAX_RESTARTS: usize = 200;
 /// Values of θ closer than this, relatively, are locked together or not at all.
@@ -102,6 +104,10 @@ struct Lanczos<'a> {
     solves: usize,
     /// Random columns drawn so far.
     drawn: u64,
+    /// Blocks taken since the basis was last filled up because it was invariant.
+    since: usize,
+    /// θ of the goal when that last happened.
+    before: Vec<f64>,
 }
 
 /// Collective: the pairs of the goal, in a space orthogonal to `deflated`, which has orthonormal columns. `progress` is told converged and wanted.
@@ -116,7 +122,7 @@ pub(super) fn run(
     let n = pencil.n_local();
     let room = pencil.order() as usize - deflated.ncols();
     let block = sizes.block.clamp(1, room.max(1));
-    let subspace = sizes.subspace.max(goal.count() + 2 * block).max(3 * block);
+    let mut subspace = sizes.subspace.max(goal.count() + 2 * block).max(3 * block);
     let mut lanczos = Lanczos {
         pencil,
         shifted,
@@ -130,6 +136,8 @@ pub(super) fn run(
         beyond: Mat::new(),
         solves: 0,
         drawn: 0,
+        since: SETTLED,
+        before: Vec::new(),
     };
     lanczos.refill(block)?;
     let mut restarts = 0;
@@ -148,10 +156,16 @@ pub(super) fn run(
         let ritz = lanczos.ritz()?;
         let (reached, converged) = lanczos.reached(&ritz, goal);
         progress(converged.min(goal.count()), goal.count());
-        if reached || all {
+        if all || reached && lanczos.settled(&ritz, goal) {
             return Ok(lanczos.finish(ritz, restarts));
         }
         if full {
+            // Unwanted pairs of the other side that are nearer to the shift need room too.
+            let span = lanczos.span(&ritz, goal);
+            if span + 4 * block > subspace {
+                subspace = span + 6 * block;
+                continue;
+            }
             if restarts == MAX_RESTARTS {
                 return Err(Error::NotConverged(format!(
                     "only {converged} of {} modes converged in {restarts} restarts of a basis of {subspace} columns; ask for fewer modes",
@@ -159,7 +173,7 @@ pub(super) fn run(
                 )));
             }
             restarts += 1;
-            lanczos.restart(&ritz, goal, subspace, block);
+            lanczos.restart(&ritz, span, subspace, block);
         }
     }
 }
@@ -258,7 +272,12 @@ impl Lanczos<'_> {
                 self.t[(size + i, done + j)] = self.beyond[(i, j)];
             }
         }
-        self.refill(block)
+        self.since += 1;
+        if self.width() < block {
+            self.refill(block)?;
+            self.since = 0;
+        }
+        Ok(())
     }
 
     /// Ritz pairs of the active columns, with the length of what their images have beyond the basis.
@@ -294,8 +313,33 @@ impl Lanczos<'_> {
         }
     }
 
+    /// Whether the pairs are those of the whole space: where the basis was invariant, what is beside it shows in some blocks from new columns, or in
+    /// that a further invariant basis has the same pairs.
+    fn settled(&mut self, ritz: &Ritz, goal: Goal) -> bool {
+        if self.since > 0 {
+            return self.since >= SETTLED;
+        }
+        let now: Vec<f64> = self.locked.iter().chain(&ritz.theta).copied().take(goal.count()).collect();
+        let same = now.len() == self.before.len()
+            && now.iter().zip(&self.before).all(|(a, b)| (a - b).abs() <= TOLERANCE * a.abs());
+        self.before = now;
+        same
+    }
+
+    /// How many pairs by falling |θ| hold those of the goal, as far as their Ritz values are there.
+    fn span(&self, ritz: &Ritz, goal: Goal) -> usize {
+        let Goal::Sides(mut below, mut above) = goal else { return goal.count() };
+        let mut all = self.locked.iter().chain(&ritz.theta);
+        let last = all.position(|theta| {
+            let side = if *theta < 0.0 { &mut below } else { &mut above };
+            *side = side.saturating_sub(1);
+            below + above == 0
+        });
+        last.map_or(goal.count(), |i| i + 1)
+    }
+
     /// Replaces the active columns by the best Ritz vectors and locks those that have converged.
-    fn restart(&mut self, ritz: &Ritz, goal: Goal, subspace: usize, block: usize) {
+    fn restart(&mut self, ritz: &Ritz, span: usize, subspace: usize, block: usize) {
         let (n, old, width) = (self.n, self.locked.len(), self.width());
         let leading = ritz.residual.iter().take_while(|r| **r <= LOCKED).count();
         let apart = |i: &usize| {
@@ -305,7 +349,7 @@ impl Lanczos<'_> {
             }
         };
         let lock = (0..=leading).rev().find(apart).unwrap_or(0);
-        let wanted = goal.count().saturating_sub(old);
+        let wanted = span.saturating_sub(old);
         let room = (subspace - old).saturating_sub(2 * block + width);
         let keep = (wanted + (ritz.theta.len().saturating_sub(wanted)) / 2)
             .max(lock)
