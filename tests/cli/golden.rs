@@ -83,6 +83,15 @@ fn signed(kept: &[f64], found: &[f64], modes: usize) -> Vec<f64> {
     found.iter().enumerate().map(|(i, v)| signs[i % modes] * v).collect()
 }
 
+/// The rows of eigenvalues that oscillate. Overdamped motion of the contact moves the bodies by rounding only, and so are the shares of
+/// their modes in it.
+fn of_oscillations(rows: &[f64], kept: &BTreeMap<String, Dataset>) -> Vec<f64> {
+    let Values::Complex(values) = &kept["/stability/eigenvalue"].values else { panic!("eigenvalues are complex") };
+    let width = rows.len() / values.len();
+    let kept = rows.chunks_exact(width).zip(values).filter(|(_, v)| v.im.abs() > v.re.abs());
+    kept.flat_map(|(row, _)| row.iter().copied()).collect()
+}
+
 /// The largest value of a dataset that is the measure of another one's small differences of large numbers.
 fn measure(path: &str, kept: &BTreeMap<String, Dataset>) -> Option<f64> {
     let largest = |path: &str| match &kept[path].values {
@@ -127,6 +136,10 @@ fn compare(name: &str) {
             }
             (Values::Real(a), Values::Real(b)) if path.ends_with("contact_modes") => {
                 distance(a, &signed(a, b, new.shape[1]), f64::abs, None)
+            }
+            (Values::Real(a), Values::Real(b)) if path == "/stability/participation" => {
+                let [a, b] = [a, b].map(|v| of_oscillations(v, &kept));
+                distance(&a, &b, f64::abs, None)
             }
             (Values::Real(a), Values::Real(b)) => distance(a, b, f64::abs, measure(path, &kept)),
             (Values::Complex(a), Values::Complex(b)) => distance(a, b, Complex64::norm, None),
