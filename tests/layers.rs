@@ -18,8 +18,9 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("mesh", &["parallel"]),
     ("grid", &["mesh"]),
     ("petsc", &["parallel"]),
+    ("eigen", &["parallel", "petsc"]),
     ("fem", &["parallel", "mesh", "petsc"]),
-    ("body", &["parallel", "job", "mesh", "grid", "petsc", "fem"]),
+    ("body", &["parallel", "job", "mesh", "grid", "petsc", "eigen", "fem"]),
     ("model", &["parallel", "job", "grid", "body"]),
     ("contact", &["dense", "friction", "grid", "model"]),
     ("stability", &["dense", "parallel", "progress", "job", "petsc", "body", "model", "contact"]),
@@ -37,6 +38,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "mesh",
             "grid",
             "petsc",
+            "eigen",
             "fem",
             "body",
             "model",
@@ -50,7 +52,15 @@ const ROOMS: &[(&str, &[&str])] = &[
 ];
 
 /// Files that may use less than their room.
-const FILES: &[(&str, &[&str])] = &[("stability/reduced.rs", &["contact", "model"])];
+const FILES: &[(&str, &[&str])] = &[
+    ("stability/reduced.rs", &["contact", "model"]),
+    ("eigen/block.rs", &["parallel"]),
+    ("eigen/check.rs", &["parallel"]),
+    ("eigen/lanczos.rs", &["parallel"]),
+    ("eigen/mod.rs", &["parallel"]),
+    ("eigen/orthonormal.rs", &["parallel"]),
+    ("eigen/slices.rs", &["parallel"]),
+];
 
 /// Bindings that one room alone may name.
 const BINDINGS: &[&str] = &["petsc_sys", "slepc_sys", "mumps_sys"];
