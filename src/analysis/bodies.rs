@@ -1,7 +1,7 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
-use super::report::Summary;
 use super::modes::method as eigen_method;
+use super::report::Summary;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::{Body, Fields, FullSystem, Side};
