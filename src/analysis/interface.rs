@@ -2,11 +2,13 @@
 
 use super::bodies::Bodies;
 use crate::body::half_space::HalfSpace;
-use crate::contact::{kernel, Creepage, NormalLoad};
+use crate::contact::sliding::{SlidingDirection, SlidingProblem};
+use crate::contact::{kernel, Creepage, NormalLoad, SteadyProblem, Stencil};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
-use crate::job::{self, Load};
+use crate::job::{self, Direction, Load};
+use crate::model::{ModalPair, ReducedModel};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -21,6 +23,47 @@ pub fn normal_load(contact: &job::Contact) -> NormalLoad {
     match contact.load() {
         Load::Normal(n) => NormalLoad::Force(n),
         Load::Approach(d) => NormalLoad::Approach(d),
+    }
+}
+
+/// Steady rolling of the reduced model `root` under the contact of a job; solved as `wanted` says, or by the defaults of a job.
+pub(super) fn steady_rolling<'a>(
+    root: &'a ReducedModel,
+    contact: &job::Contact,
+    wanted: Option<&job::Steady>,
+) -> SteadyProblem<'a> {
+    let job::Steady { tolerance, max_iterations } = wanted.cloned().unwrap_or_default();
+    SteadyProblem {
+        interface: &root.interface,
+        compliance: root.pair.compliance.as_ref(),
+        friction: contact.friction,
+        speed: contact.speed,
+        creepage: creepage(contact),
+        load: normal_load(contact),
+        stencil: Stencil::default(),
+        tolerance,
+        max_iterations: max_iterations as usize,
+    }
+}
+
+/// Steady sliding of all of the contact of a job.
+pub(super) fn steady_sliding<'a>(
+    (interface, pair): (&'a Interface, &'a ModalPair),
+    contact: &job::Contact,
+    direction: Direction,
+) -> SlidingProblem<'a> {
+    SlidingProblem {
+        interface,
+        compliance: pair.compliance.as_ref(),
+        friction: contact.friction,
+        speed: contact.speed,
+        creepage: creepage(contact),
+        load: normal_load(contact),
+        stencil: Stencil::default(),
+        direction: match direction {
+            Direction::Rigid => SlidingDirection::Rigid,
+            Direction::Actual => SlidingDirection::Actual,
+        },
     }
 }
 

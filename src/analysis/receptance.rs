@@ -1,10 +1,10 @@
 //! The analysis `receptance`: displacement of each body at the contact point per unit force there, over frequency.
 
-use super::interface::{creepage, normal_load};
+use super::interface::steady_rolling;
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::ReducedBody;
-use crate::contact::{SteadyProblem, Stencil};
+use crate::contact::SteadyProblem;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::job::{self, Spread};
@@ -47,17 +47,8 @@ fn shares(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Resul
     let force: Vec<f64> = match spread {
         Spread::Uniform => s.weight.clone(),
         Spread::Pressure => {
-            let problem = SteadyProblem {
-                interface: s,
-                compliance: model.pair.compliance.as_ref(),
-                friction: FrictionLaw::Constant(0.0),
-                speed: contact.speed,
-                creepage: creepage(contact),
-                load: normal_load(contact),
-                stencil: Stencil::default(),
-                tolerance: 1e-8,
-                max_iterations: 200,
-            };
+            let frictionless = FrictionLaw::Constant(0.0);
+            let problem = SteadyProblem { friction: frictionless, ..steady_rolling(model, contact, None) };
             problem.solve()?.pressure.iter().zip(&s.weight).map(|(p, w)| p * w).collect()
         }
     };

@@ -1,16 +1,16 @@
 //! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
 
 use super::bodies::Bodies;
-use super::interface::{creepage, normal_load};
+use super::interface::steady_sliding;
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
 use super::{complex_modes, full_stability};
-use crate::contact::sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
-use crate::contact::{LinearContact, Stencil};
+use crate::contact::sliding::SlidingSolution;
+use crate::contact::LinearContact;
 use crate::grid::Interface;
-use crate::job::{self, Direction, Job};
+use crate::job::{self, Job};
 use crate::model::ModalPair;
 use crate::output::datasets::stability::{eigenvalues, sliding_state};
 use crate::stability::reduced::{participation, Eigenpair};
@@ -99,19 +99,7 @@ pub(super) fn analyse(
     interface: &Interface,
     pair: &ModalPair,
 ) -> Result<Found> {
-    let problem = SlidingProblem {
-        interface,
-        compliance: pair.compliance.as_ref(),
-        friction: contact.friction,
-        speed: contact.speed,
-        creepage: creepage(contact),
-        load: normal_load(contact),
-        stencil: Stencil::default(),
-        direction: match stability.direction {
-            Direction::Rigid => SlidingDirection::Rigid,
-            Direction::Actual => SlidingDirection::Actual,
-        },
-    };
+    let problem = steady_sliding((interface, pair), contact, stability.direction);
     let sliding = problem.solve()?;
     if sliding.closed.is_empty() {
         return Err(Error::Job(

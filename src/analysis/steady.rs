@@ -2,19 +2,18 @@
 
 use super::bodies::{Bodies, Place};
 use super::deferred;
-use super::interface::{creepage, normal_load};
+use super::interface::steady_rolling;
 use super::reduction::{by_products, Reduction};
 use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
-use crate::contact::{SteadyProblem, SteadySolution, Stencil};
+use crate::contact::SteadySolution;
 use crate::grid::Interface;
 use crate::job::{self, Compliance, Job};
 use crate::output::datasets::contact::tables;
 use crate::output::{contact_fields, PointField, ResultFile};
 use crate::parallel::World;
 use crate::{Error, Result};
-use faer::Mat;
 
 /// What the analysis needs of the bodies: their displacements, for the fields or because their compliance is not made.
 pub(super) fn needs(job: &Job) -> Needs {
@@ -33,7 +32,7 @@ pub fn run(
     let world = run.world();
     run.progress.stage("steady rolling");
     let interface = model.on_root().map(|r| &r.interface);
-    let problem = model.on_root().map(|r| problem(&r.interface, &r.pair.compliance, steady, contact));
+    let problem = model.on_root().map(|r| steady_rolling(r, contact, Some(steady)));
     // Displacements of the bodies where the solution needed them.
     let mut displacements = None;
     let solution = if model.approximate {
@@ -59,20 +58,6 @@ pub fn run(
         bodies.write_shapes(&mut run.file)?;
     }
     Ok(())
-}
-
-fn problem<'a>(s: &'a Interface, w: &'a Mat<f64>, steady: &job::Steady, contact: &job::Contact) -> SteadyProblem<'a> {
-    SteadyProblem {
-        interface: s,
-        compliance: w.as_ref(),
-        friction: contact.friction,
-        speed: contact.speed,
-        creepage: creepage(contact),
-        load: normal_load(contact),
-        stencil: Stencil::default(),
-        tolerance: steady.tolerance,
-        max_iterations: steady.max_iterations as usize,
-    }
 }
 
 /// Collective: displacements of the places' bodies, this rank's degrees of freedom, m, under the reactions of the solution.

@@ -10,7 +10,7 @@ pub use crate::output::datasets::checkpoint::refuse_other_job;
 pub use stop::Stop;
 
 use super::bodies::Bodies;
-use super::interface::{creepage, normal_load};
+use super::interface::{creepage, normal_load, steady_rolling, steady_sliding};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
@@ -18,8 +18,8 @@ use super::stability::Found;
 use super::steps::Needs;
 use super::RunOptions;
 use crate::body::TraceModes;
-use crate::contact::sliding::{SlidingDirection, SlidingProblem};
-use crate::contact::{NormalLoad, SteadyProblem, Stencil};
+use crate::contact::sliding::SlidingProblem;
+use crate::contact::{NormalLoad, SteadyProblem};
 use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
@@ -300,40 +300,21 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
     if let Some(d) = at_start(&histories.approach, "approach")? {
         load = NormalLoad::Approach(d);
     }
-    let compliance = root.pair.compliance.as_ref();
-    let (interface, friction, speed) = (&root.interface, contact.friction, contact.speed);
+    let analyses = &inputs.job.analyses;
     let (pressure, traction, approach) = match inputs.wanted.start.state {
         StartState::Sliding => {
-            let direction = match inputs.job.analyses.stability.as_ref().map(|s| s.direction) {
-                Some(Direction::Actual) => SlidingDirection::Actual,
-                _ => SlidingDirection::Rigid,
-            };
-            let stencil = Stencil::default();
-            let problem = SlidingProblem { interface, compliance, friction, speed, creepage, load, stencil, direction };
-            let found = problem.solve()?;
+            let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
+            let problem = steady_sliding((&root.interface, &root.pair), contact, direction);
+            let found = SlidingProblem { creepage, load, ..problem }.solve()?;
             (found.pressure, found.traction, found.approach)
         }
         StartState::Steady => {
-            let stencil = Stencil::default();
-            let (tolerance, max_iterations) = match &inputs.job.analyses.steady {
-                Some(s) => (s.tolerance, s.max_iterations as usize),
-                None => (1e-8, 200),
-            };
-            let problem = SteadyProblem {
-                interface,
-                compliance,
-                friction,
-                speed,
-                creepage,
-                load,
-                stencil,
-                tolerance,
-                max_iterations,
-            };
-            let found = problem.solve()?;
+            let problem = steady_rolling(root, contact, analyses.steady.as_ref());
+            let found = SteadyProblem { creepage, load, ..problem }.solve()?;
             (found.pressure, found.traction, found.approach)
         }
     };
+    let interface = &root.interface;
     let reaction: Vec<f64> = (0..interface.len())
         .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
         .collect();

@@ -99,6 +99,12 @@ pub struct Steady {
     pub max_iterations: u32,
 }
 
+impl Default for Steady {
+    fn default() -> Self {
+        Self { tolerance: default_tolerance(), max_iterations: default_iterations() }
+    }
+}
+
 /// Stability of steady sliding on the modes of `analyses.modes` and the residual compliance of the contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
