@@ -147,7 +147,8 @@ mod tests {
     fn every_change_is_of_a_key_and_of_a_format_up_to_the_present_one() {
         let known = crate::job::schema::Checker::default();
         for change in CHANGES {
-            assert!((2..=FORMAT).contains(&change.since), "{change:?}");
+            assert!(change.since > 1, "{change:?}: the first format changed nothing");
+            assert!(change.since <= FORMAT, "{change:?}");
             let path: Vec<&str> = change.key.split('.').map(|s| if s == "*" { "lower" } else { s }).collect();
             let (key, entry) = path.split_last().unwrap();
             assert!(known.keys_at(entry).is_some_and(|keys| keys.iter().any(|k| k == key)), "{change:?}");
