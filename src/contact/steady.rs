@@ -26,7 +26,7 @@ pub enum NormalLoad {
 pub struct SteadyProblem<'a> {
     /// The interface.
     pub interface: &'a Interface,
-    /// Influence matrix W of the interface (see [`super::combined_compliance`]), m/N, `[3n, 3n]`, symmetric, rows (x, y, n).
+    /// Influence matrix W of the interface (see [`crate::model::combined_compliance`]), m/N, `[3n, 3n]`, symmetric, rows (x, y, n).
     pub compliance: MatRef<'a, f64>,
     /// Friction law: the coefficient at each node is that at its creep velocity.
     pub friction: FrictionLaw,

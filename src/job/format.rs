@@ -5,7 +5,7 @@
 
 use serde_json::Value;
 
-/// The job format of this program. A default that changes makes a new one, with a line in [`CHANGES`].
+/// The job format of this program. A default that changes makes a new one, with a line in `CHANGES`.
 pub const FORMAT: u32 = 1;
 
 /// Every default that has changed, oldest first.
