@@ -6,7 +6,7 @@ use super::nearest::Nearest;
 use super::order::Order;
 use super::residual::{self, NodeMotion};
 use super::statics::Statics;
-use super::{Body, Fields, FullSystem, Kind, Steps, TraceModes};
+use super::{Body, Fields, FullSystem, Steps, TraceModes};
 use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
 use crate::fem::stress;
@@ -83,10 +83,6 @@ impl<'p> Elements<'p> {
 impl Body for Elements<'_> {
     fn name(&self) -> &str {
         &self.fe.name
-    }
-
-    fn kind(&self) -> Kind {
-        Kind::Elements
     }
 
     fn rows(&self) -> usize {

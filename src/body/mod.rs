@@ -12,7 +12,6 @@ pub mod modes;
 pub mod nearest;
 pub mod order;
 pub mod residual;
-pub mod rigid;
 pub mod statics;
 pub mod trace;
 
@@ -82,51 +81,11 @@ impl TraceModes {
 /// Is told how far a long computation is: steps done, and steps in all.
 pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
 
-/// What there are bodies of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Finite elements on a mesh.
-    Elements,
-    /// Matrices from another program.
-    Matrices,
-    /// An elastic half-space.
-    HalfSpace,
-    /// Nothing that moves.
-    Rigid,
-}
-
-/// What an analysis may need of a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Capability {
-    /// Free-interface modes.
-    Modes,
-    /// Motions that can be shown on a mesh.
-    Fields,
-    /// The matrices of all degrees of freedom.
-    FullSystem,
-}
-
-impl Kind {
-    /// Whether bodies of this kind can give it.
-    pub fn can(self, what: Capability) -> bool {
-        match self {
-            Kind::Elements => true,
-            Kind::Matrices => what != Capability::Fields,
-            // A rigid body has all its modes: none.
-            Kind::Rigid => what == Capability::Modes,
-            Kind::HalfSpace => false,
-        }
-    }
-}
-
 /// A body in contact. Every method but the plainest is collective: all ranks call it, in the same order; what is asked of the contact rows is
 /// given and returned on rank 0; an error of one rank is one of all. All is in lower form.
 pub trait Body {
     /// Name in messages and results.
     fn name(&self) -> &str;
-
-    /// What it is made of.
-    fn kind(&self) -> Kind;
 
     /// Number of contact rows, 3n, on every rank.
     fn rows(&self) -> usize;

@@ -319,7 +319,7 @@ impl LinearContact {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Exponential, FrictionLaw};
+    use crate::friction::{Exponential, FrictionLaw, Rational};
 
     #[test]
     fn natural_map_vanishes_exactly_where_the_laws_hold() {
@@ -345,7 +345,8 @@ mod tests {
 
     fn laws() -> Vec<FrictionLaw> {
         let exponential = Exponential { at_rest: 0.4, kinetic: 0.25, decay_velocity: 0.3 };
-        vec![FrictionLaw::Constant(0.0), FrictionLaw::Constant(0.35), exponential.into()]
+        let rational = Rational { at_rest: 0.4, kinetic: 0.25, half_velocity: 0.3 };
+        vec![FrictionLaw::Constant(0.0), FrictionLaw::Constant(0.35), exponential.into(), rational.into()]
     }
 
     /// Nodes that the laws do not hold at, open, in stick and in slip, for all `laws`.
