@@ -4,6 +4,9 @@ use super::modes::method as eigen_method;
 use super::report::Summary;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
+use crate::body::matrices::{Matrices, SignedRow};
+use crate::body::matrix_body::MatrixBody;
+use crate::body::rigid::Rigid;
 use crate::body::{Body, Fields, FullSystem, Side};
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
@@ -25,8 +28,8 @@ pub struct Place {
     pub body: usize,
     /// Contact grid of the body's mesh, on rank 0.
     pub grid: Option<ContactGrid>,
-    /// Material.
-    pub material: Material,
+    /// Material of finite elements.
+    pub material: Option<Material>,
     /// Checksum of the mesh, on rank 0.
     checksum: String,
 }
@@ -53,6 +56,9 @@ impl<'p> Bodies<'p> {
 
     /// Collective: meshes, distributes and assembles the bodies of the job.
     pub fn build(petsc: &'p Petsc<'p>, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
+        if job.by_matrices() {
+            return Self::of_matrices(petsc, job, progress, summary);
+        }
         let world = petsc.world();
         progress.stage("meshing");
         let given = job.bodies();
@@ -73,7 +79,7 @@ impl<'p> Bodies<'p> {
                 side: Side::named(name).unwrap_or(Side::Lower),
                 body: if same { 0 } else { i },
                 grid: mine.and_then(|m| m.grid.clone()),
-                material: material_of(body)?,
+                material: Some(material_of(body)?),
                 checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),
             });
         }
@@ -104,6 +110,34 @@ impl<'p> Bodies<'p> {
             bodies.unique.push(Box::new(Elements::new(petsc, fe, method).with_modes_by(eigen_method(job))));
         }
         Ok(bodies)
+    }
+
+    /// Collective: reads the bodies of a job that gives them by matrices; one that is not given is rigid.
+    fn of_matrices(petsc: &'p Petsc<'p>, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
+        let world = petsc.world();
+        let contacts = job.contact.as_ref().and_then(|c| c.points.as_ref()).map_or(0, Vec::len);
+        let given = job.bodies();
+        let mut bodies = Self::none();
+        for (index, side) in Side::BOTH.into_iter().enumerate() {
+            let name = side.name();
+            let (grid, material, checksum) = (None, None, String::new());
+            bodies.places.push(Place { name, side, body: index, grid, material, checksum });
+            let Some((_, body)) = given.iter().find(|(n, _)| *n == name) else {
+                bodies.unique.push(Box::new(Rigid::new(world, name, 3 * contacts)));
+                continue;
+            };
+            progress.stage(format!("matrices of body {name}"));
+            let body = MatrixBody::new(petsc, name, world.on_root(|| matrices_of(name, body))?)?;
+            let dofs = body.dofs();
+            summary.line(format!("body {name}: {dofs} degrees of freedom, {} contacts", body.rows() / 3));
+            bodies.unique.push(Box::new(body.with_modes_by(eigen_method(job))));
+        }
+        Ok(bodies)
+    }
+
+    /// Whether the bodies can be shown on meshes.
+    pub fn on_meshes(&self) -> bool {
+        !self.unique.is_empty() && self.unique.iter().all(|b| b.fields().is_some())
     }
 
     /// Collective: factorises, or prepares to iterate with, the stiffness of each body.
@@ -140,12 +174,13 @@ impl<'p> Bodies<'p> {
 
     /// The mode shapes of each of [`Bodies::unique`]; none where they were not computed.
     pub fn shapes(&self) -> Vec<&BodyModes> {
-        self.unique.iter().filter_map(|b| b.fields()?.shapes()).collect()
+        self.unique.iter().filter_map(|b| b.shapes()).collect()
     }
 
     /// The mode shapes of the body with this index in [`Bodies::unique`].
     pub fn shapes_of(&self, body: usize) -> Result<&BodyModes> {
-        self.fields(body)?.shapes().ok_or_else(|| Error::Defect("a body has no mode shapes".into()))
+        let found = self.unique.get(body).and_then(|b| b.shapes());
+        found.ok_or_else(|| Error::Defect("a body has no mode shapes".into()))
     }
 
     /// The places' shares of the meshes, for writing.
@@ -164,7 +199,7 @@ impl<'p> Bodies<'p> {
 
     /// Collective: writes the meshes alone.
     pub fn write_shapes(&self, file: &mut ResultFile) -> Result<()> {
-        if self.unique.is_empty() {
+        if !self.on_meshes() {
             return Ok(());
         }
         file.fields(&self.parts(), &[] as &[PointField])
@@ -173,7 +208,14 @@ impl<'p> Bodies<'p> {
     /// On rank 0: name and checksum of every input.
     pub fn checksums(&self, job: &Job) -> Result<Vec<(String, String)>> {
         let mut sums = Vec::new();
-        for (place, (_, body)) in self.places.iter().zip(job.bodies()) {
+        for (name, body) in job.bodies() {
+            if let Some(m) = &body.matrices {
+                for path in [Some(&m.mass), m.damping.as_ref(), Some(&m.stiffness)].into_iter().flatten() {
+                    sums.push((path.display().to_string(), sha256(path)?));
+                }
+                continue;
+            }
+            let Some(place) = self.places.iter().find(|p| p.name == name) else { continue };
             if let Some(MeshSource::File(path)) = &body.mesh {
                 sums.push((path.display().to_string(), sha256(path)?));
             }
@@ -186,11 +228,27 @@ impl<'p> Bodies<'p> {
 /// Whether some analysis of the job works on finite elements.
 pub(super) fn needs_elements(job: &Job) -> bool {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
-    job.analyses.modes.is_some() || !half_space
+    !job.by_matrices() && (job.analyses.modes.is_some() || !half_space)
 }
 
 fn same_groups(a: &[String], b: &[String]) -> bool {
     a.iter().all(|g| b.contains(g)) && b.iter().all(|g| a.contains(g))
+}
+
+/// On rank 0: the matrices of a body.
+fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
+    let Some(given) = &body.matrices else {
+        return Err(Error::Defect(format!("body {name} has no matrices")));
+    };
+    let signed = |row: i64| -> SignedRow {
+        (row != 0).then(|| (row.unsigned_abs() as usize - 1, if row < 0 { -1.0 } else { 1.0 }))
+    };
+    let rows = |c: &job::MatrixContact| {
+        let along = |k: usize| c.tangential.get(k).and_then(|&row| signed(row));
+        [along(0), along(1), signed(c.normal)]
+    };
+    let contacts = given.contacts.iter().map(rows).collect();
+    Matrices::read(name, &given.mass, given.damping.as_deref(), &given.stiffness, contacts)
 }
 
 fn material_of(body: &job::Body) -> Result<Material> {

@@ -8,7 +8,9 @@ use crate::contact::LinearContact;
 use crate::job;
 use crate::model::{self, ModalPair};
 use crate::parallel::World;
+use crate::stability::dense::{self, Whole};
 use crate::stability::full::cover::{partners, Wedge};
+use crate::stability::full::system::Residuals;
 use crate::stability::full::{spectrum, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Place};
 use crate::stability::reduced::shares as shares_of;
 use crate::stability::Spectrum;
@@ -35,7 +37,40 @@ pub fn run(
         _ => Ok(()),
     })?;
     let contact = shared_contact(world, reduced.map(|r| r.1));
-    let guide: Vec<C> = world.broadcast(reduced.map(|r| r.0.all.clone()).unwrap_or_default());
+    let mut spectrum = match run.job.by_matrices() {
+        true => at_once(run, wanted, bodies, &contact)?,
+        false => by_shifts(run, wanted, bodies, &contact, reduced.map(|r| r.0))?,
+    };
+    let paired = world.on_root(|| {
+        let full: Vec<C> = spectrum.pairs.iter().map(|p| p.value).collect();
+        let reduced: Vec<C> = reduced.map(|r| r.0.eigenpairs.iter().map(|p| p.value).collect()).unwrap_or_default();
+        partners(&full, &reduced, &Wedge::new(wanted.max_frequency, wanted.damping_ratio), wanted.agreement)
+    })?;
+    let mut order: Vec<usize> = (0..spectrum.pairs.len()).collect();
+    order.sort_by(|&a, &b| spectrum.pairs[b].value.re.total_cmp(&spectrum.pairs[a].value.re));
+    let partners = paired.map(|p| order.iter().map(|&i| p[i]).collect()).unwrap_or_default();
+    let mut slots: Vec<Option<FullPair>> = spectrum.pairs.into_iter().map(Some).collect();
+    spectrum.pairs = order.iter().filter_map(|&i| slots[i].take()).collect();
+    let mut shares = Vec::new();
+    for pair in &spectrum.pairs {
+        let q = amplitudes(world, bodies, pair);
+        if let Some((_, _, model)) = reduced {
+            shares.push(shares_of(&model.omega, &q, pair.value));
+        }
+    }
+    Ok(FullResult { spectrum, shares, partners })
+}
+
+/// Collective: the spectrum of finite elements, by successive shifts; `reduced` says on rank 0 where to look.
+fn by_shifts(
+    run: &mut Run,
+    wanted: &job::FullStability,
+    bodies: &Bodies,
+    contact: &LinearContact,
+    reduced: Option<&Spectrum>,
+) -> Result<FullSpectrum> {
+    let world = run.world();
+    let guide: Vec<C> = world.broadcast(reduced.map(|r| r.all.clone()).unwrap_or_default());
     let (systems, modes) = (bodies.full_systems()?, bodies.shapes());
     let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<Place> {
         let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
@@ -56,35 +91,70 @@ pub fn run(
         tolerance: wanted.tolerance,
     };
     let system = FullBodies { bodies: &systems, modes: &modes, places: &places };
-    let mut spectrum = spectrum(run.petsc, system, &contact, &guide, &options, run.progress)?;
-    let paired = world.on_root(|| {
-        let full: Vec<C> = spectrum.pairs.iter().map(|p| p.value).collect();
-        let reduced: Vec<C> = reduced.map(|r| r.0.eigenpairs.iter().map(|p| p.value).collect()).unwrap_or_default();
-        partners(&full, &reduced, &Wedge::new(wanted.max_frequency, wanted.damping_ratio), wanted.agreement)
-    })?;
-    let mut order: Vec<usize> = (0..spectrum.pairs.len()).collect();
-    order.sort_by(|&a, &b| spectrum.pairs[b].value.re.total_cmp(&spectrum.pairs[a].value.re));
-    let partners = paired.map(|p| order.iter().map(|&i| p[i]).collect()).unwrap_or_default();
-    let mut slots: Vec<Option<FullPair>> = spectrum.pairs.into_iter().map(Some).collect();
-    spectrum.pairs = order.iter().filter_map(|&i| slots[i].take()).collect();
-    let mut shares = Vec::new();
-    for pair in &spectrum.pairs {
-        let q = amplitudes(world, bodies, &systems, pair);
-        if let Some((_, _, model)) = reduced {
-            shares.push(shares_of(&model.omega, &q, pair.value));
-        }
+    spectrum(run.petsc, system, contact, &guide, &options, run.progress)
+}
+
+/// Collective: the spectrum of small bodies, all at once on rank 0.
+fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &LinearContact) -> Result<FullSpectrum> {
+    let world = run.world();
+    let systems: Vec<Option<&dyn FullSystem>> =
+        bodies.places.iter().map(|p| bodies.unique.get(p.body).and_then(|b| b.full_system())).collect();
+    let order: u64 = systems.iter().flatten().map(|s| s.stiffness().order()).sum();
+    if order > dense::LARGEST as u64 {
+        return Err(Error::Job(format!(
+            "analyses.stability.full: bodies given by matrices are treated densely there, up to {} degrees of freedom; found {order}. \
+             Leave it out: the reduced analysis takes larger bodies",
+            dense::LARGEST
+        )));
     }
-    Ok(FullResult { spectrum, shares, partners })
+    let given = [run.job.bodies.lower.as_ref(), run.job.bodies.upper.as_ref()];
+    let wholes: Vec<Option<Whole>> = systems
+        .iter()
+        .zip(given)
+        .map(|(s, body)| s.and_then(|s| Whole::gather(world, s, body.map_or(1.0, job::Body::damping_factor))))
+        .collect();
+    let wedge = Wedge::new(wanted.max_frequency, wanted.damping_ratio);
+    let found = world.on_root(|| {
+        let [lower, upper] = [0, 1].map(|p| wholes.get(p).and_then(Option::as_ref));
+        let mut found = dense::eigenpairs([lower, upper], contact, wanted.tolerance)?;
+        found.retain(|p| wedge.holds(p.value));
+        Ok(found)
+    })?;
+    let found = found.unwrap_or_default();
+    let values = world.broadcast(found.iter().map(|p| p.value).collect::<Vec<C>>());
+    let errors = world.broadcast(found.iter().flat_map(|p| [p.backward_error, p.constraint]).collect::<Vec<f64>>());
+    let mut pairs = Vec::new();
+    for (i, value) in values.into_iter().enumerate() {
+        let mut first = 0;
+        let mut motion = [Vec::new(), Vec::new()];
+        for (motion, system) in motion.iter_mut().zip(&systems) {
+            let Some(stiffness) = system.map(|s| s.stiffness()) else { continue };
+            let of_rank = |rank: usize| {
+                let rows = stiffness.rows_of(rank);
+                found
+                    .get(i)
+                    .map_or(Vec::new(), |p| p.motion[first + rows.start as usize..first + rows.end as usize].to_vec())
+            };
+            let parts = if world.is_root() { (0..world.size).map(of_rank).collect() } else { Vec::new() };
+            *motion = world.scatter(parts);
+            first += stiffness.order() as usize;
+        }
+        let (pressure, forces) = (Vec::new(), Vec::new());
+        let residuals = Residuals { backward_error: errors[2 * i], correction: 0.0, constraint: errors[2 * i + 1] };
+        pairs.push(FullPair { value, motion, pressure, forces, damping: [0.0; 2], residuals });
+    }
+    Ok(FullSpectrum { pairs, shifts: Vec::new() })
 }
 
 /// Collective: modal amplitudes Φᵀ M u of both bodies, lower first.
-fn amplitudes(world: &World, bodies: &Bodies, systems: &[&dyn FullSystem], pair: &FullPair) -> Vec<C> {
-    let modes = bodies.shapes();
+fn amplitudes(world: &World, bodies: &Bodies, pair: &FullPair) -> Vec<C> {
     let mut q = Vec::new();
     for (place, u) in bodies.places.iter().zip(&pair.motion) {
+        let body = &bodies.unique[place.body];
+        let (Some(system), Some(modes)) = (body.full_system(), body.shapes()) else { continue };
         let mut mu = vec![C::default(); u.len()];
-        systems[place.body].mass().operator(world).apply(world, u, &mut mu);
-        for phi in modes.get(place.body).iter().flat_map(|m| &m.vectors) {
+        system.mass().operator(world).apply(world, u, &mut mu);
+        for phi in &modes.vectors {
             q.push(phi.iter().zip(&mu).map(|(p, m)| p * m).sum());
         }
     }

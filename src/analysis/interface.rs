@@ -1,10 +1,11 @@
 //! The contact of two bodies as the job and the meshes describe it: interface, load, creepages, friction.
 
-use super::bodies::Bodies;
+use super::bodies::{Bodies, Place};
 use crate::body::half_space::HalfSpace;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem};
-use crate::contact::{kernel, Creepage, NormalLoad, SteadyProblem, Stencil};
+use crate::contact::{kernel, Creepage, LinearContact, LinearNode, NormalLoad, Slip, SteadyProblem, Stencil, Tangent};
 use crate::fem::Material;
+use crate::friction::FrictionLaw;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Load};
@@ -46,13 +47,94 @@ pub(super) fn steady_rolling<'a>(
     }
 }
 
-/// Steady sliding of all of the contact of a job.
+/// Direction of sliding of a contact point, a unit vector.
+fn direction(point: &job::ContactPoint) -> [f64; 2] {
+    let d = [0, 1].map(|c| point.direction.get(c).copied().unwrap_or(0.0));
+    let norm = d[0].hypot(d[1]);
+    d.map(|d| d / norm)
+}
+
+/// The points of a job as an interface; none of a job with a grid.
+pub(super) fn points(contact: &job::Contact) -> Option<Result<Interface>> {
+    let creep = |p: &job::ContactPoint| direction(p).map(|d| d * p.slip_velocity.unwrap_or(0.0));
+    contact
+        .points
+        .as_ref()
+        .map(|points| Interface::points(points.iter().map(|p| p.gap).collect(), points.iter().map(creep).collect()))
+}
+
+/// Whether the forces of the contact points are given one by one, where there are points: they do not follow from a load.
+pub(super) fn given_forces(contact: &job::Contact) -> Option<&[job::ContactPoint]> {
+    contact.points.as_deref().filter(|_| contact.normal_load.is_none() && contact.approach.is_none())
+}
+
+/// Steady sliding of contact points under given forces, linearised.
+pub(super) fn sliding_points(points: &[job::ContactPoint], law: FrictionLaw) -> LinearContact {
+    let node = |(node, p): (usize, &job::ContactPoint)| {
+        // A law that depends on the velocity is taken at rest where none is given, and has no slope there; without a force neither matters.
+        let v = p.slip_velocity.unwrap_or(0.0);
+        let slope = p.slip_velocity.map_or(0.0, |v| law.slope(v));
+        let slip = Slip::steady(p.force.unwrap_or(0.0), direction(p), v, law.coefficient(v), slope);
+        LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }
+    };
+    LinearContact { nodes: points.iter().enumerate().map(node).collect() }
+}
+
+/// Reactions (tx, ty, p) of contact points that slide under given forces, N, `[3n]`.
+pub(super) fn reactions(points: &[job::ContactPoint], law: FrictionLaw) -> Vec<f64> {
+    let of = |p: &job::ContactPoint| {
+        let (force, mu) = (p.force.unwrap_or(0.0), law.coefficient(p.slip_velocity.unwrap_or(0.0)));
+        let [x, y] = direction(p).map(|d| -mu * force * d);
+        [x, y, force]
+    };
+    points.iter().flat_map(of).collect()
+}
+
+/// An error unless the load of `contact` can be borne by the points of the reduced model: every point has to yield along its normal, and no body may
+/// be free to move under it.
+pub(super) fn bears_load(model: &ReducedModel, reaction: &[f64]) -> Result<()> {
+    let pair = &model.pair;
+    let scale = reaction.iter().fold(0.0f64, |m, r| m.max(r.abs()));
+    for k in (0..pair.omega.len()).filter(|&k| pair.omega[k] == 0.0) {
+        let (mut force, mut size) = (0.0, 0.0f64);
+        for (row, r) in reaction.iter().enumerate() {
+            force += pair.modes[(row, k)] * r;
+            size = size.max((pair.modes[(row, k)] * scale).abs());
+        }
+        if force.abs() > 1e-9 * size {
+            let side = if k < pair.lower_modes { "lower" } else { "upper" };
+            return Err(Error::Job(format!(
+                "contact.normal_load: the {side} body is free to move under it, nothing holds it; give the force of each contact in \
+                 contact.points.N.force, which is then balanced from outside"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// An error where a contact point does not yield along its normal: a load cannot be shared out to it.
+fn yields(pair: &ModalPair) -> Result<()> {
+    let rigid = |i: &usize| pair.compliance[(3 * i + 2, 3 * i + 2)] == 0.0;
+    match (0..pair.compliance.nrows() / 3).find(rigid) {
+        None => Ok(()),
+        Some(i) => Err(Error::Job(format!(
+            "contact.normal_load: neither body moves along the normal of contact {}, so that its share of the load is not determined; give \
+             contact.points.N.force instead",
+            i + 1
+        ))),
+    }
+}
+
+/// Steady sliding of all of the contact of a job. Of points each has to yield along its normal.
 pub(super) fn steady_sliding<'a>(
     (interface, pair): (&'a Interface, &'a ModalPair),
     contact: &job::Contact,
     direction: Direction,
-) -> SlidingProblem<'a> {
-    SlidingProblem {
+) -> Result<SlidingProblem<'a>> {
+    if interface.are_points() {
+        yields(pair)?;
+    }
+    Ok(SlidingProblem {
         interface,
         compliance: pair.compliance.as_ref(),
         friction: contact.friction,
@@ -64,11 +146,14 @@ pub(super) fn steady_sliding<'a>(
             Direction::Rigid => SlidingDirection::Rigid,
             Direction::Actual => SlidingDirection::Actual,
         },
-    }
+    })
 }
 
-/// On rank 0: the grid both bodies share and the gap between them.
-pub(super) fn interface_of(bodies: &Bodies) -> Result<Interface> {
+/// On rank 0: the points of the contact, or the grid both bodies share, and the gap between them.
+pub(super) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<Interface> {
+    if let Some(points) = points(contact) {
+        return points;
+    }
     let grids: Vec<&ContactGrid> = bodies.places.iter().filter_map(|p| p.grid.as_ref()).collect();
     let [lower, upper] = grids[..] else {
         return Err(Error::Defect("contact needs the contact grids of two bodies".into()));
@@ -81,9 +166,16 @@ pub(super) fn interface_of(bodies: &Bodies) -> Result<Interface> {
 }
 
 /// On rank 0: influence matrices of two half-spaces of the bodies' materials, m/N, `[3n, 3n]` each.
-pub(super) fn half_spaces(bodies: &Bodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
-    let of = |m: &Material| HalfSpace { young: m.young, poisson: m.poisson }.compliance(&s.x, &s.y);
-    Ok([of(&bodies.places[0].material)?, of(&bodies.places[1].material)?])
+fn half_spaces(bodies: &Bodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
+    let of = |p: usize| half_space(&bodies.places[p])?.compliance(&s.x, &s.y);
+    Ok([of(0)?, of(1)?])
+}
+
+/// The half-space of the material of a body of finite elements.
+pub(super) fn half_space(place: &Place) -> Result<HalfSpace> {
+    let missing = || Error::Defect(format!("body {} has no material", place.name));
+    let Material { young, poisson, .. } = place.material.ok_or_else(missing)?;
+    Ok(HalfSpace { young, poisson })
 }
 
 /// On rank 0: compliances near those of the finite-element bodies in both places, m/N, `[3n, 3n]` each: of half-spaces, completed

@@ -5,7 +5,6 @@ mod complex_modes;
 mod deferred;
 mod full_stability;
 mod interface;
-mod matrices;
 mod modes;
 pub mod plan;
 mod receptance;
@@ -20,7 +19,8 @@ mod stock;
 mod sweep;
 mod transient;
 
-use crate::job::Job;
+use crate::body::{Capability, Kind};
+use crate::job::{Compliance, Job};
 use crate::output::{Provenance, ResultFile, Segments};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -28,7 +28,6 @@ use crate::{Error, Result};
 use std::path::PathBuf;
 use steps::{steps, Earlier};
 use stock::Stock;
-use sweep::Base;
 use transient::Stop;
 
 pub use report::Summary;
@@ -55,10 +54,54 @@ pub struct RunOptions {
 
 /// What of the analyses can be refused before anything is meshed, beyond what the job itself shows.
 pub fn check(job: &Job) -> Result<()> {
+    capable(job)?;
     match (&job.analyses.transient, &job.contact) {
         (Some(wanted), Some(contact)) => transient::check(wanted, contact),
         _ => Ok(()),
     }
+}
+
+/// What the analyses of the contact need of the bodies in it, and the keys that ask for it.
+fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
+    let a = &job.analyses;
+    let transient = |of: &dyn Fn(&crate::job::Transient) -> bool| a.transient.as_ref().is_some_and(of);
+    let all = [
+        ("steady", a.steady.is_some(), Capability::Grid),
+        ("receptance", a.receptance.is_some(), Capability::Modes),
+        ("stability", a.stability.is_some(), Capability::Modes),
+        ("stability.full", a.stability.as_ref().is_some_and(|s| s.full.is_some()), Capability::FullSystem),
+        ("transient", a.transient.is_some(), Capability::Modes),
+        ("transient.points", transient(&|t| !t.points.is_empty()), Capability::Fields),
+        ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Fields),
+        ("transient.body_stride", transient(&|t| t.body_stride > 0), Capability::Fields),
+    ];
+    all.into_iter().filter(|w| w.1).map(|(key, _, what)| (key, what)).collect()
+}
+
+/// An error if an analysis needs what a body cannot give.
+fn capable(job: &Job) -> Result<()> {
+    let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
+    for (key, what) in wanted(job) {
+        let needed = match what {
+            Capability::Grid => "meshes with a contact surface",
+            Capability::Modes => "modes",
+            Capability::Fields => "meshes",
+            Capability::FullSystem => "matrices",
+        };
+        for (name, body) in job.bodies() {
+            let (kind, is) = match body.matrices {
+                Some(_) => (Kind::Matrices, "is given by matrices"),
+                None if half_space => (Kind::HalfSpace, "is a half-space"),
+                None => (Kind::Elements, "is of finite elements"),
+            };
+            if !kind.can(what) {
+                return Err(Error::Job(format!(
+                    "analyses.{key}: needs {needed}, which bodies.{name} does not have: it {is}; leave one of the two out"
+                )));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Collective: runs the analyses of `job` and writes the result file. The summary is the same on every rank.
@@ -83,12 +126,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     let file = ResultFile::create(world, &options.output, options.force)?;
     let mut run = Run { petsc, job, options, stop: stop.as_ref(), file, progress, summary: Summary::of(job) };
 
-    let inputs = if job.by_matrices() {
-        matrices::run(&mut run)?;
-        world.on_root(|| matrices::checksums(job))?
-    } else {
-        elements(&mut run)?
-    };
+    let inputs = perform(&mut run)?;
 
     let Run { mut file, progress, mut summary, .. } = run;
     progress.stage("writing results");
@@ -109,14 +147,13 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
 }
 
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
-fn elements(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
+fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = Earlier { reuse: run.options.reuse.is_some(), resume: run.options.resume };
     let mut stock = Stock::new();
     let own = steps(run.job, earlier).into_iter().try_for_each(|step| stock.perform(step, run));
     match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
-            let base = stock.model.as_ref().map(Base::Elements);
-            sweep::run(run, plan, base, own.as_ref().err())?;
+            sweep::run(run, plan, stock.model.as_ref(), own.as_ref().err())?;
         }
         _ => own?,
     }

@@ -4,7 +4,7 @@ use super::bodies::Bodies;
 use super::report::Summary;
 use super::run::Run;
 use crate::body::modes::Extent;
-use crate::body::TraceModes;
+use crate::body::{Kind, TraceModes};
 use crate::eigen::sparse::Method;
 use crate::job::{EigenSolver, Job, ModesExtent};
 use crate::output::{companion, write_modes, Table};
@@ -39,13 +39,16 @@ pub fn run(run: &mut Run, bodies: &mut Bodies) -> Result<Vec<TraceModes>> {
     let world = run.world();
     let all = compute_all(run.job, bodies, run.progress)?;
     for (index, (body, modes)) in bodies.unique.iter().zip(&all).enumerate() {
+        if body.kind() == Kind::Rigid {
+            continue;
+        }
         let frequency = modes.frequency();
         for place in bodies.places.iter().filter(|p| p.body == index) {
             run.file.tables(tables(place.name, &frequency, &modes.residual));
         }
         summarise(body.name(), &frequency, &mut run.summary);
     }
-    if run.job.output.fields && !all.is_empty() {
+    if run.job.output.fields && !all.is_empty() && bodies.on_meshes() {
         run.progress.stage("writing mode shapes");
         let frequencies: Vec<Vec<f64>> = bodies.places.iter().map(|p| all[p.body].frequency()).collect();
         let path = companion(&run.options.output, "free_modes.vtkhdf");
@@ -67,19 +70,18 @@ pub fn write_reused(run: &mut Run, modes: &[(Vec<f64>, Vec<f64>); 2]) {
     run.summary.value("modes and compliance", "from the earlier run; mode shapes are not written");
 }
 
-fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> [Table; 2] {
+fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> Vec<Table> {
     let list = |name: &str, units: &str, text: &str, values: &[f64]| {
         Table::list(&format!("/modes/{place}/{name}"), units, text, values.to_vec())
     };
-    [
-        list(
-            "frequency",
-            "Hz",
-            "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.",
-            frequency,
-        ),
-        list("residual", "1", "Residual |Kx - w²Mx| / (|w² - s| |Mx|) of each mode, with the shift s.", residual),
-    ]
+    let text = "Frequencies of the free-interface modes, ascending; 0 is a rigid-body mode.";
+    let mut tables = vec![list("frequency", "Hz", text, frequency)];
+    // What is solved densely has no residuals of its own.
+    if residual.len() == frequency.len() {
+        let text = "Residual |Kx - w²Mx| / (|w² - s| |Mx|) of each mode, with the shift s.";
+        tables.push(list("residual", "1", text, residual));
+    }
+    tables
 }
 
 fn summarise(name: &str, frequency: &[f64], summary: &mut Summary) {

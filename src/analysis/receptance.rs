@@ -1,9 +1,9 @@
 //! The analysis `receptance`: displacement of each body at the contact point per unit force there, over frequency.
 
-use super::interface::steady_rolling;
+use super::interface::{given_forces, steady_rolling, steady_sliding};
 use super::reduction::Reduction;
 use super::run::Run;
-use crate::body::ReducedBody;
+use crate::contact::sliding::SlidingProblem;
 use crate::contact::SteadyProblem;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
@@ -12,8 +12,6 @@ use crate::model::{receptance, ReducedModel};
 use crate::output::datasets::receptance::tables;
 use crate::{Error, Result};
 
-const TWO_PI: f64 = 2.0 * std::f64::consts::PI;
-
 /// Collective: receptances of both bodies; tables under `/receptance`.
 pub fn run(run: &mut Run, wanted: &job::Receptance, contact: &job::Contact, model: &Reduction) -> Result<()> {
     run.progress.stage("receptances of the contact point");
@@ -21,8 +19,7 @@ pub fn run(run: &mut Run, wanted: &job::Receptance, contact: &job::Contact, mode
         let model = model.root()?;
         let frequency =
             wanted.frequency.numbers().map_err(|e| Error::Job(format!("analyses.receptance.frequency: {e}")))?;
-        let reach = |b: &ReducedBody| b.omega.iter().copied().fold(0.0, f64::max) / TWO_PI;
-        let reach = model.bodies.iter().map(reach).fold(f64::INFINITY, f64::min);
+        let reach = model.pair.reach;
         if let Some(f) = frequency.iter().find(|&&f| f > reach) {
             return Err(Error::Job(format!(
                 "analyses.receptance.frequency: {f} Hz is beyond the modes of the bodies, which reach {reach:.1} Hz; \
@@ -46,6 +43,14 @@ fn shares(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Resul
     let s: &Interface = &model.interface;
     let force: Vec<f64> = match spread {
         Spread::Uniform => s.weight.clone(),
+        Spread::Pressure if s.are_points() => match given_forces(contact) {
+            Some(points) => points.iter().map(|p| p.force.unwrap_or(0.0)).collect(),
+            None => {
+                let rigid = job::Direction::Rigid;
+                let problem = steady_sliding((s, &model.pair), contact, rigid)?;
+                SlidingProblem { friction: FrictionLaw::Constant(0.0), ..problem }.solve()?.pressure
+            }
+        },
         Spread::Pressure => {
             let frictionless = FrictionLaw::Constant(0.0);
             let problem = SteadyProblem { friction: frictionless, ..steady_rolling(model, contact, None) };

@@ -3,15 +3,15 @@
 
 use super::bodies::Bodies;
 use super::deferred;
-use super::interface::{half_spaces, interface_of, near};
+use super::interface::{half_space, interface_of, near};
 use super::steps::Needs;
-use crate::body::TraceModes;
+use crate::body::half_space::HalfSpaceBody;
+use crate::body::{Body, TraceModes};
 use crate::job::{self, Compliance, Job, LinearSolver};
-use crate::model::{BodyPart, ReducedModel};
+use crate::model::{AtContact, ReducedModel};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
-use faer::Mat;
 
 /// The reduced model on rank 0, nothing elsewhere.
 pub struct Reduction {
@@ -31,7 +31,7 @@ impl Reduction {
         modes: &[TraceModes],
         progress: &mut Progress,
     ) -> Result<Self> {
-        let interface = world.on_root(|| interface_of(bodies))?;
+        let interface = world.on_root(|| interface_of(contact, bodies))?;
         progress.stage("compliance of the contact");
         let mut parts = Vec::new();
         let approximate = by_products(job);
@@ -43,31 +43,27 @@ impl Reduction {
         } else if contact.compliance == Compliance::Fe {
             for (i, body) in bodies.unique.iter().enumerate() {
                 let compliance = body.compliance(&mut |done, of| progress.step("contact rows", done, of))?;
-                let shapes = match modes.get(i) {
-                    Some(modes) => modes.rows.clone(),
-                    None => compliance.as_ref().map(|c| Mat::zeros(c.nrows(), 0)),
-                };
-                let omega = modes.get(i).map(|m| m.omega.clone()).unwrap_or_default();
-                let part = |(compliance, contact_modes)| BodyPart { omega, contact_modes, compliance };
-                parts.extend(compliance.zip(shapes).map(part));
+                parts.extend(compliance.map(|compliance| match modes.get(i) {
+                    Some(modes) => AtContact { modes: modes.clone(), compliance },
+                    None => AtContact::statics(compliance),
+                }));
+            }
+        } else {
+            for p in &bodies.places {
+                let grid = interface.as_ref().map(|s| [&s.x[..], &s.y[..]]);
+                let body = HalfSpaceBody::new(world, p.name, half_space(p)?, grid);
+                parts.extend(body.compliance(&mut |_, _| {})?.map(AtContact::statics));
             }
         }
         let root = world.on_root(|| {
             let interface = interface.ok_or_else(|| Error::Defect("no interface on rank 0".into()))?;
-            let mut place: Vec<usize> = bodies.places.iter().map(|p| p.body).collect();
-            if approximate || contact.compliance == Compliance::HalfSpace {
-                let rigid = |compliance: Mat<f64>| BodyPart {
-                    omega: Vec::new(),
-                    contact_modes: Mat::zeros(compliance.nrows(), 0),
-                    compliance,
-                };
-                let both = match approximate {
-                    true => near(bodies, &interface, &probed)?,
-                    false => half_spaces(bodies, &interface)?,
-                };
-                parts = both.map(rigid).into();
-                place = vec![0, 1];
+            if approximate {
+                parts = near(bodies, &interface, &probed)?.map(AtContact::statics).into();
             }
+            let place = match (approximate || contact.compliance == Compliance::HalfSpace, &bodies.places[..]) {
+                (false, [lower, upper]) => [lower.body, upper.body],
+                _ => [0, 1],
+            };
             ReducedModel::assemble(job, interface, parts, place)
         })?;
         Ok(Self { root, approximate })

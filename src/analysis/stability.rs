@@ -1,7 +1,7 @@
 //! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
 
 use super::bodies::Bodies;
-use super::interface::steady_sliding;
+use super::interface::{given_forces, sliding_points, steady_sliding};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
@@ -14,7 +14,7 @@ use crate::job::{self, Job};
 use crate::model::ModalPair;
 use crate::output::datasets::stability::{eigenvalues, sliding_state};
 use crate::stability::reduced::{participation, Eigenpair};
-use crate::stability::{frequency_reach, spectrum, Spectrum};
+use crate::stability::{spectrum, Spectrum};
 use crate::{Error, Result};
 
 /// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.
@@ -41,9 +41,9 @@ pub(super) fn run(
     };
     if let (Some(Found { sliding, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
         run.file.tables(eigenvalues(spectrum, &root.pair, full.as_ref()));
-        run.file.tables(sliding_state(sliding));
+        run.file.tables(sliding.as_ref().map(sliding_state).unwrap_or_default());
         summarise(spectrum, &root.pair, &mut run.summary);
-        if sliding.reversed > 0 {
+        if let Some(sliding) = sliding.as_ref().filter(|s| s.reversed > 0) {
             let (reversed, closed) = (sliding.reversed, sliding.closed.len());
             let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
             run.summary.value("nodes that would stick", text);
@@ -68,7 +68,7 @@ pub(super) fn run(
 
 /// Whether complex modes are to be written.
 pub(super) fn writes_shapes(job: &Job) -> bool {
-    job.output.fields && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
+    job.output.fields && !job.by_matrices() && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
 }
 
 /// What the analysis needs of the bodies: those of the full system come with their displacements.
@@ -87,7 +87,8 @@ pub(super) struct Parts<'a> {
 
 /// What rank 0 found on the reduced model.
 pub(super) struct Found {
-    pub(super) sliding: SlidingSolution,
+    /// The state; none where the forces of points are given.
+    pub(super) sliding: Option<SlidingSolution>,
     pub(super) contact: LinearContact,
     pub(super) spectrum: Spectrum,
 }
@@ -99,16 +100,21 @@ pub(super) fn analyse(
     interface: &Interface,
     pair: &ModalPair,
 ) -> Result<Found> {
-    let problem = steady_sliding((interface, pair), contact, stability.direction);
-    let sliding = problem.solve()?;
-    if sliding.closed.is_empty() {
-        return Err(Error::Job(
-            "analyses.stability: the contact is open, so nothing slides; raise contact.approach or give a normal_load"
-                .into(),
-        ));
-    }
-    let contact = problem.contact(&sliding);
-    let spectrum = spectrum(stability, pair, &contact, frequency_reach(pair))?;
+    let (contact, sliding) = match given_forces(contact) {
+        Some(points) => (sliding_points(points, contact.friction), None),
+        None => {
+            let problem = steady_sliding((interface, pair), contact, stability.direction)?;
+            let sliding = problem.solve()?;
+            if sliding.closed.is_empty() {
+                return Err(Error::Job(
+                    "analyses.stability: the contact is open, so nothing slides; raise contact.approach or give a normal_load"
+                        .into(),
+                ));
+            }
+            (problem.contact(&sliding), Some(sliding))
+        }
+    };
+    let spectrum = spectrum(stability, pair, &contact)?;
     Ok(Found { sliding, contact, spectrum })
 }
 

@@ -103,8 +103,8 @@ impl<'s> Stock<'s> {
             run.progress.stage("reading the reduced model of an earlier run");
             self.reused = Some(world.on_root(|| reuse::read(path, job))?);
         }
-        // A run that is continued goes on with the model that it was begun with.
-        if options.resume {
+        // A run that is continued goes on with the model that it was begun with; what is made of matrices is the same again.
+        if options.resume && !job.by_matrices() {
             self.kept = Some(world.on_root(|| transient::kept::read(&Segments::of(&options.output), job))?);
         }
         Ok(())
@@ -143,7 +143,7 @@ impl<'s> Stock<'s> {
         // A compliance that is only near the true one is of no use to another run.
         let whole = options.reuse.is_none() && !model.approximate;
         self.model = Some(model);
-        if whole && job.output.reduced && contact.compliance == Compliance::Fe {
+        if whole && job.output.reduced && contact.compliance == Compliance::Fe && !job.by_matrices() {
             run.file.tables(world.on_root(|| self.tables(job))?.unwrap_or_default());
         }
         Ok(())
@@ -165,7 +165,7 @@ impl<'s> Stock<'s> {
     fn transient(&mut self, run: &mut Run) -> Result<()> {
         let (job, options) = (run.job, run.options);
         let (Some(wanted), Some(stop)) = (&job.analyses.transient, run.stop) else { return Ok(()) };
-        let keep = match options.resume {
+        let keep = match options.resume || job.by_matrices() {
             true => None,
             false => run.world().on_root(|| self.tables(job))?,
         };

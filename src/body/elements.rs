@@ -6,7 +6,7 @@ use super::nearest::Nearest;
 use super::order::Order;
 use super::residual::{self, NodeMotion};
 use super::statics::Statics;
-use super::{Body, Fields, FullSystem, Steps, TraceModes};
+use super::{Body, Fields, FullSystem, Kind, Steps, TraceModes};
 use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
 use crate::fem::stress;
@@ -85,6 +85,10 @@ impl Body for Elements<'_> {
         &self.fe.name
     }
 
+    fn kind(&self) -> Kind {
+        Kind::Elements
+    }
+
     fn rows(&self) -> usize {
         self.fe.trace.rows()
     }
@@ -127,6 +131,10 @@ impl Body for Elements<'_> {
         let world = self.enter("response")?;
         let motion = self.fe.response(world, &mut *self.solver()?, forces)?;
         Ok(self.fe.trace.at(world, &motion))
+    }
+
+    fn shapes(&self) -> Option<&BodyModes> {
+        self.shapes.as_ref()
     }
 
     fn fields(&self) -> Option<&dyn Fields> {
@@ -172,10 +180,6 @@ impl Fields for Elements<'_> {
         let free = (0..self.fe.part.owned).filter(|&n| self.fe.dofs.local[n] != FIXED);
         let values: Option<Vec<[f64; 3]>> = free.map(value).collect();
         values.map(|v| v.into_flattened())
-    }
-
-    fn shapes(&self) -> Option<&BodyModes> {
-        self.shapes.as_ref()
     }
 
     fn replace_shapes(&mut self, shapes: Option<BodyModes>) -> Option<BodyModes> {

@@ -5,6 +5,9 @@
 //! a normal force P gives u_n = P(1−ν)/(2πG r), u_x = −P(1−2ν) X/(4πG r²), u_y likewise with Y;
 //! a tangential force Q along x gives u_x = Q/(2πG)·((1−ν)/r + ν X²/r³), u_y = Q ν X Y/(2πG r³), u_n = Q(1−2ν) X/(4πG r²).
 
+use super::modes::Extent;
+use super::{Body, Kind, Steps, TraceModes};
+use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -101,6 +104,54 @@ impl HalfSpace {
             }
         }
         Ok(c)
+    }
+}
+
+/// A half-space as a body, with the nodes of a rectilinear grid.
+pub struct HalfSpaceBody<'w> {
+    world: &'w World,
+    name: String,
+    material: HalfSpace,
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl<'w> HalfSpaceBody<'w> {
+    /// The half-space `name` of a material; rank 0 gives the lines of the grid, m, `[nx]` and `[ny]`.
+    pub fn new(world: &'w World, name: &str, material: HalfSpace, grid: Option<[&[f64]; 2]>) -> Self {
+        let [x, y] = [0, 1].map(|c| world.broadcast(grid.map_or(Vec::new(), |lines| lines[c].to_vec())));
+        Self { world, name: name.into(), material, x, y }
+    }
+}
+
+impl Body for HalfSpaceBody<'_> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn kind(&self) -> Kind {
+        Kind::HalfSpace
+    }
+
+    fn rows(&self) -> usize {
+        3 * self.x.len() * self.y.len()
+    }
+
+    fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
+        self.world.on_root(|| self.material.compliance(&self.x, &self.y))
+    }
+
+    fn modes(&mut self, _: Extent, _: &mut Steps) -> Result<TraceModes> {
+        Err(Error::Job(format!("body \"{}\" is a half-space, which has no modes", self.name)))
+    }
+
+    fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
+        let found = self.world.on_root(|| {
+            let compliance = self.material.compliance(&self.x, &self.y)?;
+            let row = |i: usize| compliance.row(i).iter().zip(forces).map(|(c, f)| c * f).sum();
+            Ok((0..compliance.nrows()).map(row).collect())
+        })?;
+        Ok(found.unwrap_or_default())
     }
 }
 

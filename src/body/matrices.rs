@@ -7,7 +7,7 @@
 use super::clusters;
 use super::matrix_market::{self, Csr};
 use super::modes::Extent;
-use super::ReducedBody;
+use super::{Trace, TraceModes};
 use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
@@ -16,7 +16,7 @@ use crate::petsc::session::Petsc;
 use crate::{Error, Result};
 use faer::linalg::solvers::Llt;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::{Mat, Par, Side};
+use faer::{Mat, MatRef, Par, Side};
 use std::path::Path;
 
 /// Bodies up to this order are treated densely.
@@ -100,6 +100,12 @@ impl Matrices {
         Ok(Self { mass: m, damping: c, stiffness: k, contacts })
     }
 
+    /// The contact rows as degrees of freedom and coefficients.
+    pub fn rows(&self) -> Vec<Vec<(u64, f64)>> {
+        let row = |signed: &SignedRow| signed.map(|(dof, sign)| (dof as u64, sign)).into_iter().collect();
+        self.contacts.iter().flatten().map(row).collect()
+    }
+
     /// `[3k, columns]` values at the contact rows of a field of all degrees of freedom, `value(dof, column)`.
     fn at_contacts(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Mat<f64> {
         Mat::from_fn(3 * self.contacts.len(), columns, |row, j| {
@@ -108,27 +114,14 @@ impl Matrices {
     }
 }
 
-/// A reduced body with what a damping matrix adds.
+/// What the reduction of matrices gives; on rank 0.
 pub struct Reduced {
-    /// The body as the interface sees it.
-    pub body: ReducedBody,
-    /// ΦᵀCΦ, 1/s, `[m, m]`, where there is a damping matrix. Its diagonal is `body.damping`.
-    pub damping: Option<Mat<f64>>,
-    /// Whether these are all modes of finite frequency.
-    pub complete: bool,
+    /// The kept modes.
+    pub modes: TraceModes,
+    /// Static compliance of the contact rows without rigid-body motions, m/N, `[3k, 3k]`.
+    pub compliance: Mat<f64>,
     /// The modes at all degrees of freedom, 1/√kg, `[n, m]`, of a body that is small enough to be treated densely.
     pub vectors: Option<Mat<f64>>,
-}
-
-impl Reduced {
-    /// Frequency up to which the modes are known, Hz.
-    pub fn reach(&self) -> f64 {
-        match self.body.omega.last() {
-            _ if self.complete => f64::INFINITY,
-            Some(w) => w / (2.0 * std::f64::consts::PI),
-            None => 0.0,
-        }
-    }
 }
 
 /// Collective: modes, computed by `method` if the body is large, and compliance of the body `name`, whose matrices rank 0 holds; the result is on rank 0.
@@ -229,14 +222,8 @@ fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
         let phi = vectors.subcols(0, kept);
         phi.transpose() * (full(c) * phi)
     });
-    Ok(reduced(
-        &omega[..kept],
-        modes.subcols(0, kept).to_owned(),
-        compliance,
-        modal,
-        kept == finite,
-        Some(vectors.subcols(0, kept).to_owned()),
-    ))
+    let modes = kept_modes(&omega, kept, modes.as_ref(), modal, kept == finite);
+    Ok(Reduced { modes, compliance, vectors: Some(vectors.subcols(0, kept).to_owned()) })
 }
 
 /// Angular frequencies of the eigenvalues `squares`: 0 for rigid-body motions, an error below.
@@ -269,18 +256,17 @@ fn recombine(mut whole: Mat<f64>, modes: &Mat<f64>, squares: &[f64], omega: &[f6
     whole
 }
 
-fn reduced(
+/// The first `kept` of the modes of angular frequencies `omega` that are `rows` at the contact rows; `complete` if these are all there are.
+fn kept_modes(
     omega: &[f64],
-    contact_modes: Mat<f64>,
-    compliance: Mat<f64>,
+    kept: usize,
+    rows: MatRef<'_, f64>,
     damping: Option<Mat<f64>>,
     complete: bool,
-    vectors: Option<Mat<f64>>,
-) -> Reduced {
-    let diagonal = |k: usize| damping.as_ref().map_or(0.0, |c| c[(k, k)]);
-    let own: Vec<f64> = (0..omega.len()).map(diagonal).collect();
-    let body = ReducedBody::new(omega.to_vec(), own, contact_modes, compliance);
-    Reduced { body, damping, complete, vectors }
+) -> TraceModes {
+    let omega = omega[..kept].to_vec();
+    let reach = if complete { f64::INFINITY } else { omega.last().copied().unwrap_or(0.0) };
+    TraceModes { rows: Some(rows.subcols(0, kept).to_owned()), residual: Vec::new(), damping, reach, omega }
 }
 
 /// Collective: the lowest modes and the compliance by distributed factorisations.
@@ -335,37 +321,32 @@ fn sparse(
     let omega = frequencies(&found.lambda, shift)?;
     let kept = keep(&omega, extent)?;
 
-    let contacts = matrices.map(|m| m.contacts.clone()).unwrap_or_default();
-    let mut rows: Vec<u64> = contacts.iter().flatten().flatten().map(|(dof, _)| *dof as u64).collect();
-    rows.sort_unstable();
-    rows.dedup();
-    let rows = world.broadcast(rows);
+    let given = matrices.map(Matrices::rows);
+    let trace = Trace::new(world, &k.ranges, given.as_deref())?;
+    let rows = trace.dofs();
     let at_shift = factor.inverse_block(&rows)?;
     // The residual of the modes left out is wanted at σ = 0: two shifts and a straight line through them.
     let twice = if shift == 0.0 { None } else { Some(factor_of(2.0 * shift)?.inverse_block(&rows)?) };
-    let whole: Vec<Vec<f64>> = found.vectors.iter().map(|v| world.gather(v)).collect();
+    let modes = trace.gather(world, omega.len(), |j| &found.vectors[j]);
+    // Whole vectors only for a damping matrix, which is on rank 0.
+    let damped = world.broadcast(vec![u8::from(matrices.is_some_and(|m| m.damping.is_some()))]) == [1];
+    let whole: Vec<Vec<f64>> = match damped {
+        true => found.vectors[..kept].iter().map(|v| world.gather(v)).collect(),
+        false => Vec::new(),
+    };
     let modal = matrices.and_then(|m| m.damping.as_ref());
     let modal = modal.map(|c| Mat::from_fn(kept, kept, |i, j| bilinear(c, &whole[i], &whole[j])));
-    let Some(given) = matrices else { return Ok(None) };
-    let place = |dof: usize| rows.binary_search(&(dof as u64)).unwrap_or(0);
-    let expand = |block: &Mat<f64>| -> Mat<f64> {
-        Mat::from_fn(3 * contacts.len(), 3 * contacts.len(), |i, j| {
-            match (contacts[i / 3][i % 3], contacts[j / 3][j % 3]) {
-                (Some((a, s)), Some((b, t))) => s * t * block[(place(a), place(b))],
-                _ => 0.0,
-            }
-        })
-    };
-    let modes = given.at_contacts(omega.len(), |dof, j| whole[j][dof]);
+    let Some(modes) = modes else { return Ok(None) };
     let compliance = match twice {
-        None => expand(&at_shift),
+        None => trace.enclose(at_shift.as_ref()),
         Some(twice) => {
-            let one = recombine(expand(&at_shift), &modes, &found.lambda, &omega, shift);
-            let two = recombine(expand(&twice), &modes, &found.lambda, &omega, 2.0 * shift);
+            let one = recombine(trace.enclose(at_shift.as_ref()), &modes, &found.lambda, &omega, shift);
+            let two = recombine(trace.enclose(twice.as_ref()), &modes, &found.lambda, &omega, 2.0 * shift);
             faer::Scale(2.0) * one - two
         }
     };
-    Ok(Some(reduced(&omega[..kept], modes.subcols(0, kept).to_owned(), compliance, modal, false, None)))
+    let modes = kept_modes(&omega, kept, modes.as_ref(), modal, false);
+    Ok(Some(Reduced { modes, compliance, vectors: None }))
 }
 
 /// xᵀ C y.
@@ -378,7 +359,7 @@ fn bilinear(c: &Csr, x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Collective: the matrix of rank 0 in contiguous rows over the ranks.
-fn scatter(world: &World, matrix: Option<&Csr>) -> DistCsr {
+pub(super) fn scatter(world: &World, matrix: Option<&Csr>) -> DistCsr {
     let n = world.broadcast(vec![matrix.map_or(0, |m| m.n as u64)])[0];
     let ranges: Vec<u64> = (0..=world.size as u64).map(|r| r * n / world.size as u64).collect();
     // Row starts, columns and values of each rank.

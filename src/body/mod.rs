@@ -6,12 +6,14 @@ pub mod elements;
 pub mod fe;
 pub mod half_space;
 pub mod matrices;
+pub mod matrix_body;
 pub mod matrix_market;
 pub mod modal;
 pub mod modes;
 pub mod nearest;
 pub mod order;
 pub mod residual;
+pub mod rigid;
 pub mod statics;
 pub mod trace;
 
@@ -42,6 +44,8 @@ pub struct ReducedBody {
     pub contact_modes: Mat<f64>,
     /// Static compliance of the contact rows, m/N, `[3n, 3n]`, symmetric: the whole K⁻¹, modes included.
     pub compliance: Mat<f64>,
+    /// Angular frequency up to which the modes are known, rad/s; infinite where these are all there are.
+    pub reach: f64,
 }
 
 impl ReducedBody {
@@ -52,7 +56,9 @@ impl ReducedBody {
         contact_modes: Mat<f64>,
         compliance: Mat<f64>,
     ) -> Self {
-        Self { stiffness: ModalMatrix::squares(&omega), damping: damping.into(), omega, contact_modes, compliance }
+        let reach = omega.last().copied().unwrap_or(0.0);
+        let (stiffness, damping) = (ModalMatrix::squares(&omega), damping.into());
+        Self { omega, stiffness, damping, contact_modes, compliance, reach }
     }
 }
 
@@ -81,11 +87,53 @@ impl TraceModes {
 /// Is told how far a long computation is: steps done, and steps in all.
 pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
 
+/// What there are bodies of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Finite elements on a mesh.
+    Elements,
+    /// Matrices from another program.
+    Matrices,
+    /// An elastic half-space.
+    HalfSpace,
+    /// Nothing that moves.
+    Rigid,
+}
+
+/// What an analysis may need of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Capability {
+    /// A contact surface with a grid of nodes.
+    Grid,
+    /// Free-interface modes.
+    Modes,
+    /// Motions that can be shown on a mesh.
+    Fields,
+    /// The matrices of all degrees of freedom.
+    FullSystem,
+}
+
+impl Kind {
+    /// Whether bodies of this kind can give it.
+    pub fn can(self, what: Capability) -> bool {
+        match self {
+            Kind::Elements => true,
+            Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
+            // A rigid body has all its modes, none, and touches wherever the other one does.
+            Kind::Rigid => matches!(what, Capability::Modes | Capability::Grid),
+            Kind::HalfSpace => what == Capability::Grid,
+        }
+    }
+}
+
 /// A body in contact. Every method but the plainest is collective: all ranks call it, in the same order; what is asked of the contact rows is
 /// given and returned on rank 0; an error of one rank is one of all. All is in lower form.
 pub trait Body {
     /// Name in messages and results.
     fn name(&self) -> &str;
+
+    /// What it is made of.
+    fn kind(&self) -> Kind;
 
     /// Number of contact rows, 3n, on every rank.
     fn rows(&self) -> usize;
@@ -108,6 +156,11 @@ pub trait Body {
 
     /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on rank 0.
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>>;
+
+    /// The modes at all degrees of freedom, after [`Body::modes`] or [`Fields::replace_shapes`], where they are kept.
+    fn shapes(&self) -> Option<&BodyModes> {
+        None
+    }
 
     /// Its motions on a mesh, where it has one.
     fn fields(&self) -> Option<&dyn Fields> {
@@ -154,10 +207,7 @@ pub trait Fields {
     /// The motion that has this value at each owned node; `None` where a value is missing at a node that is free to move.
     fn of_nodes(&self, value: &dyn Fn(usize) -> Option<[f64; 3]>) -> Option<Vec<f64>>;
 
-    /// The modes as motions, after [`Body::modes`] or [`Fields::replace_shapes`].
-    fn shapes(&self) -> Option<&BodyModes>;
-
-    /// Takes modes from elsewhere, or none; returns those there were.
+    /// Takes modes from elsewhere as those of [`Body::shapes`], or none; returns those there were.
     fn replace_shapes(&mut self, shapes: Option<BodyModes>) -> Option<BodyModes>;
 
     /// Collective: the modes at the contact rows, 1/√kg, `[3n, m]` on rank 0.

@@ -135,6 +135,13 @@ impl Trace {
         self.terms.iter().map(|t| t.1).filter(|d| seen.insert(*d)).collect()
     }
 
+    /// P, whole, of `order` degrees of freedom, `[3n, order]`.
+    pub fn dense(&self, order: usize) -> Mat<f64> {
+        let mut p = Mat::zeros(self.rows, order);
+        self.terms.iter().for_each(|&(row, dof, f)| p[(row, dof as usize)] += f);
+        p
+    }
+
     /// P B Pᵀ with B given at the degrees of freedom [`Trace::dofs`]; `[3n, 3n]`.
     pub fn enclose(&self, block: MatRef<'_, f64>) -> Mat<f64> {
         let place: std::collections::HashMap<u64, usize> = self.dofs().into_iter().zip(0..).collect();

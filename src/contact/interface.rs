@@ -54,6 +54,9 @@ impl Interface {
     pub fn upstream(&self, stencil: Stencil, contact: Option<(&[f64], &[bool])>) -> Upstream {
         let nx = self.x.len();
         let row = |i: usize| -> [(usize, f64); 3] {
+            if self.are_points() {
+                return [(i, 0.0); 3];
+            }
             let ix = i % nx;
             if ix == 0 {
                 let d = 1.0 / (self.x[1] - self.x[0]);

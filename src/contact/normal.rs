@@ -46,9 +46,9 @@ pub(super) fn solve_normal(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) 
         let scale = s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())) + approach.abs();
         for i in (0..n).filter(|&i| !inside[i]) {
             // Only nodes whose undeformed surfaces overlap can be pressed: deformation opens the rest, and skipping them
-            // spares most of the products. (Influence entries of unlike sign would break this; the full map of the laws is
+            // spares most of the products; points may be the ends of a lever. (Influence entries of unlike sign would break this; the full map of the laws is
             // checked on every node at the end.)
-            if s.gap[i] >= approach && wnn(i, closed[0]) >= 0.0 {
+            if !s.are_points() && s.gap[i] >= approach && wnn(i, closed[0]) >= 0.0 {
                 continue;
             }
             let col = w.col(3 * i + 2);
@@ -89,8 +89,11 @@ pub(super) fn contact_modulus(w: MatRef<'_, f64>, s: &Interface) -> f64 {
     mean / (w[(3 * c + 2, 3 * c + 2)] * hx * hy)
 }
 
-/// The nodes of smallest gap, as many as Hertz's relations on the area ask for.
+/// The nodes of smallest gap, as many as Hertz's relations on the area ask for; all of points, which have no area.
 fn first_guess(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> Vec<usize> {
+    if s.are_points() {
+        return (0..s.len()).collect();
+    }
     let mut order: Vec<usize> = (0..s.len()).collect();
     order.sort_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b]));
     let lowest = order.first().map_or(0.0, |&i| s.gap[i]);

@@ -92,7 +92,7 @@ impl SlidingProblem<'_> {
                 self.compliance.shape()
             )));
         }
-        if !(self.speed > 0.0 && self.speed.is_finite()) {
+        if !s.are_points() && !(self.speed > 0.0 && self.speed.is_finite()) {
             return Err(Error::Job(format!("contact.speed is {}: it must be positive", self.speed)));
         }
         if let NormalLoad::Force(f) = self.load {
@@ -102,7 +102,8 @@ impl SlidingProblem<'_> {
         }
         let rigid = |i: usize| {
             let [x, y] = s.point(i);
-            self.creepage.rigid(x, y).map(|v| v * self.speed)
+            let (creepage, own) = (self.creepage.rigid(x, y), s.creep(i));
+            [0, 1].map(|c| creepage[c] * self.speed + own[c])
         };
         // The creep that gives direction and velocity; the rigid one to begin with.
         let mut creep: Vec<[f64; 2]> = (0..n).map(rigid).collect();
@@ -244,8 +245,8 @@ impl SlidingProblem<'_> {
         let actual: Vec<[f64; 2]> = (0..n)
             .map(|i| {
                 let [x, y] = s.point(i);
-                let c = self.creepage.rigid(x, y);
-                [0, 1].map(|q| self.speed * (c[q] + upstream.at(i, |j| w[j][q])))
+                let (c, own) = (self.creepage.rigid(x, y), s.creep(i));
+                [0, 1].map(|q| self.speed * (c[q] + upstream.at(i, |j| w[j][q])) + own[q])
             })
             .collect();
         let reversed =

@@ -1,12 +1,12 @@
-//! The interface S_c: a rectilinear grid of nodes with undeformed gap and nodal areas.
+//! The interface S_c: a rectilinear grid of nodes with undeformed gap and nodal areas, or points that stand alone.
 
 use crate::{Error, Result};
 
-/// The potential contact area: a rectilinear grid. Node `(ix, iy)` has index `ix + nx*iy`. Contact rows of matrices are
+/// The potential contact area: a rectilinear grid, or points without neighbours. Node `(ix, iy)` has index `ix + nx*iy`. Contact rows of matrices are
 /// interleaved `3*i + c` over the nodes with c = (x, y, n).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interface {
-    /// Longitudinal node positions, m, ascending, `[nx]`. Smaller x is upstream (ahead of the contact).
+    /// Longitudinal node positions, m, ascending, `[nx]`. Smaller x is upstream (ahead of the contact). Of points their numbers.
     pub x: Vec<f64>,
     /// Lateral node positions, m, ascending, `[ny]`.
     pub y: Vec<f64>,
@@ -17,6 +17,8 @@ pub struct Interface {
     pub shift: Vec<[f64; 2]>,
     /// Nodal areas (integral of the shape function: nodal quadrature), m², `[nx*ny]`. Pressure = nodal force / weight.
     pub weight: Vec<f64>,
+    /// Rigid creep of each node beside that of the creepages, m/s, `[n]`; empty on a grid. Points have it each for itself.
+    creep: Vec<[f64; 2]>,
 }
 
 impl Interface {
@@ -37,7 +39,34 @@ impl Interface {
         }
         let weight = wy.iter().flat_map(|b| wx.iter().map(move |a| a * b)).collect();
         let shift = vec![[0.0; 2]; gap.len()];
-        Ok(Self { x, y, gap, shift, weight })
+        Ok(Self { x, y, gap, shift, weight, creep: Vec::new() })
+    }
+
+    /// Contact points with their gaps (m, `[n]`) and rigid creeps (m/s, `[n]`), each of the area 1, so that pressures are forces. Nothing flows from
+    /// one to the next, and they have no place.
+    pub fn points(gap: Vec<f64>, creep: Vec<[f64; 2]>) -> Result<Self> {
+        if gap.is_empty() || gap.len() != creep.len() || gap.iter().chain(creep.as_flattened()).any(|v| !v.is_finite())
+        {
+            return Err(Error::Defect(format!("interface: gaps {gap:?} m and creeps {creep:?} m/s of points")));
+        }
+        let n = gap.len();
+        let x = (0..n).map(|i| i as f64).collect();
+        Ok(Self { x, y: vec![0.0], gap, shift: vec![[0.0; 2]; n], weight: vec![1.0; n], creep })
+    }
+
+    /// Whether the nodes are points without neighbours.
+    pub fn are_points(&self) -> bool {
+        !self.creep.is_empty()
+    }
+
+    /// Rigid creep of node `i` beside that of the creepages, m/s.
+    pub fn creep(&self, i: usize) -> [f64; 2] {
+        self.creep.get(i).copied().unwrap_or_default()
+    }
+
+    /// The interface with other gaps, m, `[n]`.
+    pub fn with_gap(&self, gap: Vec<f64>) -> Self {
+        Self { gap, ..self.clone() }
     }
 
     /// A uniform grid of `nx` × `ny` nodes over [−half_length, half_length] × [−half_width, half_width] (m) whose gap is
@@ -62,14 +91,20 @@ impl Interface {
         self.len() == 0
     }
 
-    /// Position (x, y) of node `i`, m.
+    /// Position (x, y) of node `i`, m; the origin for points.
     pub fn point(&self, i: usize) -> [f64; 2] {
+        if self.are_points() {
+            return [0.0; 2];
+        }
         let nx = self.x.len();
         [self.x[i % nx], self.y[i / nx]]
     }
 
-    /// True when node `i` lies on the border of the grid.
+    /// True when node `i` lies on the border of the grid; points have none.
     pub fn on_border(&self, i: usize) -> bool {
+        if self.are_points() {
+            return false;
+        }
         let (nx, ny) = (self.x.len(), self.y.len());
         let (ix, iy) = (i % nx, i / nx);
         ix == 0 || iy == 0 || ix + 1 == nx || iy + 1 == ny
@@ -107,6 +142,15 @@ mod tests {
         let s = graded();
         let area: f64 = s.weight.iter().sum();
         assert!((area - 3.0 * 1.7).abs() < 1e-12, "{area}");
+    }
+
+    #[test]
+    fn points_stand_alone() {
+        let s = Interface::points(vec![0.0, 1e-6], vec![[1.0, 0.0], [0.0, -2.0]]).unwrap();
+        assert!((s.len(), s.are_points(), s.point(1), s.creep(1)) == (2, true, [0.0; 2], [0.0, -2.0]));
+        assert!((0..2).all(|i| !s.on_border(i) && s.weight[i] == 1.0));
+        assert!(!graded().are_points() && graded().creep(3) == [0.0; 2]);
+        assert!(Interface::points(vec![0.0], Vec::new()).is_err());
     }
 
     #[test]

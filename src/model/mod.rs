@@ -4,14 +4,14 @@ mod damping;
 mod pair;
 mod receptance;
 
-use crate::body::ReducedBody;
+use crate::body::{ReducedBody, Side};
 use crate::grid::Interface;
-use crate::job::Job;
+use crate::job::{self, Job};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
 
-pub use crate::body::ModalMatrix;
+pub use crate::body::{ModalMatrix, TraceModes};
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
@@ -27,50 +27,49 @@ pub struct ReducedModel {
     pub place: [usize; 2],
     /// Both bodies together: W, its residual, the modes.
     pub pair: ModalPair,
+    /// ΦᵀCΦ of the lower and of the upper body's own damping matrix, 1/s, where they have one.
+    pub own: [Option<ModalMatrix>; 2],
 }
 
-/// What the finite elements give of a body, in lower form; damping comes from the job.
+/// What a body gives of itself, in lower form.
 #[derive(Debug, Clone)]
-pub struct BodyPart {
-    /// Angular frequencies, rad/s, `[m]`.
-    pub omega: Vec<f64>,
-    /// Mass-normalised modes at the contact rows, 1/√kg, `[3n, m]`.
-    pub contact_modes: Mat<f64>,
+pub struct AtContact {
+    /// Its modes at the contact rows.
+    pub modes: TraceModes,
     /// Compliance of the contact rows, m/N, `[3n, 3n]`.
     pub compliance: Mat<f64>,
 }
 
+impl AtContact {
+    /// A compliance without modes.
+    pub fn statics(compliance: Mat<f64>) -> Self {
+        let rows = Some(Mat::zeros(compliance.nrows(), 0));
+        Self { modes: TraceModes { rows, ..TraceModes::default() }, compliance }
+    }
+}
+
 impl ReducedModel {
     /// The model of the job from the bodies that differ, `place` naming the lower and the upper one of `parts`.
-    pub fn assemble(job: &Job, interface: Interface, mut parts: Vec<BodyPart>, mut place: Vec<usize>) -> Result<Self> {
+    pub fn assemble(job: &Job, interface: Interface, parts: Vec<AtContact>, place: [usize; 2]) -> Result<Self> {
         let missing = || Error::Defect("a body of the reduced model is missing on rank 0".into());
-        let given = job.bodies();
-        let mut reduced: Vec<ReducedBody> = Vec::new();
-        for (i, (name, body)) in given.iter().enumerate() {
-            let first = (0..i).find(|&j| place[j] == place[i]);
-            // One body in two places is one still if it is damped alike.
-            if let Some(first) = first.filter(|&j| given[j].1.damping == body.damping) {
-                place[i] = first;
-                continue;
-            }
-            let (omega, contact_modes, compliance) = match first {
-                Some(first) => {
-                    let b = reduced.get(first).ok_or_else(missing)?;
-                    (b.omega.clone(), b.contact_modes.clone(), b.compliance.clone())
-                }
-                None => {
-                    let part = parts.get_mut(place[i]).ok_or_else(missing)?;
-                    let empty = BodyPart { omega: Vec::new(), contact_modes: Mat::new(), compliance: Mat::new() };
-                    let part = std::mem::replace(part, empty);
-                    (part.omega, part.contact_modes, part.compliance)
-                }
-            };
-            let damping = damping(&body.damping, &omega, &format!("bodies.{name}.damping"))?;
-            place[i] = reduced.len();
-            reduced.push(ReducedBody::new(omega, damping, contact_modes, compliance));
+        let given = given(job);
+        // One body in two places is one still if it is damped alike.
+        let alike = place[0] == place[1] && given[0].map(|b| &b.damping) == given[1].map(|b| &b.damping);
+        let twice = place[0] == place[1] && !alike;
+        let mut parts: Vec<Option<AtContact>> = parts.into_iter().map(Some).collect();
+        let (mut bodies, mut own) = (Vec::new(), [None, None]);
+        for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
+            let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
+            let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
+            let AtContact { modes, compliance } = part.ok_or_else(missing)?;
+            own[side.index()] = modes.damping.map(ModalMatrix::from);
+            let damping = damping_of(job, side, &modes.omega, own[side.index()].as_ref())?;
+            let rows = modes.rows.ok_or_else(missing)?;
+            let body = ReducedBody::new(modes.omega, damping, rows, compliance);
+            bodies.push(ReducedBody { reach: modes.reach, ..body });
         }
-        let [lower, upper] = place[..] else { return Err(missing()) };
-        Self::new(interface, reduced, [lower, upper])
+        let place = [0, if alike { 0 } else { 1 }];
+        Ok(Self { own, ..Self::new(interface, bodies, place)? })
     }
 
     /// Puts `bodies` together, `place` naming the lower and the upper one.
@@ -79,17 +78,32 @@ impl ReducedModel {
             return Err(Error::Defect(format!("reduced model: bodies {place:?} of {}", bodies.len())));
         };
         let pair = ModalPair::new(lower, upper)?;
-        Ok(Self { interface, bodies, place, pair })
+        Ok(Self { interface, bodies, place, pair, own: [None, None] })
     }
 }
 
-/// Interface and pair of a reduced model, on every rank.
+/// The bodies of a job, lower first.
+fn given(job: &Job) -> [Option<&job::Body>; 2] {
+    [job.bodies.lower.as_ref(), job.bodies.upper.as_ref()]
+}
+
+/// Damping of modes with the angular frequencies `omega`, rad/s, of the body on a side of `job`: that of its `own` matrix, or by the coefficients that
+/// the job gives; none of a body that the job does not give.
+fn damping_of(job: &Job, side: Side, omega: &[f64], own: Option<&ModalMatrix>) -> Result<ModalMatrix> {
+    match (given(job)[side.index()], own) {
+        (Some(body), Some(own)) => Ok(own.scaled(body.damping_factor())),
+        (Some(body), None) => Ok(damping(&body.damping, omega, &format!("bodies.{}.damping", side.name()))?.into()),
+        (None, _) => Ok(vec![0.0; omega.len()].into()),
+    }
+}
+
+/// What of a reduced model stays when damping changes, on every rank.
 #[derive(Debug, Clone)]
 pub struct SharedModel {
-    /// The grid both bodies share, with the gap.
+    /// The grid or the points, with the gap.
     pub interface: Interface,
-    /// Both bodies together.
-    pub pair: ModalPair,
+    pair: ModalPair,
+    own: [Option<ModalMatrix>; 2],
 }
 
 impl SharedModel {
@@ -98,9 +112,29 @@ impl SharedModel {
         let list =
             |of: &dyn Fn(&Interface) -> Vec<f64>| world.broadcast(root.map(|m| of(&m.interface)).unwrap_or_default());
         let (x, y, gap) = (list(&|s| s.x.clone()), list(&|s| s.y.clone()), list(&|s| s.gap.clone()));
-        let pair = ModalPair::broadcast(world, root.map(|m| &m.pair));
-        let interface = world.agree(Interface::new(x, y, gap))?;
-        Ok(Self { interface, pair })
+        let creep = list(&|s| match s.are_points() {
+            true => (0..s.len()).flat_map(|i| s.creep(i)).collect(),
+            false => Vec::new(),
+        });
+        let interface = match creep.is_empty() {
+            true => Interface::new(x, y, gap),
+            false => Interface::points(gap, creep.chunks_exact(2).map(|c| [c[0], c[1]]).collect()),
+        };
+        let interface = world.agree(interface)?;
+        let own = [0, 1].map(|place| {
+            let matrix = ModalMatrix::broadcast(world, root.and_then(|m| m.own[place].as_ref()));
+            (matrix.order() > 0).then_some(matrix)
+        });
+        Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own })
+    }
+
+    /// Both bodies with the damping of `job`.
+    pub fn pair(&mut self, job: &Job) -> Result<&ModalPair> {
+        let (lower, upper) = self.pair.omega.split_at(self.pair.lower_modes);
+        let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)]
+            .map(|(side, omega)| damping_of(job, side, omega, self.own[side.index()].as_ref()));
+        self.pair.damping = lower?.joined(&upper?);
+        Ok(&self.pair)
     }
 }
 

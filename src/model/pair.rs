@@ -23,6 +23,8 @@ pub struct ModalPair {
     pub damping: ModalMatrix,
     /// m1.
     pub lower_modes: usize,
+    /// Highest frequency up to which the modes of both bodies are known, Hz.
+    pub reach: f64,
 }
 
 impl ModalPair {
@@ -50,6 +52,7 @@ impl ModalPair {
         });
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
         let (stiffness, damping) = (lower.stiffness.joined(&upper.stiffness), lower.damping.joined(&upper.damping));
+        let reach = lower.reach.min(upper.reach) / (2.0 * std::f64::consts::PI);
         let residual = match &stiffness {
             ModalMatrix::Diagonal(_) => {
                 let scaled =
@@ -58,7 +61,7 @@ impl ModalPair {
             }
             ModalMatrix::Blocks(_) => &compliance - &modes * stiffness.statics(modes.transpose()),
         };
-        Ok(Self { compliance, residual, modes, omega, stiffness, damping, lower_modes: m1 })
+        Ok(Self { compliance, residual, modes, omega, stiffness, damping, lower_modes: m1, reach })
     }
 
     /// Collective: the pair of rank 0 on every rank.
@@ -71,6 +74,7 @@ impl ModalPair {
             omega: list(&|p| p.omega.clone()),
             stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),
             damping: ModalMatrix::broadcast(world, root.map(|p| &p.damping)),
+            reach: list(&|p| vec![p.reach]).first().copied().unwrap_or(0.0),
             lower_modes: list(&|p| vec![p.lower_modes as f64]).first().map_or(0, |&n| n as usize),
         }
     }

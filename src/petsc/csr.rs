@@ -3,6 +3,7 @@
 use super::exchange::Exchange;
 use crate::parallel::World;
 use crate::{Error, Result};
+use faer::Mat;
 use mpi::traits::*;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Deref, Range};
@@ -179,6 +180,23 @@ impl DistCsr {
             sum.indptr.push(sum.cols.len());
         }
         sum
+    }
+
+    /// Collective: the whole matrix, `[n, n]` on rank 0, `None` elsewhere.
+    pub fn gather(&self, world: &World) -> Option<Mat<f64>> {
+        let rows: Vec<u64> =
+            (0..self.n_local()).flat_map(|i| std::iter::repeat_n(i as u64, self.row(i).0.len())).collect();
+        let first = self.ranges[world.rank];
+        let rows = world.gather(&rows.iter().map(|i| first + i).collect::<Vec<u64>>());
+        let (cols, values) = (world.gather(&self.cols), world.gather(&self.values));
+        let n = self.order() as usize;
+        world.is_root().then(|| {
+            let mut whole = Mat::zeros(n, n);
+            for ((&i, &j), v) in rows.iter().zip(&cols).zip(&values) {
+                whole[(i as usize, j as usize)] += v;
+            }
+            whole
+        })
     }
 
     /// Collective: the matrix made ready for products with vectors.

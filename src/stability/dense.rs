@@ -5,16 +5,10 @@
 //! (`docs/theory.md`). The multipliers r are taken out exactly: u = Z q with P_n Z = 0, and the equations are projected on Y with
 //! (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric since Y ≠ Z.
 
-use super::full::cover::{partners, Wedge};
-use super::full::system::Residuals;
-use super::full::{FullPair, FullResult, FullSpectrum};
-use super::Spectrum;
-use crate::body::matrices::{Matrices, Reduced, SignedRow, DENSE};
-use crate::body::matrix_market::Csr;
-use crate::body::Side;
+use crate::body::matrices::DENSE;
+use crate::body::{FullSystem, Side};
 use crate::contact::LinearContact;
-use crate::job;
-use crate::model::ModalPair;
+use crate::parallel::World;
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
@@ -34,94 +28,63 @@ pub struct DensePair {
     pub constraint: f64,
 }
 
-/// A body with its reduction; `None` for one that does not move.
-pub type Place<'a> = Option<(&'a Matrices, &'a Reduced)>;
+/// Bodies up to this many degrees of freedom together are treated so.
+pub const LARGEST: usize = DENSE;
 
-/// The eigenvalues that `wanted` asks for about the sliding `contact` of two `places`, compared with those of their reduced `model`.
-pub fn run(
-    wanted: &job::FullStability,
-    places: [Place<'_>; 2],
-    contact: &LinearContact,
-    model: &ModalPair,
-    reduced: &Spectrum,
-) -> Result<FullResult> {
-    let sizes = places.map(|p| p.map_or(0, |(m, _)| m.stiffness.n));
-    if sizes[0] + sizes[1] > DENSE {
-        return Err(Error::Job(format!(
-            "analyses.stability.full: bodies given by matrices are treated densely there, up to {DENSE} degrees of freedom; found {}. \
-             Leave it out: the reduced analysis takes larger bodies",
-            sizes[0] + sizes[1]
-        )));
+/// A body on all its degrees of freedom, N of them.
+#[derive(Debug, Clone)]
+pub struct Whole {
+    /// Stiffness, N/m, `[N, N]`.
+    pub stiffness: Mat<f64>,
+    /// Mass, kg, `[N, N]`.
+    pub mass: Mat<f64>,
+    /// Damping, N·s/m, `[N, N]`.
+    pub damping: Option<Mat<f64>>,
+    /// Contact rows (x, y, n into the body), `[3n, N]`.
+    pub trace: Mat<f64>,
+}
+
+impl Whole {
+    /// Collective: a distributed body with `factor` times its damping, on rank 0.
+    pub fn gather(world: &World, body: &dyn FullSystem, factor: f64) -> Option<Self> {
+        let (stiffness, mass) = (body.stiffness().gather(world), body.mass().gather(world));
+        let damping = body.damping().and_then(|c| c.gather(world)).map(|c| faer::Scale(factor) * c);
+        let (stiffness, mass) = stiffness.zip(mass)?;
+        let trace = body.trace().dense(stiffness.nrows());
+        Some(Self { stiffness, mass, damping, trace })
     }
-    let [lower, upper] = places.map(|p| p.map(|(m, _)| m));
-    let wedge = Wedge::new(wanted.max_frequency, wanted.damping_ratio);
-    let mut found = eigenpairs(lower, upper, contact, wanted.tolerance)?;
-    found.retain(|p| wedge.holds(p.value));
-    let values: Vec<C> = found.iter().map(|p| p.value).collect();
-    let guide: Vec<C> = reduced.eigenpairs.iter().map(|p| p.value).collect();
-    let partners = partners(&values, &guide, &wedge, wanted.agreement)?;
-    let (mut pairs, mut shares) = (Vec::new(), Vec::new());
-    for pair in found {
-        let (first, second) = pair.motion.split_at(sizes[0]);
-        let motion = [first.to_vec(), second.to_vec()];
-        let amplitudes = |(place, u): (&Place<'_>, &Vec<C>)| -> Vec<C> {
-            let Some((matrices, Some(phi))) = place.map(|(m, r)| (m, r.vectors.as_ref())) else { return Vec::new() };
-            let mu: Vec<C> = (0..u.len())
-                .map(|i| {
-                    let (cols, values) = matrices.mass.row(i);
-                    cols.iter().zip(values).map(|(&j, v)| u[j as usize] * v).sum()
-                })
-                .collect();
-            (0..phi.ncols()).map(|k| mu.iter().zip(phi.col(k).iter()).map(|(m, p)| m * p).sum()).collect()
-        };
-        let q: Vec<C> = places.iter().zip(&motion).flat_map(amplitudes).collect();
-        shares.push(super::reduced::shares(&model.omega, &q, pair.value));
-        let residuals = Residuals { backward_error: pair.backward_error, correction: 0.0, constraint: pair.constraint };
-        let (pressure, forces) = (Vec::new(), Vec::new());
-        pairs.push(FullPair { value: pair.value, motion, pressure, forces, damping: [0.0; 2], residuals });
-    }
-    Ok(FullResult { spectrum: FullSpectrum { pairs, shifts: Vec::new() }, shares, partners })
 }
 
 /// Eigenvalues this much smaller than the largest of the inverted problem are infinite: motions without mass, whose
 /// double infinite eigenvalues rounding moves to the root of the machine precision.
 const INFINITE: f64 = 1e-6;
 
-/// All finite eigenvalues, both of each conjugate pair, by falling growth rate, each with a backward error of at most `tolerance`.
-pub fn eigenpairs(
-    lower: Option<&Matrices>,
-    upper: Option<&Matrices>,
-    contact: &LinearContact,
-    tolerance: f64,
-) -> Result<Vec<DensePair>> {
-    let bodies = [lower, upper];
-    let sizes = bodies.map(|b| b.map_or(0, |m| m.stiffness.n));
+/// All finite eigenvalues, both of each conjugate pair, by falling growth rate, each with a backward error of at most `tolerance`. `bodies` are the
+/// lower and the upper one, `None` for one that does not move.
+pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, tolerance: f64) -> Result<Vec<DensePair>> {
+    let sizes = bodies.map(|b| b.map_or(0, |m| m.stiffness.nrows()));
     let n = sizes[0] + sizes[1];
-    let full = |of: &dyn Fn(&Matrices) -> Option<Csr>| {
+    let full = |of: &dyn Fn(&Whole) -> Option<&Mat<f64>>| {
         let mut a = Mat::<f64>::zeros(n, n);
         for (body, first) in bodies.iter().zip([0, sizes[0]]) {
-            let Some(csr) = body.and_then(of) else { continue };
-            for i in 0..csr.n {
-                let (cols, values) = csr.row(i);
-                for (&j, v) in cols.iter().zip(values) {
-                    a[(first + i, first + j as usize)] += v;
-                }
-            }
+            let Some(own) = body.and_then(of) else { continue };
+            a.as_mut().submatrix_mut(first, first, own.nrows(), own.ncols()).copy_from(own);
         }
         a
     };
-    let mass = full(&|m| Some(m.mass.clone()));
-    let stiffness = full(&|m| Some(m.stiffness.clone()));
-    let mut damping = full(&|m| m.damping.clone());
+    let mass = full(&|m| Some(&m.mass));
+    let stiffness = full(&|m| Some(&m.stiffness));
+    let mut damping = full(&|m| m.damping.as_ref());
 
     // Rows of w = u1 − u2 along x and y, and of the change of gap, at each contact.
     let rows = |node: usize| -> [Vec<(usize, f64)>; 3] {
         std::array::from_fn(|c| {
-            let of = |(body, (side, first)): (&Option<&Matrices>, (Side, usize))| -> Option<(usize, f64)> {
-                let row: SignedRow = body.and_then(|m| m.contacts.get(node)).and_then(|r| r[c]);
-                row.map(|(dof, s)| (first + dof, side.sign(c) * s))
+            let of = |(side, first): (Side, usize)| -> Vec<(usize, f64)> {
+                let Some(body) = bodies[side.index()] else { return Vec::new() };
+                let term = |j: usize| (first + j, side.sign(c) * body.trace[(3 * node + c, j)]);
+                (0..body.trace.ncols()).map(term).filter(|t| t.1 != 0.0).collect()
             };
-            bodies.iter().zip(Side::BOTH.into_iter().zip([0, sizes[0]])).filter_map(of).collect()
+            Side::BOTH.into_iter().zip([0, sizes[0]]).flat_map(of).collect()
         })
     };
     let k = contact.nodes.len();
@@ -240,8 +203,15 @@ mod tests {
     use crate::contact::{LinearNode, Slip, Tangent};
     use std::f64::consts::PI;
 
-    fn csr(n: usize, entries: &[(usize, usize, f64)]) -> Csr {
-        Csr::from_entries(n, entries.to_vec())
+    fn matrix(n: usize, entries: &[(usize, usize, f64)]) -> Mat<f64> {
+        let mut a = Mat::zeros(n, n);
+        entries.iter().for_each(|&(i, j, v)| a[(i, j)] += v);
+        a
+    }
+
+    /// Signed rows (x, y, n) of each contact.
+    fn trace(n: usize, rows: &[[Option<(usize, f64)>; 3]]) -> Mat<f64> {
+        Mat::from_fn(3 * rows.len(), n, |i, j| rows[i / 3][i % 3].filter(|r| r.0 == j).map_or(0.0, |r| r.1))
     }
 
     /// A contact that slides along `direction`, its force, velocity and slope of the friction.
@@ -258,14 +228,14 @@ mod tests {
         let [k1, k2] = [100.0, 75.0].map(|f: f64| (2.0 * PI * f).powi(2));
         let entries =
             [(0, 0, k1), (2, 2, k1), (0, 2, -k1), (2, 0, -k1), (1, 1, k2), (3, 3, k2), (1, 3, -k2), (3, 1, -k2)];
-        let body = Matrices {
-            mass: csr(4, &[(0, 0, 1.0), (1, 1, 1.0)]),
+        let body = Whole {
+            mass: matrix(4, &[(0, 0, 1.0), (1, 1, 1.0)]),
             damping: None,
-            stiffness: csr(4, &entries),
-            contacts: vec![[Some((1, 1.0)), None, Some((2, 1.0))], [Some((0, 1.0)), None, Some((3, 1.0))]],
+            stiffness: matrix(4, &entries),
+            trace: trace(4, &[[Some((1, 1.0)), None, Some((2, 1.0))], [Some((0, 1.0)), None, Some((3, 1.0))]]),
         };
         let c = LinearContact { nodes: vec![node(0, 0.4, [-1.0, 0.0], UNLOADED), node(1, 0.4, [1.0, 0.0], UNLOADED)] };
-        let found = eigenpairs(Some(&body), None, &c, 1e-12).unwrap();
+        let found = eigenpairs([Some(&body), None], &c, 1e-12).unwrap();
         assert_eq!(found.len(), 4, "{found:?}");
         let first = found[0].value;
         assert!((first.re - 72.3586).abs() < 1e-4 && (first.im / (2.0 * PI) - 89.1354).abs() < 1e-4, "{first}");
@@ -276,16 +246,16 @@ mod tests {
     #[test]
     fn friction_acts_against_the_sliding() {
         let (m, k, coupled, mu) = (2.0, 8e4, 3e4, 0.4);
-        let body = Matrices {
-            mass: csr(2, &[(0, 0, m), (1, 1, m)]),
+        let body = Whole {
+            mass: matrix(2, &[(0, 0, m), (1, 1, m)]),
             damping: None,
-            stiffness: csr(2, &[(0, 0, k), (1, 1, 2.0 * k), (0, 1, coupled), (1, 0, coupled)]),
-            contacts: vec![[Some((0, 1.0)), None, Some((1, 1.0))]],
+            stiffness: matrix(2, &[(0, 0, k), (1, 1, 2.0 * k), (0, 1, coupled), (1, 0, coupled)]),
+            trace: trace(2, &[[Some((0, 1.0)), None, Some((1, 1.0))]]),
         };
         for (upper, tau) in [(false, 1.0), (false, -1.0), (true, 1.0), (true, -1.0)] {
             let c = LinearContact { nodes: vec![node(0, mu, [tau, 0.0], UNLOADED)] };
             let [a, b] = if upper { [None, Some(&body)] } else { [Some(&body), None] };
-            let found = eigenpairs(a, b, &c, 1e-12).unwrap();
+            let found = eigenpairs([a, b], &c, 1e-12).unwrap();
             // Friction on body 1 is −μ τ r, on body 2 the opposite.
             let side = if upper { -1.0 } else { 1.0 };
             let want = C::new(0.0, ((k + side * mu * tau * coupled) / m).sqrt());
@@ -298,14 +268,14 @@ mod tests {
     #[test]
     fn damping_across_and_falling_friction_along() {
         let (m, k) = (2.0, 8e4);
-        let body = Matrices {
-            mass: csr(2, &[(0, 0, m), (1, 1, m)]),
+        let body = Whole {
+            mass: matrix(2, &[(0, 0, m), (1, 1, m)]),
             damping: None,
-            stiffness: csr(2, &[(0, 0, k), (1, 1, k)]),
-            contacts: vec![[Some((0, 1.0)), Some((1, 1.0)), None]],
+            stiffness: matrix(2, &[(0, 0, k), (1, 1, k)]),
+            trace: trace(2, &[[Some((0, 1.0)), Some((1, 1.0)), None]]),
         };
         let c = LinearContact { nodes: vec![node(0, 0.4, [0.6, 0.8], [50.0, 0.5, -0.3])] };
-        let found = eigenpairs(None, Some(&body), &c, 1e-12).unwrap();
+        let found = eigenpairs([None, Some(&body)], &c, 1e-12).unwrap();
         for (pair, d) in found.iter().step_by(2).zip([-0.3 * 50.0, 0.4 * 50.0 / 0.5]) {
             let sigma = -d / (2.0 * m);
             let want = C::new(sigma, (k / m - sigma * sigma).sqrt());

@@ -23,8 +23,9 @@ pub struct Spectrum {
     pub closed: usize,
 }
 
-/// On rank 0: the eigenvalues about a sliding contact. The modes of the bodies reach the frequency `reach`, Hz.
-pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact, reach: f64) -> Result<Spectrum> {
+/// On rank 0: the eigenvalues about a sliding contact.
+pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
+    let reach = pair.reach;
     let limit = stability.max_frequency.unwrap_or(reach);
     if limit > reach * (1.0 + 1e-12) {
         return Err(Error::Job(format!(
@@ -37,11 +38,4 @@ pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearCo
     // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
     let kept = pairs.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit).collect();
     Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len() })
-}
-
-/// Highest frequency that the modes of both bodies reach, Hz.
-pub fn frequency_reach(pair: &ModalPair) -> f64 {
-    let highest = |w: &[f64]| w.iter().copied().fold(0.0, f64::max) / (2.0 * std::f64::consts::PI);
-    let (lower, upper) = pair.omega.split_at(pair.lower_modes);
-    highest(lower).min(highest(upper))
 }

@@ -86,16 +86,18 @@ impl Model<'_> {
             )));
         }
         let d = |k: usize| self.residual[(k, k)];
-        if (0..3 * n).all(|k| d(k) > 0.0) {
+        // A point may have its tangential compliance in the modes alone, or apart from them.
+        let free = |k: usize| self.interface.are_points() && k % 3 < 2 && d(k) >= 0.0;
+        if (0..3 * n).all(|k| d(k) > 0.0 || free(k)) {
             return Ok(Impact::Compliant);
         }
-        if (0..3 * n).all(|k| d(k) == 0.0) {
+        if (0..3 * n).all(|k| d(k) == 0.0 || free(k)) {
             return Ok(Impact::Rigid);
         }
         let k = (0..3 * n).find(|&k| !(d(k) > 0.0)).unwrap_or(0);
         Err(Error::Job(format!(
-            "analyses.transient: the residual compliance of contact node {} in direction {} is {:.3e} m/N, it must be positive; \
-             keep fewer modes in analyses.modes",
+            "analyses.transient: the residual compliance of contact node {} in direction {} is {:.3e} m/N, it must be positive, or zero at \
+             all nodes; keep fewer modes in analyses.modes, or all of a body that is given by matrices",
             k / 3,
             ["x", "y", "n"][k % 3],
             d(k)

@@ -113,6 +113,9 @@ impl<'a> Stepper<'a> {
             .map(|i| {
                 let (ix, line) = (i % nx, i - i % nx);
                 let (a, b) = (ix.saturating_sub(1), (ix + 1).min(nx - 1));
+                if s.are_points() {
+                    return 0.0;
+                }
                 (s.gap[line + b] - s.gap[line + a]) / (s.x[b] - s.x[a])
             })
             .collect();
@@ -271,7 +274,8 @@ impl<'a> Stepper<'a> {
                 let i = ws.nodes[a];
                 let [x, y] = self.model.interface.point(i);
                 let foot = self.foot_value(a);
-                let rigid = [creep[0] - spin * y, creep[1] + spin * x];
+                let own = self.model.interface.creep(i);
+                let rigid = [creep[0] - spin * y + own[0], creep[1] + spin * x + own[1]];
                 for c in 0..2 {
                     b[3 * a + c] += h * rigid[c] - foot[c];
                 }

@@ -5,6 +5,7 @@ mod failures;
 mod golden;
 mod interrupted;
 mod matrices;
+mod points;
 mod program;
 mod reuse;
 mod runs;

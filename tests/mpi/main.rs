@@ -5,6 +5,7 @@ use railsqueal::parallel::World;
 use std::io::Write;
 use std::process::{exit, Command};
 
+mod bodies;
 #[path = "../dense/mod.rs"]
 mod dense;
 mod distribution;
@@ -17,6 +18,9 @@ mod surface;
 type Test = (&'static str, fn(&World));
 
 const TESTS: &[Test] = &[
+    ("bodies::every_body_gives_what_it_says", bodies::every_body_gives_what_it_says),
+    ("bodies::elements_are_their_matrices", bodies::elements_are_their_matrices),
+    ("bodies::calls_out_of_step_are_told", bodies::calls_out_of_step_are_told),
     ("elasticity::patch_test", elasticity::patch_test),
     ("elasticity::cantilever", elasticity::cantilever),
     ("elasticity::convergence_order", elasticity::convergence_order),
@@ -65,6 +69,7 @@ fn main() {
             .arg(me)
             .arg(&filter)
             .env(CHILD, ranks)
+            .env(railsqueal::body::order::CHECK, "1")
             .env("OPENBLAS_NUM_THREADS", "1")
             .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
             .env("OMPI_ALLOW_RUN_AS_ROOT", "1")

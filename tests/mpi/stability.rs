@@ -26,7 +26,7 @@ type C = Complex<f64>;
 const SPEED: f64 = 8.0;
 
 /// A block under the plane z = 0, held at its lower face, with the contact surface on top.
-fn body(world: &World, name: &str, layers: usize, young: f64) -> FeBody {
+pub fn body(world: &World, name: &str, layers: usize, young: f64) -> FeBody {
     let depth = 0.05 * layers as f64;
     let mut mesh = block([4, 3, layers], [0.2, 0.15, depth], |x| x);
     for p in &mut mesh.nodes {

@@ -7,10 +7,8 @@ use crate::job::{Compliance, Contact, Job, LinearSolver, Load, ModesExtent};
 /// What a run of `job` computes, in order, one line each.
 pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
     let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
-    let mut lines: Vec<String> = match job.by_matrices() {
-        true => of_matrices(job),
-        false => steps(job, Earlier::default()).into_iter().filter_map(|s| line(s, job, bodies, once)).collect(),
-    };
+    let mut lines: Vec<String> =
+        steps(job, Earlier::default()).into_iter().filter_map(|s| line(s, job, bodies, once)).collect();
     if let Some(sweep) = &job.sweep {
         let models = models(sweep).len();
         lines.push(format!(
@@ -24,13 +22,6 @@ pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> 
     lines
 }
 
-fn of_matrices(job: &Job) -> Vec<String> {
-    let points = job.contact.as_ref().and_then(|c| c.points.as_ref()).map_or(0, Vec::len);
-    let stability = job.analyses.stability.as_ref();
-    let stability = stability.map(|_| format!("stability of steady sliding on the modes, {points} contact points"));
-    modes(job, "").into_iter().chain(stability).collect()
-}
-
 fn modes(job: &Job, once: &str) -> Option<String> {
     job.analyses.modes.as_ref().map(|modes| match modes.extent() {
         ModesExtent::Count(n) => format!("modes: the {n} lowest of each body{once}"),
@@ -40,6 +31,14 @@ fn modes(job: &Job, once: &str) -> Option<String> {
 
 /// What is given of the contact.
 fn given(contact: &Contact) -> String {
+    if let Some(points) = &contact.points {
+        let pressed = match (contact.normal_load, contact.approach) {
+            (Some(n), _) => format!("normal load {n} N"),
+            (None, Some(d)) => format!("approach {d} m"),
+            (None, None) => "forces one by one".into(),
+        };
+        return format!("{} contact points, {pressed}, friction {}", points.len(), contact.friction);
+    }
     let load = match contact.load() {
         Load::Normal(n) => format!("normal load {n} N"),
         Load::Approach(d) => format!("approach {d} m"),
@@ -56,6 +55,7 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
     let (wanted, contact) = (&job.analyses, job.contact.as_ref());
     match step {
         Step::Earlier | Step::EarlierShapes | Step::Geometry | Step::FreeModes => None,
+        Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
         Step::Bodies => Some("meshes, distributed; stiffness and mass".into()),
         Step::Solvers => Some(match job.solver.linear {
             LinearSolver::Mumps => format!("factorisation of the stiffness of each body{once}"),
@@ -66,6 +66,7 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         Step::Model => contact.map(|contact| {
             let nodes = bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0);
             let source = match contact.compliance {
+                _ if job.by_matrices() => "the matrices".into(),
                 Compliance::Fe => format!("finite elements{once}"),
                 Compliance::HalfSpace => "elastic half-spaces".into(),
             };
@@ -78,7 +79,8 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         Step::Stability => wanted.stability.as_ref().zip(contact).map(|(stability, contact)| {
             let full = stability.full.as_ref().map_or(String::new(), |full| {
                 let most = full.max_frequency;
-                format!("\n  stability of the full system: all eigenvalues up to {most} Hz by successive shifts, compared with those of the modes")
+                let way = if job.by_matrices() { "at once" } else { "by successive shifts" };
+                format!("\n  stability of the full system: all eigenvalues up to {most} Hz {way}, compared with those of the modes")
             });
             format!("stability of steady sliding on the modes: {}{full}", given(contact))
         }),

@@ -4,27 +4,19 @@
 mod outcome;
 
 use super::bodies::Bodies;
-use super::matrices::{self, MatrixModel};
+use super::interface::{given_forces, points, reactions};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::{modes, stability};
 use crate::job::fe_inputs;
 use crate::job::{Job, SweepPlan};
-use crate::model::{damping, SharedModel};
+use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, Outcome};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use outcome::{summarise, Packed};
-
-/// The reduced model of the job itself, which serves all points with the same bodies.
-pub enum Base<'a> {
-    /// Of finite elements.
-    Elements(&'a Reduction),
-    /// Of bodies given by matrices, on every rank.
-    Matrices(&'a MatrixModel),
-}
 
 /// Whether the points of a sweep are computed although the job's own point ended with `error`: what concerns this point alone, not the machine
 /// or the program.
@@ -32,18 +24,15 @@ pub fn goes_on(error: &Error) -> bool {
     matches!(error, Error::Job(_) | Error::Input(_) | Error::NotConverged(_))
 }
 
-/// Collective: every point of `plan`, tables under `/sweep`. `base` is the model of `job`, if it could be made; `own` is what went wrong at
+/// Collective: every point of `plan`, tables under `/sweep`. `base` is the reduced model of `job`, if it could be made; `own` is what went wrong at
 /// the job's own point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
-pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base>, own: Option<&Error>) -> Result<()> {
+pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
     let groups = groups(&plan.points);
     for (number, (inputs, members)) in groups.iter().enumerate() {
         let model = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
-            match base {
-                Base::Elements(model) => Model::Elements(SharedModel::broadcast(world, model.on_root())?),
-                Base::Matrices(model) => Model::Matrices((*model).clone()),
-            }
+            SharedModel::broadcast(world, base.on_root())?
         } else {
             run.progress.note(format!("bodies {} of {}", number + 1, groups.len()));
             match build(run.petsc, &plan.points[members[0]], run.progress) {
@@ -59,7 +48,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base>, own: Option<&Err
         let mut mine = Packed::default();
         let mut model = model;
         for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size) {
-            mine.push(i, &model.solve(&plan.points[i]).unwrap_or_else(|e| Outcome::failed(&e)));
+            mine.push(i, &solve(&mut model, &plan.points[i]).unwrap_or_else(|e| Outcome::failed(&e)));
             run.progress.step("points", (done + world.size).min(members.len()), members.len());
         }
         let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
@@ -97,20 +86,10 @@ fn groups(points: &[Job]) -> Vec<(serde_json::Value, Vec<usize>)> {
     groups
 }
 
-/// The model of points, on every rank.
-enum Model {
-    Elements(SharedModel),
-    Matrices(MatrixModel),
-}
-
 /// Collective: the reduced model of a point, on every rank.
-fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<Model> {
+fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<SharedModel> {
     let world = petsc.world();
     let mut quiet = Summary::default();
-    if point.by_matrices() {
-        let bodies = matrices::reduce_all(petsc, point, progress, &mut quiet)?;
-        return Ok(Model::Matrices(MatrixModel::shared(world, &bodies)?));
-    }
     let mut job = point.clone();
     // Each point brings its own damping.
     for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
@@ -121,52 +100,37 @@ fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<Model> {
     bodies.factorise(&job, progress, &mut quiet)?;
     let found = modes::compute_all(&job, &mut bodies, progress)?;
     let model = Reduction::build(world, &job, contact, &bodies, &found, progress)?;
-    Ok(Model::Elements(SharedModel::broadcast(world, model.on_root())?))
+    SharedModel::broadcast(world, model.on_root())
 }
 
-impl Model {
-    /// Stability at one point, on this rank alone.
-    fn solve(&mut self, point: &Job) -> Result<Outcome> {
-        let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
-            return Err(Error::Defect("a point of a sweep without contact or stability".into()));
-        };
-        let of = |spectrum: &crate::stability::Spectrum| Outcome {
-            status: 0,
-            message: String::new(),
-            eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
-            backward_error: spectrum.eigenpairs.iter().map(|p| p.backward_error).fold(0.0, f64::max),
-            closed: 0,
-            reversed: 0,
-            force: [0.0; 3],
-            approach: f64::NAN,
-        };
-        match self {
-            Model::Elements(model) => {
-                super::plan::small_strain(point)?;
-                let (lower, upper) = model.pair.omega.split_at(model.pair.lower_modes);
-                let mut coefficients = Vec::new();
-                for ((name, body), omega) in point.bodies().into_iter().zip([lower, upper]) {
-                    coefficients.extend(damping(&body.damping, omega, &format!("bodies.{name}.damping"))?);
-                }
-                model.pair.damping = coefficients.into();
-                let stability::Found { sliding, spectrum, .. } =
-                    stability::analyse(wanted, contact, &model.interface, &model.pair)?;
-                let (closed, reversed) = (sliding.closed.len(), sliding.reversed);
-                let (force, approach) = (sliding.force, sliding.approach);
-                Ok(Outcome { closed, reversed, force, approach, ..of(&spectrum) })
-            }
-            Model::Matrices(model) => {
-                let (pair, sliding) = (model.pair(point), matrices::sliding(contact)?);
-                let spectrum = crate::stability::spectrum(wanted, &pair, &sliding, model.reach)?;
-                let mut force = [0.0; 3];
-                for (point, node) in contact.points.iter().flatten().zip(&sliding.nodes) {
-                    let (pressed, [x, y]) = (point.force.unwrap_or(0.0), node.tangent.friction());
-                    force[0] += x * pressed;
-                    force[1] += y * pressed;
-                    force[2] -= pressed;
-                }
-                Ok(Outcome { closed: sliding.nodes.len(), force, ..of(&spectrum) })
-            }
+/// Stability at one point, on this rank alone.
+fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
+    let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
+        return Err(Error::Defect("a point of a sweep without contact or stability".into()));
+    };
+    super::plan::small_strain(point)?;
+    // Each point brings its own damping, and its own contact points.
+    let interface = points(contact).unwrap_or_else(|| Ok(model.interface.clone()))?;
+    let found = stability::analyse(wanted, contact, &interface, model.pair(point)?)?;
+    let (spectrum, linear) = (&found.spectrum, &found.contact);
+    let state = found.sliding.as_ref();
+    let force = match (state, given_forces(contact)) {
+        (Some(state), _) => state.force,
+        (None, Some(points)) => {
+            let all = reactions(points, contact.friction);
+            let sum = |c: usize| all.iter().skip(c).step_by(3).sum::<f64>();
+            [sum(0), sum(1), -sum(2)]
         }
-    }
+        (None, None) => [0.0; 3],
+    };
+    Ok(Outcome {
+        status: 0,
+        message: String::new(),
+        eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
+        backward_error: spectrum.eigenpairs.iter().map(|p| p.backward_error).fold(0.0, f64::max),
+        closed: linear.nodes.len(),
+        reversed: state.map_or(0, |s| s.reversed),
+        force,
+        approach: state.map_or(f64::NAN, |s| s.approach),
+    })
 }

@@ -28,10 +28,10 @@ pub fn align(world: &World, bodies: &mut Bodies, kept: &Reduction) -> Result<()>
     let Bodies { places, unique } = bodies;
     for (i, body) in unique.iter_mut().enumerate() {
         let name = body.name().to_owned();
-        let Some(fields) = body.fields_mut() else { continue };
-        if fields.shapes().is_none() {
+        if body.shapes().is_none() {
             continue;
         }
+        let Some(fields) = body.fields_mut() else { continue };
         let now = fields.contact_modes()?;
         let turn = world.on_root(|| {
             let root = kept.root()?;

@@ -1,5 +1,6 @@
 //! The analysis `transient`: rolling contact in time, from a state of rest and its perturbation, written in segments.
 
+mod at_points;
 mod fields;
 pub mod kept;
 mod points;
@@ -31,6 +32,7 @@ use crate::stability::reduced::Eigenpair;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
+use at_points::PointModel;
 use faer::MatRef;
 use num_complex::Complex64;
 use points::Located;
@@ -166,13 +168,20 @@ fn advance(
 ) -> Result<(Effort, u64, f64)> {
     let root = inputs.model.root()?;
     let wanted = inputs.wanted;
-    let model = Model::of(&root.pair, &root.interface);
+    let points_model = PointModel::new(inputs, root)?;
+    let model = match &points_model {
+        Some(points) => points.model(&root.pair),
+        None => Model::of(&root.pair, &root.interface),
+    };
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
     scheme.check(model.omega)?;
     let identity = checkpoint::identity(&model);
     let resumed = if inputs.options.resume { Checkpoint::last(segments, inputs.job)? } else { None };
     // The settings follow from the state of rest, whose approach is held; a resumed run finds the same again.
-    let (rest, approach) = at_rest(inputs, root, &model)?;
+    let (rest, approach) = match &points_model {
+        Some(points) => points.at_rest(&model),
+        None => at_rest(inputs, root, &model)?,
+    };
     let settings = Settings {
         scheme,
         friction: inputs.contact.friction,
@@ -304,7 +313,7 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
     let (pressure, traction, approach) = match inputs.wanted.start.state {
         StartState::Sliding => {
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
-            let problem = steady_sliding((&root.interface, &root.pair), contact, direction);
+            let problem = steady_sliding((&root.interface, &root.pair), contact, direction)?;
             let found = SlidingProblem { creepage, load, ..problem }.solve()?;
             (found.pressure, found.traction, found.approach)
         }

@@ -27,6 +27,11 @@ pub struct Body {
 }
 
 impl Body {
+    /// Factor of the damping matrix of a body given by matrices.
+    pub fn damping_factor(&self) -> f64 {
+        self.matrices.as_ref().map_or(1.0, |m| m.damping_factor)
+    }
+
     /// Mesh and material of a body of finite elements. Reading a job makes sure that a body without matrices has both.
     pub fn elements(&self) -> crate::Result<(&MeshSource, &Material)> {
         match (&self.mesh, &self.material) {

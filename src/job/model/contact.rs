@@ -48,12 +48,16 @@ fn is_zero(value: &f64) -> bool {
 pub struct ContactPoint {
     /// Direction (x, y) in which body 1 slides over body 2, of any length; y may be left out.
     pub direction: Vec<f64>,
-    /// Static normal force, N. With `slip_velocity` it damps motion across the sliding direction, and makes a falling
+    /// Gap between the undeformed bodies at this contact, m, where a load presses them together.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "m"))]
+    pub gap: f64,
+    /// Static normal force, N, instead of a load on all contacts. With `slip_velocity` it damps motion across the sliding direction, and makes a falling
     /// friction law act.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("unit" = "N"))]
     pub force: Option<f64>,
-    /// Sliding velocity, m/s. Needed with `force`.
+    /// Sliding velocity, m/s. Needed with `force` and under a load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
     pub slip_velocity: Option<f64>,

@@ -3,7 +3,7 @@
 use super::super::{sha256, Reader, Table, Values};
 use crate::grid::Interface;
 use crate::job::{differences, fe_inputs, Job};
-use crate::model::{BodyPart, ReducedModel};
+use crate::model::{AtContact, ReducedModel, TraceModes};
 use crate::{Error, Result};
 use faer::Mat;
 use serde_json::Value;
@@ -126,14 +126,20 @@ pub fn load(file: &Path, job: &Job) -> Result<Reused> {
         let frequency = omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
         modes.push((frequency, line(&path("residual"))?));
         parts.push(match job.analyses.modes {
-            Some(_) => BodyPart { omega, contact_modes, compliance },
-            None => BodyPart { omega: Vec::new(), contact_modes: Mat::zeros(rows, 0), compliance },
+            Some(_) => {
+                let reach = omega.last().copied().unwrap_or(0.0);
+                AtContact {
+                    modes: TraceModes { omega, reach, rows: Some(contact_modes), ..TraceModes::default() },
+                    compliance,
+                }
+            }
+            None => AtContact::statics(compliance),
         });
     }
     if alike {
         modes.push(modes[0].clone());
     }
-    let place = if alike { vec![0, 0] } else { vec![0, 1] };
+    let place = if alike { [0, 0] } else { [0, 1] };
     let model = ReducedModel::assemble(job, interface, parts, place)?;
     let modes: [(Vec<f64>, Vec<f64>); 2] =
         modes.try_into().map_err(|_| Error::Defect("modes of other than two bodies".into()))?;

@@ -1,0 +1,86 @@
+//! The transient of contact points: what takes the place of grid and load, and where it begins.
+
+use super::Inputs;
+use crate::analysis::interface::{bears_load, given_forces, reactions, steady_sliding};
+use crate::grid::Interface;
+use crate::job;
+use crate::model::{ModalPair, ReducedModel};
+use crate::transient::{Model, State};
+use crate::Result;
+use faer::Mat;
+
+/// A residual compliance below this part of the whole one is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Compliance along the surface of a contact that does not move there, against the largest one: it carries what friction asks of it and hardly
+/// gives way.
+const STIFF: f64 = 1e-3;
+
+/// Contact points as the transient takes them.
+pub struct PointModel {
+    interface: Interface,
+    /// Residual S, m/N, `[3n, 3n]`.
+    residual: Mat<f64>,
+    /// Modal loads, N/√kg, `[m]`; empty for none.
+    load: Vec<f64>,
+    /// Reactions at rest, N, `[3n]`.
+    reaction: Vec<f64>,
+    approach: f64,
+}
+
+impl PointModel {
+    /// The points of the job with the reduced model `root`; none of a job with a grid.
+    pub fn new(inputs: &Inputs<'_>, root: &ReducedModel) -> Result<Option<Self>> {
+        let (contact, pair, s) = (inputs.contact, &root.pair, &root.interface);
+        if !s.are_points() {
+            return Ok(None);
+        }
+        let residual = residual(pair, inputs.wanted);
+        let Some(points) = given_forces(contact) else {
+            let found = steady_sliding((s, pair), contact, job::Direction::Rigid)?.solve()?;
+            let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
+            let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();
+            bears_load(root, &reaction)?;
+            let (interface, approach) = (s.clone(), found.approach);
+            return Ok(Some(Self { interface, residual, load: Vec::new(), reaction, approach }));
+        };
+        // Loads from outside balance the given forces on the modes, and the gaps are those that the forces close.
+        let reaction = reactions(points, contact.friction);
+        let force = Mat::from_fn(reaction.len(), 1, |i, _| reaction[i]);
+        let (moved, modal) = (&residual * &force, pair.modes.transpose() * &force);
+        let interface = s.with_gap((0..s.len()).map(|i| -moved[(3 * i + 2, 0)]).collect());
+        let load = (0..modal.nrows()).map(|k| -modal[(k, 0)]).collect();
+        Ok(Some(Self { interface, residual, load, reaction, approach: 0.0 }))
+    }
+
+    /// The model of the two bodies.
+    pub fn model<'a>(&'a self, pair: &'a ModalPair) -> Model<'a> {
+        Model { residual: self.residual.as_ref(), load: &self.load, ..Model::of(pair, &self.interface) }
+    }
+
+    /// The state of rest and its approach.
+    pub fn at_rest(&self, model: &Model<'_>) -> (State, f64) {
+        (State::at_rest(model, &self.reaction, self.approach), self.approach)
+    }
+}
+
+/// The residual compliance without rounding, and with a compliance where neither body moves: along the normal it keeps the force as it is.
+fn residual(pair: &ModalPair, wanted: &job::Transient) -> Mat<f64> {
+    let mut s = pair.residual.clone();
+    let n = s.nrows();
+    for k in (0..n).filter(|&k| pair.residual[(k, k)].abs() <= ROUNDING * pair.compliance[(k, k)].abs()) {
+        (0..n).for_each(|j| (s[(k, j)], s[(j, k)]) = (0.0, 0.0));
+    }
+    let largest = (0..n).map(|k| s[(k, k)]).fold(0.0, f64::max);
+    let square = |k: usize| pair.modes.row(k).iter().map(|v| v * v).sum::<f64>();
+    // Where there is no residual compliance, what the modes yield in a step.
+    let scale = match largest > 0.0 {
+        true => largest,
+        false => (0..n).map(square).fold(0.0, f64::max) * (wanted.theta * wanted.step).powi(2),
+    };
+    for k in (0..n).filter(|&k| square(k) == 0.0) {
+        if s[(k, k)] == 0.0 {
+            s[(k, k)] = if k % 3 == 2 { scale } else { STIFF * scale };
+        }
+    }
+    s
+}
