@@ -23,7 +23,7 @@ use railsqueal::petsc::pep::{quadratic, QuadraticOptions};
 use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::Petsc;
 use railsqueal::stability::full::system::System;
-use railsqueal::stability::full::{Coupling, Damping, Place};
+use railsqueal::stability::full::{Coupling, DampedBody, Damping};
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
 const DAMPING: Damping = Damping { alpha: 1.0, beta: 1e-6 };
@@ -60,7 +60,7 @@ fn main() {
     if let Some(path) = argument("--export") {
         export(&world, &path, &bodies, &contact).unwrap();
     }
-    let places = [0, 1].map(|body| Place::rayleigh(body, DAMPING));
+    let places = [0, 1].map(|body| DampedBody::rayleigh(body, DAMPING));
     let systems: Vec<&dyn FullSystem> = bodies.iter().map(|b| b as &dyn FullSystem).collect();
     let mut system = System::new(&petsc, &systems, &[], &places, Coupling::new(&contact).unwrap(), HEIGHT).unwrap();
     let order = world.sum_u64(system.n_local() as u64);

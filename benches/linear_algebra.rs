@@ -14,7 +14,7 @@ use railsqueal::mesh::distribute::{distribute, MeshPart};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::DistCsr;
 use railsqueal::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
-use railsqueal::petsc::{Factor, FactorOptions, Kind, Ordering, Petsc};
+use railsqueal::petsc::{Factor, FactorOptions, Ordering, Petsc, Symmetry};
 use std::time::Instant;
 
 fn main() {
@@ -126,7 +126,7 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
     let mut factor = None;
     for &ordering in orderings {
         drop(factor.take());
-        let f = Factor::new(world, k, FactorOptions { kind: Kind::Positive, ordering }, "stiffness")?;
+        let f = Factor::new(world, k, FactorOptions { kind: Symmetry::Positive, ordering }, "stiffness")?;
         clock.lap(&format!("factorisation, {ordering:?}"));
         if world.is_root() {
             println!("    {:?}", f.statistics());

@@ -23,6 +23,7 @@ pub mod output;
 pub mod parallel;
 #[allow(unsafe_code)] // The one place where the C libraries are called.
 pub mod petsc;
+pub mod plan;
 pub mod progress;
 pub mod sound;
 pub mod stability;

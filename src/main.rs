@@ -10,11 +10,11 @@ use cli::args::{default_output, Cli, Command, JobArgs};
 use cli::{launch, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
-use railsqueal::analysis::plan::{self, Limit, Plan};
-use railsqueal::analysis::{self, RunOptions, Summary};
+use railsqueal::analysis::{self, Meshes, RunOptions, Summary};
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
+use railsqueal::plan::{self, Limit, Plan};
 use railsqueal::progress::Progress;
 use railsqueal::{Error, Result};
 use std::io::{ErrorKind, Write};
@@ -133,12 +133,13 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Resu
             "--wall-time: only a transient stops by itself and saves its state; the job has no analyses.transient: leave the option out".into(),
         ));
     }
-    refuse_what_does_not_fit(world, job, options.reuse.is_some() && !job.output.fields)?;
+    let meshes = Meshes::default();
+    refuse_what_does_not_fit(world, job, &meshes, options.reuse.is_some() && !job.output.fields)?;
     let petsc_options: Vec<(String, String)> =
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
     let session = Petsc::start(world, &petsc_options, petsc)?;
     let mut progress = Progress::new(world.is_root());
-    let summary = analysis::run(&session, job, options, &mut progress)?;
+    let summary = analysis::run(&session, job, options, &meshes, &mut progress)?;
     let unused = session.unused_options()?;
     if world.is_root() {
         print(&summary.to_string())?;
@@ -154,7 +155,7 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Resu
 fn check(world: &World, args: &JobArgs) -> Result<()> {
     let job = read(world, args)?;
     analysis::check(&job)?;
-    let (here, plan) = plan_of(world, &job)?;
+    let (here, plan) = plan_of(world, &job, &Meshes::default())?;
     let Some(plan) = plan else { return Ok(()) };
     let limit = Limit::of(&job);
     let mut text = format!("{:#}\n\n{}{plan}", job.to_json(), Summary::of(&job));
@@ -166,24 +167,27 @@ fn check(world: &World, args: &JobArgs) -> Result<()> {
 
 /// Collective: an error if the job, or a point of its sweep, needs more memory than there is. Of a `reduced` job the finite
 /// elements themselves need none.
-fn refuse_what_does_not_fit(world: &World, job: &Job, reduced: bool) -> Result<()> {
-    let (here, plan) = plan_of(world, job)?;
+fn refuse_what_does_not_fit(world: &World, job: &Job, meshes: &Meshes, reduced: bool) -> Result<()> {
+    let (here, plan) = plan_of(world, job, meshes)?;
     let plan = plan.filter(|_| !reduced);
     world.agree(plan.map_or(Ok(()), |plan| plan.fits(here, &Limit::of(job))))?;
     let models = || job.sweep.as_ref().map(plan::models).unwrap_or_default();
     world.on_root(|| {
-        let fits = |p: &Job| Plan::of_point(p, plan::sizes(p)?, world.size).fits(here, &Limit::of(job));
+        let fits = |p: &Job| Plan::of_point(p, plan::sizes(p, meshes)?, world.size).fits(here, &Limit::of(job));
         let new = |p: &&Job| !reduced || fe_inputs(p) != fe_inputs(job);
         models().into_iter().filter(new).try_for_each(|p| fits(p).map_err(|e| e.context("analyses.sweep")))
     })?;
+    if reduced {
+        meshes.forget();
+    }
     Ok(())
 }
 
 /// Collective: number of ranks on the node of this rank, and on rank 0 the plan of the job.
-fn plan_of(world: &World, job: &Job) -> Result<(usize, Option<Plan>)> {
-    plan::small_strain(job)?;
+fn plan_of(world: &World, job: &Job, meshes: &Meshes) -> Result<(usize, Option<Plan>)> {
+    job::small_strain(job)?;
     let here = world.comm.split_shared(0).size() as usize;
-    Ok((here, world.on_root(|| Ok(Plan::new(job, plan::sizes(job)?, world.size)))?))
+    Ok((here, world.on_root(|| Ok(Plan::new(job, plan::sizes(job, meshes)?, world.size)))?))
 }
 
 /// Collective: the job, read by rank 0 and understood by all.

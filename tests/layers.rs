@@ -49,6 +49,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "output",
         ],
     ),
+    ("plan", &["job", "mesh", "body", "eigen", "analysis"]),
 ];
 
 /// Files that may use less than their room.

@@ -1,5 +1,6 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
+use super::meshes::Meshes;
 use super::modes::method as eigen_method;
 use super::report::Summary;
 use crate::body::elements::{Elements, Method};
@@ -11,8 +12,6 @@ use crate::body::{Body, Fields, FullSystem, Side};
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
 use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
-use crate::mesh::cylinder::{self, CylinderSpec};
-use crate::mesh::{msh, Mesh};
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -42,12 +41,6 @@ pub struct Bodies<'p> {
     pub unique: Vec<Box<dyn Body + 'p>>,
 }
 
-/// A mesh on rank 0, with its contact grid where it has one.
-pub(super) struct Meshed {
-    pub(super) mesh: Mesh,
-    pub(super) grid: Option<ContactGrid>,
-}
-
 impl<'p> Bodies<'p> {
     /// No bodies, where what they give comes from elsewhere.
     pub fn none() -> Self {
@@ -55,15 +48,21 @@ impl<'p> Bodies<'p> {
     }
 
     /// Collective: meshes, distributes and assembles the bodies of the job.
-    pub fn build(petsc: &'p Petsc<'p>, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Self> {
+    pub fn build(
+        petsc: &'p Petsc<'p>,
+        job: &Job,
+        meshes: &Meshes,
+        progress: &mut Progress,
+        summary: &mut Summary,
+    ) -> Result<Self> {
         if job.by_matrices() {
             return Self::of_matrices(petsc, job, progress, summary);
         }
         let world = petsc.world();
         progress.stage("meshing");
         let given = job.bodies();
-        let meshed =
-            world.on_root(|| given.iter().map(|(name, body)| mesh_of(job, name, body)).collect::<Result<Vec<_>>>())?;
+        let meshed = world
+            .on_root(|| given.iter().map(|(name, body)| meshes.of(job, name, body)).collect::<Result<Vec<_>>>())?;
         // Two bodies that are mirror images are one in lower form: same mesh, material and supports.
         let same = given.len() == 2 && {
             let described =
@@ -254,45 +253,4 @@ fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
 fn material_of(body: &job::Body) -> Result<Material> {
     let (_, m) = body.elements()?;
     Ok(Material { young: m.young, poisson: m.poisson, density: m.density })
-}
-
-pub(super) fn mesh_of(job: &Job, name: &str, body: &job::Body) -> Result<Meshed> {
-    let named = |e: crate::Error| e.context(format!("bodies.{name}.mesh"));
-    match body.elements()?.0 {
-        MeshSource::Cylinder(c) => {
-            let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
-            let grid = match mesh.groups.contains_key("contact") {
-                true => Some(ContactGrid::from_mesh(&mesh, "contact").map_err(named)?),
-                false => None,
-            };
-            Ok(Meshed { mesh, grid })
-        }
-        MeshSource::File(path) => {
-            let mesh = msh::read(path)?;
-            // Files hold a body where it is.
-            let mesh = if name == "upper" { mesh.reflected() } else { mesh };
-            let grid = match job.contact {
-                Some(_) => Some(ContactGrid::from_mesh(&mesh, "contact").map_err(named)?),
-                None => None,
-            };
-            Ok(Meshed { mesh, grid })
-        }
-    }
-}
-
-/// The built-in cylinder as the job describes it, with the patch of its contact.
-pub fn cylinder_spec(c: &job::Cylinder, contact: Option<&job::Contact>) -> CylinderSpec {
-    let patch = contact.and_then(|k| k.patch);
-    CylinderSpec {
-        inner_radius: c.inner_radius,
-        outer_radius: c.outer_radius,
-        thickness: c.thickness,
-        crown_radius: c.crown_radius,
-        contact_offset: c.contact_offset,
-        element_size: c.element_size,
-        growth: c.growth,
-        max_element_size: c.max_element_size,
-        patch_half_length: patch.map_or(0.0, |p| p.half_length),
-        patch_half_width: patch.map_or(0.0, |p| p.half_width),
-    }
 }

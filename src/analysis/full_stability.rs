@@ -11,7 +11,9 @@ use crate::parallel::World;
 use crate::stability::dense::{self, Whole};
 use crate::stability::full::cover::{partners, Wedge};
 use crate::stability::full::system::Residuals;
-use crate::stability::full::{spectrum, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Place};
+use crate::stability::full::{
+    spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum,
+};
 use crate::stability::reduced::shares as shares_of;
 use crate::stability::Spectrum;
 use crate::{Error, Result};
@@ -72,17 +74,17 @@ fn by_shifts(
     let world = run.world();
     let guide: Vec<C> = world.broadcast(reduced.map(|r| r.all.clone()).unwrap_or_default());
     let (systems, modes) = (bodies.full_systems()?, bodies.shapes());
-    let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<Place> {
+    let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<DampedBody> {
         let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
         let modal = match (&body.damping.modal, modes.get(place.body)) {
             (Some(_), Some(modes)) => model::damping(&body.damping, &modes.omega, &format!("bodies.{name}.damping"))?,
             (Some(_), None) => return Err(Error::Defect(format!("no modes of the body {name} to damp"))),
             (None, _) => Vec::new(),
         };
-        Ok(Place { body: place.body, damping, modal })
+        Ok(DampedBody { body: place.body, damping, modal })
     };
     let places = bodies.places.iter().zip(run.job.bodies()).map(place).collect::<Result<Vec<_>>>()?;
-    let places: [Place; 2] =
+    let places: [DampedBody; 2] =
         places.try_into().map_err(|_| Error::Defect("full stability of other than two bodies".into()))?;
     let options = FullOptions {
         max_frequency: wanted.max_frequency,

@@ -2,10 +2,10 @@
 
 use super::bodies::{Bodies, Place};
 use crate::body::half_space::HalfSpace;
+use crate::contact::points::yield_to_load;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem};
-use crate::contact::{kernel, Creepage, LinearContact, LinearNode, NormalLoad, Slip, SteadyProblem, Stencil, Tangent};
+use crate::contact::{self, kernel, Creepage, NormalLoad, SlidingPoint, SteadyProblem, Stencil};
 use crate::fem::Material;
-use crate::friction::FrictionLaw;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Load};
@@ -47,82 +47,19 @@ pub(super) fn steady_rolling<'a>(
     }
 }
 
-/// Direction of sliding of a contact point, a unit vector.
-fn direction(point: &job::ContactPoint) -> [f64; 2] {
-    let d = [0, 1].map(|c| point.direction.get(c).copied().unwrap_or(0.0));
-    let norm = d[0].hypot(d[1]);
-    d.map(|d| d / norm)
-}
-
-/// The points of a job as an interface; none of a job with a grid.
-pub(super) fn points(contact: &job::Contact) -> Option<Result<Interface>> {
-    let creep = |p: &job::ContactPoint| direction(p).map(|d| d * p.slip_velocity.unwrap_or(0.0));
-    contact
-        .points
-        .as_ref()
-        .map(|points| Interface::points(points.iter().map(|p| p.gap).collect(), points.iter().map(creep).collect()))
-}
-
-/// Whether the forces of the contact points are given one by one, where there are points: they do not follow from a load.
-pub(super) fn given_forces(contact: &job::Contact) -> Option<&[job::ContactPoint]> {
-    contact.points.as_deref().filter(|_| contact.normal_load.is_none() && contact.approach.is_none())
-}
-
-/// Steady sliding of contact points under given forces, linearised.
-pub(super) fn sliding_points(points: &[job::ContactPoint], law: FrictionLaw) -> LinearContact {
-    let node = |(node, p): (usize, &job::ContactPoint)| {
-        // A law that depends on the velocity is taken at rest where none is given, and has no slope there; without a force neither matters.
-        let v = p.slip_velocity.unwrap_or(0.0);
-        let slope = p.slip_velocity.map_or(0.0, |v| law.slope(v));
-        let slip = Slip::steady(p.force.unwrap_or(0.0), direction(p), v, law.coefficient(v), slope);
-        LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }
-    };
-    LinearContact { nodes: points.iter().enumerate().map(node).collect() }
-}
-
-/// Reactions (tx, ty, p) of contact points that slide under given forces, N, `[3n]`.
-pub(super) fn reactions(points: &[job::ContactPoint], law: FrictionLaw) -> Vec<f64> {
+/// The contact points of a job; none of a job with a grid.
+pub(super) fn points(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
     let of = |p: &job::ContactPoint| {
-        let (force, mu) = (p.force.unwrap_or(0.0), law.coefficient(p.slip_velocity.unwrap_or(0.0)));
-        let [x, y] = direction(p).map(|d| -mu * force * d);
-        [x, y, force]
+        let d = [0, 1].map(|c| p.direction.get(c).copied().unwrap_or(0.0));
+        let direction = d.map(|v| v / d[0].hypot(d[1]));
+        SlidingPoint { direction, velocity: p.slip_velocity, force: p.force.unwrap_or(0.0), gap: p.gap }
     };
-    points.iter().flat_map(of).collect()
+    contact.points.as_ref().map(|points| points.iter().map(of).collect())
 }
 
-/// An error unless the load of `contact` can be borne by the points of the reduced model: every point has to yield along its normal, and no body may
-/// be free to move under it.
-pub(super) fn bears_load(model: &ReducedModel, reaction: &[f64]) -> Result<()> {
-    let pair = &model.pair;
-    let scale = reaction.iter().fold(0.0f64, |m, r| m.max(r.abs()));
-    for k in (0..pair.omega.len()).filter(|&k| pair.omega[k] == 0.0) {
-        let (mut force, mut size) = (0.0, 0.0f64);
-        for (row, r) in reaction.iter().enumerate() {
-            force += pair.modes[(row, k)] * r;
-            size = size.max((pair.modes[(row, k)] * scale).abs());
-        }
-        if force.abs() > 1e-9 * size {
-            let side = if k < pair.lower_modes { "lower" } else { "upper" };
-            return Err(Error::Job(format!(
-                "contact.normal_load: the {side} body is free to move under it, nothing holds it; give the force of each contact in \
-                 contact.points.N.force, which is then balanced from outside"
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// An error where a contact point does not yield along its normal: a load cannot be shared out to it.
-fn yields(pair: &ModalPair) -> Result<()> {
-    let rigid = |i: &usize| pair.compliance[(3 * i + 2, 3 * i + 2)] == 0.0;
-    match (0..pair.compliance.nrows() / 3).find(rigid) {
-        None => Ok(()),
-        Some(i) => Err(Error::Job(format!(
-            "contact.normal_load: neither body moves along the normal of contact {}, so that its share of the load is not determined; give \
-             contact.points.N.force instead",
-            i + 1
-        ))),
-    }
+/// The contact points, where the force of each is given: it does not follow from a load.
+pub(super) fn given_forces(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
+    points(contact).filter(|_| contact.normal_load.is_none() && contact.approach.is_none())
 }
 
 /// Steady sliding of all of the contact of a job. Of points each has to yield along its normal.
@@ -132,7 +69,7 @@ pub(super) fn steady_sliding<'a>(
     direction: Direction,
 ) -> Result<SlidingProblem<'a>> {
     if interface.are_points() {
-        yields(pair)?;
+        yield_to_load(pair)?;
     }
     Ok(SlidingProblem {
         interface,
@@ -152,7 +89,7 @@ pub(super) fn steady_sliding<'a>(
 /// On rank 0: the points of the contact, or the grid both bodies share, and the gap between them.
 pub(super) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<Interface> {
     if let Some(points) = points(contact) {
-        return points;
+        return contact::points::interface(&points);
     }
     let grids: Vec<&ContactGrid> = bodies.places.iter().filter_map(|p| p.grid.as_ref()).collect();
     let [lower, upper] = grids[..] else {

@@ -1,12 +1,12 @@
 //! From a job to results: the driver, then one file per analysis.
 
-mod bodies;
+pub(crate) mod bodies;
 mod complex_modes;
 mod deferred;
 mod full_stability;
 mod interface;
+pub(crate) mod meshes;
 mod modes;
-pub mod plan;
 mod receptance;
 pub mod reduction;
 mod report;
@@ -14,7 +14,7 @@ mod reuse;
 mod run;
 mod stability;
 mod steady;
-mod steps;
+pub(crate) mod steps;
 mod stock;
 mod sweep;
 mod transient;
@@ -30,6 +30,7 @@ use steps::{steps, Earlier};
 use stock::Stock;
 use transient::Stop;
 
+pub use meshes::Meshes;
 pub use report::Summary;
 pub use run::Run;
 
@@ -104,8 +105,15 @@ fn capable(job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// Collective: runs the analyses of `job` and writes the result file. The summary is the same on every rank.
-pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Summary> {
+/// Collective: runs the analyses of `job` and writes the result file; `meshes` holds what was read of its mesh files. The summary is the same on
+/// every rank.
+pub fn run(
+    petsc: &Petsc,
+    job: &Job,
+    options: &RunOptions,
+    meshes: &Meshes,
+    progress: &mut Progress,
+) -> Result<Summary> {
     let world = petsc.world();
     if let (true, Some(path)) = (job.by_matrices(), &options.reuse) {
         return Err(Error::Job(format!(
@@ -124,7 +132,7 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     check(job)?;
     let stop = job.analyses.transient.as_ref().map(|_| Stop::listen(begun, options.wall_time));
     let file = ResultFile::create(world, &options.output, options.force)?;
-    let mut run = Run { petsc, job, options, stop: stop.as_ref(), file, progress, summary: Summary::of(job) };
+    let mut run = Run { petsc, job, options, meshes, stop: stop.as_ref(), file, progress, summary: Summary::of(job) };
 
     let inputs = perform(&mut run)?;
 

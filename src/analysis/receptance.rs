@@ -44,7 +44,7 @@ fn shares(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Resul
     let force: Vec<f64> = match spread {
         Spread::Uniform => s.weight.clone(),
         Spread::Pressure if s.are_points() => match given_forces(contact) {
-            Some(points) => points.iter().map(|p| p.force.unwrap_or(0.0)).collect(),
+            Some(points) => points.iter().map(|p| p.force).collect(),
             None => {
                 let rigid = job::Direction::Rigid;
                 let problem = steady_sliding((s, &model.pair), contact, rigid)?;

@@ -1,5 +1,6 @@
 //! What every analysis of a run works with.
 
+use super::meshes::Meshes;
 use super::report::Summary;
 use super::transient::Stop;
 use super::RunOptions;
@@ -17,6 +18,8 @@ pub struct Run<'r> {
     pub job: &'r Job,
     /// What the command line adds to it.
     pub options: &'r RunOptions,
+    /// What was read of mesh files to plan the run, on rank 0.
+    pub meshes: &'r Meshes,
     /// When to stop, where the job can.
     pub stop: Option<&'r Stop>,
     /// The result file.

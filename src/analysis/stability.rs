@@ -1,12 +1,13 @@
 //! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
 
 use super::bodies::Bodies;
-use super::interface::{given_forces, sliding_points, steady_sliding};
+use super::interface::{given_forces, steady_sliding};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
 use super::{complex_modes, full_stability};
+use crate::contact::points::linearised;
 use crate::contact::sliding::SlidingSolution;
 use crate::contact::LinearContact;
 use crate::grid::Interface;
@@ -101,7 +102,7 @@ pub(super) fn analyse(
     pair: &ModalPair,
 ) -> Result<Found> {
     let (contact, sliding) = match given_forces(contact) {
-        Some(points) => (sliding_points(points, contact.friction), None),
+        Some(points) => (linearised(&points, contact.friction), None),
         None => {
             let problem = steady_sliding((interface, pair), contact, stability.direction)?;
             let sliding = problem.solve()?;

@@ -123,7 +123,7 @@ fn freed(steps: Vec<(Step, Needs)>, elements: bool) -> Vec<Step> {
 mod tests {
     use super::Earlier as Before;
     use super::*;
-    use crate::analysis::plan::example::job;
+    use crate::job::example::two_cylinders as job;
     use Step::*;
 
     fn of(sets: &[&str], earlier: Before) -> Vec<Step> {

@@ -53,7 +53,11 @@ impl<'s> Stock<'s> {
         match step {
             Step::Earlier => self.read_earlier(run),
             Step::Bodies => {
-                self.bodies = Bodies::build(run.petsc, run.job, run.progress, &mut run.summary)?;
+                self.bodies = Bodies::build(run.petsc, run.job, run.meshes, run.progress, &mut run.summary)?;
+                // Points of a sweep take the same files.
+                if run.job.sweep.is_none() {
+                    run.meshes.forget();
+                }
                 Ok(())
             }
             Step::EarlierShapes => {

@@ -11,7 +11,7 @@ use super::{Trace, TraceModes};
 use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
-use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::session::Petsc;
 use crate::{Error, Result};
 use faer::linalg::solvers::Llt;
@@ -287,7 +287,12 @@ fn sparse(
     let k = scatter(world, matrices.map(|m| &m.stiffness));
     let m = scatter(world, matrices.map(|m| &m.mass));
     let factor_of = |shift: f64| -> Result<Factor<'_>> {
-        Factor::new(world, &k.minus_scaled(shift, &m), FactorOptions::new(Kind::Positive), &format!("K of body {name}"))
+        Factor::new(
+            world,
+            &k.minus_scaled(shift, &m),
+            FactorOptions::new(Symmetry::Positive),
+            &format!("K of body {name}"),
+        )
     };
     let mut shift = 0.0;
     let mut factor = match factor_of(0.0) {

@@ -5,7 +5,7 @@ use super::fe::{BodyModes, FeBody};
 use super::statics::Statics;
 use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::parallel::World;
-use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::session::Petsc;
 use crate::{Error, Result};
 
@@ -86,6 +86,6 @@ pub fn compute(
 /// Collective: number of eigenvalues below `limit` (1/s²), from the inertia of K − limit·M (Sylvester's law).
 fn count_below(world: &World, body: &FeBody, limit: f64) -> Result<usize> {
     let shifted = body.operators.stiffness.minus_scaled(limit, &body.operators.mass);
-    let factor = Factor::new(world, &shifted, FactorOptions::new(Kind::Indefinite), "K - ω²M")?;
+    let factor = Factor::new(world, &shifted, FactorOptions::new(Symmetry::Indefinite), "K - ω²M")?;
     Ok(factor.negative_pivots() as usize)
 }

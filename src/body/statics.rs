@@ -3,7 +3,7 @@
 use super::fe::FeBody;
 use crate::fem::dofs::FIXED;
 use crate::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
-use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::session::Petsc;
 use crate::Result;
 use faer::Mat;
@@ -27,7 +27,7 @@ impl<'p> Statics<'p> {
     pub fn direct(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
         let world = petsc.world();
         let (k, m) = (&body.operators.stiffness, &body.operators.mass);
-        let options = FactorOptions::new(Kind::Positive);
+        let options = FactorOptions::new(Symmetry::Positive);
         let name = format!("stiffness of body {}", body.name);
         let shift = body.shift(world);
         if shift == 0.0 {

@@ -17,11 +17,13 @@ mod linear;
 mod newton;
 mod normal;
 mod patch;
+pub mod points;
 pub mod sliding;
 pub mod steady;
 
 pub use deferred::DeferredSteady;
 pub use interface::{Creepage, Stencil, Upstream};
 pub use law::{LinearContact, LinearNode, Slip, Status, Tangent};
+pub use points::SlidingPoint;
 pub use sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 pub use steady::{NormalLoad, SteadyProblem, SteadySolution};

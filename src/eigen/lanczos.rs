@@ -14,7 +14,7 @@ use faer::{Mat, MatRef, Side};
 /// Columns of a block.
 const BLOCK: usize = 8;
 /// Relative residual of θ at which a pair has converged.
-const TOLERANCE: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-9;
 /// Relative residual of θ at which a pair is locked: its coupling to the rest is rounding then.
 const LOCKED: f64 = 1e-13;
 /// Blocks that must follow one with new random columns before pairs count as those of the goal.

@@ -3,7 +3,7 @@
 use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted};
 use crate::parallel::World;
 use crate::petsc::csr::{DistCsr, Operator};
-use crate::petsc::{eps, Factor, FactorOptions, Kind, Petsc};
+use crate::petsc::{eps, Factor, FactorOptions, Petsc, Symmetry};
 use crate::{Error, Result};
 use std::cell::OnceCell;
 
@@ -143,8 +143,10 @@ impl Moving for Sliding<'_> {
             Some((factor, before)) if *before == entries => factor.renew(&shifted, &name),
             _ => {
                 self.now = None;
-                self.now =
-                    Some((Factor::new(self.world, &shifted, FactorOptions::new(Kind::Indefinite), &name)?, entries));
+                self.now = Some((
+                    Factor::new(self.world, &shifted, FactorOptions::new(Symmetry::Indefinite), &name)?,
+                    entries,
+                ));
                 Ok(())
             }
         }

@@ -3,6 +3,7 @@
 
 mod compare;
 mod format;
+mod hertz;
 mod model;
 mod overrides;
 mod parse;
@@ -13,6 +14,7 @@ mod validate;
 
 pub use compare::{differences, fe_inputs, Difference};
 pub use format::FORMAT;
+pub use hertz::{contact_radius, small_strain};
 pub use model::*;
 pub use schema::schema;
 pub use sweep::SweepPlan;
@@ -156,3 +158,17 @@ fn report(name: &str, faults: Vec<String>) -> Result<()> {
 
 #[cfg(test)]
 mod tests;
+
+/// A job to try things on.
+#[cfg(test)]
+pub(crate) mod example {
+    use super::Job;
+    use std::path::Path;
+
+    /// The two-cylinder job with keys set.
+    pub(crate) fn two_cylinders(sets: &[&str]) -> Job {
+        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+        let bytes = include_bytes!("../../jobs/two-cylinders.json");
+        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
+    }
+}

@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 use std::ptr;
 
 /// A kind of PETSc object: how it is destroyed.
-pub(crate) trait Kind: Copy {
+pub(crate) trait Object: Copy {
     /// # Safety
     /// `self` is a live object, destroyed once.
     unsafe fn destroy(self);
@@ -16,7 +16,7 @@ pub(crate) trait Kind: Copy {
 
 macro_rules! kinds {
     ($($kind:ty => $destroy:path;)*) => {$(
-        impl Kind for $kind {
+        impl Object for $kind {
             unsafe fn destroy(mut self) {
                 // SAFETY: by the contract of the trait. A failure to destroy leaves nothing to be done.
                 unsafe { $destroy(&mut self) };
@@ -35,12 +35,12 @@ kinds! {
 }
 
 /// An object of PETSc.
-pub(crate) struct Handle<'p, K: Kind> {
+pub(crate) struct Handle<'p, K: Object> {
     raw: K,
     session: PhantomData<&'p Petsc<'p>>,
 }
 
-impl<'p, K: Kind> Handle<'p, K> {
+impl<'p, K: Object> Handle<'p, K> {
     /// Takes over what `create` makes.
     pub(crate) fn create(
         _petsc: &'p Petsc<'_>,
@@ -60,7 +60,7 @@ impl<'p, K: Kind> Handle<'p, K> {
     }
 }
 
-impl<K: Kind> Drop for Handle<'_, K> {
+impl<K: Object> Drop for Handle<'_, K> {
     fn drop(&mut self) {
         // SAFETY: created by `create`, destroyed here only, before PETSc's end by the borrow of the session.
         unsafe { self.raw.destroy() };

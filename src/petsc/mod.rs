@@ -13,5 +13,5 @@ pub mod pep;
 pub mod session;
 pub mod shell;
 
-pub use mumps::{Factor, FactorOptions, FactorStatistics, Kind, Ordering};
+pub use mumps::{Factor, FactorOptions, FactorStatistics, Ordering, Symmetry};
 pub use session::{Petsc, Versions};

@@ -4,7 +4,7 @@ use crate::matrices::*;
 use crate::Check;
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{norm2, DistCsr};
-use railsqueal::petsc::{Factor, FactorOptions, Kind, Ordering};
+use railsqueal::petsc::{Factor, FactorOptions, Ordering, Symmetry};
 use railsqueal::Error;
 
 pub const CHECKS: &[Check] = &[
@@ -84,7 +84,7 @@ fn solve(world: &World) {
     let (k, _) = brick(world, 6);
     assert!(k.asymmetry(world) < 1e-14, "{}", k.asymmetry(world));
     let b = sample(&k, world, 0.0);
-    for kind in [Kind::Positive, Kind::Indefinite, Kind::General] {
+    for kind in [Symmetry::Positive, Symmetry::Indefinite, Symmetry::General] {
         for ordering in [Ordering::Metis, Ordering::Scotch, Ordering::Pord] {
             let mut f = Factor::new(world, &k, FactorOptions { kind, ordering }, "brick").unwrap();
             let mut x = b.clone();
@@ -97,7 +97,7 @@ fn solve(world: &World) {
 
 fn solve_many(world: &World) {
     let (k, _) = brick(world, 4);
-    let mut f = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "brick").unwrap();
+    let mut f = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "brick").unwrap();
     let columns: Vec<Vec<f64>> = (0..7).map(|j| sample(&k, world, j as f64)).collect();
     let mut x = columns.concat();
     f.solve(&mut x, 7).unwrap();
@@ -110,7 +110,7 @@ fn solve_many(world: &World) {
 
 fn empty_rank(world: &World) {
     let a = chain(world, 40, true);
-    let mut f = Factor::new(world, &a, FactorOptions::new(Kind::Positive), "chain").unwrap();
+    let mut f = Factor::new(world, &a, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
     let b = sample(&a, world, 1.0);
     let mut x = b.clone();
     f.solve(&mut x, 1).unwrap();
@@ -118,7 +118,7 @@ fn empty_rank(world: &World) {
     assert!(r < 1e-12, "residual {r:e}");
     // One row in all: most ranks have none.
     let one = diagonal(world, ranges(world, 1, false), |_| 4.0);
-    let mut f = Factor::new(world, &one, FactorOptions::new(Kind::Positive), "one").unwrap();
+    let mut f = Factor::new(world, &one, FactorOptions::new(Symmetry::Positive), "one").unwrap();
     let mut x = vec![2.0; one.n_local()];
     f.solve(&mut x, 1).unwrap();
     assert!(x.iter().all(|v| (v - 0.5).abs() < 1e-15), "{x:?}");
@@ -129,7 +129,7 @@ fn inverse_block(world: &World) {
     let n = k.order();
     // Rows in no order, of all ranks.
     let rows: Vec<u64> = (0..60).map(|i| (i * 37 + 11) % n).collect();
-    let mut f = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "brick").unwrap();
+    let mut f = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "brick").unwrap();
     let block = f.inverse_block(&rows).unwrap();
     let own = k.rows_of(world.rank);
     for (j, &row) in rows.iter().enumerate().step_by(7) {
@@ -155,7 +155,7 @@ fn inverse_block(world: &World) {
 fn inverse_closed_form(world: &World) {
     let n = 30u64;
     let a = chain(world, n, false);
-    for kind in [Kind::Positive, Kind::Indefinite] {
+    for kind in [Symmetry::Positive, Symmetry::Indefinite] {
         let mut f = Factor::new(world, &a, FactorOptions::new(kind), "chain").unwrap();
         let rows = [29, 0, 14, 15, 3];
         let block = f.inverse_block(&rows).unwrap();
@@ -178,7 +178,7 @@ fn inertia(world: &World) {
     for below in [0, 1, 17, 50, 99, 100] {
         let shift = if below == n { 5.0 } else { 0.5 * (eigenvalue(below) + eigenvalue(below + 1)) };
         let s = a.minus_scaled(shift, &one);
-        let f = Factor::new(world, &s, FactorOptions::new(Kind::Indefinite), "shifted chain").unwrap();
+        let f = Factor::new(world, &s, FactorOptions::new(Symmetry::Indefinite), "shifted chain").unwrap();
         assert_eq!(f.negative_pivots(), below, "shift {shift}");
     }
 }
@@ -194,7 +194,7 @@ fn message<T>(result: Result<T, Error>, code: i32, what: &str) -> String {
 }
 
 fn singular(world: &World) {
-    for kind in [Kind::Positive, Kind::Indefinite] {
+    for kind in [Symmetry::Positive, Symmetry::Indefinite] {
         let a = free_chain(world, 60);
         let text = message(Factor::new(world, &a, FactorOptions::new(kind), "free chain"), 4, "free chain");
         assert!(text.contains("singular") && text.contains("free chain"), "{kind:?}: {text}");
@@ -207,19 +207,19 @@ fn singular(world: &World) {
 
 fn not_positive(world: &World) {
     let d = diagonal(world, ranges(world, 12, false), |i| i as f64 - 3.5);
-    let text = message(Factor::new(world, &d, FactorOptions::new(Kind::Positive), "stiffness"), 4, "indefinite");
+    let text = message(Factor::new(world, &d, FactorOptions::new(Symmetry::Positive), "stiffness"), 4, "indefinite");
     assert!(text.contains("4 negative pivots"), "{text}");
 }
 
 fn not_finite(world: &World) {
     let d = diagonal(world, ranges(world, 12, false), |i| if i == 5 { f64::NAN } else { 1.0 });
-    let text = message(Factor::new(world, &d, FactorOptions::new(Kind::Positive), "stiffness"), 3, "NaN");
+    let text = message(Factor::new(world, &d, FactorOptions::new(Symmetry::Positive), "stiffness"), 3, "NaN");
     assert!(text.contains("(5, 5) is NaN"), "{text}");
 }
 
 fn estimate(world: &World) {
     let (k, _) = brick(world, 8);
-    let options = FactorOptions::new(Kind::Positive);
+    let options = FactorOptions::new(Symmetry::Positive);
     let estimate = Factor::estimate(world, &k, options).unwrap();
     let counted = Factor::new(world, &k, options, "brick").unwrap().statistics();
     let ratio = counted.factor_entries as f64 / estimate.factor_entries as f64;

@@ -6,7 +6,7 @@ use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions, Slidi
 use railsqueal::eigen::{band, lowest, Modes, Pencil};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{dot, DistCsr};
-use railsqueal::petsc::{Factor, FactorOptions, Kind, Petsc};
+use railsqueal::petsc::{Factor, FactorOptions, Petsc, Symmetry};
 use std::f64::consts::PI;
 
 pub const CHECKS: &[Check] = &[
@@ -34,7 +34,7 @@ pub const CHECKS: &[Check] = &[
 
 fn with(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize, method: Method) -> Modes {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let kind = if sigma > 0.0 { Kind::Indefinite } else { Kind::Positive };
+    let kind = if sigma > 0.0 { Symmetry::Indefinite } else { Symmetry::Positive };
     let mut factor = Factor::new(world, &k.minus_scaled(sigma, m), FactorOptions::new(kind), "K - sigma M").unwrap();
     let options = ModesOptions { sigma, count, method, prefix: "test_".into() };
     let mut told = (0, 0);
@@ -205,7 +205,7 @@ fn alone(world: &World) {
     let n = 200 + 10 * world.rank as u64;
     let k = chain(&own, n, false);
     let m = diagonal(&own, k.ranges.clone(), |_| 1.0);
-    let mut factor = Factor::new(&own, &k, FactorOptions::new(Kind::Positive), "chain").unwrap();
+    let mut factor = Factor::new(&own, &k, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
     let pencil = Matrices::new(&own, &k, &m);
     let mut first = At { factor: &mut factor, sigma: 0.0 };
     let found = railsqueal::eigen::nearest(&pencil, &mut first, 10, &mut |_, _| ()).unwrap();
@@ -219,8 +219,9 @@ fn alone(world: &World) {
 fn singular_shift(world: &World) {
     let k = diagonal(world, ranges(world, 50, false), |i| 1.0 + i as f64);
     let m = diagonal(world, k.ranges.clone(), |_| 1.0);
-    let error =
-        Factor::new(world, &k.minus_scaled(7.0, &m), FactorOptions::new(Kind::Indefinite), "K - 7 M").err().unwrap();
+    let error = Factor::new(world, &k.minus_scaled(7.0, &m), FactorOptions::new(Symmetry::Indefinite), "K - 7 M")
+        .err()
+        .unwrap();
     assert_eq!(error.exit_code(), 4);
     assert!(error.message().contains("singular"), "{error}");
 }
@@ -242,7 +243,7 @@ fn too_many(world: &World) {
     let k = chain(world, 20, false);
     let m = diagonal(world, k.ranges.clone(), |_| 1.0);
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let mut factor = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "chain").unwrap();
+    let mut factor = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
     for method in [Method::Blocks, Method::Slepc] {
         let options = ModesOptions { sigma: 0.0, count: 21, method, prefix: String::new() };
         let pencil = Matrices::new(world, &k, &m);
@@ -327,7 +328,7 @@ fn session(world: &World) {
     let petsc = Petsc::start(world, &options, &arguments).unwrap();
     let k = chain(world, 100, false);
     let m = diagonal(world, k.ranges.clone(), |_| 1.0);
-    let mut factor = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "chain").unwrap();
+    let mut factor = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
     let wanted = ModesOptions { sigma: 0.0, count: 4, method: Method::Slepc, prefix: "test_".into() };
     let pencil = Matrices::new(world, &k, &m);
     modes(&petsc, &mut factor, &pencil, &wanted, &mut |_, _| ()).unwrap();

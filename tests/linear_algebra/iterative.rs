@@ -5,7 +5,7 @@ use crate::Check;
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{dot, norm2, DistCsr};
 use railsqueal::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
-use railsqueal::petsc::{Factor, FactorOptions, Kind, Petsc};
+use railsqueal::petsc::{Factor, FactorOptions, Petsc, Symmetry};
 
 pub const CHECKS: &[Check] = &[
     ("multigrid: residuals of right-hand sides of any size", residuals),
@@ -56,7 +56,7 @@ fn inverse(world: &World) {
     let mut solver = Iterative::new(&petsc, &k, 3, &motions, options(1e-11), "brick").unwrap();
     let mut calls = 0;
     let by_iteration = solver.inverse_block(&rows, &mut |_, _| calls += 1).unwrap();
-    let mut factor = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "brick").unwrap();
+    let mut factor = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "brick").unwrap();
     let direct = factor.inverse_block(&rows).unwrap();
     assert_eq!(calls, 5);
     assert_eq!(by_iteration.nrows(), direct.nrows());
@@ -74,7 +74,7 @@ fn improvement(world: &World) {
     let (k, _) = brick(world, 8);
     let motions = brick_motions(world, 8, &k);
     let mut solver = Iterative::new(&petsc, &k, 3, &motions, options(1e-10), "brick").unwrap();
-    let mut factor = Factor::new(world, &k, FactorOptions::new(Kind::Positive), "brick").unwrap();
+    let mut factor = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "brick").unwrap();
     let n = k.n_local();
     let b: Vec<f64> =
         (0..2).flat_map(|j| k.rows_of(world.rank).map(move |i| (0.9 * i as f64 + j as f64).sin())).collect();

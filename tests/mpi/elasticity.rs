@@ -8,7 +8,7 @@ use railsqueal::mesh::{facet_key, CellKind, Mesh};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::dot;
 use railsqueal::petsc::exchange::Exchange;
-use railsqueal::petsc::mumps::{Factor, FactorOptions, Kind};
+use railsqueal::petsc::mumps::{Factor, FactorOptions, Symmetry};
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
 
@@ -114,7 +114,7 @@ pub fn cantilever(world: &World) {
     let exact = force * l.powi(3) / (3.0 * e * b * h.powi(3) / 12.0) + force * l / (kappa * STEEL.shear() * b * h);
     let mesh = block([20, 1, 1], [l, b, h], |x| x);
     let (part, dofs, ops) = body(world, &mesh, &["left".into()]);
-    let mut factor = Factor::new(world, &ops.stiffness, FactorOptions::new(Kind::Positive), "beam").unwrap();
+    let mut factor = Factor::new(world, &ops.stiffness, FactorOptions::new(Symmetry::Positive), "beam").unwrap();
     let end = |x: [f64; 3]| (x[0] - l).abs() < 1e-9;
     let mut u = field(&part, &dofs, |x| if end(x) { [0., 0., force / 4.0] } else { [0.; 3] });
     factor.solve(&mut u, 1).unwrap();
@@ -139,7 +139,7 @@ pub fn convergence_order(world: &World) {
         let mut f = vec![0.0; load.len()];
         ops.mass.operator(world).apply(world, &load, &mut f);
         let mut u = f.clone();
-        let mut factor = Factor::new(world, &ops.stiffness, FactorOptions::new(Kind::Positive), "block").unwrap();
+        let mut factor = Factor::new(world, &ops.stiffness, FactorOptions::new(Symmetry::Positive), "block").unwrap();
         factor.solve(&mut u, 1).unwrap();
         dot(world, &f, &u)
     };

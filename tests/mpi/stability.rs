@@ -18,7 +18,7 @@ use railsqueal::petsc::Petsc;
 use railsqueal::progress::Progress;
 use railsqueal::stability::full::cover::{partners, Wedge};
 use railsqueal::stability::full::system::System;
-use railsqueal::stability::full::{spectrum, Coupling, Damping, FullBodies, FullOptions, FullSpectrum, Place};
+use railsqueal::stability::full::{spectrum, Coupling, DampedBody, Damping, FullBodies, FullOptions, FullSpectrum};
 use std::f64::consts::PI;
 
 type C = Complex<f64>;
@@ -92,7 +92,7 @@ pub fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
 }
 
 /// [K, C, M] of the whole system, unknowns (u1, u2, r), every rank: w = u1 − u2, gap change = (u2 − u1)·z with the upper body reflected in z.
-fn matrices(world: &World, all: &[FeBody], places: &[Place; 2], s: &LinearContact) -> [Mat<f64>; 3] {
+fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearContact) -> [Mat<f64>; 3] {
     let bodies = [0, 1].map(|b| &all[places[b].body]);
     let damping = [0, 1].map(|b| places[b].damping);
     let rows = bodies.map(|b| b.trace.dofs());
@@ -198,7 +198,7 @@ fn full_systems(bodies: &[FeBody]) -> Vec<&dyn FullSystem> {
 fn both(
     world: &World,
     bodies: &[FeBody],
-    places: &[Place; 2],
+    places: &[DampedBody; 2],
     s: &LinearContact,
     tolerance: f64,
 ) -> (railsqueal::Result<FullSpectrum>, Vec<C>, [Mat<f64>; 3]) {
@@ -217,7 +217,7 @@ fn both(
 
 const LIMIT: f64 = 40e3;
 
-fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &LinearContact) {
+fn compare(world: &World, bodies: &[FeBody], places: [DampedBody; 2], s: &LinearContact) {
     let (found, exact, matrices) = both(world, bodies, &places, s, 1e-9);
     let found = found.unwrap();
     assert!(found.shifts.len() > 1, "one shift only");
@@ -276,21 +276,21 @@ fn compare(world: &World, bodies: &[FeBody], places: [Place; 2], s: &LinearConta
 pub fn unlike_bodies(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    compare(world, &bodies, [0, 1].map(|body| Place::rayleigh(body, damping)), &contact());
+    compare(world, &bodies, [0, 1].map(|body| DampedBody::rayleigh(body, damping)), &contact());
 }
 
 /// Unlike damping: a complex factorisation for the upper body.
 pub fn unlike_damping(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let damping = [Damping { alpha: 5.0, beta: 1e-7 }, Damping { alpha: 40.0, beta: 2e-7 }];
-    compare(world, &bodies, [0, 1].map(|body| Place::rayleigh(body, damping[body])), &contact());
+    compare(world, &bodies, [0, 1].map(|body| DampedBody::rayleigh(body, damping[body])), &contact());
 }
 
 /// Mirror images: one factorisation for both.
 pub fn mirror_images(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9)];
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
-    compare(world, &bodies, [0, 0].map(|body| Place::rayleigh(body, damping)), &contact());
+    compare(world, &bodies, [0, 0].map(|body| DampedBody::rayleigh(body, damping)), &contact());
 }
 
 /// Loss factors that differ from mode to mode, up to a tenth; one mode is not damped at all.
@@ -304,7 +304,7 @@ pub fn modal_damping(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let place = |body: usize| {
         let (omega, _) = dense_modes(world, &bodies[body], 5 - body);
-        Place { body, modal: loss(&omega, 0.01 + 0.005 * body as f64), ..Place::default() }
+        DampedBody { body, modal: loss(&omega, 0.01 + 0.005 * body as f64), ..DampedBody::default() }
     };
     // Every body has as many modes as the one with most.
     let mut places = [place(0), place(1)];
@@ -320,7 +320,7 @@ pub fn modal_damping_of_a_mirror_image(world: &World) {
     compare(
         world,
         &bodies,
-        [Place::rayleigh(0, damping), Place { body: 0, damping, modal: loss(&omega, 0.02) }],
+        [DampedBody::rayleigh(0, damping), DampedBody { body: 0, damping, modal: loss(&omega, 0.02) }],
         &contact(),
     );
 }
@@ -330,8 +330,8 @@ pub fn modal_against_rayleigh_damping(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let (omega, _) = dense_modes(world, &bodies[1], 3);
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
-    let upper = Place { body: 1, modal: loss(&omega, 0.02), ..Place::default() };
-    compare(world, &bodies, [Place::rayleigh(0, damping), upper], &contact());
+    let upper = DampedBody { body: 1, modal: loss(&omega, 0.02), ..DampedBody::default() };
+    compare(world, &bodies, [DampedBody::rayleigh(0, damping), upper], &contact());
 }
 
 /// A bar along x of which one end is free, on either side, so that on several ranks some have no rows at all, or none of the contact.
@@ -390,9 +390,9 @@ pub fn ranks_without_rows(world: &World) {
         for (a, b) in free.iter().zip(&omega) {
             assert!((a - b).abs() < 1e-8 * b, "free modes {free:?} and {omega:?}");
         }
-        let upper = Place { body: 1, modal: loss(&omega, 0.02), ..Place::default() };
-        let alike = [0, 1].map(|body| Place::rayleigh(body, damping));
-        for places in [alike, [Place::rayleigh(0, damping), upper]] {
+        let upper = DampedBody { body: 1, modal: loss(&omega, 0.02), ..DampedBody::default() };
+        let alike = [0, 1].map(|body| DampedBody::rayleigh(body, damping));
+        for places in [alike, [DampedBody::rayleigh(0, damping), upper]] {
             compare(world, &bodies, places, &small_contact());
         }
     }
@@ -402,7 +402,7 @@ pub fn ranks_without_rows(world: &World) {
 pub fn backward_errors(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    let places = [0, 1].map(|body| Place::rayleigh(body, damping));
+    let places = [0, 1].map(|body| DampedBody::rayleigh(body, damping));
     let s = contact();
     let [k, c, m] = matrices(world, &bodies, &places, &s);
     let unknowns = k.nrows() - s.nodes.len();
@@ -443,7 +443,7 @@ pub fn inaccurate_pairs_are_refused(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let error =
-        both(world, &bodies, &[0, 1].map(|body| Place::rayleigh(body, damping)), &contact(), 1e-22).0.unwrap_err();
+        both(world, &bodies, &[0, 1].map(|body| DampedBody::rayleigh(body, damping)), &contact(), 1e-22).0.unwrap_err();
     assert_eq!(error.exit_code(), 4, "{error}");
     assert!(error.message().contains("backward error"), "{error}");
 }

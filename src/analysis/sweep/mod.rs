@@ -4,13 +4,14 @@
 mod outcome;
 
 use super::bodies::Bodies;
-use super::interface::{given_forces, points, reactions};
+use super::interface::{given_forces, points};
+use super::meshes::Meshes;
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::{modes, stability};
-use crate::job::fe_inputs;
-use crate::job::{Job, SweepPlan};
+use crate::contact::points::{interface as of_points, reactions};
+use crate::job::{fe_inputs, small_strain, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, Outcome};
 use crate::petsc::session::Petsc;
@@ -35,7 +36,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
             SharedModel::broadcast(world, base.on_root())?
         } else {
             run.progress.note(format!("bodies {} of {}", number + 1, groups.len()));
-            match build(run.petsc, &plan.points[members[0]], run.progress) {
+            match build(run.petsc, &plan.points[members[0]], run.meshes, run.progress) {
                 Ok(model) => model,
                 Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
                 Err(e) => {
@@ -87,7 +88,7 @@ fn groups(points: &[Job]) -> Vec<(serde_json::Value, Vec<usize>)> {
 }
 
 /// Collective: the reduced model of a point, on every rank.
-fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<SharedModel> {
+fn build(petsc: &Petsc, point: &Job, meshes: &Meshes, progress: &mut Progress) -> Result<SharedModel> {
     let world = petsc.world();
     let mut quiet = Summary::default();
     let mut job = point.clone();
@@ -96,7 +97,7 @@ fn build(petsc: &Petsc, point: &Job, progress: &mut Progress) -> Result<SharedMo
         body.damping = Default::default();
     }
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
-    let mut bodies = Bodies::build(petsc, &job, progress, &mut quiet)?;
+    let mut bodies = Bodies::build(petsc, &job, meshes, progress, &mut quiet)?;
     bodies.factorise(&job, progress, &mut quiet)?;
     let found = modes::compute_all(&job, &mut bodies, progress)?;
     let model = Reduction::build(world, &job, contact, &bodies, &found, progress)?;
@@ -108,16 +109,19 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
     let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
         return Err(Error::Defect("a point of a sweep without contact or stability".into()));
     };
-    super::plan::small_strain(point)?;
+    small_strain(point)?;
     // Each point brings its own damping, and its own contact points.
-    let interface = points(contact).unwrap_or_else(|| Ok(model.interface.clone()))?;
+    let interface = match points(contact) {
+        Some(points) => of_points(&points)?,
+        None => model.interface.clone(),
+    };
     let found = stability::analyse(wanted, contact, &interface, model.pair(point)?)?;
     let (spectrum, linear) = (&found.spectrum, &found.contact);
     let state = found.sliding.as_ref();
     let force = match (state, given_forces(contact)) {
         (Some(state), _) => state.force,
         (None, Some(points)) => {
-            let all = reactions(points, contact.friction);
+            let all = reactions(&points, contact.friction);
             let sum = |c: usize| all.iter().skip(c).step_by(3).sum::<f64>();
             [sum(0), sum(1), -sum(2)]
         }

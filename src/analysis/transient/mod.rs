@@ -1,6 +1,5 @@
 //! The analysis `transient`: rolling contact in time, from a state of rest and its perturbation, written in segments.
 
-mod at_points;
 mod fields;
 pub mod kept;
 mod points;
@@ -11,7 +10,7 @@ pub use crate::output::datasets::checkpoint::refuse_other_job;
 pub use stop::Stop;
 
 use super::bodies::Bodies;
-use super::interface::{creepage, normal_load, steady_rolling, steady_sliding};
+use super::interface::{creepage, given_forces, normal_load, steady_rolling, steady_sliding};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
@@ -19,6 +18,7 @@ use super::stability::Found;
 use super::steps::Needs;
 use super::RunOptions;
 use crate::body::TraceModes;
+use crate::contact::points::{bear_load, reactions};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
 use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
@@ -30,9 +30,8 @@ use crate::output::{Segments, Table};
 use crate::progress::Progress;
 use crate::stability::reduced::Eigenpair;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
-use crate::transient::{ContactSolver, Effort, Model, Scheme, Settings, State, Stepper};
+use crate::transient::{ContactSolver, Effort, Model, PointModel, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
-use at_points::PointModel;
 use faer::MatRef;
 use num_complex::Complex64;
 use points::Located;
@@ -168,8 +167,8 @@ fn advance(
 ) -> Result<(Effort, u64, f64)> {
     let root = inputs.model.root()?;
     let wanted = inputs.wanted;
-    let points_model = PointModel::new(inputs, root)?;
-    let model = match &points_model {
+    let at_points = at_points(inputs, root)?;
+    let model = match &at_points {
         Some(points) => points.model(&root.pair),
         None => Model::of(&root.pair, &root.interface),
     };
@@ -178,7 +177,7 @@ fn advance(
     let identity = checkpoint::identity(&model);
     let resumed = if inputs.options.resume { Checkpoint::last(segments, inputs.job)? } else { None };
     // The settings follow from the state of rest, whose approach is held; a resumed run finds the same again.
-    let (rest, approach) = match &points_model {
+    let (rest, approach) = match &at_points {
         Some(points) => points.at_rest(&model),
         None => at_rest(inputs, root, &model)?,
     };
@@ -328,6 +327,23 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
         .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
         .collect();
     Ok((State::at_rest(model, &reaction, approach), approach))
+}
+
+/// The contact points of the job, under its load or their given forces; none of a job with a grid.
+fn at_points(inputs: &Inputs, root: &ReducedModel) -> Result<Option<PointModel>> {
+    let (contact, pair, s) = (inputs.contact, &root.pair, &root.interface);
+    let span = inputs.wanted.theta * inputs.wanted.step;
+    if !s.are_points() {
+        return Ok(None);
+    }
+    if let Some(points) = given_forces(contact) {
+        return Ok(Some(PointModel::given(pair, s, reactions(&points, contact.friction), span)));
+    }
+    let found = steady_sliding((s, pair), contact, Direction::Rigid)?.solve()?;
+    let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
+    let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();
+    bear_load(pair, &reaction)?;
+    Ok(Some(PointModel::under_load(pair, s, reaction, found.approach, span)))
 }
 
 /// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of

@@ -1,6 +1,6 @@
 //! Selected entries of the inverse, by the elimination tree alone.
 
-use super::{Factor, Kind};
+use super::{Factor, Symmetry};
 use crate::{Error, Result};
 use faer::Mat;
 use mumps_sys::MUMPS_INT;
@@ -19,7 +19,7 @@ impl Factor<'_> {
         let n = self.ranges[world.size];
         let bad = rows.iter().find(|&&r| r >= n);
         world.agree(bad.map_or(Ok(()), |r| Err(Error::Defect(format!("inverse block: row {r} of {n}")))))?;
-        if self.kind == Kind::General {
+        if self.kind == Symmetry::General {
             return Err(Error::Defect("inverse block of a matrix that is not symmetric".into()));
         }
         let k = rows.len();

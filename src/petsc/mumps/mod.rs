@@ -22,7 +22,7 @@ use std::ptr;
 
 /// What is known of a matrix before it is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum Symmetry {
     /// Symmetric and positive definite: no pivoting; a matrix that is not so is an error.
     Positive,
     /// Symmetric: pivots are sought, and [`Factor::negative_pivots`] counts the negative eigenvalues.
@@ -34,7 +34,7 @@ pub enum Kind {
 /// Elimination order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ordering {
-    /// METIS nested dissection on blocks of rows with equal pattern. For [`Kind::General`] METIS sees the pattern as
+    /// METIS nested dissection on blocks of rows with equal pattern. For [`Symmetry::General`] METIS sees the pattern as
     /// it is, which must be symmetric.
     Metis,
     /// SCOTCH inside MUMPS, where that was built with it.
@@ -47,14 +47,14 @@ pub enum Ordering {
 #[derive(Debug, Clone, Copy)]
 pub struct FactorOptions {
     /// What is known of the matrix.
-    pub kind: Kind,
+    pub kind: Symmetry,
     /// Elimination order.
     pub ordering: Ordering,
 }
 
 impl FactorOptions {
     /// The defaults for a matrix of this kind.
-    pub fn new(kind: Kind) -> Self {
+    pub fn new(kind: Symmetry) -> Self {
         Self { kind, ordering: Ordering::Metis }
     }
 }
@@ -78,7 +78,7 @@ pub struct Factor<'w> {
     /// Boxed: MUMPS keeps pointers into its own structure.
     id: Box<DMUMPS_STRUC_C>,
     ranges: Vec<u64>,
-    kind: Kind,
+    kind: Symmetry,
     statistics: FactorStatistics,
     /// Where right-hand sides and solutions lie on several ranks.
     rows: solve::Rows,
@@ -103,9 +103,9 @@ impl<'w> Factor<'w> {
         let mut factor = Self::analysed(world, matrix, options, name, true)?;
         if let Err(error) = factor.factorise(matrix, name) {
             // Only the search for pivots can say which rows make a matrix singular.
-            if options.kind == Kind::Positive && i64::from(factor.id.infog[0]) == SINGULAR {
+            if options.kind == Symmetry::Positive && i64::from(factor.id.infog[0]) == SINGULAR {
                 drop(factor);
-                let options = FactorOptions { kind: Kind::Indefinite, ..options };
+                let options = FactorOptions { kind: Symmetry::Indefinite, ..options };
                 Self::analysed(world, matrix, options, name, false)?.factorise(matrix, name)?;
             }
             return Err(error);
@@ -152,9 +152,9 @@ impl<'w> Factor<'w> {
         id.comm_fortran = unsafe { mpi::ffi::RSMPI_Comm_c2f(world.comm.as_raw()) } as MUMPS_INT;
         id.par = 1;
         id.sym = match options.kind {
-            Kind::Positive => 1,
-            Kind::Indefinite => 2,
-            Kind::General => 0,
+            Symmetry::Positive => 1,
+            Symmetry::Indefinite => 2,
+            Symmetry::General => 0,
         };
         let statistics = FactorStatistics::default();
         let mut factor =
@@ -167,7 +167,7 @@ impl<'w> Factor<'w> {
         factor.control(4, 0);
         factor.control(18, 3); // matrix distributed by rows, pattern at the analysis and values at the factorisation
         factor.control(28, 1); // ordering on one rank
-        factor.control(14, WORKSPACE[usize::from(options.kind != Kind::Positive)]);
+        factor.control(14, WORKSPACE[usize::from(options.kind != Symmetry::Positive)]);
         factor.control(
             7,
             match options.ordering {
@@ -176,11 +176,11 @@ impl<'w> Factor<'w> {
                 Ordering::Pord => 4,
             },
         );
-        if options.kind != Kind::Positive {
+        if options.kind != Symmetry::Positive {
             factor.control(24, 1); // find null pivots: a singular matrix is reported, with its rows
             factor.id.cntl[2] = NULL_PIVOT;
         }
-        if options.kind == Kind::Indefinite {
+        if options.kind == Symmetry::Indefinite {
             factor.control(13, 1); // no ScaLAPACK on the last block: its pivots would not be counted
         }
 
@@ -208,7 +208,7 @@ impl<'w> Factor<'w> {
     fn pattern(&self, matrix: &DistCsr) -> (Vec<MUMPS_INT>, Vec<MUMPS_INT>) {
         let one = |k: u64| k as MUMPS_INT + 1;
         match self.kind {
-            Kind::General => (0..matrix.n_local())
+            Symmetry::General => (0..matrix.n_local())
                 .flat_map(|i| matrix.row(i).0.iter().map(move |&c| (i, c)))
                 .map(|(i, c)| (one(matrix.ranges[self.world.rank] + i as u64), one(c)))
                 .unzip(),
@@ -219,7 +219,7 @@ impl<'w> Factor<'w> {
     fn factorise(&mut self, matrix: &DistCsr, name: &str) -> Result<()> {
         let (mut rows, mut cols) = self.pattern(matrix);
         let mut values: Vec<f64> = match self.kind {
-            Kind::General => matrix.values.clone(),
+            Symmetry::General => matrix.values.clone(),
             _ => matrix.lower_triangle(self.world.rank).map(|(_, _, v)| v).collect(),
         };
         self.id.irn_loc = rows.as_mut_ptr();
@@ -250,7 +250,7 @@ impl<'w> Factor<'w> {
         if null > 0 {
             return Err(self.singular(null, name));
         }
-        if self.kind == Kind::Positive && self.id.infog[11] > 0 {
+        if self.kind == Symmetry::Positive && self.id.infog[11] > 0 {
             return Err(Error::NotConverged(format!(
                 "matrix {name} is not positive definite: {} negative pivots. A stiffness matrix has none unless an element \
                  is turned inside out or the material is unstable.",

@@ -39,9 +39,9 @@ impl Damping {
     }
 }
 
-/// What is in one of the two places, and how it is damped there.
+/// The body in one of the two places, and how it is damped there.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Place {
+pub struct DampedBody {
     /// Index in the list of bodies.
     pub body: usize,
     /// Rayleigh damping.
@@ -50,7 +50,7 @@ pub struct Place {
     pub modal: Vec<f64>,
 }
 
-impl Place {
+impl DampedBody {
     /// A body with Rayleigh damping.
     pub fn rayleigh(body: usize, damping: Damping) -> Self {
         Self { body, damping, modal: Vec::new() }

@@ -19,7 +19,7 @@ use num_complex::Complex;
 use system::{Residuals, System};
 
 pub use coupling::Coupling;
-pub use damping::{Damping, Place};
+pub use damping::{DampedBody, Damping};
 
 type C = Complex<f64>;
 
@@ -96,7 +96,7 @@ pub struct FullBodies<'a, 'b> {
     /// Free modes of each of them, whose frequencies the shifts avoid, or none.
     pub modes: &'b [&'b BodyModes],
     /// The lower and the upper body.
-    pub places: &'b [Place; 2],
+    pub places: &'b [DampedBody; 2],
 }
 
 /// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `reduced` are the eigenvalues of the reduced model (both of each

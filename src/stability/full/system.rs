@@ -8,14 +8,14 @@
 //! at the contact rows (Woodbury's identity). Modal damping is of low rank and enters in the same way.
 
 use super::coupling::{CoupledContact, Coupling};
-use super::damping::{Damping, ModalCorrection, ModalDamping, Place};
+use super::damping::{DampedBody, Damping, ModalCorrection, ModalDamping};
 use super::inverse::{Inverse, ShiftedBody};
 use crate::body::fe::BodyModes;
 use crate::body::{FullSystem, Side};
 use crate::parallel::World;
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::csr::Operator;
-use crate::petsc::mumps::{Factor, FactorOptions, Kind};
+use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::shell::ShellOperator;
 use crate::petsc::Petsc;
 use crate::{Error, Result};
@@ -93,14 +93,15 @@ impl<'a> System<'a> {
         petsc: &'a Petsc<'a>,
         bodies: &[&'a dyn FullSystem],
         modes: &[&BodyModes],
-        places: &[Place; 2],
+        places: &[DampedBody; 2],
         coupling: Coupling,
         rate: f64,
     ) -> Result<Self> {
         let world = petsc.world();
         let mut parts: Vec<Part> = Vec::new();
         let mut first = 0;
-        for (side, &Place { body: index, damping, modal: ref coefficients }) in Side::BOTH.into_iter().zip(places) {
+        for (side, &DampedBody { body: index, damping, modal: ref coefficients }) in Side::BOTH.into_iter().zip(places)
+        {
             let missing = || Error::Defect("full stability: a body is missing".into());
             let body = *bodies.get(index).ok_or_else(missing)?;
             let mut place_of = vec![None; body.trace().rows() / 3];
@@ -243,7 +244,7 @@ impl<'a> System<'a> {
         let Damping { alpha, beta } = part.damping;
         let inverse = match s {
             Some(s) => {
-                let options = FactorOptions::new(Kind::Indefinite);
+                let options = FactorOptions::new(Symmetry::Indefinite);
                 let factor = Factor::new(self.world, &k.minus_scaled(s, mass), options, &name)?;
                 Inverse::Real(factor, 1.0 / (1.0 + sigma * beta))
             }

@@ -1,6 +1,6 @@
 //! How much a load strains the surfaces, and how large a contact it makes, by Hertz.
 
-use crate::job::{self, Job, Load, MeshSource};
+use super::{Job, Load, Material, MeshSource};
 use crate::{Error, Result};
 
 /// Largest strain of the contact surfaces, about, for which linear elasticity is used.
@@ -15,7 +15,7 @@ pub fn small_strain(job: &Job) -> Result<()> {
     let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
         return Ok(());
     };
-    let compliance = |m: &job::Material| (1.0 - m.poisson * m.poisson) / m.young;
+    let compliance = |m: &Material| (1.0 - m.poisson * m.poisson) / m.young;
     let modulus = 1.0 / (compliance(lower.elements()?.1) + compliance(upper.elements()?.1));
     let along = 1.0 / a.outer_radius + 1.0 / b.outer_radius;
     let across = a.crown_radius.map_or(0.0, |r| 1.0 / r) + b.crown_radius.map_or(0.0, |r| 1.0 / r);
@@ -46,12 +46,12 @@ pub fn small_strain(job: &Job) -> Result<()> {
 
 /// Radius of the contact of two built-in crowned cylinders under a normal load, about, m: (3N/(4E*κ))^(1/3) with the geometric mean curvature κ (Johnson,
 /// eq. 4.22). `None` for other bodies and loads.
-pub(super) fn contact_radius(job: &Job) -> Option<f64> {
+pub fn contact_radius(job: &Job) -> Option<f64> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
     let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
         return None;
     };
-    let compliance = |m: &job::Material| (1.0 - m.poisson * m.poisson) / m.young;
+    let compliance = |m: &Material| (1.0 - m.poisson * m.poisson) / m.young;
     let modulus = 1.0 / (compliance(lower.material.as_ref()?) + compliance(upper.material.as_ref()?));
     let along = 1.0 / a.outer_radius + 1.0 / b.outer_radius;
     let across = a.crown_radius.map_or(0.0, |r| 1.0 / r) + b.crown_radius.map_or(0.0, |r| 1.0 / r);
@@ -63,7 +63,7 @@ pub(super) fn contact_radius(job: &Job) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::example::job;
+    use super::super::example::two_cylinders as job;
     use super::*;
 
     #[test]

@@ -1,12 +1,8 @@
 //! The transient of contact points: what takes the place of grid and load, and where it begins.
 
-use super::Inputs;
-use crate::analysis::interface::{bears_load, given_forces, reactions, steady_sliding};
+use super::{Model, State};
 use crate::grid::Interface;
-use crate::job;
-use crate::model::{ModalPair, ReducedModel};
-use crate::transient::{Model, State};
-use crate::Result;
+use crate::model::ModalPair;
 use faer::Mat;
 
 /// A residual compliance below this part of the whole one is rounding.
@@ -16,6 +12,7 @@ const ROUNDING: f64 = 1e-9;
 const STIFF: f64 = 1e-3;
 
 /// Contact points as the transient takes them.
+#[derive(Debug, Clone)]
 pub struct PointModel {
     interface: Interface,
     /// Residual S, m/N, `[3n, 3n]`.
@@ -28,28 +25,20 @@ pub struct PointModel {
 }
 
 impl PointModel {
-    /// The points of the job with the reduced model `root`; none of a job with a grid.
-    pub fn new(inputs: &Inputs<'_>, root: &ReducedModel) -> Result<Option<Self>> {
-        let (contact, pair, s) = (inputs.contact, &root.pair, &root.interface);
-        if !s.are_points() {
-            return Ok(None);
-        }
-        let residual = residual(pair, inputs.wanted);
-        let Some(points) = given_forces(contact) else {
-            let found = steady_sliding((s, pair), contact, job::Direction::Rigid)?.solve()?;
-            let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
-            let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();
-            bears_load(root, &reaction)?;
-            let (interface, approach) = (s.clone(), found.approach);
-            return Ok(Some(Self { interface, residual, load: Vec::new(), reaction, approach }));
-        };
-        // Loads from outside balance the given forces on the modes, and the gaps are those that the forces close.
-        let reaction = reactions(points, contact.friction);
+    /// Points that bear a load with the reactions `reaction`, N, `[3n]`, at the approach `approach`, m. `span` is the time, s, over which a step takes
+    /// the motion of its end.
+    pub fn under_load(pair: &ModalPair, points: &Interface, reaction: Vec<f64>, approach: f64, span: f64) -> Self {
+        Self { interface: points.clone(), residual: residual(pair, span), load: Vec::new(), reaction, approach }
+    }
+
+    /// Points with given reactions, N, `[3n]`: loads from outside balance them on the modes, and the gaps are those that the forces close.
+    pub fn given(pair: &ModalPair, points: &Interface, reaction: Vec<f64>, span: f64) -> Self {
+        let residual = residual(pair, span);
         let force = Mat::from_fn(reaction.len(), 1, |i, _| reaction[i]);
         let (moved, modal) = (&residual * &force, pair.modes.transpose() * &force);
-        let interface = s.with_gap((0..s.len()).map(|i| -moved[(3 * i + 2, 0)]).collect());
+        let interface = points.with_gap((0..points.len()).map(|i| -moved[(3 * i + 2, 0)]).collect());
         let load = (0..modal.nrows()).map(|k| -modal[(k, 0)]).collect();
-        Ok(Some(Self { interface, residual, load, reaction, approach: 0.0 }))
+        Self { interface, residual, load, reaction, approach: 0.0 }
     }
 
     /// The model of the two bodies.
@@ -57,14 +46,14 @@ impl PointModel {
         Model { residual: self.residual.as_ref(), load: &self.load, ..Model::of(pair, &self.interface) }
     }
 
-    /// The state of rest and its approach.
+    /// The state of rest and its approach, m.
     pub fn at_rest(&self, model: &Model<'_>) -> (State, f64) {
         (State::at_rest(model, &self.reaction, self.approach), self.approach)
     }
 }
 
 /// The residual compliance without rounding, and with a compliance where neither body moves: along the normal it keeps the force as it is.
-fn residual(pair: &ModalPair, wanted: &job::Transient) -> Mat<f64> {
+fn residual(pair: &ModalPair, span: f64) -> Mat<f64> {
     let mut s = pair.residual.clone();
     let n = s.nrows();
     for k in (0..n).filter(|&k| pair.residual[(k, k)].abs() <= ROUNDING * pair.compliance[(k, k)].abs()) {
@@ -75,7 +64,7 @@ fn residual(pair: &ModalPair, wanted: &job::Transient) -> Mat<f64> {
     // Where there is no residual compliance, what the modes yield in a step.
     let scale = match largest > 0.0 {
         true => largest,
-        false => (0..n).map(square).fold(0.0, f64::max) * (wanted.theta * wanted.step).powi(2),
+        false => (0..n).map(square).fold(0.0, f64::max) * span.powi(2),
     };
     for k in (0..n).filter(|&k| square(k) == 0.0) {
         if s[(k, k)] == 0.0 {

@@ -3,13 +3,11 @@
 
 mod limit;
 mod memory;
-mod strain;
 mod text;
 
 pub use limit::Limit;
-pub use strain::small_strain;
 
-use super::bodies::{cylinder_spec, mesh_of, Meshed};
+use crate::analysis::meshes::{cylinder_spec, Meshes};
 use crate::body::matrix_market;
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
 use crate::mesh::cylinder;
@@ -48,12 +46,12 @@ pub struct Plan {
     pub on_root: Vec<(&'static str, f64)>,
 }
 
-/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; reads mesh files. For one rank.
-pub fn sizes(job: &Job) -> Result<Vec<BodySize>> {
-    job.bodies().into_iter().map(|(name, body)| size(job, name, body)).collect()
+/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; mesh files are read into `meshes`. For one rank.
+pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
+    job.bodies().into_iter().map(|(name, body)| size(job, meshes, name, body)).collect()
 }
 
-fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
+fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Result<BodySize> {
     let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
     if let Some(m) = &body.matrices {
         let dofs = matrix_market::read(&m.stiffness)?.n as u64;
@@ -71,11 +69,12 @@ fn size(job: &Job, name: &'static str, body: &job::Body) -> Result<BodySize> {
             Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::File(path) => {
-            let Meshed { mesh, grid } = mesh_of(job, name, body)?;
+            let read = meshes.of(job, name, body)?;
+            let mesh = &read.mesh;
             for group in &body.fixed {
                 mesh.require_group(group, &format!("bodies.{name}.fixed: {}", path.display()))?;
             }
-            let contact = grid.map_or(0, |g| g.nodes.len() as u64);
+            let contact = read.grid.as_ref().map_or(0, |g| g.nodes.len() as u64);
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
             Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact })
         }
@@ -195,35 +194,21 @@ fn size_text(bytes: f64) -> String {
     }
 }
 
-/// The plan of the two-cylinder job with keys set.
-#[cfg(test)]
-pub(super) mod example {
-    use super::{sizes, Plan};
-    use crate::job::Job;
-    use std::path::Path;
-
-    pub fn job(sets: &[&str]) -> Job {
-        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-        let bytes = include_bytes!("../../../jobs/two-cylinders.json");
-        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
-    }
-
-    pub fn plan(sets: &[&str], ranks: usize) -> Plan {
-        let job = job(sets);
-        Plan::new(&job, sizes(&job).unwrap(), ranks)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::example::{job, plan};
     use super::*;
+    use crate::job::example::two_cylinders as job;
+
+    pub(super) fn plan(sets: &[&str], ranks: usize) -> Plan {
+        let job = job(sets);
+        Plan::new(&job, sizes(&job, &Meshes::default()).unwrap(), ranks)
+    }
 
     #[test]
     fn the_contact_grid_is_counted_as_it_is_built() {
         for sets in [vec![], vec!["contact.patch.half_length=0.0065", "contact.patch.half_width=0.0071"]] {
             let job = job(&sets);
-            let counted = sizes(&job).unwrap();
+            let counted = sizes(&job, &Meshes::default()).unwrap();
             let Some(MeshSource::Cylinder(c)) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
             let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
             let grid = crate::grid::ContactGrid::from_mesh(&mesh, "contact").unwrap();

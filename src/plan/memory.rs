@@ -1,8 +1,7 @@
 //! How much memory a job needs.
 
-use super::strain::contact_radius;
 use super::BodySize;
-use crate::job::{Compliance, EigenSolver, Job, LinearSolver, MeshSource, Modes, ModesExtent};
+use crate::job::{contact_radius, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Modes, ModesExtent};
 
 // Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
 // Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
@@ -144,7 +143,7 @@ fn mesh_bytes(b: &BodySize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::example::plan;
+    use super::super::tests::plan;
     use super::super::{BodySize, Plan};
     use crate::job::Job;
     use std::path::Path;
@@ -207,7 +206,7 @@ mod tests {
     #[test]
     fn the_largest_run_of_the_full_system_is_estimated_within_a_fifth() {
         let sets = ["analyses.stability.full={\"max_frequency\": 2000}".to_owned()];
-        let bytes = include_bytes!("../../../jobs/curve.json");
+        let bytes = include_bytes!("../../jobs/curve.json");
         let job = Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap();
         let body = |name| BodySize { name, nodes: 42_540, cells: 36_000, dofs: 127_620, contact_nodes: 225 };
         let need = Plan::new(&job, vec![body("lower"), body("upper")], 1).root();

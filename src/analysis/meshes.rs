@@ -1,0 +1,111 @@
+//! The meshes of a job's bodies, built or read.
+
+use crate::grid::ContactGrid;
+use crate::job::{self, Job, MeshSource};
+use crate::mesh::cylinder::{self, CylinderSpec};
+use crate::mesh::{msh, Mesh};
+use crate::{Error, Result};
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+
+/// A mesh in lower form, with its contact grid where the job has a contact.
+#[derive(Debug)]
+pub struct Meshed {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// The grid of its group `contact`.
+    pub grid: Option<ContactGrid>,
+}
+
+/// A mesh file as a job takes it: its path, whether it is the upper body, whether there is a contact.
+type Key = (PathBuf, bool, bool);
+
+/// Reads each mesh file once: what was read to plan a run is there when its bodies are built. For rank 0.
+#[derive(Debug, Default)]
+pub struct Meshes {
+    files: RefCell<Vec<(Key, Rc<Meshed>)>>,
+}
+
+impl Meshes {
+    /// The mesh of the body `name` of a job; that of a file is kept.
+    pub fn of(&self, job: &Job, name: &str, body: &job::Body) -> Result<Rc<Meshed>> {
+        let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
+        let on_grid = |mesh: Mesh, contact: bool| {
+            let grid = contact.then(|| ContactGrid::from_mesh(&mesh, "contact")).transpose().map_err(named)?;
+            Ok(Rc::new(Meshed { mesh, grid }))
+        };
+        match body.elements()?.0 {
+            MeshSource::Cylinder(c) => {
+                let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+                let contact = mesh.groups.contains_key("contact");
+                on_grid(mesh, contact)
+            }
+            MeshSource::File(path) => {
+                let key = (path.clone(), name == "upper", job.contact.is_some());
+                if let Some((_, read)) = self.files.borrow().iter().find(|(k, _)| *k == key) {
+                    return Ok(read.clone());
+                }
+                let mesh = msh::read(path)?;
+                // Files hold a body where it is.
+                let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2)?;
+                self.files.borrow_mut().push((key, read.clone()));
+                Ok(read)
+            }
+        }
+    }
+
+    /// Gives back the memory of what was read.
+    pub fn forget(&self) {
+        self.files.borrow_mut().clear();
+    }
+}
+
+/// The built-in cylinder as the job describes it, with the patch of its contact.
+pub fn cylinder_spec(c: &job::Cylinder, contact: Option<&job::Contact>) -> CylinderSpec {
+    let patch = contact.and_then(|k| k.patch);
+    CylinderSpec {
+        inner_radius: c.inner_radius,
+        outer_radius: c.outer_radius,
+        thickness: c.thickness,
+        crown_radius: c.crown_radius,
+        contact_offset: c.contact_offset,
+        element_size: c.element_size,
+        growth: c.growth,
+        max_element_size: c.max_element_size,
+        patch_half_length: patch.map_or(0.0, |p| p.half_length),
+        patch_half_width: patch.map_or(0.0, |p| p.half_width),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file that is gone was read before, until it is forgotten.
+    #[test]
+    fn a_file_is_read_once() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let meshes_of_the_tree = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes");
+        let mut text: serde_json::Value =
+            serde_json::from_slice(include_bytes!("../../jobs/blocks.json")).expect("a job");
+        for (name, file) in [("lower", "block-lower.msh"), ("upper", "block-upper.msh")] {
+            std::fs::copy(meshes_of_the_tree.join(file), folder.path().join(file)).expect("a copy");
+            text["bodies"][name]["mesh"] = serde_json::json!({ "file": file });
+        }
+        let path = folder.path().join("job.json");
+        let job = Job::from_bytes(text.to_string().as_bytes(), &path, &[], None).expect("the job of the blocks");
+        let meshes = Meshes::default();
+        let all =
+            || job.bodies().into_iter().map(|(name, body)| meshes.of(&job, name, body)).collect::<Result<Vec<_>>>();
+        let first = all().expect("two files");
+        assert!(first.iter().all(|m| m.grid.is_some()));
+        for file in ["block-lower.msh", "block-upper.msh"] {
+            std::fs::remove_file(folder.path().join(file)).expect("a file to remove");
+        }
+        let second = all().expect("what was read");
+        assert!(first.iter().zip(&second).all(|(a, b)| Rc::ptr_eq(a, b)));
+        meshes.forget();
+        assert_eq!(all().expect_err("no file").exit_code(), 3);
+    }
+}
