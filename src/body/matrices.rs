@@ -8,6 +8,7 @@ use super::clusters;
 use super::matrix_market::{self, Csr};
 use super::modes::Extent;
 use super::{Trace, TraceModes};
+use crate::dense::symmetric_eigen;
 use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
@@ -194,13 +195,12 @@ fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
     solve_lower_triangular_in_place(l, b.as_mut(), Par::Seq);
     let mut b = b.transpose().to_owned();
     solve_lower_triangular_in_place(l, b.as_mut(), Par::Seq);
-    let eigen = b
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|e| Error::NotConverged(format!("dense eigenvalues of the body failed: {e:?}")))?;
-    let theta: Vec<f64> = (0..n).rev().map(|i| eigen.S().column_vector()[i]).collect();
+    let failed = || Error::NotConverged("dense eigenvalues of the body".into());
+    let (values, eigenvectors) = symmetric_eigen(b.as_ref()).ok_or_else(failed)?;
+    let theta: Vec<f64> = values.into_iter().rev().collect();
     let largest = theta.first().copied().unwrap_or(0.0);
     let finite = theta.iter().take_while(|&&t| t > 1e-13 * largest).count();
-    let mut vectors = Mat::from_fn(n, finite, |i, j| eigen.U()[(i, n - 1 - j)] / theta[j].sqrt());
+    let mut vectors = Mat::from_fn(n, finite, |i, j| eigenvectors[(i, n - 1 - j)] / theta[j].sqrt());
     solve_upper_triangular_in_place(l.transpose(), vectors.as_mut(), Par::Seq);
     let squares: Vec<f64> = theta[..finite].iter().map(|t| shift + 1.0 / t).collect();
     let omega = frequencies(&squares, shift)?;

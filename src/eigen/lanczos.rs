@@ -8,8 +8,9 @@
 use super::block::{columns, combine, gram, random, subtract};
 use super::orthonormal::{orthonormalise, Against};
 use super::{Pencil, Shifted};
+use crate::dense::symmetric_eigen;
 use crate::{Error, Result};
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatRef};
 
 /// Columns of a block.
 const BLOCK: usize = 8;
@@ -283,11 +284,8 @@ impl Lanczos<'_> {
     /// Ritz pairs of the active columns, with the length of what their images have beyond the basis.
     fn ritz(&self) -> Result<Ritz> {
         let (size, last) = (self.done, self.beyond.ncols());
-        let eigen =
-            self.t.get(..size, ..size).self_adjoint_eigen(Side::Lower).map_err(|e| {
-                Error::NotConverged(format!("eigenvalues of the projected matrix of order {size}: {e:?}"))
-            })?;
-        let (values, vectors) = (eigen.S().column_vector(), eigen.U());
+        let failed = || Error::NotConverged(format!("eigenvalues of the projected matrix of order {size}"));
+        let (values, vectors) = symmetric_eigen(self.t.get(..size, ..size)).ok_or_else(failed)?;
         let mut order: Vec<usize> = (0..size).collect();
         order.sort_by(|&a, &b| values[b].abs().total_cmp(&values[a].abs()));
         let vectors = Mat::from_fn(size, size, |i, j| vectors[(i, order[j])]);
