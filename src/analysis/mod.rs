@@ -3,7 +3,9 @@
 mod bodies;
 mod complex_modes;
 mod deferred;
+pub mod foresee;
 mod full_stability;
+mod inputs;
 mod interface;
 mod matrices;
 mod modes;
@@ -17,19 +19,20 @@ mod stability;
 mod steady;
 mod steps;
 mod stock;
+mod stop;
 mod sweep;
 mod transient;
 
 use crate::job::Job;
-use crate::output::{Provenance, ResultFile, Segments};
+use crate::output::{companion, Provenance, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use std::path::PathBuf;
 use steps::{steps, Earlier};
 use stock::Stock;
+use stop::Stop;
 use sweep::Base;
-use transient::Stop;
 
 pub use report::Summary;
 pub use run::Run;
@@ -37,6 +40,8 @@ pub use run::Run;
 /// What the command line adds to the job.
 #[derive(Debug, Clone)]
 pub struct RunOptions {
+    /// The job file; none where the job comes from the run that is continued.
+    pub job: Option<PathBuf>,
     /// The result file.
     pub output: PathBuf,
     /// Whether existing results are overwritten.
@@ -72,25 +77,32 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     }
     let begun = std::time::Instant::now();
     let date = crate::output::utc_now();
-    if options.resume {
-        if job.analyses.transient.is_none() {
-            return Err(Error::Job("--resume: only a transient can be continued; the job has none".into()));
-        }
-        world.on_root(|| transient::refuse_other_job(&Segments::of(&options.output), job))?;
-    }
     check(job)?;
-    let stop = job.analyses.transient.as_ref().map(|_| Stop::listen(begun, options.wall_time));
-    let file = ResultFile::create(world, &options.output, options.force)?;
-    let mut run = Run { petsc, job, options, stop: stop.as_ref(), file, progress, summary: Summary::of(job) };
+    world.on_root(|| inputs::stay(job, options))?;
+    let segments = world.on_root(|| segments(job, options, progress))?.flatten();
+    let stop = Stop::listen(begun, options.wall_time, world.is_root());
+    let file = ResultFile::create(world, &options.output, options.force || options.resume)?;
+    let model = companion(&options.output, MODEL);
+    if options.reuse.is_none() && !options.resume && model.is_file() {
+        let name = model.display();
+        progress.note(format!(
+            "{name} has modes and compliance of a run that did not come to its end: --reuse {name} takes them up"
+        ));
+    }
+    let mut run = Run { petsc, job, options, stop: &stop, segments, file, progress, summary: Summary::of(job) };
 
-    let inputs = if job.by_matrices() {
-        matrices::run(&mut run)?;
-        world.on_root(|| matrices::checksums(job))?
-    } else {
-        elements(&mut run)?
+    let inputs = match job.by_matrices() {
+        true => matrices::run(&mut run).and_then(|()| world.on_root(|| matrices::checksums(job))),
+        false => elements(&mut run),
     };
+    let inputs = inputs.map_err(|e| match run.file.kept() {
+        Some(kept) if kept.exists() => {
+            e.with(format!("Modes and compliance are kept in {0}: --reuse {0} takes them up", kept.display()))
+        }
+        _ => e,
+    })?;
 
-    let Run { mut file, progress, mut summary, .. } = run;
+    let Run { mut file, progress, mut summary, segments, .. } = run;
     progress.stage("writing results");
     progress.finish();
     let provenance = Provenance {
@@ -101,6 +113,8 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
         inputs: inputs.unwrap_or_default(),
         stages: progress.times().to_vec(),
         date,
+        parts: segments.map(|s| s.parts()).unwrap_or_default(),
+        warnings: summary.warnings().to_vec(),
     };
     file.tables(provenance.tables());
     file.finish()?;
@@ -108,11 +122,46 @@ pub fn run(petsc: &Petsc, job: &Job, options: &RunOptions, progress: &mut Progre
     Ok(summary)
 }
 
+/// On rank 0: the segments of the transient of `job`, where it has one: those of a run to be continued, every one of them as it was written, or
+/// the right to make them.
+fn segments(job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Option<Segments>> {
+    if options.resume && job.analyses.transient.is_none() {
+        return Err(Error::Job("--resume: only a transient can be continued; the job has none".into()));
+    }
+    if job.analyses.transient.is_none() {
+        return Ok(None);
+    }
+    let segments = match options.resume {
+        true => Segments::reopen(&options.output)?,
+        false => Segments::claim(&options.output, options.force)?,
+    };
+    if options.resume {
+        transient::refuse_other_job(&segments, job)?;
+        progress.stage("checking the segments");
+        segments.verify().map_err(|e| e.context("--resume"))?;
+    }
+    if !segments.locked() {
+        let place = segments.folder().display();
+        progress.note(format!("warning: the file system of {place} has no locks; do not start this run twice"));
+    }
+    Ok(Some(segments))
+}
+
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
 fn elements(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = Earlier { reuse: run.options.reuse.is_some(), resume: run.options.resume };
     let mut stock = Stock::new();
-    let own = steps(run.job, earlier).into_iter().try_for_each(|step| stock.perform(step, run));
+    let all = steps(run.job, earlier);
+    let own = all.iter().enumerate().try_for_each(|(number, &step)| {
+        stock.perform(step, run)?;
+        match number + 1 < all.len() && run.stop.wanted(run.world()) {
+            true => Err(Error::Stopped(match run.options.resume {
+                true => format!("stopped on request; continue with --resume {}", run.options.output.display()),
+                false => "stopped on request before the end of the run".into(),
+            })),
+            false => Ok(()),
+        }
+    });
     match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
             let base = stock.model.as_ref().map(Base::Elements);

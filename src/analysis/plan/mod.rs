@@ -3,11 +3,12 @@
 
 mod limit;
 mod memory;
+mod range;
 mod strain;
 mod text;
 
 pub use limit::Limit;
-pub use strain::small_strain;
+pub use range::range;
 
 use super::bodies::{cylinder_spec, mesh_of, Meshed};
 use crate::body::matrix_market;

@@ -142,7 +142,7 @@ impl Model {
         };
         match self {
             Model::Elements(model) => {
-                super::plan::small_strain(point)?;
+                super::plan::range(point)?;
                 let (lower, upper) = model.pair.omega.split_at(model.pair.lower_modes);
                 let mut coefficients = Vec::new();
                 for ((name, body), omega) in point.bodies().into_iter().zip([lower, upper]) {
