@@ -9,6 +9,7 @@ mod matrices;
 mod program;
 mod reuse;
 mod runs;
+mod slurm;
 mod sound;
 mod sweep;
 mod transient;
