@@ -58,6 +58,12 @@ fn start() -> i32 {
             2
         }
         Some(command) => {
+            if let Some(message) = launch::mute(&launch::environment) {
+                if speaks {
+                    report(&Error::Job(message));
+                }
+                return 2;
+            }
             let probed = if speaks { probe::files(&command) } else { Ok(()) };
             parallel(command, probed, speaks)
         }

@@ -13,7 +13,7 @@ Exit codes:
   2  wrong usage or job file
   3  a mesh or another input file is missing or wrong
   4  a solver did not converge
-  5  stopped on request or by the time limit, checkpoint saved
+  5  stopped on request or by the time limit; what was computed is kept
   6  reading or writing failed
   7  not enough memory";
 
