@@ -71,6 +71,11 @@ impl Error {
         }
     }
 
+    /// The same error with a further line: what to do about it.
+    pub fn with(self, line: impl fmt::Display) -> Self {
+        Error::from_code(self.exit_code(), format!("{}\n  {line}", self.message()))
+    }
+
     /// The same error with `what` put before its message: the place in the run where it happened.
     pub fn context(self, what: impl fmt::Display) -> Self {
         Error::from_code(self.exit_code(), format!("{what}: {}", self.message()))

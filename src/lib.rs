@@ -16,6 +16,7 @@ pub mod error;
 pub mod fem;
 pub mod friction;
 pub mod grid;
+mod input;
 pub mod job;
 pub mod mesh;
 pub mod model;

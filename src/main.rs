@@ -6,19 +6,20 @@
 mod cli;
 
 use clap::Parser;
-use cli::args::{default_output, Cli, Command, JobArgs};
-use cli::{launch, versions};
+use cli::args::{default_output, Changes, Cli, Command};
+use cli::{launch, probe, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
-use railsqueal::analysis::{self, Meshes, RunOptions, Summary};
+use railsqueal::analysis::{self, foresee, Meshes, RunOptions, Summary};
 use railsqueal::job::{self, fe_inputs, Job};
+use railsqueal::output::job_of_run;
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
 use railsqueal::plan::{self, Limit, Plan};
 use railsqueal::progress::Progress;
 use railsqueal::{Error, Result};
 use std::io::{ErrorKind, Write};
-
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 fn main() {
@@ -45,6 +46,10 @@ fn start() -> i32 {
     };
     match cli.command {
         _ if cli.version => text(&versions::text()),
+        Some(Command::Probe { file, head }) => {
+            probe::child(&file, head);
+            0
+        }
         Some(Command::Schema) => text(&format!("{:#}\n", job::schema())),
         None => {
             if speaks {
@@ -52,12 +57,21 @@ fn start() -> i32 {
             }
             2
         }
-        Some(command) => parallel(command, speaks),
+        Some(command) => {
+            if let Some(message) = launch::mute(&launch::environment) {
+                if speaks {
+                    report(&Error::Job(message));
+                }
+                return 2;
+            }
+            let probed = if speaks { probe::files(&command) } else { Ok(()) };
+            parallel(command, probed, speaks)
+        }
     }
 }
 
 /// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code.
-fn parallel(command: Command, speaks: bool) -> i32 {
+fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
     // Threads of the dense algebra exist beside the one that calls MPI.
     let Some((universe, _)) = mpi::initialize_with_threading(mpi::Threading::Funneled) else {
         return report(&Error::Defect("MPI was initialised already".into()));
@@ -71,13 +85,18 @@ fn parallel(command: Command, speaks: bool) -> i32 {
         }
         return 2;
     }
-    let result = match command {
-        Command::Run { job, output, force, reuse, resume, wall_time, petsc } => {
-            let job = read(&world, &job).map(|read| (read, job.path.clone()));
-            job.and_then(|(job, path)| {
+    let result = world.agree(probed).and_then(|()| match command {
+        Command::Run { job: path, changes, output, force, reuse, resume, wall_time, petsc } => {
+            let source = path.clone().or(resume.clone()).unwrap_or_default();
+            let job = match (&path, &resume) {
+                (None, Some(result)) => read(&world, &source, &changes, || job_of_run(result)),
+                _ => read(&world, &source, &changes, || job::read_file(&source)),
+            };
+            job.and_then(|job| {
                 let options = RunOptions {
+                    job: path,
                     resume: resume.is_some(),
-                    output: resume.or(output).unwrap_or_else(|| default_output(&path)),
+                    output: resume.or(output).unwrap_or_else(|| default_output(&source)),
                     force,
                     reuse,
                     command: std::env::args_os().map(lossy).collect(),
@@ -87,9 +106,9 @@ fn parallel(command: Command, speaks: bool) -> i32 {
                 run(&world, &job, &options, &petsc)
             })
         }
-        Command::Check { job } => check(&world, &job),
-        Command::Schema => Ok(()),
-    };
+        Command::Check { job, changes } => check(&world, &job, &changes),
+        Command::Schema | Command::Probe { .. } => Ok(()),
+    });
     match result {
         Ok(()) => 0,
         Err(error) => {
@@ -141,28 +160,44 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Resu
     let mut progress = Progress::new(world.is_root());
     let summary = analysis::run(&session, job, options, &meshes, &mut progress)?;
     let unused = session.unused_options()?;
-    if world.is_root() {
-        print(&summary.to_string())?;
-        if !unused.is_empty() {
-            eprintln!("railsqueal: warning: PETSc options that nothing asked for: {}", unused.join(", "));
-        }
-    }
     // Rank 0 knows of failures of parts of the work.
-    world.on_root(|| summary.failure().map_or(Ok(()), |e| Err(e.clone())))?;
+    world.on_root(|| {
+        let said = print(&summary.to_string());
+        if !unused.is_empty() {
+            let names = unused.join(", ");
+            let _ = writeln!(std::io::stderr(), "railsqueal: warning: PETSc options that nothing asked for: {names}");
+        }
+        summary.failure().map_or(said, |e| Err(e.clone()))
+    })?;
     Ok(())
 }
 
-fn check(world: &World, args: &JobArgs) -> Result<()> {
-    let job = read(world, args)?;
+fn check(world: &World, path: &Path, changes: &Changes) -> Result<()> {
+    let job = read(world, path, changes, || job::read_file(path))?;
     analysis::check(&job)?;
-    let (here, plan) = plan_of(world, &job, &Meshes::default())?;
-    let Some(plan) = plan else { return Ok(()) };
-    let limit = Limit::of(&job);
-    let mut text = format!("{:#}\n\n{}{plan}", job.to_json(), Summary::of(&job));
-    text += &format!("  {:<28} {:>6.1} GB  ({})\n", "there is", limit.bytes / 1e9, limit.source);
-    text += &format!("results of a run go to {}\n", default_output(&args.path).display());
-    print(&text)?;
-    plan.fits(here, &limit)
+    let meshes = Meshes::default();
+    let (here, plan) = plan_of(world, &job, &meshes)?;
+    world.on_root(|| {
+        let plan = plan.ok_or_else(|| Error::Defect("no plan on rank 0".into()))?;
+        let limit = Limit::of(&job);
+        let mut summary = Summary::of(&job);
+        // Meshes that do not fit are not made.
+        let foreseen = plan
+            .fits(here, &limit)
+            .and_then(|()| foresee::of_job(&job, &meshes, plan.bodies.iter().map(|b| b.nodes).sum()));
+        let mut lines = Vec::new();
+        if let Ok(report) = &foreseen {
+            report.warnings.iter().for_each(|text| summary.warn(text));
+            lines = report.lines.clone();
+        }
+        let mut text = format!("{:#}\n\n{summary}{plan}", job.to_json());
+        lines.iter().for_each(|line| text += &format!("  {line}\n"));
+        text += &format!("  {:<28} {:>6.1} GB  ({})\n", "there is", limit.bytes / 1e9, limit.source);
+        text += &format!("results of a run go to {}\n", default_output(path).display());
+        print(&text)?;
+        foreseen.map(|_| ())
+    })?;
+    Ok(())
 }
 
 /// Collective: an error if the job, or a point of its sweep, needs more memory than there is. Of a `reduced` job the finite
@@ -185,16 +220,15 @@ fn refuse_what_does_not_fit(world: &World, job: &Job, meshes: &Meshes, reduced: 
 
 /// Collective: number of ranks on the node of this rank, and on rank 0 the plan of the job.
 fn plan_of(world: &World, job: &Job, meshes: &Meshes) -> Result<(usize, Option<Plan>)> {
-    job::small_strain(job)?;
+    job::range(job)?;
     let here = world.comm.split_shared(0).size() as usize;
     Ok((here, world.on_root(|| Ok(Plan::new(job, plan::sizes(job, meshes)?, world.size)))?))
 }
 
-/// Collective: the job, read by rank 0 and understood by all.
-fn read(world: &World, args: &JobArgs) -> Result<Job> {
-    let bytes = world.on_root(|| job::read_file(&args.path))?.unwrap_or_default();
-    let bytes = world.broadcast(bytes);
-    world.agree(Job::from_bytes(&bytes, &args.path, &args.sets, args.only.as_deref()))
+/// Collective: the job, whose `bytes` rank 0 reads, understood by all. `path` names it.
+fn read(world: &World, path: &Path, changes: &Changes, bytes: impl FnOnce() -> Result<Vec<u8>>) -> Result<Job> {
+    let bytes = world.broadcast(world.on_root(bytes)?.unwrap_or_default());
+    world.agree(Job::from_bytes(&bytes, path, &changes.sets, changes.only.as_deref()))
 }
 
 /// Prints on stdout. A reader that has seen enough (`| head`) is no error.

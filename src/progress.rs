@@ -1,10 +1,13 @@
-//! Progress on stderr: stage, count, time. Plain lines, one a second at the most, from rank 0 only.
+//! Progress on stderr: stage, count, time. Plain lines from rank 0 only; counts once a second at the most on a terminal, once in half a minute in a log.
 
+use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 /// Names the stages of a run as they begin and keeps the time each took, for the summary and `/provenance`.
 pub struct Progress {
     loud: bool,
+    /// Least time between two counts.
+    interval: Duration,
     start: Instant,
     last: Instant,
     current: Option<(String, Instant)>,
@@ -15,7 +18,8 @@ impl Progress {
     /// `loud` on the one rank that reports.
     pub fn new(loud: bool) -> Self {
         let now = Instant::now();
-        Self { loud, start: now, last: now, current: None, times: Vec::new() }
+        let interval = Duration::from_secs(if std::io::stderr().is_terminal() { 1 } else { 30 });
+        Self { loud, interval, start: now, last: now, current: None, times: Vec::new() }
     }
 
     /// Ends the stage before and begins `name`.
@@ -23,7 +27,7 @@ impl Progress {
         self.finish();
         let name = name.into();
         if self.loud {
-            eprintln!("[{:8.1} s] {name}", self.start.elapsed().as_secs_f64());
+            self.say(&format!(" {name}"));
         }
         self.current = Some((name, Instant::now()));
         self.last = Instant::now();
@@ -31,20 +35,25 @@ impl Progress {
 
     /// Within a stage: `done` of `total` steps, with the time left estimated from those done.
     pub fn step(&mut self, what: &str, done: usize, total: usize) {
-        if !self.loud || self.last.elapsed() < Duration::from_secs(1) {
+        if !self.loud || self.last.elapsed() < self.interval {
             return;
         }
         self.last = Instant::now();
         let Some((_, begun)) = &self.current else { return };
         let left = begun.elapsed().as_secs_f64() * (total.saturating_sub(done)) as f64 / done.max(1) as f64;
-        eprintln!("[{:8.1} s]   {what} {done}/{total}, about {left:.0} s left", self.start.elapsed().as_secs_f64());
+        self.say(&format!("   {what} {done}/{total}, about {left:.0} s left"));
     }
 
     /// A remark within the stage.
     pub fn note(&self, text: impl AsRef<str>) {
         if self.loud {
-            eprintln!("[{:8.1} s]   {}", self.start.elapsed().as_secs_f64(), text.as_ref());
+            self.say(&format!("   {}", text.as_ref()));
         }
+    }
+
+    /// A line behind the time since the start. One that cannot be written is lost, the run goes on.
+    fn say(&self, text: &str) {
+        let _ = writeln!(std::io::stderr(), "[{:8.1} s]{text}", self.start.elapsed().as_secs_f64());
     }
 
     /// Ends the current stage.

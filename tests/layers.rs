@@ -10,23 +10,24 @@ const BASE: &[&str] = &["error"];
 /// The rooms from the lowest to the highest, and what each may use besides the base.
 const ROOMS: &[(&str, &[&str])] = &[
     ("error", &[]),
+    ("input", &[]),
     ("dense", &[]),
     ("parallel", &[]),
     ("progress", &[]),
     ("friction", &[]),
-    ("job", &["friction"]),
-    ("mesh", &["parallel"]),
+    ("job", &["input", "friction"]),
+    ("mesh", &["input", "parallel"]),
     ("grid", &["mesh"]),
     ("petsc", &["parallel"]),
     ("eigen", &["dense", "parallel", "petsc"]),
     ("fem", &["parallel", "mesh", "petsc"]),
-    ("body", &["dense", "parallel", "job", "mesh", "grid", "petsc", "eigen", "fem"]),
+    ("body", &["input", "dense", "parallel", "job", "mesh", "grid", "petsc", "eigen", "fem"]),
     ("model", &["parallel", "job", "grid", "body"]),
     ("contact", &["dense", "friction", "grid", "model"]),
     ("stability", &["dense", "parallel", "progress", "job", "petsc", "body", "model", "contact"]),
     ("transient", &["dense", "friction", "grid", "model", "contact"]),
     ("sound", &["parallel", "mesh", "fem", "body"]),
-    ("output", &["parallel", "friction", "job", "mesh", "grid", "model", "contact", "stability", "transient"]),
+    ("output", &["input", "parallel", "friction", "job", "mesh", "grid", "model", "contact", "stability", "transient"]),
     (
         "analysis",
         &[

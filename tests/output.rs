@@ -291,13 +291,16 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
             inputs: vec![],
             stages: vec![("mesh".into(), 0.5)],
             date: utc_now(),
+            parts: vec![],
+            warnings: vec![],
         }
         .tables(),
     );
 
     let spec = FieldSpec::new("velocity", "m/s", "A field that changes.", FieldKind::Vector);
     let times = [0.1, 0.25, 0.4];
-    let frames = Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[] };
+    let frames =
+        Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[], summed: false };
     let beside = companion(path, "transient.vtkhdf");
     let mut sequence = SequenceFile::create(world, &beside, true, &bodies, frames)?;
     for (k, time) in times.iter().enumerate() {

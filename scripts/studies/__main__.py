@@ -3,6 +3,7 @@
 import json
 import sys
 
+import faults
 import growth
 import longitudinal
 import modes
@@ -20,6 +21,7 @@ STUDIES = {
     "longitudinal": longitudinal.sliding,
     "transient": transient.against_linear,
     "ranks": ranks.agreement,
+    "faults": faults.broken,
 }
 
 

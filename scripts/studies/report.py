@@ -78,6 +78,10 @@ def transient(rows):
     return table(head, cells)
 
 
+def faults(rows):
+    return table(["what", "cases", "outcome"], [[r["what"], r["cases"], r["outcome"]] for r in rows])
+
+
 # Title, words and table of each study.
 SECTIONS = {
     "half_space": (
@@ -123,6 +127,12 @@ SECTIONS = {
         "Number of ranks",
         "Unlike bodies, all creepages: largest difference from one rank, relative to the largest entry.",
         ranks,
+    ),
+    "faults": (
+        "Faults",
+        "Runs that are killed again and again until they are done, segments and models with one fault each (a bit, a byte more, a piece of zeros, the end cut off, the file gone), and jobs "
+        "with one to three, by fixed seeds. The study fails where a result is silently wrong, where steps are made on what is damaged, and where a process ends by a signal or with exit code 1. `FAULTS=10` does ten times as many.",
+        faults,
     ),
 }
 

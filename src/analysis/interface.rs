@@ -95,10 +95,28 @@ pub(super) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<In
     let [lower, upper] = grids[..] else {
         return Err(Error::Defect("contact needs the contact grids of two bodies".into()));
     };
+    interface_between(lower, upper)
+}
+
+/// The grid that both bodies share and the gap between them. Bodies that overlap are an error: the approach counts from first touch.
+pub(super) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Result<Interface> {
     // A thousandth of an element: much less than the grid error, much more than rounding in a mesh file.
     let spacing = lower.x.windows(2).chain(lower.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     ContactGrid::matched(lower, upper, 1e-3 * spacing)?;
-    let gap = lower.z.iter().zip(&upper.z).map(|(l, u)| -l - u).collect();
+    let gap: Vec<f64> = lower.z.iter().zip(&upper.z).map(|(l, u)| -l - u).collect();
+    let lowest = (0..gap.len()).min_by(|&a, &b| gap[a].total_cmp(&gap[b]));
+    if let Some(i) = lowest.filter(|&i| gap[i] < -1e-3 * spacing) {
+        let nx = lower.x.len();
+        return Err(Error::Input(format!(
+            "contact: the bodies overlap by {:.3e} m at x = {:.4e} m, y = {:.4e} m, where the lower one reaches up to z = {:.3e} m and the upper one down to z = {:.3e} m; \
+             expected first touch at the origin: move the meshes along z until both end at 0 there",
+            -gap[i],
+            lower.x[i % nx],
+            lower.y[i / nx],
+            lower.z[i],
+            -upper.z[i]
+        )));
+    }
     Interface::new(lower.x.clone(), lower.y.clone(), gap)
 }
 

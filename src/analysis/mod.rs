@@ -3,7 +3,9 @@
 pub(crate) mod bodies;
 mod complex_modes;
 mod deferred;
+pub mod foresee;
 mod full_stability;
+mod inputs;
 mod interface;
 pub(crate) mod meshes;
 mod modes;
@@ -16,19 +18,20 @@ mod stability;
 mod steady;
 pub(crate) mod steps;
 mod stock;
+mod stop;
 mod sweep;
 mod transient;
 
 use crate::body::{Capability, Kind};
 use crate::job::{Compliance, Job};
-use crate::output::{Provenance, ResultFile, Segments};
+use crate::output::{companion, Provenance, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use std::path::PathBuf;
 use steps::{steps, Earlier};
 use stock::Stock;
-use transient::Stop;
+use stop::Stop;
 
 pub use meshes::Meshes;
 pub use report::Summary;
@@ -37,6 +40,8 @@ pub use run::Run;
 /// What the command line adds to the job.
 #[derive(Debug, Clone)]
 pub struct RunOptions {
+    /// The job file; none where the job comes from the run that is continued.
+    pub job: Option<PathBuf>,
     /// The result file.
     pub output: PathBuf,
     /// Whether existing results are overwritten.
@@ -123,20 +128,28 @@ pub fn run(
     }
     let begun = std::time::Instant::now();
     let date = crate::output::utc_now();
-    if options.resume {
-        if job.analyses.transient.is_none() {
-            return Err(Error::Job("--resume: only a transient can be continued; the job has none".into()));
-        }
-        world.on_root(|| transient::refuse_other_job(&Segments::of(&options.output), job))?;
-    }
     check(job)?;
-    let stop = job.analyses.transient.as_ref().map(|_| Stop::listen(begun, options.wall_time));
-    let file = ResultFile::create(world, &options.output, options.force)?;
-    let mut run = Run { petsc, job, options, meshes, stop: stop.as_ref(), file, progress, summary: Summary::of(job) };
+    world.on_root(|| inputs::stay(job, options))?;
+    let segments = world.on_root(|| segments(job, options, progress))?.flatten();
+    let stop = Stop::listen(begun, options.wall_time, world.is_root());
+    let file = ResultFile::create(world, &options.output, options.force || options.resume)?;
+    let model = companion(&options.output, MODEL);
+    if options.reuse.is_none() && !options.resume && model.is_file() {
+        let name = model.display();
+        progress.note(format!(
+            "{name} has modes and compliance of a run that did not come to its end: --reuse {name} takes them up"
+        ));
+    }
+    let mut run = Run { petsc, job, options, meshes, stop: &stop, segments, file, progress, summary: Summary::of(job) };
 
-    let inputs = perform(&mut run)?;
+    let inputs = perform(&mut run).map_err(|e| match run.file.kept() {
+        Some(kept) if kept.exists() => {
+            e.with(format!("Modes and compliance are kept in {0}: --reuse {0} takes them up", kept.display()))
+        }
+        _ => e,
+    })?;
 
-    let Run { mut file, progress, mut summary, .. } = run;
+    let Run { mut file, progress, mut summary, segments, .. } = run;
     progress.stage("writing results");
     progress.finish();
     let provenance = Provenance {
@@ -147,6 +160,8 @@ pub fn run(
         inputs: inputs.unwrap_or_default(),
         stages: progress.times().to_vec(),
         date,
+        parts: segments.map(|s| s.parts()).unwrap_or_default(),
+        warnings: summary.warnings().to_vec(),
     };
     file.tables(provenance.tables());
     file.finish()?;
@@ -154,11 +169,46 @@ pub fn run(
     Ok(summary)
 }
 
+/// On rank 0: the segments of the transient of `job`, where it has one: those of a run to be continued, every one of them as it was written, or
+/// the right to make them.
+fn segments(job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Option<Segments>> {
+    if options.resume && job.analyses.transient.is_none() {
+        return Err(Error::Job("--resume: only a transient can be continued; the job has none".into()));
+    }
+    if job.analyses.transient.is_none() {
+        return Ok(None);
+    }
+    let segments = match options.resume {
+        true => Segments::reopen(&options.output)?,
+        false => Segments::claim(&options.output, options.force)?,
+    };
+    if options.resume {
+        transient::refuse_other_job(&segments, job)?;
+        progress.stage("checking the segments");
+        segments.verify().map_err(|e| e.context("--resume"))?;
+    }
+    if !segments.locked() {
+        let place = segments.folder().display();
+        progress.note(format!("warning: the file system of {place} has no locks; do not start this run twice"));
+    }
+    Ok(Some(segments))
+}
+
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
 fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = Earlier { reuse: run.options.reuse.is_some(), resume: run.options.resume };
     let mut stock = Stock::new();
-    let own = steps(run.job, earlier).into_iter().try_for_each(|step| stock.perform(step, run));
+    let all = steps(run.job, earlier);
+    let own = all.iter().enumerate().try_for_each(|(number, &step)| {
+        stock.perform(step, run)?;
+        match number + 1 < all.len() && run.stop.wanted(run.world()) {
+            true => Err(Error::Stopped(match run.options.resume {
+                true => format!("stopped on request; continue with --resume {}", run.options.output.display()),
+                false => "stopped on request before the end of the run".into(),
+            })),
+            false => Ok(()),
+        }
+    });
     match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
             sweep::run(run, plan, stock.model.as_ref(), own.as_ref().err())?;

@@ -52,7 +52,7 @@ pub fn run(run: &mut Run, bodies: &mut Bodies) -> Result<Vec<TraceModes>> {
         run.progress.stage("writing mode shapes");
         let frequencies: Vec<Vec<f64>> = bodies.places.iter().map(|p| all[p.body].frequency()).collect();
         let path = companion(&run.options.output, "free_modes.vtkhdf");
-        let shapes = write_modes(world, &path, run.options.force, &bodies.parts(), &frequencies, |b, k| {
+        let shapes = write_modes(world, &path, run.replaces(), &bodies.parts(), &frequencies, |b, k| {
             let body = bodies.places[b].body;
             Ok(bodies.fields(body)?.at_nodes(&bodies.shapes_of(body)?.vectors[k]).into_flattened())
         })?;

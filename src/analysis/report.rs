@@ -1,5 +1,6 @@
 //! The summary a run ends with, on stdout.
 
+use crate::job::range;
 use crate::job::Job;
 use crate::Error;
 
@@ -7,14 +8,32 @@ use crate::Error;
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
     lines: Vec<String>,
+    warnings: Vec<String>,
     failure: Option<Error>,
 }
 
 impl Summary {
-    /// What has to be told of `job` before anything is computed: the defaults it takes up that are not those of its format.
+    /// What has to be told of `job` before anything is computed: the defaults it takes up that are not those of its format, and what comes near the
+    /// ends of the range of the theory.
     pub fn of(job: &Job) -> Self {
         let told = |line: &String| format!("default changed: {line}");
-        Self { lines: job.changed_defaults.iter().map(told).collect(), failure: None }
+        let mut summary =
+            Self { lines: job.changed_defaults.iter().map(told).collect(), warnings: Vec::new(), failure: None };
+        // What is beyond them has been refused.
+        range(job).unwrap_or_default().into_iter().for_each(|text| summary.warn(text));
+        summary
+    }
+
+    /// Adds a warning, which the result file keeps as well.
+    pub fn warn(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        self.lines.push(format!("warning: {text}"));
+        self.warnings.push(text);
+    }
+
+    /// The warnings.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Adds a line.

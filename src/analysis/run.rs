@@ -2,13 +2,14 @@
 
 use super::meshes::Meshes;
 use super::report::Summary;
-use super::transient::Stop;
+use super::stop::Stop;
 use super::RunOptions;
 use crate::job::Job;
-use crate::output::ResultFile;
+use crate::output::{ResultFile, Segments};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::{Error, Result};
 
 /// A run of a job: its input, the libraries it may call, and where results and reports go.
 pub struct Run<'r> {
@@ -20,8 +21,10 @@ pub struct Run<'r> {
     pub options: &'r RunOptions,
     /// What was read of mesh files to plan the run, on rank 0.
     pub meshes: &'r Meshes,
-    /// When to stop, where the job can.
-    pub stop: Option<&'r Stop>,
+    /// When to stop.
+    pub stop: &'r Stop,
+    /// On rank 0: the segments of a transient.
+    pub segments: Option<Segments>,
     /// The result file.
     pub file: ResultFile<'r>,
     /// Stages, steps and remarks, on stderr.
@@ -34,6 +37,11 @@ impl<'r> Run<'r> {
     /// The ranks.
     pub fn world(&self) -> &'r World {
         self.petsc.world()
+    }
+
+    /// On rank 0: the segments of the transient.
+    pub fn segments(&self) -> Result<&Segments> {
+        self.segments.as_ref().ok_or_else(|| Error::Defect("a transient without segments".into()))
     }
 
     /// Whether files beside the result file are replaced where they exist: with `--force`, and by a run that is continued.

@@ -65,13 +65,16 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     ];
     let analyses: Vec<(Step, Needs)> = analyses.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect();
     let contact = job.contact.is_some() && !analyses.is_empty();
+    // A run that is continued has its reduced model: where nothing is wanted on the bodies themselves, that is all.
+    let bare = earlier.resume && !job.output.fields && analyses.iter().all(|(_, n)| *n == Needs::default());
+    let given = earlier.reuse || bare;
 
     let mut steps = Vec::new();
     let mut add = |step: Step, needs: Needs| steps.push((step, needs));
     if earlier.reuse || earlier.resume {
         add(Step::Earlier, Needs::default());
     }
-    if !earlier.reuse || job.output.fields {
+    if !given || job.output.fields {
         add(Step::Bodies, Needs::default());
     }
     let from_file = earlier.reuse && stability::writes_shapes(job);
@@ -80,7 +83,7 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     }
     add(Step::Solvers, Needs::default());
     if wanted.modes.is_some() {
-        add(Step::Modes, Needs { solvers: !earlier.reuse, shapes: false });
+        add(Step::Modes, Needs { solvers: !given, shapes: false });
     }
     if wanted.steady.is_none() && job.output.fields {
         add(Step::Geometry, Needs::default());
@@ -89,14 +92,14 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
         let made = !earlier.reuse && !earlier.resume;
         let needs = if made { reduction::needs(job) } else { Needs::default() };
         // Shapes computed again are turned to those of the model that was kept.
-        add(Step::Model, Needs { shapes: needs.shapes || earlier.resume, ..needs });
+        add(Step::Model, Needs { shapes: needs.shapes || (earlier.resume && !bare), ..needs });
         for &(step, needs) in &analyses {
             // With `--reuse` there are no shapes but those from the file, which are of stability.
             let shapes = needs.shapes && (!earlier.reuse || (from_file && step == Step::Stability));
             add(step, Needs { solvers: needs.solvers && (shapes || !needs.shapes), shapes });
         }
     }
-    freed(steps, needs_elements(job) && (!earlier.reuse || job.output.fields))
+    freed(steps, needs_elements(job) && (!given || job.output.fields))
 }
 
 /// The steps, without solvers that nothing asks for, and with the moments when solvers and shapes are freed.
@@ -162,6 +165,14 @@ mod tests {
             of(&["analyses.steady=null", "analyses.stability=null", "output.fields=false", &set], Before::default())
         };
         assert_eq!(transient(""), [Bodies, Solvers, Modes, Model, FreeSolvers, FreeModes, Transient]);
+        let resumed = |more: &str| {
+            let set = format!("analyses.transient={{\"duration\": 0.01{more}}}");
+            let sets = ["analyses.steady=null", "analyses.stability=null", "output.fields=false", &set];
+            of(&sets, Before { reuse: false, resume: true })
+        };
+        assert_eq!(resumed(""), [Earlier, Modes, Model, Transient]);
+        let moving = [Earlier, Bodies, Solvers, Modes, Model, Transient, FreeSolvers, FreeModes];
+        assert_eq!(resumed(", \"body_stride\": 10"), moving);
         let moving = transient(", \"body_stride\": 10");
         assert_eq!(moving, [Bodies, Solvers, Modes, Model, Transient, FreeSolvers, FreeModes]);
         let sound = transient(", \"sound_power\": {}");

@@ -6,11 +6,11 @@ use super::reuse;
 use super::run::Run;
 use super::steps::Step;
 use super::transient::{self, Inputs};
-use super::{modes, receptance, stability, steady};
+use super::{foresee, modes, receptance, stability, steady};
 use crate::body::TraceModes;
 use crate::job::{self, Compliance};
 use crate::output::datasets::reduced::{self, Origin, Reused};
-use crate::output::{sha256, Segments, Table};
+use crate::output::{sha256, Table};
 use crate::{Error, Result};
 
 /// The model of an earlier run, where there is one; on rank 0.
@@ -58,6 +58,12 @@ impl<'s> Stock<'s> {
                 if run.job.sweep.is_none() {
                     run.meshes.forget();
                 }
+                // What the contact does not allow is found before modes and compliance are made.
+                let foreseen = run.world().on_root(|| foresee::of_run(run.job, &self.bodies))?;
+                for text in foreseen.into_iter().flat_map(|report| report.warnings) {
+                    run.progress.note(format!("warning: {text}"));
+                    run.summary.warn(text);
+                }
                 Ok(())
             }
             Step::EarlierShapes => {
@@ -65,10 +71,10 @@ impl<'s> Stock<'s> {
                 Ok(())
             }
             Step::Solvers => self.solvers(run),
-            Step::Modes => match &self.reused {
-                Some(reused) => {
-                    if let Some(reused) = reused {
-                        modes::write_reused(run, &reused.modes);
+            Step::Modes => match self.earlier() {
+                Some(there) => {
+                    if let Some(there) = there {
+                        modes::write_reused(run, &there.modes);
                     }
                     Ok(())
                 }
@@ -97,6 +103,11 @@ impl<'s> Stock<'s> {
         }
     }
 
+    /// The modes of an earlier run, where they are not computed again; on rank 0.
+    fn earlier(&self) -> Option<&Option<Reused>> {
+        self.reused.as_ref().or(self.kept.as_ref().filter(|_| self.bodies.places.is_empty()))
+    }
+
     fn model(&self) -> Result<&Reduction> {
         self.model.as_ref().ok_or_else(no_model)
     }
@@ -109,7 +120,7 @@ impl<'s> Stock<'s> {
         }
         // A run that is continued goes on with the model that it was begun with; what is made of matrices is the same again.
         if options.resume && !job.by_matrices() {
-            self.kept = Some(world.on_root(|| transient::kept::read(&Segments::of(&options.output), job))?);
+            self.kept = Some(world.on_root(|| transient::kept::read(run.segments()?, job))?);
         }
         Ok(())
     }
@@ -148,7 +159,12 @@ impl<'s> Stock<'s> {
         let whole = options.reuse.is_none() && !model.approximate;
         self.model = Some(model);
         if whole && job.output.reduced && contact.compliance == Compliance::Fe && !job.by_matrices() {
-            run.file.tables(world.on_root(|| self.tables(job))?.unwrap_or_default());
+            let tables = world.on_root(|| self.tables(job))?.unwrap_or_default();
+            match options.resume {
+                // The segments have it.
+                true => run.file.tables(tables),
+                false => run.file.keep(tables)?,
+            }
         }
         Ok(())
     }
@@ -168,12 +184,14 @@ impl<'s> Stock<'s> {
 
     fn transient(&mut self, run: &mut Run) -> Result<()> {
         let (job, options) = (run.job, run.options);
-        let (Some(wanted), Some(stop)) = (&job.analyses.transient, run.stop) else { return Ok(()) };
+        let (Some(wanted), stop) = (&job.analyses.transient, run.stop) else { return Ok(()) };
         let keep = match options.resume || job.by_matrices() {
             true => None,
             false => run.world().on_root(|| self.tables(job))?,
         };
         let model = self.model.as_ref().ok_or_else(no_model)?;
+        let segments = run.segments.clone();
+        let kept = run.file.kept().map(std::path::Path::to_owned);
         let inputs = Inputs {
             job,
             wanted,
@@ -185,6 +203,8 @@ impl<'s> Stock<'s> {
             options,
             stop,
             keep: &keep.unwrap_or_default(),
+            segments: segments.as_ref(),
+            kept: kept.as_deref(),
         };
         transient::run(run, &inputs)
     }

@@ -80,11 +80,17 @@ enum Symmetry {
 /// Largest order: MUMPS numbers rows with 32 bits, and a torn header must not ask for memory without end.
 const MAX_ORDER: usize = 100_000_000;
 
+/// Matrices of up to so many rows may have empty ones, as a damping matrix of a few dashpots has: a file of a few bytes must not ask for
+/// memory without end.
+const UNCHECKED: usize = 4_000_000;
+
 /// Reads a real square matrix. Errors name the file, the line, what was found and what was expected.
 pub fn read(path: &Path) -> Result<Csr> {
     let name = path.display();
+    let fail = |e: String| Error::Input(format!("{name}: cannot read the matrix: {e}"));
+    let bytes = crate::input::read(path).map_err(|e| fail(e.to_string()))?;
     let text =
-        std::fs::read_to_string(path).map_err(|e| Error::Input(format!("{name}: cannot read the matrix: {e}")))?;
+        String::from_utf8(bytes).map_err(|e| fail(format!("{e}; expected a Matrix Market file, which is text")))?;
     parse(&text).map_err(|(line, what)| Error::Input(format!("{name}: line {line}: {what}")))
 }
 
@@ -160,6 +166,10 @@ fn parse(text: &str) -> std::result::Result<Csr, Fault> {
             format!("found \"{line}\", expected the end of the file: all entries announced have been read"),
         ));
     }
+    if n > entries.len().max(UNCHECKED) {
+        let found = entries.len();
+        return Err((at, format!("found a matrix of {n} rows with {found} entries, expected at least one in each row; the file is incomplete, or the order wrong")));
+    }
     Ok(Csr::from_entries(n, entries))
 }
 
@@ -223,6 +233,7 @@ mod tests {
             (format!("{head}2 3 1\n1 1 1\n"), 2, "2 rows and 3 columns"),
             (format!("{head}2 2\n"), 2, "three sizes"),
             (format!("{head}9000000000000000000 9000000000000000000 0\n"), 2, "at most 100000000"),
+            (format!("{head}100000000 100000000 1\n1 1 2.0\n"), 2, "100000000 rows with 1 entries"),
             (format!("{head}2 2 2\n1 1 1\n"), 3, "truncated"),
             (format!("{head}2 2 1\n1 3 1\n"), 3, "\"3\", expected one of 1 to 2"),
             (format!("{head}2 2 1\n1 1 nan\n"), 3, "finite"),

@@ -13,7 +13,7 @@ Exit codes:
   2  wrong usage or job file
   3  a mesh or another input file is missing or wrong
   4  a solver did not converge
-  5  stopped on request or by the time limit, checkpoint saved
+  5  stopped on request or by the time limit; what was computed is kept
   6  reading or writing failed
   7  not enough memory";
 
@@ -34,8 +34,11 @@ pub struct Cli {
 pub enum Command {
     /// Run the analyses of a job and write the results
     Run {
+        /// Job file (JSON); with --resume it may be left out: the run has its job
+        #[arg(value_name = "JOB", required_unless_present = "resume")]
+        job: Option<PathBuf>,
         #[command(flatten)]
-        job: JobArgs,
+        changes: Changes,
         /// Result file [default: beside the job file, with the ending .h5]
         #[arg(short, long, value_name = "FILE.h5")]
         output: Option<PathBuf>,
@@ -57,19 +60,28 @@ pub enum Command {
     },
     /// Validate a job and say what it would compute, how large it is and how much memory it needs
     Check {
+        /// Job file (JSON)
+        #[arg(value_name = "JOB")]
+        job: PathBuf,
         #[command(flatten)]
-        job: JobArgs,
+        changes: Changes,
     },
     /// Print the JSON Schema of the job file
     Schema,
+    /// Read a result file and say nothing: whether that can be done without harm
+    #[command(hide = true)]
+    Probe {
+        /// The file
+        file: PathBuf,
+        /// What it is, and no more
+        #[arg(long)]
+        head: bool,
+    },
 }
 
-/// The job and what the command line changes in it.
+/// What the command line changes in the job.
 #[derive(Debug, Args)]
-pub struct JobArgs {
-    /// Job file (JSON)
-    #[arg(value_name = "JOB")]
-    pub path: PathBuf,
+pub struct Changes {
     /// Override a key of the job: dotted path and JSON value (or text), e.g. contact.friction=0.4; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub sets: Vec<String>,
@@ -102,8 +114,8 @@ mod tests {
     #[test]
     fn values_may_begin_with_a_minus() {
         let line = ["railsqueal", "run", "j.json", "--set", "contact.creepage.lateral=-0.01", "--", "-log_view"];
-        let Some(Command::Run { job, petsc, .. }) = Cli::parse_from(line).command else { panic!("no run") };
-        assert_eq!(job.sets, ["contact.creepage.lateral=-0.01"]);
+        let Some(Command::Run { changes, petsc, .. }) = Cli::parse_from(line).command else { panic!("no run") };
+        assert_eq!(changes.sets, ["contact.creepage.lateral=-0.01"]);
         assert_eq!(petsc, ["-log_view"]);
     }
 }

@@ -20,6 +20,32 @@ pub fn speaks(env: Lookup) -> bool {
     RANKS.iter().find_map(|name| number(env, name)).unwrap_or(0) == 0
 }
 
+/// Variables by which a process finds the others, whatever the interface.
+const INTERFACES: [&str; 9] = [
+    "PMIX_NAMESPACE",
+    "PMIX_RANK",
+    "PMI_FD",
+    "PMI_RANK",
+    "PMI_SIZE",
+    "OMPI_COMM_WORLD_SIZE",
+    "MV2_COMM_WORLD_SIZE",
+    "PALS_RANKID",
+    "ALPS_APP_PE",
+];
+
+/// `Some` message if srun started several processes and gave them nothing by which they find each other: MPI_Init would abort.
+pub fn mute(env: Lookup) -> Option<String> {
+    let size = number(env, "SLURM_STEP_NUM_TASKS").filter(|n| *n > 1)?;
+    if INTERFACES.iter().any(|name| env(name).is_some()) {
+        return None;
+    }
+    Some(format!(
+        "srun started {size} processes (SLURM_STEP_NUM_TASKS={size}) without a PMI by which they could find each other.\n  \
+         Choose the interface that the MPI library of this program speaks: `srun --mpi=list` shows those there are, e.g. srun --mpi=pmix; or use the \
+         mpirun of that library"
+    ))
+}
+
 /// `Some` message if the launcher started several processes but MPI made a world of one of each.
 pub fn singletons(world_size: usize, env: Lookup) -> Option<String> {
     if world_size != 1 {
@@ -44,6 +70,19 @@ fn number(env: Lookup, name: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn processes_of_srun_without_an_interface_are_refused_before_mpi_starts() {
+        let with = |names: &'static [&'static str]| move |name: &str| names.contains(&name).then(|| "4".to_owned());
+        let message = mute(&with(&["SLURM_STEP_NUM_TASKS"])).expect("a message");
+        assert!(message.contains("4 processes") && message.contains("srun --mpi=list"), "{message}");
+        for interface in INTERFACES {
+            let env = |name: &str| ["SLURM_STEP_NUM_TASKS", interface].contains(&name).then(|| "4".to_owned());
+            assert_eq!(mute(&env), None, "{interface}");
+        }
+        assert_eq!(mute(&|name: &str| (name == "SLURM_STEP_NUM_TASKS").then(|| "1".to_owned())), None);
+        assert_eq!(mute(&|_: &str| None), None);
+    }
 
     fn of<'a>(pairs: &'a [(&'a str, &'a str)]) -> impl Fn(&str) -> Option<String> + 'a {
         |name| pairs.iter().find(|(n, _)| *n == name).map(|(_, v)| v.to_string())

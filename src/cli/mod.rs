@@ -2,4 +2,5 @@
 
 pub mod args;
 pub mod launch;
+pub mod probe;
 pub mod versions;

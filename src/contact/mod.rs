@@ -9,6 +9,7 @@ pub(crate) mod active_set;
 mod candidates;
 pub(crate) mod course;
 pub mod deferred;
+pub mod foreseen;
 pub mod interface;
 pub mod kernel;
 pub(crate) mod krylov;

@@ -25,6 +25,64 @@ pub fn fe_inputs(job: &Job) -> Value {
     })
 }
 
+/// The keys in which two resolved jobs of a transient differ in what matters up to the time `until`, s: all but what is written, the duration,
+/// and the histories after that time.
+pub fn run_differences(a: &Value, b: &Value, until: f64) -> Vec<String> {
+    let histories = |job: &Value| job.pointer("/analyses/transient/histories").cloned().unwrap_or_default();
+    let mut keys = Vec::new();
+    for (key, creepage) in [
+        ("normal_load", None),
+        ("approach", None),
+        ("longitudinal", Some(())),
+        ("lateral", Some(())),
+        ("spin", Some(())),
+    ] {
+        let of = |job: &Value| {
+            let constant = creepage.and_then(|()| job.pointer(&format!("/contact/creepage/{key}"))?.as_f64());
+            table(&histories(job)[key]).or(constant.map(|c| vec![[0.0, c]]))
+        };
+        let same = match (of(a), of(b)) {
+            (Some(x), Some(y)) => same_until(&x, &y, until),
+            (x, y) => x == y,
+        };
+        if !same {
+            keys.push(format!("analyses.transient.histories.{key}"));
+        }
+    }
+    let [a, b] = [a, b].map(|job| {
+        let mut job = job.clone();
+        job["output"] = Value::Null;
+        if let Some(Value::Object(transient)) = job.pointer_mut("/analyses/transient") {
+            transient.remove("duration");
+            transient.remove("histories");
+        }
+        job
+    });
+    keys.extend(differences(&a, &b).into_iter().map(|d| d.key));
+    keys
+}
+
+/// The points of a history.
+fn table(value: &Value) -> Option<Vec<[f64; 2]>> {
+    let point = |p: &Value| Some([p.get(0)?.as_f64()?, p.get(1)?.as_f64()?]);
+    value.as_array()?.iter().map(point).collect()
+}
+
+/// Whether two histories, straight between their points, are the same function up to the time `until`, to rounding.
+fn same_until(a: &[[f64; 2]], b: &[[f64; 2]], until: f64) -> bool {
+    let at = |points: &[[f64; 2]], t: f64| {
+        let after = points.iter().position(|p| p[0] > t).unwrap_or(points.len());
+        match (after.checked_sub(1).map(|i| points[i]), points.get(after).copied()) {
+            (Some([t0, v0]), Some([t1, v1])) if t > t0 => v0 + (v1 - v0) * ((t - t0) / (t1 - t0)),
+            (Some([_, v]), _) | (None, Some([_, v])) => v,
+            (None, None) => 0.0,
+        }
+    };
+    let size = a.iter().chain(b).map(|p| p[1].abs()).fold(0.0, f64::max);
+    let times = a.iter().chain(b).map(|p| p[0]).filter(|t| *t <= until).chain([until]);
+    times.into_iter().all(|t| (at(a, t) - at(b, t)).abs() <= 1e-12 * size)
+}
+
 /// A key in which two documents differ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
@@ -87,5 +145,32 @@ mod tests {
         let found = differences(&a, &b);
         assert_eq!(found.iter().map(|d| d.key.as_str()).collect::<Vec<_>>(), ["gone", "x.b", "z"]);
         assert_eq!(found[1].to_string(), "x.b ([1,2] there, [1,3] here)");
+    }
+
+    /// What lies before the steps that are done must be the same, what comes after them need not.
+    #[test]
+    fn a_run_may_go_on_longer_and_with_other_histories() {
+        let job = |duration: f64, lateral: Value| {
+            json!({
+                "contact": { "creepage": { "lateral": 0.01 } },
+                "analyses": { "transient": { "duration": duration, "step": 1e-5, "histories": { "lateral": lateral } } },
+                "output": { "fields": duration > 1.0 },
+            })
+        };
+        let first = job(1.0, json!([[0, 0.01], [1, 0.01]]));
+        let bent = job(2.0, json!([[0, 0.01], [0.3, 0.01], [2, 0.02]]));
+        assert_eq!(run_differences(&first, &bent, 0.3), [] as [&str; 0]);
+        assert_eq!(run_differences(&first, &bent, 0.31), ["analyses.transient.histories.lateral"]);
+        // A constant is a history, too.
+        let mut none = job(1.0, Value::Null);
+        assert_eq!(run_differences(&none, &bent, 0.3), [] as [&str; 0]);
+        none["contact"]["creepage"]["lateral"] = json!(0.011);
+        assert_eq!(
+            run_differences(&none, &bent, 0.3),
+            ["analyses.transient.histories.lateral", "contact.creepage.lateral"]
+        );
+        let mut other = bent.clone();
+        other["analyses"]["transient"]["step"] = json!(2e-5);
+        assert_eq!(run_differences(&bent, &other, 0.1), ["analyses.transient.step"]);
     }
 }

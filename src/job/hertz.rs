@@ -10,7 +10,7 @@ const MAX_STRAIN: f64 = 0.05;
 /// Hertz pressure over the combined modulus E*, (2/π) a/R for a circular contact (K. L. Johnson, Contact Mechanics,
 /// 1985, eqs. 4.22–4.24); an elliptic contact is taken as the circular one of the same geometric mean curvature, a plain cylinder
 /// as a line contact across the width (eq. 4.45).
-pub fn small_strain(job: &Job) -> Result<()> {
+pub(super) fn small_strain(job: &Job) -> Result<()> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return Ok(()) };
     let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
         return Ok(());
@@ -58,6 +58,20 @@ pub fn contact_radius(job: &Job) -> Option<f64> {
     match contact.load() {
         Load::Normal(n) if across > 0.0 => Some((0.75 * n / (modulus * (along * across).sqrt())).cbrt()),
         _ => None,
+    }
+}
+
+/// [`contact_radius`], or that of the approach, a² = δ/κ.
+pub(super) fn contact_size(job: &Job) -> Option<f64> {
+    let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
+    let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
+        return None;
+    };
+    let along = 1.0 / a.outer_radius + 1.0 / b.outer_radius;
+    let across = a.crown_radius.map_or(0.0, |r| 1.0 / r) + b.crown_radius.map_or(0.0, |r| 1.0 / r);
+    match contact.load() {
+        Load::Approach(d) if across > 0.0 => Some((d / (along * across).sqrt()).sqrt()),
+        _ => contact_radius(job),
     }
 }
 

@@ -7,15 +7,17 @@ mod hertz;
 mod model;
 mod overrides;
 mod parse;
+mod range;
 mod schema;
 mod sweep;
 mod transient;
 mod validate;
 
-pub use compare::{differences, fe_inputs, Difference};
+pub use compare::{differences, fe_inputs, run_differences, Difference};
 pub use format::FORMAT;
-pub use hertz::{contact_radius, small_strain};
+pub use hertz::contact_radius;
 pub use model::*;
+pub use range::range;
 pub use schema::schema;
 pub use sweep::SweepPlan;
 pub use transient::*;
@@ -31,7 +33,7 @@ const MAX_BYTES: u64 = 16 << 20;
 /// Bytes of the job file. Call it on rank 0 and broadcast them: [`Job::from_bytes`] is the same on every rank.
 pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     let fail = |e: std::io::Error| Error::Job(format!("{}: cannot read the job file: {e}", path.display()));
-    let file = std::fs::File::open(path).map_err(fail)?;
+    let file = crate::input::open(path).map_err(fail)?;
     let mut bytes = Vec::new();
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
     if bytes.len() as u64 > MAX_BYTES {

@@ -55,6 +55,13 @@ pub struct Transient {
     pub segment: u32,
 }
 
+impl Transient {
+    /// Number of steps.
+    pub fn steps(&self) -> u64 {
+        (self.duration / self.step).round() as u64
+    }
+}
+
 fn default_step() -> f64 {
     1e-5
 }

@@ -187,6 +187,12 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             "contact.points: only for bodies given by matrices; bodies with meshes touch on their surfaces".into(),
         );
     }
+    if contact.patch.is_some() && cylinders.is_empty() && !job.bodies().is_empty() {
+        faults.push(
+            "contact.patch: given, but both bodies have mesh files, whose group \"contact\" is the patch; leave it out"
+                .into(),
+        );
+    }
     let Some(patch) = contact.patch else {
         if !cylinders.is_empty() {
             faults.push("contact.patch: missing; a built-in cylinder needs it, e.g. {\"half_length\": 0.007, \"half_width\": 0.007} (m)".into());
@@ -278,6 +284,9 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     }
 }
 
+/// Largest number of steps: segments are named by twelve figures.
+const MAX_STEPS: u64 = 999_999_999_999;
+
 fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
     let path = "analyses.transient";
     if job.analyses.modes.is_none() {
@@ -290,6 +299,14 @@ fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
         faults.push(format!(
             "{path}.duration: found {} s, expected at least one step ({} s)",
             transient.duration, transient.step
+        ));
+    }
+    if transient.steps() > MAX_STEPS {
+        faults.push(format!(
+            "{path}.duration: found {:e} s, {:.3e} steps of {} s, expected at most {MAX_STEPS}",
+            transient.duration,
+            transient.duration / transient.step,
+            transient.step
         ));
     }
     if transient.start.mode.is_some() && job.analyses.stability.is_none() {

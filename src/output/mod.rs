@@ -8,12 +8,14 @@
 //!
 //! `docs/output.md` lists what is in the file.
 
+mod checksums;
 pub mod datasets;
 mod fields;
 mod modes;
 mod partial;
 mod provenance;
 mod read;
+mod replace;
 mod result;
 mod segments;
 mod sequence;
@@ -24,9 +26,10 @@ mod vtkhdf;
 pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;
 pub use provenance::{sha256, utc_now, Provenance};
-pub use read::Reader;
-pub use result::{companion, ResultFile};
-pub use segments::Segments;
+pub use read::{survey, Reader};
+pub use replace::is_result;
+pub use result::{companion, outputs, ResultFile, MODEL};
+pub use segments::{job_of_run, Entry, Part, Segments};
 pub use sequence::{Sequence, SequenceFile};
 pub use table::Table;
 pub use values::Values;

@@ -29,14 +29,15 @@ pub fn write_modes<'w>(
     let body: Vec<i8> = modes.iter().map(|&(b, _)| if bodies[b].upper { 2 } else { 1 }).collect();
     let number: Vec<i64> = modes.iter().map(|&(_, k)| k as i64 + 1).collect();
     let tables = [
-        Table::list("/modes/frequency", "Hz", "Frequency of the mode of each step.", frequencies.concat()),
-        Table::list("/modes/body", "-", "Body whose mode each step shows: 1 lower, 2 upper.", body),
-        Table::list("/modes/number", "1", "Number of the mode of each step in its body, from 1.", number),
+        Table::list("/modes/frequency", "Hz", "Frequency of the mode of each step.", frequencies.concat()).summed(),
+        Table::list("/modes/body", "-", "Body whose mode each step shows: 1 lower, 2 upper.", body).summed(),
+        Table::list("/modes/number", "1", "Number of the mode of each step in its body, from 1.", number).summed(),
     ];
     let text = "Free-interface mode, mass-normalised: displacement for a unit modal coordinate.";
     let spec = FieldSpec::new("shape", "kg^-1/2", text, FieldKind::Vector);
     let description = "Number of the step; /modes/frequency, /modes/body and /modes/number say which mode it is.";
-    let sequence = Sequence { fields: vec![spec], values: &steps, units: "1", description, tables: &tables };
+    let sequence =
+        Sequence { fields: vec![spec], values: &steps, units: "1", description, tables: &tables, summed: true };
     let mut file = SequenceFile::create(world, path, overwrite, bodies, sequence)?;
     let mut still: Vec<Vec<f64>> = bodies.iter().map(|b| vec![0.0; 3 * b.part.node_ids.len()]).collect();
     for (step, &(b, k)) in modes.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! The temporary file: made beside the final name, its disk space reserved, renamed at the end or removed.
 
+use super::replace::replaceable;
 use crate::parallel::World;
 use crate::{Error, Result};
 use rustix::fs::FallocateFlags;
@@ -22,14 +23,7 @@ pub(super) struct Partial {
 pub(super) fn check_target(world: &World, target: &Path, overwrite: bool) -> Result<()> {
     ignore_file_size_signal();
     let check = || {
-        let exists = target.exists();
-        if target.is_dir() {
-            return Err(Error::Io(format!("cannot write {}: it is a directory; name a file", target.display())));
-        }
-        if exists && !overwrite {
-            let name = target.display();
-            return Err(Error::Job(format!("{name} exists already; give --force to replace it, or another --output")));
-        }
+        replaceable(target, overwrite)?;
         sweep(target);
         let probe = temporary_name(target);
         let made = fs::OpenOptions::new().write(true).create_new(true).open(&probe);
@@ -85,10 +79,15 @@ impl Partial {
         }
     }
 
+    /// On rank 0: brings the file to the disk.
+    pub(super) fn sync(&self) -> Result<()> {
+        fs::File::open(&self.path).and_then(|f| f.sync_all()).map_err(|e| failure(&self.target, &e))
+    }
+
     /// On rank 0: brings the file to the disk and gives it its final name.
     pub(super) fn publish(&mut self) -> Result<()> {
-        let sync = fs::File::open(&self.path).and_then(|f| f.sync_all());
-        sync.and_then(|()| fs::rename(&self.path, &self.target)).map_err(|e| failure(&self.target, &e))?;
+        self.sync()?;
+        fs::rename(&self.path, &self.target).map_err(|e| failure(&self.target, &e))?;
         self.published = true;
         Ok(())
     }
@@ -119,7 +118,7 @@ impl Drop for Partial {
 }
 
 /// A failure of the operating system, with what to do about it.
-fn failure(target: &Path, e: &std::io::Error) -> Error {
+pub(super) fn failure(target: &Path, e: &std::io::Error) -> Error {
     let advice = match e.raw_os_error().map(Errno::from_raw_os_error) {
         Some(Errno::NOSPC | Errno::DQUOT) => "free space there, or name another --output",
         Some(Errno::FBIG) => "raise the file size limit (ulimit -f), or write fewer fields",

@@ -1,5 +1,6 @@
 //! Where a result comes from: the group `/provenance`.
 
+use super::segments::Part;
 use super::table::Table;
 use crate::{Error, Result};
 use sha2::{Digest, Sha256};
@@ -23,6 +24,10 @@ pub struct Provenance {
     pub stages: Vec<(String, f64)>,
     /// Start of the run, see [`utc_now`].
     pub date: String,
+    /// The parts in which a transient was made.
+    pub parts: Vec<Part>,
+    /// What makes the results doubtful.
+    pub warnings: Vec<String>,
 }
 
 impl Provenance {
@@ -32,7 +37,7 @@ impl Provenance {
             pairs.iter().map(|p| if second { p.1.clone() } else { p.0.clone() }).collect()
         };
         let stages: (Vec<String>, Vec<f64>) = self.stages.iter().cloned().unzip();
-        vec![
+        let mut tables = vec![
             Table::scalar("/provenance/job", "-", "The resolved job, JSON, defaults filled in.", self.job.as_str()),
             Table::list("/provenance/command", "-", "The command line, argument by argument.", self.command.clone()),
             Table::list(
@@ -53,17 +58,44 @@ impl Provenance {
             Table::list("/provenance/stage_names", "-", "Stages of the run, in order.", stages.0),
             Table::list("/provenance/stage_times", "s", "Wall time of each of stage_names.", stages.1),
             Table::scalar("/provenance/date", "-", "Start of the run, UTC, ISO 8601.", self.date.as_str()),
-        ]
+        ];
+        if !self.warnings.is_empty() {
+            let text = "What makes the results doubtful.";
+            tables.push(Table::list("/provenance/warnings", "-", text, self.warnings.clone()));
+        }
+        if self.parts.len() > 1 {
+            let text = |name: &str, text: &str, of: &dyn Fn(&Part) -> String| {
+                Table::list(
+                    &format!("/provenance/parts/{name}"),
+                    "-",
+                    text,
+                    self.parts.iter().map(of).collect::<Vec<_>>(),
+                )
+            };
+            let steps: Vec<i64> = self.parts.iter().map(|p| p.step as i64).collect();
+            tables.extend([
+                text("job", "The resolved job of each part of a run that was continued, JSON.", &|p| p.job.to_string()),
+                text("date", "Start of the steps of each part, UTC, ISO 8601.", &|p| p.date.clone()),
+                text("program", "Program and version of each part.", &|p| p.program.clone()),
+                Table::list("/provenance/parts/step", "1", "Steps done before each part.", steps),
+            ]);
+        }
+        tables
     }
 }
 
 /// SHA-256 of a file, hexadecimal.
 pub fn sha256(path: &Path) -> Result<String> {
     let fail = |e: std::io::Error| Error::Input(format!("cannot read {}: {e}", path.display()));
-    let mut file = std::fs::File::open(path).map_err(fail)?;
+    let mut file = crate::input::open(path).map_err(fail)?;
     let mut hash = Sha256::new();
     std::io::copy(&mut file, &mut hash).map_err(fail)?;
-    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+    Ok(hexadecimal(&hash.finalize()))
+}
+
+/// Bytes in hexadecimal figures.
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// Date and time now, UTC, as `2026-01-31T23:59:59Z`.

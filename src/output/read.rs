@@ -1,9 +1,13 @@
 //! Reading a result file back.
 
+use super::checksums::{digest, Pieces};
+use super::provenance::hexadecimal;
+use super::table::SUM;
 use super::values::Values;
 use crate::{Error, Result};
 use hdf5::types::{IntSize, TypeDescriptor, VarLenUnicode};
 use ndarray::s;
+use std::cell::OnceCell;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -11,18 +15,25 @@ use std::path::{Path, PathBuf};
 pub struct Reader {
     file: hdf5::File,
     path: PathBuf,
+    /// Sums of the rows that the ranks wrote, once they are asked for.
+    pieces: OnceCell<Pieces>,
 }
 
 impl Reader {
     /// Opens a file for reading; `Error::Input` if it is missing, truncated or no HDF5 file.
     pub fn open(path: &Path) -> Result<Self> {
-        if let Err(e) = std::fs::File::open(path) {
+        if let Err(e) = crate::input::open(path) {
             return Err(Error::Input(format!("cannot read {}: {e}", path.display())));
         }
         let file = hdf5::File::open(path).map_err(|e| {
             Error::Input(format!("{} is no HDF5 file, or a truncated one ({e}); make it again", path.display()))
         })?;
-        Ok(Self { file, path: path.to_owned() })
+        Ok(Self { file, path: path.to_owned(), pieces: OnceCell::new() })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// True if there is such a dataset or group.
@@ -38,6 +49,58 @@ impl Reader {
     pub fn names(&self, group: &str) -> Result<Vec<String>> {
         let names = self.file.group(group).and_then(|g| g.member_names());
         names.map_err(|e| self.fault(group, &e.to_string()))
+    }
+
+    /// Shape and values of a dataset whose SHA-256 was written beside it; an error where they do not fit it, or where there is none.
+    pub fn verified(&self, path: &str) -> Result<(Vec<usize>, Values)> {
+        let (shape, values) = self.read(path)?;
+        let sum = self.attribute(path, SUM).map_err(|e| e.context("a checksum is missing"))?;
+        if sum != hexadecimal(&digest(path, &shape, &values)) {
+            return Err(self
+                .fault(path, "it is damaged: its SHA-256 is not that with which it was written; make the file again"));
+        }
+        Ok((shape, values))
+    }
+
+    /// [`Reader::verified`] for real numbers.
+    pub fn verified_numbers(&self, path: &str) -> Result<(Vec<usize>, Vec<f64>)> {
+        match self.verified(path)? {
+            (shape, Values::F64(v)) => Ok((shape, v)),
+            _ => Err(self.fault(path, "it does not hold real numbers of double precision")),
+        }
+    }
+
+    /// [`Reader::verified`] for a scalar text.
+    pub fn verified_text(&self, path: &str) -> Result<String> {
+        match self.verified(path)?.1 {
+            Values::Text(v) if v.len() == 1 => Ok(v.into_iter().next().unwrap_or_default()),
+            _ => Err(self.fault(path, "it is not one text")),
+        }
+    }
+
+    /// Shape and values of a dataset that the ranks wrote row by row, with the sums of all their rows in the file.
+    pub fn verified_rows(&self, path: &str) -> Result<(Vec<usize>, Values)> {
+        let (shape, values) = self.read(path)?;
+        let rows = shape.first().copied().unwrap_or(1);
+        self.fit(path, 0..rows, &values)?;
+        Ok((shape, values))
+    }
+
+    /// An error unless the values of these rows of a dataset fit the sums in the file.
+    fn fit(&self, path: &str, rows: Range<usize>, values: &Values) -> Result<()> {
+        if self.pieces.get().is_none() {
+            let name = |name: &str| self.verified(&format!("/checksums/{name}")).map(|(_, values)| values);
+            let tables = [name("names")?, name("dataset")?, name("first_row")?, name("rows")?, name("sha256")?];
+            let pieces =
+                Pieces::new(tables).ok_or_else(|| self.fault("/checksums", "its datasets contradict each other"))?;
+            let _ = self.pieces.set(pieces);
+        }
+        let columns = values.len() / rows.len().max(1);
+        let part = |first: usize, count: usize| values.part(first * columns..(first + count) * columns);
+        match self.pieces.get().is_some_and(|p| p.fit(path, rows.start, rows.len(), part)) {
+            true => Ok(()),
+            false => Err(self.fault(path, "it is damaged: the SHA-256 of its pieces are not those with which they were written; make the file again")),
+        }
     }
 
     /// Shape and values of a dataset.
@@ -74,18 +137,23 @@ impl Reader {
         }
     }
 
-    /// Rows `rows` of a dataset of three columns in single precision, `[rows, 3]` row by row.
+    /// Rows `rows` of a dataset of three columns in single precision, `[rows, 3]` row by row; they fit the sums of the pieces in the file.
     pub fn rows(&self, path: &str, rows: Range<usize>) -> Result<Vec<f64>> {
-        let read = || -> hdf5::Result<Vec<f64>> {
+        let read = || -> hdf5::Result<Vec<f32>> {
             let dataset = self.file.dataset(path)?;
             let shape = dataset.shape();
             if shape.len() != 2 || shape[1] != 3 || shape[0] < rows.end {
                 return Err(format!("it has the shape {shape:?}, expected {} rows of 3 at least", rows.end).into());
             }
             let values = dataset.read_slice_2d::<f32, _>(s![rows.clone(), ..])?;
-            Ok(values.iter().map(|&v| f64::from(v)).collect())
+            Ok(values.iter().copied().collect())
         };
-        read().map_err(|e| self.fault(path, &e.to_string()))
+        let values = Values::F32(read().map_err(|e| self.fault(path, &e.to_string()))?);
+        self.fit(path, rows.clone(), &values)?;
+        match values {
+            Values::F32(v) => Ok(v.into_iter().map(f64::from).collect()),
+            _ => Ok(Vec::new()),
+        }
     }
 
     /// A scalar text.
@@ -102,7 +170,51 @@ impl Reader {
         read().map(|t| t.as_str().to_owned()).map_err(|e| self.fault(path, &format!("attribute {name}: {e}")))
     }
 
+    /// Reads all datasets of a group and of those in it.
+    fn survey(&self, group: &str) -> Result<()> {
+        if !self.has(group) {
+            return Ok(());
+        }
+        for name in self.names(group)? {
+            let path = format!("{group}/{name}");
+            match self.file.group(&path) {
+                Ok(_) => self.survey(&path)?,
+                Err(_) => drop(self.read(&path)?),
+            }
+        }
+        Ok(())
+    }
+
     fn fault(&self, path: &str, what: &str) -> Error {
         Error::Input(format!("{}: cannot read dataset {path}: {what}", self.path.display()))
     }
+}
+
+/// Reads all that a later run may take up from a result file, or only what says what it is; errors are those of reading.
+pub fn survey(path: &Path, head: bool) -> Result<()> {
+    let reader = Reader::open(path)?;
+    if head {
+        super::replace::is_result(path)?;
+        return Ok(());
+    }
+    for group in ["reduced", "modes", "checksums"] {
+        reader.survey(group)?;
+    }
+    for dataset in ["/VTKHDF/Points", "/VTKHDF/PointData/body"] {
+        if reader.has(dataset) {
+            reader.read(dataset)?;
+        }
+    }
+    let shapes = "/VTKHDF/PointData/shape";
+    if !reader.has(shapes) {
+        return Ok(());
+    }
+    let dataset = reader.file.dataset(shapes).map_err(|e| reader.fault(shapes, &e.to_string()))?;
+    let rows = dataset.shape().first().copied().unwrap_or(0);
+    // Some rows at a time are in memory.
+    for first in (0..rows).step_by(1 << 20) {
+        let some = dataset.read_slice_2d::<f32, _>(s![first..rows.min(first + (1 << 20)), ..]);
+        some.map_err(|e| reader.fault(shapes, &e.to_string()))?;
+    }
+    Ok(())
 }

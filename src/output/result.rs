@@ -1,7 +1,8 @@
 //! The main file of a run.
 
 use super::fields::{BodyPart, PointField};
-use super::partial::{check_target, Partial};
+use super::partial::{check_target, sweep, Partial};
+use super::replace::replaceable;
 use super::segments::{append_to, Segments};
 use super::sequence::SequenceFile;
 use super::table::Table;
@@ -14,6 +15,9 @@ use std::path::{Path, PathBuf};
 /// What may stand beside a main file: real modes of the bodies, complex modes of the coupled system, a transient.
 const COMPANIONS: [&str; 3] = ["free_modes.vtkhdf", "modes.vtkhdf", "transient.vtkhdf"];
 
+/// The reduced model of a run that is not complete.
+pub const MODEL: &str = "model.h5";
+
 /// One HDF5 file being made. Nothing appears under its name before [`ResultFile::finish`], and nothing at all if the run
 /// fails before.
 pub struct ResultFile<'w> {
@@ -23,6 +27,8 @@ pub struct ResultFile<'w> {
     tables: Vec<Table>,
     attached: Vec<Partial>,
     segments: Option<(Segments, String)>,
+    /// Where the reduced model is kept until the file is complete.
+    kept: Option<PathBuf>,
 }
 
 impl<'w> ResultFile<'w> {
@@ -30,13 +36,7 @@ impl<'w> ResultFile<'w> {
     /// false). Call it before the long work.
     pub fn create(world: &'w World, path: &Path, overwrite: bool) -> Result<Self> {
         check_target(world, path, overwrite)?;
-        world.on_root(|| match COMPANIONS.map(|c| companion(path, c)).into_iter().find(|c| c.exists()) {
-            Some(old) if !overwrite => Err(Error::Job(format!(
-                "{} of an earlier run exists already; give --force to replace the results, or another --output",
-                old.display()
-            ))),
-            _ => Ok(()),
-        })?;
+        world.on_root(|| COMPANIONS.iter().try_for_each(|c| replaceable(&companion(path, c), overwrite)))?;
         Ok(Self {
             world,
             target: path.to_owned(),
@@ -44,6 +44,7 @@ impl<'w> ResultFile<'w> {
             tables: Vec::new(),
             attached: Vec::new(),
             segments: None,
+            kept: None,
         })
     }
 
@@ -84,6 +85,27 @@ impl<'w> ResultFile<'w> {
         Ok(())
     }
 
+    /// Collective: the tables of rank 0, computed so far, become part of the file, and are kept in a file of their own beside it until it is complete:
+    /// `FILE.model.h5`, which stays where the run fails later. That of an earlier run makes room.
+    pub fn keep(&mut self, tables: Vec<Table>) -> Result<()> {
+        let target = companion(&self.target, MODEL);
+        self.world.on_root(|| {
+            replaceable(&target, true)?;
+            sweep(&target);
+            let mut partial = Partial::alone(&target);
+            skeleton(&partial, None, &[], &tables, None)?;
+            partial.publish()
+        })?;
+        self.tables(tables);
+        self.kept = Some(target);
+        Ok(())
+    }
+
+    /// The file of [`ResultFile::keep`].
+    pub fn kept(&self) -> Option<&Path> {
+        self.kept.as_deref()
+    }
+
     /// The datasets of `group` in these segments become part of the file, which then takes their place.
     pub fn append(&mut self, segments: Segments, group: &str) {
         self.segments = Some((segments, group.to_owned()));
@@ -102,7 +124,7 @@ impl<'w> ResultFile<'w> {
         };
         let tables = &self.tables;
         let attached = &mut self.attached;
-        let segments = &self.segments;
+        let (segments, kept) = (&self.segments, &self.kept);
         world.on_root(|| {
             let mut seen = BTreeSet::new();
             for table in tables {
@@ -130,6 +152,9 @@ impl<'w> ResultFile<'w> {
             if let Some((segments, _)) = segments {
                 segments.remove();
             }
+            if let Some(kept) = kept {
+                let _ = std::fs::remove_file(kept);
+            }
             // Those of an earlier run do not belong to this file.
             let new = |path: &PathBuf| attached.iter().any(|a| &a.target == path);
             for old in COMPANIONS.map(|c| companion(&partial.target, c)).iter().filter(|c| !new(c)) {
@@ -139,6 +164,12 @@ impl<'w> ResultFile<'w> {
         })?;
         Ok(())
     }
+}
+
+/// The files that a run with the main file `path` may write, and the folder of its segments.
+pub fn outputs(path: &Path) -> (Vec<PathBuf>, PathBuf) {
+    let beside = COMPANIONS.iter().chain([&MODEL]).map(|c| companion(path, c));
+    (std::iter::once(path.to_owned()).chain(beside).collect(), companion(path, "transient"))
 }
 
 /// Path of a file that goes with the main one: `companion("a/run.h5", "modes.vtkhdf")` is `a/run.modes.vtkhdf`.

@@ -1,9 +1,10 @@
 //! Sequences of fields on a geometry that stays: modes one after the other, a complex mode over its period, a transient.
 
+use super::checksums::Written;
 use super::fields::{BodyPart, FieldSpec, PointField};
 use super::partial::{check_target, Partial};
 use super::table::Table;
-use super::vtkhdf::{skeleton, OpenSlabs, Piece};
+use super::vtkhdf::{skeleton, strong, OpenSlabs, Piece, Slab, Slot};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::path::Path;
@@ -18,6 +19,8 @@ pub struct SequenceFile<'w> {
     piece: Piece,
     specs: Vec<FieldSpec>,
     steps: usize,
+    /// Sums of the rows of this rank, where they are wanted.
+    written: Option<Written>,
 }
 
 /// What a sequence holds.
@@ -32,6 +35,8 @@ pub struct Sequence<'a> {
     pub description: &'a str,
     /// Further datasets, from rank 0.
     pub tables: &'a [Table],
+    /// Whether the SHA-256 of what each rank writes goes into the file, for what later runs take up.
+    pub summed: bool,
 }
 
 impl<'w> SequenceFile<'w> {
@@ -43,7 +48,7 @@ impl<'w> SequenceFile<'w> {
         bodies: &[BodyPart],
         sequence: Sequence<'_>,
     ) -> Result<Self> {
-        let Sequence { fields: specs, values, units, description, tables } = sequence;
+        let Sequence { fields: specs, values, units, description, tables, summed } = sequence;
         check_target(world, path, overwrite)?;
         let piece = Piece::new(world, bodies);
         let steps = values.len();
@@ -63,8 +68,9 @@ impl<'w> SequenceFile<'w> {
             skeleton(&partial, Some([2, 0]), &slots, &all, Some(steps as i64))
         })?;
         let open = OpenSlabs::open(world, &partial)?;
-        open.write(world, &partial, &slabs)?;
-        Ok(Self { world, open, partial, piece, specs, steps })
+        let mut file = Self { world, open, partial, piece, specs, steps, written: summed.then(Written::default) };
+        file.put(&slabs, &slots)?;
+        Ok(file)
     }
 
     /// Collective: writes the fields of a step, in the order of the specs: `fields[f][b]` are the values of field f at the
@@ -77,8 +83,20 @@ impl<'w> SequenceFile<'w> {
             let fields = self.specs.iter().zip(fields).map(|(s, v)| PointField::new(s.clone(), v.clone()));
             fields.map(|f| self.piece.slab(&f, step, true)).collect()
         };
-        let slabs: Vec<_> = self.world.agree(slabs)?;
-        self.open.write(self.world, &self.partial, &slabs)
+        let slabs: Vec<Slab> = self.world.agree(slabs)?;
+        let slots: Vec<Slot> = self.specs.iter().map(|s| self.piece.slot(s, self.steps, true)).collect();
+        self.put(&slabs, &slots)
+    }
+
+    /// Collective: writes rows of this rank.
+    fn put(&mut self, slabs: &[Slab], slots: &[Slot]) -> Result<()> {
+        if let Some(written) = &mut self.written {
+            for slab in slabs {
+                let shape = slots.iter().find(|s| s.path == slab.path).map(|s| &s.shape[1..]);
+                written.add(slab, shape.map_or(1, |s| s.iter().product()));
+            }
+        }
+        self.open.write(self.world, &self.partial, slabs)
     }
 
     /// Collective: gives the file its name. A file that goes with a main one is given to
@@ -92,8 +110,25 @@ impl<'w> SequenceFile<'w> {
     /// Collective: the complete file, still under its temporary name.
     pub(super) fn close(self) -> Result<Partial> {
         self.open.close(self.world, &self.partial)?;
+        let sums = self.written.map(|w| w.tables(self.world)).unwrap_or_default();
+        self.world.on_root(|| add(&self.partial, &sums))?;
         Ok(self.partial)
     }
+}
+
+/// On rank 0: adds tables to a complete file.
+fn add(partial: &Partial, tables: &[Table]) -> Result<()> {
+    if tables.is_empty() {
+        return Ok(());
+    }
+    let have = std::fs::metadata(&partial.path).map_or(0, |m| m.len());
+    partial.reserve(have + tables.iter().map(Table::bytes).sum::<u64>() + 65536)?;
+    let write = || -> hdf5::Result<()> {
+        let file = hdf5::File::with_options().with_fapl(strong).open_rw(&partial.path)?;
+        tables.iter().try_for_each(|table| table.write(&file))?;
+        file.close()
+    };
+    write().map_err(|e| partial.hdf5_error("writing tables", &e))
 }
 
 /// The group `/VTKHDF/Steps`: the geometry of all steps is the first one, point data follow one another.

@@ -1,8 +1,12 @@
 //! A table: one dataset outside `/VTKHDF`, held on rank 0 until the file is finished.
 
+use super::checksums::digest;
+use super::provenance::hexadecimal;
 use super::values::{unicode, Layout, Values};
 use hdf5::{File, Location};
 
+/// Attribute with the SHA-256 of a dataset.
+pub(super) const SUM: &str = "sha256";
 /// Tables larger than this are compressed.
 const COMPRESS_FROM: usize = 1 << 16;
 
@@ -15,6 +19,7 @@ pub struct Table {
     pub(super) shape: Vec<usize>,
     pub(super) values: Values,
     pub(super) extendible: bool,
+    pub(super) summed: bool,
 }
 
 impl Table {
@@ -28,6 +33,7 @@ impl Table {
             shape: shape.to_vec(),
             values: values.into(),
             extendible: false,
+            summed: false,
         }
     }
 
@@ -48,6 +54,12 @@ impl Table {
         self
     }
 
+    /// Stores the SHA-256 of the table beside it, for what later runs take up.
+    pub fn summed(mut self) -> Self {
+        self.summed = true;
+        self
+    }
+
     /// Bytes on disk, with HDF5's own share.
     pub(super) fn bytes(&self) -> u64 {
         (self.values.bytes() + 2048) as u64
@@ -63,6 +75,8 @@ impl Table {
             Some(format!("table {path} of shape {:?} has {} values", self.shape, self.values.len()))
         } else if self.units.is_empty() || self.description.is_empty() {
             Some(format!("table {path} lacks its unit or its description"))
+        } else if self.extendible && self.summed {
+            Some(format!("table {path} can grow and would not fit its checksum"))
         } else if self.extendible && self.shape.is_empty() {
             Some(format!("table {path} is a scalar and cannot grow"))
         } else {
@@ -78,6 +92,10 @@ impl Table {
         let (group, name) = parent(file, &self.path)?;
         let dataset = self.values.create(&group, &name, &self.shape, layout)?;
         describe(&dataset, &self.units, &self.description)?;
+        if self.summed {
+            let sum = hexadecimal(&digest(&self.path, &self.shape, &self.values));
+            dataset.new_attr::<hdf5::types::VarLenUnicode>().create(SUM)?.write_scalar(&unicode(&sum)?)?;
+        }
         self.values.write(&dataset)
     }
 }

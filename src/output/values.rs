@@ -83,6 +83,20 @@ impl Values {
         self.len() == 0
     }
 
+    /// Some of the values.
+    pub(super) fn part(&self, range: std::ops::Range<usize>) -> Values {
+        match self {
+            Values::F64(v) => v[range].to_vec().into(),
+            Values::F32(v) => v[range].to_vec().into(),
+            Values::I8(v) => v[range].to_vec().into(),
+            Values::U8(v) => v[range].to_vec().into(),
+            Values::I32(v) => v[range].to_vec().into(),
+            Values::I64(v) => v[range].to_vec().into(),
+            Values::Complex(v) => v[range].to_vec().into(),
+            Values::Text(v) => v[range].to_vec().into(),
+        }
+    }
+
     /// Bytes of one value; of text, those in the dataset itself.
     pub(super) fn item_bytes(&self) -> usize {
         match self {

@@ -13,6 +13,17 @@ fn refused(text: impl AsRef<[u8]>, args: &[&str], code: i32, parts: &[&str]) {
     }
 }
 
+/// The same where it fails when modes and compliance are made: these are kept.
+#[track_caller]
+fn refused_late(text: impl AsRef<[u8]>, code: i32, parts: &[&str]) {
+    let folder = Folder::with(text);
+    for ranks in [1, 2] {
+        folder.call(ranks, "run", &[]).failed(code, parts);
+        assert_eq!(folder.listing(), ["job.json", "job.model.h5"]);
+        std::fs::remove_file(folder.path("job.model.h5")).expect("remove");
+    }
+}
+
 /// The small job with one key set is refused with exit code 2, by `check` as by `run`.
 #[track_caller]
 fn refused_key(path: &str, value: Value, parts: &[&str]) {
@@ -146,8 +157,15 @@ fn no_fixed_support_with_a_static_solve() {
 fn patch_smaller_than_the_contact() {
     let mut job = small();
     job["analyses"] = json!({ "steady": {} });
-    job["contact"]["normal_load"] = json!(1e6);
-    refused(job.to_string(), &[], 2, &["contact.patch", "half_length", "half_width", "needs about", "enlarge"]);
+    job["contact"]["normal_load"] = json!(2e6);
+    let parts = ["contact.patch", "half_length", "half_width", "needs about", "enlarge"];
+    refused(job.to_string(), &[], 2, &parts);
+    // Before anything is factorised, and by `check` as well.
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    ran.failed(2, &parts);
+    assert!(ran.err.contains("meshing") && !ran.err.contains("factorisation"), "{}", ran.err);
+    folder.call(1, "check", &[]).failed(2, &parts);
 }
 
 #[test]
@@ -188,6 +206,59 @@ fn mutated_jobs() {
     }
 }
 
+/// What is no file is not waited for, and what cannot be counted in time is counted in closed form.
+#[test]
+fn inputs_that_would_take_for_ever() {
+    let fifo = |folder: &Folder, name: &str| {
+        let made = std::process::Command::new("mkfifo").arg(folder.path(name)).status();
+        assert!(made.expect("mkfifo").success());
+    };
+    let mut job = small();
+    job["analyses"] = json!({ "steady": {} });
+    job["bodies"]["lower"]["mesh"] = json!({ "file": "lower.msh" });
+    let folder = Folder::with(job.to_string());
+    fifo(&folder, "lower.msh");
+    fifo(&folder, "fifo.json");
+    for command in ["run", "check"] {
+        folder.call(1, command, &[]).failed(3, &["lower.msh", "a FIFO, expected a regular file"]);
+        railsqueal(2, &[command, &folder.text("fifo.json")]).failed(2, &["fifo.json", "a FIFO"]);
+    }
+    let size = ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.element_size=1e-12"));
+    let growth = ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.growth=1.0000001"));
+    let folder = Folder::with(small().to_string());
+    let sets = ["--set", &size[0], "--set", &size[1], "--set", &growth[0], "--set", &growth[1]];
+    folder.call(1, "check", &sets).failed(2, &["element_size", "would fit"]);
+    let long =
+        ["--set", "bodies.lower.mesh.cylinder.thickness=5000", "--set", "bodies.lower.mesh.cylinder.crown_radius=null"];
+    folder.call(1, "check", &[&long[..], &sets[4..]].concat()).failed(2, &["bodies.lower.mesh", "would fit"]);
+    let transient = ["--set", "analyses.transient={\"duration\": 1e308}"];
+    folder.call(1, "check", &transient).failed(2, &["analyses.transient.duration", "1e308 s", "at most 999999999999"]);
+    let mut job = super::program::job("hulten.json");
+    for key in ["mass", "damping", "stiffness"] {
+        job["bodies"]["lower"]["matrices"][key] = json!("huge.mtx");
+    }
+    let folder = Folder::with(job.to_string());
+    let text = "%%MatrixMarket matrix coordinate real general\n100000000 100000000 1\n1 1 2.0\n";
+    std::fs::write(folder.path("huge.mtx"), text).expect("write");
+    for command in ["run", "check"] {
+        folder.call(1, command, &[]).failed(3, &["huge.mtx: line 2", "100000000 rows with 1 entries"]);
+    }
+}
+
+/// The arc of so long a patch is longer than its chord by more than an element.
+#[test]
+fn a_patch_that_bends_with_the_wheel() {
+    let mut job = small();
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(0.008);
+    }
+    job["contact"]["patch"] = json!({ "half_length": 0.2, "half_width": 0.016 });
+    job["output"] = json!({ "fields": false, "reduced": false });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "check", &[]).good();
+    folder.call(1, "run", &["--only", "steady"]).good();
+}
+
 /// Stability needs modes, a creepage and a frequency range that the modes reach.
 #[test]
 fn stability_without_what_it_needs() {
@@ -204,17 +275,17 @@ fn stability_without_what_it_needs() {
     let mut job = small();
     job["contact"]["creepage"] = json!({ "spin": 0.5 });
     job["analyses"] = json!({ "modes": { "count": 5 }, "stability": {} });
-    refused(job.to_string(), &[], 2, &["contact.creepage: no creep at the closed node", "pole"]);
+    refused_late(job.to_string(), 2, &["contact.creepage: no creep at the closed node", "pole"]);
     let mut job = small();
     job["analyses"] = json!({ "modes": { "count": 5 }, "stability": { "max_frequency": 1e5 } });
-    refused(job.to_string(), &[], 2, &["analyses.stability.max_frequency", "reach", "more modes"]);
+    refused_late(job.to_string(), 2, &["analyses.stability.max_frequency", "reach", "more modes"]);
     job["analyses"]["stability"] = json!({ "phases": 6 });
     refused(job.to_string(), &[], 2, &["analyses.stability.phases", "multiple of 4"]);
     job["analyses"]["stability"] = json!({ "full": { "max_frequency": 1e5 } });
-    refused(job.to_string(), &[], 2, &["analyses.stability.full.max_frequency", "reaches", "more modes"]);
+    refused_late(job.to_string(), 2, &["analyses.stability.full.max_frequency", "reaches", "more modes"]);
     job["analyses"]["stability"]["full"]["max_frequency"] = json!(500);
     // The truncation of five modes is seen.
     job["bodies"]["upper"]["damping"] = json!({});
     job["analyses"]["stability"]["full"]["agreement"] = json!(1e-12);
-    refused(job.to_string(), &[], 4, &["full.agreement", "Hz"]);
+    refused_late(job.to_string(), 4, &["full.agreement", "Hz"]);
 }

@@ -31,6 +31,93 @@ fn existing_results_are_kept() {
     }
 }
 
+/// Whatever --force is given for: inputs stay, and nothing but regular results of this program goes.
+#[test]
+fn inputs_and_what_is_no_result_are_never_replaced() {
+    let folder = Folder::with(small().to_string());
+    let quick = ["--only", "steady", "--set", "output.fields=false"];
+    let call = |args: &[&str]| folder.call(1, "run", &[&quick[..], args].concat());
+    let (job, result) = (folder.text("job.json"), folder.text("job.h5"));
+    call(&["--output", &job, "--force"]).failed(2, &["--output", "job.json", "an input of this run, the job file"]);
+    call(&[]).good();
+    let before = std::fs::read(&result).expect("read");
+    call(&["--reuse", &result, "--force"]).failed(2, &["job.h5", "an input of this run, the file of --reuse"]);
+    // Under another name, too.
+    std::fs::hard_link(&result, folder.path("other.h5")).expect("link");
+    call(&["--reuse", &result, "--output", &folder.text("other.h5"), "--force"]).failed(2, &["the file of --reuse"]);
+    assert_eq!(std::fs::read(&result).expect("read"), before);
+    let dangling = folder.path("dangling.h5");
+    std::os::unix::fs::symlink(folder.path("nowhere"), &dangling).expect("link");
+    std::fs::write(folder.path("notes.h5"), "precious").expect("write");
+    assert!(Command::new("mkfifo").arg(folder.path("fifo.h5")).status().expect("mkfifo").success());
+    for force in [&[][..], &["--force"]] {
+        for (name, what) in [("dangling.h5", "a symbolic link to"), ("fifo.h5", "a FIFO")] {
+            call(&[&["--output", &folder.text(name)], force].concat()).failed(2, &[name, what]);
+        }
+    }
+    call(&["--output", "/dev/null", "--force"]).failed(2, &["/dev/null", "a device"]);
+    call(&["--output", &folder.text("notes.h5"), "--force"]).failed(2, &["notes.h5", "no result file of this program"]);
+    assert_eq!(std::fs::read_to_string(folder.path("notes.h5")).expect("read"), "precious");
+    assert!(std::fs::symlink_metadata(&dangling).expect("the link").is_symlink());
+    call(&["--force"]).good();
+    let mut blocks = super::program::job("blocks.json");
+    for body in ["lower", "upper"] {
+        let mesh = format!("{}/meshes/block-{body}.msh", env!("CARGO_MANIFEST_DIR"));
+        std::fs::copy(mesh, folder.path(&format!("{body}.msh"))).expect("copy");
+        blocks["bodies"][body]["mesh"]["file"] = json!(format!("{body}.msh"));
+    }
+    std::fs::write(folder.path("job.json"), blocks.to_string()).expect("write");
+    folder
+        .call(1, "run", &["--output", &folder.text("upper.msh"), "--force"])
+        .failed(2, &["upper.msh", "an input of this run, bodies.upper.mesh.file"]);
+}
+
+/// Modes and compliance are on the disk as soon as they exist, and a later run takes them up.
+#[test]
+fn what_was_computed_stays_where_a_later_step_fails() {
+    let mut job = small();
+    job["analyses"] = json!({ "modes": { "count": 5 }, "stability": {}, "steady": {} });
+    job["output"] = json!({ "fields": false });
+    let folder = Folder::with(job.to_string());
+    // Spin alone has a pole inside the contact, where nothing slides.
+    let pole = ["--set", "contact.creepage={\"spin\": 0.5}"];
+    folder.call(2, "run", &pole).failed(2, &["pole", "job.model.h5: --reuse", "takes them up"]);
+    assert_eq!(folder.listing(), ["job.json", "job.model.h5"]);
+    let model = folder.text("job.model.h5");
+    let kept = std::fs::read(&model).expect("read");
+    let ran = folder.call(2, "run", &["--reuse", &model]);
+    assert!(!ran.good().err.contains("modes, body"), "{}", ran.err);
+    assert_eq!(folder.listing(), ["job.h5", "job.json", "job.model.h5"]);
+    assert_eq!(std::fs::read(&model).expect("read"), kept, "an input stays");
+    // They may be made again, and are gone when the results are complete.
+    let ran = folder.call(1, "run", &["--force"]);
+    assert!(ran.good().err.contains("job.model.h5 has modes and compliance"), "{}", ran.err);
+    assert_eq!(folder.listing(), ["job.h5", "job.json"]);
+}
+
+/// A signal is acknowledged when it comes, and ends any job at the end of a step.
+#[test]
+fn a_signal_ends_a_job_without_a_transient() {
+    use std::io::{BufRead, BufReader};
+    let mut job = small();
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["max_element_size"] = json!(0.03);
+    }
+    job["output"] = json!({ "fields": false });
+    let folder = Folder::with(job.to_string());
+    let mut command = Command::new(PROGRAM);
+    command.args(["run", &folder.text("job.json")]).env("OPENBLAS_NUM_THREADS", "1");
+    let mut child = command.stderr(std::process::Stdio::piped()).spawn().expect("start");
+    let mut lines = BufReader::new(child.stderr.take().expect("stderr")).lines().map(|l| l.expect("a line"));
+    assert!(lines.by_ref().any(|line| line.contains("meshing")));
+    super::interrupted::signal("USR1", child.id());
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(child.wait().expect("wait").code(), Some(5), "{rest:?}");
+    assert!(rest.iter().any(|l| l.contains("a signal came")), "{rest:?}");
+    assert!(rest.iter().any(|l| l.contains("railsqueal: error: stopped on request")), "{rest:?}");
+    folder.untouched();
+}
+
 /// A limit on the size of files stands for a full disk where no small file system can be mounted: the same code paths.
 #[test]
 fn files_that_may_not_grow() {
@@ -44,7 +131,7 @@ fn files_that_may_not_grow() {
             ranks,
             "sh",
             "-c",
-            "ulimit -f 40; exec \"$0\" run \"$1\" --only steady",
+            "ulimit -f 40; exec \"$0\" run \"$1\" --only steady --set output.reduced=false",
             PROGRAM,
             &folder.text("job.json"),
         ]);
@@ -63,7 +150,11 @@ fn full_disk() {
         eprintln!("no small file system can be mounted here; files_that_may_not_grow stands for it");
         return;
     }
-    let ran = folder.call(2, "run", &["--only", "steady", "--output", &folder.text("disk/run.h5")]);
+    let ran = folder.call(
+        2,
+        "run",
+        &["--only", "steady", "--set", "output.reduced=false", "--output", &folder.text("disk/run.h5")],
+    );
     let left = std::fs::read_dir(&disk).expect("list").count();
     assert!(Command::new("umount").arg(&disk).status().expect("umount").success());
     ran.failed(6, &["run.h5", "No space left"]);
@@ -73,7 +164,9 @@ fn full_disk() {
 /// Rank 1 alone may not write large files: it fails where the others do not, and all end with its code and one message.
 #[test]
 fn one_rank_alone_fails() {
-    let folder = Folder::with(small().to_string());
+    let mut job = small();
+    job["output"] = json!({ "reduced": false });
+    let folder = Folder::with(job.to_string());
     let job = folder.text("job.json");
     let mut command = mpirun();
     // Over shared memory Open MPI itself would need larger files.

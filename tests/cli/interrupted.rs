@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// A run with a model at hand, so that it is in its steps at once.
-fn prepared() -> (Folder, String) {
+pub fn prepared() -> (Folder, String) {
     let transient = json!({
         "duration": 0.3,
         "start": { "mode": 1, "amplitude": 3e-6, "random": { "seed": 5, "energy": 1e-4 } },
@@ -30,7 +30,7 @@ fn prepared() -> (Folder, String) {
 
 /// All datasets of the transients are the same to the last bit.
 #[track_caller]
-fn same(a: &hdf5::File, b: &hdf5::File) {
+pub fn same(a: &hdf5::File, b: &hdf5::File) {
     let names = a.group("transient").expect("group").member_names().expect("names");
     assert!(names.len() > 20, "{names:?}");
     for name in names.iter().filter(|n| !["grid", "points"].contains(&n.as_str())) {
@@ -48,7 +48,7 @@ fn same(a: &hdf5::File, b: &hdf5::File) {
 }
 
 /// Files of a folder of segments that are complete.
-fn segments(folder: &Path) -> Vec<PathBuf> {
+pub fn segments(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).map(|d| d.flatten().map(|e| e.path()).collect::<Vec<_>>());
     let mut files = entries.unwrap_or_default();
     files.retain(|p| p.extension().is_some_and(|e| e == "h5"));
@@ -57,14 +57,14 @@ fn segments(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Starts the program in the background.
-fn start(mut command: Command, args: &[&str]) -> Child {
+pub fn start(mut command: Command, args: &[&str]) -> Child {
     command.args(args).env("OPENBLAS_NUM_THREADS", "1");
     command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("start")
 }
 
 /// Waits until there are `count` segments; the run must still be going then.
 #[track_caller]
-fn wait_for(folder: &Path, count: usize, child: &mut Child) {
+pub fn wait_for(folder: &Path, count: usize, child: &mut Child) {
     let begun = Instant::now();
     while segments(folder).len() < count {
         assert!(begun.elapsed() < Duration::from_secs(60), "no {count} segments in a minute");
@@ -78,7 +78,7 @@ fn wait_for(folder: &Path, count: usize, child: &mut Child) {
 }
 
 #[track_caller]
-fn signal(name: &str, process: u32) {
+pub fn signal(name: &str, process: u32) {
     let sent = Command::new("kill").args([&format!("-{name}"), &process.to_string()]).status();
     assert!(sent.expect("kill").success(), "process {process} was over before {name}");
 }
@@ -264,6 +264,8 @@ fn on_two_ranks_without_reuse_signals_and_kills_leave_what_continues_to_the_same
     for path in segments(&folder.path("whole.transient")) {
         std::fs::copy(&path, place.join(path.file_name().expect("name"))).expect("copy");
     }
+    // It may name more of them than there were.
+    std::fs::copy(folder.path("whole.transient/manifest"), place.join("manifest")).expect("copy");
     assert!(unbroken.wait().expect("wait").success());
     for (name, to) in [("USR1", None), ("KILL", Some(0)), ("TERM", Some(1))] {
         let mut child = launch("--resume", &output);
@@ -319,24 +321,37 @@ fn the_wall_time_stops_a_run_and_what_does_not_belong_to_it_is_refused() {
         .failed(2, &["belongs to another job", "contact.friction", "analyses.transient.start.mode", "begun with"]);
     let last = segments(&folder.path("run.transient")).pop().expect("a segment");
     let bytes = std::fs::read(&last).expect("read");
-    {
-        let file = hdf5::File::open_rw(&last).expect("open");
-        let text: hdf5::types::VarLenUnicode = "railsqueal 0.0.1".parse().expect("text");
-        file.dataset("checkpoint/program").expect("version").write_scalar(&text).expect("write");
-    }
-    let this = format!("this is railsqueal {}", env!("CARGO_PKG_VERSION"));
-    call(&resume).failed(2, &["--resume", "was written by railsqueal 0.0.1", &this, "continue it with that version"]);
+    let manifest = folder.path("run.transient/manifest");
+    let text = std::fs::read_to_string(&manifest).expect("read");
+    let this = format!("railsqueal {}", env!("CARGO_PKG_VERSION"));
+    std::fs::write(&manifest, resummed(&text.replace(&this, "railsqueal 0.0.1"))).expect("write");
+    let parts = ["--resume", "was written by railsqueal 0.0.1", &this, "continue it with that version"];
+    call(&resume).failed(2, &parts);
+    std::fs::write(&manifest, &text).expect("write");
     std::fs::write(&last, &bytes[..bytes.len() / 2]).expect("truncate");
-    call(&resume).failed(2, &["--resume", "truncated", "remove this file"]);
+    call(&resume).failed(3, &["--resume", "damaged", "bytes, expected", "remove it"]);
     // As the message says.
     std::fs::remove_file(&last).expect("remove");
     call(&[&resume[..], &["--wall-time", "2"]].concat()).failed(5, &["limit of wall time"]);
     let first = &segments(&folder.path("run.transient"))[0];
     let bytes = std::fs::read(first).expect("read");
     std::fs::write(first, &bytes[..bytes.len() / 2]).expect("truncate");
-    call(&resume).failed(3, &["--resume", "000000000000.h5", "truncated"]);
+    call(&resume).failed(3, &["--resume", "000000000000.h5", "damaged", "--force"]);
     std::fs::remove_file(first).expect("remove");
-    call(&resume).failed(2, &["first segment is missing", "--force"]);
+    call(&resume).failed(3, &["first segment is missing", "--force"]);
+}
+
+/// The lines of a manifest with the checksums that fit them.
+fn resummed(text: &str) -> String {
+    use sha2::{Digest, Sha256};
+    let mut before = String::new();
+    let line = |line: &str| {
+        let record = line.split_once(' ').expect("a record").1;
+        let sum = Sha256::new().chain_update(&before).chain_update(record).finalize();
+        before = sum.iter().map(|b| format!("{b:02x}")).collect();
+        format!("{before} {record}\n")
+    };
+    text.lines().map(line).collect()
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The program as its users call it: real processes, under `mpirun` where there are several ranks.
 
 mod bad_input;
+mod damaged;
 mod failures;
 mod golden;
 mod interrupted;
@@ -9,6 +10,7 @@ mod points;
 mod program;
 mod reuse;
 mod runs;
+mod slurm;
 mod sound;
 mod sweep;
 mod transient;

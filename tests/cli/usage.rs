@@ -53,6 +53,24 @@ fn stdout_that_cannot_be_written_is_an_io_error_and_a_closed_pipe_is_none() {
     assert!(pipe.status.success() && pipe.stderr.is_empty(), "{pipe:?}");
 }
 
+/// All ranks end by themselves where rank 0 alone cannot speak or knows what does not fit.
+#[test]
+fn what_rank_0_alone_finds_ends_all_ranks() {
+    let folder = Folder::with(small().to_string());
+    let ran = folder.call(2, "check", &["--set", "solver.memory_limit=1e7"]);
+    ran.failed(7, &["solver.memory_limit gives 10 MB"]);
+    assert!(!ran.err.contains("MPI_ABORT"), "{}", ran.err);
+    let job = folder.text("job.json");
+    for command in ["check", "run"] {
+        let mut launch = mpirun();
+        let line = format!("exec \"$0\" {command} \"$1\" --only steady > /dev/full");
+        launch.args(["-n", "2", "sh", "-c", &line, PROGRAM, &job]);
+        let ran = finish(&mut launch);
+        ran.failed(6, &["cannot write to stdout"]);
+        assert!(!ran.err.contains("MPI_ABORT"), "{}", ran.err);
+    }
+}
+
 #[test]
 fn check_says_what_would_be_computed_and_writes_nothing() {
     let folder = Folder::with(small().to_string());

@@ -6,6 +6,7 @@ use super::bodies::Bodies;
 use crate::body::{Side, TraceModes};
 use crate::job::{Compliance, Job};
 use crate::output::datasets::reduced::{load, Origin, Reused};
+use crate::output::Reader;
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -34,5 +35,5 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
         return refuse("analyses.stability.full needs the finite elements and whole mode shapes, which the file has not; leave one of the two out");
     }
-    load(file, job)
+    load(&Reader::open(file)?, job)
 }

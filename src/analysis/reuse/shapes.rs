@@ -67,12 +67,12 @@ pub fn read(world: &World, file: &Path, bodies: &mut Bodies, model: Option<&Redu
 fn vectors(file: &Path, body: &dyn Fields, (name, side): (&str, Side), count: usize) -> Result<Vec<Vec<f64>>> {
     let reader = Reader::open(file)?;
     let wrong = |what: &str| Error::Input(format!("{}: {what}", file.display()));
-    let bytes = |path: &str| match reader.read(path)?.1 {
+    let bytes = |read: (Vec<usize>, Values), path: &str| match read.1 {
         Values::I8(v) => Ok(v),
         _ => Err(wrong(&format!("{path} does not hold numbers of one byte"))),
     };
     let number = side.index() as i8 + 1;
-    let body_of_step = bytes("/modes/body")?;
+    let body_of_step = bytes(reader.verified("/modes/body")?, "/modes/body")?;
     let steps: Vec<usize> = (0..body_of_step.len()).filter(|&s| body_of_step[s] == number).collect();
     if steps.len() != count {
         return Err(wrong(&format!("it has {} modes of body {}, the reduced model {count}", steps.len(), name)));
@@ -80,8 +80,11 @@ fn vectors(file: &Path, body: &dyn Fields, (name, side): (&str, Side), count: us
     // The same mesh gives the same coordinates to the last bit, whatever the number of ranks; the upper body is reflected in z there.
     let mirror = side.reflection(2);
     let key = |p: [f64; 3]| p.map(|v| (v + 0.0).to_bits());
-    let body_of_point = bytes("/VTKHDF/PointData/body")?;
-    let (_, points) = reader.numbers("/VTKHDF/Points")?;
+    let labels = "/VTKHDF/PointData/body";
+    let body_of_point = bytes(reader.verified_rows(labels)?, labels)?;
+    let (_, Values::F64(points)) = reader.verified_rows("/VTKHDF/Points")? else {
+        return Err(wrong("/VTKHDF/Points does not hold numbers of double precision"));
+    };
     let place: HashMap<[u64; 3], usize> = points
         .chunks_exact(3)
         .enumerate()

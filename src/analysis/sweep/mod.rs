@@ -11,7 +11,7 @@ use super::report::Summary;
 use super::run::Run;
 use super::{modes, stability};
 use crate::contact::points::{interface as of_points, reactions};
-use crate::job::{fe_inputs, small_strain, Job, SweepPlan};
+use crate::job::{fe_inputs, range, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, Outcome};
 use crate::petsc::session::Petsc;
@@ -109,7 +109,7 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
     let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
         return Err(Error::Defect("a point of a sweep without contact or stability".into()));
     };
-    small_strain(point)?;
+    range(point)?;
     // Each point brings its own damping, and its own contact points.
     let interface = match points(contact) {
         Some(points) => of_points(&points)?,

@@ -6,11 +6,10 @@ use crate::analysis::bodies::Place;
 use crate::analysis::run::Run;
 use crate::body::ReducedBody;
 use crate::output::datasets::record::BODIES;
-use crate::output::{companion, FieldKind, FieldSpec, Reader, Segments, Sequence, SequenceFile};
+use crate::output::{companion, Entry, FieldKind, FieldSpec, Segments, Sequence, SequenceFile};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::collections::VecDeque;
-use std::path::PathBuf;
 
 /// Times that are worked on together: a solve of so many loads takes a fraction of as many solves.
 const TOGETHER: usize = 16;
@@ -22,7 +21,8 @@ type Row = (Vec<f64>, Vec<f64>);
 
 /// What the segments hold, one segment in memory at a time; on rank 0, empty elsewhere.
 struct Kept {
-    files: std::vec::IntoIter<PathBuf>,
+    segments: Option<Segments>,
+    entries: std::vec::IntoIter<Entry>,
     waiting: VecDeque<Row>,
 }
 
@@ -30,10 +30,10 @@ impl Kept {
     /// The next `count` times.
     fn next(&mut self, count: usize) -> Result<Vec<Row>> {
         while self.waiting.len() < count {
-            let Some(path) = self.files.next() else {
+            let (Some(segments), Some(entry)) = (&self.segments, self.entries.next()) else {
                 return Err(Error::Defect("times are missing in the segments".into()));
             };
-            let segment = Reader::open(&path)?;
+            let segment = segments.open(&entry)?;
             let rows = |name: &str| -> Result<Vec<Vec<f64>>> {
                 let (shape, values) = segment.numbers(&format!("{BODIES}/{name}"))?;
                 let width = shape.get(1).map_or(1, |&w| w.max(1));
@@ -49,20 +49,21 @@ impl Kept {
 
 /// Collective: writes `FILE.transient.vtkhdf` with one static solve for each body and time. In memory are the modes and some times, whatever
 /// the number of steps.
-pub fn write(run: &mut Run, inputs: &Inputs<'_>, segments: &Segments) -> Result<()> {
+pub fn write(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
     let world = run.world();
     let parts = inputs.bodies.parts();
     let found = world.on_root(|| {
-        let (mut times, files) = (Vec::new(), segments.files()?);
-        for path in &files {
-            let segment = Reader::open(path)?;
+        let segments = inputs.segments()?;
+        let (mut times, entries) = (Vec::new(), segments.entries());
+        for entry in &entries {
+            let segment = segments.open(entry)?;
             if segment.has(BODIES) {
                 times.extend(segment.numbers(&format!("{BODIES}/time"))?.1);
             }
         }
-        Ok((times, files))
+        Ok((times, entries))
     })?;
-    let (times, files) = found.unwrap_or_default();
+    let (times, entries) = found.unwrap_or_default();
     let times = world.broadcast(times);
     if times.is_empty() {
         return Ok(());
@@ -70,9 +71,10 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>, segments: &Segments) -> Result<
     let text = "Displacement from the unloaded body, in the frame of the contact point: the modes kept and, statically, the others.";
     let spec = FieldSpec::new("displacement", "m", text, FieldKind::Vector);
     let path = companion(&run.options.output, "transient.vtkhdf");
-    let frames = Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[] };
+    let frames =
+        Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[], summed: false };
     let mut sequence = SequenceFile::create(world, &path, run.replaces(), &parts, frames)?;
-    let mut kept = Kept { files: files.into_iter(), waiting: VecDeque::new() };
+    let mut kept = Kept { segments: inputs.segments.cloned(), entries: entries.into_iter(), waiting: VecDeque::new() };
     for first in (0..times.len()).step_by(TOGETHER) {
         let count = TOGETHER.min(times.len() - first);
         let rows = world.on_root(|| kept.next(count))?.unwrap_or_default();
@@ -157,8 +159,8 @@ mod tests {
     #[test]
     fn times_follow_one_another_across_segments() {
         let folder = tempfile::tempdir().expect("a folder");
-        let segments = Segments::of(&folder.path().join("run.h5"));
-        segments.begin(false).expect("a folder");
+        let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
+        segments.begin(serde_json::Value::Null).expect("a run");
         let row = |k: usize| (vec![k as f64, -(k as f64)], (0..3).map(|c| (3 * k + c) as f64).collect::<Vec<f64>>());
         let ends = [0, 7, 7, 30, 35, 37];
         for (number, w) in ends.windows(2).enumerate() {
@@ -173,8 +175,8 @@ mod tests {
             let start = [Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)];
             segments.write(number as u64, if rows.is_empty() { &start } else { &all }).expect("a segment");
         }
-        let files = segments.files().expect("files");
-        let mut kept = Kept { files: files.into_iter(), waiting: VecDeque::new() };
+        let entries = segments.entries().into_iter();
+        let mut kept = Kept { segments: Some(segments), entries, waiting: VecDeque::new() };
         for (first, count) in [(0, 16), (16, 16), (32, 5)] {
             let wanted: Vec<Row> = (first..first + count).map(row).collect();
             assert_eq!(kept.next(count).expect("times"), wanted);

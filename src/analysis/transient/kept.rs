@@ -13,13 +13,7 @@ use crate::{Error, Result};
 
 /// On rank 0: the model that the run was begun with.
 pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
-    let first = segments.first()?.ok_or_else(|| {
-        Error::Job(format!(
-            "--resume: the first segment is missing in {}, and with it the reduced model of the run; begin again with --force",
-            segments.folder().display()
-        ))
-    })?;
-    load(&first, job).map_err(|e| e.context("--resume"))
+    load(&segments.open_first()?, job).map_err(|e| e.context("--resume"))
 }
 
 /// Collective: turns the mode shapes, computed again, into those of the model that was kept: each cluster of equal frequencies by the

@@ -4,10 +4,8 @@ mod fields;
 pub mod kept;
 mod points;
 mod sound;
-mod stop;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
-pub use stop::Stop;
 
 use super::bodies::Bodies;
 use super::interface::{creepage, given_forces, normal_load, steady_rolling, steady_sliding};
@@ -16,6 +14,7 @@ use super::report::Summary;
 use super::run::Run;
 use super::stability::Found;
 use super::steps::Needs;
+use super::stop::Stop;
 use super::RunOptions;
 use crate::body::TraceModes;
 use crate::contact::points::{bear_load, reactions};
@@ -36,6 +35,7 @@ use faer::MatRef;
 use num_complex::Complex64;
 use points::Located;
 use sound::Sound;
+use std::path::Path;
 use std::time::Instant;
 
 /// What the transient takes from the other stages of a run.
@@ -60,12 +60,21 @@ pub struct Inputs<'a> {
     pub stop: &'a Stop,
     /// On rank 0, at the start of a run: the reduced model as tables, for the first segment.
     pub keep: &'a [Table],
+    /// On rank 0: the segments of the run.
+    pub segments: Option<&'a Segments>,
+    /// Where modes and compliance are kept until the first segment has them.
+    pub kept: Option<&'a Path>,
 }
 
 impl Inputs<'_> {
     /// On rank 0: the eigenvalues of the reduced model, by falling growth rate.
     fn eigenpairs(&self) -> &[Eigenpair] {
         self.found.map_or(&[], |f| &f.spectrum.eigenpairs)
+    }
+
+    /// On rank 0: the segments of the run.
+    fn segments(&self) -> Result<&Segments> {
+        self.segments.ok_or_else(|| Error::Defect("a transient without segments".into()))
     }
 }
 
@@ -86,16 +95,15 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
                 .into(),
         ));
     }
-    let segments = Segments::of(&inputs.options.output);
     let mut located = Located::find(wanted, inputs.bodies, inputs.modes)?;
     if inputs.options.resume {
-        world.on_root(|| segments.first()?.map_or(Ok(()), |first| located.points.restore(&first)))?;
+        world.on_root(|| located.points.restore(&inputs.segments()?.open_first()?))?;
     } else {
         located.solve(inputs.bodies, inputs.modes, inputs.model)?;
     }
     let points = located.points;
     let sound = match &wanted.sound_power {
-        Some(power) => Some(Sound::new(world, inputs, power, &segments, run.progress)?),
+        Some(power) => Some(Sound::new(world, inputs, power, run.progress)?),
         None => None,
     };
     run.progress.stage("transient");
@@ -103,8 +111,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
         report_damping(wanted, inputs.eigenpairs(), run.progress, &mut run.summary);
     }
     let wish = || inputs.stop.signalled();
-    let work =
-        |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound.as_ref(), &segments, elsewhere, run.progress);
+    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound.as_ref(), elsewhere, run.progress);
     let done = world.on_root_heeding(wish, work)?;
     if let Some((effort, steps, seconds)) = &done {
         let pair = &inputs.model.root()?.pair;
@@ -126,15 +133,16 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
         }
         run.file.tables(points.tables());
         run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
+        let segments = inputs.segments()?;
         run.file.append(segments.clone(), "/transient");
     }
     if let Some(sound) = &sound {
         run.progress.stage("sound power");
-        sound.write(run, inputs, &segments)?;
+        sound.write(run, inputs)?;
     }
     if wanted.body_stride > 0 {
         run.progress.stage("motion of the bodies");
-        fields::write(run, inputs, &segments)?;
+        fields::write(run, inputs)?;
     }
     Ok(())
 }
@@ -161,11 +169,10 @@ fn advance(
     inputs: &Inputs<'_>,
     points: &Points,
     sound: Option<&Sound<'_>>,
-    segments: &Segments,
     elsewhere: &dyn Fn() -> bool,
     progress: &mut Progress,
 ) -> Result<(Effort, u64, f64)> {
-    let root = inputs.model.root()?;
+    let (root, segments) = (inputs.model.root()?, inputs.segments()?);
     let wanted = inputs.wanted;
     let at_points = at_points(inputs, root)?;
     let model = match &at_points {
@@ -175,7 +182,7 @@ fn advance(
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
     scheme.check(model.omega)?;
     let identity = checkpoint::identity(&model);
-    let resumed = if inputs.options.resume { Checkpoint::last(segments, inputs.job)? } else { None };
+    let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
     // The settings follow from the state of rest, whose approach is held; a resumed run finds the same again.
     let (rest, approach) = match &at_points {
         Some(points) => points.at_rest(&model),
@@ -191,7 +198,7 @@ fn advance(
         tolerance: wanted.tolerance,
         drive: drive(wanted, inputs.contact, approach)?,
     };
-    let total = (wanted.duration / wanted.step).round() as u64;
+    let total = wanted.steps();
     let mut stepper;
     match resumed {
         Some(found) => {
@@ -201,6 +208,7 @@ fn advance(
                 );
             }
             stepper = Stepper::new(model, settings, found.state)?;
+            segments.go_on(inputs.job.to_json())?;
         }
         None => {
             let (start, moved) = perturbed(inputs, root, rest)?;
@@ -209,7 +217,7 @@ fn advance(
                 stepper.settle().map_err(|e| e.context("analyses.transient: the start"))?;
             }
             // Nothing is left behind by a run that cannot begin.
-            segments.begin(inputs.options.force || inputs.options.resume)?;
+            segments.begin(inputs.job.to_json())?;
         }
     }
     let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, Sound::stride), &stepper.state().reaction);
@@ -222,6 +230,9 @@ fn advance(
         tables.extend(points.kept());
         tables.extend(sound.map(Sound::kept).unwrap_or_default());
         segments.write(0, &tables)?;
+        if let Some(kept) = inputs.kept {
+            let _ = std::fs::remove_file(kept);
+        }
     }
     let mut segment_begun = Instant::now();
     while stepper.state().step < total {
@@ -270,6 +281,7 @@ fn advance(
             }
         }
     }
+    segments.complete(total)?;
     Ok((effort, total - first, begun.elapsed().as_secs_f64()))
 }
 

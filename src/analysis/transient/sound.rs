@@ -4,7 +4,7 @@ use super::Inputs;
 use crate::analysis::run::Run;
 use crate::job::{self, BodyName, SoundPower};
 use crate::output::datasets::record::SOUND;
-use crate::output::{Reader, Segments, Table};
+use crate::output::{Entry, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::sound::bands::resolving_time;
@@ -100,13 +100,7 @@ impl<'a> Sound<'a> {
 
     /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A run that is continued
     /// takes the latter from its first segment: mode shapes are not the same to the last bit when computed again.
-    pub fn new(
-        world: &World,
-        inputs: &Inputs<'a>,
-        wanted: &'a SoundPower,
-        segments: &Segments,
-        progress: &mut Progress,
-    ) -> Result<Self> {
+    pub fn new(world: &World, inputs: &Inputs<'a>, wanted: &'a SoundPower, progress: &mut Progress) -> Result<Self> {
         if inputs.modes.is_empty() {
             return Err(Error::Job(format!(
                 "{KEY}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse"
@@ -118,7 +112,7 @@ impl<'a> Sound<'a> {
         let mut sound = Self::of(wanted, bands_within(wanted, reach)?, inputs.wanted.step);
         progress.stage("radiation of sound");
         let kept = match inputs.options.resume {
-            true => world.on_root(|| sound.restore(inputs, segments))?.unwrap_or_default(),
+            true => world.on_root(|| sound.restore(inputs))?.unwrap_or_default(),
             false => false,
         };
         if world.broadcast(vec![u8::from(kept)]) != [1] {
@@ -171,9 +165,8 @@ impl<'a> Sound<'a> {
     }
 
     /// On rank 0: takes the radiation from the first segment; false where it is of no use.
-    fn restore(&mut self, inputs: &Inputs<'_>, segments: &Segments) -> Result<bool> {
-        let Some(first) = segments.first()? else { return Ok(false) };
-        let file = Reader::open(&first)?;
+    fn restore(&mut self, inputs: &Inputs<'_>) -> Result<bool> {
+        let file = inputs.segments()?.open_first()?;
         let count = self.bands.grid().len();
         for b in self.bodies(inputs) {
             let list = |name: &str| file.numbers(&format!("/checkpoint/sound/{b}/{name}")).map(|(_, v)| v);
@@ -193,7 +186,7 @@ impl<'a> Sound<'a> {
     }
 
     /// Collective: spectra and what follows from them.
-    pub fn write(&self, run: &mut Run, inputs: &Inputs<'_>, segments: &Segments) -> Result<()> {
+    pub fn write(&self, run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
         let world = run.world();
         let mut radiation: BTreeMap<usize, Radiation> = BTreeMap::new();
         let mut parts = Vec::new();
@@ -216,7 +209,7 @@ impl<'a> Sound<'a> {
                 powers.push(PowerSpectrum::new(radiation, welch.spacing()));
             }
             let columns: Vec<_> = parts.iter().map(|p| p.2.clone()).collect();
-            let pieces = self.spectra(begin(inputs.wanted, self.wanted), segments, &welch, |x| {
+            let pieces = self.spectra(begin(inputs.wanted, self.wanted), inputs.segments()?, &welch, |x| {
                 powers.iter_mut().zip(&columns).for_each(|(p, c)| p.add(&x[c.clone()]));
             })?;
             let mut tables = self.shared(&welch, pieces, powers.first());
@@ -249,8 +242,8 @@ impl<'a> Sound<'a> {
         welch: &Welch,
         mut take: impl FnMut(&[Vec<Complex64>]),
     ) -> Result<usize> {
-        let rows_of = |path: &std::path::Path| -> Result<(Vec<f64>, Vec<f64>)> {
-            let segment = Reader::open(path)?;
+        let rows_of = |entry: &Entry| -> Result<(Vec<f64>, Vec<f64>)> {
+            let segment = segments.open(entry)?;
             if !segment.has(&format!("{SOUND}/time")) {
                 return Ok((Vec::new(), Vec::new()));
             }
@@ -259,8 +252,8 @@ impl<'a> Sound<'a> {
         };
         let wanted = |t: f64| t >= from - 1e-9 * self.interval;
         let mut rows = 0;
-        for path in segments.files()? {
-            rows += rows_of(&path)?.0.into_iter().filter(|&t| wanted(t)).count();
+        for entry in segments.entries() {
+            rows += rows_of(&entry)?.0.into_iter().filter(|&t| wanted(t)).count();
         }
         let (pieces, mut skip) = welch.pieces(rows.saturating_sub(1));
         if pieces == 0 {
@@ -269,15 +262,15 @@ impl<'a> Sound<'a> {
         let mut last: Option<(f64, Vec<f64>)> = None;
         let mut record: VecDeque<Vec<f64>> = VecDeque::new();
         let mut done = 0;
-        for path in segments.files()? {
-            let (times, values) = rows_of(&path)?;
+        for entry in segments.entries() {
+            let (times, values) = rows_of(&entry)?;
             let m = values.len() / times.len().max(1);
             for (&t, q) in times.iter().zip(values.chunks_exact(m.max(1))).filter(|(t, _)| wanted(**t)) {
                 if let Some((before, p)) = &last {
                     if (t - before - self.interval).abs() > 1e-3 * self.interval {
                         return Err(Error::Input(format!(
                             "{}: the samples for sound power jump from {before} s to {t} s; they must be {} s apart",
-                            path.display(),
+                            segments.path(&entry).display(),
                             self.interval
                         )));
                     }

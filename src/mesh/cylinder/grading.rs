@@ -1,7 +1,30 @@
 //! Graded divisions of a line: element sizes that grow geometrically from the contact to a largest size.
 
+/// More sizes than this are not added one by one.
+const LONG: usize = 1000;
+
+/// Number of sizes `first·q^k` below `largest`.
+fn grown(first: f64, q: f64, largest: f64) -> f64 {
+    match q > 1.0 {
+        true => ((largest / first).ln() / (q - 1.0).ln_1p()).ceil().max(0.0),
+        false => f64::INFINITY,
+    }
+}
+
+/// Sum of `n` sizes `first·q^k`.
+fn total(n: f64, first: f64, q: f64) -> f64 {
+    match q > 1.0 {
+        true => first * (n * (q - 1.0).ln_1p()).exp_m1() / (q - 1.0),
+        false => n * first,
+    }
+}
+
 /// Sum of `n` sizes `first·q^k`, each cut off at `largest`.
 fn sum(n: usize, first: f64, q: f64, largest: f64) -> f64 {
+    if n > LONG {
+        let growing = grown(first, q, largest).min(n as f64);
+        return total(growing, first, q) + (n as f64 - growing) * largest;
+    }
     let (mut total, mut size) = (0.0, first);
     for _ in 0..n {
         total += size.min(largest);
@@ -17,6 +40,12 @@ pub fn elements(length: f64, first: f64, growth: f64, largest: f64) -> usize {
     }
     if growth <= 1.0 || largest <= first {
         return ((length / first.min(largest)) * (1.0 - 1e-9)).ceil().max(1.0) as usize;
+    }
+    let filled = (length * (growth - 1.0) / first).ln_1p() / (growth - 1.0).ln_1p();
+    let growing = grown(first, growth, largest);
+    if growing.min(filled) > LONG as f64 {
+        let rest = if filled <= growing { 0.0 } else { (length - total(growing, first, growth)).max(0.0) / largest };
+        return (filled.min(growing).ceil() + (rest * (1.0 - 1e-9)).ceil()) as usize;
     }
     let (mut n, mut total, mut size) = (0usize, 0.0, first);
     while total < length * (1.0 - 1e-9) && size < largest {
@@ -70,7 +99,10 @@ pub fn sizes(length: f64, n: usize, first: f64, largest: f64) -> Vec<f64> {
 pub fn symmetric(length: f64, n: usize, part: f64) -> Vec<f64> {
     let first = part.min(1.0) * length / n.max(1) as f64;
     let exponent = |k: usize| k.min(n - 1 - k) as i32;
-    let total = |q: f64| (0..n).map(|k| first * q.powi(exponent(k))).sum::<f64>();
+    let total = |q: f64| match n > LONG {
+        true => 2.0 * total((n / 2) as f64, first, q) + if n % 2 == 1 { first * q.powi(n as i32 / 2) } else { 0.0 },
+        false => (0..n).map(|k| first * q.powi(exponent(k))).sum::<f64>(),
+    };
     let (mut low, mut high) = (1.0, 2.0);
     if n > 2 {
         while total(high) < length {
@@ -95,7 +127,7 @@ mod tests {
 
     #[test]
     fn symmetric_sizes_fill_the_length_from_small_ends() {
-        for (n, part) in [(1, 0.6), (2, 0.6), (3, 0.6), (6, 1.0), (17, 0.6), (18, 0.5)] {
+        for (n, part) in [(1, 0.6), (2, 0.6), (3, 0.6), (6, 1.0), (17, 0.6), (18, 0.5), (2001, 0.6), (2002, 0.6)] {
             let h = symmetric(0.1, n, part);
             let total: f64 = h.iter().sum();
             assert!(h.len() == n && (total - 0.1).abs() < 1e-14, "{n}: sum {total}");
@@ -124,6 +156,29 @@ mod tests {
                 assert!(w[1] < largest * (1.0 + 1e-9), "size {} above {largest}", w[1]);
             }
         }
+    }
+
+    /// Long divisions are counted and added up in closed form, to the same as one by one.
+    #[test]
+    fn long_divisions_are_counted_without_going_through_them() {
+        for (length, first, growth, largest) in
+            [(1.0, 1e-5, 1.0001, 1.0), (1.0, 1e-5, 1.001, 2e-5), (3.0, 1e-4, 1.0002, 1.0)]
+        {
+            let (mut n, mut sum, mut size) = (0usize, 0.0, first);
+            while sum < length {
+                sum += f64::min(size, largest);
+                size *= growth;
+                n += 1;
+            }
+            let counted = elements(length, first, growth, largest);
+            assert!(n > LONG && counted.abs_diff(n) <= 1, "{counted} instead of {n}");
+            let h = sizes(length, counted, first, largest);
+            let total: f64 = h.iter().sum();
+            assert!((total / length - 1.0).abs() < 1e-12, "sum {total} of {length}");
+            assert!(h.windows(2).all(|w| w[1] / w[0] < growth * (1.0 + 1e-9) && w[1] <= largest * (1.0 + 1e-9)));
+        }
+        assert!(elements(1.0, 1e-12, 1.0000001, 0.5) > 100_000_000);
+        assert_eq!(elements(1e300, 1e-300, 1.5, 1e-300), usize::MAX);
     }
 
     #[test]

@@ -6,6 +6,8 @@ use crate::{Error, Result};
 
 /// Largest number of divisions in one direction.
 const MAX_DIVISIONS: f64 = 200_000.0;
+/// Largest number of times that columns are joined.
+const MAX_JOINS: u32 = 3;
 /// Columns are joined where the elements have grown, in angle or depth, to this many column widths.
 const JOIN_AT: f64 = 2.5;
 
@@ -31,7 +33,12 @@ impl CylinderSpec {
         };
         let mut size = self.element_size.max(self.outer_radius / MAX_DIVISIONS);
         while size < self.outer_radius && !fits(size) {
-            size *= 1.05;
+            size *= 1.25;
+        }
+        for _ in 0..4 {
+            if fits(size / 1.05) {
+                size /= 1.05;
+            }
         }
         let advice = if size < self.outer_radius {
             format!("{size:.2e} m would fit")
@@ -53,7 +60,10 @@ impl CylinderSpec {
         let half_turn = std::f64::consts::PI * r;
         let depth = r - self.inner_radius;
         let half_patch = self.patch_half_length.max(self.patch_half_width);
-        let most = (half_patch / h).max(half_turn.max(self.thickness) / largest);
+        // Columns that are joined three by three are at most so much smaller than the largest size.
+        let finest = (largest / 3f64.powi(MAX_JOINS as i32)).max(h);
+        let longest = half_turn.max(self.thickness).max(depth);
+        let most = (half_patch / h).max(grading::elements(longest, h, self.growth, finest) as f64);
         if most > MAX_DIVISIONS {
             return Ok(Divided::TooMany(most));
         }
@@ -81,7 +91,7 @@ impl CylinderSpec {
         let arcs: Vec<f64> = theta.iter().map(|t| t * r).collect();
         let clear = 0.5 * half_patch;
         let mut best: Option<(u64, Layout)> = None;
-        for joins in 0..=if self.has_patch() { 3 } else { 0 } {
+        for joins in 0..=if self.has_patch() { MAX_JOINS } else { 0 } {
             let Some((y, j0)) = self.width(joins, nyp, first) else { continue };
             let mut level_r = levels(&below, 0, joins, h, clear);
             level_r.reverse();
@@ -89,7 +99,7 @@ impl CylinderSpec {
             let reach = self.has_patch().then(|| {
                 let joined = |at: &[f64], levels: &[u32]| at[levels.partition_point(|&l| l < joins).min(at.len() - 1)];
                 let from_surface: Vec<u32> = level_r.iter().rev().copied().collect();
-                joined(&arcs, &level_theta).max(joined(&below, &from_surface)).max(half_patch)
+                joined(&arcs, &level_theta).max(joined(&below, &from_surface)).max(half_patch).max(arcs[nxp])
             });
             let ring = self.ring(&layers, &level_r);
             let grid = JoinedGrid { columns: y.len() - 1, level_theta, level_r, ring };

@@ -58,6 +58,8 @@ fn cases() -> Vec<CylinderSpec> {
         CylinderSpec { contact_offset: 0.03, ..paper(1e-3) },
         CylinderSpec { contact_offset: -0.02, crown_radius: Some(0.3), ..paper(1.5e-3) },
         CylinderSpec { patch_half_length: 0.1, patch_half_width: 0.05, ..paper(0.01) },
+        // So long that its arc is longer than its chord by an element.
+        CylinderSpec { patch_half_length: 0.2, patch_half_width: 0.016, growth: 2.0, ..paper(0.008) },
         CylinderSpec { patch_half_length: 3e-3, patch_half_width: 9e-3, growth: 1.8, ..paper(0.7e-3) },
         CylinderSpec { inner_radius: 0.45, ..paper(1e-3) },
         CylinderSpec { inner_radius: 0.001, outer_radius: 0.06, crown_radius: None, ..paper(2e-3) },

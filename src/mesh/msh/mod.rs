@@ -16,7 +16,7 @@ use std::path::Path;
 /// ([`Mesh::reflected`]).
 pub fn read(path: &Path) -> Result<Mesh> {
     let name = path.display().to_string();
-    let data = std::fs::read(path)
+    let data = crate::input::read(path)
         .map_err(|e| Error::Input(format!("mesh file {name} cannot be read: {e}; expected a Gmsh MSH 4.1 file")))?;
     parse(&data, &name)
 }

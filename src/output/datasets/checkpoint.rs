@@ -1,11 +1,11 @@
 //! The state of a run as tables, and the way back.
 
-use super::super::{Reader, Segments, Table, Values};
-use crate::job::{differences, Job};
+use super::super::segments::program;
+use super::super::{Segments, Table, Values};
+use crate::job::{run_differences, Job};
 use crate::model::ModalMatrix;
 use crate::transient::{Energy, Model, State};
 use crate::{Error, Result};
-use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 /// A state from a segment.
@@ -29,10 +29,6 @@ pub fn identity(model: &Model<'_>) -> String {
         model.stiffness.values().into_iter().for_each(add);
     }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
-}
-
-fn program() -> String {
-    format!("railsqueal {}", env!("CARGO_PKG_VERSION"))
 }
 
 /// The state as tables of a segment, with the job it belongs to.
@@ -66,23 +62,30 @@ pub fn tables(state: &State, identity: &str, job: &Job) -> Result<Vec<Table>> {
 }
 
 impl Checkpoint {
-    /// That of the last segment; none where there is no segment.
-    pub fn last(segments: &Segments, job: &Job) -> Result<Option<Self>> {
-        refuse_other_job(segments, job)?;
-        let Some(path) = segments.files()?.pop() else { return Ok(None) };
-        let file = Reader::open(&path)?;
+    /// That of the last segment.
+    pub fn last(segments: &Segments) -> Result<Self> {
+        let entries = segments.entries();
+        let last = entries.last().ok_or_else(|| Error::Defect("a run to be continued has no segment".into()))?;
+        let file = segments.open(last)?;
+        let wrong =
+            |what: String| Error::Input(format!("--resume: {}: /checkpoint/{what}", segments.path(last).display()));
         let list = |name: &str| file.numbers(&format!("/checkpoint/{name}")).map(|(_, v)| v);
-        let wrong = |name: &str| Error::Job(format!("{}: /checkpoint/{name} is not as it was written", path.display()));
-        let Values::I64(step) = file.read("/checkpoint/step")?.1 else { return Err(wrong("step")) };
+        let Values::I64(step) = file.read("/checkpoint/step")?.1 else {
+            return Err(wrong("step is no whole number".into()));
+        };
+        if step[..] != [last.last as i64] {
+            return Err(wrong(format!("step: found {step:?}, expected {}, as the name of the file says", last.last)));
+        }
         let (approach, creep, energy) = (list("approach")?, list("creep")?, list("energy")?);
         let [kinetic, elastic, friction, damping, impact, drive, rolling, start] = energy[..] else {
-            return Err(wrong("energy"));
+            return Err(wrong(format!("energy: found {} values, expected 8", energy.len())));
         };
-        let ([step], [approach], [cx, cy]) = (&step[..], &approach[..], &creep[..]) else {
-            return Err(wrong("approach"));
+        let ([approach], [cx, cy]) = (&approach[..], &creep[..]) else {
+            let found = format!("{} and {}", approach.len(), creep.len());
+            return Err(wrong(format!("approach and creep: found {found} values, expected 1 and 2")));
         };
         let state = State {
-            step: *step as u64,
+            step: last.last,
             q: list("q")?,
             v: list("v")?,
             reaction: list("reaction")?,
@@ -90,43 +93,41 @@ impl Checkpoint {
             creep: [*cx, *cy],
             energy: Energy { kinetic, elastic, friction, damping, impact, drive, rolling, start },
         };
-        Ok(Some(Self { state, identity: file.text("/checkpoint/model")? }))
+        Ok(Self { state, identity: file.text("/checkpoint/model")? })
     }
 }
 
-/// Refuses to continue what cannot be read, what another version wrote, and what belongs to another job, naming the keys that
-/// differ.
+/// Refuses to continue what another version wrote, and what belongs to another job, naming the keys that differ. What comes after the steps
+/// that are done may be another: duration and histories.
 pub fn refuse_other_job(segments: &Segments, job: &Job) -> Result<()> {
-    let Some(path) = segments.files()?.pop() else {
+    let parts = segments.parts();
+    let Some(part) = parts.last() else {
+        return Err(Error::Defect("a run to be continued was never begun".into()));
+    };
+    let place = segments.folder().display();
+    if part.program != program() {
         return Err(Error::Job(format!(
-            "--resume: there is nothing to continue in {}; name the result file of a run that was stopped",
-            segments.folder().display()
-        )));
-    };
-    let read = |name: &str| {
-        let file = Reader::open(&path)?;
-        file.text(&format!("/checkpoint/{name}"))
-    };
-    let unreadable = |e: Error| {
-        Error::Job(format!("--resume: {}; remove this file to continue from the segment before it", e.message()))
-    };
-    let version = read("program").map_err(unreadable)?;
-    if version != program() {
-        return Err(Error::Job(format!(
-            "--resume: {} was written by {version}, this is {}; continue it with that version",
-            path.display(),
+            "--resume: {place} was written by {}, this is {}; continue it with that version",
+            part.program,
             program()
         )));
     }
-    let kept: Value = serde_json::from_str(&read("job").map_err(unreadable)?)
-        .map_err(|e| Error::Job(format!("--resume: {}: the job in it cannot be read: {e}", path.display())))?;
-    let keys: Vec<String> = differences(&kept, &job.to_json()).into_iter().map(|d| d.key).collect();
+    let Some(wanted) = &job.analyses.transient else {
+        return Err(Error::Job("--resume: only a transient can be continued; the job has none".into()));
+    };
+    let (done, total) = (segments.done(), wanted.steps());
+    if total < done {
+        return Err(Error::Job(format!(
+            "--resume: {place} holds {done} steps already, more than the {total} of analyses.transient.duration; expected {} s or more",
+            done as f64 * wanted.step
+        )));
+    }
+    let keys = run_differences(&part.job, &job.to_json(), done as f64 * wanted.step);
     if keys.is_empty() {
         return Ok(());
     }
     Err(Error::Job(format!(
-        "--resume: {} belongs to another job; these keys differ: {}. Continue it with the job that it was begun with",
-        path.display(),
+        "--resume: {place} belongs to another job; these keys differ: {}. Continue it with the job that it was begun with",
         keys.join(", ")
     )))
 }

@@ -2,7 +2,6 @@
 
 use super::super::{Reader, Table};
 use crate::{Error, Result};
-use std::path::Path;
 
 /// Points with the modes of both bodies, the lower one's first, and the residual compliance of n contact nodes.
 #[derive(Default)]
@@ -27,19 +26,18 @@ impl Points {
 
     /// On rank 0: what moved the points when the run was begun, from its first segment; computed again it would not be the same to
     /// the last bit.
-    pub fn restore(&mut self, first: &Path) -> Result<()> {
+    pub fn restore(&mut self, first: &Reader) -> Result<()> {
         if self.names.is_empty() {
             return Ok(());
         }
-        let file = Reader::open(first)?;
         let matrix = |name: &str| {
             let path = format!("/checkpoint/points/{name}");
-            let (shape, values) = file.numbers(&path)?;
+            let (shape, values) = first.numbers(&path)?;
             let rows = 3 * self.names.len();
             if shape.len() != 2 || shape[1] != rows {
                 return Err(Error::Input(format!(
                     "--resume: {}: {path} has the shape {shape:?}, expected {rows} columns",
-                    first.display()
+                    first.path().display()
                 )));
             }
             Ok(values)

@@ -9,8 +9,8 @@ use faer::Mat;
 use serde_json::Value;
 use std::path::Path;
 
-/// Version of the group `/reduced`.
-const VERSION: i64 = 1;
+/// Version of the group `/reduced`; since 2 with the SHA-256 of each dataset.
+const VERSION: i64 = 2;
 
 /// What the group `/reduced` holds beside the model.
 #[derive(Debug, Clone, Default)]
@@ -50,7 +50,7 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
         let text = "Static compliance of the contact rows, in lower form.";
         tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(&body.compliance)));
     }
-    Ok(tables)
+    Ok(tables.into_iter().map(Table::summed).collect())
 }
 
 /// A reduced model from an earlier run.
@@ -63,27 +63,30 @@ pub struct Reused {
     pub origin: Origin,
 }
 
-/// On rank 0: the reduced model that `file` holds, for a job that can make use of it.
-pub fn load(file: &Path, job: &Job) -> Result<Reused> {
-    let name = file.display();
-    let reader = Reader::open(file)?;
+/// On rank 0: the reduced model that a file holds, for a job that can make use of it.
+pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
+    let name = reader.path().display();
     if !reader.has("/reduced/version") {
         return Err(Error::Input(format!(
             "{name}: has no reduced model; it is written by runs with a contact of finite elements and output.reduced = true"
         )));
     }
-    let integer = |path: &str| match reader.read(path)?.1 {
+    let integer = |path: &str| match reader.verified(path)?.1 {
         Values::I64(v) if v.len() == 1 => Ok(v[0]),
         Values::I8(v) if v.len() == 1 => Ok(i64::from(v[0])),
         _ => Err(Error::Input(format!("{name}: {path} is not one whole number"))),
     };
-    let version = integer("/reduced/version")?;
+    // That of version 1 has no checksum yet.
+    let version = match reader.read("/reduced/version")?.1 {
+        Values::I64(v) if v[..] == [1] => 1,
+        _ => integer("/reduced/version")?,
+    };
     if version != VERSION {
         return Err(Error::Input(format!(
             "{name}: its reduced model has version {version}, this program reads {VERSION}; make the file again"
         )));
     }
-    let text = reader.text("/reduced/inputs")?;
+    let text = reader.verified_text("/reduced/inputs")?;
     let stored: Value = serde_json::from_str(&text)
         .map_err(|e| Error::Input(format!("{name}: /reduced/inputs is no JSON ({e}); make the file again")))?;
     let mut wanted = summed_inputs(job)?;
@@ -101,12 +104,12 @@ pub fn load(file: &Path, job: &Job) -> Result<Reused> {
             differing.join(", ")
         )));
     }
-    let line = |path: &str| reader.numbers(path).map(|(_, v)| v);
+    let line = |path: &str| reader.verified_numbers(path).map(|(_, v)| v);
     let interface = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?)
         .map_err(|e| Error::Input(format!("{name}: {}", e.message())))?;
     let rows = 3 * interface.len();
     let matrix = |path: &str, columns: usize| -> Result<Mat<f64>> {
-        let (shape, v) = reader.numbers(path)?;
+        let (shape, v) = reader.verified_numbers(path)?;
         if shape != [rows, columns] {
             return Err(Error::Input(format!(
                 "{name}: {path} has the shape {shape:?}, expected {:?}",

@@ -11,8 +11,8 @@ fn wanted(power: serde_json::Value) -> SoundPower {
 /// Segments in which the amplitudes `q` of a time (s), `[m]`, are kept at every multiple of `interval` from the first on to `count`, some in
 /// each; the first segment holds none.
 fn record(folder: &tempfile::TempDir, interval: f64, count: usize, q: impl Fn(usize, f64) -> Vec<f64>) -> Segments {
-    let segments = Segments::of(&folder.path().join("run.h5"));
-    segments.begin(false).expect("a folder");
+    let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
+    segments.begin(serde_json::Value::Null).expect("a run");
     segments.write(0, &[Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)]).expect("the start");
     for first in (1..=count).step_by(700) {
         let rows = first..(first + 700).min(count + 1);

@@ -88,12 +88,12 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     let points = Points::moved(&names, all(by_mode, m), all(by_reaction, 3 * n));
 
     let folder = tempfile::tempdir().expect("a folder");
-    let segments = Segments::of(&folder.path().join("run.h5"));
-    segments.begin(false).expect("a folder");
+    let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
+    segments.begin(serde_json::Value::Null).expect("a run");
     segments.write(0, &points.kept()).expect("the start");
     // A run that is continued takes what moves the points from its first segment.
     let mut again = Points::moved(&names, Vec::new(), Vec::new());
-    again.restore(&segments.first().expect("files").expect("the first")).expect("the points");
+    again.restore(&segments.open_first().expect("the first")).expect("the points");
 
     let mut recorder = Recorder::new(&points, &wanted, &root, 4, &stepper.state().reaction);
     let mut seen: Vec<Seen> = Vec::new();
@@ -184,7 +184,7 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
         ("bodies/displacement", 5, q()),
         ("bodies/reaction", 5, Box::new(|s, _| s.state.reaction.clone())),
     ];
-    let files: Vec<Reader> = segments.files().expect("files").iter().map(|p| Reader::open(p).expect("open")).collect();
+    let files: Vec<Reader> = segments.entries().iter().map(|e| segments.open(e).expect("open")).collect();
     for (path, stride, row) in &steps {
         let due = seen.iter().enumerate().filter(|(_, s)| s.state.step % stride == 0);
         let wanted: Vec<f64> = due.flat_map(|(k, s)| row(s, k)).collect();

@@ -1,5 +1,7 @@
 //! Requests to stop: signals and the limit of wall time.
 
+use crate::parallel::World;
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,13 +14,28 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// From now on SIGUSR1 and SIGTERM no longer end the process: they are asked for between segments. `wall_time` s after
-    /// `begun` the run has to be over.
-    pub fn listen(begun: Instant, wall_time: Option<f64>) -> Self {
+    /// From now on SIGUSR1 and SIGTERM no longer end the process: they are asked for between steps of the run and between segments, and a
+    /// process that is `loud` says at once that they came. A second SIGTERM ends the process with exit code 5. `wall_time` s after `begun` the
+    /// run has to be over.
+    pub fn listen(begun: Instant, wall_time: Option<f64>, loud: bool) -> Self {
+        use signal_hook::consts::{SIGTERM, SIGUSR1};
         let signal = Arc::new(AtomicBool::new(false));
-        for number in [signal_hook::consts::SIGUSR1, signal_hook::consts::SIGTERM] {
+        // Before the other one: it looks whether a signal came before.
+        let _ = signal_hook::flag::register_conditional_shutdown(SIGTERM, 5, Arc::clone(&signal));
+        for number in [SIGUSR1, SIGTERM] {
             // Where a handler cannot be set the signal ends the run, and the segments stay.
             let _ = signal_hook::flag::register(number, Arc::clone(&signal));
+        }
+        if loud {
+            let came = Arc::clone(&signal);
+            // It ends with the process; a run without it is one that says nothing.
+            let _ = std::thread::Builder::new().spawn(move || {
+                while !came.load(Ordering::Relaxed) {
+                    std::thread::sleep(Duration::from_millis(100));
+                }
+                let text = "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a segment";
+                let _ = writeln!(std::io::stderr(), "{text}");
+            });
         }
         Self { signal, limit: wall_time.map(|s| (begun, Duration::from_secs_f64(s.max(0.0)))) }
     }
@@ -26,6 +43,11 @@ impl Stop {
     /// Whether a signal came.
     pub fn signalled(&self) -> bool {
         self.signal.load(Ordering::Relaxed)
+    }
+
+    /// Collective: whether a signal came to any of the ranks.
+    pub fn wanted(&self, world: &World) -> bool {
+        world.max(f64::from(u8::from(self.signalled()))) > 0.0
     }
 
     /// As if a signal had come: it did on another rank.

@@ -1,0 +1,230 @@
+//! What is known of the contact before anything is factorised: whether the bodies overlap, how large the contact will be on half-spaces of their
+//! materials, whether the patch holds it, and whether the grid resolves it.
+
+use super::bodies::Bodies;
+use super::interface::{interface_between, interface_of};
+use super::meshes::{Meshed, Meshes};
+use crate::body::half_space::HalfSpace;
+use crate::contact::foreseen::Foreseen;
+use crate::grid::Interface;
+use crate::job::{Job, Load};
+use crate::mesh::quality;
+use crate::{Error, Result};
+use std::rc::Rc;
+
+/// Contacts of fewer closed nodes are coarse: `docs/theory.md`, "Range", has forces for 5 to 161 of them.
+const FEW: f64 = 40.0;
+/// At most so many grid lines in each direction are taken: the contact is to be foreseen, not computed.
+const LINES: usize = 40;
+/// Meshes of more nodes are not made for `railsqueal check`.
+const NODES: u64 = 3_000_000;
+
+/// Lines and warnings about a contact.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Report {
+    /// What is foreseen, one line each.
+    pub lines: Vec<String>,
+    /// What makes results doubtful.
+    pub warnings: Vec<String>,
+}
+
+/// On rank 0, before modes and compliance are made: an error if the contact of the `job` on its `bodies` cannot be computed.
+pub(super) fn of_run(job: &Job, bodies: &Bodies) -> Result<Report> {
+    match job.contact.as_ref().filter(|_| wanted(job)) {
+        Some(contact) => foreseen(job, &interface_of(contact, bodies)?),
+        None => Ok(Report::default()),
+    }
+}
+
+/// For `railsqueal check`, on rank 0: the same on meshes made for it, and what the meshes themselves are like; they have so many `nodes` together.
+pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
+    let mut report = Report::default();
+    if job.by_matrices() {
+        return Ok(report);
+    }
+    if nodes > NODES {
+        report.lines.push(format!("meshes of {nodes} nodes are not made for a check; run looks at them"));
+        return Ok(report);
+    }
+    let mut meshed: Vec<Rc<Meshed>> = Vec::new();
+    for (name, body) in job.bodies() {
+        let found = meshes.of(job, name, body)?;
+        let (_, material) = body.elements()?;
+        let mesh = &found.mesh;
+        let mut volume = 0.0;
+        let mut worst = (f64::INFINITY, 0);
+        for (number, cell) in mesh.cells.iter().enumerate() {
+            let x: Vec<[f64; 3]> = cell.nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
+            volume += quality::volume(cell.kind, &x);
+            let [low, high] = quality::jacobian_range(cell.kind, &x);
+            if !(low / high >= worst.0) {
+                worst = (low / high, number);
+            }
+        }
+        if !(worst.0 > 0.0) {
+            return Err(Error::Input(format!(
+                "bodies.{name}.mesh: element {} is inverted or degenerate: its smallest Jacobian is {:.3} of its largest, expected more than 0; \
+                 repair the mesh",
+                worst.1 + 1,
+                worst.0
+            )));
+        }
+        let size = |c: usize| {
+            let at = || mesh.nodes.iter().map(|p| p[c]);
+            at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
+        };
+        let mass = volume * material.density;
+        let extent = [0, 1, 2].map(size);
+        report.lines.push(format!(
+            "body {name}: {:.4} x {:.4} x {:.4} m, {mass:.4e} kg, smallest over largest Jacobian of an element {:.2}",
+            extent[0], extent[1], extent[2], worst.0
+        ));
+        if mass > HEAVY {
+            report.warnings.push(format!(
+                "bodies.{name}: {mass:.1e} kg and {:.1} m long: is the mesh in mm? Lengths are in m",
+                extent[0].max(extent[2])
+            ));
+        }
+        meshed.push(found);
+    }
+    if let ([Some(lower), Some(upper)], true) =
+        (&meshed.iter().map(|m| m.grid.as_ref()).collect::<Vec<_>>()[..], wanted(job))
+    {
+        let found = foreseen(job, &interface_between(lower, upper)?)?;
+        report.lines.extend(found.lines);
+        report.warnings.extend(found.warnings);
+    }
+    Ok(report)
+}
+
+/// A body above this mass, kg, is hardly a wheel or a rail.
+const HEAVY: f64 = 1e7;
+
+fn wanted(job: &Job) -> bool {
+    !job.analyses.on_contact().is_empty() && !job.by_matrices()
+}
+
+/// The contact on a grid. The own point of a sweep may fail: the others are computed all the same.
+fn foreseen(job: &Job, s: &Interface) -> Result<Report> {
+    match contact(job, s) {
+        Err(e) if job.sweep.is_some() => Ok(Report { lines: Vec::new(), warnings: vec![e.message().to_owned()] }),
+        found => found,
+    }
+}
+
+/// The contact on a grid.
+fn contact(job: &Job, s: &Interface) -> Result<Report> {
+    let Some(Load::Normal(load)) = job.contact.as_ref().map(|c| c.load()) else { return Ok(Report::default()) };
+    let coarse = thinned(s)?;
+    // Of the normal compliance, which is all that counts here, both bodies have the sum.
+    let mut compliance = 0.0;
+    for (_, body) in job.bodies() {
+        let (_, m) = body.elements()?;
+        compliance += 1.0 / HalfSpace { young: m.young, poisson: m.poisson }.plane();
+    }
+    let w = HalfSpace { young: 1.0 / compliance, poisson: 0.0 }.compliance(&coarse.x, &coarse.y)?;
+    let found = Foreseen::new(w.as_ref(), &coarse, load)?;
+    let lowest = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
+    let cell = s.weight[lowest];
+    let closed = found.area / cell;
+    let mut report = Report::default();
+    report.lines.push(format!(
+        "contact on half-spaces: about {closed:.0} closed nodes, half lengths {:.2} mm and {:.2} mm, largest pressure {:.0} MPa, local approach {:.1} µm",
+        1e3 * found.half[0],
+        1e3 * found.half[1],
+        1e-6 * found.pressure,
+        1e6 * found.approach
+    ));
+    if closed < FEW {
+        let size = cell.sqrt() * (closed / FEW).sqrt();
+        report.warnings.push(format!(
+            "the contact will have about {closed:.0} closed nodes, fewer than {FEW}: friction forces, growth rates and pressures can be wrong by several percent; \
+             elements of {size:.1e} m at the contact would do"
+        ));
+    }
+    Ok(report)
+}
+
+/// The interface on some of its grid lines, the outermost among them.
+fn thinned(s: &Interface) -> Result<Interface> {
+    let some = |n: usize| -> Vec<usize> {
+        let step = (n - 1).div_ceil(LINES - 1).max(1);
+        let mut lines: Vec<usize> = (0..n).step_by(step).collect();
+        if lines.last() != Some(&(n - 1)) {
+            lines.push(n - 1);
+        }
+        lines
+    };
+    let (ix, iy) = (some(s.x.len()), some(s.y.len()));
+    let gap = iy.iter().flat_map(|j| ix.iter().map(move |i| s.gap[i + s.x.len() * j])).collect();
+    Interface::new(ix.iter().map(|&i| s.x[i]).collect(), iy.iter().map(|&j| s.y[j]).collect(), gap)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::example::two_cylinders;
+
+    fn report(sets: &[&str]) -> Result<Report> {
+        let job = two_cylinders(sets);
+        of_job(&job, &Meshes::default(), 0)
+    }
+
+    /// The paper's cylinders: Hertz' radius is 4.88 mm at 70 kN, elements are 1 mm.
+    #[test]
+    fn the_contact_of_the_papers_cylinders_is_foreseen() {
+        let found = report(&[]).unwrap();
+        assert_eq!(found.warnings, [] as [String; 0]);
+        let line = found.lines.last().unwrap();
+        let word =
+            |after: &str| line.split(after).nth(1).unwrap().split_whitespace().next().unwrap().parse::<f64>().unwrap();
+        let (closed, half, pressure) = (word("about "), word("half lengths "), word("largest pressure "));
+        // The edge lies anywhere between a closed node and an open one.
+        assert!((closed / 75.0 - 1.0).abs() < 0.1 && (half - 4.884).abs() < 1.0, "{line}");
+        assert!((pressure - 1401.0).abs() < 70.0, "{line}");
+        // No node lies at the very front of the wheel.
+        assert!(found.lines[0].contains("x 0.1000 x 1.0000 m, 5.8"), "{found:?}");
+    }
+
+    #[test]
+    fn a_coarse_contact_is_warned_of_with_a_size_that_would_do() {
+        let size = ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.element_size=0.003"));
+        let patch = ["contact.patch.half_length=0.012", "contact.patch.half_width=0.012"];
+        let found = report(&[&size[0], &size[1], patch[0], patch[1]]).unwrap();
+        let [warning] = &found.warnings[..] else { panic!("{found:?}") };
+        let size: f64 = warning.split("elements of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((1.1e-3..1.6e-3).contains(&size), "{warning}");
+        // With that size there is no warning any more.
+        let size = ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.element_size={}", 0.95 * size));
+        assert_eq!(report(&[&size[0], &size[1], patch[0], patch[1]]).unwrap().warnings, [] as [String; 0]);
+    }
+
+    #[test]
+    fn a_patch_that_does_not_hold_the_contact_is_refused() {
+        let error = report(&["contact.patch.half_length=0.004"]).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains("half_length") && error.to_string().contains("enlarge"), "{error}");
+    }
+
+    #[test]
+    fn a_mesh_in_millimetres_is_warned_of() {
+        let sets = ["inner_radius=100", "outer_radius=500", "thickness=100", "crown_radius=500", "element_size=40"];
+        let sets: Vec<String> = sets.iter().map(|s| format!("bodies.lower.mesh.cylinder.{s}")).collect();
+        let mut job = two_cylinders(&[]);
+        job.contact = None;
+        job.bodies.upper = None;
+        job.analyses.steady = None;
+        job.analyses.stability = None;
+        let mut value = job.to_json();
+        for set in &sets {
+            let (path, number) = set.split_once('=').unwrap();
+            let at = format!("/{}", path.replace('.', "/"));
+            *value.pointer_mut(&at).unwrap() = serde_json::json!(number.parse::<f64>().unwrap());
+        }
+        value["bodies"]["lower"]["mesh"]["cylinder"]["max_element_size"] = serde_json::json!(60.0);
+        let text = value.to_string();
+        let job = Job::from_bytes(text.as_bytes(), std::path::Path::new("job.json"), &[], None).unwrap();
+        let found = of_job(&job, &Meshes::default(), 0).unwrap();
+        assert!(found.warnings[0].contains("is the mesh in mm"), "{found:?}");
+    }
+}

@@ -1,0 +1,60 @@
+//! Inputs of a run are never its outputs.
+
+use super::RunOptions;
+use crate::analysis::reuse;
+use crate::job::{Job, MeshSource};
+use crate::output::{companion, outputs, MODEL};
+use crate::{Error, Result};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+/// Every file that the run reads, and what it is.
+fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
+    let mut all: Vec<(String, PathBuf)> =
+        options.job.iter().map(|file| ("the job file".to_owned(), file.clone())).collect();
+    if let Some(file) = &options.reuse {
+        all.push(("the file of --reuse".into(), file.clone()));
+        all.push(("the mode shapes that go with the file of --reuse".into(), reuse::shapes::file(file)));
+    }
+    let points = job.sweep.as_ref().map(|s| s.points.iter()).into_iter().flatten();
+    for job in std::iter::once(job).chain(points) {
+        for (name, body) in job.bodies() {
+            if let Some(MeshSource::File(file)) = &body.mesh {
+                all.push((format!("bodies.{name}.mesh.file"), file.clone()));
+            }
+            if let Some(m) = &body.matrices {
+                for (key, file) in
+                    [("mass", Some(&m.mass)), ("damping", m.damping.as_ref()), ("stiffness", Some(&m.stiffness))]
+                {
+                    all.extend(file.map(|f| (format!("bodies.{name}.matrices.{key}"), f.clone())));
+                }
+            }
+        }
+    }
+    all
+}
+
+/// On rank 0: `Error::Job` if a file or folder that the run would write is one that it reads, under whatever name.
+pub fn stay(job: &Job, options: &RunOptions) -> Result<()> {
+    let (files, folder) = outputs(&options.output);
+    let identity = |path: &Path| std::fs::metadata(path).ok().map(|m| (m.dev(), m.ino()));
+    // With --reuse no model is kept: that of a run that failed may be taken up by the next one with the same output.
+    let model = companion(&options.output, MODEL);
+    let files = files.into_iter().filter(|f| options.reuse.is_none() || *f != model).collect::<Vec<_>>();
+    let written: Vec<_> = files.iter().filter_map(|f| Some((f, identity(f)?))).collect();
+    let place = identity(&folder);
+    for (what, input) in inputs(job, options) {
+        let Some(read) = identity(&input) else { continue };
+        let clash = written.iter().find(|(_, id)| *id == read).map(|(f, _)| f.display());
+        // A segment of an earlier run would go when the steps begin.
+        let inside = || place.is_some() && input.parent().and_then(identity) == place;
+        let clash = clash.or_else(|| inside().then(|| folder.display()));
+        if let Some(target) = clash {
+            return Err(Error::Job(format!(
+                "--output: {target} would be replaced, but it is an input of this run, {what} ({}); name another --output",
+                input.display()
+            )));
+        }
+    }
+    Ok(())
+}
