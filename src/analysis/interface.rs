@@ -36,7 +36,7 @@ pub(super) fn steady_rolling<'a>(
     SteadyProblem {
         interface: &root.interface,
         compliance: root.pair.compliance.as_ref(),
-        friction: contact.friction,
+        friction: contact.friction.clone(),
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),
@@ -55,7 +55,7 @@ pub(super) fn steady_sliding<'a>(
     SlidingProblem {
         interface,
         compliance: pair.compliance.as_ref(),
-        friction: contact.friction,
+        friction: contact.friction.clone(),
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),

@@ -3,11 +3,12 @@
 use super::report::Summary;
 use super::run::Run;
 use super::sweep::{self, Base};
-use super::{full_stability, modes::method, stability};
+use super::{full_stability, memory, modes::method, stability};
 use crate::body::matrices::{reduce, Matrices, Reduced, SignedRow};
 use crate::body::modes::Extent;
 use crate::body::{ModalMatrix, ReducedBody};
-use crate::contact::{LinearContact, LinearNode, Slip, Tangent};
+use crate::contact::{LinearContact, LinearMemory, LinearNode, Slip, Tangent};
+use crate::friction::FrictionLaw;
 use crate::job::{self, Job, ModesExtent};
 use crate::model::{broadcast, ModalPair};
 use crate::output::datasets::stability::eigenvalues;
@@ -15,6 +16,7 @@ use crate::output::{sha256, Table};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::stability::reduced::sharpness;
 use crate::stability::{dense, spectrum};
 use crate::{Error, Result};
 use faer::Mat;
@@ -137,9 +139,9 @@ fn itself(run: &mut Run, bodies: &[MatrixBody]) -> Result<()> {
     let (Some(wanted), Some(contact)) = (&job.analyses.stability, &job.contact) else { return Ok(()) };
     run.progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
-        let sliding = sliding(contact)?;
         let model = MatrixModel::new(bodies)?;
         let pair = model.pair(job);
+        let sliding = sound(contact, &pair)?;
         let spectrum = spectrum(wanted, &pair, &sliding, model.reach)?;
         let damped: Vec<Matrices> = bodies.iter().map(|b| b.damped(job)).collect();
         let place = |name: &str| {
@@ -150,11 +152,13 @@ fn itself(run: &mut Run, bodies: &[MatrixBody]) -> Result<()> {
             Some(full) => Some(dense::run(full, ["lower", "upper"].map(place), &sliding, &pair, &spectrum)?),
             None => None,
         };
-        Ok((pair, spectrum, full))
+        let smallest = memory::smallest(&contact.friction, |law| sharpness(&pair, &self::sliding(contact, law)?))?;
+        Ok((pair, spectrum, full, smallest))
     })?;
-    if let Some((pair, spectrum, full)) = &found {
+    if let Some((pair, spectrum, full, smallest)) = &found {
         run.file.tables(eigenvalues(spectrum, pair, full.as_ref()));
         stability::summarise(spectrum, pair, &mut run.summary);
+        memory::say(&contact.friction, *smallest, &mut run.file, &mut run.summary);
         if let Some(full) = full {
             full_stability::summarise(full, &mut run.summary);
         }
@@ -203,20 +207,26 @@ fn rigid(contacts: usize) -> ReducedBody {
     ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(3 * contacts, 0), Mat::zeros(3 * contacts, 3 * contacts))
 }
 
-/// The sliding contact that the points of the job describe.
-pub(super) fn sliding(contact: &job::Contact) -> Result<LinearContact> {
+/// The sliding contact that the points of the job describe, refused where the memory of its friction is too short for the bodies.
+pub(super) fn sound(contact: &job::Contact, pair: &ModalPair) -> Result<LinearContact> {
+    memory::refuse_short(&contact.friction, |law| sharpness(pair, &sliding(contact, law)?))?;
+    sliding(contact, &contact.friction)
+}
+
+/// The sliding contact that the points of the job describe, with the friction `law`.
+fn sliding(contact: &job::Contact, law: &FrictionLaw) -> Result<LinearContact> {
     let Some(points) = &contact.points else {
         return Err(Error::Defect("bodies given by matrices without contact points".into()));
     };
-    let law = contact.friction;
     let node = |(node, p): (usize, &job::ContactPoint)| {
         let d = [p.direction.first().copied().unwrap_or(0.0), p.direction.get(1).copied().unwrap_or(0.0)];
         let norm = d[0].hypot(d[1]);
-        // A law that depends on the velocity is taken at rest where none is given, and has no slope there; without a force neither matters.
-        let v = p.slip_velocity.unwrap_or(0.0);
-        let slope = p.slip_velocity.map_or(0.0, |v| law.slope(v));
-        let slip = Slip::steady(p.force.unwrap_or(0.0), d.map(|d| d / norm), v, law.coefficient(v), slope);
-        LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }
+        // A law that depends on the velocity is taken at rest where none is given, and does not fall there; without a force neither matters.
+        let (v, force) = (p.slip_velocity.unwrap_or(0.0), p.force.unwrap_or(0.0));
+        let slip = Slip::steady(force, d.map(|d| d / norm), v, law.coefficient(v), 0.0);
+        let memory = (v * force > 0.0).then(|| LinearMemory::at_a_point(law, node, slip.direction, force, v)).flatten();
+        (LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }, memory)
     };
-    Ok(LinearContact { nodes: points.iter().enumerate().map(node).collect() })
+    let (nodes, memory): (Vec<_>, Vec<_>) = points.iter().enumerate().map(node).unzip();
+    Ok(LinearContact { nodes, memory: memory.into_iter().flatten().collect() })
 }

@@ -6,6 +6,7 @@ mod deferred;
 mod full_stability;
 mod interface;
 mod matrices;
+mod memory;
 mod modes;
 pub mod plan;
 mod receptance;

@@ -6,7 +6,7 @@ use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
-use super::{complex_modes, full_stability};
+use super::{complex_modes, full_stability, memory};
 use crate::contact::sliding::SlidingSolution;
 use crate::contact::LinearContact;
 use crate::grid::Interface;
@@ -29,8 +29,12 @@ pub(super) fn run(
     run.progress.stage("stability of steady sliding");
     let found = world.on_root(|| {
         let root = model.root()?;
-        analyse(stability, contact, &root.interface, &root.pair)
+        let found = analyse(stability, contact, &root.interface, &root.pair)?;
+        let problem = steady_sliding((&root.interface, &root.pair), contact, stability.direction);
+        let smallest = memory::smallest(&contact.friction, |law| memory::sliding(&problem, law, &root.pair))?;
+        Ok((found, smallest))
     })?;
+    let (found, smallest) = found.unzip();
     let full = match &stability.full {
         Some(wanted) => {
             shapes.map_err(Clone::clone)?;
@@ -41,8 +45,9 @@ pub(super) fn run(
     };
     if let (Some(Found { sliding, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
         run.file.tables(eigenvalues(spectrum, &root.pair, full.as_ref()));
-        run.file.tables(sliding_state(sliding));
+        run.file.tables(sliding_state(sliding, contact.friction.memory().is_some()));
         summarise(spectrum, &root.pair, &mut run.summary);
+        memory::say(&contact.friction, smallest.unwrap_or_default(), &mut run.file, &mut run.summary);
         if sliding.reversed > 0 {
             let (reversed, closed) = (sliding.reversed, sliding.closed.len());
             let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
@@ -107,6 +112,7 @@ pub(super) fn analyse(
                 .into(),
         ));
     }
+    memory::refuse_short(&contact.friction, |law| memory::sliding(&problem, law, pair))?;
     let contact = problem.contact(&sliding);
     let spectrum = spectrum(stability, pair, &contact, frequency_reach(pair))?;
     Ok(Found { sliding, contact, spectrum })

@@ -43,7 +43,7 @@ pub fn run(
         world.on_root(|| problem.ok_or_else(|| Error::Defect("no contact on rank 0".into()))?.solve())?
     };
     if let (Some(s), Some(solution)) = (interface, &solution) {
-        run.file.tables(tables(s, solution));
+        run.file.tables(tables(s, solution, !contact.friction.is_constant()));
         summarise(contact, solution, &mut run.summary);
     }
     if contact.compliance == Compliance::Fe && run.job.output.fields {

@@ -156,7 +156,8 @@ impl Model {
                 Ok(Outcome { closed, reversed, force, approach, ..of(&spectrum) })
             }
             Model::Matrices(model) => {
-                let (pair, sliding) = (model.pair(point), matrices::sliding(contact)?);
+                let pair = model.pair(point);
+                let sliding = matrices::sound(contact, &pair)?;
                 let spectrum = crate::stability::spectrum(wanted, &pair, &sliding, model.reach)?;
                 let mut force = [0.0; 3];
                 for (point, node) in contact.points.iter().flatten().zip(&sliding.nodes) {

@@ -11,6 +11,7 @@ pub use stop::Stop;
 
 use super::bodies::Bodies;
 use super::interface::{creepage, normal_load, steady_rolling, steady_sliding};
+use super::memory;
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
@@ -175,7 +176,7 @@ fn advance(
     let (rest, approach) = at_rest(inputs, root, &model)?;
     let settings = Settings {
         scheme,
-        friction: inputs.contact.friction,
+        friction: inputs.contact.friction.clone(),
         solver: match wanted.solver {
             TransientSolver::Newton => ContactSolver::Newton,
             TransientSolver::FixedPoint => ContactSolver::FixedPoint,
@@ -301,24 +302,28 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
         load = NormalLoad::Approach(d);
     }
     let analyses = &inputs.job.analyses;
-    let (pressure, traction, approach) = match inputs.wanted.start.state {
+    let (pressure, traction, approach, friction) = match inputs.wanted.start.state {
         StartState::Sliding => {
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
             let problem = steady_sliding((&root.interface, &root.pair), contact, direction);
-            let found = SlidingProblem { creepage, load, ..problem }.solve()?;
-            (found.pressure, found.traction, found.approach)
+            let problem = SlidingProblem { creepage, load, ..problem };
+            memory::refuse_short(&contact.friction, |law| memory::sliding(&problem, law, &root.pair))?;
+            let found = problem.solve()?;
+            (found.pressure, found.traction, found.approach, found.friction)
         }
         StartState::Steady => {
             let problem = steady_rolling(root, contact, analyses.steady.as_ref());
-            let found = SteadyProblem { creepage, load, ..problem }.solve()?;
-            (found.pressure, found.traction, found.approach)
+            let problem = SteadyProblem { creepage, load, ..problem };
+            memory::refuse_short(&contact.friction, |law| memory::rolling(&problem, law, &root.pair))?;
+            let found = problem.solve()?;
+            (found.pressure, found.traction, found.approach, found.friction)
         }
     };
     let interface = &root.interface;
     let reaction: Vec<f64> = (0..interface.len())
         .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
         .collect();
-    Ok((State::at_rest(model, &reaction, approach), approach))
+    Ok((State::at_rest(model, &reaction, approach).remembering(&friction), approach))
 }
 
 /// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of

@@ -118,9 +118,9 @@ pub fn eigenvalues(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullRes
     tables
 }
 
-/// What the group `/stability` says of the sliding state.
-pub fn sliding_state(s: &SlidingSolution) -> Vec<Table> {
-    vec![
+/// What the group `/stability` says of the sliding state; with the coefficient of friction where it is `varying`.
+pub fn sliding_state(s: &SlidingSolution, varying: bool) -> Vec<Table> {
+    let mut tables = vec![
         Table::list("/stability/force", "N", "Contact force (x, y, z) on body 1 in steady sliding.", s.force.to_vec()),
         Table::scalar("/stability/approach", "m", "Rigid approach in steady sliding.", s.approach),
         Table::list(
@@ -135,5 +135,10 @@ pub fn sliding_state(s: &SlidingSolution) -> Vec<Table> {
             "Closed nodes whose creep in the deformed state points against the sliding assumed.",
             s.reversed as i64,
         ),
-    ]
+    ];
+    if varying {
+        let text = "Coefficient of friction at the contact nodes in steady sliding; at open nodes that at rest.";
+        tables.push(Table::list("/stability/friction", "1", text, s.friction.clone()));
+    }
+    tables
 }
