@@ -6,8 +6,8 @@ use num_complex::Complex;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
-    Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip, Stencil,
-    Tangent,
+    Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip,
+    SteadyProblem, Stencil, Tangent,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
@@ -195,6 +195,7 @@ fn a_mass_on_a_belt_that_remembers() {
         let contact = LinearContact {
             nodes: vec![node(0, Slip::steady(p0, [0.0, 1.0], v, law.coefficient(v), 0.0))],
             memory: LinearMemory::at_a_point(&law, 0, [0.0, 1.0], p0, v).into_iter().collect(),
+            ..LinearContact::default()
         };
         (eigenpairs(&bodies, &contact, TOLERANCE).unwrap(), sharpness(&bodies, &contact).unwrap())
     };
@@ -631,4 +632,91 @@ fn of_body(matrix: &ModalMatrix, body: usize) -> ModalMatrix {
 
 fn block(q: &Mat<f64>, first: usize, n: usize) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| q[(first + i, first + j)])
+}
+
+/// Steady rolling with what sticks.
+fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f64; 3]) -> SteadyProblem<'a> {
+    let SlidingProblem { interface, compliance, speed, creepage, load, stencil, .. } = problem(s, b, 0.3, c);
+    let (tolerance, max_iterations) = (1e-11, 400);
+    SteadyProblem { interface, compliance, friction, speed, creepage, load, stencil, tolerance, max_iterations }
+}
+
+/// Where nothing sticks the steady state is that of sliding along the actual creep, with constant friction and with friction that falls.
+#[test]
+fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
+    let s = interface(4);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    for law in [FrictionLaw::Constant(0.3), Exponential::new(0.3, 0.2, 0.3).into()] {
+        let c = [0.003, -0.03, 0.1];
+        let (mut p, steady) = (problem(&s, &b, 0.3, c), rolling(&s, &b, law.clone(), c));
+        (p.friction, p.direction) = (law.clone(), SlidingDirection::Actual);
+        let (sliding, rolling) = (p.contact(&p.solve().unwrap()), steady.contact(&steady.solve().unwrap()));
+        assert_eq!((rolling.sticking(), rolling.nodes.len()), (0, sliding.nodes.len()));
+        let [sliding, rolling] = [sliding, rolling].map(|c| eigenpairs(&b, &c, TOLERANCE).unwrap());
+        assert_eq!(sliding.len(), rolling.len());
+        for p in &sliding {
+            let partner = rolling.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
+            assert!(partner < 1e-8 * p.value.norm(), "{law}: {} has no partner, nearest at {partner}", p.value);
+        }
+    }
+}
+
+/// Where part of the contact sticks, two relaxations a node in stick and one a node in slip come to the modes, and none of them grows. Modes
+/// of the bodies converge with the grid; what goes with the speed over the spacing of the nodes is damped too much to be listed.
+#[test]
+fn contacts_that_stick_in_part_have_modes_and_relaxations() {
+    let about = |k: usize, eta: f64| {
+        let s = interface(k);
+        let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+        let steady = rolling(&s, &b, FrictionLaw::Constant(0.3), [0.0, eta, 0.0]);
+        let contact = steady.contact(&steady.solve().unwrap());
+        let (stick, closed) = (contact.sticking(), contact.nodes.len());
+        assert!(stick > 0 && stick < closed, "{stick} of {closed} nodes stick");
+        let pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
+        assert_eq!(pairs.len(), 2 * b.omega.len() + closed + stick);
+        // Friction holds the bodies to each other: nothing of the contact grows.
+        assert!(pairs.iter().all(|p| p.value.re < 0.0), "{}", pairs[0].value);
+        let mut listed: Vec<Complex<f64>> =
+            pairs.iter().filter(|p| p.value.im > 0.0 && p.damping_ratio() < 0.3).map(|p| p.value).collect();
+        listed.sort_by(|a, b| a.im.total_cmp(&b.im));
+        listed
+    };
+    for eta in [0.002, 0.004] {
+        let [coarse, fine] = [5, 9].map(|k| about(k, eta));
+        assert_eq!(coarse.len(), fine.len(), "{eta}: {coarse:.1?}, {fine:.1?}");
+        for (a, b) in coarse.iter().zip(&fine) {
+            assert!((a - b).norm() < 0.03 * b.norm(), "{eta}: {a} on the coarse grid, {b} on the fine one");
+        }
+    }
+}
+
+/// A node that sticks hands on what friction remembers of slip ahead of it; the eigenvalues are those of the bodies exchanged and reflected.
+#[test]
+fn partial_slip_with_memory_has_the_symmetry_of_the_exchanged_bodies() {
+    let s = interface(4);
+    let (one, two) = (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
+    let spectrum = |lower, upper, c: [f64; 3]| {
+        let b = ModalPair::new(lower, upper).unwrap();
+        let steady = rolling(&s, &b, Exponential::new(0.4, 0.3, 0.1).into(), c);
+        let contact = steady.contact(&steady.solve().unwrap());
+        assert!(contact.sticking() > 3 && contact.memory.len() > 10);
+        eigenpairs(&b, &contact, TOLERANCE).unwrap()
+    };
+    let c = [0.002, 0.004, 0.4];
+    let (a, b) = (spectrum(&one, &two, c), spectrum(&two, &one, c.map(|c| -c)));
+    assert_eq!(a.len(), b.len());
+    for p in &a {
+        let partner = b.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
+        assert!(partner < 1e-6 * p.value.norm(), "{} has no partner, nearest at {partner}", p.value);
+    }
+}
+
+/// Growth below rounding is none.
+#[test]
+fn growth_means_more_than_rounding() {
+    let grows = |re: f64, im: f64, error: f64| railsqueal::stability::grows(Complex::new(re, im), error);
+    assert!(grows(1e-3, 3e3, 1e-16) && grows(5.0, 0.0, 1e-16));
+    assert!(!grows(1e-13, 550.0, 1e-16) && !grows(1e-11, 0.0, 1e-16) && !grows(-1.0, 3e3, 1e-16));
+    // Not more than the backward error allows for.
+    assert!(!grows(1e-3, 3e3, 1e-8) && grows(1e-2, 3e3, 1e-8));
 }

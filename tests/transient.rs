@@ -449,6 +449,60 @@ fn perturbations_grow_and_decay_as_the_linear_analysis_says() {
     }
 }
 
+/// With part of the contact in stick as well, while no node changes its status: each run begins along the eigenvector of one mode, at the
+/// state of rest that the scheme itself has. The distance from the eigenvalue falls with the step.
+#[test]
+fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
+    for (law, creepage) in [(FrictionLaw::Constant(0.3), 0.004), (Exponential::new(0.4, 0.3, 0.2).into(), 0.005)] {
+        let squeal = Squeal::new(13, 6.0).with(law.clone());
+        let along = Creepage { lateral: creepage, ..Creepage::default() };
+        let problem = squeal.steady(along);
+        let solution = problem.solve().unwrap();
+        let contact = problem.contact(&solution);
+        assert!(contact.sticking() > 3 && contact.sticking() < contact.nodes.len());
+        let pairs = eigenpairs(&squeal.pair, &contact, 1e-9).unwrap();
+        let first = pairs.iter().find(|p| p.frequency() > 10.0 && p.damping_ratio() < 0.3).unwrap();
+        let mut apart = Vec::new();
+        for h in [2e-5, 5e-6] {
+            let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+            let load = NormalLoad::Approach(solution.approach);
+            let mut settings = squeal.settings(along, load, h, ContactSolver::Newton);
+            settings.tolerance = 1e-13;
+            // The state of rest of the scheme: what is left of the start has decayed where the modes are damped by hand.
+            let mut rest =
+                Stepper::new(squeal.model(), settings.clone(), start.remembering(&solution.friction)).unwrap();
+            for _ in 0..(0.04 / h) as usize {
+                rest.advance().unwrap();
+                if rest.state().step % 20 == 0 {
+                    let mut state = rest.state().clone();
+                    state.v.iter_mut().for_each(|v| *v *= 0.5);
+                    rest = Stepper::new(squeal.model(), settings.clone(), state).unwrap();
+                }
+            }
+            let rest = rest.state().clone();
+            let amplitude = 1e-9 / first.modal.iter().map(|z| z.norm()).fold(0.0, f64::max);
+            let moved = rest.clone().perturbed(&first.modal, first.value, amplitude);
+            let mut calm = Stepper::new(squeal.model(), settings.clone(), rest).unwrap();
+            let mut moved = Stepper::new(squeal.model(), settings, moved).unwrap();
+            let (mut samples, every) = (Vec::new(), (2e-4 / h).round() as usize);
+            let stick = calm.report().stick;
+            for step in 0..(0.03 / h) as usize {
+                calm.advance().unwrap();
+                moved.advance().unwrap();
+                let seen = [calm.report().stick, moved.report().stick];
+                assert!(step < 2 || seen[0] == seen[1], "{law}: nodes change from {stick} in stick to {seen:?}");
+                if step as f64 * h > 5e-3 && step % every == 0 {
+                    samples.push(moved.state().q.iter().zip(&calm.state().q).map(|(a, b)| a - b).collect());
+                }
+            }
+            let (sigma, frequency) = growth(&samples, every as f64 * h, first.frequency());
+            apart.push((sigma - first.growth_rate()).abs());
+        }
+        let want = first.growth_rate().abs();
+        assert!(apart[1] < 0.2 + 0.02 * want && apart[1] < 0.8 * apart[0], "{law}: {apart:?} of {want}");
+    }
+}
+
 /// Halving the step must halve the error: the order seen, log2 of the ratio of two errors, is nearer to 1 than to any other.
 #[track_caller]
 fn first_order(errors: &[f64], what: &str) {

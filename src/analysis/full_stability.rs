@@ -11,7 +11,7 @@ use crate::parallel::World;
 use crate::stability::full::cover::{partners, Wedge};
 use crate::stability::full::{spectrum, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Place};
 use crate::stability::reduced::shares as shares_of;
-use crate::stability::Spectrum;
+use crate::stability::{grows, Spectrum};
 use crate::{Error, Result};
 use num_complex::Complex;
 
@@ -98,7 +98,7 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
     let solves: usize = shifts.iter().map(|s| s.solves).sum();
     summary.line(format!(
         "stability of the full system: {} unstable of {} eigenvalues",
-        pairs.iter().filter(|p| p.value.re > 0.0).count(),
+        pairs.iter().filter(|p| grows(p.value, p.residuals.backward_error)).count(),
         pairs.len()
     ));
     summary.value(
@@ -117,7 +117,7 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
             worst(&|p| p.residuals.correction)
         ),
     );
-    let unstable = pairs.iter().filter(|p| p.value.re > 0.0).count();
+    let unstable = pairs.iter().filter(|p| grows(p.value, p.residuals.backward_error)).count();
     for p in pairs.iter().take(unstable.max(3)) {
         summary.value(
             &format!("{:.3} Hz", p.value.im / (2.0 * std::f64::consts::PI)),

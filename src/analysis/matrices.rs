@@ -157,7 +157,7 @@ fn itself(run: &mut Run, bodies: &[MatrixBody]) -> Result<()> {
     })?;
     if let Some((pair, spectrum, full, smallest)) = &found {
         run.file.tables(eigenvalues(spectrum, pair, full.as_ref()));
-        stability::summarise(spectrum, pair, &mut run.summary);
+        stability::summarise(spectrum, "sliding", pair, &mut run.summary);
         memory::say(&contact.friction, *smallest, &mut run.file, &mut run.summary);
         if let Some(full) = full {
             full_stability::summarise(full, &mut run.summary);
@@ -228,5 +228,5 @@ fn sliding(contact: &job::Contact, law: &FrictionLaw) -> Result<LinearContact> {
         (LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }, memory)
     };
     let (nodes, memory): (Vec<_>, Vec<_>) = points.iter().enumerate().map(node).unzip();
-    Ok(LinearContact { nodes, memory: memory.into_iter().flatten().collect() })
+    Ok(LinearContact { nodes, memory: memory.into_iter().flatten().collect(), ..LinearContact::default() })
 }

@@ -32,7 +32,7 @@ pub fn run(
     let world = run.world();
     run.progress.stage("steady rolling");
     let interface = model.on_root().map(|r| &r.interface);
-    let problem = model.on_root().map(|r| steady_rolling(r, contact, Some(steady)));
+    let problem = model.on_root().map(|r| steady_rolling((&r.interface, &r.pair), contact, Some(steady)));
     // Displacements of the bodies where the solution needed them.
     let mut displacements = None;
     let solution = if model.approximate {

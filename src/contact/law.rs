@@ -256,8 +256,19 @@ impl Tangent {
 pub struct LinearContact {
     /// The closed nodes, `[k]`.
     pub nodes: Vec<LinearNode>,
+    /// How the creep at the leading edge follows the gaps ahead of it.
+    pub edges: Vec<LinearEdge>,
     /// The coefficients of friction of those nodes that remember theirs, from the leading edge on; empty where none changes.
     pub memory: Vec<LinearMemory>,
+}
+
+/// The course of w at the first closed node of a line, which goes with where the gaps ahead of it put the edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearEdge {
+    /// Place of the node in the list of closed ones.
+    pub at: usize,
+    /// The two open nodes and the change of V ∂w/∂x (x, y) with the gap there, 1/s.
+    pub gaps: [(usize, [f64; 2]); 2],
 }
 
 /// A closed node of a [`LinearContact`].
@@ -279,7 +290,11 @@ impl LinearContact {
 
     /// All of it as numbers, for [`LinearContact::from_numbers`].
     pub fn numbers(&self) -> Vec<f64> {
-        let mut out = vec![self.memory.len() as f64];
+        let mut out = vec![self.edges.len() as f64, self.memory.len() as f64];
+        for edge in &self.edges {
+            out.push(edge.at as f64);
+            out.extend(edge.gaps.iter().flat_map(|&(node, [x, y])| [node as f64, x, y]));
+        }
         out.extend(self.memory.iter().flat_map(LinearMemory::numbers));
         for n in &self.nodes {
             let (kind, values) = match n.tangent {
@@ -300,7 +315,14 @@ impl LinearContact {
     /// What [`LinearContact::numbers`] made numbers of.
     pub fn from_numbers(numbers: &[f64]) -> Self {
         let mut nodes = Vec::new();
-        let (count, rest) = numbers.split_first().map_or((0, numbers), |(n, rest)| (*n as usize, rest));
+        let (head, rest) = numbers.split_at(numbers.len().min(2));
+        let [edges, count] = [0, 1].map(|k| head.get(k).map_or(0, |n| *n as usize));
+        let (edges, rest) = rest.split_at((7 * edges).min(rest.len()));
+        let edge = |&[at, i, a, b, j, c, d]: &[f64; 7]| LinearEdge {
+            at: at as usize,
+            gaps: [(i as usize, [a, b]), (j as usize, [c, d])],
+        };
+        let edges = edges.as_chunks::<7>().0.iter().map(edge).collect();
         let (memory, mut rest) = rest.split_at((8 * count).min(rest.len()));
         let memory = memory.as_chunks::<8>().0.iter().map(LinearMemory::from_numbers).collect();
         while let [node, kind, a, b, friction, c, d, e, f, count, tail @ ..] = rest {
@@ -319,7 +341,7 @@ impl LinearContact {
             nodes.push(LinearNode { node: *node as usize, tangent, convection });
             rest = after;
         }
-        Self { nodes, memory }
+        Self { nodes, edges, memory }
     }
 }
 
@@ -500,6 +522,7 @@ mod tests {
                 node(7, Tangent::Stick { creep: 1.5 }, &[]),
                 node(9, Tangent::Open, &[(1, 0.5)]),
             ],
+            edges: vec![LinearEdge { at: 0, gaps: [(3, [0.5, -2.0]), (2, [7.0, 0.25])] }],
             memory: vec![
                 LinearMemory {
                     at: 0,

@@ -23,7 +23,7 @@ pub mod steady;
 
 pub use deferred::DeferredSteady;
 pub use interface::{Creepage, Stencil, Upstream};
-pub use law::{LinearContact, LinearNode, Slip, Status, Tangent};
+pub use law::{LinearContact, LinearEdge, LinearNode, Slip, Status, Tangent};
 pub use memory::LinearMemory;
 pub use sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 pub use steady::{NormalLoad, SteadyProblem, SteadySolution};

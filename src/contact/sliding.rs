@@ -304,8 +304,16 @@ impl SlidingProblem<'_> {
         };
         let closed = || solution.closed.iter().zip(&solution.direction).zip(&solution.velocity);
         let remembering: Vec<Sliding> = closed().map(sliding).collect();
+        // About the rigid creep the deformed bodies are not looked at, so that neither is what moves their edge.
+        let edges = match (self.direction, self.stencil) {
+            (SlidingDirection::Actual, Stencil::Edge) => {
+                self.interface.edges(&solution.closed, &solution.gap, &solution.w, self.speed)
+            }
+            _ => Vec::new(),
+        };
         LinearContact {
             nodes: closed().map(node).collect(),
+            edges,
             memory: memory::linear(&self.friction, self.interface, self.speed, &remembering),
         }
     }

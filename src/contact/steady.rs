@@ -356,7 +356,11 @@ impl SteadyProblem<'_> {
             nodes.push(LinearNode { node: i, tangent, convection: terms.map(|&(j, d)| (j, self.speed * d)).collect() });
             remembering.push(Sliding { node: i, creep: against.map(|t| velocity * t), force, friction: mu });
         }
-        LinearContact { nodes, memory: memory::linear(&self.friction, s, self.speed, &remembering) }
+        let edges = match self.stencil {
+            Stencil::Edge => s.edges(&closed, &solution.gap, &solution.w, self.speed),
+            _ => Vec::new(),
+        };
+        LinearContact { nodes, edges, memory: memory::linear(&self.friction, s, self.speed, &remembering) }
     }
 }
 

@@ -389,7 +389,10 @@ fn sweeps_are_expanded_and_checked_before_anything_is_computed() {
             vec!["count: found 0, expected a whole number ≥ 1"],
         ),
         (json!({ "contact.approach": [1e-4] }), vec!["at contact.approach = 0.0001", "both normal_load and approach"]),
-        (json!({ "contact.creepage": [{}] }), vec!["direction of sliding is undefined"]),
+        (
+            json!({ "contact.creepage": [{}], "analyses.stability.direction": ["rigid"] }),
+            vec!["direction of sliding is undefined"],
+        ),
     ] {
         let error = swept(json!({ "keys": keys })).unwrap_err();
         assert_eq!(error.exit_code(), 2, "{error}");

@@ -310,7 +310,9 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
     let w = displacements(bodies, contact, &unknowns, &r);
     let x = rows_of(bodies, contact, &unknowns, &r, &|u| {
         let terms = nodes[u.at].convection.iter();
-        terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.creep[q]))).collect()
+        let carried = terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.creep[q])));
+        let edges = contact.edges.iter().filter(|e| e.at == u.at).flat_map(|e| e.gaps);
+        carried.chain(edges.map(|(j, d)| (3 * j + 2, d[0] * u.creep[0] + d[1] * u.creep[1]))).collect()
     });
     // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
     let by_f = Mat::from_fn(m, nf, |i, j| {
@@ -383,7 +385,9 @@ fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {
                 .into(),
         ));
     }
-    let mut places = contact.nodes.iter().flat_map(|c| c.convection.iter().map(|&(j, _)| j).chain([c.node]));
+    let edges = contact.edges.iter().flat_map(|e| e.gaps.map(|g| g.0));
+    let mut places =
+        contact.nodes.iter().flat_map(|c| c.convection.iter().map(|&(j, _)| j).chain([c.node])).chain(edges);
     if let Some(i) = places.find(|&i| i >= n) {
         return Err(Error::Defect(format!("reduced stability: contact node {i} of an interface of {n}")));
     }

@@ -140,7 +140,7 @@ fn sliding(offsets: [f64; 2]) -> serde_json::Value {
         job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
     }
     job["contact"]["creepage"] = json!({ "lateral": 0.01 });
-    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": { "direction": "rigid" } });
+    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": { "direction": "rigid", "damping_ratio": 1 } });
     job["output"] = json!({ "fields": false });
     job
 }
@@ -205,6 +205,7 @@ fn receptances_begin_at_the_static_compliance() {
 #[test]
 fn falling_friction_drives_and_loss_factors_damp() {
     let mut job = sliding([0.03, 0.02]);
+    job["version"] = json!(1);
     job["analyses"]["steady"] = json!({});
     // 10 m/s and 1 %: all nodes slide at 0.1 m/s, where the coefficient is 0.25 + 0.15/e.
     let at_slip = 0.25 + 0.15 * (-1.0f64).exp();

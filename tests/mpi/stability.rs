@@ -56,7 +56,10 @@ fn contact() -> LinearContact {
         let slip = Slip::steady(force, [turn.cos(), turn.sin()], velocity, 0.4, -0.02);
         LinearNode { node, tangent: Tangent::Slip(slip), convection: upstream(node) }
     };
-    LinearContact { nodes: [6, 7, 8, 11, 12, 13].into_iter().enumerate().map(node).collect(), memory: Vec::new() }
+    LinearContact {
+        nodes: [6, 7, 8, 11, 12, 13].into_iter().enumerate().map(node).collect(),
+        ..LinearContact::default()
+    }
 }
 
 /// The same nodes with friction that remembers: node 8 takes it over from node 7, and that from node 6.
@@ -430,7 +433,7 @@ fn small_contact() -> LinearContact {
         (n.node, n.convection) = (node, upstream(node));
         n
     };
-    LinearContact { nodes: contact().nodes.into_iter().zip([1, 3]).map(moved).collect(), memory: Vec::new() }
+    LinearContact { nodes: contact().nodes.into_iter().zip([1, 3]).map(moved).collect(), ..LinearContact::default() }
 }
 
 /// Ranks without any unknown, and ranks without contact rows, with real and with complex factorisations and damped modes.

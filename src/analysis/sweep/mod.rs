@@ -136,6 +136,7 @@ impl Model {
             eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
             backward_error: spectrum.eigenpairs.iter().map(|p| p.backward_error).fold(0.0, f64::max),
             closed: 0,
+            sticking: spectrum.sticking,
             reversed: 0,
             force: [0.0; 3],
             approach: f64::NAN,
@@ -149,10 +150,11 @@ impl Model {
                     coefficients.extend(damping(&body.damping, omega, &format!("bodies.{name}.damping"))?);
                 }
                 model.pair.damping = coefficients.into();
-                let stability::Found { sliding, spectrum, .. } =
-                    stability::analyse(wanted, contact, &model.interface, &model.pair)?;
-                let (closed, reversed) = (sliding.closed.len(), sliding.reversed);
-                let (force, approach) = (sliding.force, sliding.approach);
+                let model = (&model.interface, &model.pair);
+                let examined = stability::Examined { job: point, stability: wanted, contact, model };
+                let stability::Found { state, spectrum, .. } = examined.analyse()?;
+                let (closed, reversed) = (state.closed(), state.reversed);
+                let (force, approach) = (state.force, state.approach);
                 Ok(Outcome { closed, reversed, force, approach, ..of(&spectrum) })
             }
             Model::Matrices(model) => {

@@ -10,7 +10,7 @@ pub use crate::output::datasets::checkpoint::refuse_other_job;
 pub use stop::Stop;
 
 use super::bodies::Bodies;
-use super::interface::{creepage, normal_load, steady_rolling, steady_sliding};
+use super::interface::{self, creepage, normal_load, steady_sliding};
 use super::memory;
 use super::reduction::Reduction;
 use super::report::Summary;
@@ -21,13 +21,14 @@ use super::RunOptions;
 use crate::body::TraceModes;
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
-use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
+use crate::job::{self, Direction, Hold, Job, StabilityState, StartState, TransientSolver};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
 use crate::output::datasets::points::Points;
 use crate::output::datasets::record::{grid, Recorder};
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
+use crate::stability::grows;
 use crate::stability::reduced::Eigenpair;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, Scheme, Settings, State, Stepper};
@@ -142,7 +143,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
 /// The scheme's own damping beside the growth rates that it would falsify.
 fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progress, summary: &mut Summary) {
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
-    for e in pairs.iter().filter(|e| e.growth_rate() > 0.0 && e.frequency() > 0.0) {
+    for e in pairs.iter().filter(|e| grows(e.value, e.backward_error) && e.frequency() > 0.0) {
         let own = scheme.own_damping(e.value.im.abs());
         let share = own / e.growth_rate();
         let text = format!("{own:.3e} 1/s, {:.2} % of the growth rate {:.4} 1/s", 100.0 * share, e.growth_rate());
@@ -266,6 +267,15 @@ fn advance(
     Ok((effort, total - first, begun.elapsed().as_secs_f64()))
 }
 
+/// The state of rest that is wanted: the one that stability is examined about, where the job does not say.
+fn start_state(job: &Job, wanted: &job::Transient) -> StartState {
+    let examined = job.analyses.stability.as_ref().map(job::Stability::state);
+    wanted.start.state.unwrap_or(match examined {
+        Some(StabilityState::Steady) => StartState::Steady,
+        _ => StartState::Sliding,
+    })
+}
+
 /// The state of rest and its approach.
 fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Result<(State, f64)> {
     let contact = inputs.contact;
@@ -302,7 +312,7 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
         load = NormalLoad::Approach(d);
     }
     let analyses = &inputs.job.analyses;
-    let (pressure, traction, approach, friction) = match inputs.wanted.start.state {
+    let (pressure, traction, approach, friction) = match start_state(inputs.job, inputs.wanted) {
         StartState::Sliding => {
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
             let problem = steady_sliding((&root.interface, &root.pair), contact, direction);
@@ -312,7 +322,7 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
             (found.pressure, found.traction, found.approach, found.friction)
         }
         StartState::Steady => {
-            let problem = steady_rolling(root, contact, analyses.steady.as_ref());
+            let problem = interface::at_rest((&root.interface, &root.pair), contact, analyses.steady.as_ref());
             let problem = SteadyProblem { creepage, load, ..problem };
             memory::refuse_short(&contact.friction, |law| memory::rolling(&problem, law, &root.pair))?;
             let found = problem.solve()?;

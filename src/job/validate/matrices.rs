@@ -44,6 +44,9 @@ pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
     if analyses.names().is_empty() {
         faults.push("analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\"".into());
     }
+    if analyses.stability.as_ref().is_some_and(|s| s.state == Some(StabilityState::Steady)) {
+        faults.push("analyses.stability.state: found \"steady\", but bodies given by matrices slide at their contact.points; leave it out".into());
+    }
     match &analyses.modes {
         None if analyses.stability.is_some() => faults
             .push("analyses.modes: missing; analyses.stability is computed on the modes, e.g. {\"count\": 60}".into()),

@@ -24,6 +24,8 @@ pub struct Coupling {
     friction: Vec<[f64; 2]>,
     /// V ∂/∂x of each closed node: (place in `nodes`, coefficient in 1/s).
     convection: Vec<Vec<(usize, f64)>>,
+    /// What the gaps ahead of the edge add to it: (place in `nodes`, coefficients along x and y in 1/s).
+    edges: Vec<Vec<(usize, [f64; 2])>>,
     /// The nodes whose friction remembers.
     memory: Vec<LinearMemory>,
     /// P, N.
@@ -43,6 +45,10 @@ impl Coupling {
         };
         let places = |n: &LinearNode| n.convection.iter().map(|&(j, v)| (place(j), v)).collect();
         let convection = contact.nodes.iter().map(places).collect();
+        let mut edges = vec![Vec::new(); contact.nodes.len()];
+        for edge in &contact.edges {
+            edges[edge.at].extend(edge.gaps.iter().map(|&(j, d)| (place(j), d)));
+        }
         let resistance = contact.nodes.iter().map(|n| n.tangent.resistance()).collect::<Option<_>>();
         let damping = resistance.ok_or_else(|| {
             Error::Job(format!(
@@ -57,7 +63,7 @@ impl Coupling {
             0.0 => 1.0,
             largest => largest,
         };
-        Ok(Self { nodes, damping, friction, convection, memory: contact.memory.clone(), unit })
+        Ok(Self { nodes, damping, friction, convection, edges, memory: contact.memory.clone(), unit })
     }
 
     /// Number of closed nodes, k.
@@ -86,7 +92,7 @@ impl Coupling {
         let row = |(i, m): (usize, &LinearMemory)| {
             let w = |q: usize| match power {
                 1 => y[3 * m.at + q],
-                _ => self.convection[m.at].iter().map(|&(j, v)| v * y[3 * j + q]).sum(),
+                _ => self.carried(m.at, q, |row| y[row]),
             };
             let own = match power {
                 1 => f[i],
@@ -112,7 +118,13 @@ impl Coupling {
 
     /// Forces of the stiffness part, −D V ∂x w, N, `[3m]`.
     pub fn convection_forces(&self, y: &[C]) -> Vec<C> {
-        self.tangential(|i, q| self.convection[i].iter().map(|&(j, v)| v * y[3 * j + q]).sum())
+        self.tangential(|i, q| self.carried(i, q, |row| y[row]))
+    }
+
+    /// V ∂w/∂x of component `q` at closed node `i` for the motion `y` of the rows.
+    fn carried(&self, i: usize, q: usize, y: impl Fn(usize) -> C) -> C {
+        let along: C = self.convection[i].iter().map(|&(j, v)| v * y(3 * j + q)).sum();
+        along + self.edges[i].iter().map(|&(j, d)| d[q] * y(3 * j + 2)).sum::<C>()
     }
 
     fn tangential(&self, w: impl Fn(usize, usize) -> C) -> Vec<C> {
@@ -144,7 +156,9 @@ impl Coupling {
 
     /// Sum of the absolute coefficients of V ∂x, at most, 1/s.
     pub fn largest_rate(&self) -> f64 {
-        self.convection.iter().map(|l| l.iter().map(|c| c.1.abs()).sum::<f64>()).fold(0.0, f64::max)
+        let along = |l: &Vec<(usize, f64)>| l.iter().map(|c| c.1.abs()).sum::<f64>();
+        let edge = |l: &Vec<(usize, [f64; 2])>| l.iter().map(|c| c.1[0].abs().max(c.1[1].abs())).sum::<f64>();
+        self.convection.iter().zip(&self.edges).map(|(c, e)| along(c) + edge(e)).fold(0.0, f64::max)
     }
 
     /// Factorises the contact problem at λ = `shift` for bodies whose receptance on the rows is `receptance` (y = H R), m/N, `[3m, 3m]`.
@@ -164,10 +178,7 @@ impl Coupling {
         for i in 0..k {
             let d = self.damping[i];
             for j in 0..3 * k {
-                let w = [0, 1].map(|q| {
-                    let rolling: C = self.convection[i].iter().map(|&(n, v)| v * h[(3 * n + q, j)]).sum();
-                    shift * h[(3 * i + q, j)] + rolling
-                });
+                let w = [0, 1].map(|q| shift * h[(3 * i + q, j)] + self.carried(i, q, |row| h[(row, j)]));
                 for q in 0..2 {
                     a[(3 * i + q, j)] = d[q][0] * w[0] + d[q][1] * w[1];
                 }
@@ -182,8 +193,7 @@ impl Coupling {
             let (row, rate) = (3 * k + i, shift + m.relaxation.decay);
             for j in 0..3 * k {
                 let along = |q: usize| {
-                    let rolling: C = self.convection[m.at].iter().map(|&(n, v)| v * h[(3 * n + q, j)]).sum();
-                    m.direction[q] * (shift * h[(3 * m.at + q, j)] + rolling)
+                    m.direction[q] * (shift * h[(3 * m.at + q, j)] + self.carried(m.at, q, |row| h[(row, j)]))
                 };
                 a[(row, j)] = -self.unit * m.relaxation.gain * (along(0) + along(1)) / rate;
             }
