@@ -497,6 +497,7 @@ fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
             }
             let (sigma, frequency) = growth(&samples, every as f64 * h, first.frequency());
             apart.push((sigma - first.growth_rate()).abs());
+            near(frequency, first.frequency(), 1e-3, "frequency");
         }
         let want = first.growth_rate().abs();
         assert!(apart[1] < 0.2 + 0.02 * want && apart[1] < 0.8 * apart[0], "{law}: {apart:?} of {want}");
