@@ -322,9 +322,9 @@ impl LinearContact {
             at: at as usize,
             gaps: [(i as usize, [a, b]), (j as usize, [c, d])],
         };
-        let edges = edges.as_chunks::<7>().0.iter().map(edge).collect();
+        let edges = edges.chunks_exact(7).filter_map(|c| c.try_into().ok()).map(edge).collect();
         let (memory, mut rest) = rest.split_at((8 * count).min(rest.len()));
-        let memory = memory.as_chunks::<8>().0.iter().map(LinearMemory::from_numbers).collect();
+        let memory = memory.chunks_exact(8).filter_map(|c| c.try_into().ok()).map(LinearMemory::from_numbers).collect();
         while let [node, kind, a, b, friction, c, d, e, f, count, tail @ ..] = rest {
             let tangent = match *kind as u8 {
                 0 => Tangent::Open,
