@@ -68,7 +68,8 @@ fn dumped(path: &str) {
             let problem = StepProblem {
                 matrix: &matrix,
                 free: &free,
-                friction: FrictionLaw::Constant(mu[0]),
+                friction: &FrictionLaw::Constant(mu[0]),
+                before: &[],
                 step: STEP,
                 total: [None; 3],
                 tolerance: RESIDUALS[c / STARTS.len()],
@@ -276,7 +277,7 @@ fn squeal(path: &str) {
     let sliding = SlidingProblem {
         interface: s,
         compliance: case.pair.compliance.as_ref(),
-        friction: case.friction,
+        friction: case.friction.clone(),
         speed: case.speed,
         creepage: case.creepage,
         load: NormalLoad::Force(case.load),
@@ -303,7 +304,7 @@ fn squeal(path: &str) {
         mode.value,
         1e-5 / largest,
     );
-    let settings = settings(case.friction, rest.approach, case.creepage, case.speed);
+    let settings = settings(case.friction.clone(), rest.approach, case.creepage, case.speed);
     let mut stepper = Stepper::new(model.clone(), settings.clone(), start).expect("stepper");
     stepper.settle().expect("start");
     let until: f64 = argument("--until").map_or(0.4, |v| v.parse().expect("seconds"));
@@ -336,7 +337,7 @@ const STARTS: [&str; 3] = ["cold", "cold, W known", "warm"];
 fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
     const COUNT: usize = 10;
     let file = hdf5::File::create(path).expect("file");
-    let FrictionLaw::Constant(mu) = friction else { panic!("constant friction") };
+    let FrictionLaw::Constant(mu) = &friction else { panic!("constant friction") };
     let mut before: Option<(Vec<usize>, Vec<f64>, Vec<f64>)> = None;
     let mut times = vec![Vec::new(); RESIDUALS.len() * STARTS.len()];
     for _ in 0..100_000 {
@@ -354,8 +355,16 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
             let mut line = Vec::new();
             for (a, tolerance) in RESIDUALS.into_iter().enumerate() {
                 let matrix = &Operator::new(posed.matrix.to_vec());
-                let problem =
-                    StepProblem { matrix, free: posed.free, friction, step: STEP, total: [None; 3], tolerance };
+                let (friction, free_now) = (&friction, posed.free);
+                let problem = StepProblem {
+                    matrix,
+                    free: free_now,
+                    friction,
+                    before: &[],
+                    step: STEP,
+                    total: [None; 3],
+                    tolerance,
+                };
                 for (b, name) in STARTS.iter().enumerate() {
                     let (best, effort) = again(&problem, b, &free, &guess);
                     times[STARTS.len() * a + b].push(best);
@@ -371,7 +380,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
             write("free", posed.free);
             write("before", &guess);
             write("reaction", &reaction);
-            write("friction", &[mu]);
+            write("friction", &[*mu]);
             // Rows: residuals; columns: starts.
             write("seconds", &times.iter().filter_map(|t| t.last().copied()).collect::<Vec<f64>>());
             let (open, slip) = (k - report.closed, report.closed - report.stick);

@@ -250,39 +250,70 @@ fn sliding_longitudinally_sticks_at_the_leading_edge_too() {
 #[test]
 fn falling_friction_takes_the_coefficient_at_the_local_creep() {
     let pair = Pair::new(STEEL, SOFT, 70e3, 8);
-    let law = FrictionLaw::from(Exponential { at_rest: 0.4, kinetic: 0.2, decay_velocity: 0.05 });
+    let law = FrictionLaw::from(Exponential::new(0.4, 0.2, 0.05));
     let (mut slipping, mut sticking, mut spread) = (0, 0, 0.0f64);
     for creepages in [[0.0, 2e-3, 0.0], [-3e-3, 4e-3, 0.3], [0.02, 0.01, 0.0]] {
         let [xi, eta, phi] = creepages;
         let mut p = pair.problem(xi, eta, phi);
-        p.friction = law;
+        p.friction = law.clone();
         let s = p.solve().unwrap();
         let peak = s.pressure.iter().copied().fold(0.0, f64::max);
+        let mut mu = 0.4;
         for i in (0..s.pressure.len()).filter(|&i| s.state[i] > 0) {
+            // What the material brought and what it learned on the way from the node upstream.
+            let before = if s.state[i - 1] > 0 { mu } else { 0.4 };
+            let (v, spacing) = (s.creep[i][0].hypot(s.creep[i][1]), pair.interface.x[1] - pair.interface.x[0]);
+            let kept = (-v.max(1e-3) * spacing / (10.0 * 2e-5)).exp();
+            mu = kept * before + (1.0 - kept) * law.coefficient(v);
+            assert!((s.friction[i] - mu).abs() < 1e-12, "node {i}: {} against {mu}", s.friction[i]);
             let (t, c) = (s.traction[i], s.creep[i]);
             let v = c[0].hypot(c[1]);
             let size = t[0].hypot(t[1]);
             if s.state[i] == 1 {
                 sticking += 1;
-                assert!(size <= 0.4 * s.pressure[i] + 1e-7 * peak, "stick at node {i}: {size}");
+                assert!(size <= s.friction[i] * s.pressure[i] + 1e-7 * peak, "stick at node {i}: {size}");
             } else {
                 slipping += 1;
                 let [x, y] = pair.interface.point(i);
                 let rigid = p.creepage.rigid(x, y);
                 spread = spread.max((law.coefficient(10.0 * rigid[0].hypot(rigid[1])) - law.coefficient(v)).abs());
-                let bound = law.coefficient(v) * s.pressure[i];
-                assert!((size - bound).abs() < 1e-7 * peak, "slip at node {i}: |t| = {size}, mu(v) p = {bound}");
+                let bound = s.friction[i] * s.pressure[i];
+                assert!((size - bound).abs() < 1e-7 * peak, "slip at node {i}: |t| = {size}, mu p = {bound}");
                 let along = (t[0] * c[0] + t[1] * c[1]) / (size * v).max(1e-300);
                 assert!(v < 1e-6 || along < -1.0 + 1e-9, "node {i}: traction along the creep {along}");
             }
         }
         // The same coefficient at all velocities is Coulomb's law.
-        p.friction = Exponential { at_rest: MU, kinetic: MU, decay_velocity: 0.05 }.into();
+        p.friction = Exponential::new(MU, MU, 0.05).into();
         let (flat, constant) = (p.solve().unwrap(), pair.solve(xi, eta, phi));
         assert!(largest_difference(&flat.traction, |i| constant.traction[i]) < 1e-6 * peak);
     }
     assert!(slipping > 100 && sticking > 50, "{slipping} slip, {sticking} stick");
     assert!(spread > 0.01, "local and rigid creep give coefficients that differ by {spread} at the most");
+}
+
+/// A memory that is short against the elements leaves each node the coefficient at its own creep velocity, a long one that at rest.
+#[test]
+fn short_and_long_memories() {
+    let pair = Pair::new(STEEL, SOFT, 70e3, 8);
+    let mut p = pair.problem(0.001, 3e-3, 0.2);
+    for (length, long) in [(1e-8, false), (10.0, true)] {
+        let law = FrictionLaw::from(Exponential::new(0.4, 0.2, 0.05).remembering(length));
+        p.friction = law.clone();
+        let s = p.solve().unwrap();
+        let mut slipping = 0;
+        for i in (0..s.pressure.len()).filter(|&i| s.state[i] == 2) {
+            let v = s.creep[i][0].hypot(s.creep[i][1]);
+            let want = if long { 0.4 } else { law.coefficient(v) };
+            assert!(
+                (s.friction[i] - want).abs() < 1e-5,
+                "memory of {length} m, node {i}, {v} m/s: {} against {want}",
+                s.friction[i]
+            );
+            slipping += 1;
+        }
+        assert!(slipping > 20, "{slipping} nodes in slip");
+    }
 }
 
 /// However steeply friction falls within reason, a state is found that obeys the laws at the local creep.
@@ -292,7 +323,7 @@ fn friction_that_falls_steeply_is_solved() {
     for decay_velocity in [2e-1, 2e-2, 5e-3, 1e-3, 2e-4] {
         for eta in [5e-4, 4e-3] {
             let mut p = pair.problem(0.0, eta, 0.0);
-            p.friction = Exponential { at_rest: 0.6, kinetic: 0.05, decay_velocity }.into();
+            p.friction = Exponential::new(0.6, 0.05, decay_velocity).into();
             let s = p.solve().unwrap_or_else(|e| panic!("v_d = {decay_velocity}, eta = {eta}: {e}"));
             assert!(s.residual <= 1e-8, "v_d = {decay_velocity}, eta = {eta}: residual {}", s.residual);
         }

@@ -6,12 +6,13 @@ use num_complex::Complex;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
-    Creepage, LinearContact, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip, Stencil, Tangent,
+    Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip,
+    SteadyProblem, Stencil, Tangent,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::ModalPair;
-use railsqueal::stability::reduced::{eigenpairs, participation, Eigenpair};
+use railsqueal::stability::reduced::{eigenpairs, participation, sharpness, Eigenpair};
 use railsqueal::Error;
 
 mod rotated;
@@ -59,13 +60,16 @@ fn hulten(mu: f64, damping: f64) -> Vec<Eigenpair> {
         residual[(3 * contact + 2, 3 * contact + 2)] = 1.0 / (w[contact] * w[contact]);
     }
     let bodies = single(vec![0.0, 0.0], w.map(|v| damping * v).to_vec(), modes, residual);
-    let contact = LinearContact {
-        nodes: vec![
-            node(0, Slip::steady(1.0, [-1.0, 0.0], 1.0, mu, 0.0)),
-            node(1, Slip::steady(1.0, [1.0, 0.0], 1.0, mu, 0.0)),
-        ],
-    };
+    let contact = sliding_nodes(vec![
+        node(0, Slip::steady(1.0, [-1.0, 0.0], 1.0, mu, 0.0)),
+        node(1, Slip::steady(1.0, [1.0, 0.0], 1.0, mu, 0.0)),
+    ]);
     eigenpairs(&bodies, &contact, TOLERANCE).unwrap()
+}
+
+/// Nodes without memories.
+fn sliding_nodes(nodes: Vec<LinearNode>) -> LinearContact {
+    LinearContact { nodes, ..LinearContact::default() }
 }
 
 /// A sliding node where nothing rolls.
@@ -117,7 +121,7 @@ fn sliding_damps_the_motion_across() {
         residual[(1, 1)] = s;
         residual[(2, 2)] = 1e-9;
         let bodies = single(vec![omega], vec![c], modes, residual);
-        let contact = LinearContact { nodes: vec![node(0, Slip::steady(p0, [0.0, 1.0], v, mu, 0.0))] };
+        let contact = sliding_nodes(vec![node(0, Slip::steady(p0, [0.0, 1.0], v, mu, 0.0))]);
         let pairs = eigenpairs(&bodies, &contact, TOLERANCE).unwrap();
         assert_eq!(pairs.len(), if s == 0.0 { 2 } else { 3 }, "residual compliance {s}");
         for p in &pairs {
@@ -145,7 +149,7 @@ fn a_stuck_contact_is_a_spring() {
         let stuck = LinearNode { node: 0, tangent: Tangent::Stick { creep: 1.0 }, convection: Vec::new() };
         let direction = [f64::from(axis as u8), 1.0 - f64::from(axis as u8)];
         for node in [stuck, node(0, Slip::steady(7e3, direction, 0.0, 0.3, 0.0))] {
-            let pairs = eigenpairs(&bodies, &LinearContact { nodes: vec![node] }, TOLERANCE).unwrap();
+            let pairs = eigenpairs(&bodies, &sliding_nodes(vec![node]), TOLERANCE).unwrap();
             let found = pairs.iter().find(|p| p.value.im > 0.0).expect("a vibration").value;
             assert!((found - want).norm() < 1e-9 * want.norm(), "{found} against {want}");
             assert!(pairs.iter().filter(|p| p.value.im == 0.0).all(|p| p.value.norm() < 1e-6 * omega));
@@ -157,7 +161,7 @@ fn a_stuck_contact_is_a_spring() {
 #[test]
 fn falling_friction_destabilises_at_its_closed_form_limit() {
     let (omega, phi, p0, v) = (2.0 * PI * 300.0, 0.1, 5e3, 0.5);
-    let law = FrictionLaw::from(Exponential { at_rest: 0.45, kinetic: 0.2, decay_velocity: 0.6 });
+    let law = FrictionLaw::from(Exponential::new(0.45, 0.2, 0.6));
     let slope = law.slope(v);
     let critical = -slope * p0 * phi * phi;
     for factor in [0.9, 1.1] {
@@ -166,13 +170,111 @@ fn falling_friction_destabilises_at_its_closed_form_limit() {
         let mut residual = Mat::zeros(3, 3);
         residual[(2, 2)] = 1e-9;
         let bodies = single(vec![omega], vec![c], modes, residual);
-        let contact =
-            LinearContact { nodes: vec![node(0, Slip::steady(p0, [0.0, 1.0], v, law.coefficient(v), slope))] };
+        let contact = sliding_nodes(vec![node(0, Slip::steady(p0, [0.0, 1.0], v, law.coefficient(v), slope))]);
         let pairs = eigenpairs(&bodies, &contact, TOLERANCE).unwrap();
         let sigma = -0.5 * (c + slope * p0 * phi * phi);
         near(pairs[0].growth_rate(), sigma, 1e-7, "growth rate");
         near(pairs[0].frequency(), (omega * omega - sigma * sigma).sqrt() / (2.0 * PI), 1e-9, "frequency");
         assert_eq!(pairs[0].growth_rate() > 0.0, factor < 1.0);
+    }
+}
+
+/// A mass that moves along the sliding on a belt, whose friction remembers: with the residual compliance s, r = v/d and g = μ′ p0,
+/// λ² + cλ + ω² + φ² g r λ/(λ + r + s g r λ) = 0. Without s it is unstable where r² + cr + cω²/(c + gφ²) > 0: for short memories, if
+/// the law falls steeply enough.
+#[test]
+fn a_mass_on_a_belt_that_remembers() {
+    let (omega, c, phi, p0, v) = (2.0 * PI * 300.0, 4.0, 0.1, 5e3, 0.5);
+    let law = |d: f64| FrictionLaw::from(Exponential::new(0.45, 0.2, 0.6).remembering(d));
+    let g = law(1.0).slope(v) * p0;
+    let pairs = |d: f64, s: f64| {
+        let modes = Mat::from_fn(3, 1, |i, _| if i == 1 { phi } else { 0.0 });
+        let residual = Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) * [s, s, 1e-9][i]);
+        let bodies = single(vec![omega], vec![c], modes, residual);
+        let law = law(d);
+        let contact = LinearContact {
+            nodes: vec![node(0, Slip::steady(p0, [0.0, 1.0], v, law.coefficient(v), 0.0))],
+            memory: LinearMemory::at_a_point(&law, 0, [0.0, 1.0], p0, v).into_iter().collect(),
+            ..LinearContact::default()
+        };
+        (eigenpairs(&bodies, &contact, TOLERANCE).unwrap(), sharpness(&bodies, &contact).unwrap())
+    };
+    for (d, s) in [(1e-6, 0.0), (1e-4, 0.0), (3e-3, 0.0), (2e-5, 1e-9), (1e-4, 1e-8), (1e-2, 1e-6)] {
+        let r = v / d;
+        for p in &pairs(d, s).0 {
+            let l = p.value;
+            // Motion across the sliding is another matter.
+            if l.im == 0.0 && s > 0.0 && (l.re + v / (law(d).coefficient(v) * p0 * s)).abs() < 1e-6 * l.re.abs() {
+                continue;
+            }
+            let memory = phi * phi * g * r * l / (l + r + s * g * r * l);
+            let terms = [l * l, l * c, Complex::new(omega * omega, 0.0), memory];
+            let (sum, size) = (terms.iter().sum::<Complex<f64>>(), terms.iter().map(|t| t.norm()).sum::<f64>());
+            assert!(sum.norm() < 1e-8 * size, "d = {d}, s = {s}: characteristic equation {sum} of {size} at {l}");
+        }
+        // One point needs a memory of |μ′| p v s.
+        let needed = pairs(d, s).1 * d;
+        assert!(
+            (needed + g * v * s).abs() < 1e-12 * -g * v * s + 1e-20,
+            "needed length {needed}, expected {}",
+            -g * v * s
+        );
+    }
+    let slow = c + g * phi * phi;
+    assert!(slow < 0.0, "no squeal at all");
+    let critical = v / (-0.5 * c + (0.25 * c * c - c * omega * omega / slow).sqrt());
+    let found = limit(|d| pairs(d * critical, 0.0).0[0].growth_rate() < 0.0, 0.5, 2.0);
+    near(found, 1.0, 1e-6, "critical length over that of the closed form");
+    // Without memory it grows at −(c + gφ²)/2, with a long one the body's own damping is left.
+    near(pairs(1e-9, 0.0).0[0].growth_rate(), -0.5 * slow, 1e-4, "growth with a short memory");
+    let long = pairs(10.0, 0.0).0;
+    let vibration = long.iter().find(|p| p.value.im > 0.0).expect("a vibration");
+    near(vibration.growth_rate(), -0.5 * c, 1e-4, "growth with a long memory");
+}
+
+/// At the smallest sound length the fastest eigenvalue, which is real, goes through infinity: a longer memory has it at minus, a shorter one at plus
+/// infinity. It is the largest eigenvalue of diag(−gain d) S_ττ diag(p0), as the contact has it across what is held.
+#[test]
+fn the_fastest_eigenvalue_changes_its_sign_at_the_smallest_length() {
+    let s = interface(4);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    for creepage in [[0.0, 0.01, 0.0], [0.01, -0.004, 0.3]] {
+        let at = |d: f64| {
+            let mut p = problem(&s, &b, 0.3, creepage);
+            p.friction = Exponential::new(0.45, 0.2, 0.1).remembering(d).into();
+            p.contact(&p.solve().unwrap())
+        };
+        let sharp = |d: f64| sharpness(&b, &at(d)).unwrap();
+        let smallest = 1e-6 * limit(|d| sharp(1e-6 * d) < 1.0, 0.1, 100.0);
+        assert!(smallest > 2e-6 && smallest < 2e-5, "smallest length {smallest}");
+        let fastest = |d: f64| {
+            let pairs = eigenpairs(&b, &at(d), 1e-8).unwrap();
+            pairs.iter().map(|p| p.value).max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap()
+        };
+        for (factor, sign) in [(1.0 + 1e-4, -1.0), (1.0 - 1e-4, 1.0)] {
+            let l = fastest(factor * smallest);
+            assert!(l.im == 0.0 && l.re * sign > 1e6, "{factor} of {smallest}: {l}");
+        }
+        // Well above it nothing of the contact grows.
+        let pairs = eigenpairs(&b, &at(2.0 * smallest), TOLERANCE).unwrap();
+        assert!(pairs.iter().all(|p| p.value.im != 0.0 || p.value.re < -1e3), "{:?}", pairs[0].value);
+    }
+}
+
+/// A law that remembers but does not change is Coulomb's: the same eigenvalues, and one more at each node, which nothing feels.
+#[test]
+fn the_memory_of_a_constant_coefficient_changes_nothing() {
+    let s = interface(4);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let mut p = problem(&s, &b, 0.4, [0.004, 0.009, 0.3]);
+    let constant = eigenpairs(&b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap();
+    p.friction = Exponential::new(0.4, 0.4, 0.1).into();
+    let contact = p.contact(&p.solve().unwrap());
+    let memory = eigenpairs(&b, &contact, TOLERANCE).unwrap();
+    assert_eq!((memory.len(), contact.memory.len()), (constant.len() + contact.nodes.len(), contact.nodes.len()));
+    for c in &constant {
+        let apart = memory.iter().map(|m| (m.value - c.value).norm()).fold(f64::INFINITY, f64::min);
+        assert!(apart < 1e-9 * c.value.norm(), "{} has no partner, nearest at {apart}", c.value);
     }
 }
 
@@ -308,7 +410,7 @@ fn eigenpairs_satisfy_the_original_equations() {
         (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
     let b = ModalPair::new(&lower, &upper).unwrap();
     let mut p = problem(&s, &b, 0.4, [0.004, 0.009, 0.3]);
-    p.friction = Exponential { at_rest: 0.5, kinetic: 0.3, decay_velocity: 0.2 }.into();
+    p.friction = Exponential::new(0.5, 0.3, 0.2).into();
     let sliding = p.solve().unwrap();
     let contact = p.contact(&sliding);
     let pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
@@ -317,16 +419,23 @@ fn eigenpairs_satisfy_the_original_equations() {
     let mut checked = 0;
     for pair in pairs.iter().filter(|p| p.value.im > 0.0) {
         let l = pair.value;
-        // Unknown forces R of the closed nodes; rows: y_n = 0, and t + μτ r + D (λ + V∂x) w = 0.
-        let (mut a, mut rhs) = (Mat::<Complex<f64>>::zeros(3 * k, 3 * k), Mat::<Complex<f64>>::zeros(3 * k, 1));
+        // Unknown forces R of the closed nodes and changes of their friction; rows: y_n = 0, t + μτ r + p0 τ δμ + D (λ + V∂x) w = 0 with D across
+        // the sliding, and the rate of δμ.
+        let (mut a, mut rhs) = (Mat::<Complex<f64>>::zeros(4 * k, 4 * k), Mat::<Complex<f64>>::zeros(4 * k, 1));
         for i in 0..k {
             let (node, t, v) = (sliding.closed[i], sliding.direction[i], sliding.velocity[i]);
-            let (mu, slope) = (p.friction.coefficient(v), p.friction.slope(v));
+            let (law, slope) = (p.friction.coefficient(v), p.friction.slope(v));
+            let mu = sliding.friction[node];
             let p0 = sliding.pressure[node] * s.weight[node];
-            let d = |q: usize, c: usize| {
-                let unit = f64::from(u8::from(q == c));
-                mu * p0 / v * (unit - t[q] * t[c]) + slope * p0 * t[q] * t[c]
-            };
+            let d = |q: usize, c: usize| mu * p0 / v * (f64::from(u8::from(q == c)) - t[q] * t[c]);
+            // Material that comes from the node upstream, or with the coefficient at rest from an open one.
+            let (length, spacing) = (p.friction.memory().unwrap().length, s.x[1] - s.x[0]);
+            let kept = (-v * spacing / (p.speed * length)).exp();
+            let from = sliding.closed.iter().position(|&j| j + 1 == node);
+            let before = from.map_or(p.friction.coefficient(0.0), |_| sliding.friction[node - 1]);
+            near(mu, kept * before + (1.0 - kept) * law, 1e-12, "friction of the state");
+            let rate = v / length / (1.0 - kept);
+            let gain = v / length * slope - (mu - law) / length * (v * spacing / (p.speed * length)) / (1.0 - kept);
             // (λ + V∂x) w_c at this node as weights of rows.
             let motion = |c: usize| -> Vec<(usize, Complex<f64>)> {
                 let mut list = vec![(3 * node + c, l)];
@@ -350,7 +459,14 @@ fn eigenpairs_satisfy_the_original_equations() {
                 let weights = (0..2).flat_map(|c| motion(c).into_iter().map(move |(f, w)| (f, w * d(q, c)))).collect();
                 row(3 * i + q, weights);
             }
+            let along = (0..2).flat_map(|c| motion(c).into_iter().map(move |(f, w)| (f, -w * gain * t[c]))).collect();
+            row(3 * k + i, along);
+            a[(3 * k + i, 3 * k + i)] += l + rate;
+            if let Some(from) = from {
+                a[(3 * k + i, 3 * k + from)] -= Complex::new(rate * kept, 0.0);
+            }
             for q in 0..2 {
+                a[(3 * i + q, 3 * k + i)] += Complex::new(p0 * t[q], 0.0);
                 a[(3 * i + q, 3 * i + q)] += Complex::new(1.0, 0.0);
                 a[(3 * i + q, 3 * i + 2)] += Complex::new(mu * t[q], 0.0);
             }
@@ -414,6 +530,19 @@ fn exchange_of_the_bodies_leaves_the_spectrum() {
     assert_eq!(a.len(), b.len());
     for p in &a {
         let partner = b.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
+        assert!(partner < 1e-7 * p.value.norm(), "{} has no partner, nearest at {partner}", p.value);
+    }
+    // The same with friction that falls and remembers.
+    let falling = |lower, upper, c| {
+        let b = ModalPair::new(lower, upper).unwrap();
+        let mut p = problem(&s, &b, 0.4, c);
+        p.friction = Exponential::new(0.45, 0.2, 0.1).into();
+        eigenpairs(&b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap()
+    };
+    let (one_way, other_way) = (falling(&one, &two, [0.004, 0.009, 0.3]), falling(&two, &one, [-0.004, -0.009, -0.3]));
+    assert_eq!(one_way.len(), other_way.len());
+    for p in &one_way {
+        let partner = other_way.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
         assert!(partner < 1e-7 * p.value.norm(), "{} has no partner, nearest at {partner}", p.value);
     }
     // Reversing the creepages alone is another problem.
@@ -503,4 +632,91 @@ fn of_body(matrix: &ModalMatrix, body: usize) -> ModalMatrix {
 
 fn block(q: &Mat<f64>, first: usize, n: usize) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| q[(first + i, first + j)])
+}
+
+/// Steady rolling with what sticks.
+fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f64; 3]) -> SteadyProblem<'a> {
+    let SlidingProblem { interface, compliance, speed, creepage, load, stencil, .. } = problem(s, b, 0.3, c);
+    let (tolerance, max_iterations) = (1e-11, 400);
+    SteadyProblem { interface, compliance, friction, speed, creepage, load, stencil, tolerance, max_iterations }
+}
+
+/// Where nothing sticks the steady state is that of sliding along the actual creep, with constant friction and with friction that falls.
+#[test]
+fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
+    let s = interface(4);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    for law in [FrictionLaw::Constant(0.3), Exponential::new(0.3, 0.2, 0.3).into()] {
+        let c = [0.003, -0.03, 0.1];
+        let (mut p, steady) = (problem(&s, &b, 0.3, c), rolling(&s, &b, law.clone(), c));
+        (p.friction, p.direction) = (law.clone(), SlidingDirection::Actual);
+        let (sliding, rolling) = (p.contact(&p.solve().unwrap()), steady.contact(&steady.solve().unwrap()));
+        assert_eq!((rolling.sticking(), rolling.nodes.len()), (0, sliding.nodes.len()));
+        let [sliding, rolling] = [sliding, rolling].map(|c| eigenpairs(&b, &c, TOLERANCE).unwrap());
+        assert_eq!(sliding.len(), rolling.len());
+        for p in &sliding {
+            let partner = rolling.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
+            assert!(partner < 1e-8 * p.value.norm(), "{law}: {} has no partner, nearest at {partner}", p.value);
+        }
+    }
+}
+
+/// Where part of the contact sticks, two relaxations a node in stick and one a node in slip come to the modes, and none of them grows. Modes
+/// of the bodies converge with the grid; what goes with the speed over the spacing of the nodes is damped too much to be listed.
+#[test]
+fn contacts_that_stick_in_part_have_modes_and_relaxations() {
+    let about = |k: usize, eta: f64| {
+        let s = interface(k);
+        let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+        let steady = rolling(&s, &b, FrictionLaw::Constant(0.3), [0.0, eta, 0.0]);
+        let contact = steady.contact(&steady.solve().unwrap());
+        let (stick, closed) = (contact.sticking(), contact.nodes.len());
+        assert!(stick > 0 && stick < closed, "{stick} of {closed} nodes stick");
+        let pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
+        assert_eq!(pairs.len(), 2 * b.omega.len() + closed + stick);
+        // Friction holds the bodies to each other: nothing of the contact grows.
+        assert!(pairs.iter().all(|p| p.value.re < 0.0), "{}", pairs[0].value);
+        let mut listed: Vec<Complex<f64>> =
+            pairs.iter().filter(|p| p.value.im > 0.0 && p.damping_ratio() < 0.3).map(|p| p.value).collect();
+        listed.sort_by(|a, b| a.im.total_cmp(&b.im));
+        listed
+    };
+    for eta in [0.002, 0.004] {
+        let [coarse, fine] = [5, 9].map(|k| about(k, eta));
+        assert_eq!(coarse.len(), fine.len(), "{eta}: {coarse:.1?}, {fine:.1?}");
+        for (a, b) in coarse.iter().zip(&fine) {
+            assert!((a - b).norm() < 0.03 * b.norm(), "{eta}: {a} on the coarse grid, {b} on the fine one");
+        }
+    }
+}
+
+/// A node that sticks hands on what friction remembers of slip ahead of it; the eigenvalues are those of the bodies exchanged and reflected.
+#[test]
+fn partial_slip_with_memory_has_the_symmetry_of_the_exchanged_bodies() {
+    let s = interface(4);
+    let (one, two) = (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
+    let spectrum = |lower, upper, c: [f64; 3]| {
+        let b = ModalPair::new(lower, upper).unwrap();
+        let steady = rolling(&s, &b, Exponential::new(0.4, 0.3, 0.1).into(), c);
+        let contact = steady.contact(&steady.solve().unwrap());
+        assert!(contact.sticking() > 3 && contact.memory.len() > 10);
+        eigenpairs(&b, &contact, TOLERANCE).unwrap()
+    };
+    let c = [0.002, 0.004, 0.4];
+    let (a, b) = (spectrum(&one, &two, c), spectrum(&two, &one, c.map(|c| -c)));
+    assert_eq!(a.len(), b.len());
+    for p in &a {
+        let partner = b.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
+        assert!(partner < 1e-6 * p.value.norm(), "{} has no partner, nearest at {partner}", p.value);
+    }
+}
+
+/// Growth below rounding is none.
+#[test]
+fn growth_means_more_than_rounding() {
+    let grows = |re: f64, im: f64, error: f64| railsqueal::stability::grows(Complex::new(re, im), error);
+    assert!(grows(1e-3, 3e3, 1e-16) && grows(5.0, 0.0, 1e-16));
+    assert!(!grows(1e-13, 550.0, 1e-16) && !grows(1e-11, 0.0, 1e-16) && !grows(-1.0, 3e3, 1e-16));
+    // Not more than the backward error allows for.
+    assert!(!grows(1e-3, 3e3, 1e-8) && grows(1e-2, 3e3, 1e-8));
 }

@@ -6,7 +6,7 @@ use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
     Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
 };
-use railsqueal::friction::FrictionLaw;
+use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::ModalPair;
 use railsqueal::stability::reduced::eigenpairs;
@@ -296,6 +296,8 @@ struct Squeal {
     interface: Interface,
     pair: ModalPair,
     mu: f64,
+    /// The friction law; its coefficient at rest is not `mu` where it falls.
+    law: FrictionLaw,
     speed: f64,
     load: f64,
 }
@@ -317,7 +319,11 @@ impl Squeal {
         let lower = ReducedBody::new(omega, vec![damping; 3], contact_modes, compliance);
         let upper = ReducedBody::new(vec![], vec![], Mat::zeros(3 * n, 0), local);
         let pair = ModalPair::new(&lower, &upper).unwrap();
-        Self { interface, pair, mu: 0.3, speed: 10.0, load: 40e3 }
+        Self { interface, pair, mu: 0.3, law: FrictionLaw::Constant(0.3), speed: 10.0, load: 40e3 }
+    }
+
+    fn with(self, law: impl Into<FrictionLaw>) -> Self {
+        Self { law: law.into(), ..self }
     }
 
     fn model(&self) -> Model<'_> {
@@ -328,7 +334,7 @@ impl Squeal {
         SlidingProblem {
             interface: &self.interface,
             compliance: self.pair.compliance.as_ref(),
-            friction: FrictionLaw::Constant(self.mu),
+            friction: self.law.clone(),
             speed: self.speed,
             creepage: Creepage { lateral: creepage, ..Creepage::default() },
             load,
@@ -341,7 +347,7 @@ impl Squeal {
         SteadyProblem {
             interface: &self.interface,
             compliance: self.pair.compliance.as_ref(),
-            friction: FrictionLaw::Constant(self.mu),
+            friction: self.law.clone(),
             speed: self.speed,
             creepage,
             load: NormalLoad::Force(self.load),
@@ -366,7 +372,7 @@ impl Squeal {
 
     fn settings(&self, creepage: Creepage, load: NormalLoad, step: f64, solver: ContactSolver) -> Settings {
         let drive = Drive::constant(load, creepage, self.speed);
-        Settings { solver, ..settings(step, drive, self.mu) }
+        Settings { solver, friction: self.law.clone(), ..settings(step, drive, self.mu) }
     }
 }
 
@@ -401,8 +407,14 @@ fn growth(samples: &[Vec<f64>], interval: f64, about: f64) -> (f64, f64) {
 
 #[test]
 fn perturbations_grow_and_decay_as_the_linear_analysis_says() {
-    let squeal = Squeal::new(15, 6.0);
-    for creepage in [0.012, -0.012] {
+    let falling = Exponential::new(0.4, 0.25, 0.2);
+    for (law, creepage) in [
+        (FrictionLaw::Constant(0.3), 0.012),
+        (FrictionLaw::Constant(0.3), -0.012),
+        (falling.clone().into(), 0.02),
+        (falling.remembering(2e-4).into(), -0.02),
+    ] {
+        let squeal = Squeal::new(15, 6.0).with(law.clone());
         let problem = squeal.sliding(creepage, NormalLoad::Force(squeal.load));
         let solution = problem.solve().unwrap();
         let pairs = eigenpairs(&squeal.pair, &problem.contact(&solution), 1e-9).unwrap();
@@ -410,6 +422,7 @@ fn perturbations_grow_and_decay_as_the_linear_analysis_says() {
 
         let h = 1e-5;
         let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+        let start = start.remembering(&solution.friction);
         let along = Creepage { lateral: creepage, ..Creepage::default() };
         let settings = squeal.settings(along, NormalLoad::Approach(solution.approach), h, ContactSolver::Newton);
         let mut calm = Stepper::new(squeal.model(), settings.clone(), start.clone()).unwrap();
@@ -428,8 +441,66 @@ fn perturbations_grow_and_decay_as_the_linear_analysis_says() {
         let (sigma, frequency) = growth(&samples, 20.0 * h, first.frequency());
 
         let want = first.growth_rate();
-        assert!((sigma - want).abs() < 0.2 + 0.02 * want.abs(), "creepage {creepage}: growth {sigma}, linear {want}");
+        assert!(
+            (sigma - want).abs() < 0.2 + 0.02 * want.abs(),
+            "{law}, creepage {creepage}: growth {sigma}, linear {want}"
+        );
         near(frequency, first.frequency(), 1e-3, "frequency");
+    }
+}
+
+/// With part of the contact in stick as well, while no node changes its status: each run begins along the eigenvector of one mode, at the
+/// state of rest that the scheme itself has. The distance from the eigenvalue falls with the step.
+#[test]
+fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
+    for (law, creepage) in [(FrictionLaw::Constant(0.3), 0.004), (Exponential::new(0.4, 0.3, 0.2).into(), 0.005)] {
+        let squeal = Squeal::new(13, 6.0).with(law.clone());
+        let along = Creepage { lateral: creepage, ..Creepage::default() };
+        let problem = squeal.steady(along);
+        let solution = problem.solve().unwrap();
+        let contact = problem.contact(&solution);
+        assert!(contact.sticking() > 3 && contact.sticking() < contact.nodes.len());
+        let pairs = eigenpairs(&squeal.pair, &contact, 1e-9).unwrap();
+        let first = pairs.iter().find(|p| p.frequency() > 10.0 && p.damping_ratio() < 0.3).unwrap();
+        let mut apart = Vec::new();
+        for h in [2e-5, 5e-6] {
+            let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+            let load = NormalLoad::Approach(solution.approach);
+            let mut settings = squeal.settings(along, load, h, ContactSolver::Newton);
+            settings.tolerance = 1e-13;
+            // The state of rest of the scheme: what is left of the start has decayed where the modes are damped by hand.
+            let mut rest =
+                Stepper::new(squeal.model(), settings.clone(), start.remembering(&solution.friction)).unwrap();
+            for _ in 0..(0.04 / h) as usize {
+                rest.advance().unwrap();
+                if rest.state().step % 20 == 0 {
+                    let mut state = rest.state().clone();
+                    state.v.iter_mut().for_each(|v| *v *= 0.5);
+                    rest = Stepper::new(squeal.model(), settings.clone(), state).unwrap();
+                }
+            }
+            let rest = rest.state().clone();
+            let amplitude = 1e-9 / first.modal.iter().map(|z| z.norm()).fold(0.0, f64::max);
+            let moved = rest.clone().perturbed(&first.modal, first.value, amplitude);
+            let mut calm = Stepper::new(squeal.model(), settings.clone(), rest).unwrap();
+            let mut moved = Stepper::new(squeal.model(), settings, moved).unwrap();
+            let (mut samples, every) = (Vec::new(), (2e-4 / h).round() as usize);
+            let stick = calm.report().stick;
+            for step in 0..(0.03 / h) as usize {
+                calm.advance().unwrap();
+                moved.advance().unwrap();
+                let seen = [calm.report().stick, moved.report().stick];
+                assert!(step < 2 || seen[0] == seen[1], "{law}: nodes change from {stick} in stick to {seen:?}");
+                if step as f64 * h > 5e-3 && step % every == 0 {
+                    samples.push(moved.state().q.iter().zip(&calm.state().q).map(|(a, b)| a - b).collect());
+                }
+            }
+            let (sigma, frequency) = growth(&samples, every as f64 * h, first.frequency());
+            apart.push((sigma - first.growth_rate()).abs());
+            near(frequency, first.frequency(), 1e-3, "frequency");
+        }
+        let want = first.growth_rate().abs();
+        assert!(apart[1] < 0.2 + 0.02 * want && apart[1] < 0.8 * apart[0], "{law}: {apart:?} of {want}");
     }
 }
 
@@ -476,13 +547,91 @@ fn at_rest_the_transient_is_the_steady_analysis() {
     }
 }
 
+/// Steps that carry the material from node to node have the steady analysis with the two-point difference as their state of rest, with
+/// stick and slip and with friction that falls: nothing moves, and what is moved comes back to it. With shorter steps the coefficient has the same
+/// course at the same creep.
+#[test]
+fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
+    let steel = HalfSpace { young: 205e9, poisson: 0.3 };
+    let interface = Interface::paraboloid(15, 15, [0.007; 2], [4.0, 4.0]).unwrap();
+    let (w, none) = (half_spaces(steel, &interface), Mat::<f64>::zeros(3 * interface.len(), 0));
+    let law = FrictionLaw::from(Exponential::new(0.4, 0.2, 0.05));
+    let creepage = Creepage { longitudinal: -0.001, lateral: 0.003, spin: 0.2 };
+    let (speed, load) = (10.0, 40e3);
+    let problem = SteadyProblem {
+        interface: &interface,
+        compliance: w.as_ref(),
+        friction: law.clone(),
+        speed,
+        creepage,
+        load: NormalLoad::Force(load),
+        stencil: Stencil::Upwind1,
+        tolerance: 1e-11,
+        max_iterations: 400,
+    };
+    let steady = problem.solve().unwrap();
+    let stick = steady.state.iter().filter(|s| **s == 1).count();
+    let fallen = steady.friction.iter().filter(|mu| **mu < 0.35).count();
+    assert!(stick > 5 && fallen > 5, "{stick} nodes in stick, {fallen} with less friction than at rest");
+    let reaction: Vec<f64> = (0..interface.len())
+        .flat_map(|i| {
+            [steady.traction[i][0], steady.traction[i][1], steady.pressure[i]].map(|v| v * interface.weight[i])
+        })
+        .collect();
+    let model = quasi_static(&interface, &w, &none);
+    let rest = State::at_rest(&model, &reaction, steady.approach);
+    let drive = Drive::constant(NormalLoad::Force(load), creepage, speed);
+    let step = (interface.x[1] - interface.x[0]) / speed;
+    let settings = Settings { friction: law.clone(), ..settings(step, drive, 0.3) };
+    // At rest, and with the memory of material that never slid.
+    for (start, steps) in [(rest.clone().remembering(&steady.friction), 3), (rest, 60)] {
+        let mut stepper = Stepper::new(quasi_static(&interface, &w, &none), settings.clone(), start).unwrap();
+        (0..steps).for_each(|_| stepper.advance().unwrap());
+        let state = stepper.state();
+        let apart = state.reaction.iter().zip(&reaction).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-8 * 0.4 * load, "after {steps} steps the reactions differ by {apart:e} N");
+        let apart = state.friction.iter().zip(&steady.friction).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-8, "after {steps} steps the coefficients differ by {apart:e}");
+    }
+}
+
+/// A law that remembers but does not change is Coulomb's.
+#[test]
+fn the_memory_of_a_constant_coefficient_changes_no_step() {
+    let one = Squeal::new(11, 6.0);
+    let two = Squeal::new(11, 6.0).with(Exponential::new(0.3, 0.3, 0.1));
+    let creepage = Creepage { lateral: 0.004, ..Creepage::default() };
+    let found = [&one, &two].map(|squeal| {
+        let solution = squeal.rolling(creepage);
+        let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+        let start = start.remembering(&solution.friction).shaken(3, 2.0);
+        let mut settings =
+            squeal.settings(creepage, NormalLoad::Approach(solution.approach), 1e-5, ContactSolver::Newton);
+        settings.tolerance = 1e-13;
+        let mut stepper = Stepper::new(squeal.model(), settings, start).unwrap();
+        (0..100).for_each(|_| stepper.advance().unwrap());
+        stepper.state().reaction.clone()
+    });
+    let apart = found[0].iter().zip(&found[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-9 * 0.3 * one.load, "reactions differ by {apart:e} N");
+}
+
 #[test]
 fn both_solvers_find_the_same_reactions_in_stick_and_slip() {
-    let squeal = Squeal::new(11, 6.0);
+    both_solvers(&Squeal::new(11, 6.0));
+}
+
+#[test]
+fn both_solvers_find_the_same_reactions_with_friction_that_falls() {
+    both_solvers(&Squeal::new(11, 6.0).with(Exponential::new(0.4, 0.25, 0.1)));
+}
+
+fn both_solvers(squeal: &Squeal) {
     let run = |solver| {
         let creepage = Creepage { lateral: 0.004, ..Creepage::default() };
         let solution = squeal.rolling(creepage);
         let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+        let start = start.remembering(&solution.friction);
         let settings = squeal.settings(creepage, NormalLoad::Approach(solution.approach), 1e-5, solver);
         let mut stepper = Stepper::new(squeal.model(), settings, start.shaken(3, 2.0)).unwrap();
         let mut found = Vec::new();
@@ -598,7 +747,7 @@ fn energy_is_balanced_to_the_order_of_the_scheme() {
 fn the_motion_does_not_depend_on_the_coordinates() {
     let squeal = Squeal::new(9, 40.0);
     let (pair, q) = rotated::rotated(&squeal.pair);
-    let turned = Squeal { pair, interface: squeal.interface.clone(), ..squeal };
+    let turned = Squeal { pair, interface: squeal.interface.clone(), law: squeal.law.clone(), ..squeal };
     let creepage = Creepage { lateral: 0.006, ..Creepage::default() };
     let rolling = squeal.rolling(creepage);
     let settings = squeal.settings(creepage, NormalLoad::Approach(rolling.approach), 1e-5, ContactSolver::Newton);

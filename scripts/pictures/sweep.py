@@ -68,16 +68,17 @@ def heading(results):
 
 
 def stability_map(results, keys, out):
-    """Largest growth rate over two keys; failed points are hatched."""
+    """Largest growth rate over two keys; failed points are hatched, those that stick in part are dotted."""
     horizontal, vertical = keys
     x, y = (np.unique(k.values) for k in keys)
     growth = np.full((len(y), len(x)), np.nan)
-    failed = np.zeros(growth.shape, bool)
-    for a, b, rate, status in zip(
-        horizontal.values, vertical.values, results["sweep/growth_rate"], results["sweep/status"], strict=True
+    failed, sticks = np.zeros(growth.shape, bool), np.zeros(growth.shape, bool)
+    points = (horizontal.values, vertical.values)
+    for a, b, rate, status, sticking in zip(
+        *points, results["sweep/growth_rate"], results["sweep/status"], results["sweep/sticking"], strict=True
     ):
         at = np.searchsorted(y, b), np.searchsorted(x, a)
-        growth[at], failed[at] = rate, status != 0
+        growth[at], failed[at], sticks[at] = rate, status != 0, sticking > 0
     figure, axes = plt.subplots(figsize=(6.8, 5.0), constrained_layout=True)
     reach = max(np.nanmax(np.abs(growth)), 1e-12) if np.isfinite(growth).any() else 1.0
     limit = max(np.nanmax(growth), 0.05 * reach) if np.isfinite(growth).any() else 1.0
@@ -87,12 +88,13 @@ def stability_map(results, keys, out):
     figure.colorbar(image, ax=axes, label="largest growth rate σ / (1/s)", extend="min")
     border(axes, edges(x), edges(y), growth > 0, failed)
     handles = [Line2D([], [], color="black", label="between stable and unstable points")]
-    if failed.any():
-        across, up = edges(x), edges(y)
-        for j, i in np.argwhere(failed):
+    across, up = edges(x), edges(y)
+    for marked, face, hatch, label in ((sticks, "none", "..", "part of the contact sticks"), (failed, "white", "///", "failed")):
+        for j, i in np.argwhere(marked):
             corner, size = (across[i], up[j]), (across[i + 1] - across[i], up[j + 1] - up[j])
-            axes.add_patch(Rectangle(corner, *size, facecolor="white", edgecolor=GREY, hatch="///", linewidth=0))
-        handles.append(Patch(facecolor="white", edgecolor=GREY, hatch="///", label="failed"))
+            axes.add_patch(Rectangle(corner, *size, facecolor=face, edgecolor=GREY, hatch=hatch, linewidth=0))
+        if marked.any():
+            handles.append(Patch(facecolor=face, edgecolor=GREY, hatch=hatch, label=label))
     frequency = results["sweep/frequency"]
     if growth.size <= 150:  # the frequency of the fastest growing mode, where there is room for it
         for a, b, rate, f in zip(
@@ -104,7 +106,7 @@ def stability_map(results, keys, out):
         handles.append(Line2D([], [], linestyle="none", label="numbers: frequency / Hz of the fastest growth"))
     horizontal.label_axis(axes.xaxis)
     vertical.label_axis(axes.yaxis)
-    axes.set_title(heading(results) + "stability of steady sliding")
+    axes.set_title(heading(results) + "stability")
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2)
     return save(figure, out / f"{results.stem}-sweep-map.png")
 

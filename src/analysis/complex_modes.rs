@@ -10,6 +10,7 @@ use crate::model::ModalPair;
 use crate::output::{companion, BodyPart, FieldKind, FieldSpec, Sequence, SequenceFile, Table};
 use crate::parallel::World;
 use crate::stability::full::{FullPair, FullResult};
+use crate::stability::grows;
 use crate::stability::reduced::{reactions, Eigenpair};
 use crate::Result;
 use num_complex::Complex;
@@ -64,10 +65,10 @@ pub(super) fn run(
     run.file.attach(sequence)
 }
 
-/// Number of eigenvalues, listed by falling growth rate, that are shown.
-fn selected(growth: impl Iterator<Item = f64>, least: usize) -> usize {
-    let growth: Vec<f64> = growth.collect();
-    growth.iter().filter(|g| **g > 0.0).count().max(least).min(growth.len())
+/// Number of eigenvalues, listed by falling growth rate with their backward errors, that are shown.
+fn selected(pairs: impl Iterator<Item = (C, f64)>, least: usize) -> usize {
+    let grown: Vec<bool> = pairs.map(|(value, error)| grows(value, error)).collect();
+    grown.iter().filter(|g| **g).count().max(least).min(grown.len())
 }
 
 fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usize) -> Vec<Shape> {
@@ -76,7 +77,7 @@ fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usiz
     }
     let pairs = &full.spectrum.pairs;
     let before = reduced.map_or(0, |r| r.0.spectrum.eigenpairs.len());
-    let count = selected(pairs.iter().map(|p| p.value.re), least);
+    let count = selected(pairs.iter().map(|p| (p.value, p.residuals.backward_error)), least);
     let shape = |(i, p): (usize, &FullPair)| Shape {
         value: p.value,
         place: before + i,
@@ -98,7 +99,7 @@ fn of_reduced(
         Some((found, _)) if least > 0 => {
             // Real eigenvalues do not oscillate: they have no period to be shown over.
             let oscillating: Vec<&Eigenpair> = found.spectrum.eigenpairs.iter().filter(|e| e.value.im > 0.0).collect();
-            let count = selected(oscillating.iter().map(|e| e.value.re), least);
+            let count = selected(oscillating.iter().map(|e| (e.value, e.backward_error)), least);
             oscillating.into_iter().take(count).collect()
         }
         _ => Vec::new(),

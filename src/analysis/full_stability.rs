@@ -15,7 +15,7 @@ use crate::stability::full::{
     spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum,
 };
 use crate::stability::reduced::shares as shares_of;
-use crate::stability::Spectrum;
+use crate::stability::{grows, Spectrum};
 use crate::{Error, Result};
 use num_complex::Complex;
 
@@ -170,7 +170,7 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
     let solves: usize = shifts.iter().map(|s| s.solves).sum();
     summary.line(format!(
         "stability of the full system: {} unstable of {} eigenvalues",
-        pairs.iter().filter(|p| p.value.re > 0.0).count(),
+        pairs.iter().filter(|p| grows(p.value, p.residuals.backward_error)).count(),
         pairs.len()
     ));
     summary.value(
@@ -189,7 +189,7 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
             worst(&|p| p.residuals.correction)
         ),
     );
-    let unstable = pairs.iter().filter(|p| p.value.re > 0.0).count();
+    let unstable = pairs.iter().filter(|p| grows(p.value, p.residuals.backward_error)).count();
     for p in pairs.iter().take(unstable.max(3)) {
         summary.value(
             &format!("{:.3} Hz", p.value.im / (2.0 * std::f64::consts::PI)),

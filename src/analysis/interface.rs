@@ -9,7 +9,7 @@ use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Load};
-use crate::model::{ModalPair, ReducedModel};
+use crate::model::ModalPair;
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -27,17 +27,17 @@ pub fn normal_load(contact: &job::Contact) -> NormalLoad {
     }
 }
 
-/// Steady rolling of the reduced model `root` under the contact of a job; solved as `wanted` says, or by the defaults of a job.
+/// Steady rolling under the contact of a job; solved as `wanted` says, or by the defaults of a job.
 pub(super) fn steady_rolling<'a>(
-    root: &'a ReducedModel,
+    (interface, pair): (&'a Interface, &'a ModalPair),
     contact: &job::Contact,
     wanted: Option<&job::Steady>,
 ) -> SteadyProblem<'a> {
     let job::Steady { tolerance, max_iterations } = wanted.cloned().unwrap_or_default();
     SteadyProblem {
-        interface: &root.interface,
-        compliance: root.pair.compliance.as_ref(),
-        friction: contact.friction,
+        interface,
+        compliance: pair.compliance.as_ref(),
+        friction: contact.friction.clone(),
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),
@@ -62,6 +62,19 @@ pub(super) fn given_forces(contact: &job::Contact) -> Option<Vec<SlidingPoint>> 
     points(contact).filter(|_| contact.normal_load.is_none() && contact.approach.is_none())
 }
 
+/// Residual of steady rolling that small motions are looked at about.
+const AT_REST: f64 = 1e-10;
+
+/// Steady rolling as [`steady_rolling`] has it, solved for as a state of rest.
+pub(super) fn at_rest<'a>(
+    model: (&'a Interface, &'a ModalPair),
+    contact: &job::Contact,
+    wanted: Option<&job::Steady>,
+) -> SteadyProblem<'a> {
+    let problem = steady_rolling(model, contact, wanted);
+    SteadyProblem { tolerance: problem.tolerance.min(AT_REST), ..problem }
+}
+
 /// Steady sliding of all of the contact of a job. Of points each has to yield along its normal.
 pub(super) fn steady_sliding<'a>(
     (interface, pair): (&'a Interface, &'a ModalPair),
@@ -74,7 +87,7 @@ pub(super) fn steady_sliding<'a>(
     Ok(SlidingProblem {
         interface,
         compliance: pair.compliance.as_ref(),
-        friction: contact.friction,
+        friction: contact.friction.clone(),
         speed: contact.speed,
         creepage: creepage(contact),
         load: normal_load(contact),

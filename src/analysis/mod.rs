@@ -7,6 +7,7 @@ pub mod foresee;
 mod full_stability;
 mod inputs;
 mod interface;
+mod memory;
 pub(crate) mod meshes;
 mod modes;
 mod receptance;

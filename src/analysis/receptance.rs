@@ -53,7 +53,10 @@ fn shares(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Resul
         },
         Spread::Pressure => {
             let frictionless = FrictionLaw::Constant(0.0);
-            let problem = SteadyProblem { friction: frictionless, ..steady_rolling(model, contact, None) };
+            let problem = SteadyProblem {
+                friction: frictionless,
+                ..steady_rolling((&model.interface, &model.pair), contact, None)
+            };
             problem.solve()?.pressure.iter().zip(&s.weight).map(|(p, w)| p * w).collect()
         }
     };

@@ -1,21 +1,21 @@
-//! The analysis `stability`: which modes grow about steady sliding of the whole contact, and how fast.
+//! The analysis `stability`: which modes grow about steady rolling or sliding, and how fast.
 
 use super::bodies::Bodies;
-use super::interface::{given_forces, steady_sliding};
+use super::interface::{at_rest, given_forces, steady_sliding};
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
-use super::{complex_modes, full_stability};
+use super::{complex_modes, full_stability, memory};
 use crate::contact::points::linearised;
-use crate::contact::sliding::SlidingSolution;
 use crate::contact::LinearContact;
+use crate::friction::FrictionLaw;
 use crate::grid::Interface;
-use crate::job::{self, Job};
+use crate::job::{self, Job, StabilityState};
 use crate::model::ModalPair;
-use crate::output::datasets::stability::{eigenvalues, sliding_state};
-use crate::stability::reduced::{participation, Eigenpair};
-use crate::stability::{spectrum, Spectrum};
+use crate::output::datasets::stability::{eigenvalues, equilibrium};
+use crate::stability::reduced::{participation, sharpness, Eigenpair};
+use crate::stability::{grows, spectrum, Equilibrium, Spectrum};
 use crate::{Error, Result};
 
 /// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.
@@ -25,13 +25,17 @@ pub(super) fn run(
     contact: &job::Contact,
     parts: &Parts,
 ) -> Result<Option<Found>> {
-    let world = run.world();
+    let (world, job) = (run.world(), run.job);
     let Parts { bodies, shapes, model } = parts;
-    run.progress.stage("stability of steady sliding");
+    run.progress.stage("stability");
     let found = world.on_root(|| {
         let root = model.root()?;
-        analyse(stability, contact, &root.interface, &root.pair)
+        let examined = Examined { job, stability, contact, model: (&root.interface, &root.pair) };
+        let found = examined.analyse()?;
+        let smallest = memory::smallest(&contact.friction, |law| examined.sharpness(law))?;
+        Ok((found, smallest))
     })?;
+    let (found, smallest) = found.unzip();
     let full = match &stability.full {
         Some(wanted) => {
             shapes.map_err(Clone::clone)?;
@@ -40,12 +44,15 @@ pub(super) fn run(
         }
         None => None,
     };
-    if let (Some(Found { sliding, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
+    if let (Some(Found { state, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
         run.file.tables(eigenvalues(spectrum, &root.pair, full.as_ref()));
-        run.file.tables(sliding.as_ref().map(sliding_state).unwrap_or_default());
-        summarise(spectrum, &root.pair, &mut run.summary);
-        if let Some(sliding) = sliding.as_ref().filter(|s| s.reversed > 0) {
-            let (reversed, closed) = (sliding.reversed, sliding.closed.len());
+        let tables = state.as_ref().map(|s| equilibrium(s, contact.friction.memory().is_some()));
+        run.file.tables(tables.unwrap_or_default());
+        let moves = if state.as_ref().is_none_or(|s| s.sliding) { "sliding" } else { "rolling" };
+        summarise(spectrum, moves, &root.pair, &mut run.summary);
+        memory::say(&contact.friction, smallest.unwrap_or_default(), &mut run.file, &mut run.summary);
+        if let Some(state) = state.as_ref().filter(|s| s.reversed > 0) {
+            let (reversed, closed) = (state.reversed, state.closed());
             let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
             run.summary.value("nodes that would stick", text);
         }
@@ -89,40 +96,74 @@ pub(super) struct Parts<'a> {
 /// What rank 0 found on the reduced model.
 pub(super) struct Found {
     /// The state; none where the forces of points are given.
-    pub(super) sliding: Option<SlidingSolution>,
+    pub(super) state: Option<Equilibrium>,
     pub(super) contact: LinearContact,
     pub(super) spectrum: Spectrum,
 }
 
-/// On rank 0: the sliding state and the eigenvalues about it.
-pub(super) fn analyse(
-    stability: &job::Stability,
-    contact: &job::Contact,
-    interface: &Interface,
-    pair: &ModalPair,
-) -> Result<Found> {
-    let (contact, sliding) = match given_forces(contact) {
-        Some(points) => (linearised(&points, contact.friction), None),
-        None => {
-            let problem = steady_sliding((interface, pair), contact, stability.direction)?;
-            let sliding = problem.solve()?;
-            if sliding.closed.is_empty() {
-                return Err(Error::Job(
-                    "analyses.stability: the contact is open, so nothing slides; raise contact.approach or give a normal_load"
-                        .into(),
-                ));
-            }
-            (problem.contact(&sliding), Some(sliding))
-        }
-    };
-    let spectrum = spectrum(stability, pair, &contact)?;
-    Ok(Found { sliding, contact, spectrum })
+/// What is examined, on rank 0.
+pub(super) struct Examined<'a> {
+    pub(super) job: &'a Job,
+    pub(super) stability: &'a job::Stability,
+    pub(super) contact: &'a job::Contact,
+    pub(super) model: (&'a Interface, &'a ModalPair),
 }
 
-pub(super) fn summarise(spectrum: &Spectrum, model: &ModalPair, summary: &mut Summary) {
-    let unstable: Vec<&Eigenpair> = spectrum.eigenpairs.iter().filter(|e| e.growth_rate() > 0.0).collect();
+impl Examined<'_> {
+    /// The state and the eigenvalues about it.
+    pub(super) fn analyse(&self) -> Result<Found> {
+        let friction = &self.contact.friction;
+        let (state, contact) = self.balanced(friction)?;
+        memory::refuse_short(friction, |law| self.sharpness(law))?;
+        let pair = self.model.1;
+        let spectrum = spectrum(self.stability, pair, &contact)?;
+        Ok(Found { state, contact, spectrum })
+    }
+
+    /// How near a memory is to being too short for the contact with the friction `law`.
+    fn sharpness(&self, law: &FrictionLaw) -> Result<f64> {
+        sharpness(self.model.1, &self.balanced(law)?.1)
+    }
+
+    /// The state with the friction `law`, and its linearisation.
+    fn balanced(&self, law: &FrictionLaw) -> Result<(Option<Equilibrium>, LinearContact)> {
+        if let Some(points) = given_forces(self.contact) {
+            return Ok((None, linearised(&points, law)));
+        }
+        let contact = job::Contact { friction: law.clone(), ..self.contact.clone() };
+        let (state, linear): (Equilibrium, LinearContact) = match self.stability.state() {
+            StabilityState::Sliding => {
+                let problem = steady_sliding(self.model, &contact, self.stability.direction)?;
+                let found = problem.solve()?;
+                let linear = problem.contact(&found);
+                (found.into(), linear)
+            }
+            StabilityState::Steady => {
+                let problem = at_rest(self.model, &contact, self.job.analyses.steady.as_ref());
+                let found = problem.solve()?;
+                let linear = problem.contact(&found);
+                (found.into(), linear)
+            }
+        };
+        if state.closed() == 0 {
+            return Err(Error::Job(
+                "analyses.stability: the contact is open, so nothing rubs; raise contact.approach or give a normal_load"
+                    .into(),
+            ));
+        }
+        Ok((Some(state), linear))
+    }
+}
+
+/// What the summary says of a contact that moves as `moves` says.
+pub(super) fn summarise(spectrum: &Spectrum, moves: &str, model: &ModalPair, summary: &mut Summary) {
+    let unstable: Vec<&Eigenpair> = spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).collect();
+    let sticking = match spectrum.sticking {
+        0 => String::new(),
+        n => format!(", {n} of them in stick"),
+    };
     summary.line(format!(
-        "stability of steady sliding: {} unstable of {} eigenvalues{}, {} closed contacts",
+        "stability of steady {moves}: {} unstable of {} eigenvalues{}, {} closed contacts{sticking}",
         unstable.len(),
         spectrum.eigenpairs.len(),
         if spectrum.limit.is_finite() { format!(" up to {:.0} Hz", spectrum.limit) } else { String::new() },

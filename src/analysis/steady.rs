@@ -32,7 +32,7 @@ pub fn run(
     let world = run.world();
     run.progress.stage("steady rolling");
     let interface = model.on_root().map(|r| &r.interface);
-    let problem = model.on_root().map(|r| steady_rolling(r, contact, Some(steady)));
+    let problem = model.on_root().map(|r| steady_rolling((&r.interface, &r.pair), contact, Some(steady)));
     // Displacements of the bodies where the solution needed them.
     let mut displacements = None;
     let solution = if model.approximate {
@@ -43,7 +43,7 @@ pub fn run(
         world.on_root(|| problem.ok_or_else(|| Error::Defect("no contact on rank 0".into()))?.solve())?
     };
     if let (Some(s), Some(solution)) = (interface, &solution) {
-        run.file.tables(tables(s, solution));
+        run.file.tables(tables(s, solution, !contact.friction.is_constant()));
         summarise(contact, solution, &mut run.summary);
     }
     if contact.compliance == Compliance::Fe && run.job.output.fields {

@@ -50,6 +50,20 @@ impl Course {
         [(ratio - 1.0) * scale, -ratio * scale, scale]
     }
 
+    /// Change of the course at the leading edge with the gaps at the two open nodes: the derivatives by these of ∂w/∂x at the node, as coefficients of w
+    /// at the three nodes. None where the course does not follow the gaps.
+    pub fn derivative_by_gap(self, h: [f64; 2], gap: [f64; 2]) -> Option<[[f64; 3]; 2]> {
+        let Course::Edge { ratio } = self else { return None };
+        // At the least ratio the gaps say nothing.
+        if ratio * gap[0] > gap[1] * (1.0 + 1e-12) {
+            return None;
+        }
+        let scale = 1.0 / (ratio * h[0] - h[1]);
+        let change = -h[0] * scale * scale;
+        let by_ratio = [scale + (ratio - 1.0) * change, -scale - ratio * change, change];
+        Some([-ratio / gap[0], 1.0 / gap[0]].map(|r| by_ratio.map(|d| r * d)))
+    }
+
     /// w at the distance `travel` upstream, no further than the first neighbour: coefficients of w at the three nodes.
     pub fn value(self, travel: f64, h: [f64; 2]) -> [f64; 3] {
         let way = travel / h[0];
@@ -131,6 +145,25 @@ mod tests {
                 assert!(((first - v) / t - d).abs() < 1e-6, "{course:?}: {value:?}, {slope:?}");
             }
         }
+    }
+
+    #[test]
+    fn the_course_at_the_edge_follows_the_gaps() {
+        let (h, gap, w) = ([0.7, 1.8], [0.3, 2.9], [1.3, -0.4, 0.8]);
+        let slope = |gap| {
+            let d = Course::edge(h, gap).unwrap().derivative(h);
+            (0..3).map(|k| d[k] * w[k]).sum::<f64>()
+        };
+        let by_gap = Course::edge(h, gap).unwrap().derivative_by_gap(h, gap).unwrap();
+        for c in 0..2 {
+            let moved = |d: f64| slope([gap[0] + if c == 0 { d } else { 0.0 }, gap[1] + if c == 1 { d } else { 0.0 }]);
+            let want = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            let got: f64 = (0..3).map(|k| by_gap[c][k] * w[k]).sum();
+            assert!((got - want).abs() < 1e-6 * want.abs(), "gap {c}: {got} against {want}");
+        }
+        // The least ratio stays.
+        assert_eq!(Course::edge(h, [1.0, 1.1]).unwrap().derivative_by_gap(h, [1.0, 1.1]), None);
+        assert_eq!(Course::Parabola.derivative_by_gap(h, gap), None);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Kinematics of the interface: creepages, and the upstream operator ∂x on its grid.
 
 use super::course::Course;
+use super::law::LinearEdge;
 use crate::grid::Interface;
 use faer::MatRef;
 
@@ -44,6 +45,27 @@ impl Creepage {
 }
 
 impl Interface {
+    /// How V ∂w/∂x at the closed nodes `closed` (ascending) follows the gaps ahead of the leading edge, with the operator of [`Stencil::Edge`] for the deformed
+    /// `gap` (m, `[n]`), the displacement `w` (m, `[n]`) and the speed V, m/s.
+    pub(super) fn edges(&self, closed: &[usize], gap: &[f64], w: &[[f64; 2]], speed: f64) -> Vec<LinearEdge> {
+        let nx = self.x.len();
+        let mut inside = vec![false; self.len()];
+        closed.iter().for_each(|&i| inside[i] = true);
+        let edge = |(at, &i): (usize, &usize)| {
+            let ix = i % nx;
+            if ix < 2 {
+                return None;
+            }
+            let h = [self.x[ix] - self.x[ix - 1], self.x[ix] - self.x[ix - 2]];
+            let gaps = [gap[i - 1], gap[i - 2]];
+            let course = Course::of(h, [inside[i], inside[i - 1], inside[i - 2]], || gaps);
+            let by_gap = course.derivative_by_gap(h, gaps)?;
+            let of = |k: usize| [0, 1].map(|c| speed * (0..3).map(|j| by_gap[k][j] * w[i - j][c]).sum::<f64>());
+            Some(LinearEdge { at, gaps: [(i - 1, of(0)), (i - 2, of(1))] })
+        };
+        closed.iter().enumerate().filter_map(edge).collect()
+    }
+
     /// The operator ∂/∂x of `stencil`. [`Stencil::Edge`] needs the contact it is for: the gap of the deformed bodies (m, `[n]`)
     /// and which nodes are closed (`[n]`); where it is not given there is no edge, and the operator is that of
     /// [`Stencil::Upwind2`].

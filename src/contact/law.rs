@@ -4,6 +4,8 @@
 //! Proj(z), z = t − ρ_t ṡ, on the disc of radius μ q; the status; the natural map, which is zero where the laws hold; and its
 //! [`Tangent`] in rows that stay regular where a node begins to slide: no law is ever divided by the velocity of sliding.
 
+use super::memory::LinearMemory;
+
 /// Projection on the half-line p ≥ 0.
 pub fn project_normal(p: f64) -> f64 {
     p.max(0.0)
@@ -254,6 +256,19 @@ impl Tangent {
 pub struct LinearContact {
     /// The closed nodes, `[k]`.
     pub nodes: Vec<LinearNode>,
+    /// How the creep at the leading edge follows the gaps ahead of it.
+    pub edges: Vec<LinearEdge>,
+    /// The coefficients of friction of those nodes that remember theirs, from the leading edge on; empty where none changes.
+    pub memory: Vec<LinearMemory>,
+}
+
+/// The course of w at the first closed node of a line, which goes with where the gaps ahead of it put the edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearEdge {
+    /// Place of the node in the list of closed ones.
+    pub at: usize,
+    /// The two open nodes and the change of V ∂w/∂x (x, y) with the gap there, 1/s.
+    pub gaps: [(usize, [f64; 2]); 2],
 }
 
 /// A closed node of a [`LinearContact`].
@@ -275,7 +290,12 @@ impl LinearContact {
 
     /// All of it as numbers, for [`LinearContact::from_numbers`].
     pub fn numbers(&self) -> Vec<f64> {
-        let mut out = Vec::new();
+        let mut out = vec![self.edges.len() as f64, self.memory.len() as f64];
+        for edge in &self.edges {
+            out.push(edge.at as f64);
+            out.extend(edge.gaps.iter().flat_map(|&(node, [x, y])| [node as f64, x, y]));
+        }
+        out.extend(self.memory.iter().flat_map(LinearMemory::numbers));
         for n in &self.nodes {
             let (kind, values) = match n.tangent {
                 Tangent::Open => (0.0, [0.0; 7]),
@@ -295,7 +315,16 @@ impl LinearContact {
     /// What [`LinearContact::numbers`] made numbers of.
     pub fn from_numbers(numbers: &[f64]) -> Self {
         let mut nodes = Vec::new();
-        let mut rest = numbers;
+        let (head, rest) = numbers.split_at(numbers.len().min(2));
+        let [edges, count] = [0, 1].map(|k| head.get(k).map_or(0, |n| *n as usize));
+        let (edges, rest) = rest.split_at((7 * edges).min(rest.len()));
+        let edge = |&[at, i, a, b, j, c, d]: &[f64; 7]| LinearEdge {
+            at: at as usize,
+            gaps: [(i as usize, [a, b]), (j as usize, [c, d])],
+        };
+        let edges = edges.chunks_exact(7).filter_map(|c| c.try_into().ok()).map(edge).collect();
+        let (memory, mut rest) = rest.split_at((8 * count).min(rest.len()));
+        let memory = memory.chunks_exact(8).filter_map(|c| c.try_into().ok()).map(LinearMemory::from_numbers).collect();
         while let [node, kind, a, b, friction, c, d, e, f, count, tail @ ..] = rest {
             let tangent = match *kind as u8 {
                 0 => Tangent::Open,
@@ -312,14 +341,16 @@ impl LinearContact {
             nodes.push(LinearNode { node: *node as usize, tangent, convection });
             rest = after;
         }
-        Self { nodes }
+        Self { nodes, edges, memory }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Exponential, FrictionLaw, Rational};
+    use crate::friction::{
+        DoubleExponential, Exponential, FrictionLaw, Kraft, Linear, Rational, Relaxation, Remembered, Table,
+    };
 
     #[test]
     fn natural_map_vanishes_exactly_where_the_laws_hold() {
@@ -343,10 +374,43 @@ mod tests {
 
     const RHO: Augmentation = Augmentation { normal: 2.0, tangential: 3.0 };
 
+    /// A law with what a node remembers of it, if it does.
+    #[derive(Debug)]
+    struct Felt(FrictionLaw, Option<Remembered>);
+
+    impl Felt {
+        fn coefficient(&self, v: f64) -> f64 {
+            self.1.map_or_else(|| self.0.coefficient(v), |before| self.0.renewed(&before, v))
+        }
+
+        fn slope(&self, v: f64) -> f64 {
+            self.1.map_or_else(|| self.0.slope(v), |before| self.0.renewed_slope(&before, v))
+        }
+    }
+
+    /// Laws without memory, and with that of a node at the edge, inside, in a long step, and of one that does not roll.
+    fn felt() -> Vec<Felt> {
+        let before = |own, upstream, step, passage| Remembered { own, upstream, step, passage };
+        let remembered = [
+            None,
+            Some(before(0.38, 0.4, 2e-5, 1e-4)),
+            Some(before(0.3, 0.33, 1e-5, 3e-5)),
+            Some(before(0.36, 0.36, 1e-4, 1e-4)),
+            Some(before(0.28, 0.28, 2e-5, f64::INFINITY)),
+        ];
+        remembered.into_iter().flat_map(|before| laws().into_iter().map(move |law| Felt(law, before))).collect()
+    }
+
     fn laws() -> Vec<FrictionLaw> {
-        let exponential = Exponential { at_rest: 0.4, kinetic: 0.25, decay_velocity: 0.3 };
-        let rational = Rational { at_rest: 0.4, kinetic: 0.25, half_velocity: 0.3 };
-        vec![FrictionLaw::Constant(0.0), FrictionLaw::Constant(0.35), exponential.into(), rational.into()]
+        let exponential = Exponential::new(0.4, 0.25, 0.3);
+        let rational = Rational::new(0.4, 0.25, 0.3);
+        let mut laws =
+            vec![FrictionLaw::Constant(0.0), FrictionLaw::Constant(0.35), exponential.into(), rational.into()];
+        laws.push(DoubleExponential::new(0.4, 0.25, 0.6, 0.2, 2.0).into());
+        laws.push(Linear::new(0.4, 0.25, 0.8).into());
+        laws.push(Kraft::new(0.4).into());
+        laws.push(Table::new(vec![[0.0, 0.35], [0.1, 0.4], [0.9, 0.25]]).into());
+        laws
     }
 
     /// Nodes that the laws do not hold at, open, in stick and in slip, for all `laws`.
@@ -364,7 +428,7 @@ mod tests {
     #[test]
     fn tangent_is_the_derivative_of_the_map() {
         let mut seen = [0; 3];
-        for law in laws() {
+        for law in felt() {
             let map = |n: &Node| {
                 let found = n.project(RHO, law.coefficient(size(n.creep)));
                 (found.map(n), found)
@@ -457,6 +521,23 @@ mod tests {
                 node(4, slip, &[(4, 2.0), (3, -2.0)]),
                 node(7, Tangent::Stick { creep: 1.5 }, &[]),
                 node(9, Tangent::Open, &[(1, 0.5)]),
+            ],
+            edges: vec![LinearEdge { at: 0, gaps: [(3, [0.5, -2.0]), (2, [7.0, 0.25])] }],
+            memory: vec![
+                LinearMemory {
+                    at: 0,
+                    direction: [0.6, -0.8],
+                    force: 3.0,
+                    relaxation: Relaxation { decay: 2.0, upstream: 0.5, gain: -7.0 },
+                    upstream: None,
+                },
+                LinearMemory {
+                    at: 1,
+                    direction: [0.0, 0.0],
+                    force: 0.0,
+                    relaxation: Relaxation { decay: 1.0, upstream: 0.25, gain: 0.0 },
+                    upstream: Some(0),
+                },
             ],
         };
         assert_eq!(LinearContact::from_numbers(&contact.numbers()), contact);

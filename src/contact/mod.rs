@@ -15,6 +15,7 @@ pub mod kernel;
 pub(crate) mod krylov;
 pub mod law;
 mod linear;
+pub mod memory;
 mod newton;
 mod normal;
 mod patch;
@@ -24,7 +25,8 @@ pub mod steady;
 
 pub use deferred::DeferredSteady;
 pub use interface::{Creepage, Stencil, Upstream};
-pub use law::{LinearContact, LinearNode, Slip, Status, Tangent};
+pub use law::{LinearContact, LinearEdge, LinearNode, Slip, Status, Tangent};
+pub use memory::LinearMemory;
 pub use points::SlidingPoint;
 pub use sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 pub use steady::{NormalLoad, SteadyProblem, SteadySolution};

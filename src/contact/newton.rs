@@ -101,7 +101,7 @@ pub(super) fn solve(
         problem,
         law: Law {
             friction: &friction,
-            largest: problem.friction.coefficient(0.0),
+            largest: problem.friction.largest(),
             force_given: matches!(problem.load, NormalLoad::Force(_)),
         },
         target,

@@ -1,6 +1,7 @@
 //! Contact points that stand alone: their steady sliding under given forces, and what a load on all of them asks of the bodies.
 
 use super::law::{LinearContact, LinearNode, Slip, Tangent};
+use super::memory::LinearMemory;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::model::ModalPair;
@@ -20,9 +21,14 @@ pub struct SlidingPoint {
 }
 
 impl SlidingPoint {
+    /// Coefficient of friction in steady sliding, 1.
+    pub fn coefficient(&self, law: &FrictionLaw) -> f64 {
+        law.coefficient(self.velocity.unwrap_or(0.0))
+    }
+
     /// Reaction (tx, ty, p), N.
-    fn reaction(&self, law: FrictionLaw) -> [f64; 3] {
-        let mu = law.coefficient(self.velocity.unwrap_or(0.0));
+    fn reaction(&self, law: &FrictionLaw) -> [f64; 3] {
+        let mu = self.coefficient(law);
         let [x, y] = self.direction.map(|d| -mu * self.force * d);
         [x, y, self.force]
     }
@@ -35,18 +41,26 @@ pub fn interface(points: &[SlidingPoint]) -> Result<Interface> {
 }
 
 /// Steady sliding under the given forces, linearised.
-pub fn linearised(points: &[SlidingPoint], law: FrictionLaw) -> LinearContact {
+pub fn linearised(points: &[SlidingPoint], law: &FrictionLaw) -> LinearContact {
     let node = |(node, p): (usize, &SlidingPoint)| {
         let v = p.velocity.unwrap_or(0.0);
-        let slope = p.velocity.map_or(0.0, |v| law.slope(v));
-        let slip = Slip::steady(p.force, p.direction, v, law.coefficient(v), slope);
-        LinearNode { node, tangent: Tangent::Slip(slip), convection: Vec::new() }
+        // What a law that falls does beyond that is in the memories.
+        let tangent = Tangent::Slip(Slip::steady(p.force, p.direction, v, p.coefficient(law), 0.0));
+        LinearNode { node, tangent, convection: Vec::new() }
     };
-    LinearContact { nodes: points.iter().enumerate().map(node).collect() }
+    let memory = |(at, p): (usize, &SlidingPoint)| {
+        let v = p.velocity.filter(|v| v * p.force > 0.0)?;
+        LinearMemory::at_a_point(law, at, p.direction, p.force, v)
+    };
+    LinearContact {
+        nodes: points.iter().enumerate().map(node).collect(),
+        memory: points.iter().enumerate().filter_map(memory).collect(),
+        ..LinearContact::default()
+    }
 }
 
 /// Reactions (tx, ty, p) under the given forces, N, `[3n]`.
-pub fn reactions(points: &[SlidingPoint], law: FrictionLaw) -> Vec<f64> {
+pub fn reactions(points: &[SlidingPoint], law: &FrictionLaw) -> Vec<f64> {
     points.iter().flat_map(|p| p.reaction(law)).collect()
 }
 
@@ -90,7 +104,7 @@ mod tests {
     #[test]
     fn friction_acts_against_sliding() {
         let point = SlidingPoint { direction: [0.6, -0.8], velocity: Some(2.0), force: 100.0, gap: 0.0 };
-        let law = FrictionLaw::Constant(0.3);
+        let law = &FrictionLaw::Constant(0.3);
         let found = reactions(&[point], law);
         assert!(found.iter().zip([-18.0, 24.0, 100.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
         let creep = interface(&[point]).unwrap().creep(0);

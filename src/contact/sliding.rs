@@ -9,6 +9,7 @@ use faer::{Mat, MatRef};
 use super::active_set::{settle, under};
 use super::interface::{Creepage, Stencil, Upstream};
 use super::law::{LinearContact, LinearNode, Slip, Tangent};
+use super::memory::{self, coefficients, Sliding};
 use super::normal::solve_normal;
 use super::patch::refuse_border;
 use super::steady::NormalLoad;
@@ -62,6 +63,8 @@ pub struct SlidingSolution {
     pub direction: Vec<[f64; 2]>,
     /// Sliding velocity of the closed nodes, m/s, `[k]`.
     pub velocity: Vec<f64>,
+    /// Coefficient of friction, 1, `[n]`; at open nodes that at rest.
+    pub friction: Vec<f64>,
     /// Contact force on body 1, N: (x, y, z); the third is minus the normal force.
     pub force: [f64; 3],
     /// Moment of the tractions on body 1 about the z axis, N·m.
@@ -146,17 +149,20 @@ impl SlidingProblem<'_> {
         let n = s.len();
         let w = self.compliance;
         // Traction per pressure, −μ τ; where there is no creep only a closed node is wrong.
-        let ratio: Vec<[f64; 2]> = creep
-            .iter()
-            .map(|c| {
-                let v = c[0].hypot(c[1]);
-                if v > 0.0 {
-                    c.map(|c| -self.friction.coefficient(v) * c / v)
-                } else {
-                    [0.0; 2]
-                }
-            })
-            .collect();
+        let ratio = |mu: &[f64], i: usize| -> [f64; 2] {
+            let c = creep[i];
+            let v = c[0].hypot(c[1]);
+            if v > 0.0 {
+                c.map(|c| -mu[i] * c / v)
+            } else {
+                [0.0; 2]
+            }
+        };
+        // What the material remembers depends on where it came in.
+        let remembered = |closed: &[usize]| {
+            let closed = |i: usize| closed.binary_search(&i).is_ok();
+            coefficients(&self.friction, s, self.speed, closed, |i| creep[i][0].hypot(creep[i][1]))
+        };
         let limit = 30 + s.x.len() + s.y.len();
         // W is symmetric: the row of a displacement is its column.
         let displacement = |row: usize, reaction: &[f64]| -> f64 {
@@ -173,11 +179,11 @@ impl SlidingProblem<'_> {
                 ));
             }
             let k = closed.len();
+            let mu = remembered(closed);
+            let ratios: Vec<[f64; 2]> = closed.iter().map(|&i| ratio(&mu, i)).collect();
             let a = Mat::from_fn(k, k, |i, j| {
-                let (i, j) = (closed[i], closed[j]);
-                w[(3 * i + 2, 3 * j + 2)]
-                    + w[(3 * i + 2, 3 * j)] * ratio[j][0]
-                    + w[(3 * i + 2, 3 * j + 1)] * ratio[j][1]
+                let (i, (j, [x, y])) = (closed[i], (closed[j], ratios[j]));
+                w[(3 * i + 2, 3 * j + 2)] + w[(3 * i + 2, 3 * j)] * x + w[(3 * i + 2, 3 * j + 1)] * y
             });
             let mut solved = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
             a.partial_piv_lu().solve_in_place(&mut solved);
@@ -185,9 +191,9 @@ impl SlidingProblem<'_> {
             let mut reaction = vec![0.0; 3 * n];
             let mut inside = vec![false; n];
             let mut next = Vec::new();
-            for (&i, &p) in closed.iter().zip(&force) {
+            for ((&i, &p), [x, y]) in closed.iter().zip(&force).zip(&ratios) {
                 inside[i] = true;
-                reaction[3 * i..3 * i + 3].copy_from_slice(&[ratio[i][0] * p, ratio[i][1] * p, p]);
+                reaction[3 * i..3 * i + 3].copy_from_slice(&[x * p, y * p, p]);
                 if p > 0.0 {
                     next.push(i);
                 }
@@ -213,7 +219,9 @@ impl SlidingProblem<'_> {
         *closed = found;
         refuse_border(w, s, self.load, closed)?;
         let tangential = (0..n).map(|i| [0, 1].map(|c| displacement(3 * i + c, &reaction))).collect();
-        self.solution(creep, closed, &reaction, approach, gap, tangential)
+        let friction = remembered(closed);
+        let solution = self.solution(creep, closed, &reaction, approach, gap, tangential)?;
+        Ok(SlidingSolution { friction, ..solution })
     }
 
     fn solution(
@@ -267,6 +275,7 @@ impl SlidingProblem<'_> {
             closed: closed.to_vec(),
             direction,
             velocity,
+            friction: Vec::new(),
             force,
             moment_z,
             approach,
@@ -282,13 +291,31 @@ impl SlidingProblem<'_> {
     pub fn contact(&self, solution: &SlidingSolution) -> LinearContact {
         let node = |((&i, &direction), &v): ((&usize, &[f64; 2]), &f64)| {
             let force = solution.pressure[i] * self.interface.weight[i];
-            let slip = Slip::steady(force, direction, v, self.friction.coefficient(v), self.friction.slope(v));
+            // What a law that falls does beyond that is in the memories.
+            let slip = Slip::steady(force, direction, v, solution.friction[i], 0.0);
             let terms = solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0);
             let convection = terms.map(|&(j, d)| (j, self.speed * d)).collect();
             LinearNode { node: i, tangent: Tangent::Slip(slip), convection }
         };
+        let sliding = |((&i, t), &v): ((&usize, &[f64; 2]), &f64)| Sliding {
+            node: i,
+            creep: t.map(|t| v * t),
+            force: solution.pressure[i] * self.interface.weight[i],
+            friction: solution.friction[i],
+        };
+        let closed = || solution.closed.iter().zip(&solution.direction).zip(&solution.velocity);
+        let remembering: Vec<Sliding> = closed().map(sliding).collect();
+        // About the rigid creep the deformed bodies are not looked at, so that neither is what moves their edge.
+        let edges = match (self.direction, self.stencil) {
+            (SlidingDirection::Actual, Stencil::Edge) => {
+                self.interface.edges(&solution.closed, &solution.gap, &solution.w, self.speed)
+            }
+            _ => Vec::new(),
+        };
         LinearContact {
-            nodes: solution.closed.iter().zip(&solution.direction).zip(&solution.velocity).map(node).collect(),
+            nodes: closed().map(node).collect(),
+            edges,
+            memory: memory::linear(&self.friction, self.interface, self.speed, &remembering),
         }
     }
 }

@@ -4,7 +4,8 @@ use faer::MatRef;
 
 use super::candidates::Candidates;
 use super::interface::{Creepage, Stencil, Upstream};
-use super::law::{size, Augmentation, Node, Status};
+use super::law::{size, Augmentation, LinearContact, LinearNode, Node, Slip, Status, Tangent};
+use super::memory::{self, coefficients, Sliding};
 use super::newton::{self, Effort};
 use super::normal::solve_normal;
 use super::patch::refuse_border;
@@ -28,9 +29,9 @@ pub struct SteadyProblem<'a> {
     pub interface: &'a Interface,
     /// Influence matrix W of the interface (see [`crate::model::combined_compliance`]), m/N, `[3n, 3n]`, symmetric, rows (x, y, n).
     pub compliance: MatRef<'a, f64>,
-    /// Friction law: the coefficient at each node is that at its creep velocity.
+    /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it remembers.
     pub friction: FrictionLaw,
-    /// Rolling speed V > 0, m/s. Steady stresses do not depend on it; the creep velocity is proportional to it.
+    /// Rolling speed V > 0, m/s. With constant friction steady stresses do not depend on it; the creep velocity is proportional to it.
     pub speed: f64,
     /// Creepages ξ, η (1), φ (1/m).
     pub creepage: Creepage,
@@ -55,6 +56,8 @@ pub struct SteadySolution {
     pub creep: Vec<[f64; 2]>,
     /// 0 open, 1 stick, 2 slip, `[n]`.
     pub state: Vec<u8>,
+    /// Coefficient of friction, 1, `[n]`; at open nodes that at rest.
+    pub friction: Vec<f64>,
     /// Contact force on body 1, N: (x, y, z); z is up, so the third is minus the normal force.
     pub force: [f64; 3],
     /// Moment of the tractions on body 1 about the z axis through the origin, N·m.
@@ -80,7 +83,7 @@ impl SteadyProblem<'_> {
     /// Solves the problem. A result always has a residual within the tolerance, on all nodes.
     ///
     /// A law that falls with the velocity is solved for with the coefficient frozen at each node, which is then renewed from
-    /// the creep found. The traction at a node moves its own creep by about V μ′ p/ρ_t of what changed its coefficient, a
+    /// the creep found, along each line from the leading edge on. The traction at a node moves its own creep by about V μ′ p/ρ_t of what changed its coefficient, a
     /// small part in ordinary contacts; where it is not small there may be several states, and one of them is found.
     pub fn solve(&self) -> Result<SteadySolution> {
         self.solve_from(None)
@@ -125,7 +128,7 @@ impl SteadyProblem<'_> {
             let c = self.creepage.rigid(x, y);
             self.speed * c[0].hypot(c[1])
         };
-        let mut friction: Vec<f64> = (0..s.len()).map(|i| self.friction.coefficient(rigid(i))).collect();
+        let mut friction = coefficients(&self.friction, s, self.speed, |i| stress[3 * i + 2] > 0.0, rigid);
         // In rare cases friction closes nodes outside the candidates taken from the frictionless contact: take them in.
         let mut residuals = Vec::new();
         let rounds = if self.friction.is_constant() { 10 } else { 60 };
@@ -147,9 +150,7 @@ impl SteadyProblem<'_> {
                 return Ok(solution);
             }
             residuals.push(format!("{:.1e}", solution.residual));
-            for (mu, c) in friction.iter_mut().zip(&solution.creep) {
-                *mu = self.friction.coefficient(c[0].hypot(c[1]));
-            }
+            friction.clone_from(&solution.friction);
             let peak = solution.pressure.iter().copied().fold(0.0, f64::max);
             let mut closed: Vec<usize> = (0..s.len())
                 .filter(|&i| {
@@ -277,6 +278,7 @@ impl SteadyProblem<'_> {
             traction: (0..n).map(|i| [stress[3 * i], stress[3 * i + 1]]).collect(),
             creep: vec![[0.0; 2]; n],
             state: vec![Status::Open as u8; n],
+            friction: Vec::new(),
             force: [0.0; 3],
             moment_z: 0.0,
             approach,
@@ -287,16 +289,22 @@ impl SteadyProblem<'_> {
             upstream: Upstream { rows: Vec::new() },
             gap: (0..n).map(|i| s.gap[i] - approach + u[3 * i + 2]).collect(),
         };
-        let largest = self.friction.coefficient(0.0);
+        let largest = self.friction.largest();
         for i in 0..n {
             let [x, y] = s.point(i);
-            let mut creep = self.creepage.rigid(x, y);
-            for (c, v) in creep.iter_mut().enumerate() {
-                *v += upstream.at(i, |j| solution.w[j][c]);
+            solution.creep[i] = self.creepage.rigid(x, y);
+            for c in 0..2 {
+                solution.creep[i][c] += upstream.at(i, |j| solution.w[j][c]);
             }
+        }
+        let velocity = |i: usize| self.speed * solution.creep[i][0].hypot(solution.creep[i][1]);
+        solution.friction = coefficients(&self.friction, s, self.speed, |i| solution.pressure[i] > 0.0, velocity);
+        for i in 0..n {
+            let [x, y] = s.point(i);
+            let creep = solution.creep[i];
             let (rn, rt) = (self.rho_normal(i), self.rho_tangential(&upstream, i));
             let (p, t) = (solution.pressure[i], solution.traction[i]);
-            let mu = self.friction.coefficient(self.speed * creep[0].hypot(creep[1]));
+            let mu = solution.friction[i];
             let node = Node { pressure: p, traction: t, gap: solution.gap[i], creep };
             let found = node.project(Augmentation { normal: rn, tangential: rt }, mu);
             // A node at the border of the interface is open; the operator there serves the written creep alone.
@@ -323,6 +331,36 @@ impl SteadyProblem<'_> {
             return Err(Error::NotConverged("steady contact: the solution is not finite".into()));
         }
         Ok(solution)
+    }
+}
+
+impl SteadyProblem<'_> {
+    /// The contact of `solution` linearised about it, with the status of every node kept: nodes that stick move with each other, those that slide keep
+    /// to the bound of friction.
+    pub fn contact(&self, solution: &SteadySolution) -> LinearContact {
+        let s = self.interface;
+        let closed: Vec<usize> = (0..s.len()).filter(|&i| solution.pressure[i] > 0.0).collect();
+        let (mut nodes, mut remembering) = (Vec::new(), Vec::new());
+        for &i in &closed {
+            let force = solution.pressure[i] * s.weight[i];
+            let (t, mu) = (solution.traction[i], solution.friction[i]);
+            let (sticks, length) = (solution.state[i] == Status::Stick as u8, size(t));
+            // Without friction there is no traction to tell the direction of the creep.
+            let against = if length > 0.0 { t.map(|t| -t / length) } else { [1.0, 0.0] };
+            let velocity = if sticks { 0.0 } else { size(solution.creep[i]) };
+            let tangent = match sticks {
+                true => Tangent::Stick { creep: 1.0 },
+                false => Tangent::Slip(Slip::steady(force, against, velocity, mu, 0.0)),
+            };
+            let terms = solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0);
+            nodes.push(LinearNode { node: i, tangent, convection: terms.map(|&(j, d)| (j, self.speed * d)).collect() });
+            remembering.push(Sliding { node: i, creep: against.map(|t| velocity * t), force, friction: mu });
+        }
+        let edges = match self.stencil {
+            Stencil::Edge => s.edges(&closed, &solution.gap, &solution.w, self.speed),
+            _ => Vec::new(),
+        };
+        LinearContact { nodes, edges, memory: memory::linear(&self.friction, s, self.speed, &remembering) }
     }
 }
 

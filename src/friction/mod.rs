@@ -1,11 +1,16 @@
-//! Laws of friction: the coefficient as a function of the sliding velocity, as a job gives it and as contact takes it. A further law is
-//! a file here and a line in the table below.
+//! Laws of friction: the coefficient as a function of the sliding velocity, as a job gives it and as contact takes it, and how the material
+//! remembers it ([`Memory`]). A further law is a file here and a line in the table below.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+mod falling;
+mod memory;
+
+pub use memory::{Memory, Relaxation, Remembered};
+
 /// Friction law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum FrictionLaw {
     /// Coulomb friction with a constant coefficient.
@@ -14,13 +19,27 @@ pub enum FrictionLaw {
     Varying(VaryingFriction),
 }
 
+/// What all laws that depend on the velocity have.
+trait Remembers {
+    /// Its memory.
+    fn memory(&self) -> Memory;
+
+    /// Gives it a memory of the length `length`, m.
+    fn set_memory_length(&mut self, length: f64);
+}
+
 /// A law μ(v) of the sliding velocity v ≥ 0, m/s.
-trait Law: std::fmt::Display {
+trait Law: Remembers + std::fmt::Display {
     /// μ(v), 1.
     fn coefficient(&self, v: f64) -> f64;
 
     /// dμ/dv, s/m.
     fn slope(&self, v: f64) -> f64;
+
+    /// The largest coefficient.
+    fn largest(&self) -> f64 {
+        self.coefficient(0.0)
+    }
 
     /// What is wrong with the parameters, if anything: the key, and the rest of the message.
     fn fault(&self) -> Option<(&'static str, String)>;
@@ -32,7 +51,7 @@ macro_rules! laws {
         $(mod $file; pub use $file::$law;)*
 
         /// Friction that depends on the sliding velocity: the law and its parameters.
-        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(rename_all = "snake_case")]
         pub enum VaryingFriction {
             $(
@@ -44,6 +63,10 @@ macro_rules! laws {
         impl VaryingFriction {
             #[inline]
             fn law(&self) -> &dyn Law {
+                match self { $(Self::$law(law) => law,)* }
+            }
+
+            fn law_mut(&mut self) -> &mut dyn Law {
                 match self { $(Self::$law(law) => law,)* }
             }
 
@@ -64,6 +87,10 @@ macro_rules! laws {
 laws! {
     Exponential: exponential, "mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).";
     Rational: rational, "mu(v) = kinetic + (static - kinetic) / (1 + v / half_velocity).";
+    DoubleExponential: double_exponential, "mu(v) falls from static to kinetic by two exponential terms.";
+    Linear: linear, "mu(v) = kinetic + (static - kinetic) max(0, 1 - v / end_velocity).";
+    Kraft: kraft, "mu(v) = static (1 - exp(-0.138 m/s / v) / 2 - exp(-6.9 m/s / v) / 2).";
+    Table: table, "mu(v) along straight lines between the points of a table.";
 }
 
 impl FrictionLaw {
@@ -85,6 +112,40 @@ impl FrictionLaw {
         }
     }
 
+    /// The largest coefficient of all velocities.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Self::Constant(mu) => *mu,
+            Self::Varying(varying) => varying.law().largest(),
+        }
+    }
+
+    /// The memory of a law that depends on the velocity.
+    #[inline]
+    pub fn memory(&self) -> Option<Memory> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Varying(varying) => Some(varying.law().memory()),
+        }
+    }
+
+    /// The same law with a memory of the length `length`, m, where it has one.
+    pub fn remembering(&self, length: f64) -> Self {
+        let mut law = self.clone();
+        if let Self::Varying(varying) = &mut law {
+            varying.law_mut().set_memory_length(length);
+        }
+        law
+    }
+
+    /// Key of the length of its memory in the job, `path` being the place of the law; empty where it has none.
+    pub fn memory_key(&self, path: &str) -> String {
+        match self {
+            Self::Constant(_) => String::new(),
+            Self::Varying(varying) => format!("{path}.{}.memory_length", varying.key()),
+        }
+    }
+
     /// True if the coefficient is the same at all velocities.
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))
@@ -97,26 +158,21 @@ impl FrictionLaw {
     }
 }
 
-/// What is wrong where a law that falls with the velocity rises.
-fn rises(at_rest: f64, kinetic: f64) -> Option<(&'static str, String)> {
-    (kinetic > at_rest).then(|| {
-        ("kinetic", format!("found {kinetic}, expected at most static ({at_rest}): the law falls with the velocity"))
-    })
-}
-
 impl std::fmt::Display for FrictionLaw {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Constant(mu) => write!(f, "{mu}"),
-            Self::Varying(varying) => varying.law().fmt(f),
+            Self::Varying(varying) => {
+                varying.law().fmt(f)?;
+                write!(f, ", remembered over {} m", varying.law().memory().length)
+            }
         }
     }
 }
 
 /// That the slope of a law is its derivative, and that it begins and ends as told.
 #[cfg(test)]
-fn check(law: impl Into<FrictionLaw>, at_rest: f64, fast: f64) {
-    let law = law.into();
+fn check(law: &FrictionLaw, at_rest: f64, fast: f64) {
     assert!((law.coefficient(0.0) - at_rest).abs() < 1e-15, "at rest: {}", law.coefficient(0.0));
     assert!((law.coefficient(1e9) - fast).abs() < 1e-8, "fast: {}", law.coefficient(1e9));
     for v in [0.01, 0.1, 1.0, 10.0] {

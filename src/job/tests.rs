@@ -259,7 +259,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a number ≥ 0"]),
         ("analyses.receptance={}".into(), vec!["receptance.frequency: missing; expected a list or an object"]),
         ("version=0".into(), vec!["version: found 0, expected a whole number ≥ 1"]),
-        ("version=2".into(), vec!["version: found 2, expected 1: the job is written for a later railsqueal"]),
+        ("version=3".into(), vec!["version: found 3, expected 1 to 2: the job is written for a later railsqueal"]),
         ("solver.linear=gamg".into(), vec!["solver.linear: found \"gamg\"", "analyses.modes", "\"mumps\""]),
         ("solver.linear=lu".into(), vec!["solver.linear", "\"mumps\", \"gamg\""]),
         ("petsc_options.ksp_type={}".into(), vec!["petsc_options.ksp_type: found an object"]),
@@ -321,7 +321,7 @@ fn friction_and_damping_have_several_forms() {
         ],
     )
     .unwrap();
-    let law = Exponential { at_rest: 0.4, kinetic: 0.3, decay_velocity: 0.5 };
+    let law = Exponential::new(0.4, 0.3, 0.5);
     let contact = job.contact.as_ref().unwrap();
     assert_eq!(contact.friction, law.into());
     // The resolved job can be read again.
@@ -389,7 +389,10 @@ fn sweeps_are_expanded_and_checked_before_anything_is_computed() {
             vec!["count: found 0, expected a whole number ≥ 1"],
         ),
         (json!({ "contact.approach": [1e-4] }), vec!["at contact.approach = 0.0001", "both normal_load and approach"]),
-        (json!({ "contact.creepage": [{}] }), vec!["direction of sliding is undefined"]),
+        (
+            json!({ "contact.creepage": [{}], "analyses.stability.direction": ["rigid"] }),
+            vec!["direction of sliding is undefined"],
+        ),
     ] {
         let error = swept(json!({ "keys": keys })).unwrap_err();
         assert_eq!(error.exit_code(), 2, "{error}");

@@ -112,9 +112,9 @@ pub enum Hold {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// The state of rest.
-    #[serde(default)]
-    pub state: StartState,
+    /// The state of rest. Default: that of `analyses.stability`, or `"sliding"` where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<StartState>,
     /// Number of the eigenvalue of `analyses.stability`, from 1 by falling growth rate, along whose complex mode the bodies are moved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
@@ -130,7 +130,7 @@ pub struct Start {
 
 impl Default for Start {
     fn default() -> Self {
-        Self { state: StartState::default(), mode: None, amplitude: default_amplitude(), random: None }
+        Self { state: None, mode: None, amplitude: default_amplitude(), random: None }
     }
 }
 
@@ -139,11 +139,10 @@ fn default_amplitude() -> f64 {
 }
 
 /// A state of rest.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StartState {
-    /// The whole contact slides, as stability takes it.
-    #[default]
+    /// The whole contact slides.
     Sliding,
     /// Steady rolling, with what sticks.
     Steady,

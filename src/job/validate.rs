@@ -356,7 +356,14 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     if let Some(phases) = job.analyses.stability.as_ref().map(|s| s.phases).filter(|p| !p.is_multiple_of(4)) {
         faults.push(format!("analyses.stability.phases: found {phases}, expected a multiple of 4: a quarter period after the real part comes the imaginary one"));
     }
+    let stability = job.analyses.stability.as_ref();
+    if stability.is_some_and(|s| s.state == Some(StabilityState::Steady) && s.direction == Direction::Rigid) {
+        faults.push("analyses.stability.direction: found \"rigid\" with the state \"steady\", in which the bodies are deformed; expected \"actual\", or the state \"sliding\"".into());
+    }
     let c = contact.creepage;
+    if stability.is_some_and(|s| s.state() == StabilityState::Steady) {
+        return;
+    }
     if c.longitudinal == 0.0 && c.lateral == 0.0 && c.spin == 0.0 {
         faults.push(
             "contact.creepage: all three are 0, so the direction of sliding is undefined; analyses.stability needs a creepage".into(),

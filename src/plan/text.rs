@@ -82,7 +82,7 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
                 let way = if job.by_matrices() { "at once" } else { "by successive shifts" };
                 format!("\n  stability of the full system: all eigenvalues up to {most} Hz {way}, compared with those of the modes")
             });
-            format!("stability of steady sliding on the modes: {}{full}", given(contact))
+            format!("stability of steady {} on the modes: {}{full}", moves(stability), given(contact))
         }),
         Step::Steady => wanted.steady.as_ref().zip(contact).map(|(steady, contact)| {
             format!("steady rolling: {}, tolerance {:e}", given(contact), steady.tolerance)
@@ -92,5 +92,13 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
             let count = (t.duration / t.step).round();
             format!("transient on the modes: {count} steps of {} s, {} s{sound}", t.step, t.duration)
         }),
+    }
+}
+
+/// What the contact does that stability is examined about.
+fn moves(stability: &crate::job::Stability) -> &'static str {
+    match stability.state() {
+        crate::job::StabilityState::Steady => "rolling",
+        crate::job::StabilityState::Sliding => "sliding",
     }
 }

@@ -131,10 +131,31 @@ pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, toleranc
     }
     let rate = (kn / mn).sqrt().max(f64::MIN_POSITIVE);
 
-    // λ (q, v) of v = λ q, time in units of 1/rate, equations in units of the stiffness.
-    let m = z.ncols();
-    let mut a = Mat::<f64>::zeros(2 * m, 2 * m);
-    let mut e = Mat::<f64>::zeros(2 * m, 2 * m);
+    // λ (q, v, f) of v = λ q, time in units of 1/rate, equations in units of the stiffness; f are the coefficients of friction that change.
+    let (m, nf) = (z.ncols(), contact.memory.len());
+    let size = 2 * m + nf;
+    let mut a = Mat::<f64>::zeros(size, size);
+    let mut e = Mat::<f64>::zeros(size, size);
+    let largest = contact.memory.iter().map(|m| m.force).fold(0.0, f64::max);
+    let unit = if largest > 0.0 { largest / kn } else { 1.0 };
+    for (i, memory) in contact.memory.iter().enumerate() {
+        let [x, y_row, _] = rows(contact.nodes[memory.at].node);
+        let mut along = vec![0.0; n];
+        for (row, t) in [(&x, memory.direction[0]), (&y_row, memory.direction[1])] {
+            row.iter().for_each(|&(j, s)| along[j] += s * t);
+        }
+        let at = 2 * m + i;
+        for j in 0..m {
+            let on = |basis: &Mat<f64>| (0..n).map(|k| along[k] * basis[(k, j)]).sum::<f64>();
+            a[(m + j, at)] = -memory.force / (kn * unit) * on(&y);
+            a[(at, m + j)] = memory.relaxation.gain * unit * on(&z);
+        }
+        a[(at, at)] = -memory.relaxation.decay / rate;
+        if let Some(from) = memory.upstream {
+            a[(at, 2 * m + from)] = memory.relaxation.upstream / rate;
+        }
+        e[(at, at)] = 1.0;
+    }
     for j in 0..m {
         a[(j, m + j)] = 1.0;
         e[(j, j)] = 1.0;
@@ -155,7 +176,8 @@ pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, toleranc
     let theta = eigen.S().column_vector();
     let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
     let mut pairs = Vec::new();
-    for p in (0..2 * m).filter(|&p| theta[p].norm() > INFINITE * largest) {
+    let norms = (a.norm_l2(), e.norm_l2());
+    for p in (0..size).filter(|&p| theta[p].norm() > INFINITE * largest) {
         let scaled = C::new(shift, 0.0) + theta[p].inv();
         let lambda = scaled * rate;
         let q: Vec<C> = (0..m).map(|i| eigen.U()[(i, p)]).collect();
@@ -163,8 +185,15 @@ pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, toleranc
         let residual: Vec<C> = (0..m)
             .map(|i| (0..m).map(|j| q[j] * (lambda * (lambda * m2[(i, j)] + c2[(i, j)]) + k2[(i, j)])).sum())
             .collect();
-        let size = lambda.norm_sqr() * mn + lambda.norm() * cn + kn;
-        let backward_error = norm(&residual) / (size * norm(&q));
+        let scale = lambda.norm_sqr() * mn + lambda.norm() * cn + kn;
+        let backward_error = match nf {
+            0 => norm(&residual) / (scale * norm(&q)),
+            _ => {
+                let x: Vec<C> = (0..size).map(|i| eigen.U()[(i, p)]).collect();
+                let row = |i: usize| (0..size).map(|j| x[j] * (a[(i, j)] - scaled * e[(i, j)])).sum::<C>();
+                norm(&(0..size).map(row).collect::<Vec<C>>()) / ((norms.0 + scaled.norm() * norms.1) * norm(&x))
+            }
+        };
         if !(backward_error <= tolerance) {
             return Err(Error::NotConverged(format!(
                 "stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, {tolerance:.1e} was asked for",
@@ -220,6 +249,10 @@ mod tests {
         LinearNode { node, tangent, convection: Vec::new() }
     }
 
+    fn contact(nodes: Vec<LinearNode>) -> LinearContact {
+        LinearContact { nodes, ..LinearContact::default() }
+    }
+
     const UNLOADED: [f64; 3] = [0.0, 1.0, 0.0];
 
     /// S. Hultén, 1997: two masses, two massless contact points.
@@ -234,7 +267,7 @@ mod tests {
             stiffness: matrix(4, &entries),
             trace: trace(4, &[[Some((1, 1.0)), None, Some((2, 1.0))], [Some((0, 1.0)), None, Some((3, 1.0))]]),
         };
-        let c = LinearContact { nodes: vec![node(0, 0.4, [-1.0, 0.0], UNLOADED), node(1, 0.4, [1.0, 0.0], UNLOADED)] };
+        let c = contact(vec![node(0, 0.4, [-1.0, 0.0], UNLOADED), node(1, 0.4, [1.0, 0.0], UNLOADED)]);
         let found = eigenpairs([Some(&body), None], &c, 1e-12).unwrap();
         assert_eq!(found.len(), 4, "{found:?}");
         let first = found[0].value;
@@ -253,7 +286,7 @@ mod tests {
             trace: trace(2, &[[Some((0, 1.0)), None, Some((1, 1.0))]]),
         };
         for (upper, tau) in [(false, 1.0), (false, -1.0), (true, 1.0), (true, -1.0)] {
-            let c = LinearContact { nodes: vec![node(0, mu, [tau, 0.0], UNLOADED)] };
+            let c = contact(vec![node(0, mu, [tau, 0.0], UNLOADED)]);
             let [a, b] = if upper { [None, Some(&body)] } else { [Some(&body), None] };
             let found = eigenpairs([a, b], &c, 1e-12).unwrap();
             // Friction on body 1 is −μ τ r, on body 2 the opposite.
@@ -274,7 +307,7 @@ mod tests {
             stiffness: matrix(2, &[(0, 0, k), (1, 1, k)]),
             trace: trace(2, &[[Some((0, 1.0)), Some((1, 1.0)), None]]),
         };
-        let c = LinearContact { nodes: vec![node(0, 0.4, [0.6, 0.8], [50.0, 0.5, -0.3])] };
+        let c = contact(vec![node(0, 0.4, [0.6, 0.8], [50.0, 0.5, -0.3])]);
         let found = eigenpairs([None, Some(&body)], &c, 1e-12).unwrap();
         for (pair, d) in found.iter().step_by(2).zip([-0.3 * 50.0, 0.4 * 50.0 / 0.5]) {
             let sigma = -d / (2.0 * m);

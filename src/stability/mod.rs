@@ -1,6 +1,7 @@
-//! Which modes grow about steady sliding of the whole contact, and how fast: on the reduced model and on the full system.
+//! Which modes grow about steady rolling or sliding, and how fast: on the reduced model and on the full system.
 
 pub mod dense;
+mod equilibrium;
 pub mod full;
 pub mod reduced;
 
@@ -11,9 +12,21 @@ use crate::{Error, Result};
 use num_complex::Complex;
 use reduced::{eigenpairs, Eigenpair};
 
+pub use equilibrium::Equilibrium;
+
+/// Growth relative to the eigenvalue, and to the backward error, that rounding may make.
+const ROUNDING: [f64; 2] = [1e-10, 100.0];
+/// Smallest size that an eigenvalue is measured by, 1/s: motions that only drift have none of their own.
+const DRIFT: f64 = 100.0;
+
+/// Whether a motion of the eigenvalue `value` (1/s), found with `backward_error`, grows by more than rounding.
+pub fn grows(value: Complex<f64>, backward_error: f64) -> bool {
+    value.re > (ROUNDING[0] + ROUNDING[1] * backward_error) * value.norm().max(DRIFT)
+}
+
 /// Eigenvalues about steady sliding.
 pub struct Spectrum {
-    /// One of each conjugate pair, by falling growth rate, up to the frequency limit.
+    /// One of each conjugate pair, by falling growth rate, up to the frequency limit and the damping ratio; and all that grow.
     pub eigenpairs: Vec<Eigenpair>,
     /// All finite eigenvalues, both of each conjugate pair.
     pub all: Vec<Complex<f64>>,
@@ -21,6 +34,8 @@ pub struct Spectrum {
     pub limit: f64,
     /// Number of closed contacts.
     pub closed: usize,
+    /// Number of those that stick.
+    pub sticking: usize,
 }
 
 /// On rank 0: the eigenvalues about a sliding contact.
@@ -35,7 +50,11 @@ pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearCo
     }
     let pairs = eigenpairs(pair, contact, stability.tolerance)?;
     let all = pairs.iter().map(|p| p.value).collect();
+    // What the full system has within its wedge must find its partner, at the edge as well.
+    let least = stability.full.as_ref().map_or(0.0, |f| 1.5 * f.damping_ratio);
+    let ratio = stability.damping_ratio.max(least);
+    let listed = |e: &Eigenpair| ratio >= 1.0 || e.damping_ratio().abs() <= ratio || grows(e.value, e.backward_error);
     // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
-    let kept = pairs.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit).collect();
-    Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len() })
+    let kept = pairs.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit && listed(e)).collect();
+    Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
 }

@@ -4,8 +4,9 @@
 //! With y = (w, change of gap) on the interface, the modes of both bodies give y = Ψ q + S R, q̈ + c q̇ + Ω² q = Ψᵀ R,
 //! Ψ = [Φ1, E Φ2], S = C1 + E C2 E − Ψ Ω⁻² Ψᵀ, E = diag(−1, −1, 1) at each node. About steady sliding the closed nodes keep
 //! y_n = 0 and the tractions change by δt = B f − μ τ r with the directions B across (and, where μ′ ≠ 0, along) the sliding, or
-//! both where a node sticks, and C f + Bᵀ(λ + V ∂x) w = 0 with C = diag(|ṡ0|/μp0, 1/μ′p0), or 0 ([`crate::contact::Tangent`]). The
-//! pressures are eliminated, r = −(S_nn − S_nt μτ)⁻¹ (Ψ_n q + S_nt B f), and with v = λq there remains the pencil
+//! both where a node sticks, and C f + Bᵀ(λ + V ∂x) w = 0 with C = diag(|ṡ0|/μp0, 1/μ′p0), or 0 ([`crate::contact::Tangent`]). Where friction
+//! falls with the velocity and the material remembers it, f also holds the changes of the coefficients of friction, whose rows are
+//! (λ + C) f + Bᵀ(λ + V ∂x) w = 0 with C coupling each node to the one upstream ([`crate::contact::LinearMemory`]). The pressures are eliminated, r = −(S_nn − S_nt μτ)⁻¹ (Ψ_n q + S_nt B f), and with v = λq there remains the pencil
 //!
 //! λ q = v,   λ v = −c v − (Ω² − G_q) q + G_f f,   λ A f = −(C + V X_f) f − V X_q q − A_q v,
 //!
@@ -28,8 +29,8 @@ pub struct Eigenpair {
     pub value: Complex<f64>,
     /// Modal amplitudes q of both bodies, `[m1 + m2]`, scaled to Euclidean norm 1 (of (q, v/ω_ref, f)).
     pub modal: Vec<Complex<f64>>,
-    /// The unknown tangential forces f that go with them, N: at each closed node across the sliding where friction resists it, then
-    /// along it where the law has a slope.
+    /// The unknowns f of the contact that go with them, N: forces at each closed node across the sliding where friction resists it, then
+    /// along it where the law has a slope; after these the changes of the coefficients of friction times the largest normal force of a node.
     pub tangential: Vec<Complex<f64>>,
     /// Normwise backward error of (λ, x) in the scaled pencil.
     pub backward_error: f64,
@@ -128,22 +129,44 @@ fn residuals(p: &Pencil, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -
     values.iter().enumerate().map(norm).collect()
 }
 
-/// An unknown tangential force f at a closed node: c f + b·(λ + V ∂x) w = 0.
+/// An unknown f of a closed node, N: λ s f + c f − c′ f′ + b·(λ + V ∂x) w = 0, f′ being that of the node upstream.
 struct Yielding {
     /// Index of the closed node.
     at: usize,
-    /// Unit direction b.
+    /// Traction per f.
     along: [f64; 2],
-    /// c, m/(N·s).
+    /// b; for a force the same.
+    creep: [f64; 2],
+    /// s, 1 for what has a memory, else 0.
+    storage: f64,
+    /// c, m/(N·s) or 1/s.
     coefficient: f64,
+    /// Place of f′ and c′.
+    upstream: Option<(usize, f64)>,
 }
 
-/// The unknown tangential forces of a contact.
+/// The unknowns of a contact: tangential forces, then coefficients of friction.
 fn yielding(contact: &LinearContact) -> Vec<Yielding> {
     let of = |(at, n): (usize, &LinearNode)| {
-        n.tangent.yielding().map(|(along, coefficient)| Yielding { at, along, coefficient }).collect::<Vec<_>>()
+        let force =
+            |(along, coefficient)| Yielding { at, along, creep: along, storage: 0.0, coefficient, upstream: None };
+        n.tangent.yielding().map(force).collect::<Vec<_>>()
     };
-    contact.nodes.iter().enumerate().flat_map(of).collect()
+    let mut all: Vec<Yielding> = contact.nodes.iter().enumerate().flat_map(of).collect();
+    let forces = all.len();
+    let unit = match contact.memory.iter().map(|m| m.force).fold(0.0, f64::max) {
+        0.0 => 1.0,
+        largest => largest,
+    };
+    all.extend(contact.memory.iter().map(|m| Yielding {
+        at: m.at,
+        along: m.direction.map(|t| -m.force / unit * t),
+        creep: m.direction.map(|t| -unit * m.relaxation.gain * t),
+        storage: 1.0,
+        coefficient: m.relaxation.decay,
+        upstream: m.upstream.map(|u| (forces + u, m.relaxation.upstream)),
+    }));
+    all
 }
 
 /// Displacement at a row under the traction `t` and the pressure `p` at a node, m.
@@ -207,6 +230,74 @@ pub fn reactions(bodies: &ModalPair, contact: &LinearContact, pair: &Eigenpair) 
     Ok(forces)
 }
 
+/// y at rows as a function of (q, f), Ψ q + S(·, f) f + S(·, p) r, for a list of rows with coefficients for each unknown, `[nf, m + nf]`; p
+/// stands for the pressure with its friction −μτ, and r = `pressures` gives the pressures.
+fn rows_of(
+    bodies: &ModalPair,
+    contact: &LinearContact,
+    unknowns: &[Yielding],
+    pressures: &Mat<f64>,
+    list: &dyn Fn(&Yielding) -> Vec<(usize, f64)>,
+) -> Mat<f64> {
+    let (m, k, nf) = (bodies.omega.len(), contact.nodes.len(), unknowns.len());
+    let (psi, nodes) = (bodies.modes.as_ref(), &contact.nodes);
+    let lists: Vec<Vec<(usize, f64)>> = unknowns.iter().map(list).collect();
+    let sum = |i: usize, f: &dyn Fn(usize) -> f64| lists[i].iter().map(|&(row, c)| c * f(row)).sum::<f64>();
+    let direct = Mat::from_fn(nf, m + nf, |i, j| {
+        sum(i, &|row| {
+            if j < m {
+                psi[(row, j)]
+            } else {
+                let f = &unknowns[j - m];
+                response(bodies, row, nodes[f.at].node, f.along, 0.0)
+            }
+        })
+    });
+    let by_pressure = Mat::from_fn(nf, k, |i, j| {
+        sum(i, &|row| response(bodies, row, nodes[j].node, nodes[j].tangent.friction(), 1.0))
+    });
+    direct + by_pressure * pressures
+}
+
+/// b·w of each unknown as a function of (q, f), `[nf, m + nf]`.
+fn displacements(bodies: &ModalPair, contact: &LinearContact, unknowns: &[Yielding], r: &Mat<f64>) -> Mat<f64> {
+    rows_of(bodies, contact, unknowns, r, &|u| (0..2).map(|q| (3 * contact.nodes[u.at].node + q, u.creep[q])).collect())
+}
+
+/// How near the memory of the friction is to being too short: the largest factor by which the coefficients of friction, when they change at once, change
+/// themselves through the residual compliance. Below 1 the contact is well-posed; at 1 an eigenvalue goes through infinity, from −∞ to +∞; it goes
+/// with the inverse of the length of the memory, so that this factor times the length is what a memory must be longer than. 0 without memory.
+///
+/// With λ → ∞ the nodes keep their place across the sliding, the closed ones keep their gap, and the modes their motion: then
+/// δμ = diag(gain) Tᵀδw, Tᵀδw = −S_ττ diag(p) δμ.
+pub fn sharpness(bodies: &ModalPair, contact: &LinearContact) -> Result<f64> {
+    if contact.memory.is_empty() {
+        return Ok(0.0);
+    }
+    check(bodies, contact)?;
+    let (m, unknowns) = (bodies.omega.len(), yielding(contact));
+    let r = pressures(bodies, contact, &unknowns)?;
+    let w = displacements(bodies, contact, &unknowns, &r);
+    let place = |storage: f64| (0..unknowns.len()).filter(|&i| unknowns[i].storage == storage).collect::<Vec<_>>();
+    // A direction without residual compliance has no part in it.
+    let across: Vec<usize> = place(0.0).into_iter().filter(|&i| w[(i, m + i)] != 0.0).collect();
+    let memory = place(1.0);
+    let block = |rows: &[usize], columns: &[usize]| {
+        Mat::from_fn(rows.len(), columns.len(), |i, j| w[(rows[i], m + columns[j])])
+    };
+    let mut feedback = block(&memory, &memory);
+    if !across.is_empty() {
+        let held = block(&across, &across).partial_piv_lu().solve(block(&across, &memory));
+        feedback -= block(&memory, &across) * held;
+    }
+    let factors = feedback.eigenvalues().map_err(|e| {
+        Error::NotConverged(format!("reduced stability: dense eigenvalues of the friction memory failed: {e:?}"))
+    })?;
+    let largest = factors.iter().map(|f| f.norm()).fold(0.0, f64::max);
+    let real = factors.iter().filter(|f| f.im.abs() <= 1e-6 * largest);
+    Ok(real.map(|f| -f.re).fold(0.0, f64::max))
+}
+
 fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
     check(bodies, contact)?;
     let (m, k) = (bodies.omega.len(), contact.nodes.len());
@@ -216,30 +307,12 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
     let nf = unknowns.len();
 
     let r = pressures(bodies, contact, &unknowns)?;
-    // y at a row as a function of (q, f): Ψ q + S(·, f) f + S(·, p) r, for lists of rows with coefficients; p stands for the pressure
-    // with its friction −μτ.
-    let rows_of = |list: &dyn Fn(&Yielding) -> Vec<(usize, f64)>| -> Mat<f64> {
-        let lists: Vec<Vec<(usize, f64)>> = unknowns.iter().map(list).collect();
-        let sum = |i: usize, f: &dyn Fn(usize) -> f64| lists[i].iter().map(|&(row, c)| c * f(row)).sum::<f64>();
-        let direct = Mat::from_fn(nf, m + nf, |i, j| {
-            sum(i, &|row| {
-                if j < m {
-                    psi[(row, j)]
-                } else {
-                    let f = &unknowns[j - m];
-                    response(bodies, row, nodes[f.at].node, f.along, 0.0)
-                }
-            })
-        });
-        let by_pressure = Mat::from_fn(nf, k, |i, j| {
-            sum(i, &|row| response(bodies, row, nodes[j].node, nodes[j].tangent.friction(), 1.0))
-        });
-        direct + by_pressure * &r
-    };
-    let w = rows_of(&|u| (0..2).map(|q| (3 * nodes[u.at].node + q, u.along[q])).collect());
-    let x = rows_of(&|u| {
+    let w = displacements(bodies, contact, &unknowns, &r);
+    let x = rows_of(bodies, contact, &unknowns, &r, &|u| {
         let terms = nodes[u.at].convection.iter();
-        terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.along[q]))).collect()
+        let carried = terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.creep[q])));
+        let edges = contact.edges.iter().filter(|e| e.at == u.at).flat_map(|e| e.gaps);
+        carried.chain(edges.map(|(j, d)| (3 * j + 2, d[0] * u.creep[0] + d[1] * u.creep[1]))).collect()
     });
     // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
     let by_f = Mat::from_fn(m, nf, |i, j| {
@@ -279,9 +352,12 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
         }
     }
     for i in 0..nf {
-        // λ (A_q q + A f) + c f + V X = 0 with λ q = v; the row is scaled to a largest entry of 1.
+        // λ (A_q q + A f + s f) + c f − c′ f′ + V X = 0 with λ q = v; the row is scaled to a largest entry of 1.
         let row = 2 * m + i;
         a[(row, row)] = -force * unknowns[i].coefficient;
+        if let Some((from, c)) = unknowns[i].upstream {
+            a[(row, 2 * m + from)] = force * c;
+        }
         for j in 0..m {
             a[(row, j)] = -x[(i, j)];
             a[(row, m + j)] = -w[(i, j)] * rate;
@@ -290,6 +366,7 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
             a[(row, 2 * m + j)] -= x[(i, m + j)] * force;
             e[(row, 2 * m + j)] = w[(i, m + j)] * force * rate;
         }
+        e[(row, row)] += unknowns[i].storage * force * rate;
         let largest = (0..n).map(|j| a[(row, j)].abs().max(e[(row, j)].abs())).fold(0.0, f64::max);
         for j in 0..n {
             a[(row, j)] /= largest;
@@ -308,7 +385,9 @@ fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {
                 .into(),
         ));
     }
-    let mut places = contact.nodes.iter().flat_map(|c| c.convection.iter().map(|&(j, _)| j).chain([c.node]));
+    let edges = contact.edges.iter().flat_map(|e| e.gaps.map(|g| g.0));
+    let mut places =
+        contact.nodes.iter().flat_map(|c| c.convection.iter().map(|&(j, _)| j).chain([c.node])).chain(edges);
     if let Some(i) = places.find(|&i| i >= n) {
         return Err(Error::Defect(format!("reduced stability: contact node {i} of an interface of {n}")));
     }

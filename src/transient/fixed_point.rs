@@ -79,7 +79,7 @@ fn project(p: &StepProblem<'_>, factor: f64, reaction: &mut [f64], u: &[f64], sh
     let normal: Vec<f64> = (0..k).map(|i| pressure(i, change[2])).collect();
     let old = &*reaction;
     let traction = |i: usize, s: [f64; 2]| {
-        let bound = normal[i] * p.friction.coefficient(u[3 * i].hypot(u[3 * i + 1]) / p.step);
+        let bound = normal[i] * p.coefficient(i, [u[3 * i], u[3 * i + 1]]);
         let f = factor * rho[i].tangential;
         project_disc([old[3 * i] - f * (u[3 * i] + s[0]), old[3 * i + 1] - f * (u[3 * i + 1] + s[1])], bound)
     };

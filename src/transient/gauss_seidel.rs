@@ -24,7 +24,7 @@ pub(super) fn sweep(
         for i in 0..k {
             let old = [reaction[3 * i], reaction[3 * i + 1], reaction[3 * i + 2]];
             let u = [0, 1, 2].map(|c| p.free[3 * i + c] + y[3 * i + c] + shift[c]);
-            let found = p.project(p.rho(i), &node(&old, &u));
+            let found = p.project(i, p.rho(i), &node(&old, &u));
             let new = [found.traction[0], found.traction[1], found.pressure];
             for c in 0..3 {
                 let change = new[c] - old[c];

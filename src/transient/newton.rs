@@ -194,7 +194,7 @@ impl System<'_, '_> {
         for i in 0..k3 / 3 {
             let u = [0, 1, 2].map(|c| p.free[3 * i + c] + y[3 * i + c] + shift[c]);
             let node = node(&x[3 * i..3 * i + 3], &u);
-            let f = p.project(p.rho(i), &node).map(&node);
+            let f = p.project(i, p.rho(i), &node).map(&node);
             let tangential = f[0] * f[0] + f[1] * f[1];
             square += tangential + f[2] * f[2];
             largest = largest.max(f[2].abs()).max(tangential.sqrt());
@@ -230,8 +230,8 @@ impl System<'_, '_> {
             let r = &now.x[3 * i..3 * i + 3];
             let u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c] + shift[c]);
             let (rho, node) = (p.rho(i), node(r, &u));
-            let found = p.project(rho, &node);
-            let tangent = match found.tangent(&node, p.slope(&node)) {
+            let found = p.project(i, rho, &node);
+            let tangent = match found.tangent(&node, p.slope(i, &node)) {
                 // A node that cannot move along the surface keeps the traction that it has.
                 Tangent::Stick { creep: 0.0 } => Tangent::Open,
                 tangent => tangent,

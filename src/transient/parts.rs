@@ -161,7 +161,7 @@ fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
             let mut u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c]);
             u[2] += now.shift;
             let at = node(r, &u);
-            let found = p.project(rho[i], &at);
+            let found = p.project(i, rho[i], &at);
             let f = found.map(&at);
             let tangential = f[0] * f[0] + f[1] * f[1];
             square += tangential + f[2] * f[2];
@@ -315,12 +315,12 @@ mod tests {
         let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
         let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
         let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
-        let falling = Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 }.into();
+        let falling = FrictionLaw::from(Exponential::new(0.35, 0.25, 0.3));
         for (other, friction) in [
             (&steel, FrictionLaw::Constant(0.3)),
             (&hard, FrictionLaw::Constant(0.3)),
             (&hard, FrictionLaw::Constant(0.0)),
-            (&steel, falling),
+            (&steel, falling.clone()),
             (&hard, falling),
         ] {
             let w = combined_compliance(steel.as_ref(), other.as_ref()).unwrap();
@@ -331,7 +331,8 @@ mod tests {
             for step in 0..4 {
                 let free = displacements(&s, (8.0 + 0.01 * step as f64) * 1e-5, (1.0 + 0.01 * step as f64) * 1.2e-5);
                 let tolerance = 1e-11;
-                let p = StepProblem { matrix, free: &free, friction, step: 1e-5, total: [None; 3], tolerance };
+                let (friction, before) = (&friction, &[][..]);
+                let p = StepProblem { matrix, free: &free, friction, before, step: 1e-5, total: [None; 3], tolerance };
                 let solve = |solver, memory: &mut Memory| {
                     let mut effort = Effort::default();
                     let found = p.solve(solver, &guess, None, [0.0; 3], memory, &mut effort).unwrap();
@@ -345,7 +346,7 @@ mod tests {
                 assert!(difference < 1e-8 * 0.25 * normal, "{friction:?}, step {step}: {difference:e} of {normal:e} N");
                 let count = |state| found.status.iter().filter(|s| **s == state).count();
                 let [open, stick, slip] = [Status::Open, Status::Stick, Status::Slip].map(count);
-                let enough = open > 10 && slip > 5 && (stick > 5 || friction == FrictionLaw::Constant(0.0));
+                let enough = open > 10 && slip > 5 && (stick > 5 || *friction == FrictionLaw::Constant(0.0));
                 assert!(enough, "{friction:?}: {open} open, {stick} in stick, {slip} in slip");
                 if step > 0 && friction.is_constant() {
                     assert!(effort.factorisations == 0 && effort.products <= 8, "step {step}: {effort:?}");
@@ -385,7 +386,8 @@ mod tests {
         let p = StepProblem {
             matrix,
             free: &free,
-            friction,
+            friction: &friction,
+            before: &[],
             step: 1e-5,
             total: [None, None, Some(load)],
             tolerance: 1e-10,

@@ -21,24 +21,41 @@ pub struct PointModel {
     load: Vec<f64>,
     /// Reactions at rest, N, `[3n]`.
     reaction: Vec<f64>,
+    /// Coefficients of friction at rest, `[n]`.
+    friction: Vec<f64>,
     approach: f64,
 }
 
 impl PointModel {
-    /// Points that bear a load with the reactions `reaction`, N, `[3n]`, at the approach `approach`, m. `span` is the time, s, over which a step takes
+    /// Points that bear a load with the reactions, N, `[3n]`, and coefficients of friction, `[n]`, `rest`, at the approach `approach`, m. `span` is the time, s, over which a step takes
     /// the motion of its end.
-    pub fn under_load(pair: &ModalPair, points: &Interface, reaction: Vec<f64>, approach: f64, span: f64) -> Self {
-        Self { interface: points.clone(), residual: residual(pair, span), load: Vec::new(), reaction, approach }
+    pub fn under_load(
+        pair: &ModalPair,
+        points: &Interface,
+        rest: (Vec<f64>, Vec<f64>),
+        approach: f64,
+        span: f64,
+    ) -> Self {
+        let (reaction, friction) = rest;
+        Self {
+            interface: points.clone(),
+            residual: residual(pair, span),
+            load: Vec::new(),
+            reaction,
+            friction,
+            approach,
+        }
     }
 
-    /// Points with given reactions, N, `[3n]`: loads from outside balance them on the modes, and the gaps are those that the forces close.
-    pub fn given(pair: &ModalPair, points: &Interface, reaction: Vec<f64>, span: f64) -> Self {
+    /// Points with given reactions, N, `[3n]`, and coefficients of friction, `[n]`: loads from outside balance them on the modes, and the gaps are those that the forces close.
+    pub fn given(pair: &ModalPair, points: &Interface, rest: (Vec<f64>, Vec<f64>), span: f64) -> Self {
+        let (reaction, friction) = rest;
         let residual = residual(pair, span);
         let force = Mat::from_fn(reaction.len(), 1, |i, _| reaction[i]);
         let (moved, modal) = (&residual * &force, pair.modes.transpose() * &force);
         let interface = points.with_gap((0..points.len()).map(|i| -moved[(3 * i + 2, 0)]).collect());
         let load = (0..modal.nrows()).map(|k| -modal[(k, 0)]).collect();
-        Self { interface, residual, load, reaction, approach: 0.0 }
+        Self { interface, residual, load, reaction, friction, approach: 0.0 }
     }
 
     /// The model of the two bodies.
@@ -48,7 +65,7 @@ impl PointModel {
 
     /// The state of rest and its approach, m.
     pub fn at_rest(&self, model: &Model<'_>) -> (State, f64) {
-        (State::at_rest(model, &self.reaction, self.approach), self.approach)
+        (State::at_rest(model, &self.reaction, self.approach).remembering(&self.friction), self.approach)
     }
 }
 

@@ -9,7 +9,7 @@ use super::compact::Operator;
 use super::newton::Memory;
 use super::{fixed_point, gauss_seidel, newton, parts};
 use crate::contact::law::{size, Augmentation, Node, Projected, Status};
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionLaw, Remembered};
 use crate::{Error, Result};
 
 /// How the problem of a step is solved.
@@ -58,7 +58,9 @@ pub struct StepProblem<'a> {
     /// (dx, dy, g) at R = 0, m, `[3k]`.
     pub free: &'a [f64],
     /// Friction law, of the velocity |d|/h.
-    pub friction: FrictionLaw,
+    pub friction: &'a FrictionLaw,
+    /// What the nodes remember of it, `[k]`; empty where the coefficient is that of the law itself.
+    pub before: &'a [Remembered],
     /// Step h, s.
     pub step: f64,
     /// Prescribed totals of the reactions (tx, ty, p), N.
@@ -262,15 +264,33 @@ impl StepProblem<'_> {
         Augmentation { normal: 1.0 / d(2), tangential: if tangential > 0.0 { 1.0 / tangential } else { 0.0 } }
     }
 
-    /// The projections of a node with the parameters `rho`, N, m.
+    /// Coefficient of friction of node `i` at the end of the step, for its displacement `d` over the step, m.
     #[inline(always)]
-    pub(super) fn project(&self, rho: Augmentation, node: &Node) -> Projected {
-        node.project(rho, self.friction.coefficient(size(node.creep) / self.step))
+    pub fn coefficient(&self, i: usize, d: [f64; 2]) -> f64 {
+        if let FrictionLaw::Constant(mu) = self.friction {
+            return *mu;
+        }
+        let v = size(d) / self.step;
+        match self.before.get(i) {
+            Some(before) => self.friction.renewed(before, v),
+            None => self.friction.coefficient(v),
+        }
     }
 
-    /// Slope of the friction of a node by its displacement over the step, 1/m.
-    pub(super) fn slope(&self, node: &Node) -> f64 {
-        self.friction.slope(size(node.creep) / self.step) / self.step
+    /// The projections of node `i` with the parameters `rho`, N, m.
+    #[inline(always)]
+    pub(super) fn project(&self, i: usize, rho: Augmentation, node: &Node) -> Projected {
+        node.project(rho, self.coefficient(i, node.creep))
+    }
+
+    /// Slope of the friction of node `i` by its displacement over the step, 1/m.
+    pub(super) fn slope(&self, i: usize, node: &Node) -> f64 {
+        let v = size(node.creep) / self.step;
+        let slope = match self.before.get(i) {
+            Some(before) => self.friction.renewed_slope(before, v),
+            None => self.friction.slope(v),
+        };
+        slope / self.step
     }
 
     /// Largest component of the map over all nodes and of the errors in the totals, N; and the status of the nodes.
@@ -279,7 +299,7 @@ impl StepProblem<'_> {
         let mut states = Vec::with_capacity(self.nodes());
         for i in 0..self.nodes() {
             let node = node(&reaction[3 * i..3 * i + 3], &u[3 * i..3 * i + 3]);
-            let found = self.project(self.rho(i), &node);
+            let found = self.project(i, self.rho(i), &node);
             let f = found.map(&node);
             let most = size([f[0], f[1]]).max(f[2].abs());
             if !(most <= largest) {

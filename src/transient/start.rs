@@ -21,8 +21,14 @@ impl State {
             reaction: reaction.to_vec(),
             approach,
             creep: [0.0; 2],
+            friction: Vec::new(),
             energy: Energy::default(),
         }
+    }
+
+    /// The same, with the coefficients of friction `friction` that the material remembers, `[n]`.
+    pub fn remembering(self, friction: &[f64]) -> Self {
+        Self { friction: friction.to_vec(), ..self }
     }
 
     /// The same, moved by the real part of a complex mode: amplitude·Re(z), and its rate amplitude·Re(λ z), `z` of `[m]`.

@@ -13,10 +13,11 @@ use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::{Modal, Scheme};
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionLaw, Remembered};
 use crate::{Error, Result};
 
 mod found;
+mod remembered;
 mod working;
 
 use found::{End, Met};
@@ -56,6 +57,9 @@ pub struct State {
     pub approach: f64,
     /// Rigid creep velocities, m/s, of the directions with a prescribed force.
     pub creep: [f64; 2],
+    /// Coefficients of friction that the material at the nodes remembers, `[n]`; empty where friction is constant. A start without them has that
+    /// at rest everywhere.
+    pub friction: Vec<f64>,
     /// Energies.
     pub energy: Energy,
 }
@@ -86,17 +90,29 @@ pub struct Stepper<'a> {
     met: Met,
     /// Displacements of the core without its reactions in the last step, m, `[3 core]`; empty where the nodes are new.
     posed: Vec<f64>,
+    /// What they remembered of friction before it, `[core]`.
+    before: Vec<Remembered>,
     report: Report,
 }
 
 impl<'a> Stepper<'a> {
     /// A stepper at the given state.
-    pub fn new(model: Model<'a>, settings: Settings, state: State) -> Result<Self> {
+    pub fn new(model: Model<'a>, settings: Settings, mut state: State) -> Result<Self> {
         let impact = model.impact()?;
         settings.scheme.check(model.omega)?;
         let n = model.interface.len();
         if state.q.len() != model.omega.len() || state.v.len() != model.omega.len() || state.reaction.len() != 3 * n {
             return Err(Error::Defect("transient: the state does not belong to the model".into()));
+        }
+        if settings.friction.memory().is_none() {
+            state.friction.clear();
+        } else if state.friction.is_empty() {
+            state.friction = vec![settings.friction.coefficient(0.0); n];
+        } else if state.friction.len() != n {
+            return Err(Error::Defect(format!(
+                "transient: {} coefficients of friction for {n} contact nodes",
+                state.friction.len()
+            )));
         }
         if impact == Impact::Rigid && matches!(settings.drive.normal, Normal::Force(_)) {
             return Err(Error::Job(
@@ -150,6 +166,7 @@ impl<'a> Stepper<'a> {
             modal_now: None,
             met: Met::default(),
             posed: Vec::new(),
+            before: Vec::new(),
             report: Report::default(),
         };
         new.reset()?;
@@ -206,7 +223,8 @@ impl<'a> Stepper<'a> {
     pub fn posed(&self) -> Option<Posed<'_>> {
         let ws = &self.working;
         let nodes = &ws.nodes[..ws.core];
-        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: ws.w.columns(), free: &self.posed })
+        let before = &self.before[..];
+        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: ws.w.columns(), free: &self.posed, before })
     }
 
     /// Fields of the last step.
@@ -286,10 +304,12 @@ impl<'a> Stepper<'a> {
                     Impact::Rigid => theta * h * (dot(&ws.psi[m * (3 * a + 2)..][..m], &v_free) - rate),
                 };
             }
+            let before = self.remembered();
             let problem = StepProblem {
                 matrix: &ws.w,
                 free: &b,
-                friction: self.settings.friction,
+                friction: &self.settings.friction,
+                before: &before,
                 step: h,
                 total,
                 tolerance: self.settings.tolerance,
@@ -312,6 +332,7 @@ impl<'a> Stepper<'a> {
                     .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
                     .collect();
                 self.posed = b;
+                self.before = before;
                 let approach = if total[2].is_some() { -solution.shift[2] } else { approach };
                 break End { solution, response, free, modal, q, v, approach };
             }
@@ -340,6 +361,7 @@ impl<'a> Stepper<'a> {
         for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
             reaction[3 * self.working.nodes[a]..][..3].copy_from_slice(r);
         }
+        self.renew_friction(&solution);
         self.modal_now = Some(modal);
         let u: Vec<f64> = free.iter().zip(&response).map(|(f, r)| f + r).collect();
 

@@ -269,7 +269,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
     let c = steel.compliance(&s.x, &s.y).unwrap();
     let w = crate::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
     let no = Mat::<f64>::zeros(3 * s.len(), 0);
-    let falling = Exponential { at_rest: 0.35, kinetic: 0.25, decay_velocity: 0.3 }.into();
+    let falling = Exponential::new(0.35, 0.25, 0.3).into();
     for friction in [FrictionLaw::Constant(0.3), falling] {
         let creep = Tangential::Creep(History::constant(0.05));
         let drive = Drive {
@@ -281,7 +281,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
         let (n, h, tolerance) = (s.len(), 2e-5, 1e-9);
         let settings = Settings {
             scheme: Scheme { step: h, theta: 0.5 },
-            friction,
+            friction: friction.clone(),
             solver: ContactSolver::Newton,
             tolerance,
             drive,
@@ -293,7 +293,9 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
             let Some(posed) = stepper.posed().filter(|_| step % 20 == 0) else { continue };
             let k = 3 * posed.nodes.len();
             let matrix = &Operator::new(posed.matrix.to_vec());
-            let problem = StepProblem { matrix, free: posed.free, friction, step: h, total: [None; 3], tolerance };
+            let (free, before) = (posed.free, posed.before);
+            let problem =
+                StepProblem { matrix, free, friction: &friction, before, step: h, total: [None; 3], tolerance };
             let mut u = vec![0.0; k];
             let all = &stepper.state().reaction;
             let reaction: Vec<f64> = posed.nodes.iter().flat_map(|i| all[3 * i..3 * i + 3].iter().copied()).collect();

@@ -264,7 +264,7 @@ fn a_patch_that_bends_with_the_wheel() {
 fn stability_without_what_it_needs() {
     let mut job = small();
     job["contact"]["creepage"] = json!({});
-    job["analyses"] = json!({ "stability": {} });
+    job["analyses"] = json!({ "stability": { "direction": "rigid" } });
     refused(
         job.to_string(),
         &[],
@@ -274,14 +274,19 @@ fn stability_without_what_it_needs() {
     // Spin alone has a pole inside the contact, where nothing slides.
     let mut job = small();
     job["contact"]["creepage"] = json!({ "spin": 0.5 });
-    job["analyses"] = json!({ "modes": { "count": 5 }, "stability": {} });
+    job["analyses"] = json!({ "modes": { "count": 5 }, "stability": { "direction": "rigid" } });
     refused_late(job.to_string(), 2, &["contact.creepage: no creep at the closed node", "pole"]);
     let mut job = small();
     job["analyses"] = json!({ "modes": { "count": 5 }, "stability": { "max_frequency": 1e5 } });
     refused_late(job.to_string(), 2, &["analyses.stability.max_frequency", "reach", "more modes"]);
     job["analyses"]["stability"] = json!({ "phases": 6 });
     refused(job.to_string(), &[], 2, &["analyses.stability.phases", "multiple of 4"]);
-    job["analyses"]["stability"] = json!({ "full": { "max_frequency": 1e5 } });
+    job["analyses"]["stability"] = json!({ "state": "steady", "direction": "rigid" });
+    refused(job.to_string(), &[], 2, &["analyses.stability.direction: found \"rigid\"", "the state \"sliding\""]);
+    // At this creepage part of the contact sticks.
+    job["analyses"]["stability"] = json!({ "full": { "max_frequency": 500 } });
+    refused_late(job.to_string(), 2, &["analyses.stability.full: ", "closed nodes stick"]);
+    job["analyses"]["stability"] = json!({ "direction": "rigid", "full": { "max_frequency": 1e5 } });
     refused_late(job.to_string(), 2, &["analyses.stability.full.max_frequency", "reaches", "more modes"]);
     job["analyses"]["stability"]["full"]["max_frequency"] = json!(500);
     // The truncation of five modes is seen.

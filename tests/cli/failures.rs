@@ -202,7 +202,8 @@ fn factorisations_at_a_shift_that_do_not_fit() {
         cylinder["max_element_size"] = json!(far);
     }
     job["contact"]["patch"] = json!({ "half_length": 0.012, "half_width": 0.012 });
-    job["analyses"] = json!({ "modes": { "count": 4 }, "stability": { "full": { "max_frequency": 400 } } });
+    job["analyses"] =
+        json!({ "modes": { "count": 4 }, "stability": { "direction": "rigid", "full": { "max_frequency": 400 } } });
     job["output"] = json!({ "fields": false, "reduced": false });
     for (alpha, kilobytes, parts) in [
         (1.0, 1_350_000, ["in the factorisation of body upper at", "a coarser mesh"]),

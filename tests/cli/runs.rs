@@ -140,7 +140,7 @@ fn sliding(offsets: [f64; 2]) -> serde_json::Value {
         job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
     }
     job["contact"]["creepage"] = json!({ "lateral": 0.01 });
-    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": { "direction": "rigid" } });
+    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": { "direction": "rigid", "damping_ratio": 1 } });
     job["output"] = json!({ "fields": false });
     job
 }
@@ -205,6 +205,7 @@ fn receptances_begin_at_the_static_compliance() {
 #[test]
 fn falling_friction_drives_and_loss_factors_damp() {
     let mut job = sliding([0.03, 0.02]);
+    job["version"] = json!(1);
     job["analyses"]["steady"] = json!({});
     // 10 m/s and 1 %: all nodes slide at 0.1 m/s, where the coefficient is 0.25 + 0.15/e.
     let at_slip = 0.25 + 0.15 * (-1.0f64).exp();
@@ -222,20 +223,44 @@ fn falling_friction_drives_and_loss_factors_damp() {
         ),
     ];
     let mut rates = Vec::new();
+    let mut told = 0;
     for (name, friction, damping) in runs {
         job["contact"]["friction"] = friction;
         job["bodies"]["lower"]["damping"] = damping.clone();
         job["bodies"]["upper"]["damping"] = damping;
         let folder = Folder::with(job.to_string());
-        folder.call(1, "run", &[]).good();
-        rates.push((name, numbers(&folder.path("job.h5"), "stability/growth_rate")[0]));
+        let ran = folder.call(1, "run", &[]);
+        ran.good();
+        let (rate, frequency) = ("stability/growth_rate", "stability/frequency");
+        let [rate, frequency] = [rate, frequency].map(|name| numbers(&folder.path("job.h5"), name));
+        rates.push((name, rate[0]));
+        // What grows, oscillates.
+        assert!(rate.iter().zip(&frequency).all(|(r, f)| *r < 0.0 || *f > 100.0), "{name}: {rate:?} {frequency:?}");
+        told += usize::from(ran.out.contains(
+            "default changed: contact.friction.exponential.memory_length is not given: 2e-5 m since format 2",
+        ));
         if name == "falling" {
+            assert!(
+                ran.out.contains("memory of friction                 20.0000 µm, to be longer than "),
+                "{}",
+                ran.out
+            );
+            let smallest = numbers(&folder.path("job.h5"), "stability/smallest_memory_length")[0];
+            assert!(smallest > 1e-6 && smallest < 2e-5, "{smallest} m");
+            let short = format!("contact.friction.exponential.memory_length={}", 0.999 * smallest);
+            folder.call(1, "run", &["--force", "--set", &short]).failed(
+                2,
+                &["contact.friction.exponential.memory_length: found", &format!("expected more than {smallest:.4e} m")],
+            );
+            let long = format!("contact.friction.exponential.memory_length={}", 1.001 * smallest);
+            folder.call(1, "run", &["--set", &long, "--output", &folder.text("long.h5")]).good();
             // Steady rolling has the coefficient at the local creep: between those of fast sliding and of rest.
             let force = numbers(&folder.path("job.h5"), "contact/force");
             let used = force[0].hypot(force[1]) / -force[2];
             assert!(used > 0.25 && used < 0.4 && (used - at_slip).abs() < 0.05, "{used} beside {at_slip}");
         }
     }
+    assert_eq!(told, 1, "a job of the first format is told of the memory, where there is one");
     let [constant, falling, damped] = rates[..] else { panic!("{rates:?}") };
     assert!(constant.1 > 0.0 && falling.1 > constant.1 + 1.0 && damped.1 < 0.0, "{rates:?}");
 }

@@ -28,7 +28,8 @@ fn sliding(sweep: Value) -> Value {
         job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
     }
     job["contact"]["creepage"] = json!({ "lateral": 0.01 });
-    job["analyses"] = json!({ "modes": { "count": 20 }, "stability": { "direction": "rigid" }, "sweep": sweep });
+    job["analyses"] =
+        json!({ "modes": { "count": 20 }, "stability": { "direction": "rigid", "damping_ratio": 1 }, "sweep": sweep });
     job["output"] = json!({ "fields": false });
     job
 }

@@ -34,6 +34,7 @@ const TESTS: &[Test] = &[
     ("residual::nothing_is_left_by_all_modes", residual::nothing_is_left_by_all_modes),
     ("surface::the_boundary_is_found_once", surface::the_boundary_is_found_once),
     ("stability::unlike_bodies", stability::unlike_bodies),
+    ("stability::friction_that_remembers", stability::friction_that_remembers),
     ("stability::unlike_damping", stability::unlike_damping),
     ("stability::mirror_images", stability::mirror_images),
     ("stability::modal_damping", stability::modal_damping),

@@ -9,9 +9,10 @@ use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::body::modes;
 use railsqueal::body::statics::Statics;
 use railsqueal::body::FullSystem;
-use railsqueal::contact::{LinearContact, LinearNode, Slip, Tangent};
+use railsqueal::contact::{LinearContact, LinearMemory, LinearNode, Slip, Tangent};
 use railsqueal::eigen::sparse::Method;
 use railsqueal::fem::Material;
+use railsqueal::friction::Relaxation;
 use railsqueal::grid::ContactGrid;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
@@ -55,7 +56,25 @@ fn contact() -> LinearContact {
         let slip = Slip::steady(force, [turn.cos(), turn.sin()], velocity, 0.4, -0.02);
         LinearNode { node, tangent: Tangent::Slip(slip), convection: upstream(node) }
     };
-    LinearContact { nodes: [6, 7, 8, 11, 12, 13].into_iter().enumerate().map(node).collect() }
+    LinearContact {
+        nodes: [6, 7, 8, 11, 12, 13].into_iter().enumerate().map(node).collect(),
+        ..LinearContact::default()
+    }
+}
+
+/// The same nodes with friction that remembers: node 8 takes it over from node 7, and that from node 6.
+fn remembering() -> LinearContact {
+    let mut s = contact();
+    let upstream = [None, Some(0), Some(1), None, Some(3), Some(4)];
+    for (at, from) in upstream.into_iter().enumerate() {
+        let Tangent::Slip(slip) = &mut s.nodes[at].tangent else { panic!("stick") };
+        slip.falling = [0.0; 2];
+        let decay = 6e3 + 500.0 * at as f64;
+        let relaxation = Relaxation { decay, upstream: 0.6 * decay, gain: -3e3 };
+        let force = 6e3 + 700.0 * at as f64;
+        s.memory.push(LinearMemory { at, direction: slip.direction, force, relaxation, upstream: from });
+    }
+    s
 }
 
 /// The two-point difference.
@@ -98,7 +117,8 @@ fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearC
     let rows = bodies.map(|b| b.trace.dofs());
     let sizes = bodies.map(|b| b.dofs.total() as usize);
     let (n, k) = (sizes[0] + sizes[1], s.nodes.len());
-    let [mut stiff, mut damp, mut mass] = [0, 1, 2].map(|_| Mat::<f64>::zeros(n + k, n + k));
+    let size = n + k + s.memory.len();
+    let [mut stiff, mut damp, mut mass] = [0, 1, 2].map(|_| Mat::<f64>::zeros(size, size));
     let first = [0, sizes[0]];
     for b in 0..2 {
         let (kb, mb) = (dense(world, &bodies[b].operators.stiffness), dense(world, &bodies[b].operators.mass));
@@ -154,8 +174,34 @@ fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearC
             stiff[(n + i, row)] += a;
         }
     }
+    // Changes of friction in newtons, their rows in units in which they are as large as the others.
+    let largest = (0..n).map(|i| stiff[(i, i)]).fold(0.0, f64::max);
+    let (row_unit, newtons) = (1.0 / (largest * RATE), 1e4);
+    for (i, m) in s.memory.iter().enumerate() {
+        let (at, node) = (n + k + i, &s.nodes[m.at]);
+        damp[(at, at)] = row_unit;
+        stiff[(at, at)] = m.relaxation.decay * row_unit;
+        if let Some(from) = m.upstream {
+            stiff[(at, n + k + from)] = -m.relaxation.upstream * row_unit;
+        }
+        for q in 0..2 {
+            let gain = newtons * m.relaxation.gain * m.direction[q] * row_unit;
+            for (column, b) in motion(node.node, q) {
+                damp[(at, column)] -= gain * b;
+                stiff[(column, at)] += m.force / newtons * m.direction[q] * b;
+            }
+            for &(other, v) in &node.convection {
+                for (column, b) in motion(other, q) {
+                    stiff[(at, column)] -= gain * v * b;
+                }
+            }
+        }
+    }
     [stiff, damp, mass]
 }
+
+/// Unit of λ in dense solutions, rad/s.
+const RATE: f64 = 2.0 * PI * 15e3;
 
 /// All finite eigenvalues by one dense shift and inversion of the companion form.
 fn eigenvalues(matrices: &[Mat<f64>; 3], unknowns: usize, rate: f64) -> Vec<C> {
@@ -203,8 +249,8 @@ fn both(
     tolerance: f64,
 ) -> (railsqueal::Result<FullSpectrum>, Vec<C>, [Mat<f64>; 3]) {
     let matrices = matrices(world, bodies, places, s);
-    let unknowns = matrices[0].nrows() - s.nodes.len();
-    let exact = eigenvalues(&matrices, unknowns, 2.0 * PI * 15e3);
+    let unknowns = matrices[0].nrows() - s.nodes.len() - s.memory.len();
+    let exact = eigenvalues(&matrices, unknowns, RATE);
     let options = FullOptions { max_frequency: LIMIT, damping_ratio: 0.2, count: 12, tolerance };
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let count = places.iter().map(|p| p.modal.len()).max().unwrap_or(0);
@@ -252,11 +298,21 @@ fn compare(world: &World, bodies: &[FeBody], places: [DampedBody; 2], s: &Linear
     for p in &found.pairs {
         assert!(exact.iter().any(|v| near(p.value, *v)), "{} is not an eigenvalue", p.value);
         assert!(conjugate(p.value), "{} has no conjugate", p.value);
+        // Beyond the wedge lie relaxations of the friction, whose changes do not follow from the motion.
+        if !s.memory.is_empty() && !wedge.holds(p.value) {
+            continue;
+        }
         // The eigenvector in the equations assembled here.
         let mut x: Vec<C> = p.motion.iter().flat_map(|u| world.all_gather(u)).collect();
         let first = [0, x.len() - world.sum_u64(p.motion[1].len() as u64) as usize];
         let size = x.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
         x.extend(&p.pressure);
+        // What friction does follows from the motion, node by node down the stream.
+        for row in x.len()..n {
+            let at = |j: usize| matrices[0][(row, j)] + p.value * matrices[1][(row, j)];
+            let moved: C = (0..row).map(|j| at(j) * x[j]).sum();
+            x.push(-moved / at(row));
+        }
         let mut worst = (0.0f64, 0.0f64);
         for i in 0..n {
             let term = |j: usize, power: usize| p.value.powu(power as u32) * matrices[power][(i, j)] * x[j];
@@ -277,6 +333,13 @@ pub fn unlike_bodies(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     compare(world, &bodies, [0, 1].map(|body| DampedBody::rayleigh(body, damping)), &contact());
+}
+
+/// Friction that remembers: its coefficients are unknowns beside the pressures.
+pub fn friction_that_remembers(world: &World) {
+    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
+    compare(world, &bodies, [0, 1].map(|body| DampedBody::rayleigh(body, damping)), &remembering());
 }
 
 /// Unlike damping: a complex factorisation for the upper body.
@@ -370,7 +433,7 @@ fn small_contact() -> LinearContact {
         (n.node, n.convection) = (node, upstream(node));
         n
     };
-    LinearContact { nodes: contact().nodes.into_iter().zip([1, 3]).map(moved).collect() }
+    LinearContact { nodes: contact().nodes.into_iter().zip([1, 3]).map(moved).collect(), ..LinearContact::default() }
 }
 
 /// Ranks without any unknown, and ranks without contact rows, with real and with complex factorisations and damped modes.

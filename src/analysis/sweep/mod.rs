@@ -115,13 +115,14 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
         Some(points) => of_points(&points)?,
         None => model.interface.clone(),
     };
-    let found = stability::analyse(wanted, contact, &interface, model.pair(point)?)?;
+    let model = (&interface, model.pair(point)?);
+    let found = stability::Examined { job: point, stability: wanted, contact, model }.analyse()?;
     let (spectrum, linear) = (&found.spectrum, &found.contact);
-    let state = found.sliding.as_ref();
+    let state = found.state.as_ref();
     let force = match (state, given_forces(contact)) {
         (Some(state), _) => state.force,
         (None, Some(points)) => {
-            let all = reactions(&points, contact.friction);
+            let all = reactions(&points, &contact.friction);
             let sum = |c: usize| all.iter().skip(c).step_by(3).sum::<f64>();
             [sum(0), sum(1), -sum(2)]
         }
@@ -133,6 +134,7 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
         eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
         backward_error: spectrum.eigenpairs.iter().map(|p| p.backward_error).fold(0.0, f64::max),
         closed: linear.nodes.len(),
+        sticking: spectrum.sticking,
         reversed: state.map_or(0, |s| s.reversed),
         force,
         approach: state.map_or(f64::NAN, |s| s.approach),

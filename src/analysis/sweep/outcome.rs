@@ -14,12 +14,12 @@ pub(super) struct Packed {
 }
 
 /// Numbers of an outcome before its eigenvalues.
-const HEAD: usize = 11;
+const HEAD: usize = 12;
 
 impl Packed {
     /// Adds the outcome of a point.
     pub fn push(&mut self, index: usize, o: &Outcome) {
-        let counts = [index, o.status as usize, o.closed, o.reversed, o.message.len(), o.eigenvalues.len()];
+        let counts = [index, o.status as usize, o.closed, o.reversed, o.message.len(), o.eigenvalues.len(), o.sticking];
         self.numbers.extend(counts.map(|n| n as f64));
         self.numbers.extend(o.force);
         self.numbers.extend([o.approach, o.backward_error]);
@@ -41,11 +41,12 @@ impl Packed {
                 status: head[1] as i32,
                 message: String::from_utf8_lossy(message).into_owned(),
                 eigenvalues: values.chunks_exact(2).map(|v| Complex::new(v[0], v[1])).collect(),
-                backward_error: head[10],
+                backward_error: head[11],
                 closed: count(2),
+                sticking: count(6),
                 reversed: count(3),
-                force: [head[6], head[7], head[8]],
-                approach: head[9],
+                force: [head[7], head[8], head[9]],
+                approach: head[10],
             });
         }
         Ok(())

@@ -8,7 +8,8 @@ mod sound;
 pub use crate::output::datasets::checkpoint::refuse_other_job;
 
 use super::bodies::Bodies;
-use super::interface::{creepage, given_forces, normal_load, steady_rolling, steady_sliding};
+use super::interface::{self, creepage, given_forces, normal_load, steady_sliding};
+use super::memory;
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
@@ -17,17 +18,18 @@ use super::steps::Needs;
 use super::stop::Stop;
 use super::RunOptions;
 use crate::body::TraceModes;
-use crate::contact::points::{bear_load, reactions};
+use crate::contact::points::{bear_load, linearised, reactions};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
-use crate::job::{self, Direction, Hold, Job, StartState, TransientSolver};
+use crate::job::{self, Direction, Hold, Job, StabilityState, StartState, TransientSolver};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
 use crate::output::datasets::points::Points;
 use crate::output::datasets::record::{grid, Recorder};
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
-use crate::stability::reduced::Eigenpair;
+use crate::stability::grows;
+use crate::stability::reduced::{sharpness, Eigenpair};
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, PointModel, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
@@ -150,7 +152,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
 /// The scheme's own damping beside the growth rates that it would falsify.
 fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progress, summary: &mut Summary) {
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
-    for e in pairs.iter().filter(|e| e.growth_rate() > 0.0 && e.frequency() > 0.0) {
+    for e in pairs.iter().filter(|e| grows(e.value, e.backward_error) && e.frequency() > 0.0) {
         let own = scheme.own_damping(e.value.im.abs());
         let share = own / e.growth_rate();
         let text = format!("{own:.3e} 1/s, {:.2} % of the growth rate {:.4} 1/s", 100.0 * share, e.growth_rate());
@@ -190,7 +192,7 @@ fn advance(
     };
     let settings = Settings {
         scheme,
-        friction: inputs.contact.friction,
+        friction: inputs.contact.friction.clone(),
         solver: match wanted.solver {
             TransientSolver::Newton => ContactSolver::Newton,
             TransientSolver::FixedPoint => ContactSolver::FixedPoint,
@@ -285,6 +287,15 @@ fn advance(
     Ok((effort, total - first, begun.elapsed().as_secs_f64()))
 }
 
+/// The state of rest that is wanted: the one that stability is examined about, where the job does not say.
+fn start_state(job: &Job, wanted: &job::Transient) -> StartState {
+    let examined = job.analyses.stability.as_ref().map(job::Stability::state);
+    wanted.start.state.unwrap_or(match examined {
+        Some(StabilityState::Steady) => StartState::Steady,
+        _ => StartState::Sliding,
+    })
+}
+
 /// The state of rest and its approach.
 fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Result<(State, f64)> {
     let contact = inputs.contact;
@@ -321,41 +332,50 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
         load = NormalLoad::Approach(d);
     }
     let analyses = &inputs.job.analyses;
-    let (pressure, traction, approach) = match inputs.wanted.start.state {
+    let (pressure, traction, approach, friction) = match start_state(inputs.job, inputs.wanted) {
         StartState::Sliding => {
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
             let problem = steady_sliding((&root.interface, &root.pair), contact, direction)?;
-            let found = SlidingProblem { creepage, load, ..problem }.solve()?;
-            (found.pressure, found.traction, found.approach)
+            let problem = SlidingProblem { creepage, load, ..problem };
+            memory::refuse_short(&contact.friction, |law| memory::sliding(&problem, law, &root.pair))?;
+            let found = problem.solve()?;
+            (found.pressure, found.traction, found.approach, found.friction)
         }
         StartState::Steady => {
-            let problem = steady_rolling(root, contact, analyses.steady.as_ref());
-            let found = SteadyProblem { creepage, load, ..problem }.solve()?;
-            (found.pressure, found.traction, found.approach)
+            let problem = interface::at_rest((&root.interface, &root.pair), contact, analyses.steady.as_ref());
+            let problem = SteadyProblem { creepage, load, ..problem };
+            memory::refuse_short(&contact.friction, |law| memory::rolling(&problem, law, &root.pair))?;
+            let found = problem.solve()?;
+            (found.pressure, found.traction, found.approach, found.friction)
         }
     };
     let interface = &root.interface;
     let reaction: Vec<f64> = (0..interface.len())
         .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
         .collect();
-    Ok((State::at_rest(model, &reaction, approach), approach))
+    Ok((State::at_rest(model, &reaction, approach).remembering(&friction), approach))
 }
 
 /// The contact points of the job, under its load or their given forces; none of a job with a grid.
 fn at_points(inputs: &Inputs, root: &ReducedModel) -> Result<Option<PointModel>> {
     let (contact, pair, s) = (inputs.contact, &root.pair, &root.interface);
     let span = inputs.wanted.theta * inputs.wanted.step;
+    let law = &contact.friction;
     if !s.are_points() {
         return Ok(None);
     }
     if let Some(points) = given_forces(contact) {
-        return Ok(Some(PointModel::given(pair, s, reactions(&points, contact.friction), span)));
+        memory::refuse_short(law, |law| sharpness(pair, &linearised(&points, law)))?;
+        let friction = points.iter().map(|p| p.coefficient(law)).collect();
+        return Ok(Some(PointModel::given(pair, s, (reactions(&points, law), friction), span)));
     }
-    let found = steady_sliding((s, pair), contact, Direction::Rigid)?.solve()?;
+    let problem = steady_sliding((s, pair), contact, Direction::Rigid)?;
+    memory::refuse_short(law, |law| memory::sliding(&problem, law, pair))?;
+    let found = problem.solve()?;
     let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
     let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();
     bear_load(pair, &reaction)?;
-    Ok(Some(PointModel::under_load(pair, s, reaction, found.approach, span)))
+    Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.approach, span)))
 }
 
 /// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of

@@ -17,7 +17,7 @@ pub struct Analyses {
     /// Steady rolling with friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady: Option<Steady>,
-    /// Stability of steady sliding of the whole contact: the modes that squeal, with their growth rates.
+    /// Stability of steady rolling: the modes that squeal, with their growth rates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stability: Option<Stability>,
     /// Receptances of the bodies at the contact point.
@@ -105,7 +105,7 @@ impl Default for Steady {
     }
 }
 
-/// Stability of steady sliding on the modes of `analyses.modes` and the residual compliance of the contact.
+/// Stability of steady rolling or sliding on the modes of `analyses.modes` and the residual compliance of the contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stability {
@@ -113,9 +113,17 @@ pub struct Stability {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
     pub max_frequency: Option<f64>,
-    /// Where the direction and the velocity of sliding come from.
+    /// The state that is examined. Default: `"steady"`, what the creepage gives; with `direction` `"rigid"` it is `"sliding"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<StabilityState>,
+    /// Where the direction and the velocity of sliding come from in the state `"sliding"`.
     #[serde(default)]
     pub direction: Direction,
+    /// Eigenvalues up to this damping ratio are listed, and all that grow; 1: all. The relaxations of the contact itself, which go with the size of the
+    /// elements, are damped far more than any mode of the bodies.
+    #[serde(default = "default_listed")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 1.0))]
+    pub damping_ratio: f64,
     /// Largest backward error of an accepted eigenpair.
     #[serde(default = "default_backward_error")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
@@ -131,6 +139,26 @@ pub struct Stability {
     /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full: Option<FullStability>,
+}
+
+impl Stability {
+    /// The state that is examined.
+    pub fn state(&self) -> StabilityState {
+        self.state.unwrap_or(match self.direction {
+            Direction::Rigid => StabilityState::Sliding,
+            Direction::Actual => StabilityState::Steady,
+        })
+    }
+}
+
+/// A state that stability is examined about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StabilityState {
+    /// Steady rolling as the creepage gives it, with what sticks.
+    Steady,
+    /// Sliding of all nodes in contact, whether or not the creepage is enough for it.
+    Sliding,
 }
 
 /// Stability on the full finite-element system: the quadratic eigenproblem with a multiplier for each closed node, by
@@ -157,6 +185,10 @@ pub struct FullStability {
     #[serde(default = "default_agreement")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.5))]
     pub agreement: f64,
+}
+
+fn default_listed() -> f64 {
+    0.3
 }
 
 fn default_shapes() -> u32 {
@@ -292,11 +324,11 @@ pub enum Combine {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
-    /// The rigid creep at each node.
-    #[default]
-    Rigid,
     /// The creep of the deformed bodies, by a fixed point; refused where a node would stick.
+    #[default]
     Actual,
+    /// The rigid creep at each node.
+    Rigid,
 }
 
 fn default_tolerance() -> f64 {

@@ -40,6 +40,9 @@ pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
     if analyses.names().is_empty() {
         faults.push("analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\", \"receptance\" or \"transient\"".into());
     }
+    if analyses.stability.as_ref().is_some_and(|s| s.state == Some(StabilityState::Steady)) {
+        faults.push("analyses.stability.state: found \"steady\", but bodies given by matrices slide at their contact.points; leave it out".into());
+    }
     let on_contact = analyses.on_contact().first().copied();
     match (&analyses.modes, on_contact) {
         (None, Some(name)) => faults

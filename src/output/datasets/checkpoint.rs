@@ -37,7 +37,7 @@ pub fn tables(state: &State, identity: &str, job: &Job) -> Result<Vec<Table>> {
     let e = &state.energy;
     let energy = vec![e.kinetic, e.elastic, e.friction, e.damping, e.impact, e.drive, e.rolling, e.start];
     let text = |name: &str, text: &str, value: String| Table::scalar(&format!("/checkpoint/{name}"), "-", text, value);
-    Ok(vec![
+    let mut tables = vec![
         text("job", "The resolved job, JSON.", job),
         text("program", "Program and version.", program()),
         text("model", "SHA-256 of the reduced model.", identity.to_owned()),
@@ -58,7 +58,12 @@ pub fn tables(state: &State, identity: &str, job: &Job) -> Result<Vec<Table>> {
             "Kinetic, elastic; by friction, damping, impact; of the drive, the rolling moment; of the start.",
             energy,
         ),
-    ])
+    ];
+    if !state.friction.is_empty() {
+        let text = "Coefficients of friction that the material at the contact nodes remembers.";
+        tables.push(Table::list("/checkpoint/friction", "1", text, state.friction.clone()));
+    }
+    Ok(tables)
 }
 
 impl Checkpoint {
@@ -91,6 +96,7 @@ impl Checkpoint {
             reaction: list("reaction")?,
             approach: *approach,
             creep: [*cx, *cy],
+            friction: if file.has("/checkpoint/friction") { list("friction")? } else { Vec::new() },
             energy: Energy { kinetic, elastic, friction, damping, impact, drive, rolling, start },
         };
         Ok(Self { state, identity: file.text("/checkpoint/model")? })

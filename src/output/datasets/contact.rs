@@ -4,8 +4,8 @@ use super::super::Table;
 use crate::contact::SteadySolution;
 use crate::grid::Interface;
 
-/// The steady state `r` on the interface `s`.
-pub fn tables(s: &Interface, r: &SteadySolution) -> Vec<Table> {
+/// The steady state `r` on the interface `s`; with the coefficient of friction where it is `varying`.
+pub fn tables(s: &Interface, r: &SteadySolution, varying: bool) -> Vec<Table> {
     let n = s.len();
     let points: Vec<[f64; 2]> = (0..n).map(|i| s.point(i)).collect();
     let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
@@ -15,7 +15,7 @@ pub fn tables(s: &Interface, r: &SteadySolution) -> Vec<Table> {
         Table::new(&format!("/contact/{name}"), units, text, &[n, 2], values.concat())
     };
     let state: Vec<i8> = r.state.iter().map(|&s| s as i8).collect();
-    vec![
+    let mut tables = vec![
         list(
             "x",
             "m",
@@ -46,5 +46,10 @@ pub fn tables(s: &Interface, r: &SteadySolution) -> Vec<Table> {
         ),
         Table::scalar("/contact/approach", "m", "Rigid approach of the bodies from first touch.", r.approach),
         Table::scalar("/contact/residual", "1", "Residual of the contact laws, relative.", r.residual),
-    ]
+    ];
+    if varying {
+        let text = "Coefficient of friction that the material remembers; at open nodes that at rest.";
+        tables.push(list("friction", "1", text, r.friction.clone()));
+    }
+    tables
 }

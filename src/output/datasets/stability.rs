@@ -1,11 +1,10 @@
 //! The group `/stability`.
 
 use super::super::Table;
-use crate::contact::SlidingSolution;
 use crate::model::ModalPair;
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
-use crate::stability::Spectrum;
+use crate::stability::{Equilibrium, Spectrum};
 use num_complex::Complex;
 
 /// One line of the table of eigenvalues.
@@ -118,15 +117,21 @@ pub fn eigenvalues(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullRes
     tables
 }
 
-/// What the group `/stability` says of the sliding state.
-pub fn sliding_state(s: &SlidingSolution) -> Vec<Table> {
-    vec![
-        Table::list("/stability/force", "N", "Contact force (x, y, z) on body 1 in steady sliding.", s.force.to_vec()),
-        Table::scalar("/stability/approach", "m", "Rigid approach in steady sliding.", s.approach),
+/// What the group `/stability` says of the state; with the coefficient of friction where it is `varying`.
+pub fn equilibrium(s: &Equilibrium, varying: bool) -> Vec<Table> {
+    let moves = if s.sliding { "sliding" } else { "rolling" };
+    let mut tables = vec![
+        Table::list(
+            "/stability/force",
+            "N",
+            &format!("Contact force (x, y, z) on body 1 in steady {moves}."),
+            s.force.to_vec(),
+        ),
+        Table::scalar("/stability/approach", "m", &format!("Rigid approach in steady {moves}."), s.approach),
         Table::list(
             "/stability/pressure",
             "Pa",
-            "Pressure at the contact nodes in steady sliding.",
+            &format!("Pressure at the contact nodes in steady {moves}."),
             s.pressure.clone(),
         ),
         Table::scalar(
@@ -135,5 +140,15 @@ pub fn sliding_state(s: &SlidingSolution) -> Vec<Table> {
             "Closed nodes whose creep in the deformed state points against the sliding assumed.",
             s.reversed as i64,
         ),
-    ]
+    ];
+    if !s.sliding {
+        let state: Vec<i8> = s.state.iter().map(|&s| s as i8).collect();
+        tables.push(Table::list("/stability/state", "-", "0 open, 1 stick, 2 slip.", state));
+    }
+    if varying {
+        let text =
+            format!("Coefficient of friction at the contact nodes in steady {moves}; at open nodes that at rest.");
+        tables.push(Table::list("/stability/friction", "1", &text, s.friction.clone()));
+    }
+    tables
 }

@@ -2,6 +2,7 @@
 
 use super::super::Table;
 use crate::job::SweepPlan;
+use crate::stability::grows;
 use crate::Error;
 use num_complex::Complex;
 
@@ -18,7 +19,9 @@ pub struct Outcome {
     pub backward_error: f64,
     /// Closed nodes or contact points.
     pub closed: usize,
-    /// Those of them that would stick.
+    /// Those of them that stick.
+    pub sticking: usize,
+    /// Those of them that would stick and are made to slide.
     pub reversed: usize,
     /// On body 1, N.
     pub force: [f64; 3],
@@ -35,6 +38,7 @@ impl Outcome {
             eigenvalues: Vec::new(),
             backward_error: f64::NAN,
             closed: 0,
+            sticking: 0,
             reversed: 0,
             force: [f64::NAN; 3],
             approach: f64::NAN,
@@ -43,7 +47,7 @@ impl Outcome {
 
     /// Number of unstable eigenvalues.
     pub fn unstable(&self) -> usize {
-        self.eigenvalues.iter().filter(|l| l.re > 0.0).count()
+        self.eigenvalues.iter().filter(|l| grows(**l, self.backward_error)).count()
     }
 }
 
@@ -104,6 +108,7 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Tab
         }),
         list("backward_error", "1", "Largest backward error of the eigenpairs.", &|o| o.backward_error),
         count("closed", "Closed contact nodes.", &|o| o.closed),
+        count("sticking", "Closed nodes that stick.", &|o| o.sticking),
         count("reversed", "Closed nodes whose creep points against the sliding assumed.", &|o| o.reversed),
         Table::new(
             "/sweep/force",

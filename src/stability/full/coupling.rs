@@ -1,9 +1,11 @@
 //! The contact rows of the linearised system: what the closed nodes do to the motion of the two bodies.
 //!
 //! With the motion y = (w, change of gap) of the contact nodes the tractions change by t = −μ τ r − D (λ + V ∂x) w, and
-//! y_n = 0 at the closed nodes: all of them slide, so that there is a D ([`crate::contact::Tangent::resistance`]).
+//! y_n = 0 at the closed nodes: all of them slide, so that there is a D ([`crate::contact::Tangent::resistance`]). Where the friction remembers,
+//! its coefficients are unknowns as well: f = P δμ with the largest normal force P of a node gives t = … − (p/P) τ f, and
+//! (λ + decay) f − upstream f′ − P gain τ·(λ + V ∂x) w = 0, f′ at the node upstream ([`crate::contact::LinearMemory`]).
 
-use crate::contact::{LinearContact, LinearNode};
+use crate::contact::{LinearContact, LinearMemory, LinearNode};
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;
@@ -22,6 +24,12 @@ pub struct Coupling {
     friction: Vec<[f64; 2]>,
     /// V ∂/∂x of each closed node: (place in `nodes`, coefficient in 1/s).
     convection: Vec<Vec<(usize, f64)>>,
+    /// What the gaps ahead of the edge add to it: (place in `nodes`, coefficients along x and y in 1/s).
+    edges: Vec<Vec<(usize, [f64; 2])>>,
+    /// The nodes whose friction remembers.
+    memory: Vec<LinearMemory>,
+    /// P, N.
+    unit: f64,
 }
 
 impl Coupling {
@@ -37,6 +45,10 @@ impl Coupling {
         };
         let places = |n: &LinearNode| n.convection.iter().map(|&(j, v)| (place(j), v)).collect();
         let convection = contact.nodes.iter().map(places).collect();
+        let mut edges = vec![Vec::new(); contact.nodes.len()];
+        for edge in &contact.edges {
+            edges[edge.at].extend(edge.gaps.iter().map(|&(j, d)| (place(j), d)));
+        }
         let resistance = contact.nodes.iter().map(|n| n.tangent.resistance()).collect::<Option<_>>();
         let damping = resistance.ok_or_else(|| {
             Error::Job(format!(
@@ -47,12 +59,56 @@ impl Coupling {
             ))
         })?;
         let friction = contact.nodes.iter().map(|n| n.tangent.friction().map(|f| -f)).collect();
-        Ok(Self { nodes, damping, friction, convection })
+        let unit = match contact.memory.iter().map(|m| m.force).fold(0.0, f64::max) {
+            0.0 => 1.0,
+            largest => largest,
+        };
+        Ok(Self { nodes, damping, friction, convection, edges, memory: contact.memory.clone(), unit })
     }
 
     /// Number of closed nodes, k.
     pub fn closed(&self) -> usize {
         self.friction.len()
+    }
+
+    /// Number of coefficients of friction that change, s.
+    pub fn remembering(&self) -> usize {
+        self.memory.len()
+    }
+
+    /// Tractions of the changes `f` of friction (N, `[s]`), `[3m]`.
+    pub fn memory_forces(&self, f: &[C]) -> Vec<C> {
+        let mut forces = vec![C::default(); 3 * self.nodes.len()];
+        for (memory, f) in self.memory.iter().zip(f) {
+            for (q, t) in memory.direction.iter().enumerate() {
+                forces[3 * memory.at + q] -= memory.force / self.unit * t * f;
+            }
+        }
+        forces
+    }
+
+    /// The rows of friction with the power `power` of λ, 1 or 0, on the motion `y` (`[3m]`) and the changes `f` (N, `[s]`): N or N/s, `[s]`.
+    pub fn memory_rows(&self, power: usize, y: &[C], f: &[C]) -> Vec<C> {
+        let row = |(i, m): (usize, &LinearMemory)| {
+            let w = |q: usize| match power {
+                1 => y[3 * m.at + q],
+                _ => self.carried(m.at, q, |row| y[row]),
+            };
+            let own = match power {
+                1 => f[i],
+                _ => m.relaxation.decay * f[i] - m.upstream.map_or(C::default(), |u| m.relaxation.upstream * f[u]),
+            };
+            own - self.unit * m.relaxation.gain * (m.direction[0] * w(0) + m.direction[1] * w(1))
+        };
+        self.memory.iter().enumerate().map(row).collect()
+    }
+
+    /// Largest sums of the absolute coefficients of these rows with λ and without: of f, 1 and 1/s, and of the motion, N/m and N/(m s).
+    pub fn largest_memory(&self) -> ([f64; 2], [f64; 2]) {
+        let most = |of: &dyn Fn(&LinearMemory) -> f64| self.memory.iter().map(of).fold(0.0, f64::max);
+        let moved = 2.0 * most(&|m| (self.unit * m.relaxation.gain).abs());
+        let one = if self.memory.is_empty() { 0.0 } else { 1.0 };
+        ([one, most(&|m| m.relaxation.decay + m.relaxation.upstream)], [moved, moved * self.largest_rate()])
     }
 
     /// Forces of the damping part, −D w, N/s per unit of λ: `y` and the result are `[3m]`, rows (x, y, n).
@@ -62,7 +118,13 @@ impl Coupling {
 
     /// Forces of the stiffness part, −D V ∂x w, N, `[3m]`.
     pub fn convection_forces(&self, y: &[C]) -> Vec<C> {
-        self.tangential(|i, q| self.convection[i].iter().map(|&(j, v)| v * y[3 * j + q]).sum())
+        self.tangential(|i, q| self.carried(i, q, |row| y[row]))
+    }
+
+    /// V ∂w/∂x of component `q` at closed node `i` for the motion `y` of the rows.
+    fn carried(&self, i: usize, q: usize, y: impl Fn(usize) -> C) -> C {
+        let along: C = self.convection[i].iter().map(|&(j, v)| v * y(3 * j + q)).sum();
+        along + self.edges[i].iter().map(|&(j, d)| d[q] * y(3 * j + 2)).sum::<C>()
     }
 
     fn tangential(&self, w: impl Fn(usize, usize) -> C) -> Vec<C> {
@@ -94,7 +156,9 @@ impl Coupling {
 
     /// Sum of the absolute coefficients of V ∂x, at most, 1/s.
     pub fn largest_rate(&self) -> f64 {
-        self.convection.iter().map(|l| l.iter().map(|c| c.1.abs()).sum::<f64>()).fold(0.0, f64::max)
+        let along = |l: &Vec<(usize, f64)>| l.iter().map(|c| c.1.abs()).sum::<f64>();
+        let edge = |l: &Vec<(usize, [f64; 2])>| l.iter().map(|c| c.1[0].abs().max(c.1[1].abs())).sum::<f64>();
+        self.convection.iter().zip(&self.edges).map(|(c, e)| along(c) + edge(e)).fold(0.0, f64::max)
     }
 
     /// Factorises the contact problem at λ = `shift` for bodies whose receptance on the rows is `receptance` (y = H R), m/N, `[3m, 3m]`.
@@ -108,15 +172,13 @@ impl Coupling {
                 "stability, full system: the receptance of the contact at the shift is {scale:e} m/N"
             )));
         }
-        // Unknown forces R of the closed nodes, `[3k]`: t + μτ p + D (λ + V∂x) w = 0 and y_n = g, with y = y0 + H R.
-        let mut a = Mat::<C>::zeros(3 * k, 3 * k);
+        // Unknown forces R of the closed nodes, `[3k]`: t + μτ p + (p0/P) τ f + D (λ + V∂x) w = 0 and y_n = g, with y = y0 + H R; then f, `[s]`.
+        let size = 3 * k + self.memory.len();
+        let mut a = Mat::<C>::zeros(size, size);
         for i in 0..k {
             let d = self.damping[i];
             for j in 0..3 * k {
-                let w = [0, 1].map(|q| {
-                    let rolling: C = self.convection[i].iter().map(|&(n, v)| v * h[(3 * n + q, j)]).sum();
-                    shift * h[(3 * i + q, j)] + rolling
-                });
+                let w = [0, 1].map(|q| shift * h[(3 * i + q, j)] + self.carried(i, q, |row| h[(row, j)]));
                 for q in 0..2 {
                     a[(3 * i + q, j)] = d[q][0] * w[0] + d[q][1] * w[1];
                 }
@@ -125,6 +187,22 @@ impl Coupling {
             for q in 0..2 {
                 a[(3 * i + q, 3 * i + q)] += C::from(1.0);
                 a[(3 * i + q, 3 * i + 2)] += C::from(self.friction[i][q]);
+            }
+        }
+        for (i, m) in self.memory.iter().enumerate() {
+            let (row, rate) = (3 * k + i, shift + m.relaxation.decay);
+            for j in 0..3 * k {
+                let along = |q: usize| {
+                    m.direction[q] * (shift * h[(3 * m.at + q, j)] + self.carried(m.at, q, |row| h[(row, j)]))
+                };
+                a[(row, j)] = -self.unit * m.relaxation.gain * (along(0) + along(1)) / rate;
+            }
+            a[(row, row)] += C::from(1.0);
+            if let Some(u) = m.upstream {
+                a[(row, 3 * k + u)] -= m.relaxation.upstream / rate;
+            }
+            for (q, t) in m.direction.iter().enumerate() {
+                a[(3 * m.at + q, row)] += C::from(m.force / self.unit * t);
             }
         }
         Ok(CoupledContact { factor: a.partial_piv_lu(), scale, shift })
@@ -140,19 +218,28 @@ pub struct CoupledContact {
 }
 
 impl CoupledContact {
-    /// The forces (N, `[3m]`) that bring the motion `y0` (m, `[3m]`) to y_n = `gap` (m, `[k]`) at the closed nodes and obey friction.
-    pub fn forces(&self, coupling: &Coupling, y0: &[C], gap: &[C]) -> Vec<C> {
+    /// The forces (N, `[3m]`) that bring the motion `y0` (m, `[3m]`) to y_n = `gap` (m, `[k]`) at the closed nodes and obey friction, and its changes
+    /// (N, `[s]`), whose rows are to be `remembered` (N/s, `[s]`).
+    pub fn forces(&self, coupling: &Coupling, y0: &[C], gap: &[C], remembered: &[C]) -> (Vec<C>, Vec<C>) {
         let k = coupling.closed();
         let (damped, rolling) = (coupling.damping_forces(y0), coupling.convection_forces(y0));
-        let mut rhs = Mat::<C>::from_fn(3 * k, 1, |i, _| match i % 3 {
-            2 => (gap[i / 3] - y0[i]) / self.scale,
-            _ => self.shift * damped[i] + rolling[i],
+        let none = vec![C::default(); coupling.remembering()];
+        let moved = [0, 1].map(|power| coupling.memory_rows(power, y0, &none));
+        let mut rhs = Mat::<C>::from_fn(3 * k + none.len(), 1, |i, _| {
+            if let Some(at) = i.checked_sub(3 * k) {
+                let rate = self.shift + coupling.memory[at].relaxation.decay;
+                return (remembered[at] - moved[0][at] - self.shift * moved[1][at]) / rate;
+            }
+            match i % 3 {
+                2 => (gap[i / 3] - y0[i]) / self.scale,
+                _ => self.shift * damped[i] + rolling[i],
+            }
         });
         self.factor.solve_in_place(&mut rhs);
         let mut forces = vec![C::default(); y0.len()];
         for (i, f) in forces.iter_mut().take(3 * k).enumerate() {
             *f = rhs[(i, 0)];
         }
-        forces
+        (forces, (0..none.len()).map(|i| rhs[(3 * k + i, 0)]).collect())
     }
 }

@@ -61,13 +61,13 @@ struct Shift<'a> {
     contact: Option<CoupledContact>,
 }
 
-/// The system, distributed: each rank has its rows of body 1, of body 2, and rank 0 those of the pressures.
+/// The system, distributed: each rank has its rows of body 1, of body 2, and rank 0 those of the pressures and of the friction that remembers.
 pub struct System<'a> {
     world: &'a World,
     petsc: &'a Petsc<'a>,
     parts: Vec<Part<'a>>,
     coupling: Coupling,
-    /// Unit of λ, rad/s, and of stiffness, N/m: the pressures are counted in it times a metre.
+    /// Unit of λ, rad/s, and of stiffness, N/m: the pressures and the changes of friction are counted in it times a metre.
     rate: f64,
     stiffness: f64,
     /// ‖K‖, ‖C‖, ‖M‖ by row sums in these units.
@@ -138,6 +138,9 @@ impl<'a> System<'a> {
         let d = coupling.largest_damping();
         norms[0] += 1.0 + d * coupling.largest_rate() / stiffness;
         norms[1] += d * rate / stiffness;
+        let (own, moved) = coupling.largest_memory();
+        norms[0] += own[1] / rate + moved[1] / (rate * stiffness) + own[0];
+        norms[1] += own[0] + moved[0] / stiffness;
         Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift: None })
     }
 
@@ -284,8 +287,18 @@ impl<'a> System<'a> {
 
     /// The pressures of `x` on every rank, N.
     fn pressures_of(&self, x: &[C]) -> Vec<C> {
-        let first = self.pressures();
-        let mine = if self.world.is_root() { &x[first..first + self.coupling.closed()] } else { &[] };
+        self.multipliers(x, 0, self.coupling.closed())
+    }
+
+    /// The changes of friction of `x` on every rank, N.
+    fn friction_of(&self, x: &[C]) -> Vec<C> {
+        self.multipliers(x, self.coupling.closed(), self.coupling.remembering())
+    }
+
+    /// `count` unknowns of rank 0, the first of them `from` after the first of its pressures, on every rank, N.
+    fn multipliers(&self, x: &[C], from: usize, count: usize) -> Vec<C> {
+        let first = self.pressures() + from;
+        let mine = if self.world.is_root() { &x[first..first + count] } else { &[] };
         self.world.broadcast(mine.iter().map(|r| r * self.stiffness).collect())
     }
 
@@ -300,8 +313,9 @@ impl<'a> System<'a> {
         let y = self.motion(x);
         let mut forces = self.coupling.pressure_forces(&self.pressures_of(x));
         let (damped, rolling) = (self.coupling.damping_forces(&y), self.coupling.convection_forces(&y));
-        for ((f, d), r) in forces.iter_mut().zip(damped).zip(rolling) {
-            *f += lambda * d + r;
+        let remembered = self.coupling.memory_forces(&self.friction_of(x));
+        for (((f, d), r), m) in forces.iter_mut().zip(damped).zip(rolling).zip(remembered) {
+            *f += lambda * d + r + m;
         }
         forces.truncate(3 * self.coupling.closed());
         forces
@@ -366,9 +380,9 @@ impl<'a> System<'a> {
 
 impl ShellOperator for System<'_> {
     fn n_local(&self) -> usize {
-        let pressures = if self.world.is_root() { self.coupling.closed() } else { 0 };
+        let multipliers = if self.world.is_root() { self.coupling.closed() + self.coupling.remembering() } else { 0 };
         // A rank without any unknown gets one that is zero.
-        (self.pressures() + pressures).max(1)
+        (self.pressures() + multipliers).max(1)
     }
 
     fn multiply(&mut self, power: usize, x: &[C], out: &mut [C]) -> Result<()> {
@@ -403,11 +417,18 @@ impl ShellOperator for System<'_> {
                 let y = self.motion(x);
                 let mut forces = self.coupling.convection_forces(&y);
                 let pressed = self.coupling.pressure_forces(&self.pressures_of(x));
-                forces.iter_mut().zip(pressed).for_each(|(f, p)| *f += p);
+                let friction = self.friction_of(x);
+                let remembered = self.coupling.memory_forces(&friction);
+                forces.iter_mut().zip(pressed).zip(remembered).for_each(|((f, p), m)| *f += p + m);
                 self.add_forces(&forces, -unit, out);
                 if world.is_root() {
-                    for i in 0..self.coupling.closed() {
+                    let closed = self.coupling.closed();
+                    for i in 0..closed {
                         out[first + i] = y[3 * i + 2];
+                    }
+                    for (out, row) in out[first + closed..].iter_mut().zip(self.coupling.memory_rows(0, &y, &friction))
+                    {
+                        *out = row / (self.stiffness * self.rate);
                     }
                 } else if first == 0 {
                     out[0] = x[0];
@@ -416,6 +437,13 @@ impl ShellOperator for System<'_> {
             1 => {
                 let y = self.motion(x);
                 self.add_forces(&self.coupling.damping_forces(&y), -unit, out);
+                let friction = self.friction_of(x);
+                if world.is_root() {
+                    let at = first + self.coupling.closed();
+                    for (out, row) in out[at..].iter_mut().zip(self.coupling.memory_rows(1, &y, &friction)) {
+                        *out = row / self.stiffness;
+                    }
+                }
             }
             _ => {}
         }
@@ -455,9 +483,14 @@ impl ShellOperator for System<'_> {
                 y.iter_mut().enumerate().for_each(|(i, y)| *y -= correction.motion[(i, k)] * h);
             }
         }
-        let forces = match &shift.contact {
-            Some(contact) => contact.forces(&self.coupling, &y, &x[first..first + self.coupling.closed()]),
-            None => Vec::new(),
+        let closed = self.coupling.closed();
+        let (forces, friction) = match &shift.contact {
+            Some(contact) => {
+                let rows = &x[first + closed..][..self.coupling.remembering()];
+                let remembered: Vec<C> = rows.iter().map(|r| r * self.stiffness * self.rate).collect();
+                contact.forces(&self.coupling, &y, &x[first..first + closed], &remembered)
+            }
+            None => (Vec::new(), Vec::new()),
         };
         let forces = world.broadcast(forces);
         for body in &shift.bodies {
@@ -471,8 +504,11 @@ impl ShellOperator for System<'_> {
             }
         }
         if world.is_root() {
-            for i in 0..self.coupling.closed() {
+            for i in 0..closed {
                 x[first + i] = forces[3 * i + 2] / self.stiffness;
+            }
+            for (x, f) in x[first + closed..].iter_mut().zip(&friction) {
+                *x = f / self.stiffness;
             }
         }
         self.shift = Some(shift);

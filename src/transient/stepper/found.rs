@@ -2,6 +2,7 @@
 
 use super::super::problem::{Effort, StepSolution};
 use crate::contact::law::Status;
+use crate::friction::Remembered;
 
 /// What a step found besides the state.
 #[derive(Debug, Clone, Default)]
@@ -29,6 +30,8 @@ pub struct Posed<'a> {
     pub matrix: &'a [f64],
     /// (dx, dy, g) at R = 0, m, `[3k]`.
     pub free: &'a [f64],
+    /// What the nodes remembered of friction, `[k]`; empty where friction is constant.
+    pub before: &'a [Remembered],
 }
 
 /// Fields of a step on all nodes.

@@ -1,0 +1,112 @@
+//! What the material remembers on its way through a steady contact: the coefficient of friction at each node, and how small motions change it.
+
+use super::law::size;
+use crate::friction::{FrictionLaw, Relaxation};
+use crate::grid::Interface;
+
+/// The coefficient of friction at the nodes of an interface, `[n]`: along each line of the grid from the leading edge on, at the rolling speed
+/// `speed` (m/s), where `velocity` (m/s) is that of the sliding at the `closed` nodes. Open nodes have the coefficient at rest.
+pub(super) fn coefficients(
+    law: &FrictionLaw,
+    s: &Interface,
+    speed: f64,
+    closed: impl Fn(usize) -> bool,
+    velocity: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let at_rest = law.coefficient(0.0);
+    let mut mu: Vec<f64> = Vec::with_capacity(s.len());
+    for i in 0..s.len() {
+        let before = if i % s.x.len() == 0 { at_rest } else { mu[i - 1] };
+        mu.push(if closed(i) { law.passed(before, velocity(i), passage(s, speed, i)) } else { at_rest });
+    }
+    mu
+}
+
+/// Time that the material takes from the node upstream to node `i`, s; at a point it stays for ever.
+fn passage(s: &Interface, speed: f64, i: usize) -> f64 {
+    if s.are_points() {
+        return f64::INFINITY;
+    }
+    let ix = (i % s.x.len()).max(1);
+    (s.x[ix] - s.x[ix - 1]) / speed
+}
+
+/// The coefficient at a closed node about a steady state: λ δμ = −decay δμ + upstream δμ(upstream) + gain τ·(λ + V ∂x) δw, which changes
+/// the traction by −p τ δμ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearMemory {
+    /// Place of the node in the list of closed ones.
+    pub at: usize,
+    /// Direction of sliding τ, a unit vector.
+    pub direction: [f64; 2],
+    /// Pressure p, N; 0 where the node sticks, whose traction does not follow the coefficient.
+    pub force: f64,
+    /// Rates of change, 1/s and 1/m.
+    pub relaxation: Relaxation,
+    /// Place of the node upstream in the list of these; none where it is open.
+    pub upstream: Option<usize>,
+}
+
+/// A closed node of a steady contact and how it slides.
+#[derive(Clone, Copy)]
+pub(super) struct Sliding {
+    /// Node of the interface.
+    pub node: usize,
+    /// Creep, m/s; zero where it sticks.
+    pub creep: [f64; 2],
+    /// Pressure, N.
+    pub force: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+/// The memories of the closed `nodes`, ascending, of an interface that rolls at `speed`. Nodes in stick take part where nodes upstream of them
+/// slide: they hand on what these have changed.
+pub(super) fn linear(law: &FrictionLaw, s: &Interface, speed: f64, nodes: &[Sliding]) -> Vec<LinearMemory> {
+    let mut memories: Vec<LinearMemory> = Vec::new();
+    for (at, n) in nodes.iter().enumerate() {
+        let v = size(n.creep);
+        let upstream = memories
+            .last()
+            .filter(|m| !s.are_points() && nodes[m.at].node + 1 == n.node && !n.node.is_multiple_of(s.x.len()))
+            .map(|_| memories.len() - 1);
+        let sliding = v > 0.0;
+        let Some(mut relaxation) = law.relaxation(n.friction, v, passage(s, speed, n.node)) else { continue };
+        if !sliding {
+            if upstream.is_none() {
+                continue;
+            }
+            relaxation.gain = 0.0;
+        }
+        let (direction, force) = if sliding { (n.creep.map(|c| c / v), n.force) } else { ([0.0; 2], 0.0) };
+        memories.push(LinearMemory { at, direction, force, relaxation, upstream });
+    }
+    memories
+}
+
+impl LinearMemory {
+    /// That of a contact that does not roll: a body that slides along `direction` at `velocity` (m/s) under `force` (N) with the place `at` in the list
+    /// of contacts. None where the law has no memory.
+    pub fn at_a_point(law: &FrictionLaw, at: usize, direction: [f64; 2], force: f64, velocity: f64) -> Option<Self> {
+        let relaxation = law.relaxation(law.coefficient(velocity), velocity, f64::INFINITY)?;
+        Some(Self { at, direction, force, relaxation, upstream: None })
+    }
+
+    /// Its numbers, for [`super::LinearContact::numbers`].
+    pub(super) fn numbers(&self) -> [f64; 8] {
+        let Relaxation { decay, upstream, gain } = self.relaxation;
+        let [x, y] = self.direction;
+        [self.at as f64, x, y, self.force, decay, upstream, gain, self.upstream.map_or(-1.0, |u| u as f64)]
+    }
+
+    /// What [`LinearMemory::numbers`] made numbers of.
+    pub(super) fn from_numbers(&[at, x, y, force, decay, upstream, gain, from]: &[f64; 8]) -> Self {
+        Self {
+            at: at as usize,
+            direction: [x, y],
+            force,
+            relaxation: Relaxation { decay, upstream, gain },
+            upstream: (from >= 0.0).then_some(from as usize),
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The coefficient of friction that the material at the nodes remembers, from step to step.
+
+use super::super::foot::Foot;
+use super::super::problem::StepSolution;
+use super::Stepper;
+use crate::contact::law::{size, Status};
+use crate::friction::Remembered;
+
+impl Stepper<'_> {
+    /// What the core nodes remember before the step, `[core]`; nothing where friction is constant. The material of a node comes from its foot: where that
+    /// lies between the node and the one upstream, in the course between the two; further away, in a straight line between two others.
+    pub(super) fn remembered(&self) -> Vec<Remembered> {
+        let mu = &self.state.friction;
+        if mu.is_empty() {
+            return Vec::new();
+        }
+        let (x, step, speed) = (&self.model.interface.x, self.settings.scheme.step, self.settings.drive.speed);
+        let of = |(&i, &(line, foot)): (&usize, &(usize, Foot))| {
+            let came = |upstream: f64| Remembered { own: upstream, upstream, step, passage: step };
+            match foot {
+                Foot::Node(at) if line + at == i => {
+                    Remembered { own: mu[i], upstream: mu[i], step, passage: f64::INFINITY }
+                }
+                Foot::Node(at) => came(mu[line + at]),
+                Foot::Between { left, .. } if line + left + 1 == i => {
+                    Remembered { own: mu[i], upstream: mu[i - 1], step, passage: (x[left + 1] - x[left]) / speed }
+                }
+                Foot::Between { left, travel } => {
+                    let way = travel / (x[left + 1] - x[left]);
+                    came((1.0 - way) * mu[line + left + 1] + way * mu[line + left])
+                }
+            }
+        };
+        self.working.nodes[..self.working.core].iter().zip(&self.working.feet).map(of).collect()
+    }
+
+    /// The coefficients after a step, whose slip is met: what is open, and comes in next, has that at rest.
+    pub(super) fn renew_friction(&mut self, solution: &StepSolution) {
+        if self.state.friction.is_empty() {
+            return;
+        }
+        let law = &self.settings.friction;
+        self.state.friction.fill(law.coefficient(0.0));
+        let nodes = self.met.nodes.iter().zip(self.met.slip.chunks_exact(2)).zip(&solution.status).zip(&self.before);
+        for (((&i, slip), _), before) in nodes.filter(|(((_, _), status), _)| **status != Status::Open) {
+            let v = size([slip[0], slip[1]]) / self.settings.scheme.step;
+            self.state.friction[i] = law.renewed(before, v);
+        }
+    }
+}
