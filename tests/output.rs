@@ -157,7 +157,15 @@ fn target_is_checked_first() {
     let out = mpirun(2, &["keep", &path(&dir, "run.h5")]);
     assert_eq!(out.status.code(), Some(2), "{}", said(&out));
     assert!(said(&out).contains("run.modes.vtkhdf"), "{}", said(&out));
+    // What is no result of this program stays, whatever was asked for.
+    let out = mpirun(2, &["write", &path(&dir, "run.h5")]);
+    assert_eq!(out.status.code(), Some(2), "{}", said(&out));
+    assert!(said(&out).contains("run.modes.vtkhdf is no result file"), "{}", said(&out));
+    std::fs::remove_file(dir.path().join("run.modes.vtkhdf")).expect("remove");
     // Replacing the results removes what would no longer belong to them.
+    let out = mpirun(2, &["write", &path(&dir, "run.h5")]);
+    assert!(out.status.success(), "{}", said(&out));
+    std::fs::rename(dir.path().join("run.transient.vtkhdf"), dir.path().join("run.modes.vtkhdf")).expect("rename");
     let out = mpirun(2, &["write", &path(&dir, "run.h5")]);
     assert!(out.status.success(), "{}", said(&out));
     assert_eq!(listing(dir.path()), ["run.free_modes.vtkhdf", "run.h5", "run.transient.vtkhdf"]);

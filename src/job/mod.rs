@@ -2,6 +2,8 @@
 //! returned with all defaults filled in; nothing is computed here.
 
 mod compare;
+#[cfg(test)]
+pub(crate) mod example;
 mod format;
 mod hertz;
 mod model;
@@ -160,17 +162,3 @@ fn report(name: &str, faults: Vec<String>) -> Result<()> {
 
 #[cfg(test)]
 mod tests;
-
-/// A job to try things on.
-#[cfg(test)]
-pub(crate) mod example {
-    use super::Job;
-    use std::path::Path;
-
-    /// The two-cylinder job with keys set.
-    pub(crate) fn two_cylinders(sets: &[&str]) -> Job {
-        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-        let bytes = include_bytes!("../../jobs/two-cylinders.json");
-        Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap()
-    }
-}
