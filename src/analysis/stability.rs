@@ -11,7 +11,7 @@ use crate::contact::points::linearised;
 use crate::contact::LinearContact;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
-use crate::job::{self, Job, StabilityState};
+use crate::job::{self, Direction, Job, StabilityState};
 use crate::model::ModalPair;
 use crate::output::datasets::stability::{eigenvalues, equilibrium};
 use crate::stability::reduced::{participation, sharpness, Eigenpair};
@@ -131,9 +131,14 @@ impl Examined<'_> {
             return Ok((None, linearised(&points, law)));
         }
         let contact = job::Contact { friction: law.clone(), ..self.contact.clone() };
-        let (state, linear): (Equilibrium, LinearContact) = match self.stability.state() {
+        // Points slide as they are told to: nothing is deformed upstream of them.
+        let (state, direction) = match self.model.0.are_points() {
+            true => (StabilityState::Sliding, Direction::Rigid),
+            false => (self.stability.state(), self.stability.direction),
+        };
+        let (state, linear): (Equilibrium, LinearContact) = match state {
             StabilityState::Sliding => {
-                let problem = steady_sliding(self.model, &contact, self.stability.direction)?;
+                let problem = steady_sliding(self.model, &contact, direction)?;
                 let found = problem.solve()?;
                 let linear = problem.contact(&found);
                 (found.into(), linear)

@@ -76,7 +76,7 @@ fn inputs_and_what_is_no_result_are_never_replaced() {
 #[test]
 fn what_was_computed_stays_where_a_later_step_fails() {
     let mut job = small();
-    job["analyses"] = json!({ "modes": { "count": 5 }, "stability": {}, "steady": {} });
+    job["analyses"] = json!({ "modes": { "count": 5 }, "stability": { "direction": "rigid" }, "steady": {} });
     job["output"] = json!({ "fields": false });
     let folder = Folder::with(job.to_string());
     // Spin alone has a pole inside the contact, where nothing slides.
