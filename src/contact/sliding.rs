@@ -95,7 +95,8 @@ impl SlidingProblem<'_> {
                 self.compliance.shape()
             )));
         }
-        if !s.are_points() && !(self.speed > 0.0 && self.speed.is_finite()) {
+        let rolls = self.speed > 0.0 && self.speed.is_finite();
+        if !(rolls || s.are_points()) {
             return Err(Error::Job(format!("contact.speed is {}: it must be positive", self.speed)));
         }
         if let NormalLoad::Force(f) = self.load {
