@@ -109,6 +109,28 @@ fn a_mass_on_a_belt_settles_at_the_velocity_of_the_belt() {
     }
 }
 
+/// Friction that falls and is remembered over 0.2 mm drives the mass on the belt in time as in the eigenvalue; without memory it would grow at
+/// −μ′N/2m = 21 1/s.
+#[test]
+fn falling_friction_drives_a_mass_on_a_belt_in_time() {
+    let folder = with_matrices("belt", |job| {
+        let law = json!({ "static": 0.4, "kinetic": 0.3, "decay_velocity": 0.3, "memory_length": 2e-4 });
+        job["contact"]["friction"] = json!({ "exponential": law });
+        let start = json!({ "mode": 1, "amplitude": 1e-8 });
+        job["analyses"]["transient"] = json!({ "duration": 0.15, "step": 2e-5, "start": start, "modal_stride": 1 });
+    });
+    folder.call(2, "run", &[]).good();
+    let (sigma, frequency) = (read(&folder, "stability/growth_rate")[0], read(&folder, "stability/frequency")[0]);
+    let slope = -0.1 / 0.3 * (-0.2f64 / 0.3).exp();
+    assert!(sigma > 5.0 && sigma < 0.98 * -slope * 500.0 / 4.0, "{sigma} 1/s");
+    // Once what the material remembers has come to follow the motion.
+    let modal = read(&folder, "transient/modal_displacement");
+    let samples: Vec<f64> = modal.chunks_exact(2).skip(1500).step_by(50).map(|q| q[0]).collect();
+    let found = growth(&samples, 1e-3);
+    near(found.0, sigma, 1e-3);
+    near(found.1, frequency, 1e-4);
+}
+
 /// Two contacts of one body on springs that couple normal and tangential motion, under one load: the shares in closed form.
 fn two_contacts(change: impl FnOnce(&mut Value)) -> Folder {
     let folder = with_matrices("belt", |job| {
