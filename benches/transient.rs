@@ -198,6 +198,7 @@ fn half_spaces() {
         omega: &omega,
         stiffness: ModalMatrix::squares(&omega),
         damping: damping.into(),
+        turning: None,
         load: &[],
     };
     let creepage = Creepage { lateral: 0.006, ..Creepage::default() };

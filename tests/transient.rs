@@ -14,6 +14,7 @@ use railsqueal::transient::drive::{Drive, History, Normal, Tangential};
 use railsqueal::transient::{ContactSolver, Model, Scheme, Settings, State, Stepper};
 
 mod rotated;
+mod turning;
 
 const PI: f64 = std::f64::consts::PI;
 
@@ -60,6 +61,7 @@ fn a_rigid_mass_thrown_on_a_rigid_plane_sticks_and_loses_its_kinetic_energy() {
             omega: &[0.0],
             stiffness: vec![0.0].into(),
             damping: vec![0.0].into(),
+            turning: None,
             load: &load,
         };
         let mut start = State::at_rest(&model, &[0.0; 27], 0.0);
@@ -113,6 +115,7 @@ fn an_elastic_bar_rebounds_after_two_passages_of_the_wave() {
             omega: &omega,
             stiffness: ModalMatrix::squares(&omega),
             damping: damping.clone().into(),
+            turning: None,
             load: &[],
         };
         let mut start = State::at_rest(&model, &[0.0; 27], 0.0);
@@ -151,6 +154,7 @@ fn without_contact_and_damping_the_energy_is_constant() {
         omega: &omega,
         stiffness: ModalMatrix::squares(&omega),
         damping: vec![0.0; 3].into(),
+        turning: None,
         load: &[],
     };
     let start = State::at_rest(&model, &[0.0; 27], 0.0).shaken(7, 0.02);
@@ -173,7 +177,16 @@ fn half_spaces(material: HalfSpace, s: &Interface) -> Mat<f64> {
 fn quasi_static<'a>(s: &'a Interface, w: &'a Mat<f64>, none: &'a Mat<f64>) -> Model<'a> {
     let nothing = ModalMatrix::from(Vec::new());
     let (stiffness, damping) = (nothing.clone(), nothing);
-    Model { interface: s, residual: w.as_ref(), modes: none.as_ref(), omega: &[], stiffness, damping, load: &[] }
+    Model {
+        interface: s,
+        residual: w.as_ref(),
+        modes: none.as_ref(),
+        omega: &[],
+        stiffness,
+        damping,
+        turning: None,
+        load: &[],
+    }
 }
 
 /// CONTACT's example of Cattaneo's shift that turns into Carter's rolling (mm, unit shear modulus): ν = 0.28, N = 0.4705, μ = 0.4013,

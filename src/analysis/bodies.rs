@@ -9,6 +9,7 @@ use crate::body::matrices::{Matrices, SignedRow};
 use crate::body::matrix_body::MatrixBody;
 use crate::body::rigid::Rigid;
 use crate::body::{Body, Fields, FullSystem, Side};
+use crate::fem::rotation::Axis;
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
 use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
@@ -65,8 +66,9 @@ impl<'p> Bodies<'p> {
             .on_root(|| given.iter().map(|(name, body)| meshes.of(job, name, body)).collect::<Result<Vec<_>>>())?;
         // Two bodies that are mirror images are one in lower form: same mesh, material and supports.
         let same = given.len() == 2 && {
-            let described =
-                given[0].1.material == given[1].1.material && same_groups(&given[0].1.fixed, &given[1].1.fixed);
+            let described = given[0].1.material == given[1].1.material
+                && given[0].1.rotation == given[1].1.rotation
+                && same_groups(&given[0].1.fixed, &given[1].1.fixed);
             let meshes = world.is_root() && meshed.as_ref().is_some_and(|m| m[0].mesh.identical(&m[1].mesh));
             world.broadcast(vec![u8::from(described && meshes)]) == [1]
         };
@@ -106,7 +108,11 @@ impl<'p> Bodies<'p> {
                 LinearSolver::Mumps => Method::Direct,
                 LinearSolver::Gamg => Method::Iterative,
             };
-            bodies.unique.push(Box::new(Elements::new(petsc, fe, method).with_modes_by(eigen_method(job))));
+            let elements = Elements::new(petsc, fe, method).with_modes_by(eigen_method(job));
+            bodies.unique.push(Box::new(match body.axle().filter(|_| body.rotates()) {
+                Some(distance) => elements.rotating(Axis::below(distance))?,
+                None => elements,
+            }));
         }
         Ok(bodies)
     }

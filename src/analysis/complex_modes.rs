@@ -29,6 +29,8 @@ struct Shape {
     forces: Vec<C>,
     /// Power of the damping of each body with this motion over |λ|²: uᴴ C u, N·s/m·m².
     damping: [f64; 2],
+    /// What rotation adds to uᴴ K u of each body.
+    stiffening: [f64; 2],
 }
 
 /// What a complex mode is made of.
@@ -84,6 +86,7 @@ fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usiz
         motion: p.motion.clone(),
         forces: p.forces.clone(),
         damping: p.damping,
+        stiffening: [0.0; 2],
     };
     pairs.iter().take(count).enumerate().map(shape).collect()
 }
@@ -119,7 +122,7 @@ fn of_reduced(
         let modal = world.broadcast(on_root.as_ref().map(|r| r.1.modal.clone()).unwrap_or_default());
         let value = world.broadcast(on_root.as_ref().map(|r| vec![r.1.value]).unwrap_or_default())[0];
         let mut motion = [Vec::new(), Vec::new()];
-        let mut damping = [0.0; 2];
+        let (mut damping, mut stiffening) = ([0.0; 2], [0.0; 2]);
         let mut first = 0;
         for place in 0..2 {
             let index = bodies.places[place].body;
@@ -150,11 +153,16 @@ fn of_reduced(
                 let own: Vec<C> =
                     modal.iter().enumerate().map(|(k, q)| if span.contains(&k) { *q } else { C::default() }).collect();
                 damping[place] = model.damping.form(&own);
+                // The symmetric part of a stiffness keeps energy, the skew one does work.
+                let elastic: C = own.iter().zip(model.stiffness.times(&own)).map(|(q, k)| q.conj() * k).sum();
+                stiffening[place] =
+                    elastic.re - own.iter().zip(&model.omega).map(|(q, w)| q.norm_sqr() * w * w).sum::<f64>();
+                damping[place] += value.im * elastic.im / value.norm_sqr();
             }
             first += phi.len();
             motion[place] = u;
         }
-        shapes.push(Shape { value, place: on_root.map_or(0, |r| r.2), motion, forces, damping });
+        shapes.push(Shape { value, place: on_root.map_or(0, |r| r.2), motion, forces, damping, stiffening });
     }
     Ok(shapes)
 }
@@ -175,7 +183,8 @@ fn forms(world: &World, body: &dyn FullSystem, u: &[C]) -> (f64, f64) {
 }
 
 /// Collective. Multiplying the equation of motion with conj(λ) uᴴ gives, exactly,
-/// σ Σ (|λ|² uᴴMu + uᴴKu) = Re(conj(λ) yᴴR) − |λ|² Σ uᴴCu: what the growth rate is made of.
+/// σ Σ (|λ|² uᴴMu + uᴴKu) = Re(conj(λ) yᴴR) − |λ|² Σ uᴴCu: what the growth rate is made of. Where a body rotates, K has the stiffness that this
+/// adds, and C the work of the damping on what only turns.
 fn energy(world: &World, bodies: &Bodies, nodes: &[u64], shape: &Shape) -> Result<Energy> {
     let square = shape.value.norm_sqr();
     let mut sizes = [0.0; 2];
@@ -185,7 +194,7 @@ fn energy(world: &World, bodies: &Bodies, nodes: &[u64], shape: &Shape) -> Resul
     for place in 0..2 {
         let body = systems[bodies.places[place].body];
         let (m, k) = forms(world, body, &shape.motion[place]);
-        sizes[place] = square * m + k;
+        sizes[place] = square * m + k + shape.stiffening[place];
         let u = body.trace().everywhere(world, &shape.motion[place]);
         for (i, &node) in nodes.iter().enumerate() {
             for c in 0..3 {

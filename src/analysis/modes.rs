@@ -7,6 +7,7 @@ use crate::body::modes::Extent;
 use crate::body::{Kind, TraceModes};
 use crate::eigen::sparse::Method;
 use crate::job::{EigenSolver, Job, ModesExtent};
+use crate::model::{waves, ModalRotation, Wave};
 use crate::output::{companion, write_modes, Table};
 use crate::progress::Progress;
 use crate::Result;
@@ -45,6 +46,9 @@ pub fn run(run: &mut Run, bodies: &mut Bodies) -> Result<Vec<TraceModes>> {
         let frequency = modes.frequency();
         for place in bodies.places.iter().filter(|p| p.body == index) {
             run.file.tables(tables(place.name, &frequency, &modes.residual));
+            if let Some(rotation) = &modes.rotation {
+                rotating(run, place.name, &modes.omega, rotation)?;
+            }
         }
         summarise(body.name(), &frequency, &mut run.summary);
     }
@@ -59,6 +63,39 @@ pub fn run(run: &mut Run, bodies: &mut Bodies) -> Result<Vec<TraceModes>> {
         run.file.attach(shapes)?;
     }
     Ok(all)
+}
+
+/// Nodal diameters of the modes of a body that rotates, and its waves.
+fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation) -> Result<()> {
+    let speed = run.job.angular_velocity(place);
+    let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
+        Table::list(&format!("/modes/{place}/{name}"), units, text, values)
+    };
+    let waves = waves(omega, rotation, speed)?;
+    let speed_text = "Angular velocity of the body; positive if its material passes the contact towards +x.";
+    run.file.tables([
+        Table::scalar(&format!("/modes/{place}/angular_velocity"), "rad/s", speed_text, speed),
+        list("diameters", "1", "Nodal diameters of each mode at rest.", rotation.diameters()),
+        list(
+            "wave_frequency",
+            "Hz",
+            "Frequencies of the undamped waves of the rotating body, seen from beside it, ascending.",
+            waves.iter().map(|w| w.frequency).collect(),
+        ),
+        list(
+            "wave_diameters",
+            "1",
+            "Nodal diameters of each wave: positive where it travels with the rotation, negative against it.",
+            waves.iter().map(|w| w.diameters).collect(),
+        ),
+    ]);
+    let named = |w: &Wave| format!("{:.2} ({:+.0})", w.frequency, w.diameters);
+    let listed: Vec<String> = waves.iter().take(6).map(named).collect();
+    run.summary.value(
+        &format!("waves at {speed:.3} rad/s"),
+        format!("Hz (nodal diameters, + with the rotation): {} ...", listed.join(", ")),
+    );
+    Ok(())
 }
 
 /// On rank 0: the tables of modes (frequencies in Hz, residuals) that come from an earlier run, for the lower and the upper body.

@@ -5,10 +5,12 @@ use super::modes::{self, Extent};
 use super::nearest::Nearest;
 use super::order::Order;
 use super::residual::{self, NodeMotion};
+use super::rotation;
 use super::statics::Statics;
 use super::{Body, Fields, FullSystem, Kind, Steps, TraceModes};
 use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
+use crate::fem::rotation::Axis;
 use crate::fem::stress;
 use crate::mesh::distribute::MeshPart;
 use crate::parallel::World;
@@ -33,6 +35,8 @@ pub struct Elements<'p> {
     pub fe: FeBody,
     method: Method,
     eigen: sparse::Method,
+    /// The axis about which it rotates.
+    axis: Option<Axis>,
     statics: RefCell<Option<Statics<'p>>>,
     shapes: Option<BodyModes>,
     order: Order,
@@ -43,12 +47,18 @@ impl<'p> Elements<'p> {
     pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: Method) -> Self {
         let order = Order::new(&fe.name);
         let eigen = sparse::Method::default();
-        Self { petsc, fe, method, eigen, statics: RefCell::new(None), shapes: None, order }
+        Self { petsc, fe, method, eigen, axis: None, statics: RefCell::new(None), shapes: None, order }
     }
 
     /// The same body with modes computed by `eigen`.
     pub fn with_modes_by(self, eigen: sparse::Method) -> Self {
         Self { eigen, ..self }
+    }
+
+    /// Collective: the same body rotating about `axis`, whose modes say what that adds; an error unless it is one of revolution.
+    pub fn rotating(self, axis: Axis) -> Result<Self> {
+        rotation::of_revolution(self.petsc.world(), &self.fe, axis)?;
+        Ok(Self { axis: Some(axis), ..self })
     }
 
     /// Collective: notes that `call` begins; the ranks agree on it.
@@ -123,8 +133,12 @@ impl Body for Elements<'_> {
         let (omega, residual) = (found.omega.clone(), found.residual.clone());
         let rows = self.fe.contact_modes(world, &found);
         let reach = omega.last().copied().unwrap_or(0.0);
+        let rotation = match self.axis {
+            Some(axis) => Some(rotation::project(world, &self.fe, &mut *self.solver()?, &found, axis)?),
+            None => None,
+        };
         self.shapes = Some(found);
-        Ok(TraceModes { omega, residual, rows, damping: None, reach })
+        Ok(TraceModes { omega, residual, rows, damping: None, reach, rotation })
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {

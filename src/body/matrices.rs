@@ -266,7 +266,14 @@ fn kept_modes(
 ) -> TraceModes {
     let omega = omega[..kept].to_vec();
     let reach = if complete { f64::INFINITY } else { omega.last().copied().unwrap_or(0.0) };
-    TraceModes { rows: Some(rows.subcols(0, kept).to_owned()), residual: Vec::new(), damping, reach, omega }
+    TraceModes {
+        rows: Some(rows.subcols(0, kept).to_owned()),
+        residual: Vec::new(),
+        damping,
+        reach,
+        omega,
+        rotation: None,
+    }
 }
 
 /// Collective: the lowest modes and the compliance by distributed factorisations.

@@ -14,6 +14,7 @@ pub mod nearest;
 pub mod order;
 pub mod residual;
 pub mod rigid;
+pub mod rotation;
 pub mod statics;
 pub mod trace;
 
@@ -28,6 +29,7 @@ use fe::BodyModes;
 use modes::Extent;
 use nearest::Nearest;
 use residual::NodeMotion;
+use rotation::{ModalRotation, Turning};
 
 /// A body as the interface sees it, dense, on rank 0. Contact rows are interleaved `3*i + c` over the nodes `i` of the
 /// contact grid; component `c` is x, y, and n = into the body (-z in lower form), so that pressure acts as `+p` on row n
@@ -38,8 +40,10 @@ pub struct ReducedBody {
     pub omega: Vec<f64>,
     /// Modal stiffness K (q̈ + C q̇ + K q = …), 1/s²: diag(ω²) of a body at rest.
     pub stiffness: ModalMatrix,
-    /// Modal damping C, 1/s.
+    /// Modal damping C, 1/s; with gyroscopic terms of a body that rotates.
     pub damping: ModalMatrix,
+    /// What of both comes from rotation; none of a body at rest.
+    pub turning: Option<Turning>,
     /// Mass-normalised modes at the contact rows, 1/√kg, `[3n, m]`.
     pub contact_modes: Mat<f64>,
     /// Static compliance of the contact rows, m/N, `[3n, 3n]`, symmetric: the whole K⁻¹, modes included.
@@ -58,7 +62,7 @@ impl ReducedBody {
     ) -> Self {
         let reach = omega.last().copied().unwrap_or(0.0);
         let (stiffness, damping) = (ModalMatrix::squares(&omega), damping.into());
-        Self { omega, stiffness, damping, contact_modes, compliance, reach }
+        Self { omega, stiffness, damping, turning: None, contact_modes, compliance, reach }
     }
 }
 
@@ -75,6 +79,8 @@ pub struct TraceModes {
     pub damping: Option<Mat<f64>>,
     /// Angular frequency up to which all modes are known, rad/s; infinite where these are all there are.
     pub reach: f64,
+    /// What rotation of the body adds, where it was asked for; on every rank.
+    pub rotation: Option<ModalRotation>,
 }
 
 impl TraceModes {

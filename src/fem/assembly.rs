@@ -65,7 +65,7 @@ impl<'a> Assembly<'a> {
         for cell in part.cells.iter() {
             let order = per_node * cell.nodes.len();
             values.resize(order * order, 0.0);
-            form.matrix(cell.kind, &cell.places(&part.coords), &mut values);
+            form.matrix(cell, &cell.places(&part.coords), &mut values);
             for (a, &na) in cell.nodes.iter().enumerate() {
                 if na as usize >= part.owned || dofs.local[na as usize] == FIXED {
                     continue;
@@ -94,6 +94,29 @@ impl<'a> Assembly<'a> {
             }
         }
         matrix
+    }
+
+    /// Load ∫ f·v dV of a body force f(x), N/m³, on this rank's degrees of freedom, N.
+    pub fn load(&self, force: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
+        let (part, dofs) = (self.part, self.dofs);
+        let mut load = vec![0.0; dofs.owned()];
+        for cell in part.cells.iter() {
+            let x = cell.places(&part.coords);
+            for p in cell.kind.mass_rule() {
+                let shape = cell.kind.shape(p.at);
+                let volume = p.weight * quality::determinant(&quality::jacobian(&x, &shape));
+                let place = std::array::from_fn(|c| x.iter().zip(&shape.values).map(|(x, n)| n * x[c]).sum());
+                let force = force(place).map(|f| f * volume);
+                for (&node, value) in cell.nodes.iter().zip(&shape.values) {
+                    if node as usize >= part.owned || dofs.local[node as usize] == FIXED {
+                        continue;
+                    }
+                    let row = (dofs.local[node as usize] - dofs.begin()) as usize;
+                    (0..3).for_each(|c| load[row + c] += value * force[c]);
+                }
+            }
+        }
+        load
     }
 
     /// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals.

@@ -4,6 +4,7 @@ pub mod assembly;
 pub mod dofs;
 pub mod element;
 pub mod forms;
+pub mod rotation;
 pub mod stress;
 
 /// Isotropic linear elastic material.

@@ -12,7 +12,7 @@ pub fn fe_inputs(job: &Job) -> Value {
         let mut matrices = b.matrices.clone();
         // A factor costs nothing.
         matrices.iter_mut().for_each(|m| m.damping_factor = 1.0);
-        json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed, "matrices": matrices })
+        json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed, "matrices": matrices, "axle": b.axle().filter(|_| b.rotates()) })
     };
     let contact = job.contact.as_ref();
     json!({

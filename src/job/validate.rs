@@ -14,6 +14,7 @@ pub fn validate(job: &Job) -> Vec<String> {
     for (name, body) in job.bodies() {
         check_body(&format!("bodies.{name}"), body, &mut faults);
     }
+    check_rotating(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
         return faults;
@@ -37,6 +38,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
             faults.push(format!("{path}.fixed.{i}: the contact surface cannot be clamped; fix another group"));
         }
     }
+    check_rotation(path, body, faults);
     if let Some(matrices) = &body.matrices {
         return matrices::check_body(path, body, matrices, faults);
     }
@@ -62,6 +64,45 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
             faults.push(format!("{path}.mesh.file: the file name is empty"));
         }
         Some(MeshSource::File(_)) => {}
+    }
+}
+
+fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
+    let file = matches!(body.mesh, Some(MeshSource::File(_)));
+    if body.axle_distance.is_some() && !file {
+        faults.push(format!("{path}.axle_distance: only for a body with a mesh file; leave it out"));
+    }
+    if !body.rotates() {
+        return;
+    }
+    if file && body.axle_distance.is_none() {
+        faults.push(format!("{path}.axle_distance: missing; a mesh file does not say where the axle is, and {path}.rotation needs it (m)"));
+    }
+    if body.fixed.is_empty() && body.matrices.is_none() {
+        faults.push(format!("{path}.fixed: no fixed support, but {path}.rotation turns the body on its axle; name a group to clamp, e.g. [\"inner\"]"));
+    }
+    if let Rotation::Speed(speed) = body.rotation {
+        if !speed.is_finite() {
+            faults.push(format!("{path}.rotation: found {speed}, expected a finite angular velocity (rad/s)"));
+        }
+    }
+}
+
+/// What rotation needs of the rest of the job, and what does not take it.
+fn check_rotating(job: &Job, faults: &mut Vec<String>) {
+    for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.rotates()) {
+        let path = format!("bodies.{name}.rotation");
+        if job.analyses.modes.is_none() {
+            faults.push(format!("analyses.modes: missing; {path} acts on the modes, e.g. {{\"count\": 60}}"));
+        }
+        if body.rotation == Rotation::Named(RotationName::Rolling) && job.contact.is_none() {
+            faults.push(format!(
+                "{path}: \"rolling\" takes the speed of contact, which is missing; give an angular velocity (rad/s)"
+            ));
+        }
+        if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
+            faults.push(format!("{path}: analyses.stability.full does not take bodies that rotate; set it to \"none\", or leave full out"));
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Partition with METIS and distribution of a mesh over the ranks.
 
-use super::{CellKind, Cells, Mesh};
+use super::{CellKind, Cells, Facet, FacetKey, Mesh};
 use crate::parallel::World;
 use crate::{Error, Result};
 use metis::Idx;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// One rank's share of a mesh. Nodes are renumbered so that each rank owns a contiguous range of global numbers.
 /// A rank holds every cell that touches one of its nodes, so it can assemble its own rows without communication.
@@ -30,6 +30,33 @@ pub struct MeshPart {
     pub renumbered: Vec<u64>,
     /// Edges of the mesh between nodes of different ranks, on every rank: what METIS minimises.
     pub edge_cut: u64,
+}
+
+impl MeshPart {
+    /// Boundary facets of which this rank has the corner with the lowest number, as local nodes, outward: each facet is on one rank.
+    pub fn boundary(&self) -> Vec<[u32; 4]> {
+        let part = self;
+        let mut open: HashMap<FacetKey, Facet> = HashMap::new();
+        for (i, cell) in part.cells.iter().enumerate() {
+            for face in 0..cell.kind.faces().len() {
+                let key = cell.facet_key(face);
+                // Met for the second time it lies between two cells.
+                if open.remove(&key).is_none() {
+                    open.insert(key, Facet { cell: i as u32, face: face as u8 });
+                }
+            }
+        }
+        // All cells at an owned node are here, so its facets are known to be on the boundary; others may only seem so.
+        let lowest = |f: &[u32; 4]| f.iter().copied().min_by_key(|&n| part.node_ids[n as usize]);
+        let nodes = |f: Facet| {
+            let mut nodes = part.cells.facet(f);
+            std::array::from_fn(|_| nodes.next().unwrap_or_default())
+        };
+        let mut facets: Vec<[u32; 4]> =
+            open.into_values().map(nodes).filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
+        facets.sort_unstable();
+        facets
+    }
 }
 
 /// Owner of each node, and the number of mesh edges between owners.

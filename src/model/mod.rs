@@ -3,6 +3,7 @@
 mod damping;
 mod pair;
 mod receptance;
+mod rotating;
 
 use crate::body::{ReducedBody, Side};
 use crate::grid::Interface;
@@ -11,10 +12,13 @@ use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
 
+pub use crate::body::rotation::{ModalRotation, Turning};
 pub use crate::body::{ModalMatrix, TraceModes};
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
+use rotating::Dynamics;
+pub use rotating::{travelling, turning, waves, Wave};
 
 /// Two bodies and the interface between them.
 #[derive(Debug, Clone)]
@@ -29,6 +33,10 @@ pub struct ReducedModel {
     pub pair: ModalPair,
     /// ΦᵀCΦ of the lower and of the upper body's own damping matrix, 1/s, where they have one.
     pub own: [Option<ModalMatrix>; 2],
+    /// What rotation adds to the lower and to the upper body, where they were made for it.
+    pub rotation: [Option<ModalRotation>; 2],
+    /// The compliances of `bodies` at rest, where these rotate, m/N, `[3n, 3n]`.
+    pub at_rest: Vec<Option<Mat<f64>>>,
 }
 
 /// What a body gives of itself, in lower form.
@@ -54,10 +62,12 @@ impl ReducedModel {
         let missing = || Error::Defect("a body of the reduced model is missing on rank 0".into());
         let given = given(job);
         // One body in two places is one still if it is damped alike.
-        let alike = place[0] == place[1] && given[0].map(|b| &b.damping) == given[1].map(|b| &b.damping);
+        let alike = place[0] == place[1]
+            && given[0].map(|b| (&b.damping, b.rotation)) == given[1].map(|b| (&b.damping, b.rotation));
         let twice = place[0] == place[1] && !alike;
         let mut parts: Vec<Option<AtContact>> = parts.into_iter().map(Some).collect();
-        let (mut bodies, mut own) = (Vec::new(), [None, None]);
+        let (mut bodies, mut at_rest) = (Vec::new(), Vec::new());
+        let (mut own, mut rotation) = ([None, None], [None, None]);
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
@@ -65,11 +75,22 @@ impl ReducedModel {
             own[side.index()] = modes.damping.map(ModalMatrix::from);
             let damping = damping_of(job, side, &modes.omega, own[side.index()].as_ref())?;
             let rows = modes.rows.ok_or_else(missing)?;
-            let body = ReducedBody::new(modes.omega, damping, rows, compliance);
-            bodies.push(ReducedBody { reach: modes.reach, ..body });
+            let body = ReducedBody { reach: modes.reach, ..ReducedBody::new(modes.omega, damping, rows, compliance) };
+            let speed = job.angular_velocity(side.name());
+            rotation[side.index()] = modes.rotation;
+            let rest = rotation[side.index()].as_ref().map(|_| body.compliance.clone());
+            bodies.push(match &rotation[side.index()] {
+                Some(rotation) => turning(body, rotation, speed),
+                None => body,
+            });
+            at_rest.push(rest);
+        }
+        if alike {
+            own[1] = own[0].clone();
+            rotation[1] = rotation[0].clone();
         }
         let place = [0, if alike { 0 } else { 1 }];
-        Ok(Self { own, ..Self::new(interface, bodies, place)? })
+        Ok(Self { own, rotation, at_rest, ..Self::new(interface, bodies, place)? })
     }
 
     /// Puts `bodies` together, `place` naming the lower and the upper one.
@@ -78,7 +99,8 @@ impl ReducedModel {
             return Err(Error::Defect(format!("reduced model: bodies {place:?} of {}", bodies.len())));
         };
         let pair = ModalPair::new(lower, upper)?;
-        Ok(Self { interface, bodies, place, pair, own: [None, None] })
+        let at_rest = vec![None; bodies.len()];
+        Ok(Self { interface, bodies, place, pair, own: [None, None], rotation: [None, None], at_rest })
     }
 }
 
@@ -104,6 +126,7 @@ pub struct SharedModel {
     pub interface: Interface,
     pair: ModalPair,
     own: [Option<ModalMatrix>; 2],
+    rotation: [Option<ModalRotation>; 2],
 }
 
 impl SharedModel {
@@ -125,15 +148,34 @@ impl SharedModel {
             let matrix = ModalMatrix::broadcast(world, root.and_then(|m| m.own[place].as_ref()));
             (matrix.order() > 0).then_some(matrix)
         });
-        Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own })
+        let rotation = [0, 1].map(|place| {
+            let of = |f: fn(&ModalRotation) -> &Mat<f64>| {
+                broadcast(world, root.and_then(|m| m.rotation[place].as_ref()).map(f))
+            };
+            let (gyroscopic, stiffness) = (of(|r| &r.gyroscopic), of(|r| &r.stiffness));
+            let derivative = of(|r| &r.derivative);
+            (gyroscopic.nrows() > 0).then_some(ModalRotation { gyroscopic, stiffness, derivative })
+        });
+        Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own, rotation })
     }
 
-    /// Both bodies with the damping of `job`.
+    /// Both bodies with the damping and the rotation of `job`.
     pub fn pair(&mut self, job: &Job) -> Result<&ModalPair> {
         let (lower, upper) = self.pair.omega.split_at(self.pair.lower_modes);
-        let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)]
-            .map(|(side, omega)| damping_of(job, side, omega, self.own[side.index()].as_ref()));
-        self.pair.damping = lower?.joined(&upper?);
+        let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
+            let damping = damping_of(job, side, omega, self.own[side.index()].as_ref())?;
+            let rotation = self.rotation[side.index()].as_ref().map(|r| (r, job.angular_velocity(side.name())));
+            Ok(Dynamics::new(omega, damping, rotation))
+        });
+        let (lower, upper) = (lower?, upper?);
+        let pair = &mut self.pair;
+        pair.stiffness = lower.stiffness.joined(&upper.stiffness);
+        pair.damping = lower.damping.joined(&upper.damping);
+        pair.turning =
+            Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
+        if self.rotation.iter().any(Option::is_some) {
+            pair.compliance = &pair.residual + &pair.modes * pair.stiffness.statics(pair.modes.transpose());
+        }
         Ok(&self.pair)
     }
 }

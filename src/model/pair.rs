@@ -1,6 +1,7 @@
 //! Two bodies on one interface: compliance, residual and modes of both together.
 
 use super::broadcast;
+use crate::body::rotation::Turning;
 use crate::body::{ModalMatrix, ReducedBody, Side};
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -17,10 +18,12 @@ pub struct ModalPair {
     pub modes: Mat<f64>,
     /// Angular frequencies, rad/s, `[m1 + m2]`: the lower body's, then the upper one's.
     pub omega: Vec<f64>,
-    /// Modal stiffness, 1/s², in the same order.
+    /// Modal stiffness, 1/s², in the same order; that of bodies that rotate included.
     pub stiffness: ModalMatrix,
-    /// Modal damping, 1/s, in the same order.
+    /// Modal damping, 1/s, in the same order; with gyroscopic terms of bodies that rotate.
     pub damping: ModalMatrix,
+    /// What of both comes from rotation; none of bodies at rest.
+    pub turning: Option<Turning>,
     /// m1.
     pub lower_modes: usize,
     /// Highest frequency up to which the modes of both bodies are known, Hz.
@@ -61,7 +64,9 @@ impl ModalPair {
             }
             ModalMatrix::Blocks(_) => &compliance - &modes * stiffness.statics(modes.transpose()),
         };
-        Ok(Self { compliance, residual, modes, omega, stiffness, damping, lower_modes: m1, reach })
+        let turning =
+            Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
+        Ok(Self { compliance, residual, modes, omega, stiffness, damping, turning, lower_modes: m1, reach })
     }
 
     /// Collective: the pair of rank 0 on every rank.
@@ -74,6 +79,7 @@ impl ModalPair {
             omega: list(&|p| p.omega.clone()),
             stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),
             damping: ModalMatrix::broadcast(world, root.map(|p| &p.damping)),
+            turning: Turning::broadcast(world, root.and_then(|p| p.turning.as_ref())),
             reach: list(&|p| vec![p.reach]).first().copied().unwrap_or(0.0),
             lower_modes: list(&|p| vec![p.lower_modes as f64]).first().map_or(0, |&n| n as usize),
         }

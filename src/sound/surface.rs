@@ -5,38 +5,12 @@ use super::radiators::{add, Key, Patch};
 use super::Radiators;
 use crate::body::fe::BodyModes;
 use crate::body::Fields;
-use crate::mesh::distribute::MeshPart;
-use crate::mesh::{Facet, FacetKey};
 use crate::parallel::World;
 use faer::Mat;
 use std::collections::{BTreeMap, HashMap};
 
 /// Facets that meet at a larger angle than this belong to different parts of the surface (45°).
 const EDGE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
-/// Boundary facets of which this rank has the corner with the lowest number, as local nodes, outward: each facet is on one rank.
-fn boundary(part: &MeshPart) -> Vec<[u32; 4]> {
-    let mut open: HashMap<FacetKey, Facet> = HashMap::new();
-    for (i, cell) in part.cells.iter().enumerate() {
-        for face in 0..cell.kind.faces().len() {
-            let key = cell.facet_key(face);
-            // Met for the second time it lies between two cells.
-            if open.remove(&key).is_none() {
-                open.insert(key, Facet { cell: i as u32, face: face as u8 });
-            }
-        }
-    }
-    // All cells at an owned node are here, so its facets are known to be on the boundary; others may only seem so.
-    let lowest = |f: &[u32; 4]| f.iter().copied().min_by_key(|&n| part.node_ids[n as usize]);
-    let nodes = |f: Facet| {
-        let mut nodes = part.cells.facet(f);
-        std::array::from_fn(|_| nodes.next().unwrap_or_default())
-    };
-    let mut facets: Vec<[u32; 4]> =
-        open.into_values().map(nodes).filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
-    facets.sort_unstable();
-    facets
-}
 
 fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| a[c] - b[c])
@@ -127,7 +101,7 @@ fn samples(x: [[f64; 3]; 4], size: f64) -> Vec<Sample> {
 /// Collective: the modes of a body on patches of its surface no longer than `size` (m); on rank 0, `None` elsewhere.
 pub fn radiators(world: &World, body: &dyn Fields, modes: &BodyModes, size: f64) -> Radiators {
     let part = body.mesh();
-    let facets = boundary(part);
+    let facets = part.boundary();
     let corners = |f: &[u32; 4]| f.map(|n| part.coords[n as usize]);
     let count = world.gather(&[facets.len() as u64]);
     let nodes = world.gather(&facets.iter().flatten().map(|&n| part.node_ids[n as usize]).collect::<Vec<u64>>());

@@ -17,7 +17,7 @@ pub struct Energy {
     pub damping: f64,
     /// Lost in impacts.
     pub impact: f64,
-    /// Done by the drive: creepages, approach or load, loads on the bodies.
+    /// Done by the drive: creepages, approach or load, loads on the bodies, the axles of bodies that rotate.
     pub drive: f64,
     /// The part of it that the rolling moment does.
     pub rolling: f64,

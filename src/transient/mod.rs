@@ -19,6 +19,7 @@
 //! creep of a step is taken along the particle, ṡ = (w⁺(x) − w(x − Vh))/h + c.
 
 pub mod compact;
+mod coupled;
 pub mod drive;
 pub mod energy;
 mod fixed_point;

@@ -4,11 +4,11 @@ use faer::{Mat, MatRef};
 
 use crate::grid::Interface;
 use crate::model::ModalMatrix;
-use crate::model::ModalPair;
+use crate::model::{ModalPair, Turning};
 use crate::{Error, Result};
 
 /// Largest difference of mirrored entries of the modal matrices, relative to the largest: rounding.
-const ASYMMETRY: f64 = 1e-9;
+pub(super) const ASYMMETRY: f64 = 1e-9;
 
 /// How the reactions act in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,10 +30,12 @@ pub struct Model<'a> {
     pub modes: MatRef<'a, f64>,
     /// Angular frequencies, rad/s, `[m]`; 0 for rigid-body modes.
     pub omega: &'a [f64],
-    /// Modal stiffness, 1/s², symmetric.
+    /// Modal stiffness, 1/s², symmetric of bodies at rest.
     pub stiffness: ModalMatrix,
-    /// Modal damping, 1/s, symmetric.
+    /// Modal damping, 1/s, symmetric of bodies at rest.
     pub damping: ModalMatrix,
+    /// What of both comes from rotation.
+    pub turning: Option<Turning>,
     /// Modal loads that are not contact forces, ΦᵀF, N/√kg, `[m]`; an empty slice for none.
     pub load: &'a [f64],
 }
@@ -43,7 +45,8 @@ impl<'a> Model<'a> {
     pub fn of(pair: &'a ModalPair, interface: &'a Interface) -> Self {
         let (residual, modes) = (pair.residual.as_ref(), pair.modes.as_ref());
         let (stiffness, damping) = (pair.stiffness.clone(), pair.damping.clone());
-        Self { interface, residual, modes, omega: &pair.omega, stiffness, damping, load: &[] }
+        let turning = pair.turning.clone();
+        Self { interface, residual, modes, omega: &pair.omega, stiffness, damping, turning, load: &[] }
     }
 }
 
@@ -77,9 +80,9 @@ impl Model<'_> {
                 self.damping.get(k, k)
             )));
         }
-        if let Some(name) =
-            [("stiffness", &self.stiffness), ("damping", &self.damping)].iter().find(|(_, a)| a.asymmetry() > ASYMMETRY)
-        {
+        let matrices = [("stiffness", &self.stiffness), ("damping", &self.damping)];
+        let asked = self.turning.is_none();
+        if let Some(name) = matrices.iter().find(|(_, a)| asked && a.asymmetry() > ASYMMETRY) {
             return Err(Error::Input(format!(
                 "analyses.transient: the {} matrix of a body is not symmetric, which the transient needs; stability takes it",
                 name.0
@@ -91,7 +94,7 @@ impl Model<'_> {
         if (0..3 * n).all(|k| d(k) > 0.0 || free(k)) {
             return Ok(Impact::Compliant);
         }
-        if (0..3 * n).all(|k| d(k) == 0.0 || free(k)) {
+        if self.turning.is_none() && (0..3 * n).all(|k| d(k) == 0.0 || free(k)) {
             return Ok(Impact::Rigid);
         }
         let k = (0..3 * n).find(|&k| !(d(k) > 0.0)).unwrap_or(0);

@@ -1,11 +1,10 @@
 //! The θ-method on modal velocities.
 
+use super::coupled::Coupled;
 use super::model::{Impact, Model};
 use crate::model::ModalMatrix;
 use crate::{Error, Result};
-use faer::linalg::solvers::{Llt, Solve};
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, MatMut, Par, Side};
+use faer::Mat;
 
 /// Largest h ω of a kept mode: 2π steps to its period. The frequency of the scheme is low by the share (hω)²/12, 8 % at this limit.
 pub const LIMIT: f64 = 1.0;
@@ -58,105 +57,48 @@ pub struct Modal {
     theta: f64,
     /// Weight of the reaction at the end of the step in the force that the modes feel.
     gamma: f64,
-    stiffness: ModalMatrix,
-    damping: ModalMatrix,
     load: Vec<f64>,
-    inverse: Inverse,
+    motion: Motion,
 }
 
-/// The inverse of A = I + hθC + h²θ²K.
+/// How the modes move; with A = I + hθC + h²θ²K.
 #[derive(Debug, Clone)]
-enum Inverse {
-    /// Of modes that do not couple: 1/(1 + hθc + h²θ²ω²).
-    Diagonal(Vec<f64>),
-    /// A = LLᵀ of the modes of each body.
-    Blocks(Vec<Llt<f64>>),
-}
-
-impl Inverse {
-    fn new(model: &Model, scheme: Scheme) -> Result<Self> {
-        let (h, theta) = (scheme.step, scheme.theta);
-        if let (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) = (&model.stiffness, &model.damping) {
-            let inverse = k.iter().zip(c).map(|(w, c)| 1.0 / (1.0 + h * theta * (c + h * theta * w)));
-            return Ok(Self::Diagonal(inverse.collect()));
-        }
-        // A diagonal beside blocks is divided like them.
-        let orders: Vec<usize> = match (&model.stiffness, &model.damping) {
-            (ModalMatrix::Blocks(blocks), _) | (_, ModalMatrix::Blocks(blocks)) => {
-                blocks.iter().map(Mat::nrows).collect()
-            }
-            _ => vec![model.omega.len()],
-        };
-        let mut first = 0;
-        let mut factors = Vec::new();
-        for n in orders {
-            let at = |i: usize, j: usize| {
-                let (i, j) = (first + i, first + j);
-                let one = if i == j { 1.0 } else { 0.0 };
-                one + h * theta * (model.damping.get(i, j) + h * theta * model.stiffness.get(i, j))
-            };
-            let a = Mat::from_fn(n, n, |i, j| 0.5 * (at(i, j) + at(j, i)));
-            factors.push(a.llt(Side::Lower).map_err(|_| {
-                Error::Input(
-                    "analyses.transient: the damping matrix of a body feeds energy faster than the step can follow; take a shorter step"
-                        .into(),
-                )
-            })?);
-            first += n;
-        }
-        Ok(Self::Blocks(factors))
-    }
-
-    /// A⁻¹ x in place.
-    fn solve(&self, x: &mut [f64]) {
-        match self {
-            Self::Diagonal(inverse) => x.iter_mut().zip(inverse).for_each(|(x, a)| *x *= a),
-            Self::Blocks(factors) => {
-                let mut rest = x;
-                for factor in factors {
-                    let n = factor.L().nrows();
-                    let (mine, others) = rest.split_at_mut(n);
-                    factor.solve_in_place(MatMut::from_column_major_slice_mut(mine, n, 1));
-                    rest = others;
-                }
-            }
-        }
-    }
+enum Motion {
+    /// Each by itself, with ω² and its damping; the last is 1/A.
+    Apart { stiffness: Vec<f64>, damping: Vec<f64>, inverse: Vec<f64> },
+    /// All of a body together.
+    Coupled(Box<Coupled>),
 }
 
 impl Modal {
     /// Coefficients for `model`.
     pub fn new(model: &Model, scheme: Scheme, impact: Impact) -> Result<Self> {
         let load = if model.load.is_empty() { vec![0.0; model.omega.len()] } else { model.load.to_vec() };
+        let (h, theta) = (scheme.step, scheme.theta);
         let gamma = match impact {
-            Impact::Compliant => scheme.theta,
+            Impact::Compliant => theta,
             Impact::Rigid => 1.0,
         };
-        let inverse = Inverse::new(model, scheme)?;
-        let (stiffness, damping) = (model.stiffness.clone(), model.damping.clone());
-        Ok(Self { h: scheme.step, theta: scheme.theta, gamma, stiffness, damping, load, inverse })
+        let motion = match (&model.stiffness, &model.damping) {
+            (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) => Motion::Apart {
+                stiffness: k.clone(),
+                damping: c.clone(),
+                inverse: k.iter().zip(c).map(|(w, c)| 1.0 / (1.0 + h * theta * (c + h * theta * w))).collect(),
+            },
+            _ => Motion::Coupled(Box::new(Coupled::new(model, scheme, gamma)?)),
+        };
+        Ok(Self { h, theta, gamma, load, motion })
     }
 
-    /// W = S + θh²γ Ψ A⁻¹ Ψᵀ, m/N, `[3n, 3n]`, symmetric.
+    /// W = S + θh²γ Ψ A⁻¹ Ψᵀ, m/N, `[3n, 3n]`, with the symmetric part of A⁻¹; what the skew one does is in [`lag`](Self::lag).
     pub fn operator(&self, model: &Model) -> Mat<f64> {
         let (h, theta) = (self.h, self.theta);
-        let scaled = match &self.inverse {
-            Inverse::Diagonal(inverse) => {
+        let scaled = match &self.motion {
+            Motion::Apart { inverse, .. } => {
                 let root: Vec<f64> = inverse.iter().map(|a| (h * theta * (h * self.gamma * a)).sqrt()).collect();
                 Mat::from_fn(model.modes.nrows(), root.len(), |i, k| model.modes[(i, k)] * root[k])
             }
-            Inverse::Blocks(factors) => {
-                // Ψ L⁻ᵀ.
-                let mut rows = model.modes.transpose().to_owned();
-                let mut first = 0;
-                for factor in factors {
-                    let n = factor.L().nrows();
-                    let mine = rows.as_mut().subrows_mut(first, n);
-                    solve_lower_triangular_in_place(factor.L(), mine, Par::Seq);
-                    first += n;
-                }
-                faer::Scale((h * theta * (h * self.gamma)).sqrt()) * rows.transpose()
-            }
+            Motion::Coupled(coupled) => faer::Scale((h * theta * (h * self.gamma)).sqrt()) * coupled.half(model.modes),
         };
         model.residual + &scaled * scaled.transpose()
     }
@@ -167,44 +109,52 @@ impl Modal {
         let (h, theta) = (self.h, self.theta);
         let (mut q_end, mut v_end) = (vec![0.0; q.len()], vec![0.0; q.len()]);
         let force = |k: usize| self.load[k] + (1.0 - self.gamma) * f[k];
-        let ahead = |k: usize| q[k] + theta * h * v[k];
         let mut end = |k: usize, change: f64| {
             v_end[k] = v[k] + change;
             q_end[k] = q[k] + h * (v[k] + theta * change);
         };
-        if let (ModalMatrix::Diagonal(stiffness), ModalMatrix::Diagonal(damping), Inverse::Diagonal(inverse)) =
-            (&self.stiffness, &self.damping, &self.inverse)
-        {
-            for k in 0..q.len() {
-                let rate = force(k) - damping[k] * v[k] - stiffness[k] * ahead(k);
-                end(k, h * inverse[k] * rate);
+        match &self.motion {
+            Motion::Apart { stiffness, damping, inverse } => {
+                for k in 0..q.len() {
+                    let rate = force(k) - damping[k] * v[k] - stiffness[k] * (q[k] + theta * h * v[k]);
+                    end(k, h * inverse[k] * rate);
+                }
             }
-            return (q_end, v_end);
+            Motion::Coupled(coupled) => {
+                let change = coupled.change((0..q.len()).map(force).collect(), q, v);
+                change.into_iter().enumerate().for_each(|(k, c)| end(k, c));
+            }
         }
-        let damped = self.damping.times(v);
-        let elastic = self.stiffness.times(&(0..q.len()).map(ahead).collect::<Vec<f64>>());
-        let mut change: Vec<f64> = (0..q.len()).map(|k| h * (force(k) - damped[k] - elastic[k])).collect();
-        self.inverse.solve(&mut change);
-        change.into_iter().enumerate().for_each(|(k, c)| end(k, c));
         (q_end, v_end)
+    }
+
+    /// What the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal reactions: displacements of the modes, m √kg, `[m]`; none where there is
+    /// no such part. The steps take it from the reactions at their beginning, which changes the contact by less than the scheme's own error.
+    pub fn lag(&self, f: &[f64]) -> Option<Vec<f64>> {
+        match &self.motion {
+            Motion::Apart { .. } => None,
+            Motion::Coupled(coupled) => coupled.lag(f),
+        }
     }
 
     /// Adds what the modal reactions at the end of the step, `f`, do: to the velocities hγ A⁻¹ f, to the displacements θh times that.
     pub fn add(&self, f: &[f64], q: &mut [f64], v: &mut [f64]) {
         let (h, theta) = (self.h, self.theta);
-        if let Inverse::Diagonal(inverse) = &self.inverse {
-            for k in 0..q.len() {
-                let gain = h * self.gamma * inverse[k];
-                q[k] += h * theta * gain * f[k];
-                v[k] += gain * f[k];
+        match &self.motion {
+            Motion::Apart { inverse, .. } => {
+                for k in 0..q.len() {
+                    let gain = h * self.gamma * inverse[k];
+                    q[k] += h * theta * gain * f[k];
+                    v[k] += gain * f[k];
+                }
             }
-            return;
-        }
-        let mut change: Vec<f64> = f.iter().map(|f| h * self.gamma * f).collect();
-        self.inverse.solve(&mut change);
-        for (k, c) in change.into_iter().enumerate() {
-            q[k] += h * theta * c;
-            v[k] += c;
+            Motion::Coupled(coupled) => {
+                for (k, a) in coupled.solved(f).into_iter().enumerate() {
+                    let change = h * self.gamma * a;
+                    q[k] += h * theta * change;
+                    v[k] += change;
+                }
+            }
         }
     }
 
@@ -220,26 +170,23 @@ impl Modal {
 
     /// Elastic energy of the modes, J.
     pub fn elastic(&self, q: &[f64]) -> f64 {
-        match &self.stiffness {
-            ModalMatrix::Diagonal(stiffness) => 0.5 * q.iter().zip(stiffness).map(|(q, w)| w * q * q).sum::<f64>(),
-            stiffness => 0.5 * q.iter().zip(stiffness.times(q)).map(|(q, f)| q * f).sum::<f64>(),
+        match &self.motion {
+            Motion::Apart { stiffness, .. } => 0.5 * q.iter().zip(stiffness).map(|(q, w)| w * q * q).sum::<f64>(),
+            Motion::Coupled(coupled) => coupled.elastic(q),
         }
     }
 
-    /// Energy that damping takes in a step, J.
-    pub fn damped(&self, before: &[f64], after: &[f64]) -> f64 {
-        let mean = |k: usize| (1.0 - self.theta) * before[k] + self.theta * after[k];
-        let moved = |k: usize| 0.5 * (before[k] + after[k]);
-        let sum: f64 = match &self.damping {
-            ModalMatrix::Diagonal(damping) => {
-                (0..before.len()).map(|k| damping[k] * mean(k) * 0.5 * (before[k] + after[k])).sum()
+    /// Energy that damping takes in a step, and the part of it that the axles of bodies that rotate supply, J; between the ends (q, v) of the step.
+    pub fn damped(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64])) -> (f64, f64) {
+        match &self.motion {
+            Motion::Apart { damping, .. } => {
+                let (before, after) = (before.1, after.1);
+                let mean = |k: usize| (1.0 - self.theta) * before[k] + self.theta * after[k];
+                let sum: f64 = (0..before.len()).map(|k| damping[k] * mean(k) * 0.5 * (before[k] + after[k])).sum();
+                (self.h * sum, 0.0)
             }
-            damping => {
-                let force = damping.times(&(0..before.len()).map(mean).collect::<Vec<f64>>());
-                force.into_iter().enumerate().map(|(k, f)| f * moved(k)).sum()
-            }
-        };
-        self.h * sum
+            Motion::Coupled(coupled) => coupled.damped(before, after),
+        }
     }
 
     /// Work of the loads in a step, J.
@@ -267,6 +214,7 @@ mod tests {
             stiffness: vec![OMEGA * OMEGA].into(),
             damping: vec![c].into(),
             load: &[],
+            turning: None,
         };
         let modal = Modal::new(&model, scheme, Impact::Compliant).unwrap();
         let (mut q, mut v) = (vec![1.0], vec![0.0]);

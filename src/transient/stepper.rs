@@ -259,6 +259,11 @@ impl<'a> Stepper<'a> {
         // The modal reactions at the beginning of the step: kept from the one before where there was one.
         let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.core_reaction()));
         let (q_free, v_free) = self.modal.free(&self.state.q, &self.state.v, &old_modal);
+        // As the contact sees them.
+        let q_seen = match self.modal.lag(&old_modal) {
+            Some(lag) => q_free.iter().zip(lag).map(|(q, l)| q + l).collect(),
+            None => q_free.clone(),
+        };
         let drive = &self.settings.drive;
         let mut total = [None; 3];
         let mut creep = [0.0; 2];
@@ -278,7 +283,7 @@ impl<'a> Stepper<'a> {
         };
         // A load that comes back where nothing touches needs a node to rest on; others come in as they are reached.
         if self.working.core == 0 && total[2].is_some_and(|n| n > 0.0) {
-            self.gather(vec![self.nearest(&q_free)])?;
+            self.gather(vec![self.nearest(&q_seen)])?;
         }
         let mut effort = Effort::default();
         let mut rounds = 0;
@@ -286,7 +291,7 @@ impl<'a> Stepper<'a> {
             let ws = &self.working;
             let core = ws.core;
             let rows = ws.rows();
-            let free = product(MatRef::from_row_major_slice(&ws.psi, rows, m), &q_free);
+            let free = product(MatRef::from_row_major_slice(&ws.psi, rows, m), &q_seen);
             let mut b = free[..3 * core].to_vec();
             for a in 0..core {
                 let i = ws.nodes[a];
@@ -393,7 +398,9 @@ impl<'a> Stepper<'a> {
                 report.stick += usize::from(solution.status[a] == Status::Stick);
             }
         }
-        e.damping += self.modal.damped(&self.state.v, &v);
+        let (damped, supplied) = self.modal.damped((&self.state.q, &self.state.v), (&q, &v));
+        e.damping += damped;
+        e.drive += supplied;
         e.drive += self.modal.loaded(&self.state.q, &q);
         self.state.q = q;
         self.state.v = v;

@@ -11,6 +11,7 @@ mod dense;
 mod distribution;
 mod elasticity;
 mod residual;
+mod rotation;
 mod stability;
 mod surface;
 
@@ -33,6 +34,13 @@ const TESTS: &[Test] = &[
     ("residual::contact_forces_move_a_node", residual::contact_forces_move_a_node),
     ("residual::nothing_is_left_by_all_modes", residual::nothing_is_left_by_all_modes),
     ("surface::the_boundary_is_found_once", surface::the_boundary_is_found_once),
+    ("rotation::an_annulus_splits_its_pairs", rotation::an_annulus_splits_its_pairs),
+    ("rotation::fixed_and_turning_frame_agree", rotation::fixed_and_turning_frame_agree),
+    (
+        "rotation::prestress_of_a_free_wheel_balances_rigid_rotations",
+        rotation::prestress_of_a_free_wheel_balances_rigid_rotations,
+    ),
+    ("rotation::what_is_not_of_revolution_is_refused", rotation::what_is_not_of_revolution_is_refused),
     ("stability::unlike_bodies", stability::unlike_bodies),
     ("stability::friction_that_remembers", stability::friction_that_remembers),
     ("stability::unlike_damping", stability::unlike_damping),

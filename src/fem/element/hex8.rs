@@ -2,7 +2,7 @@
 //! for stress analysis", Int. J. Numer. Meth. Engng 10 (1976) 1211–1219. It represents bending exactly on parallelepipeds
 //! and, with the Jacobian of the incompatible part taken at the centre, passes the patch test on distorted meshes.
 
-use super::{inverse, strain_column, stress_of, to_space, Element};
+use super::{inverse, strain_column, stress_of, to_space, Element, PointStress};
 use crate::fem::Material;
 use crate::mesh::quality::{determinant, jacobian};
 use crate::mesh::reference::HEX_CORNERS;
@@ -129,24 +129,41 @@ impl Element for Hex8 {
 
     /// Evaluated at the Gauss points, where it is most accurate, and extrapolated trilinearly.
     fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &Material, stress: &mut [[f64; 6]]) {
-        let points = gauss(x);
-        let recover = condense(&points, material).recover;
-        let amplitudes: [f64; 9] = std::array::from_fn(|a| recover[a].iter().zip(u).map(|(r, v)| r * v).sum());
-        let (lambda, mu) = material.lame();
-        let at_gauss = points.map(|p| {
-            let mut e = [0.0; 6];
-            for (column, v) in p.columns.iter().zip(u.iter().chain(&amplitudes)) {
-                for (ei, ci) in e.iter_mut().zip(column) {
-                    *ei += ci * v;
-                }
-            }
-            stress_of(e, lambda, mu)
-        });
+        let at_gauss = gauss_stress(&gauss(x), u, material);
         for (s, c) in stress.iter_mut().zip(&HEX_CORNERS) {
             let n = CellKind::Hex8.shape(c.map(|v| v * 3f64.sqrt())).values;
             *s = std::array::from_fn(|i| (0..8).map(|g| n[g] * at_gauss[g][i]).sum());
         }
     }
+
+    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &Material) -> Vec<PointStress> {
+        let points = gauss(x);
+        let stress = gauss_stress(&points, u, material);
+        // The first strain of a column along x, the second along y, the third along z is the gradient.
+        let gradient = |p: &GaussPoint, a: usize| std::array::from_fn(|c| p.columns[3 * a + c][c]);
+        let of = |(p, stress): (&GaussPoint, [f64; 6])| PointStress {
+            volume: p.weight,
+            gradients: (0..8).map(|a| gradient(p, a)).collect(),
+            stress,
+        };
+        points.iter().zip(stress).map(of).collect()
+    }
+}
+
+/// Stress at the Gauss points under the displacement `u`, Pa.
+fn gauss_stress(points: &[GaussPoint; 8], u: &[f64], material: &Material) -> [[f64; 6]; 8] {
+    let recover = condense(points, material).recover;
+    let amplitudes: [f64; 9] = std::array::from_fn(|a| recover[a].iter().zip(u).map(|(r, v)| r * v).sum());
+    let (lambda, mu) = material.lame();
+    points.each_ref().map(|p| {
+        let mut e = [0.0; 6];
+        for (column, v) in p.columns.iter().zip(u.iter().chain(&amplitudes)) {
+            for (ei, ci) in e.iter_mut().zip(column) {
+                *ei += ci * v;
+            }
+        }
+        stress_of(e, lambda, mu)
+    })
 }
 
 #[cfg(test)]

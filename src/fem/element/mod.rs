@@ -7,6 +7,16 @@ mod tests;
 use super::Material;
 use crate::mesh::CellKind;
 
+/// Stress at a point of a cell.
+pub struct PointStress {
+    /// Share of the volume, m³.
+    pub volume: f64,
+    /// Gradients of the shape functions, 1/m, `[n]`.
+    pub gradients: Vec<[f64; 3]>,
+    /// Stress (xx, yy, zz, xy, yz, zx), Pa.
+    pub stress: [f64; 6],
+}
+
 /// The elastic behaviour of a cell.
 pub trait Element: Sync {
     /// Stiffness of the cell with nodes at `x` (m, `[n][3]`), N/m, `[3n, 3n]` row-major, degree of freedom `3*node + component`.
@@ -14,6 +24,9 @@ pub trait Element: Sync {
 
     /// Stress (xx, yy, zz, xy, yz, zx), Pa, at the nodes, `[n][6]`, under the displacement `u`, m, `[3n]`.
     fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &Material, stress: &mut [[f64; 6]]);
+
+    /// Stress at the points of the rule for the stiffness under the displacement `u`, m, `[3n]`: in equilibrium with what the stiffness says.
+    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &Material) -> Vec<PointStress>;
 }
 
 /// The element of a kind of cell.
@@ -24,7 +37,7 @@ pub fn element(kind: CellKind) -> &'static dyn Element {
 }
 
 /// Inverse of a Jacobian with determinant `det`, 1/m.
-fn inverse(j: &[[f64; 3]; 3], det: f64) -> [[f64; 3]; 3] {
+pub(in crate::fem) fn inverse(j: &[[f64; 3]; 3], det: f64) -> [[f64; 3]; 3] {
     let c = |a: usize, b: usize, d: usize, e: usize| (j[a][b] * j[d][e] - j[a][e] * j[d][b]) / det;
     [
         [c(1, 1, 2, 2), c(0, 2, 2, 1), c(0, 1, 1, 2)],
@@ -34,7 +47,7 @@ fn inverse(j: &[[f64; 3]; 3], det: f64) -> [[f64; 3]; 3] {
 }
 
 /// Derivatives with respect to the space coordinates from those with respect to the reference ones: `g_i = g_ξj J⁻¹_ji`.
-fn to_space(grad: [f64; 3], inv: &[[f64; 3]; 3]) -> [f64; 3] {
+pub(in crate::fem) fn to_space(grad: [f64; 3], inv: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|i| grad[0] * inv[0][i] + grad[1] * inv[1][i] + grad[2] * inv[2][i])
 }
 

@@ -1,8 +1,10 @@
 //! Every element: rigid-body motions, constant stress, mass.
 
 use super::*;
-use crate::fem::forms::{Form, Mass, Stiffness};
+use crate::fem::forms::{Convected, Form, Gyroscopic, Mass, Prestress, Stiffness};
+use crate::fem::rotation::Axis;
 use crate::mesh::quality::volume;
+use crate::mesh::Cell;
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
 
@@ -14,13 +16,27 @@ fn distorted(kind: CellKind) -> Vec<[f64; 3]> {
     nodes.map(|(i, p)| std::array::from_fn(|c| p[c] + at(i, c))).collect()
 }
 
+/// A cell that has the first nodes.
+fn cell(kind: CellKind) -> Cell<'static> {
+    const ALL: [u32; 32] = {
+        let mut all = [0; 32];
+        let mut i = 0;
+        while i < 32 {
+            all[i] = i as u32;
+            i += 1;
+        }
+        all
+    };
+    Cell { kind, nodes: &ALL[..kind.nodes()] }
+}
+
 #[test]
 fn six_rigid_body_motions_and_no_more() {
     for kind in CellKind::ALL {
         let x = distorted(kind);
         let n = 3 * kind.nodes();
         let mut k = vec![0.0; n * n];
-        Stiffness(STEEL).matrix(kind, &x, &mut k);
+        Stiffness(STEEL).matrix(cell(kind), &x, &mut k);
         let scale = k[0].abs();
         for r in 0..6 {
             let motion = |x: &[f64; 3]| match r {
@@ -64,7 +80,7 @@ fn mass_is_density_times_volume() {
     for kind in CellKind::ALL {
         let x = distorted(kind);
         let mut m = vec![0.0; kind.nodes() * kind.nodes()];
-        Mass { density: 3.0 }.matrix(kind, &x, &mut m);
+        Mass { density: 3.0 }.matrix(cell(kind), &x, &mut m);
         let (total, exact) = (m.iter().sum::<f64>(), 3.0 * volume(kind, &x));
         assert!((total / exact - 1.0).abs() < 1e-12, "{kind:?}: {total} kg, {exact} kg");
     }
@@ -74,8 +90,59 @@ fn mass_is_density_times_volume() {
 fn mass_of_the_cube() {
     let kind = CellKind::Hex8;
     let mut m = vec![0.0; 64];
-    Mass { density: 3.0 }.matrix(kind, kind.reference_nodes(), &mut m);
+    Mass { density: 3.0 }.matrix(cell(kind), kind.reference_nodes(), &mut m);
     let total: f64 = m.iter().sum();
     assert!((total - 24.).abs() < 1e-12, "mass {total}");
     assert!((m[0] - 3.0 * 8. / 27.).abs() < 1e-12, "corner entry {}", m[0]);
+}
+
+/// v·A u of a form that couples equal components.
+fn form(matrix: &[f64], v: &[[f64; 3]], u: &[[f64; 3]]) -> f64 {
+    let n = v.len();
+    let dot = |a: usize, b: usize| (0..3).map(|c| v[a][c] * u[b][c]).sum::<f64>();
+    (0..n * n).map(|i| matrix[i] * dot(i / n, i % n)).sum()
+}
+
+/// On any cell: rigid rotations a × r, b × r have u_a·G u_b = (a × b)·ê I with the polar moment of inertia, translations none; K_c of a rotation is
+/// ∫ρ|a × W|²; and a constant stress gives ∫σ:∇v·∇u.
+#[test]
+fn rotation_forms_of_rigid_motions_and_constant_stress() {
+    let axis = Axis { centre: [0.3, -0.2, 0.5], direction: [0.0, 0.6, 0.8] };
+    let density = 3.0;
+    for kind in CellKind::ALL {
+        let x = distorted(kind);
+        let n = kind.nodes();
+        let (mut gyroscopic, mut convected, mut mass) = (vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n * n]);
+        Gyroscopic { density, axis }.matrix(cell(kind), &x, &mut gyroscopic);
+        Convected { density, axis }.matrix(cell(kind), &x, &mut convected);
+        Mass { density }.matrix(cell(kind), &x, &mut mass);
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            std::array::from_fn(|c| a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3])
+        };
+        let place = |p: &[f64; 3]| std::array::from_fn(|c| p[c] - axis.centre[c]);
+        let rotation = |a: [f64; 3]| -> Vec<[f64; 3]> { x.iter().map(|p| cross(a, place(p))).collect() };
+        // Two directions across the axis, a × b = ê.
+        let (a, b) = ([1.0, 0.0, 0.0], [0.0, 0.8, -0.6]);
+        let outward: Vec<[f64; 3]> = x.iter().map(|p| axis.outward(*p)).collect();
+        let polar = form(&mass, &outward, &outward);
+        let found = form(&gyroscopic, &rotation(a), &rotation(b));
+        let sign: f64 = cross(a, b).iter().zip(axis.direction).map(|(p, q): (&f64, f64)| p * q).sum();
+        assert!((found - sign * polar).abs() < 1e-12 * polar, "{kind:?}: {found}, expected {}", sign * polar);
+        let shift = vec![[0.3, 1.0, -2.0]; n];
+        assert!(form(&gyroscopic, &shift, &shift).abs() < 1e-12 * polar);
+        let velocity: Vec<[f64; 3]> = x.iter().map(|p| cross(a, axis.velocity(*p))).collect();
+        let (found, wanted) = (form(&convected, &rotation(a), &rotation(a)), form(&mass, &velocity, &velocity));
+        assert!((found - wanted).abs() < 1e-12 * wanted, "{kind:?}: {found}, expected {wanted}");
+        for i in 0..n {
+            assert!((0..n).all(|j| gyroscopic[n * i + j] == -gyroscopic[n * j + i]), "{kind:?}: not skew");
+        }
+        // ε = diag(1e-3, 0, 0); v = u = (x, 0, 0): ∇u has the entry xx alone.
+        let stretch: Vec<[f64; 3]> = x.iter().map(|p| [1e-3 * p[0], 0.0, 0.0]).collect();
+        let mut prestress = vec![0.0; n * n];
+        Prestress { material: STEEL, displacement: &stretch }.matrix(cell(kind), &x, &mut prestress);
+        let (l, mu) = STEEL.lame();
+        let wanted = 1e-3 * (l + 2.0 * mu) * 1e-6 * volume(kind, &x);
+        let found = form(&prestress, &stretch, &stretch);
+        assert!((found / wanted - 1.0).abs() < 1e-9, "{kind:?}: {found}, expected {wanted}");
+    }
 }

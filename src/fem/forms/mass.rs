@@ -2,7 +2,7 @@
 
 use super::{Coupling, Form};
 use crate::mesh::quality::{determinant, jacobian};
-use crate::mesh::CellKind;
+use crate::mesh::Cell;
 
 /// ∫ ρ v·u dV, kg.
 pub struct Mass {
@@ -15,8 +15,8 @@ impl Form for Mass {
         Coupling::Components
     }
 
-    fn matrix(&self, kind: CellKind, x: &[[f64; 3]], out: &mut [f64]) {
-        let n = kind.nodes();
+    fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]) {
+        let (kind, n) = (cell.kind, cell.kind.nodes());
         out.fill(0.0);
         for p in kind.mass_rule() {
             let shape = kind.shape(p.at);

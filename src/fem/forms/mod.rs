@@ -1,12 +1,14 @@
 //! Forms: what is integrated over the cells. One file each; [`crate::fem::assembly::Assembly`] assembles any of them.
 
 mod mass;
+mod rotation;
 mod stiffness;
 
 pub use mass::Mass;
+pub use rotation::{Convected, Gyroscopic, Prestress};
 pub use stiffness::Stiffness;
 
-use crate::mesh::CellKind;
+use crate::mesh::Cell;
 
 /// How a form couples the displacements of two nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,5 +35,5 @@ pub trait Form {
     fn coupling(&self) -> Coupling;
 
     /// Matrix of a cell with nodes at `x` (m, `[n][3]`), row-major, `[pn, pn]` with `p` = [`Coupling::per_node`]; overwritten.
-    fn matrix(&self, kind: CellKind, x: &[[f64; 3]], out: &mut [f64]);
+    fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]);
 }

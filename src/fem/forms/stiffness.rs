@@ -3,7 +3,7 @@
 use super::{Coupling, Form};
 use crate::fem::element::element;
 use crate::fem::Material;
-use crate::mesh::CellKind;
+use crate::mesh::Cell;
 
 /// ∫ ε(v) : σ(u) dV, N/m.
 pub struct Stiffness(pub Material);
@@ -13,7 +13,7 @@ impl Form for Stiffness {
         Coupling::Full
     }
 
-    fn matrix(&self, kind: CellKind, x: &[[f64; 3]], out: &mut [f64]) {
-        element(kind).stiffness(x, &self.0, out);
+    fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]) {
+        element(cell.kind).stiffness(x, &self.0, out);
     }
 }

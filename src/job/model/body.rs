@@ -24,12 +24,58 @@ pub struct Body {
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
     #[serde(default)]
     pub fixed: Vec<String>,
+    /// Whether the body turns: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s.
+    #[serde(default = "at_rest")]
+    pub rotation: Rotation,
+    /// Distance of the axle from the contact point, m, of a body with a mesh file that rotates; the axle is parallel to y, below the contact point of a
+    /// lower body, above that of an upper one. The built-in cylinder has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub axle_distance: Option<f64>,
+}
+
+/// Rotation of a body about its axle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Rotation {
+    /// In words.
+    Named(RotationName),
+    /// Angular velocity, rad/s; positive if the material passes the contact towards +x.
+    #[schemars(extend("unit" = "rad/s"))]
+    Speed(f64),
+}
+
+fn at_rest() -> Rotation {
+    Rotation::Named(RotationName::None)
+}
+
+/// Rotation in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RotationName {
+    /// The body does not turn: its inertia is that of a body at rest.
+    None,
+    /// It rolls: Ω = V/R with the rolling speed V and the distance R of the axle from the contact point.
+    Rolling,
 }
 
 impl Body {
     /// Factor of the damping matrix of a body given by matrices.
     pub fn damping_factor(&self) -> f64 {
         self.matrices.as_ref().map_or(1.0, |m| m.damping_factor)
+    }
+
+    /// Whether the body turns about its axle.
+    pub fn rotates(&self) -> bool {
+        self.rotation != at_rest()
+    }
+
+    /// Distance of the axle from the contact point, m, where it is known.
+    pub fn axle(&self) -> Option<f64> {
+        match &self.mesh {
+            Some(MeshSource::Cylinder(c)) => Some(c.outer_radius),
+            _ => self.axle_distance,
+        }
     }
 
     /// Mesh and material of a body of finite elements. Reading a job makes sure that a body without matrices has both.

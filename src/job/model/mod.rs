@@ -163,6 +163,18 @@ impl Job {
         self.bodies().iter().any(|(_, b)| b.matrices.is_some())
     }
 
+    /// Angular velocity of the body `name`, rad/s.
+    pub fn angular_velocity(&self, name: &str) -> f64 {
+        let bodies = self.bodies();
+        let Some((_, body)) = bodies.iter().find(|(n, _)| *n == name) else { return 0.0 };
+        let speed = self.contact.as_ref().map_or(0.0, |c| c.speed);
+        match body.rotation {
+            Rotation::Named(RotationName::None) => 0.0,
+            Rotation::Named(RotationName::Rolling) => body.axle().map_or(0.0, |r| speed / r),
+            Rotation::Speed(omega) => omega,
+        }
+    }
+
     /// The resolved job as JSON: every default filled in.
     pub fn to_json(&self) -> Value {
         serde_json::to_value(self).unwrap_or(Value::Null)

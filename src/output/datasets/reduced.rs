@@ -3,7 +3,7 @@
 use super::super::{sha256, Reader, Table, Values};
 use crate::grid::Interface;
 use crate::job::{differences, fe_inputs, Job};
-use crate::model::{AtContact, ReducedModel, TraceModes};
+use crate::model::{AtContact, ModalRotation, ReducedModel, TraceModes};
 use crate::{Error, Result};
 use faer::Mat;
 use serde_json::Value;
@@ -36,6 +36,7 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
     ];
     for (i, name) in ["lower", "upper"].into_iter().enumerate().take(if alike { 1 } else { 2 }) {
         let body = &model.bodies[model.place[i]];
+        let compliance = model.at_rest[model.place[i]].as_ref().unwrap_or(&body.compliance);
         let path = |what: &str| format!("/reduced/{name}/{what}");
         let (rows, count) = body.contact_modes.shape();
         let residual = origin.residual[i].clone();
@@ -48,7 +49,16 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
         let text = "Mass-normalised modes at the contact rows 3i + c, c = x, y, n into the body, in lower form.";
         tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(&body.contact_modes)));
         let text = "Static compliance of the contact rows, in lower form.";
-        tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(&body.compliance)));
+        tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(compliance)));
+        if let Some(rotation) = &model.rotation[i] {
+            let mut modal = |what: &str, text: &str, matrix: &Mat<f64>| {
+                tables.push(Table::new(&path(what), "1/s", text, &[count, count], by_rows(matrix)));
+            };
+            modal("gyroscopic", "Gyroscopic matrix of the modes at 1 rad/s, skew.", &rotation.gyroscopic);
+            let text = "Stiffness by centrifugal prestress less that of the convected velocity, of the modes at 1 rad/s, in 1/s².";
+            modal("rotation_stiffness", text, &rotation.stiffness);
+            modal("derivative", "Derivative of the modes along the angle, at 1 rad/s.", &rotation.derivative);
+        }
     }
     Ok(tables.into_iter().map(Table::summed).collect())
 }
@@ -108,7 +118,7 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
     let interface = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?)
         .map_err(|e| Error::Input(format!("{name}: {}", e.message())))?;
     let rows = 3 * interface.len();
-    let matrix = |path: &str, columns: usize| -> Result<Mat<f64>> {
+    let sized = |path: &str, rows: usize, columns: usize| -> Result<Mat<f64>> {
         let (shape, v) = reader.verified_numbers(path)?;
         if shape != [rows, columns] {
             return Err(Error::Input(format!(
@@ -118,6 +128,8 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         }
         Ok(Mat::from_fn(rows, columns, |i, j| v[i * columns + j]))
     };
+    let matrix = |path: &str, columns: usize| sized(path, rows, columns);
+    let square = |path: &str, order: usize| sized(path, order, order);
     let alike = integer("/reduced/alike")? == 1;
     let mut parts = Vec::new();
     let mut modes = Vec::new();
@@ -131,10 +143,16 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         parts.push(match job.analyses.modes {
             Some(_) => {
                 let reach = omega.last().copied().unwrap_or(0.0);
-                AtContact {
-                    modes: TraceModes { omega, reach, rows: Some(contact_modes), ..TraceModes::default() },
-                    compliance,
-                }
+                let rotation = match reader.has(&path("gyroscopic")) {
+                    true => {
+                        let modal = |what: &str| square(&path(what), omega.len());
+                        let (gyroscopic, stiffness) = (modal("gyroscopic")?, modal("rotation_stiffness")?);
+                        Some(ModalRotation { gyroscopic, stiffness, derivative: modal("derivative")? })
+                    }
+                    false => None,
+                };
+                let rows = Some(contact_modes);
+                AtContact { modes: TraceModes { omega, reach, rows, rotation, ..TraceModes::default() }, compliance }
             }
             None => AtContact::statics(compliance),
         });

@@ -33,7 +33,15 @@ fn model() -> ReducedModel {
     };
     let bodies = vec![body(vec![150.0, 400.0], 0), body(vec![230.0], 2)];
     let pair = ModalPair::new(&bodies[0], &bodies[1]).expect("a pair");
-    ReducedModel { interface, bodies, place: [0, 1], pair, own: [None, None] }
+    ReducedModel {
+        interface,
+        bodies,
+        place: [0, 1],
+        pair,
+        own: [None, None],
+        rotation: [None, None],
+        at_rest: vec![None; 2],
+    }
 }
 
 /// What moves row `r` of the points by mode `k`, and by reaction `i`.

@@ -1,0 +1,211 @@
+//! What rotation of a body of finite elements adds to its modes, and whether it is one of revolution.
+
+use super::fe::{BodyModes, FeBody};
+use super::modal::ModalMatrix;
+use super::statics::Statics;
+use crate::fem::assembly::Assembly;
+use crate::fem::forms::{Convected, Gyroscopic, Prestress};
+use crate::fem::rotation::Axis;
+use crate::parallel::World;
+use crate::petsc::csr::DistCsr;
+use crate::{Error, Result};
+use faer::{Mat, MatRef};
+
+/// Largest velocity of the material through the surface, over that of its fastest point, of a body that passes as one of revolution: a mesh
+/// has flat facets.
+const THROUGH: f64 = 0.05;
+/// Largest share of a support that varies with the angle, likewise.
+const UNEVEN: f64 = 0.05;
+/// Harmonics of the angle that a support is examined for.
+const HARMONICS: usize = 8;
+
+/// Rotation in the space of the free-interface modes Φ, at 1 rad/s, each `[m, m]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModalRotation {
+    /// ΦᵀGΦ, skew; grows with Ω.
+    pub gyroscopic: Mat<f64>,
+    /// Φᵀ(K_σ − K_c)Φ, symmetric; grows with Ω².
+    pub stiffness: Mat<f64>,
+    /// ΦᵀMD′Φ, the derivative of cylindrical components along the angle; grows with Ω.
+    pub derivative: Mat<f64>,
+}
+
+impl ModalRotation {
+    /// Number of nodal diameters of each mode, `[m]`: the norm of its derivative along the angle, which is n for cos nθ and sin nθ.
+    pub fn diameters(&self) -> Vec<f64> {
+        self.derivative.col_iter().map(|c| c.norm_l2()).collect()
+    }
+}
+
+/// What turns with the bodies of modes that rotate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Turning {
+    /// The material damping C, 1/s: it takes (q̇ + D′q)ᵀ C (q̇ + D′q).
+    pub dissipation: ModalMatrix,
+    /// D′ at the angular velocities of the bodies, 1/s; none where all are at rest.
+    pub derivative: Option<ModalMatrix>,
+}
+
+impl Turning {
+    /// Bodies at rest with the damping `damping`, 1/s.
+    pub fn none(damping: ModalMatrix) -> Self {
+        Self { dissipation: damping, derivative: None }
+    }
+
+    /// C D′, 1/s²: the part of the stiffness that stores nothing.
+    pub fn stiffness(&self) -> Option<ModalMatrix> {
+        self.derivative.as_ref().map(|d| ModalMatrix::Blocks(vec![self.dissipation.full() * d.full()]))
+    }
+
+    /// Those of two bodies together, each given with its damping; none where both are at rest.
+    pub fn joined(lower: (Option<&Self>, &ModalMatrix), upper: (Option<&Self>, &ModalMatrix)) -> Option<Self> {
+        if lower.0.or(upper.0).is_none() {
+            return None;
+        }
+        let [a, b] = [lower, upper].map(|(t, damping)| t.cloned().unwrap_or_else(|| Self::none(damping.clone())));
+        let derivative = |t: &Self| {
+            let m = t.dissipation.order();
+            t.derivative.clone().unwrap_or_else(|| Mat::zeros(m, m).into())
+        };
+        Some(Self {
+            derivative: Some(derivative(&a).joined(&derivative(&b))),
+            dissipation: a.dissipation.joined(&b.dissipation),
+        })
+    }
+
+    /// Collective: that of rank 0 on every rank.
+    pub(crate) fn broadcast(world: &World, root: Option<&Self>) -> Option<Self> {
+        let dissipation = ModalMatrix::broadcast(world, root.map(|t| &t.dissipation));
+        let derivative = ModalMatrix::broadcast(world, root.and_then(|t| t.derivative.as_ref()));
+        (derivative.order() > 0).then_some(Self { dissipation, derivative: Some(derivative) })
+    }
+}
+
+/// Collective: the rotation of `body` about `axis` in the space of its `modes`; the same on every rank. `statics` holds the factorisation of its stiffness,
+/// which gives the prestress. The body must be supported.
+pub fn project(
+    world: &World,
+    body: &FeBody,
+    statics: &mut Statics,
+    modes: &BodyModes,
+    axis: Axis,
+) -> Result<ModalRotation> {
+    if !body.supported {
+        return Err(Error::Job(format!(
+            "bodies.{}.rotation: the body is free; a body that rotates needs a support, the bore on its axle for instance",
+            body.name
+        )));
+    }
+    let assembly = Assembly::new(world, &body.part, &body.dofs)?;
+    let (density, material) = (body.material.density, body.material);
+    let phi = &modes.vectors;
+    let gyroscopic = bilinear(world, &assembly.assemble(&Gyroscopic { density, axis }), phi);
+    let convected = bilinear(world, &assembly.assemble(&Convected { density, axis }), phi);
+    let mut u = assembly.load(|x| axis.outward(x).map(|r| density * r));
+    statics.solve(&mut u, 1)?;
+    let displacement = body.at_nodes(world, &u);
+    let prestress = bilinear(world, &assembly.assemble(&Prestress { material, displacement: &displacement }), phi);
+    // D′ = D − ê×: of D its skew part G/2, which it is but for the facets of the mesh.
+    let turned: Vec<Vec<f64>> =
+        phi.iter().map(|v| v.chunks_exact(3).flat_map(|p| axis.turned([p[0], p[1], p[2]])).collect()).collect();
+    let mut loaded = vec![0.0; body.dofs.owned() * turned.len()];
+    let operator = body.operators.mass.operator(world);
+    for (column, out) in turned.iter().zip(loaded.chunks_exact_mut(body.dofs.owned().max(1))) {
+        operator.apply(world, column, out);
+    }
+    let frame = products(world, phi, &loaded);
+    Ok(ModalRotation {
+        derivative: faer::Scale(0.5) * &gyroscopic - skew(frame.as_ref()),
+        gyroscopic: skew(gyroscopic.as_ref()),
+        stiffness: symmetric((prestress - convected).as_ref()),
+    })
+}
+
+/// Collective: ΦᵀAΦ on every rank.
+fn bilinear(world: &World, a: &DistCsr, phi: &[Vec<f64>]) -> Mat<f64> {
+    let rows = a.n_local();
+    let mut image = vec![0.0; rows * phi.len()];
+    let operator = a.operator(world);
+    for (column, out) in phi.iter().zip(image.chunks_exact_mut(rows.max(1))) {
+        operator.apply(world, column, out);
+    }
+    products(world, phi, &image)
+}
+
+/// Collective: ΦᵀY on every rank; `y` column by column.
+fn products(world: &World, phi: &[Vec<f64>], y: &[f64]) -> Mat<f64> {
+    let m = phi.len();
+    let rows = phi.first().map_or(0, Vec::len);
+    let left = Mat::from_fn(rows, m, |i, k| phi[k][i]);
+    let own = left.transpose() * MatRef::from_column_major_slice(y, rows, m);
+    let all =
+        world.sum_all(&own.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()).collect::<Vec<f64>>());
+    Mat::from_fn(m, m, |i, j| all[i + m * j])
+}
+
+/// The part that rounding and sums in another order have left of a skew matrix.
+fn skew(a: MatRef<'_, f64>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] - a[(j, i)]))
+}
+
+fn symmetric(a: MatRef<'_, f64>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
+}
+
+/// Collective: an error with the measure of it unless `body` and its supports are of revolution about `axis`.
+pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
+    let part = &body.part;
+    let (mut through, mut fastest) = (0.0f64, 0.0f64);
+    let mut held = vec![0.0; 1 + 2 * HARMONICS];
+    // A direction across the axis from which angles are counted, and the one beyond it.
+    let e = axis.direction;
+    let across = axis.turned(if e[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] });
+    let size = across.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let first = across.map(|v| v / size);
+    let second = axis.turned(first);
+    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f64>();
+    for facet in part.boundary() {
+        let x = facet.map(|n| part.coords[n as usize]);
+        let centre: [f64; 3] = std::array::from_fn(|c| 0.25 * x.iter().map(|p| p[c]).sum::<f64>());
+        let diagonals =
+            [[2, 0], [3, 1]].map(|[a, b]: [usize; 2]| -> [f64; 3] { std::array::from_fn(|c| x[a][c] - x[b][c]) });
+        let [p, q] = diagonals;
+        let normal: [f64; 3] =
+            std::array::from_fn(|c| 0.5 * (p[(c + 1) % 3] * q[(c + 2) % 3] - p[(c + 2) % 3] * q[(c + 1) % 3]));
+        let area = dot(normal, normal).sqrt();
+        let w = axis.velocity(centre);
+        through = through.max(dot(w, normal).abs() / area);
+        fastest = fastest.max(dot(w, w).sqrt());
+        if facet.iter().all(|&n| body.dofs.local[n as usize] == crate::fem::dofs::FIXED) {
+            let r = axis.outward(centre);
+            let angle = dot(r, second).atan2(dot(r, first));
+            held[0] += area;
+            for n in 1..=HARMONICS {
+                held[2 * n - 1] += area * (n as f64 * angle).cos();
+                held[2 * n] += area * (n as f64 * angle).sin();
+            }
+        }
+    }
+    let through = world.max(through) / world.max(fastest).max(f64::MIN_POSITIVE);
+    let held = world.sum_all(&held);
+    let uneven = (1..=HARMONICS).map(|n| held[2 * n - 1].hypot(held[2 * n])).fold(0.0, f64::max)
+        / held[0].max(f64::MIN_POSITIVE);
+    let refused = |what: &str, measure: f64, most: f64| {
+        Err(Error::Job(format!(
+            "bodies.{}.rotation: the {what} is not of revolution about the axis through {:?} m along {:?}: found {measure:.3}, expected at most {most}; \
+             correct the axis, or set rotation to \"none\"",
+            body.name, axis.centre, axis.direction
+        )))
+    };
+    if through > THROUGH {
+        return refused("surface (velocity of the material through it, over its largest)", through, THROUGH);
+    }
+    if body.supported && (held[0] == 0.0 || uneven > UNEVEN) {
+        return refused(
+            "support (largest harmonic of its area over the angle)",
+            if held[0] == 0.0 { 1.0 } else { uneven },
+            UNEVEN,
+        );
+    }
+    Ok(())
+}
