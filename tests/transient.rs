@@ -346,7 +346,7 @@ impl Squeal {
     fn sliding(&self, creepage: f64, load: NormalLoad) -> SlidingProblem<'_> {
         SlidingProblem {
             interface: &self.interface,
-            compliance: self.pair.compliance.as_ref(),
+            compliance: self.pair.influence(),
             friction: self.law.clone(),
             speed: self.speed,
             creepage: Creepage { lateral: creepage, ..Creepage::default() },
@@ -359,7 +359,7 @@ impl Squeal {
     fn steady(&self, creepage: Creepage) -> SteadyProblem<'_> {
         SteadyProblem {
             interface: &self.interface,
-            compliance: self.pair.compliance.as_ref(),
+            compliance: self.pair.influence(),
             friction: self.law.clone(),
             speed: self.speed,
             creepage,

@@ -86,7 +86,7 @@ fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usiz
         motion: p.motion.clone(),
         forces: p.forces.clone(),
         damping: p.damping,
-        stiffening: [0.0; 2],
+        stiffening: p.stiffening,
     };
     pairs.iter().take(count).enumerate().map(shape).collect()
 }

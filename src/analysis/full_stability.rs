@@ -12,12 +12,13 @@ use crate::stability::dense::{self, Whole};
 use crate::stability::full::cover::{partners, Wedge};
 use crate::stability::full::system::Residuals;
 use crate::stability::full::{
-    spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum,
+    spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Spin,
 };
 use crate::stability::reduced::shares as shares_of;
 use crate::stability::{grows, Spectrum};
 use crate::{Error, Result};
 use num_complex::Complex;
+use std::rc::Rc;
 
 type C = Complex<f64>;
 
@@ -74,6 +75,7 @@ fn by_shifts(
     let world = run.world();
     let guide: Vec<C> = world.broadcast(reduced.map(|r| r.all.clone()).unwrap_or_default());
     let (systems, modes) = (bodies.full_systems()?, bodies.shapes());
+    let rotations = systems.iter().map(|s| Ok(s.rotation()?.map(Rc::new))).collect::<Result<Vec<_>>>()?;
     let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<DampedBody> {
         let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
         let modal = match (&body.damping.modal, modes.get(place.body)) {
@@ -81,7 +83,14 @@ fn by_shifts(
             (Some(_), None) => return Err(Error::Defect(format!("no modes of the body {name} to damp"))),
             (None, _) => Vec::new(),
         };
-        Ok(DampedBody { body: place.body, damping, modal })
+        let spin = match (&rotations[place.body], modes.get(place.body)) {
+            (Some(forms), Some(modes)) => {
+                let modal = forms.project(world, systems[place.body].mass(), modes);
+                Some(Spin { speed: run.job.angular_velocity(name), forms: Rc::clone(forms), modal })
+            }
+            _ => None,
+        };
+        Ok(DampedBody { body: place.body, damping, modal, spin })
     };
     let places = bodies.places.iter().zip(run.job.bodies()).map(place).collect::<Result<Vec<_>>>()?;
     let places: [DampedBody; 2] =
@@ -143,7 +152,7 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
         }
         let (pressure, forces) = (Vec::new(), Vec::new());
         let residuals = Residuals { backward_error: errors[2 * i], correction: 0.0, constraint: errors[2 * i + 1] };
-        pairs.push(FullPair { value, motion, pressure, forces, damping: [0.0; 2], residuals });
+        pairs.push(FullPair { value, motion, pressure, forces, damping: [0.0; 2], stiffening: [0.0; 2], residuals });
     }
     Ok(FullSpectrum { pairs, shifts: Vec::new() })
 }

@@ -5,8 +5,9 @@ use super::modes::{self, Extent};
 use super::nearest::Nearest;
 use super::order::Order;
 use super::residual::{self, NodeMotion};
-use super::rotation;
+use super::rotation::{self, RotationForms};
 use super::statics::Statics;
+use super::trace::Trace;
 use super::{Body, Fields, FullSystem, Kind, Steps, TraceModes};
 use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
@@ -14,6 +15,7 @@ use crate::fem::rotation::Axis;
 use crate::fem::stress;
 use crate::mesh::distribute::MeshPart;
 use crate::parallel::World;
+use crate::petsc::csr::DistCsr;
 use crate::petsc::session::Petsc;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -37,6 +39,8 @@ pub struct Elements<'p> {
     eigen: sparse::Method,
     /// The axis about which it rotates.
     axis: Option<Axis>,
+    /// What the centrifugal forces do to its nodes at 1 rad/s, m; known with the modes.
+    spread: Option<Vec<[f64; 3]>>,
     statics: RefCell<Option<Statics<'p>>>,
     shapes: Option<BodyModes>,
     order: Order,
@@ -47,7 +51,7 @@ impl<'p> Elements<'p> {
     pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: Method) -> Self {
         let order = Order::new(&fe.name);
         let eigen = sparse::Method::default();
-        Self { petsc, fe, method, eigen, axis: None, statics: RefCell::new(None), shapes: None, order }
+        Self { petsc, fe, method, eigen, axis: None, spread: None, statics: RefCell::new(None), shapes: None, order }
     }
 
     /// The same body with modes computed by `eigen`.
@@ -134,7 +138,12 @@ impl Body for Elements<'_> {
         let rows = self.fe.contact_modes(world, &found);
         let reach = omega.last().copied().unwrap_or(0.0);
         let rotation = match self.axis {
-            Some(axis) => Some(rotation::project(world, &self.fe, &mut *self.solver()?, &found, axis)?),
+            Some(axis) => {
+                let spread = rotation::centrifugal(world, &self.fe, &mut *self.solver()?, axis)?;
+                let forms = RotationForms::assemble(world, &self.fe, axis, &spread)?;
+                self.spread = Some(spread);
+                Some(forms.project(world, &self.fe.operators.mass, &found))
+            }
             None => None,
         };
         self.shapes = Some(found);
@@ -160,7 +169,30 @@ impl Body for Elements<'_> {
     }
 
     fn full_system(&self) -> Option<&dyn FullSystem> {
-        Some(&self.fe)
+        Some(self)
+    }
+}
+
+impl FullSystem for Elements<'_> {
+    fn name(&self) -> &str {
+        FullSystem::name(&self.fe)
+    }
+
+    fn stiffness(&self) -> &DistCsr {
+        self.fe.stiffness()
+    }
+
+    fn mass(&self) -> &DistCsr {
+        self.fe.mass()
+    }
+
+    fn trace(&self) -> &Trace {
+        FullSystem::trace(&self.fe)
+    }
+
+    fn rotation(&self) -> Result<Option<RotationForms>> {
+        let (Some(axis), Some(spread)) = (self.axis, &self.spread) else { return Ok(None) };
+        RotationForms::assemble(self.petsc.world(), &self.fe, axis, spread).map(Some)
     }
 }
 

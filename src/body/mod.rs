@@ -29,7 +29,7 @@ use fe::BodyModes;
 use modes::Extent;
 use nearest::Nearest;
 use residual::NodeMotion;
-use rotation::{ModalRotation, Turning};
+use rotation::{ModalRotation, RotationForms, Turning};
 
 /// A body as the interface sees it, dense, on rank 0. Contact rows are interleaved `3*i + c` over the nodes `i` of the
 /// contact grid; component `c` is x, y, and n = into the body (-z in lower form), so that pressure acts as `+p` on row n
@@ -255,4 +255,9 @@ pub trait FullSystem {
 
     /// Its contact rows.
     fn trace(&self) -> &Trace;
+
+    /// Collective: what rotation adds at 1 rad/s, of a body that rotates and whose modes are known.
+    fn rotation(&self) -> Result<Option<RotationForms>> {
+        Ok(None)
+    }
 }

@@ -81,44 +81,63 @@ impl Turning {
     }
 }
 
-/// Collective: the rotation of `body` about `axis` in the space of its `modes`; the same on every rank. `statics` holds the factorisation of its stiffness,
-/// which gives the prestress. The body must be supported.
-pub fn project(
-    world: &World,
-    body: &FeBody,
-    statics: &mut Statics,
-    modes: &BodyModes,
-    axis: Axis,
-) -> Result<ModalRotation> {
+/// What rotation adds to the matrices of a body, at 1 rad/s.
+#[derive(Debug, Clone)]
+pub struct RotationForms {
+    /// The axis.
+    pub axis: Axis,
+    /// G, kg, skew; grows with Ω.
+    pub gyroscopic: DistCsr,
+    /// K_σ − K_c, kg, symmetric; grows with Ω².
+    pub stiffness: DistCsr,
+}
+
+impl RotationForms {
+    /// Collective: those of `body` about `axis`; `displacement` is what the centrifugal forces do to its nodes at 1 rad/s ([`centrifugal`]), m, `[nodes]`.
+    pub fn assemble(world: &World, body: &FeBody, axis: Axis, displacement: &[[f64; 3]]) -> Result<Self> {
+        let assembly = Assembly::new(world, &body.part, &body.dofs)?;
+        let (density, material) = (body.material.density, body.material);
+        let prestress = assembly.assemble(&Prestress { material, displacement });
+        let stiffness = prestress.minus_scaled(1.0, &assembly.assemble(&Convected { density, axis }));
+        Ok(Self { axis, gyroscopic: assembly.assemble(&Gyroscopic { density, axis }), stiffness })
+    }
+
+    /// Collective: the rotation in the space of the `modes` of the body, whose mass is `mass`; the same on every rank.
+    pub fn project(&self, world: &World, mass: &DistCsr, modes: &BodyModes) -> ModalRotation {
+        let phi = &modes.vectors;
+        let gyroscopic = bilinear(world, &self.gyroscopic, phi);
+        let stiffness = bilinear(world, &self.stiffness, phi);
+        // D′ = D − ê×: of D its skew part G/2, which it is but for the facets of the mesh.
+        let turned = |v: &Vec<f64>| -> Vec<f64> {
+            v.chunks_exact(3).flat_map(|p| self.axis.turned([p[0], p[1], p[2]])).collect()
+        };
+        let (operator, rows) = (mass.operator(world), mass.n_local());
+        let mut loaded = vec![0.0; rows * phi.len()];
+        for (column, out) in phi.iter().zip(loaded.chunks_exact_mut(rows.max(1))) {
+            operator.apply(world, &turned(column), out);
+        }
+        let frame = products(world, phi, &loaded);
+        ModalRotation {
+            derivative: faer::Scale(0.5) * skew(gyroscopic.as_ref()) - skew(frame.as_ref()),
+            gyroscopic: skew(gyroscopic.as_ref()),
+            stiffness: symmetric(stiffness.as_ref()),
+        }
+    }
+}
+
+/// Collective: the displacement of the nodes of `body` by the centrifugal forces about `axis` at 1 rad/s, m, `[nodes]`. `statics` holds the factorisation of
+/// its stiffness. The body must be supported.
+pub fn centrifugal(world: &World, body: &FeBody, statics: &mut Statics, axis: Axis) -> Result<Vec<[f64; 3]>> {
     if !body.supported {
         return Err(Error::Job(format!(
             "bodies.{}.rotation: the body is free; a body that rotates needs a support, the bore on its axle for instance",
             body.name
         )));
     }
-    let assembly = Assembly::new(world, &body.part, &body.dofs)?;
-    let (density, material) = (body.material.density, body.material);
-    let phi = &modes.vectors;
-    let gyroscopic = bilinear(world, &assembly.assemble(&Gyroscopic { density, axis }), phi);
-    let convected = bilinear(world, &assembly.assemble(&Convected { density, axis }), phi);
-    let mut u = assembly.load(|x| axis.outward(x).map(|r| density * r));
+    let density = body.material.density;
+    let mut u = Assembly::new(world, &body.part, &body.dofs)?.load(|x| axis.outward(x).map(|r| density * r));
     statics.solve(&mut u, 1)?;
-    let displacement = body.at_nodes(world, &u);
-    let prestress = bilinear(world, &assembly.assemble(&Prestress { material, displacement: &displacement }), phi);
-    // D′ = D − ê×: of D its skew part G/2, which it is but for the facets of the mesh.
-    let turned: Vec<Vec<f64>> =
-        phi.iter().map(|v| v.chunks_exact(3).flat_map(|p| axis.turned([p[0], p[1], p[2]])).collect()).collect();
-    let mut loaded = vec![0.0; body.dofs.owned() * turned.len()];
-    let operator = body.operators.mass.operator(world);
-    for (column, out) in turned.iter().zip(loaded.chunks_exact_mut(body.dofs.owned().max(1))) {
-        operator.apply(world, column, out);
-    }
-    let frame = products(world, phi, &loaded);
-    Ok(ModalRotation {
-        derivative: faer::Scale(0.5) * &gyroscopic - skew(frame.as_ref()),
-        gyroscopic: skew(gyroscopic.as_ref()),
-        stiffness: symmetric((prestress - convected).as_ref()),
-    })
+    Ok(body.at_nodes(world, &u))
 }
 
 /// Collective: ΦᵀAΦ on every rank.

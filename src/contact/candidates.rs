@@ -3,6 +3,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
+use super::influence::row;
 use super::interface::Upstream;
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::dense::dot;
@@ -190,12 +191,11 @@ fn gather(
 ) -> Result<()> {
     let mut first = true;
     for &(j, d) in terms.iter().filter(|t| t.1 != 0.0) {
-        // W is symmetric: its column is the row wanted, and contiguous.
-        let Some(col) = problem.compliance.col(3 * j + r).try_as_col_major().map(|c| c.as_slice()) else {
-            return Err(Error::Defect("steady contact: the influence matrix is not column-major".into()));
+        let Some(row) = row(problem.compliance, 3 * j + r) else {
+            return Err(Error::Defect("steady contact: the influence matrix is neither by columns nor by rows".into()));
         };
         for (o, &k) in out.chunks_exact_mut(3).zip(nodes) {
-            let (d, v) = (d * problem.interface.weight[k], &col[3 * k..3 * k + 3]);
+            let (d, v) = (d * problem.interface.weight[k], &row[3 * k..3 * k + 3]);
             let v = [d * v[0], d * v[1], d * v[2]];
             let old = if first { [0.0; 3] } else { [o[0], o[1], o[2]] };
             o.copy_from_slice(&[old[0] + v[0], old[1] + v[1], old[2] + v[2]]);

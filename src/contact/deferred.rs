@@ -7,8 +7,9 @@
 //! Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011)): the next d is the combination of the last ones for which, in a linear
 //! problem, the least would be missing. W₀ stays as it is, so each problem solved is as benign as the first.
 
+use super::influence::multiply;
 use super::newton::Effort;
-use super::steady::{multiply, SteadyProblem, SteadySolution};
+use super::steady::{SteadyProblem, SteadySolution};
 use crate::dense::dot;
 use crate::grid::Interface;
 use crate::{Error, Result};

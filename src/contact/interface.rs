@@ -1,6 +1,7 @@
 //! Kinematics of the interface: creepages, and the upstream operator ∂x on its grid.
 
 use super::course::Course;
+use super::influence::row;
 use super::law::LinearEdge;
 use crate::grid::Interface;
 use faer::MatRef;
@@ -113,7 +114,7 @@ impl Interface {
     ) -> Upstream {
         let force: Vec<f64> =
             stress.chunks_exact(3).zip(&self.weight).flat_map(|(t, w)| t.iter().map(move |v| v * w)).collect();
-        let sunk = |i: usize| w.col(3 * i + 2).iter().zip(&force).map(|(c, f)| c * f).sum::<f64>();
+        let sunk = |i: usize| row(w, 3 * i + 2).map_or(f64::NAN, |w| w.iter().zip(&force).map(|(c, f)| c * f).sum());
         self.edge_upstream(stencil, stress, |i| self.gap[i] - approach + sunk(i))
     }
 

@@ -51,8 +51,7 @@ pub(super) fn solve_normal(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) 
             if !s.are_points() && s.gap[i] >= approach && wnn(i, closed[0]) >= 0.0 {
                 continue;
             }
-            let col = w.col(3 * i + 2);
-            let g = s.gap[i] - approach + closed.iter().zip(&force).map(|(&j, f)| col[3 * j + 2] * f).sum::<f64>();
+            let g = s.gap[i] - approach + closed.iter().zip(&force).map(|(&j, f)| wnn(i, j) * f).sum::<f64>();
             if g < -1e-13 * scale {
                 next.push(i);
             }

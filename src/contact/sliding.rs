@@ -7,6 +7,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
 use super::active_set::{settle, under};
+use super::influence::row;
 use super::interface::{Creepage, Stencil, Upstream};
 use super::law::{LinearContact, LinearNode, Slip, Tangent};
 use super::memory::{self, coefficients, Sliding};
@@ -165,13 +166,8 @@ impl SlidingProblem<'_> {
             coefficients(&self.friction, s, self.speed, closed, |i| creep[i][0].hypot(creep[i][1]))
         };
         let limit = 30 + s.x.len() + s.y.len();
-        // W is symmetric: the row of a displacement is its column.
-        let displacement = |row: usize, reaction: &[f64]| -> f64 {
-            match w.col(row).try_as_col_major() {
-                Some(col) => dot(col.as_slice(), reaction),
-                None => w.col(row).iter().zip(reaction).map(|(a, b)| a * b).sum(),
-            }
-        };
+        let displacement =
+            |at: usize, reaction: &[f64]| -> f64 { row(w, at).map_or(f64::NAN, |row| dot(row, reaction)) };
         let settled = settle(std::mem::take(closed), limit, |closed| {
             if closed.is_empty() {
                 return Err(Error::Job(

@@ -3,6 +3,7 @@
 use faer::MatRef;
 
 use super::candidates::Candidates;
+use super::influence::multiply;
 use super::interface::{Creepage, Stencil, Upstream};
 use super::law::{size, Augmentation, LinearContact, LinearNode, Node, Slip, Status, Tangent};
 use super::memory::{self, coefficients, Sliding};
@@ -27,7 +28,7 @@ pub enum NormalLoad {
 pub struct SteadyProblem<'a> {
     /// The interface.
     pub interface: &'a Interface,
-    /// Influence matrix W of the interface (see [`crate::model::combined_compliance`]), m/N, `[3n, 3n]`, symmetric, rows (x, y, n).
+    /// Influence matrix W of the interface (see [`crate::model::ModalPair::influence`]), m/N, `[3n, 3n]`, rows (x, y, n): symmetric, or kept by rows.
     pub compliance: MatRef<'a, f64>,
     /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it remembers.
     pub friction: FrictionLaw,
@@ -369,15 +370,4 @@ impl SteadySolution {
     pub(super) fn stresses(&self) -> Vec<f64> {
         self.traction.iter().zip(&self.pressure).flat_map(|(t, &p)| [t[0], t[1], p]).collect()
     }
-}
-
-/// `w` times a vector most of whose components are zero.
-pub(super) fn multiply(w: MatRef<'_, f64>, x: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut out = vec![0.0; w.nrows()];
-    for (k, v) in x.enumerate().filter(|(_, v)| *v != 0.0) {
-        for (o, c) in out.iter_mut().zip(w.col(k).iter()) {
-            *o += c * v;
-        }
-    }
-    out
 }

@@ -184,7 +184,8 @@ impl Checker {
             return self.walk(value, only, path, faults);
         }
         let words: Vec<&str> = forms.iter().filter_map(|n| n.get("const").and_then(Value::as_str)).collect();
-        if words.len() == forms.len() {
+        // Of words beside forms of other types a string is meant as a word.
+        if words.len() == forms.len() || (value.is_string() && !words.is_empty()) {
             if !value.as_str().is_some_and(|v| words.contains(&v)) {
                 faults.push(choice(place, value, words.into_iter()));
             }

@@ -100,9 +100,6 @@ fn check_rotating(job: &Job, faults: &mut Vec<String>) {
                 "{path}: \"rolling\" takes the speed of contact, which is missing; give an angular velocity (rad/s)"
             ));
         }
-        if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
-            faults.push(format!("{path}: analyses.stability.full does not take bodies that rotate; set it to \"none\", or leave full out"));
-        }
     }
 }
 

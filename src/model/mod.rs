@@ -174,7 +174,8 @@ impl SharedModel {
         pair.turning =
             Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
         if self.rotation.iter().any(Option::is_some) {
-            pair.compliance = &pair.residual + &pair.modes * pair.stiffness.statics(pair.modes.transpose());
+            let whole = &pair.residual + &pair.modes * pair.stiffness.statics(pair.modes.transpose());
+            pair.compliance = whole.transpose().to_owned();
         }
         Ok(&self.pair)
     }

@@ -10,7 +10,7 @@ use faer::{Mat, MatRef};
 /// Two bodies on one interface: combined compliance and modes.
 #[derive(Debug, Clone)]
 pub struct ModalPair {
-    /// W = C1 + E C2 E, m/N, `[3n, 3n]`.
+    /// W = C1 + E C2 E, m/N, `[3n, 3n]`; its transpose where bodies rotate, see [`influence`](Self::influence).
     pub compliance: Mat<f64>,
     /// Residual S = W − Ψ K⁻¹ Ψᵀ, m/N, `[3n, 3n]`.
     pub residual: Mat<f64>,
@@ -66,7 +66,16 @@ impl ModalPair {
         };
         let turning =
             Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
+        let compliance = if turning.is_some() { compliance.transpose().to_owned() } else { compliance };
         Ok(Self { compliance, residual, modes, omega, stiffness, damping, turning, lower_modes: m1, reach })
+    }
+
+    /// W, m/N, `[3n, 3n]`: symmetric of bodies at rest; that of bodies that rotate is not, since damping acts on what only turns, and is kept by rows.
+    pub fn influence(&self) -> MatRef<'_, f64> {
+        match self.turning {
+            Some(_) => self.compliance.transpose(),
+            None => self.compliance.as_ref(),
+        }
     }
 
     /// Collective: the pair of rank 0 on every rank.

@@ -43,6 +43,7 @@ const TESTS: &[Test] = &[
     ("rotation::what_is_not_of_revolution_is_refused", rotation::what_is_not_of_revolution_is_refused),
     ("stability::unlike_bodies", stability::unlike_bodies),
     ("stability::friction_that_remembers", stability::friction_that_remembers),
+    ("stability::bodies_that_rotate", stability::bodies_that_rotate),
     ("stability::unlike_damping", stability::unlike_damping),
     ("stability::mirror_images", stability::mirror_images),
     ("stability::modal_damping", stability::modal_damping),

@@ -7,10 +7,12 @@ use faer::{Mat, Side};
 use num_complex::Complex;
 use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::body::modes;
+use railsqueal::body::rotation::{centrifugal, RotationForms};
 use railsqueal::body::statics::Statics;
 use railsqueal::body::FullSystem;
 use railsqueal::contact::{LinearContact, LinearMemory, LinearNode, Slip, Tangent};
 use railsqueal::eigen::sparse::Method;
+use railsqueal::fem::rotation::Axis;
 use railsqueal::fem::Material;
 use railsqueal::friction::Relaxation;
 use railsqueal::grid::ContactGrid;
@@ -19,8 +21,11 @@ use railsqueal::petsc::Petsc;
 use railsqueal::progress::Progress;
 use railsqueal::stability::full::cover::{partners, Wedge};
 use railsqueal::stability::full::system::System;
-use railsqueal::stability::full::{spectrum, Coupling, DampedBody, Damping, FullBodies, FullOptions, FullSpectrum};
+use railsqueal::stability::full::{
+    spectrum, Coupling, DampedBody, Damping, FullBodies, FullOptions, FullSpectrum, Spin,
+};
 use std::f64::consts::PI;
+use std::rc::Rc;
 
 type C = Complex<f64>;
 
@@ -133,6 +138,23 @@ fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearC
         let modal = &places[b].modal;
         let (_, phi) = dense_modes(world, bodies[b], modal.len());
         let loads = &mb * &phi;
+        if let Some(spin) = &places[b].spin {
+            let [g, kr] = [&spin.forms.gyroscopic, &spin.forms.stiffness].map(|a| dense(world, a));
+            // The damping of the modes acts on the rate of the material.
+            let (omega, phi) = dense_modes(world, bodies[b], spin.modal.derivative.nrows());
+            let whole =
+                |k: usize| damping[b].alpha + damping[b].beta * omega[k].powi(2) + modal.get(k).copied().unwrap_or(0.0);
+            let turned = Mat::from_fn(omega.len(), omega.len(), |i, j| whole(i) * spin.modal.derivative[(i, j)]);
+            let loads = &mb * &phi;
+            let circulating = &loads * turned * loads.transpose();
+            for i in 0..sizes[b] {
+                for j in 0..sizes[b] {
+                    let at = (first[b] + i, first[b] + j);
+                    damp[at] += spin.speed * g[(i, j)];
+                    stiff[at] += spin.speed * (spin.speed * kr[(i, j)] + circulating[(i, j)]);
+                }
+            }
+        }
         for i in 0..sizes[b] {
             for j in 0..sizes[b] {
                 let sum: f64 = modal.iter().enumerate().map(|(k, c)| c * loads[(i, k)] * loads[(j, k)]).sum();
@@ -253,7 +275,8 @@ fn both(
     let exact = eigenvalues(&matrices, unknowns, RATE);
     let options = FullOptions { max_frequency: LIMIT, damping_ratio: 0.2, count: 12, tolerance };
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let count = places.iter().map(|p| p.modal.len()).max().unwrap_or(0);
+    let turning = |p: &DampedBody| p.spin.as_ref().map_or(0, |s| s.modal.derivative.nrows());
+    let count = places.iter().map(|p| p.modal.len().max(turning(p))).max().unwrap_or(0);
     let modes: Vec<BodyModes> = bodies.iter().map(|b| shared_modes(world, b, count)).collect();
     let modes: Vec<&BodyModes> = if count > 0 { modes.iter().collect() } else { Vec::new() };
     let (bodies, modes) = (&full_systems(bodies)[..], &modes[..]);
@@ -383,7 +406,7 @@ pub fn modal_damping_of_a_mirror_image(world: &World) {
     compare(
         world,
         &bodies,
-        [DampedBody::rayleigh(0, damping), DampedBody { body: 0, damping, modal: loss(&omega, 0.02) }],
+        [DampedBody::rayleigh(0, damping), DampedBody { body: 0, damping, modal: loss(&omega, 0.02), spin: None }],
         &contact(),
     );
 }
@@ -395,6 +418,28 @@ pub fn modal_against_rayleigh_damping(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let upper = DampedBody { body: 1, modal: loss(&omega, 0.02), ..DampedBody::default() };
     compare(world, &bodies, [DampedBody::rayleigh(0, damping), upper], &contact());
+}
+
+/// Bodies that rotate, one of them against the other and with its modes damped: the inverse knows what the modes see of it, the eigenpairs all.
+pub fn bodies_that_rotate(world: &World) {
+    let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
+    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let spin = |body: usize, speed: f64| {
+        let fe = &bodies[body];
+        let axis = Axis::below(0.3);
+        let petsc = Petsc::start(world, &[], &[]).unwrap();
+        let mut statics = Statics::direct(&petsc, fe).unwrap();
+        let spread = centrifugal(world, fe, &mut statics, axis).unwrap();
+        let forms = Rc::new(RotationForms::assemble(world, fe, axis, &spread).unwrap());
+        let modal = forms.project(world, &fe.operators.mass, &shared_modes(world, fe, 40));
+        Some(Spin { speed, forms, modal })
+    };
+    let (omega, _) = dense_modes(world, &bodies[1], 40);
+    let upper = DampedBody { body: 1, modal: loss(&omega, 0.002), spin: spin(1, -150.0), ..DampedBody::default() };
+    let lower = DampedBody { spin: spin(0, 100.0), ..DampedBody::rayleigh(0, damping) };
+    compare(world, &bodies, [lower.clone(), upper], &contact());
+    // Mirror images, of which one stands still.
+    compare(world, &bodies[..1], [lower, DampedBody::rayleigh(0, damping)], &contact());
 }
 
 /// A bar along x of which one end is free, on either side, so that on several ranks some have no rows at all, or none of the contact.

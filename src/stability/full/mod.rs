@@ -19,7 +19,7 @@ use num_complex::Complex;
 use system::{Residuals, System};
 
 pub use coupling::Coupling;
-pub use damping::{DampedBody, Damping};
+pub use damping::{DampedBody, Damping, Spin};
 
 type C = Complex<f64>;
 
@@ -52,6 +52,8 @@ pub struct FullPair {
     pub forces: Vec<C>,
     /// Power of each body's own damping with this motion over |λ|²: uᴴ C u, N·s/m.
     pub damping: [f64; 2],
+    /// What rotation adds to uᴴ K u of each body, N/m.
+    pub stiffening: [f64; 2],
     /// Its residuals.
     pub residuals: Residuals,
 }
@@ -180,8 +182,13 @@ fn around(
         }
         let (motion, pressure) = system.split(x);
         let forces = system.reactions(value, x);
-        let damping = system.dissipation(x);
-        pairs.push(FullPair { value, motion, pressure, forces, damping, residuals });
+        let (mut damping, stiffening) = (system.dissipation(x), system.stiffening(x));
+        // The symmetric part of what rotation adds keeps energy, the skew one does work.
+        for (damping, stiffening) in damping.iter_mut().zip(&stiffening) {
+            *damping += value.im * stiffening.im / value.norm_sqr();
+        }
+        let stiffening = stiffening.map(|s| s.re);
+        pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals });
     }
     Ok((pairs, found.solves))
 }

@@ -8,7 +8,7 @@
 //! at the contact rows (Woodbury's identity). Modal damping is of low rank and enters in the same way.
 
 use super::coupling::{CoupledContact, Coupling};
-use super::damping::{DampedBody, Damping, ModalCorrection, ModalDamping};
+use super::damping::{DampedBody, Damping, ModalCorrection, ModalTerms, Spin};
 use super::inverse::{Inverse, ShiftedBody};
 use crate::body::fe::BodyModes;
 use crate::body::{FullSystem, Side};
@@ -25,6 +25,11 @@ use std::rc::Rc;
 
 type C = Complex<f64>;
 
+/// What corrections for the rotation may leave of a solution.
+const CORRECTED: f64 = 1e-11;
+/// Most corrections of a solution.
+const CORRECTIONS: usize = 12;
+
 /// One of the two bodies.
 struct Part<'a> {
     body: &'a dyn FullSystem,
@@ -32,7 +37,8 @@ struct Part<'a> {
     stiffness: Operator<'a>,
     mass: Operator<'a>,
     damping: Damping,
-    modal: Option<ModalDamping>,
+    modal: Option<ModalTerms>,
+    spin: Option<Spin>,
     /// Index in the list of finite-element bodies: equal for mirror images.
     index: usize,
     /// This rank's contact rows of the body in lower form: (row of the coupling, local degree of freedom, coefficient).
@@ -73,6 +79,13 @@ pub struct System<'a> {
     /// ‖K‖, ‖C‖, ‖M‖ by row sums in these units.
     norms: [f64; 3],
     shift: Option<Shift<'a>>,
+    /// λ there, 1/s.
+    sigma: C,
+}
+
+/// x̄ᵀy of this rank's rows.
+fn inner(x: &[C], y: &[C]) -> C {
+    x.iter().zip(y).map(|(x, y)| x.conj() * y).sum()
 }
 
 /// Residuals of an eigenpair.
@@ -100,8 +113,8 @@ impl<'a> System<'a> {
         let world = petsc.world();
         let mut parts: Vec<Part> = Vec::new();
         let mut first = 0;
-        for (side, &DampedBody { body: index, damping, modal: ref coefficients }) in Side::BOTH.into_iter().zip(places)
-        {
+        for (side, place) in Side::BOTH.into_iter().zip(places) {
+            let DampedBody { body: index, damping, .. } = *place;
             let missing = || Error::Defect("full stability: a body is missing".into());
             let body = *bodies.get(index).ok_or_else(missing)?;
             let mut place_of = vec![None; body.trace().rows() / 3];
@@ -111,17 +124,21 @@ impl<'a> System<'a> {
             let mut rows: Vec<_> = body.trace().own().iter().filter_map(in_contact).collect();
             rows.sort_by_key(|r| r.0);
             let (stiffness, mass) = (body.stiffness().operator(world), body.mass().operator(world));
-            let modal = match (coefficients.is_empty(), modes.get(index)) {
+            let modal = match (place.modal.is_empty() && place.spin.is_none(), modes.get(index)) {
                 (true, _) => None,
-                (_, None) => return Err(Error::Defect("full stability: no modes to damp".into())),
+                (_, None) => return Err(Error::Defect("full stability: no modes to damp or to turn".into())),
                 (_, Some(modes)) => {
+                    let enough = if place.spin.is_some() { 2 } else { 1 } * modes.vectors.len();
                     let twin = parts.iter().filter(|p| p.index == index).find_map(|p| p.modal.as_ref());
-                    let loads =
-                        twin.map_or_else(|| ModalDamping::loads(world, &mass, modes), |twin| Rc::clone(&twin.loads));
-                    Some(ModalDamping::new(loads, coefficients)?)
+                    let loads = match twin.filter(|twin| twin.loads.len() >= enough) {
+                        Some(twin) => Rc::clone(&twin.loads),
+                        None => ModalTerms::loads(world, &mass, modes, place),
+                    };
+                    Some(ModalTerms::new(loads, modes, place)?)
                 }
             };
-            parts.push(Part { body, side, stiffness, mass, damping, modal, index, rows, first });
+            let spin = place.spin.clone();
+            parts.push(Part { body, side, stiffness, mass, damping, modal, spin, index, rows, first });
             first += body.stiffness().n_local();
         }
         let stiffness = parts.iter().map(|p| p.stiffness.matrix().max_abs(world)).fold(0.0, f64::max);
@@ -129,9 +146,9 @@ impl<'a> System<'a> {
         for p in &parts {
             let k = p.stiffness.matrix().norm_inf(world);
             let m = p.mass.matrix().norm_inf(world);
-            let modal = p.modal.as_ref().map_or(0.0, |d| d.norm(world));
-            let c = p.damping.alpha.abs() * m + p.damping.beta.abs() * k + modal;
-            for (norm, v) in norms.iter_mut().zip([k, c * rate, m * rate * rate]) {
+            let modal = p.modal.as_ref().map_or([0.0; 2], |d| d.norms(world));
+            let c = p.damping.alpha.abs() * m + p.damping.beta.abs() * k + modal[1];
+            for (norm, v) in norms.iter_mut().zip([k + modal[0], c * rate, m * rate * rate]) {
                 *norm = norm.max(v / stiffness);
             }
         }
@@ -141,7 +158,7 @@ impl<'a> System<'a> {
         let (own, moved) = coupling.largest_memory();
         norms[0] += own[1] / rate + moved[1] / (rate * stiffness) + own[0];
         norms[1] += own[0] + moved[0] / stiffness;
-        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift: None })
+        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift: None, sigma: C::default() })
     }
 
     /// Unit of λ, rad/s.
@@ -208,12 +225,13 @@ impl<'a> System<'a> {
         }
         let contact = self.world.on_root(|| self.coupling.at(&receptance, sigma))?;
         self.shift = Some(Shift { bodies, modal, contact });
+        self.sigma = sigma;
         Ok(sigma)
     }
 
     /// Collective: what the modal damping of a part adds to the inverse of its body at λ = `sigma`.
-    fn correction(&self, part: &Part, damping: &ModalDamping, body: &ShiftedBody, sigma: C) -> ModalCorrection {
-        let (n, m, count) = (part.len(), 3 * self.coupling.nodes.len(), damping.loads.len());
+    fn correction(&self, part: &Part, damping: &ModalTerms, body: &ShiftedBody, sigma: C) -> ModalCorrection {
+        let (n, m, count) = (part.len(), 3 * self.coupling.nodes.len(), damping.count());
         // G = UᵀZ, then YZ, column by column.
         let mut all = vec![C::default(); (count + m) * count];
         for (k, out) in all.chunks_exact_mut(count + m).enumerate() {
@@ -235,7 +253,7 @@ impl<'a> System<'a> {
         let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
         let (k, mass) = (part.body.stiffness(), part.body.mass());
         let name = format!("body {} at {:.1} Hz", part.body.name(), sigma.im / (2.0 * std::f64::consts::PI));
-        let modal = group.iter().find_map(|&p| self.parts[p].modal.as_ref());
+        let modal = group.iter().filter_map(|&p| self.parts[p].modal.as_ref()).max_by_key(|d| d.loads.len());
         let count = m + modal.map_or(0, |d| d.loads.len());
         let mut loads = vec![0.0; n * count];
         for &(row, dof, factor) in &part.rows {
@@ -321,6 +339,20 @@ impl<'a> System<'a> {
         forces
     }
 
+    /// Collective: what rotation of the lower and of the upper body adds to uᴴ K u, N/m times the square of the motion's unit.
+    pub fn stiffening(&self, x: &[C]) -> [C; 2] {
+        let of = |part: &Part| {
+            let (Some(spin), Some(modal)) = (&part.spin, &part.modal) else { return C::default() };
+            let u = &x[part.first..part.first + part.len()];
+            let mut product = vec![C::default(); u.len()];
+            spin.forms.stiffness.operator(self.world).apply(self.world, u, &mut product);
+            modal.add_seen(self.world, true, -1.0, u, &mut product);
+            let unseen = self.world.sum_all(&[inner(u, &product)])[0];
+            modal.stiffening(self.world, u) + spin.speed * spin.speed * unseen
+        };
+        [0, 1].map(|p| self.parts.get(p).map_or(C::default(), of))
+    }
+
     /// Collective: uᴴ C u of the lower and of the upper body with their own damping, N·s/m times the square of the motion's unit.
     pub fn dissipation(&self, x: &[C]) -> [f64; 2] {
         let of = |part: &Part| {
@@ -335,6 +367,26 @@ impl<'a> System<'a> {
             rayleigh + part.modal.as_ref().map_or(0.0, |d| d.power(self.world, u))
         };
         [0, 1].map(|p| self.parts.get(p).map_or(0.0, of))
+    }
+
+    /// Collective: out += what of the rotation the modes do not see, G − MΦ G̃ ΦᵀM and alike, of the power 1 or 0 of λ.
+    fn add_unseen(&self, power: usize, factor: f64, x: &[C], out: &mut [C]) {
+        let world = self.world;
+        let unit = factor * self.rate.powi(power as i32) / self.stiffness;
+        for part in &self.parts {
+            let (Some(spin), Some(modal)) = (&part.spin, &part.modal) else { continue };
+            let (form, factor) = match power {
+                1 => (&spin.forms.gyroscopic, unit * spin.speed),
+                0 => (&spin.forms.stiffness, unit * spin.speed * spin.speed),
+                _ => continue,
+            };
+            let span = part.first..part.first + part.len();
+            let (x, out) = (&x[span.clone()], &mut out[span]);
+            let mut product = vec![C::default(); x.len()];
+            form.operator(world).apply(world, x, &mut product);
+            out.iter_mut().zip(&product).for_each(|(o, p)| *o += factor * p);
+            modal.add_seen(world, power == 0, -factor, x, out);
+        }
     }
 
     /// Collective: residuals of the pair (λ in 1/s, x).
@@ -376,81 +428,13 @@ impl<'a> System<'a> {
         x.iter_mut().for_each(|v| *v /= size);
         Ok(x)
     }
-}
 
-impl ShellOperator for System<'_> {
-    fn n_local(&self) -> usize {
-        let multipliers = if self.world.is_root() { self.coupling.closed() + self.coupling.remembering() } else { 0 };
-        // A rank without any unknown gets one that is zero.
-        (self.pressures() + multipliers).max(1)
+    fn size(&self, v: &[C]) -> f64 {
+        self.world.sum(v.iter().map(|v| v.norm_sqr()).sum()).sqrt()
     }
 
-    fn multiply(&mut self, power: usize, x: &[C], out: &mut [C]) -> Result<()> {
-        let world = self.world;
-        let unit = self.rate.powi(power as i32) / self.stiffness;
-        out.fill(C::default());
-        let mut product = Vec::new();
-        for part in &self.parts {
-            let span = part.first..part.first + part.len();
-            let x = &x[span.clone()];
-            product.resize(x.len(), C::default());
-            let Damping { alpha, beta } = part.damping;
-            let terms = match power {
-                0 => [(1.0, Some(&part.stiffness)), (0.0, None)],
-                1 => [(alpha, Some(&part.mass)), (beta, Some(&part.stiffness))],
-                _ => [(1.0, Some(&part.mass)), (0.0, None)],
-            };
-            for (factor, matrix) in terms {
-                let Some(matrix) = matrix.filter(|_| factor != 0.0) else { continue };
-                matrix.apply(world, x, &mut product);
-                for (o, p) in out[span.clone()].iter_mut().zip(&product) {
-                    *o += factor * unit * p;
-                }
-            }
-            if let (1, Some(modal)) = (power, &part.modal) {
-                modal.add(world, unit, x, &mut out[span]);
-            }
-        }
-        let first = self.pressures();
-        match power {
-            0 => {
-                let y = self.motion(x);
-                let mut forces = self.coupling.convection_forces(&y);
-                let pressed = self.coupling.pressure_forces(&self.pressures_of(x));
-                let friction = self.friction_of(x);
-                let remembered = self.coupling.memory_forces(&friction);
-                forces.iter_mut().zip(pressed).zip(remembered).for_each(|((f, p), m)| *f += p + m);
-                self.add_forces(&forces, -unit, out);
-                if world.is_root() {
-                    let closed = self.coupling.closed();
-                    for i in 0..closed {
-                        out[first + i] = y[3 * i + 2];
-                    }
-                    for (out, row) in out[first + closed..].iter_mut().zip(self.coupling.memory_rows(0, &y, &friction))
-                    {
-                        *out = row / (self.stiffness * self.rate);
-                    }
-                } else if first == 0 {
-                    out[0] = x[0];
-                }
-            }
-            1 => {
-                let y = self.motion(x);
-                self.add_forces(&self.coupling.damping_forces(&y), -unit, out);
-                let friction = self.friction_of(x);
-                if world.is_root() {
-                    let at = first + self.coupling.closed();
-                    for (out, row) in out[at..].iter_mut().zip(self.coupling.memory_rows(1, &y, &friction)) {
-                        *out = row / self.stiffness;
-                    }
-                }
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn solve(&mut self, x: &mut [C]) -> Result<()> {
+    /// Collective: solves with what the modes see of the rotation.
+    fn solve_seen(&mut self, x: &mut [C]) -> Result<()> {
         let world = self.world;
         let first = self.pressures();
         let mut shift = self.shift.take().ok_or_else(|| Error::Defect("full stability: no shift is set".into()))?;
@@ -513,5 +497,112 @@ impl ShellOperator for System<'_> {
         }
         self.shift = Some(shift);
         Ok(())
+    }
+}
+
+impl ShellOperator for System<'_> {
+    fn n_local(&self) -> usize {
+        let multipliers = if self.world.is_root() { self.coupling.closed() + self.coupling.remembering() } else { 0 };
+        // A rank without any unknown gets one that is zero.
+        (self.pressures() + multipliers).max(1)
+    }
+
+    fn multiply(&mut self, power: usize, x: &[C], out: &mut [C]) -> Result<()> {
+        let world = self.world;
+        let unit = self.rate.powi(power as i32) / self.stiffness;
+        out.fill(C::default());
+        let mut product = Vec::new();
+        for part in &self.parts {
+            let span = part.first..part.first + part.len();
+            let x = &x[span.clone()];
+            product.resize(x.len(), C::default());
+            let Damping { alpha, beta } = part.damping;
+            let terms = match power {
+                0 => [(1.0, Some(&part.stiffness)), (0.0, None)],
+                1 => [(alpha, Some(&part.mass)), (beta, Some(&part.stiffness))],
+                _ => [(1.0, Some(&part.mass)), (0.0, None)],
+            };
+            for (factor, matrix) in terms {
+                let Some(matrix) = matrix.filter(|_| factor != 0.0) else { continue };
+                matrix.apply(world, x, &mut product);
+                for (o, p) in out[span.clone()].iter_mut().zip(&product) {
+                    *o += factor * unit * p;
+                }
+            }
+            if let Some(modal) = &part.modal {
+                modal.add(world, power, unit, x, &mut out[span]);
+            }
+        }
+        let first = self.pressures();
+        match power {
+            0 => {
+                let y = self.motion(x);
+                let mut forces = self.coupling.convection_forces(&y);
+                let pressed = self.coupling.pressure_forces(&self.pressures_of(x));
+                let friction = self.friction_of(x);
+                let remembered = self.coupling.memory_forces(&friction);
+                forces.iter_mut().zip(pressed).zip(remembered).for_each(|((f, p), m)| *f += p + m);
+                self.add_forces(&forces, -unit, out);
+                if world.is_root() {
+                    let closed = self.coupling.closed();
+                    for i in 0..closed {
+                        out[first + i] = y[3 * i + 2];
+                    }
+                    for (out, row) in out[first + closed..].iter_mut().zip(self.coupling.memory_rows(0, &y, &friction))
+                    {
+                        *out = row / (self.stiffness * self.rate);
+                    }
+                } else if first == 0 {
+                    out[0] = x[0];
+                }
+            }
+            1 => {
+                let y = self.motion(x);
+                self.add_forces(&self.coupling.damping_forces(&y), -unit, out);
+                let friction = self.friction_of(x);
+                if world.is_root() {
+                    let at = first + self.coupling.closed();
+                    for (out, row) in out[at..].iter_mut().zip(self.coupling.memory_rows(1, &y, &friction)) {
+                        *out = row / self.stiffness;
+                    }
+                }
+            }
+            _ => {}
+        }
+        self.add_unseen(power, 1.0, x, out);
+        Ok(())
+    }
+
+    /// The inverse stands for all of the rotation but what the modes do not see of it, E: y − P̃⁻¹Ey + P̃⁻¹EP̃⁻¹Ey − … is the solution of the whole.
+    fn solve(&mut self, x: &mut [C]) -> Result<()> {
+        self.solve_seen(x)?;
+        if self.parts.iter().all(|p| p.spin.is_none()) {
+            return Ok(());
+        }
+        let mut term = x.to_vec();
+        let mut last = 1.0;
+        for _ in 0..CORRECTIONS {
+            let (mut still, mut moving) = (vec![C::default(); x.len()], vec![C::default(); x.len()]);
+            self.add_unseen(0, -1.0, &term, &mut still);
+            self.add_unseen(1, -1.0, &term, &mut moving);
+            let rate = self.sigma / self.rate;
+            term = still.iter().zip(&moving).map(|(s, m)| s + rate * m).collect();
+            self.solve_seen(&mut term)?;
+            x.iter_mut().zip(&term).for_each(|(x, t)| *x += t);
+            // What is left is smaller than the last term by as much as that than the one before.
+            let share = self.size(&term) / self.size(x);
+            if share * (share / last) <= CORRECTED {
+                return Ok(());
+            }
+            if !(share < last) {
+                break;
+            }
+            last = share;
+        }
+        Err(Error::NotConverged(format!(
+            "stability, full system: the solution at {:.1} Hz does not take in the rotation that the modes do not see: the last correction is {last:.1e} of it; \
+             ask for more modes in analyses.modes",
+            self.sigma.im / (2.0 * std::f64::consts::PI)
+        )))
     }
 }
