@@ -9,6 +9,7 @@ import longitudinal
 import modes
 import ranks
 import report
+import rotation
 import steady
 import transient
 from program import KEPT
@@ -19,6 +20,7 @@ STUDIES = {
     "modes": modes.annulus,
     "growth": growth.narrow_curve,
     "longitudinal": longitudinal.sliding,
+    "rotation": rotation.narrow_curve,
     "transient": transient.against_linear,
     "ranks": ranks.agreement,
     "faults": faults.broken,

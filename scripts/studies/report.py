@@ -62,6 +62,12 @@ def longitudinal(rows):
     return table(["element size, mm", "closed nodes", *heights, "unstable modes"], cells)
 
 
+def rotation(rows):
+    listed = lambda pairs: ", ".join(f"{g:.2f} ({f:.1f})" for g, f in pairs) or "–"  # noqa: E731
+    cells = [[r["speed"], listed(r["rolling"]), listed(r["none"])] for r in rows]
+    return table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells)
+
+
 def ranks(rows):
     names = list(rows[0]["difference"])
     return table(["ranks", *names], [[r["ranks"], *(f"{r['difference'][n]:.1e}" for n in names)] for r in rows])
@@ -114,6 +120,12 @@ SECTIONS = {
         "`jobs/curve.json` with a longitudinal creepage of 1 % in place of the lateral one and 20 modes of each body: growth rates, 1/s, of three modes that the "
         "contact moves much, against the grid; – where no eigenvalue near that frequency has a damping ratio below 0.2.",
         longitudinal,
+    ),
+    "rotation": (
+        "Wheels that turn",
+        "`jobs/rolling-curve.json`: every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of wheels that turn (`\"rolling\"`) and of wheels at rest (`\"none\"`). "
+        "A pair of n nodal diameters splits into two waves, each of which has about half of the pair's growth.",
+        rotation,
     ),
     "transient": (
         "The transient against the linear analysis",

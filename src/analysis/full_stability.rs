@@ -54,14 +54,15 @@ pub fn run(
     let partners = paired.map(|p| order.iter().map(|&i| p[i]).collect()).unwrap_or_default();
     let mut slots: Vec<Option<FullPair>> = spectrum.pairs.into_iter().map(Some).collect();
     spectrum.pairs = order.iter().filter_map(|&i| slots[i].take()).collect();
-    let mut shares = Vec::new();
+    let (mut shares, mut amplitudes) = (Vec::new(), Vec::new());
     for pair in &spectrum.pairs {
-        let q = amplitudes(world, bodies, pair);
+        let q = modal(world, bodies, pair);
         if let Some((_, _, model)) = reduced {
             shares.push(shares_of(&model.omega, &q, pair.value));
+            amplitudes.push(q);
         }
     }
-    Ok(FullResult { spectrum, shares, partners })
+    Ok(FullResult { spectrum, shares, amplitudes, partners })
 }
 
 /// Collective: the spectrum of finite elements, by successive shifts; `reduced` says on rank 0 where to look.
@@ -158,7 +159,7 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
 }
 
 /// Collective: modal amplitudes Φᵀ M u of both bodies, lower first.
-fn amplitudes(world: &World, bodies: &Bodies, pair: &FullPair) -> Vec<C> {
+fn modal(world: &World, bodies: &Bodies, pair: &FullPair) -> Vec<C> {
     let mut q = Vec::new();
     for (place, u) in bodies.places.iter().zip(&pair.motion) {
         let body = &bodies.unique[place.body];

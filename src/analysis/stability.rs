@@ -45,7 +45,7 @@ pub(super) fn run(
         None => None,
     };
     if let (Some(Found { state, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
-        run.file.tables(eigenvalues(spectrum, &root.pair, full.as_ref()));
+        run.file.tables(eigenvalues(spectrum, root, full.as_ref()));
         let tables = state.as_ref().map(|s| equilibrium(s, contact.friction.memory().is_some()));
         run.file.tables(tables.unwrap_or_default());
         let moves = if state.as_ref().is_none_or(|s| s.sliding) { "sliding" } else { "rolling" };

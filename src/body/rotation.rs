@@ -59,9 +59,7 @@ impl Turning {
 
     /// Those of two bodies together, each given with its damping; none where both are at rest.
     pub fn joined(lower: (Option<&Self>, &ModalMatrix), upper: (Option<&Self>, &ModalMatrix)) -> Option<Self> {
-        if lower.0.or(upper.0).is_none() {
-            return None;
-        }
+        lower.0.or(upper.0)?;
         let [a, b] = [lower, upper].map(|(t, damping)| t.cloned().unwrap_or_else(|| Self::none(damping.clone())));
         let derivative = |t: &Self| {
             let m = t.dissipation.order();

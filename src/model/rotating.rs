@@ -60,7 +60,11 @@ pub fn travelling(rotation: &ModalRotation, modal: &[Complex<f64>]) -> f64 {
     let turned = ModalMatrix::from(rotation.derivative.clone()).times(modal);
     let product: Complex<f64> = modal.iter().zip(turned).map(|(q, d)| q.conj() * d).sum();
     let square: f64 = modal.iter().map(|q| q.norm_sqr()).sum();
-    -product.im / square
+    if square > 0.0 {
+        -product.im / square
+    } else {
+        0.0
+    }
 }
 
 /// The waves of an undamped body with the modes `omega` (rad/s) that rotates with the angular velocity `speed`, rad/s; ascending. An error where rotation

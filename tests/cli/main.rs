@@ -9,6 +9,7 @@ mod matrices;
 mod points;
 mod program;
 mod reuse;
+mod rotation;
 mod runs;
 mod slurm;
 mod sound;

@@ -122,6 +122,7 @@ fn the_jobs_of_the_project_are_valid() {
         "annulus.json",
         "blocks.json",
         "curve.json",
+        "rolling-curve.json",
         "squeal.json",
         "hulten.json",
         "sweep-curve.json",

@@ -379,10 +379,20 @@ fn at_points(inputs: &Inputs, root: &ReducedModel) -> Result<Option<PointModel>>
 }
 
 /// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of
-/// the squared amplitudes along x, y and n. Rows of `psi` are 3i + c.
-fn largest_displacement(psi: MatRef<'_, f64>, modal: &[Complex64]) -> f64 {
-    let amplitude = |row: usize| psi.row(row).iter().zip(modal).map(|(p, z)| z * p).sum::<Complex64>().norm_sqr();
-    (0..psi.nrows() / 3).map(|i| (0..3).map(|c| amplitude(3 * i + c)).sum::<f64>().sqrt()).fold(0.0, f64::max)
+/// the squared amplitudes along x, y and n, with the phase of the largest of them. Rows of `psi` are 3i + c.
+fn largest_displacement(psi: MatRef<'_, f64>, modal: &[Complex64]) -> Complex64 {
+    let component = |row: usize| psi.row(row).iter().zip(modal).map(|(p, z)| z * p).sum::<Complex64>();
+    let node = |i: usize| {
+        let all = [0, 1, 2].map(|c| component(3 * i + c));
+        let size = all.iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
+        let first = all.into_iter().max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default();
+        if first.norm() > 0.0 {
+            first * (size / first.norm())
+        } else {
+            first
+        }
+    };
+    (0..psi.nrows() / 3).map(node).max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default()
 }
 
 /// The start with its perturbations, and whether there are any.
@@ -394,7 +404,13 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
             Error::Job(format!("analyses.transient.start.mode is {number}: stability found {found} eigenvalues"))
         })?;
         let largest = largest_displacement(root.pair.modes.as_ref(), &pair.modal);
-        state = state.perturbed(&pair.modal, pair.value, start.amplitude / largest);
+        // A wave has no phase of its own: its largest displacement is now.
+        let phase = match root.pair.turning {
+            Some(_) => largest.conj() / largest.norm(),
+            None => Complex64::from(1.0),
+        };
+        let modal: Vec<Complex64> = pair.modal.iter().map(|z| phase * z).collect();
+        state = state.perturbed(&modal, pair.value, start.amplitude / largest.norm());
     }
     if let Some(random) = start.random {
         state = state.shaken(u64::from(random.seed), random.energy);
@@ -451,6 +467,6 @@ mod tests {
         });
         let modal = [Complex64::new(2.0, 0.0), Complex64::new(0.0, 3.0)];
         let found = largest_displacement(psi.as_ref(), &modal);
-        assert!((found - 5.0).abs() < 1e-15, "{found}");
+        assert!((found.norm() - 5.0).abs() < 1e-15, "{found}");
     }
 }

@@ -51,13 +51,14 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
         let text = "Static compliance of the contact rows, in lower form.";
         tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(compliance)));
         if let Some(rotation) = &model.rotation[i] {
-            let mut modal = |what: &str, text: &str, matrix: &Mat<f64>| {
-                tables.push(Table::new(&path(what), "1/s", text, &[count, count], by_rows(matrix)));
+            let mut modal = |what: &str, units: &str, text: &str, matrix: &Mat<f64>| {
+                tables.push(Table::new(&path(what), units, text, &[count, count], by_rows(matrix)));
             };
-            modal("gyroscopic", "Gyroscopic matrix of the modes at 1 rad/s, skew.", &rotation.gyroscopic);
-            let text = "Stiffness by centrifugal prestress less that of the convected velocity, of the modes at 1 rad/s, in 1/s².";
-            modal("rotation_stiffness", text, &rotation.stiffness);
-            modal("derivative", "Derivative of the modes along the angle, at 1 rad/s.", &rotation.derivative);
+            modal("gyroscopic", "1/s", "Gyroscopic matrix of the modes at 1 rad/s, skew.", &rotation.gyroscopic);
+            let text =
+                "Stiffness by centrifugal prestress less that of the convected velocity, of the modes at 1 rad/s.";
+            modal("rotation_stiffness", "1/s^2", text, &rotation.stiffness);
+            modal("derivative", "1/s", "Derivative of the modes along the angle, at 1 rad/s.", &rotation.derivative);
         }
     }
     Ok(tables.into_iter().map(Table::summed).collect())

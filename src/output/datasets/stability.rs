@@ -1,7 +1,7 @@
 //! The group `/stability`.
 
 use super::super::Table;
-use crate::model::ModalPair;
+use crate::model::{travelling, ModalPair, ReducedModel};
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::{Equilibrium, Spectrum};
@@ -14,6 +14,7 @@ struct Listed {
     constraint: f64,
     source: &'static str,
     shares: Vec<f64>,
+    modal: Vec<Complex<f64>>,
     partner: i64,
 }
 
@@ -25,6 +26,7 @@ fn listed(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> 
         constraint: 0.0,
         source: "reduced",
         shares: participation(model, p),
+        modal: p.modal.clone(),
         partner: -1,
     };
     let mut all: Vec<Listed> = spectrum.eigenpairs.iter().map(of_reduced).collect();
@@ -40,6 +42,7 @@ fn listed(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> 
             constraint: p.residuals.constraint,
             source: "full",
             shares: full.and_then(|f| f.shares.get(i).cloned()).unwrap_or_default(),
+            modal: full.and_then(|f| f.amplitudes.get(i).cloned()).unwrap_or_default(),
             partner: partner.map_or(-1, |p| p as i64),
         });
     }
@@ -47,7 +50,8 @@ fn listed(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> 
 }
 
 /// What the group `/stability` says of the eigenvalues.
-pub fn eigenvalues(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> Vec<Table> {
+pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullResult>) -> Vec<Table> {
+    let model = &root.pair;
     let all = listed(spectrum, model, full);
     let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Listed) -> f64| {
         Table::list(&format!("/stability/{name}"), units, text, all.iter().map(of).collect::<Vec<f64>>())
@@ -99,6 +103,24 @@ pub fn eigenvalues(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullRes
         Table::list("/stability/mode_body", "-", "Body of each free-interface mode: 1 lower, 2 upper.", body),
         Table::list("/stability/mode_frequency", "Hz", "Frequency of each free-interface mode.", frequency),
     ];
+    if root.rotation.iter().any(Option::is_some) {
+        let of = |p: &Listed| {
+            let (lower, upper) = p.modal.split_at(model.lower_modes.min(p.modal.len()));
+            [lower, upper]
+                .into_iter()
+                .zip(&root.rotation)
+                .map(|(q, r)| r.as_ref().map_or(0.0, |r| travelling(r, q)))
+                .collect::<Vec<_>>()
+        };
+        let text = "Nodal diameters of the motion of the lower and of the upper body: positive where it travels with the rotation, negative against it, about 0 where it stands or the body does not rotate.";
+        tables.push(Table::new(
+            "/stability/diameters",
+            "1",
+            text,
+            &[all.len(), 2],
+            all.iter().flat_map(of).collect::<Vec<f64>>(),
+        ));
+    }
     if let Some(full) = full {
         let shifts = &full.spectrum.shifts;
         tables.push(Table::list(

@@ -86,6 +86,8 @@ pub struct FullResult {
     pub spectrum: FullSpectrum,
     /// On rank 0: share of each free mode in each pair.
     pub shares: Vec<Vec<f64>>,
+    /// On rank 0: modal amplitudes of each pair, lower body first.
+    pub amplitudes: Vec<Vec<C>>,
     /// On rank 0: place of each pair's partner among the reduced eigenpairs.
     pub partners: Vec<Option<usize>>,
 }
