@@ -12,7 +12,12 @@ pub fn fe_inputs(job: &Job) -> Value {
         let mut matrices = b.matrices.clone();
         // A factor costs nothing.
         matrices.iter_mut().for_each(|m| m.damping_factor = 1.0);
-        json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed, "matrices": matrices, "axle": b.axle().filter(|_| b.rotates()) })
+        let mut body = json!({ "mesh": b.mesh, "material": b.material, "fixed": fixed, "matrices": matrices });
+        // What rotation adds is there or is not, whatever the speed.
+        if let Some(axle) = b.axle().filter(|_| b.rotates()) {
+            body["axle"] = json!(axle);
+        }
+        body
     };
     let contact = job.contact.as_ref();
     json!({

@@ -95,7 +95,7 @@ fn mode_count(modes: &Modes) -> f64 {
 }
 
 /// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the bytes) for a
-/// body that is damped unlike the lower one, responses to unit forces on the contact rows, and the Krylov basis with the eigenvectors.
+/// body that is damped unlike the lower one, responses to unit forces on the contact rows and on modes that are damped or turn, and the Krylov basis with the eigenvectors.
 fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> Vec<(&'static str, f64)> {
     let Some(wanted) = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()) else { return Vec::new() };
     let damping: Vec<_> = job.bodies().iter().map(|(_, b)| (b.damping.alpha, b.damping.beta)).collect();
@@ -110,7 +110,14 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
         let numbers = if i > 0 && damping[i] != damping[0] { 2.0 } else { 1.0 };
         factors += numbers * FACTOR * spread * n.powf(4.0 / 3.0);
         let rows = 3.0 * closed_nodes(job, body.contact_nodes as f64);
-        responses += numbers * rows * n * 8.0;
+        // What is given in the space of the modes: damping of each, or rotation, which has its image of each beside it; loads and responses.
+        let given = job.bodies().get(i).map_or(0.0, |(_, b)| match (b.rotates(), &b.damping.modal) {
+            (true, _) => 2.0,
+            (false, Some(_)) => 1.0,
+            (false, None) => 0.0,
+        });
+        let modal = given * job.analyses.modes.as_ref().map_or(0.0, mode_count);
+        responses += (numbers * (rows + modal) + modal) * n * 8.0;
     }
     vec![
         ("factorisations at a shift", factors),
