@@ -1,7 +1,7 @@
 //! Stability of the full finite-element system of `jobs/curve.json` on some 100 thousand degrees of freedom: 20 eigenvalues about
 //! 2 kHz, one shift. Prints wall and CPU time of the inverse and of the eigensolver, the largest memory, and the eigenvalues.
 //!
-//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--export FILE]`; with `--export` the matrices K, C and M of the same problem, multipliers
+//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--slepc] [--export FILE]`; `--slepc` takes SLEPc's method of single vectors; with `--export` the matrices K, C and M of the same problem, multipliers
 //! in units of the largest stiffness, are written one after the other in PETSc's binary format (complex scalars, 32-bit indices) for
 //! `benches/peers/slepc4py_pep.py`. Runs on one rank.
 
@@ -13,6 +13,7 @@ use railsqueal::body::fe::FeBody;
 use railsqueal::body::statics::Statics;
 use railsqueal::body::FullSystem;
 use railsqueal::contact::{Creepage, LinearContact, NormalLoad, SlidingDirection, SlidingProblem, Stencil};
+use railsqueal::eigen::quadratic::{nearest, Wanted, BLOCK};
 use railsqueal::fem::Material;
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::{ContactGrid, Interface};
@@ -67,27 +68,29 @@ fn main() {
     let (start, start_cpu) = (Instant::now(), cpu());
     let shift = system.shift_to(HEIGHT).unwrap();
     let (ready, ready_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
-    let first = system.start().unwrap();
-    let options =
-        QuadraticOptions { target: shift / HEIGHT, count: COUNT, tolerance: 1e-10, prefix: "stability_".into() };
-    let found = quadratic(&petsc, &mut system, &first, &options, &mut |_, _| {}).unwrap();
+    let (target, count, tolerance) = (shift / HEIGHT, COUNT, 1e-10);
+    let (lambda, vectors, solves) = if std::env::args().any(|a| a == "--slepc") {
+        let first = system.start(1).unwrap();
+        let options = QuadraticOptions { target, count, tolerance, prefix: "stability_".into() };
+        let found = quadratic(&petsc, &mut system, &first, &options, &mut |_, _| {}).unwrap();
+        (found.lambda, found.vectors, found.solves)
+    } else {
+        let first = system.start(BLOCK).unwrap();
+        let found = nearest(&mut system, &first, &Wanted { target, count, tolerance }, &mut |_, _| {}).unwrap();
+        (found.lambda, found.vectors, found.solves)
+    };
     let (done, done_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
     let mut lines = Vec::new();
     let mut worst = 0.0f64;
-    for (lambda, x) in found.lambda.iter().zip(&found.vectors) {
+    for (lambda, x) in lambda.iter().zip(&vectors) {
         let value = lambda * HEIGHT;
-        worst = worst.max(system.residuals(value, x).unwrap().backward_error);
+        worst = worst.max(system.residuals(&[(value, x)]).unwrap()[0].backward_error);
         lines.push(format!("  {:.6} {:+.6}i", value.re, value.im));
     }
     if world.is_root() {
         println!("{order} unknowns, {} closed nodes, {} ranks", contact.nodes.len(), world.size);
         println!("inverse      {ready:8.2} s wall {ready_cpu:8.2} s cpu");
-        println!(
-            "eigensolver  {:8.2} s wall {:8.2} s cpu, {} solves",
-            done - ready,
-            done_cpu - ready_cpu,
-            found.solves
-        );
+        println!("eigensolver  {:8.2} s wall {:8.2} s cpu, {} solves", done - ready, done_cpu - ready_cpu, solves);
         println!("in all       {done:8.2} s wall {done_cpu:8.2} s cpu, backward error {worst:.1e}, {}", memory());
         lines.iter().take(COUNT).for_each(|l| println!("{l}"));
     }

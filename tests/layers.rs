@@ -24,7 +24,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("body", &["input", "dense", "parallel", "job", "mesh", "grid", "petsc", "eigen", "fem"]),
     ("model", &["parallel", "job", "grid", "body"]),
     ("contact", &["dense", "friction", "grid", "model"]),
-    ("stability", &["dense", "parallel", "progress", "job", "petsc", "body", "model", "contact"]),
+    ("stability", &["dense", "parallel", "progress", "job", "petsc", "eigen", "body", "model", "contact"]),
     ("transient", &["dense", "friction", "grid", "model", "contact"]),
     ("sound", &["parallel", "mesh", "fem", "body"]),
     ("output", &["input", "parallel", "friction", "job", "mesh", "grid", "model", "contact", "stability", "transient"]),

@@ -10,7 +10,7 @@ use crate::model::{self, ModalPair};
 use crate::parallel::World;
 use crate::stability::dense::{self, Whole};
 use crate::stability::full::cover::{partners, Wedge};
-use crate::stability::full::system::Residuals;
+use crate::stability::full::residuals::Residuals;
 use crate::stability::full::{
     spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Spin,
 };
@@ -101,6 +101,7 @@ fn by_shifts(
         damping_ratio: wanted.damping_ratio,
         count: wanted.count as usize,
         tolerance: wanted.tolerance,
+        method: super::modes::method(run.job),
     };
     let system = FullBodies { bodies: &systems, modes: &modes, places: &places };
     spectrum(run.petsc, system, contact, &guide, &options, run.progress)

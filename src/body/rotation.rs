@@ -10,6 +10,7 @@ use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
+use std::rc::Rc;
 
 /// Largest velocity of the material through the surface, over that of its fastest point, of a body that passes as one of revolution: a mesh
 /// has flat facets.
@@ -85,9 +86,9 @@ pub struct RotationForms {
     /// The axis.
     pub axis: Axis,
     /// G, kg, skew; grows with Ω.
-    pub gyroscopic: DistCsr,
+    pub gyroscopic: Rc<DistCsr>,
     /// K_σ − K_c, kg, symmetric; grows with Ω².
-    pub stiffness: DistCsr,
+    pub stiffness: Rc<DistCsr>,
 }
 
 impl RotationForms {
@@ -97,7 +98,8 @@ impl RotationForms {
         let (density, material) = (body.material.density, body.material);
         let prestress = assembly.assemble(&Prestress { material, displacement });
         let stiffness = prestress.minus_scaled(1.0, &assembly.assemble(&Convected { density, axis }));
-        Ok(Self { axis, gyroscopic: assembly.assemble(&Gyroscopic { density, axis }), stiffness })
+        let gyroscopic = assembly.assemble(&Gyroscopic { density, axis });
+        Ok(Self { axis, gyroscopic: gyroscopic.into(), stiffness: stiffness.into() })
     }
 
     /// Collective: the rotation in the space of the `modes` of the body, whose mass is `mass`; the same on every rank.

@@ -49,7 +49,7 @@ pub(super) fn combine(v: &mut [f64], n: usize, s: MatRef<'_, f64>) {
 }
 
 /// Numbers between −1/2 and 1/2 for the rows from `first` on that depend on row and `column` alone, not on the ranks.
-pub(super) fn random(first: u64, column: u64, out: &mut [f64]) {
+pub fn random(first: u64, column: u64, out: &mut [f64]) {
     for (i, value) in out.iter_mut().enumerate() {
         // SplitMix64.
         let mut z = (first + i as u64).wrapping_add(column << 40).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);

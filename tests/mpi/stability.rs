@@ -268,12 +268,12 @@ fn both(
     bodies: &[FeBody],
     places: &[DampedBody; 2],
     s: &LinearContact,
-    tolerance: f64,
+    (tolerance, method): (f64, Method),
 ) -> (railsqueal::Result<FullSpectrum>, Vec<C>, [Mat<f64>; 3]) {
     let matrices = matrices(world, bodies, places, s);
     let unknowns = matrices[0].nrows() - s.nodes.len() - s.memory.len();
     let exact = eigenvalues(&matrices, unknowns, RATE);
-    let options = FullOptions { max_frequency: LIMIT, damping_ratio: 0.2, count: 12, tolerance };
+    let options = FullOptions { max_frequency: LIMIT, damping_ratio: 0.2, count: 12, tolerance, method };
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let turning = |p: &DampedBody| p.spin.as_ref().map_or(0, |s| s.modal.derivative.nrows());
     let count = places.iter().map(|p| p.modal.len().max(turning(p))).max().unwrap_or(0);
@@ -286,8 +286,15 @@ fn both(
 
 const LIMIT: f64 = 40e3;
 
+/// The spectrum by blocks, and SLEPc's second opinion.
 fn compare(world: &World, bodies: &[FeBody], places: [DampedBody; 2], s: &LinearContact) {
-    let (found, exact, matrices) = both(world, bodies, &places, s, 1e-9);
+    for method in [Method::Blocks, Method::Slepc] {
+        compare_with(world, bodies, &places, s, method);
+    }
+}
+
+fn compare_with(world: &World, bodies: &[FeBody], places: &[DampedBody; 2], s: &LinearContact, method: Method) {
+    let (found, exact, matrices) = both(world, bodies, places, s, (1e-9, method));
     let found = found.unwrap();
     assert!(found.shifts.len() > 1, "one shift only");
     // Every dense eigenvalue of the promised wedge is there, once, and nothing else.
@@ -519,7 +526,7 @@ pub fn backward_errors(world: &World) {
     let mut system =
         System::new(&petsc, &full_systems(&bodies), &[], &places, Coupling::new(&s).unwrap(), rate).unwrap();
     system.shift_to(0.8 * rate).unwrap();
-    let x = system.start().unwrap();
+    let x = system.start(1).unwrap();
     let ([lower, upper], pressure) = system.split(&x);
     let mut whole: Vec<C> = [lower, upper].iter().flat_map(|u| world.all_gather(u)).collect();
     whole.extend(&pressure);
@@ -540,7 +547,7 @@ pub fn backward_errors(world: &World) {
             rows.fold(0.0, f64::max) / largest
         };
         let want = (square / size).sqrt() / (lambda.norm_sqr() * norm(&m) + lambda.norm() * norm(&c) + norm(&k));
-        let found = system.residuals(lambda, &x).unwrap().backward_error;
+        let found = system.residuals(&[(lambda, &x)]).unwrap()[0].backward_error;
         // The program bounds the norms from above: K by 1 more for the constraints, D by its largest entries.
         assert!(found > 0.5 * want && found < 1.2 * want, "backward error {found:e}, by the matrices {want:e}");
     }
@@ -550,8 +557,15 @@ pub fn backward_errors(world: &World) {
 pub fn inaccurate_pairs_are_refused(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    let error =
-        both(world, &bodies, &[0, 1].map(|body| DampedBody::rayleigh(body, damping)), &contact(), 1e-22).0.unwrap_err();
+    let error = both(
+        world,
+        &bodies,
+        &[0, 1].map(|body| DampedBody::rayleigh(body, damping)),
+        &contact(),
+        (1e-22, Method::Blocks),
+    )
+    .0
+    .unwrap_err();
     assert_eq!(error.exit_code(), 4, "{error}");
     assert!(error.message().contains("backward error"), "{error}");
 }

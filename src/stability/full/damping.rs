@@ -1,7 +1,8 @@
 //! Damping of the bodies of the full system: Rayleigh's, C = αM + βK, and what is given in the space of the free modes, MΦ L ΦᵀM, a matrix of low
 //! rank that enters the inverse at a shift by Woodbury's identity: modal damping, L = diag(c), and rotation as the modes see it. What they do not see of
-//! rotation is sparse and corrects each solution ([`super::system::System`]).
+//! rotation corrects each solution ([`super::turning`]).
 
+use super::columns;
 use crate::body::fe::BodyModes;
 use crate::body::rotation::{ModalRotation, RotationForms};
 use crate::body::ModalMatrix;
@@ -78,14 +79,14 @@ impl DampedBody {
 pub(super) struct ModalTerms {
     /// B, this rank's rows of each column; shared by mirror images, of which one may need the first columns only.
     pub loads: Rc<Vec<Vec<f64>>>,
-    /// L1, 1/s: that of modal damping and of ΩG.
+    /// L1, 1/s: modal damping and ΩG as the modes see it.
     rate: ModalMatrix,
-    /// L0, 1/s²: Ω²(K_σ − K_c) + C ΩD′; none of a body at rest.
+    /// L0, 1/s²: C ΩD′, and Ω²(K_σ − K_c) as the modes see it; none of a body at rest.
     stiffness: Option<ModalMatrix>,
-    /// What stands for G and K_σ − K_c at 1 rad/s.
-    seen: Option<[ModalMatrix; 2]>,
-    /// c, 1/s.
-    damping: Vec<f64>,
+    /// Of L0, in the first columns, what is given in the space of the modes: C ΩD′.
+    given: Option<ModalMatrix>,
+    /// The same of L1: c, 1/s.
+    damping: ModalMatrix,
 }
 
 impl ModalTerms {
@@ -120,8 +121,9 @@ impl ModalTerms {
             return Err(Error::Defect(format!("{given:?} coefficients of damping and rotation for {m} modes")));
         }
         let damping = if body.modal.is_empty() { vec![0.0; m] } else { body.modal.clone() };
+        let diagonal = ModalMatrix::from(damping.clone());
         let Some(Spin { speed, modal, .. }) = &body.spin else {
-            return Ok(Self { loads, rate: damping.clone().into(), stiffness: None, seen: None, damping });
+            return Ok(Self { loads, rate: diagonal.clone(), stiffness: None, given: None, damping: diagonal });
         };
         let Damping { alpha, beta } = body.damping;
         // All damping acts on the rate of the material.
@@ -135,15 +137,15 @@ impl ModalTerms {
             (false, true) if i == j + m => 1.0,
             _ => 0.0,
         });
-        let stiffness = padded(&|i, j| modal.stiffness[(i, j)]);
-        let turned = padded(&|i, j| whole(i) * modal.derivative[(i, j)]);
-        let damped = padded(&|i, j| if i == j { damping[i] } else { 0.0 });
+        let turned = |i: usize, j: usize| speed * whole(i) * modal.derivative[(i, j)];
+        let stiffness = padded(&|i, j| speed * speed * modal.stiffness[(i, j)] + turned(i, j));
+        let damped = padded(&|i, j| diagonal.get(i, j));
         Ok(Self {
             loads,
             rate: (damped + faer::Scale(*speed) * &gyroscopic).into(),
-            stiffness: Some((faer::Scale(speed * speed) * &stiffness + faer::Scale(*speed) * turned).into()),
-            seen: Some([gyroscopic.into(), stiffness.into()]),
-            damping,
+            stiffness: Some(stiffness.into()),
+            given: Some(Mat::from_fn(m, m, turned).into()),
+            damping: diagonal,
         })
     }
 
@@ -152,53 +154,44 @@ impl ModalTerms {
         self.rate.order()
     }
 
-    /// Collective: out += `factor` times what stands for G, or for K_σ − K_c, at 1 rad/s.
-    pub fn add_seen(&self, world: &World, stiffness: bool, factor: f64, u: &[C], out: &mut [C]) {
-        let Some(seen) = &self.seen else { return };
-        let amplitudes = seen[usize::from(stiffness)].times(&world.sum_all(&self.amplitudes(u)));
-        self.add_loads(factor, &amplitudes, out);
-    }
-
     /// This rank's part of the amplitudes Bᵀ u of a motion, `[count]`; to be summed over the ranks.
     pub fn amplitudes(&self, u: &[C]) -> Vec<C> {
-        self.loads[..self.count()].iter().map(|load| load.iter().zip(u).map(|(l, u)| *l * u).sum()).collect()
+        columns::dots(self.columns(self.count()), u)
     }
 
-    /// L1 or L0, for the powers 1 and 0 of λ.
-    fn matrix(&self, power: usize) -> Option<&ModalMatrix> {
-        match power {
-            1 => Some(&self.rate),
-            0 => self.stiffness.as_ref(),
-            _ => None,
-        }
+    /// The first `count` columns of B.
+    fn columns(&self, count: usize) -> impl Iterator<Item = &[f64]> + Clone {
+        self.loads[..count].iter().map(Vec::as_slice)
     }
 
-    /// Collective: out += `factor` B L Bᵀ u of the power 1 or 0 of λ.
+    /// Collective: out += `factor` times what is given in the space of the modes and goes with the power 1 or 0 of λ: modal damping, and C ΩD′.
     pub fn add(&self, world: &World, power: usize, factor: f64, u: &[C], out: &mut [C]) {
-        let Some(matrix) = self.matrix(power) else { return };
-        let amplitudes = matrix.times(&world.sum_all(&self.amplitudes(u)));
-        self.add_loads(factor, &amplitudes, out);
+        let given = [self.given.as_ref(), Some(&self.damping)];
+        let Some(matrix) = given.get(power).copied().flatten() else { return };
+        let loads = self.columns(matrix.order());
+        let amplitudes = matrix.times(&world.sum_all(&columns::dots(loads.clone(), u)));
+        let factors: Vec<C> = amplitudes.iter().map(|a| factor * a).collect();
+        columns::add(loads, &factors, out);
     }
 
-    /// out += `factor` B a.
-    fn add_loads(&self, factor: f64, amplitudes: &[C], out: &mut [C]) {
-        for (load, a) in self.loads.iter().zip(amplitudes) {
-            let a = factor * a;
-            out.iter_mut().zip(load).for_each(|(o, l)| *o += a * *l);
+    /// Collective: out += `factor` times what the modes see of the rotation at λ.
+    pub fn add_seen(&self, world: &World, lambda: C, factor: f64, u: &[C], out: &mut [C]) {
+        let (Some(stiffness), Some(given)) = (&self.stiffness, &self.given) else { return };
+        let amplitudes = world.sum_all(&self.amplitudes(u));
+        let (rate, still) = (self.rate.times(&amplitudes), stiffness.times(&amplitudes));
+        let mut seen: Vec<C> = rate.iter().zip(&still).map(|(r, s)| lambda * r + s).collect();
+        let first = &amplitudes[..given.order()];
+        for ((seen, d), g) in seen.iter_mut().zip(self.damping.times(first)).zip(given.times(first)) {
+            *seen -= lambda * d + g;
         }
+        seen.iter_mut().for_each(|s| *s *= factor);
+        columns::add(self.columns(self.count()), &seen, out);
     }
 
     /// Collective: uᴴ C u of the modal damping.
     pub fn power(&self, world: &World, u: &[C]) -> f64 {
-        let amplitudes = world.sum_all(&self.amplitudes(u));
-        amplitudes.iter().zip(&self.damping).map(|(a, c)| c * a.norm_sqr()).sum()
-    }
-
-    /// Collective: uᴴ B L0 Bᵀ u, N/m times the square of the unit of `u`.
-    pub fn stiffening(&self, world: &World, u: &[C]) -> C {
-        let Some(matrix) = &self.stiffness else { return C::default() };
-        let amplitudes = world.sum_all(&self.amplitudes(u));
-        amplitudes.iter().zip(matrix.times(&amplitudes)).map(|(a, b)| a.conj() * b).sum()
+        let amplitudes = world.sum_all(&columns::dots(self.columns(self.damping.order()), u));
+        self.damping.times(&amplitudes).iter().zip(&amplitudes).map(|(c, a)| (a.conj() * c).re).sum()
     }
 
     /// Collective: lower bounds of the norms of B L0 Bᵀ, N/m, and B L1 Bᵀ, N·s/m, max |l_jk| |b_j| |b_k|: the backward error is not flattered by them.
@@ -206,7 +199,7 @@ impl ModalTerms {
         let squares: Vec<f64> = self.loads[..self.count()].iter().map(|l| l.iter().map(|v| v * v).sum()).collect();
         let sizes: Vec<f64> = world.sum_all(&squares).into_iter().map(f64::sqrt).collect();
         [0, 1].map(|power| {
-            let Some(matrix) = self.matrix(power) else { return 0.0 };
+            let Some(matrix) = [self.stiffness.as_ref(), Some(&self.rate)][power] else { return 0.0 };
             let entry = |i: usize, j: usize| matrix.get(i, j).abs() * sizes[i] * sizes[j];
             let each = (0..sizes.len()).flat_map(|i| (0..sizes.len()).map(move |j| (i, j)));
             each.map(|(i, j)| entry(i, j)).fold(0.0, f64::max)

@@ -1,5 +1,6 @@
 //! The inverse of the dynamic stiffness of one body at a shift, with its responses to forces on the contact rows and on the modes that are damped.
 
+use super::columns;
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::mumps::Factor;
 use crate::Result;
@@ -74,26 +75,14 @@ impl<'a> ShiftedBody<'a> {
 
     /// u += the columns times `factors` (of the contact rows in lower form, then of the damped modes); `u` has the part's local rows.
     pub fn add_response(&self, factors: &[C], u: &mut [C]) {
-        const BLOCK: usize = 2048;
         let n = u.len();
-        for first in (0..n).step_by(BLOCK) {
-            let end = (first + BLOCK).min(n);
-            let mut sum = vec![C::default(); end - first];
-            for (column, &f) in factors.iter().enumerate() {
-                for (s, v) in sum.iter_mut().zip(&self.columns[0][column * n + first..column * n + end]) {
-                    *s += f * v;
-                }
-                if !self.columns[1].is_empty() {
-                    let turned = f * C::i();
-                    for (s, v) in sum.iter_mut().zip(&self.columns[1][column * n + first..column * n + end]) {
-                        *s += turned * v;
-                    }
-                }
-            }
-            let scale = self.scale();
-            for (u, s) in u[first..end].iter_mut().zip(sum) {
-                *u += scale * s;
-            }
+        if n == 0 {
+            return;
+        }
+        let scale = self.scale();
+        for (columns, unit) in self.columns.iter().zip([C::from(1.0), C::i()]) {
+            let factors: Vec<C> = factors.iter().map(|f| scale * unit * f).collect();
+            columns::add(columns.chunks_exact(n), &factors, u);
         }
     }
 }

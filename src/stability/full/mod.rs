@@ -1,22 +1,30 @@
 //! Stability of steady sliding on the full finite-element system: the quadratic eigenproblem of both bodies with the pressures
 //! of the closed nodes as multipliers, by successive shifts up the imaginary axis.
 
+mod columns;
 pub mod coupling;
 pub mod cover;
 mod damping;
 pub(super) mod inverse;
+mod part;
+pub mod residuals;
+mod shift;
 pub mod system;
+mod turning;
 
 use crate::body::fe::BodyModes;
 use crate::body::FullSystem;
 use crate::contact::LinearContact;
+use crate::eigen::quadratic::{nearest, Wanted, BLOCK};
+use crate::eigen::sparse::Method;
 use crate::petsc::pep::{quadratic, QuadraticOptions};
 use crate::petsc::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use cover::{Disc, Wedge};
 use num_complex::Complex;
-use system::{Residuals, System};
+use residuals::Residuals;
+use system::System;
 
 pub use coupling::Coupling;
 pub use damping::{DampedBody, Damping, Spin};
@@ -37,6 +45,8 @@ pub struct FullOptions {
     pub count: usize,
     /// Largest accepted backward error and constraint violation.
     pub tolerance: f64,
+    /// Who computes.
+    pub method: Method,
 }
 
 /// One eigenvalue of the full system with its mode.
@@ -124,6 +134,7 @@ pub fn spectrum<'a>(
         });
         let shift = system.shift_to(next.height)?;
         let mut count = next.count;
+        system.solve_for(count, reduced);
         let mut attempt = 0;
         let (disc, found) = loop {
             let (found, solves) = around(petsc, &mut system, shift, count, options, progress)?;
@@ -161,22 +172,32 @@ fn around(
     options: &FullOptions,
     progress: &mut Progress,
 ) -> Result<(Vec<FullPair>, usize)> {
-    let start = system.start()?;
     let rate = system.rate();
-    let wanted = QuadraticOptions { target: shift / rate, count, tolerance: 1e-10, prefix: "stability_".into() };
+    let (target, tolerance) = (shift / rate, 1e-10);
     let hertz = shift.im / (2.0 * std::f64::consts::PI);
-    let found = quadratic(petsc, system, &start, &wanted, &mut |done, of| {
-        progress.step(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
-    })
-    .map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
+    let mut told = |done, of| progress.step(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
+    let found = match options.method {
+        Method::Blocks => {
+            let start = system.start(BLOCK)?;
+            nearest(system, &start, &Wanted { target, count, tolerance }, &mut told)
+                .map(|found| (found.lambda, found.vectors, found.solves))
+        }
+        Method::Slepc => {
+            let start = system.start(1)?;
+            let wanted = QuadraticOptions { target, count, tolerance, prefix: "stability_".into() };
+            quadratic(petsc, system, &start, &wanted, &mut told)
+                .map(|found| (found.lambda, found.vectors, found.solves))
+        }
+    };
+    let (lambda, vectors, solves) =
+        found.map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
+    let found: Vec<(C, &[C])> = lambda.iter().map(|l| l * rate).zip(vectors.iter().map(Vec::as_slice)).collect();
     let mut pairs = Vec::new();
-    for (lambda, x) in found.lambda.iter().zip(&found.vectors) {
-        let value = lambda * rate;
-        let residuals = system.residuals(value, x)?;
+    for (&(value, x), residuals) in found.iter().zip(system.residuals(&found)?) {
         let worst = residuals.backward_error.max(residuals.constraint);
         if !(worst <= options.tolerance && residuals.correction <= CORRECTION_LIMIT) {
             return Err(Error::NotConverged(format!(
-                "stability, full system: SLEPc takes the eigenvalue {value:.6e} 1/s for converged, but its backward error is {:.1e} and its \
+                "stability, full system: the method takes the eigenvalue {value:.6e} 1/s for converged, but its backward error is {:.1e} and its \
                  violation of the closed contact {:.1e} (analyses.stability.full.tolerance is {:.1e}), and one more inverse iteration changes it by {:.1e} \
                  (limit {CORRECTION_LIMIT:.0e})",
                 residuals.backward_error, residuals.constraint, options.tolerance, residuals.correction
@@ -192,5 +213,5 @@ fn around(
         let stiffening = stiffening.map(|s| s.re);
         pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals });
     }
-    Ok((pairs, found.solves))
+    Ok((pairs, solves))
 }

@@ -1,0 +1,184 @@
+//! One of the two bodies of the full system: its matrices, its damping, its rotation and its contact rows.
+
+use super::damping::{DampedBody, Damping, ModalTerms, Spin};
+use crate::body::fe::BodyModes;
+use crate::body::{FullSystem, Side};
+use crate::parallel::World;
+use crate::petsc::csr::Operator;
+use crate::{Error, Result};
+use num_complex::Complex;
+use std::rc::Rc;
+
+type C = Complex<f64>;
+
+/// The sparse matrices of a rotating body.
+pub(super) struct Turning<'a> {
+    /// Ω, rad/s.
+    speed: f64,
+    /// G and K_σ − K_c at 1 rad/s.
+    forms: [Operator<'a>; 2],
+}
+
+impl Turning<'_> {
+    fn new(world: &World, spin: &Spin) -> Self {
+        let forms = [&spin.forms.gyroscopic, &spin.forms.stiffness];
+        Self { speed: spin.speed, forms: forms.map(|form| Operator::new(world, Rc::clone(form).into())) }
+    }
+
+    /// The matrix that goes with the power 1 or 0 of λ, and its factor.
+    fn term(&self, power: usize) -> Option<(&Operator<'_>, f64)> {
+        match power {
+            1 => Some((&self.forms[0], self.speed)),
+            0 => Some((&self.forms[1], self.speed * self.speed)),
+            _ => None,
+        }
+    }
+}
+
+/// One of the two bodies.
+pub(super) struct Part<'a> {
+    pub body: &'a dyn FullSystem,
+    pub side: Side,
+    pub stiffness: Operator<'a>,
+    pub mass: Operator<'a>,
+    pub damping: Damping,
+    pub modal: Option<ModalTerms>,
+    turning: Option<Turning<'a>>,
+    /// Index in the list of finite-element bodies: equal for mirror images.
+    pub index: usize,
+    /// This rank's contact rows of the body in lower form: (row of the coupling, local degree of freedom, coefficient).
+    pub rows: Vec<(usize, usize, f64)>,
+    /// First of its local unknowns.
+    pub first: usize,
+}
+
+impl<'a> Part<'a> {
+    /// Collective: the body at `place`, whose contact rows are those of the `nodes` of the coupling and whose unknowns follow those of `earlier`. `modes` are its free
+    /// modes, asked for where the place has modal damping or rotates.
+    pub fn new(
+        world: &World,
+        bodies: &[&'a dyn FullSystem],
+        modes: &[&BodyModes],
+        place: &DampedBody,
+        nodes: &[usize],
+        earlier: &[Part<'a>],
+    ) -> Result<Self> {
+        let DampedBody { body: index, damping, .. } = *place;
+        let missing = || Error::Defect("full stability: a body is missing".into());
+        let body = *bodies.get(index).ok_or_else(missing)?;
+        let mut place_of = vec![None; body.trace().rows() / 3];
+        nodes.iter().enumerate().for_each(|(at, &node)| place_of[node] = Some(at));
+        let in_contact =
+            |&(row, dof, factor): &(usize, usize, f64)| place_of[row / 3].map(|at| (3 * at + row % 3, dof, factor));
+        let mut rows: Vec<_> = body.trace().own().iter().filter_map(in_contact).collect();
+        rows.sort_by_key(|r| r.0);
+        let (stiffness, mass) = (body.stiffness().operator(world), body.mass().operator(world));
+        let modal = match (place.modal.is_empty() && place.spin.is_none(), modes.get(index)) {
+            (true, _) => None,
+            (_, None) => return Err(Error::Defect("full stability: no modes to damp or to turn".into())),
+            (_, Some(modes)) => {
+                let enough = if place.spin.is_some() { 2 } else { 1 } * modes.vectors.len();
+                let twin = earlier.iter().filter(|p| p.index == index).find_map(|p| p.modal.as_ref());
+                let loads = match twin.filter(|twin| twin.loads.len() >= enough) {
+                    Some(twin) => Rc::clone(&twin.loads),
+                    None => ModalTerms::loads(world, &mass, modes, place),
+                };
+                Some(ModalTerms::new(loads, modes, place)?)
+            }
+        };
+        let turning = place.spin.as_ref().map(|spin| Turning::new(world, spin));
+        let first = earlier.iter().map(Part::len).sum();
+        let side = Side::BOTH[earlier.len().min(1)];
+        Ok(Self { body, side, stiffness, mass, damping, modal, turning, index, rows, first })
+    }
+
+    /// Its local unknowns.
+    pub fn len(&self) -> usize {
+        self.body.stiffness().n_local()
+    }
+
+    /// Its rows of a local vector.
+    pub fn of<'v>(&self, x: &'v [C]) -> &'v [C] {
+        &x[self.first..self.first + self.len()]
+    }
+
+    /// This rank's entries of Y: (row of the coupling, local degree of freedom, coefficient).
+    pub fn rows(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        self.rows.iter().map(|&(row, dof, factor)| (row, dof, self.side.sign(row) * factor))
+    }
+
+    /// Collective: bounds of the norms of its K, C and M by row sums.
+    pub fn norms(&self, world: &World) -> [f64; 3] {
+        let k = self.stiffness.matrix().norm_inf(world);
+        let m = self.mass.matrix().norm_inf(world);
+        let modal = self.modal.as_ref().map_or([0.0; 2], |d| d.norms(world));
+        [k + modal[0], self.damping.alpha.abs() * m + self.damping.beta.abs() * k + modal[1], m]
+    }
+
+    /// Collective: out += `unit` times its matrix of this power of λ, `u` and `out` of its own rows.
+    pub fn multiply(&self, world: &World, power: usize, unit: f64, u: &[C], out: &mut [C]) {
+        let Damping { alpha, beta } = self.damping;
+        let mut terms = match power {
+            0 => vec![(&self.stiffness, 1.0)],
+            1 => vec![(&self.mass, alpha), (&self.stiffness, beta)],
+            _ => vec![(&self.mass, 1.0)],
+        };
+        terms.extend(self.turning.as_ref().and_then(|t| t.term(power)));
+        let mut product = vec![C::default(); u.len()];
+        for (matrix, factor) in terms.into_iter().filter(|t| t.1 != 0.0) {
+            matrix.apply(world, u, &mut product);
+            out.iter_mut().zip(&product).for_each(|(o, p)| *o += factor * unit * p);
+        }
+        if let Some(modal) = &self.modal {
+            modal.add(world, power, unit, u, out);
+        }
+    }
+
+    /// Whether it rotates.
+    pub fn turns(&self) -> bool {
+        self.turning.is_some()
+    }
+
+    /// Collective: out += `unit` times what its modes do not see of its rotation at λ.
+    pub fn add_unseen(&self, world: &World, lambda: C, unit: f64, u: &[C], out: &mut [C]) {
+        let (Some(turning), Some(modal)) = (&self.turning, &self.modal) else { return };
+        let mut product = vec![C::default(); u.len()];
+        for (power, lambda) in [C::from(1.0), lambda].into_iter().enumerate() {
+            let Some((matrix, factor)) = turning.term(power) else { continue };
+            matrix.apply(world, u, &mut product);
+            let factor = factor * unit * lambda;
+            out.iter_mut().zip(&product).for_each(|(o, p)| *o += factor * p);
+        }
+        modal.add_seen(world, lambda, -unit, u, out);
+    }
+
+    /// Collective: what rotation adds to uᴴ K u, N/m times the square of the motion's unit.
+    pub fn stiffening(&self, world: &World, u: &[C]) -> C {
+        let (Some(turning), Some(modal)) = (&self.turning, &self.modal) else { return C::default() };
+        let mut sum = vec![C::default(); u.len()];
+        modal.add(world, 0, 1.0, u, &mut sum);
+        if let Some((matrix, factor)) = turning.term(0) {
+            let mut product = vec![C::default(); u.len()];
+            matrix.apply(world, u, &mut product);
+            sum.iter_mut().zip(&product).for_each(|(s, p)| *s += factor * p);
+        }
+        world.sum_all(&[u.iter().zip(&sum).map(|(u, s)| u.conj() * s).sum()])[0]
+    }
+
+    /// Collective: uᴴ C u of its own damping, N·s/m times the square of the motion's unit.
+    pub fn dissipation(&self, world: &World, u: &[C]) -> f64 {
+        let mut product = vec![C::default(); u.len()];
+        let mut form = |matrix: &Operator| {
+            matrix.apply(world, u, &mut product);
+            world.sum(u.iter().zip(&product).map(|(u, p)| (u.conj() * p).re).sum())
+        };
+        let Damping { alpha, beta } = self.damping;
+        let rayleigh = alpha * form(&self.mass) + beta * form(&self.stiffness);
+        rayleigh + self.modal.as_ref().map_or(0.0, |d| d.power(world, u))
+    }
+
+    /// Collective: amplitudes Bᵀu of its modal terms; empty where it has none.
+    pub fn amplitudes(&self, world: &World, u: &[C]) -> Vec<C> {
+        self.modal.as_ref().map_or(Vec::new(), |d| world.sum_all(&d.amplitudes(u)))
+    }
+}

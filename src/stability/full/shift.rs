@@ -1,0 +1,246 @@
+//! The inverse of the system at a shift.
+//!
+//! The bodies meet in the contact rows alone. With Rayleigh damping λ²M + λC + K = (1 + λβ)(K − sM), s = −(λ² + λα)/(1 + λβ), and on the curve of
+//! the shifts that [`Damping::on_curve`] gives s is real: then one real symmetric factorisation for each body is all, and what couples the
+//! bodies is a small dense problem on their receptances at the contact rows (Woodbury's identity). What is given in the space of the modes, damping and
+//! rotation as far as they see it, is of low rank and enters in the same way.
+
+use super::coupling::CoupledContact;
+use super::damping::{Damping, ModalCorrection, ModalTerms};
+use super::inverse::{Inverse, ShiftedBody};
+use super::part::Part;
+use super::system::System;
+use crate::eigen::quadratic::{random, Quadratic};
+use crate::petsc::complex::ComplexFactor;
+use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
+use crate::{Error, Result};
+use faer::Mat;
+use num_complex::Complex;
+
+type C = Complex<f64>;
+
+/// The inverse at a shift.
+pub(super) struct Shift<'a> {
+    bodies: Vec<ShiftedBody<'a>>,
+    /// Of each part, where its modes are damped.
+    modal: Vec<Option<ModalCorrection>>,
+    /// On rank 0.
+    contact: Option<CoupledContact>,
+}
+
+impl<'a> System<'a> {
+    /// Collective: gets the inverse ready at the shift of imaginary part `height`, rad/s; returns the shift, 1/s.
+    pub fn shift_to(&mut self, height: f64) -> Result<C> {
+        self.shift = None;
+        let damping = self.parts[0].damping;
+        let (sigma, s) = damping.on_curve(height).ok_or_else(|| {
+            Error::Job(format!(
+                "bodies.lower.damping: at {:.1} Hz it is beyond critical, so no mode of that frequency oscillates; lower analyses.stability.full.max_frequency",
+                height / (2.0 * std::f64::consts::PI)
+            ))
+        })?;
+        let m = 3 * self.coupling.nodes.len();
+        // Parts with one inverse: the modes that are damped do not matter to it.
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for (index, part) in self.parts.iter().enumerate() {
+            let same = |g: &&mut Vec<usize>| {
+                let other = &self.parts[g[0]];
+                other.index == part.index && other.damping == part.damping
+            };
+            match groups.iter_mut().find(same) {
+                Some(group) => group.push(index),
+                None => groups.push(vec![index]),
+            }
+        }
+        let mut bodies: Vec<ShiftedBody> = Vec::new();
+        for group in groups {
+            let real = (self.parts[group[0]].damping == damping).then_some(s);
+            bodies.push(self.invert(group, sigma, real)?);
+        }
+        let mut receptance = vec![C::default(); m * m];
+        for body in &bodies {
+            for &index in &body.parts {
+                let part = &self.parts[index];
+                let n = part.len();
+                for column in 0..m {
+                    let turned = part.side.sign(column);
+                    for (row, dof, y) in part.rows() {
+                        receptance[row + column * m] += y * turned * body.response(column * n + dof);
+                    }
+                }
+            }
+        }
+        let receptance = self.world.sum_all(&receptance);
+        let mut receptance = Mat::from_fn(m, m, |i, j| receptance[i + j * m]);
+        let mut modal: Vec<Option<ModalCorrection>> = Vec::new();
+        for (index, part) in self.parts.iter().enumerate() {
+            let body = bodies.iter().find(|b| b.parts.contains(&index));
+            let correction = part.modal.as_ref().zip(body).map(|(d, body)| self.correction(part, d, body, sigma));
+            if let Some(correction) = &correction {
+                receptance -= correction.receptance();
+            }
+            modal.push(correction);
+        }
+        let contact = self.world.on_root(|| self.coupling.at(&receptance, sigma))?;
+        self.shift = Some(Shift { bodies, modal, contact });
+        self.sigma = sigma;
+        Ok(sigma)
+    }
+
+    /// Collective: what the modal damping of a part adds to the inverse of its body at λ = `sigma`.
+    fn correction(&self, part: &Part, damping: &ModalTerms, body: &ShiftedBody, sigma: C) -> ModalCorrection {
+        let (n, m, count) = (part.len(), 3 * self.coupling.nodes.len(), damping.count());
+        // G = UᵀZ, then YZ, column by column.
+        let mut all = vec![C::default(); (count + m) * count];
+        for (k, out) in all.chunks_exact_mut(count + m).enumerate() {
+            let z: Vec<C> = (0..n).map(|i| body.response((m + k) * n + i)).collect();
+            out[..count].copy_from_slice(&damping.amplitudes(&z));
+            for (row, dof, y) in part.rows() {
+                out[count + row] += y * z[dof];
+            }
+        }
+        let all = self.world.sum_all(&all);
+        let gram = Mat::from_fn(count, count, |i, j| all[j * (count + m) + i]);
+        ModalCorrection::new(damping, sigma, &gram, Mat::from_fn(m, count, |i, j| all[j * (count + m) + count + i]))
+    }
+
+    /// The inverse of the parts `group` (one body, mirror images, damped alike but for their modes) at λ = `sigma`, with the real s that belongs to it
+    /// if there is one.
+    fn invert(&self, group: Vec<usize>, sigma: C, s: Option<f64>) -> Result<ShiftedBody<'a>> {
+        let part = &self.parts[group[0]];
+        let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
+        let (k, mass) = (part.body.stiffness(), part.body.mass());
+        let name = format!("body {} at {:.1} Hz", part.body.name(), sigma.im / (2.0 * std::f64::consts::PI));
+        let modal = group.iter().filter_map(|&p| self.parts[p].modal.as_ref()).max_by_key(|d| d.loads.len());
+        let count = m + modal.map_or(0, |d| d.loads.len());
+        let mut loads = vec![0.0; n * count];
+        for &(row, dof, factor) in &part.rows {
+            loads[row * n + dof] = factor;
+        }
+        for (load, column) in modal.iter().flat_map(|d| d.loads.iter()).zip(m..) {
+            loads[column * n..(column + 1) * n].copy_from_slice(load);
+        }
+        let Damping { alpha, beta } = part.damping;
+        let inverse = match s {
+            Some(s) => {
+                let options = FactorOptions::new(Symmetry::Indefinite);
+                let factor = Factor::new(self.world, &k.minus_scaled(s, mass), options, &name)?;
+                Inverse::Real(factor, 1.0 / (1.0 + sigma * beta))
+            }
+            None => {
+                let (a, b) = (1.0 + sigma * beta, sigma * sigma + sigma * alpha);
+                Inverse::Complex(ComplexFactor::new(self.petsc, k, mass, [a, b], "stability_", &name)?)
+            }
+        };
+        ShiftedBody::new(inverse, loads, count, group)
+    }
+
+    /// Collective: a start for an eigensolver, the same on any number of ranks, columns of norm 1: the answers to unlike forces, in the first column on the contact rows,
+    /// in the others on the bodies.
+    pub fn start(&mut self, columns: usize) -> Result<Vec<C>> {
+        let n = self.n_local();
+        let mut x = vec![C::default(); n * columns];
+        let forces: Vec<C> = (0..3 * self.coupling.nodes.len())
+            .map(|i| {
+                C::new(0.3 + (i as f64 * 0.618_033_988_749_894_9).fract(), (i as f64 * 0.754_877_666_246_692_7).fract())
+            })
+            .collect();
+        for (k, x) in x.chunks_exact_mut(n).enumerate() {
+            if k == 0 {
+                self.add_forces(&forces, 1.0, x);
+                continue;
+            }
+            let mut noise = vec![C::default(); n];
+            for (body, part) in self.parts.iter().enumerate() {
+                let first = part.body.stiffness().rows_of(self.world.rank).start;
+                let mut numbers = vec![0.0; part.len()];
+                random(first, (2 * k + body) as u64, &mut numbers);
+                noise[part.first..].iter_mut().zip(numbers).for_each(|(v, number)| *v = C::from(number));
+            }
+            self.product(2, &noise, x);
+        }
+        Quadratic::solve(self, &mut x, columns)?;
+        for x in x.chunks_exact_mut(n) {
+            let size = self.size(x);
+            x.iter_mut().for_each(|v| *v /= size);
+        }
+        Ok(x)
+    }
+
+    /// Collective: solves for the columns of `x` in place, with what the modes see of the rotation.
+    pub(super) fn solve_seen(&mut self, x: &mut [C], columns: usize) -> Result<()> {
+        let n = x.len() / columns.max(1);
+        let mut shift = self.shift.take().ok_or_else(|| Error::Defect("full stability: no shift is set".into()))?;
+        let solved = shift.bodies.iter_mut().try_for_each(|body| self.solve_bodies(body, x, n));
+        if solved.is_ok() {
+            x.chunks_exact_mut(n).for_each(|x| self.couple(&shift, x));
+        }
+        self.shift = Some(shift);
+        solved
+    }
+
+    /// Collective: the response of the parts of one inverse, each by itself, to columns of `n` rows.
+    fn solve_bodies(&self, body: &mut ShiftedBody, x: &mut [C], n: usize) -> Result<()> {
+        let parts: Vec<&Part> = body.parts.iter().map(|&index| &self.parts[index]).collect();
+        let mut columns: Vec<C> = Vec::new();
+        for x in x.chunks_exact(n) {
+            for part in &parts {
+                columns.extend(part.of(x).iter().map(|v| v * self.stiffness));
+            }
+        }
+        body.solve(&mut columns, parts.len() * (x.len() / n))?;
+        let mut rest = &columns[..];
+        for x in x.chunks_exact_mut(n) {
+            for part in &parts {
+                let (mine, tail) = rest.split_at(part.len());
+                x[part.first..part.first + part.len()].copy_from_slice(mine);
+                rest = tail;
+            }
+        }
+        Ok(())
+    }
+
+    /// Collective: the solution of the whole from the responses of the bodies, each by itself.
+    fn couple(&self, shift: &Shift, x: &mut [C]) {
+        let world = self.world;
+        let first = self.pressures();
+        let mut y = self.motion(x);
+        // Amplitudes of the damped modes, then the factors of their responses that modal damping takes off: first without the contact forces.
+        let amplitudes: Vec<Vec<C>> = self.parts.iter().map(|part| part.amplitudes(world, part.of(x))).collect();
+        let none = vec![C::default(); y.len()];
+        for (correction, g) in shift.modal.iter().zip(&amplitudes) {
+            let Some(correction) = correction else { continue };
+            for (k, h) in correction.factors(g, &none).into_iter().enumerate() {
+                y.iter_mut().enumerate().for_each(|(i, y)| *y -= correction.motion[(i, k)] * h);
+            }
+        }
+        let closed = self.coupling.closed();
+        let (forces, friction) = match &shift.contact {
+            Some(contact) => {
+                let rows = &x[first + closed..][..self.coupling.remembering()];
+                let remembered: Vec<C> = rows.iter().map(|r| r * self.stiffness * self.rate).collect();
+                contact.forces(&self.coupling, &y, &x[first..first + closed], &remembered)
+            }
+            None => (Vec::new(), Vec::new()),
+        };
+        let forces = world.broadcast(forces);
+        for body in &shift.bodies {
+            for &index in &body.parts {
+                let part = &self.parts[index];
+                let mut factors: Vec<C> = forces.iter().enumerate().map(|(row, f)| part.side.sign(row) * f).collect();
+                if let Some(correction) = &shift.modal[index] {
+                    factors.extend(correction.factors(&amplitudes[index], &forces).iter().map(|h| -h));
+                }
+                body.add_response(&factors, &mut x[part.first..part.first + part.len()]);
+            }
+        }
+        if world.is_root() {
+            for i in 0..closed {
+                x[first + i] = forces[3 * i + 2] / self.stiffness;
+            }
+            for (x, f) in x[first + closed..].iter_mut().zip(&friction) {
+                *x = f / self.stiffness;
+            }
+        }
+    }
+}
