@@ -377,6 +377,7 @@ pub fn nearest(
             }
             let coordinates = space.top.subcols(0, z.nrows()) * z.subcols(0, found);
             let vectors = space.vectors(coordinates.as_ref());
+            drop(space);
             let world = operator.world();
             let unit = |x: &[C]| {
                 let size = world.sum(x.iter().map(|v| v.norm_sqr()).sum()).sqrt();

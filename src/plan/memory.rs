@@ -1,6 +1,7 @@
 //! How much memory a job needs.
 
 use super::BodySize;
+use crate::eigen::quadratic::BLOCK;
 use crate::job::{contact_radius, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Modes, ModesExtent};
 
 // Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
@@ -119,10 +120,17 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
         let modal = given * job.analyses.modes.as_ref().map_or(0.0, mode_count);
         responses += (numbers * (rows + modal) + modal) * n * 8.0;
     }
+    // The basis with the eigenvectors; where blocks are solved for, some of those, and where bodies rotate the spaces of their corrections.
+    let (count, block) = (f64::from(wanted.count), BLOCK as f64);
+    let columns = match job.solver.eigen {
+        EigenSolver::Slepc => 4.0 * count + 16.0,
+        EigenSolver::Blocks if job.bodies().iter().any(|(_, b)| b.rotates()) => 4.0 * count + 17.0 * block,
+        EigenSolver::Blocks => 4.0 * count + 11.0 * block,
+    };
     vec![
         ("factorisations at a shift", factors),
         ("responses of the contact rows", responses),
-        ("eigenvectors, full system", (4.0 * f64::from(wanted.count) + 16.0) * unknowns * 16.0),
+        ("eigenvectors, full system", columns * unknowns * 16.0),
     ]
 }
 

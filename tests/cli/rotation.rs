@@ -121,13 +121,60 @@ fn a_sweep_over_the_speed_turns_the_bodies() {
     folder.call(1, "run", &still).failed(2, &["--reuse", "bodies.upper.axle"]);
 }
 
+/// Mirror images stay stable at any speed: by symmetry the normal force does not change with what slides, and without that friction feeds nothing.
+#[test]
+fn mirror_images_that_roll_are_stable() {
+    let mut job = rolling();
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(0.03);
+    }
+    job["analyses"]["sweep"] = json!({ "keys": { "contact.speed": [0.01, 1, 3, 10, 20, 30] } });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &["--output", &folder.text("twins.h5")]).good();
+    let [growth, unstable] = ["growth_rate", "unstable"].map(|n| numbers(&folder, "twins.h5", &format!("sweep/{n}")));
+    assert!(growth.iter().all(|g| !(*g > 0.0)) && growth.iter().any(|g| *g < 0.0), "{growth:?}");
+    assert_eq!(unstable, [0.0; 6]);
+}
+
+/// With the sliding velocity held, and so the damping of the friction, the spectrum of wheels that roll ever slower becomes that of wheels at rest: in proportion to Ω, but
+/// for single eigenvalues, to Ω².
+#[test]
+fn rolling_ever_slower_is_rest() {
+    let job = rolling();
+    let folder = Folder::with(job.to_string());
+    let distance = |speed: f64| {
+        let [rolls, rests] = ["rolling", "none"].map(|rotation| {
+            let sets = [
+                format!("contact.speed={speed}"),
+                format!("contact.creepage.lateral={}", 0.01 / speed),
+                format!("bodies.lower.rotation={rotation}"),
+                format!("bodies.upper.rotation={rotation}"),
+            ];
+            let sets: Vec<&str> = sets.iter().flat_map(|s| ["--set", s]).collect();
+            let output = folder.text("slow.h5");
+            folder.call(1, "run", &[&sets[..], &["--force", "--output", &output]].concat()).good();
+            let [growth, frequency] =
+                ["growth_rate", "frequency"].map(|n| numbers(&folder, "slow.h5", &format!("stability/{n}")));
+            let near = growth.into_iter().zip(frequency).filter(|(_, f)| *f > 100.0 && *f < 2000.0);
+            near.map(|(g, f)| [g, std::f64::consts::TAU * f]).collect::<Vec<_>>()
+        });
+        assert_eq!(rolls.len(), rests.len(), "{speed} m/s");
+        // The largest distance of an eigenvalue at rest from the nearest one of the wheels that roll.
+        let apart = |a: &[f64; 2]| rolls.iter().map(|b| (a[0] - b[0]).hypot(a[1] - b[1])).fold(f64::INFINITY, f64::min);
+        rests.iter().map(apart).fold(0.0, f64::max)
+    };
+    let [fast, slow] = [1.0, 0.02].map(distance);
+    assert!(fast > 0.1, "{fast} rad/s at 1 m/s");
+    assert!(slow < 0.04 * fast, "{slow} rad/s at 0.02 m/s, {fast} at 1 m/s");
+}
+
 /// In time, on 1 and 2 ranks: the most unstable motion begins as it does in the linear analysis, at the frequency of the wheels that roll.
 #[test]
 fn wheels_that_roll_in_time() {
     let mut job = rolling();
     job["analyses"]["modes"]["count"] = json!(16);
     job["analyses"]["transient"] = json!({
-        "duration": 5e-3, "step": 1e-5, "start": { "mode": 1, "amplitude": 1e-6 }, "contact_stride": 50, "modal_stride": 1
+        "duration": 5e-3, "step": 1e-5, "segment": 100, "start": { "mode": 1, "amplitude": 1e-6 }, "contact_stride": 50, "modal_stride": 1
     });
     let folder = Folder::with(job.to_string());
     let (whole, parted) = (folder.text("whole.h5"), folder.text("parted.h5"));
@@ -135,6 +182,14 @@ fn wheels_that_roll_in_time() {
     folder.call(2, "run", &["--output", &parted]).good();
     let column = |file: &str, name: &str| numbers(&folder, file, &format!("transient/{name}"));
     close("force", &column("parted.h5", "force"), &column("whole.h5", "force"), 1e-5);
+    // Stopped and resumed, bit for bit.
+    let stopped = folder.text("stopped.h5");
+    let stop = ["--reuse", &whole, "--output", &stopped, "--wall-time", "0.001"];
+    folder.call(1, "run", &stop).failed(5, &["--resume", "after 100 of 500 steps"]);
+    folder.call(1, "run", &["--reuse", &whole, "--resume", &stopped]).good();
+    for name in ["force", "modal_displacement", "contact_traction"] {
+        assert_eq!(column("stopped.h5", name), column("whole.h5", name), "{name}");
+    }
     // The frequency from the crossings of the mean of the largest amplitude.
     let (time, q) = (column("whole.h5", "modal_time"), column("whole.h5", "modal_displacement"));
     let m = q.len() / time.len();

@@ -96,10 +96,10 @@ pub enum LinearSolver {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EigenSolver {
-    /// Thick-restart block Lanczos of this program; many modes by spectrum slicing.
+    /// Block methods of this program: thick-restart Lanczos, many modes by spectrum slicing, Arnoldi for the full system.
     #[default]
     Blocks,
-    /// SLEPc's Krylov-Schur method: a second opinion.
+    /// Those of SLEPc with single vectors: a second opinion.
     Slepc,
 }
 
