@@ -15,9 +15,11 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use num_complex::Complex;
 
 type C = Complex<f64>;
+/// aᴴ b.
+type Inner<'a> = dyn Fn(MatRef<'_, C>, MatRef<'_, C>) -> Mat<C> + 'a;
 
 /// Columns of a block of solves.
-pub const BLOCK: usize = 8;
+pub const BLOCK: usize = 4;
 /// A direction that is this much smaller than what it was before those known were taken from it is rounding.
 const NOISE: f64 = 1e-13;
 /// One that is smaller than this is made orthonormal with care, column by column, and so is a block of which the Gram matrix with unit diagonal has a pivot
@@ -35,8 +37,8 @@ pub trait Quadratic {
     fn world(&self) -> &World;
     /// Rows on this rank.
     fn n_local(&self) -> usize;
-    /// Collective: y = A x with the matrix A of this power of the eigenvalue, K, C, M for 0, 1, 2; local rows.
-    fn multiply(&mut self, power: usize, x: &[C], y: &mut [C]) -> Result<()>;
+    /// Collective: Y = A X with the matrix A of this power of the eigenvalue, K, C, M for 0, 1, 2; local rows, `[n_local, columns]` column by column.
+    fn multiply(&mut self, power: usize, x: &[C], y: &mut [C], columns: usize) -> Result<()>;
     /// Collective: X := P(σ)⁻¹ X, local rows, `[n_local, columns]` column by column.
     fn solve(&mut self, x: &mut [C], columns: usize) -> Result<()>;
 }
@@ -67,7 +69,7 @@ pub struct Pairs {
 
 /// Columns of Q at the most.
 fn room(count: usize) -> usize {
-    3 * count + 6 * BLOCK
+    4 * count + 5 * BLOCK
 }
 
 /// Collective: aᴴ b, the same on every rank.
@@ -124,12 +126,7 @@ struct Split {
 
 /// Orthonormal columns Q, orthogonal to those of `known`, V, that span with them the columns of `w`, whose norms were `sizes` before something was taken from them.
 /// What is rounding is left out. `inner` gives aᴴ b.
-fn split(
-    w: MatRef<'_, C>,
-    known: MatRef<'_, C>,
-    sizes: &[f64],
-    inner: &dyn Fn(MatRef<'_, C>, MatRef<'_, C>) -> Mat<C>,
-) -> Split {
+fn split(w: MatRef<'_, C>, known: MatRef<'_, C>, sizes: &[f64], inner: &Inner) -> Split {
     let p = w.ncols();
     let mut q = Mat::<C>::zeros(w.nrows(), 0);
     let mut r = Mat::<C>::zeros(0, p);
@@ -250,14 +247,12 @@ impl Space {
         let [top, bottom] = [&self.top, &self.bottom].map(|u| u.subcols(m - b, b).to_owned());
         // −(M (x₂ + σx₁) + C x₁).
         let first = self.vectors(top.as_ref());
-        let mut moved = self.vectors((&bottom + faer::Scale(target) * &top).as_ref());
-        let mut product = vec![C::default(); n];
-        for (x, moved) in first.chunks_exact(n).zip(moved.chunks_exact_mut(n)) {
-            operator.multiply(2, moved, &mut product)?;
-            moved.copy_from_slice(&product);
-            operator.multiply(1, x, &mut product)?;
-            moved.iter_mut().zip(&product).for_each(|(y, p)| *y = -(*y + p));
-        }
+        let sum = self.vectors((&bottom + faer::Scale(target) * &top).as_ref());
+        let (mut moved, mut product) = (vec![C::default(); n * b], vec![C::default(); n * b]);
+        operator.multiply(2, &sum, &mut moved, b)?;
+        operator.multiply(1, &first, &mut product, b)?;
+        moved.iter_mut().zip(&product).for_each(|(y, p)| *y = -(*y + p));
+        drop((sum, product));
         drop(first);
         operator.solve(&mut moved, b)?;
         let world = operator.world();
@@ -346,7 +341,7 @@ pub fn nearest(
     let world = operator.world();
     world.agree(match n {
         0 => Err(Error::Defect("quadratic eigenproblem: a rank without rows".into())),
-        _ if start.is_empty() || start.len() % n != 0 => {
+        _ if start.is_empty() || !start.len().is_multiple_of(n) => {
             Err(Error::Defect(format!("a start of {} values for {n} rows", start.len())))
         }
         _ => Ok(()),

@@ -72,8 +72,9 @@ impl Quadratic for Small<'_> {
         ShellOperator::n_local(self)
     }
 
-    fn multiply(&mut self, power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>]) -> Result<()> {
-        ShellOperator::multiply(self, power, x, y)
+    fn multiply(&mut self, power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>], columns: usize) -> Result<()> {
+        let n = x.len() / columns;
+        x.chunks_exact(n).zip(y.chunks_exact_mut(n)).try_for_each(|(x, y)| ShellOperator::multiply(self, power, x, y))
     }
 
     fn solve(&mut self, x: &mut [Complex<f64>], columns: usize) -> Result<()> {

@@ -1,56 +1,103 @@
-//! Real columns against complex vectors: the loads and the responses of a body have many columns, so each pass takes a stretch of rows that stays in the cache.
+//! Real columns against blocks of complex vectors. The loads and the responses of a body have many columns; every pass through them takes a whole block.
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex;
+use std::ops::Range;
 
 type C = Complex<f64>;
 
-/// Rows of a stretch.
-const STRETCH: usize = 1024;
-/// Sums kept side by side, so that they can be taken together.
-const LANES: usize = 8;
+/// Rows taken at a time: their part of some hundred columns stays in the second-level cache.
+const STRETCH: usize = 512;
 
-/// Σ_i column[i] x[i] of each of the columns, `[columns]`.
-pub(super) fn dots<'c>(columns: impl Iterator<Item = &'c [f64]> + Clone, x: &[C]) -> Vec<C> {
-    let mut sums = vec![C::default(); columns.clone().count()];
-    let (mut re, mut im) = ([0.0; STRETCH], [0.0; STRETCH]);
-    for (at, stretch) in x.chunks(STRETCH).enumerate() {
-        for ((re, im), v) in re.iter_mut().zip(&mut im).zip(stretch) {
-            (*re, *im) = (v.re, v.im);
-        }
-        let rows = at * STRETCH..at * STRETCH + stretch.len();
-        for (sum, column) in sums.iter_mut().zip(columns.clone()) {
-            let column = &column[rows.clone()];
-            *sum += C::new(dot(column, &re[..stretch.len()]), dot(column, &im[..stretch.len()]));
-        }
-    }
-    sums
+/// Some rows of complex vectors as real columns: the real parts of all, then the imaginary parts.
+pub(super) struct Reals {
+    rows: usize,
+    vectors: usize,
+    /// `[rows, 2 vectors]` column by column.
+    pub values: Vec<f64>,
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; LANES];
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a.zip(b) {
-        for i in 0..LANES {
-            lanes[i] += a[i] * b[i];
+impl Reals {
+    /// The rows `span` of vectors of `n` rows each.
+    pub fn of(x: &[C], n: usize, span: Range<usize>) -> Self {
+        let vectors = || x.chunks_exact(n).map(|x| &x[span.clone()]);
+        let re = vectors().flat_map(|x| x.iter().map(|v| v.re));
+        Self {
+            rows: span.len(),
+            vectors: x.len() / n,
+            values: re.chain(vectors().flat_map(|x| x.iter().map(|v| v.im))).collect(),
         }
     }
-    lanes.iter().sum::<f64>() + rest
-}
 
-/// out += Σ_k factors[k] column_k.
-pub(super) fn add<'c>(columns: impl Iterator<Item = &'c [f64]> + Clone, factors: &[C], out: &mut [C]) {
-    for (at, stretch) in out.chunks_mut(STRETCH).enumerate() {
-        let (mut re, mut im) = ([0.0; STRETCH], [0.0; STRETCH]);
-        let rows = at * STRETCH..at * STRETCH + stretch.len();
-        for (factor, column) in factors.iter().zip(columns.clone()) {
-            for ((re, im), v) in re.iter_mut().zip(&mut im).zip(&column[rows.clone()]) {
-                *re += factor.re * v;
-                *im += factor.im * v;
+    /// As many zeros.
+    pub fn zeros(&self) -> Self {
+        Self { values: vec![0.0; self.values.len()], ..*self }
+    }
+
+    /// Number of real columns.
+    pub fn width(&self) -> usize {
+        2 * self.vectors
+    }
+
+    /// x += `factor` times these, in the rows from `first` on of vectors of `n` rows each.
+    pub fn add_to(&self, factor: C, x: &mut [C], n: usize, first: usize) {
+        let (re, im) = self.values.split_at(self.values.len() / 2);
+        let rows = self.rows.max(1);
+        for ((x, re), im) in x.chunks_exact_mut(n).zip(re.chunks_exact(rows)).zip(im.chunks_exact(rows)) {
+            for ((x, re), im) in x[first..].iter_mut().zip(re).zip(im) {
+                *x += factor * C::new(*re, *im);
             }
         }
-        for ((out, re), im) in stretch.iter_mut().zip(&re).zip(&im) {
-            *out += C::new(*re, *im);
+    }
+}
+
+/// Real columns.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Columns {
+    /// Rows of this rank.
+    pub rows: usize,
+    /// `[rows, columns]` column by column.
+    pub values: Vec<f64>,
+}
+
+impl Columns {
+    /// The first `count` columns, and the stretches of rows.
+    fn parts(&self, count: usize) -> (MatRef<'_, f64>, impl Iterator<Item = Range<usize>>) {
+        let rows = self.rows;
+        let stretches = (0..rows).step_by(STRETCH).map(move |from| from..(from + STRETCH).min(rows));
+        (MatRef::from_column_major_slice(&self.values[..rows * count], rows, count), stretches)
+    }
+
+    /// Scalar products of the first `count` columns with those of `x`, this rank's part, as complex numbers, `[count]` for each vector.
+    pub fn dots(&self, count: usize, x: &Reals) -> Vec<Vec<C>> {
+        let width = x.width();
+        let mut sums = vec![0.0; count * width];
+        let (columns, stretches) = self.parts(count);
+        let x = MatRef::from_column_major_slice(&x.values, self.rows, width);
+        for stretch in stretches {
+            let sums = MatMut::from_column_major_slice_mut(&mut sums, count, width);
+            let [a, b] = [columns, x].map(|m| m.subrows(stretch.start, stretch.len()));
+            matmul(sums, Accum::Add, a.transpose(), b, 1.0, Par::Seq);
+        }
+        let (re, im) = sums.split_at(sums.len() / 2);
+        let both = |k: usize| (0..count).map(|i| C::new(re[k * count + i], im[k * count + i])).collect();
+        (0..width / 2).map(both).collect()
+    }
+
+    /// out += Σ_i factors[i] column_i, with factors for each vector of the first columns.
+    pub fn add(&self, factors: &[Vec<C>], out: &mut Reals) {
+        let count = factors.first().map_or(0, Vec::len);
+        let width = out.width();
+        let both: Vec<f64> =
+            factors.iter().flatten().map(|f| f.re).chain(factors.iter().flatten().map(|f| f.im)).collect();
+        let factors = MatRef::from_column_major_slice(&both, count, width);
+        let (columns, stretches) = self.parts(count);
+        let mut out = MatMut::from_column_major_slice_mut(&mut out.values, self.rows, width);
+        for stretch in stretches {
+            let columns = columns.subrows(stretch.start, stretch.len());
+            let out = out.as_mut().subrows_mut(stretch.start, stretch.len());
+            matmul(out, Accum::Add, columns, factors, 1.0, Par::Seq);
         }
     }
 }
@@ -60,20 +107,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dots_and_sums_of_columns() {
-        let n = 2 * STRETCH + 37;
-        let column = |k: usize| (0..n).map(|i| ((i * 7 + 3 * k) % 13) as f64 - 6.0).collect::<Vec<f64>>();
-        let columns = [column(0), column(1), column(2)];
-        let x: Vec<C> = (0..n).map(|i| C::new((i % 5) as f64, (i % 3) as f64 - 1.0)).collect();
-        let each = || columns.iter().map(Vec::as_slice);
-        for (dot, column) in dots(each(), &x).iter().zip(&columns) {
-            assert_eq!(*dot, column.iter().zip(&x).map(|(c, x)| *c * x).sum::<C>());
+    fn products_and_sums_of_columns() {
+        let (rows, first, n) = (2 * STRETCH + 37, 5, 2 * STRETCH + 50);
+        let values = (0..3 * rows).map(|i| ((i * 7) % 13) as f64 - 6.0).collect();
+        let columns = Columns { rows, values };
+        let x: Vec<C> = (0..2 * n).map(|i| C::new((i % 5) as f64, (i % 3) as f64 - 1.0)).collect();
+        let part = Reals::of(&x, n, first..first + rows);
+        assert_eq!(part.width(), 4);
+        let dots = columns.dots(2, &part);
+        for (k, dots) in dots.iter().enumerate() {
+            for (i, dot) in dots.iter().enumerate() {
+                let sum: C = (0..rows).map(|r| columns.values[i * rows + r] * x[k * n + first + r]).sum();
+                assert_eq!(*dot, sum, "column {i}, vector {k}");
+            }
         }
-        let factors = [C::new(1.0, 2.0), C::new(-3.0, 0.5), C::new(0.0, 4.0)];
+        let factors = [vec![C::new(1.0, 2.0), C::new(-3.0, 0.5)], vec![C::new(0.0, 4.0), C::new(2.0, 0.0)]];
+        let mut sum = part.zeros();
+        columns.add(&factors, &mut sum);
         let mut out = x.clone();
-        add(each(), &factors, &mut out);
-        for (i, (out, x)) in out.iter().zip(&x).enumerate() {
-            assert_eq!(*out, x + (0..3).map(|k| factors[k] * columns[k][i]).sum::<C>());
+        sum.add_to(C::i(), &mut out, n, first);
+        for (at, (out, x)) in out.iter().zip(&x).enumerate() {
+            let (k, row) = (at / n, at % n);
+            let inside = (first..first + rows).contains(&row);
+            let column = |i: usize| if inside { columns.values[i * rows + row - first] } else { 0.0 };
+            let added: C = (0..2).map(|i| C::i() * factors[k][i] * column(i)).sum();
+            assert_eq!(*out, x + added, "{at}");
         }
     }
 }

@@ -2,15 +2,16 @@
 //! rank that enters the inverse at a shift by Woodbury's identity: modal damping, L = diag(c), and rotation as the modes see it. What they do not see of
 //! rotation corrects each solution ([`super::turning`]).
 
-use super::columns;
+use super::columns::{Columns, Reals};
 use crate::body::fe::BodyModes;
 use crate::body::rotation::{ModalRotation, RotationForms};
 use crate::body::ModalMatrix;
 use crate::parallel::World;
 use crate::petsc::csr::Operator;
 use crate::{Error, Result};
+use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::Mat;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use num_complex::Complex;
 use std::rc::Rc;
 
@@ -78,7 +79,7 @@ impl DampedBody {
 /// has B = [U, V], V = GΦ − UΦᵀGΦ, and G → B [ΦᵀGΦ, −1; 1, 0] Bᵀ: what it does to the modes is all there.
 pub(super) struct ModalTerms {
     /// B, this rank's rows of each column; shared by mirror images, of which one may need the first columns only.
-    pub loads: Rc<Vec<Vec<f64>>>,
+    pub loads: Rc<Columns>,
     /// L1, 1/s: modal damping and ΩG as the modes see it.
     rate: ModalMatrix,
     /// L0, 1/s²: C ΩD′, and Ω²(K_σ − K_c) as the modes see it; none of a body at rest.
@@ -91,30 +92,24 @@ pub(super) struct ModalTerms {
 
 impl ModalTerms {
     /// Collective: B for the `body` with these `modes` and this `mass`.
-    pub fn loads(world: &World, mass: &Operator, modes: &BodyModes, body: &DampedBody) -> Rc<Vec<Vec<f64>>> {
-        let product = |operator: &Operator, phi: &Vec<f64>| {
-            let mut load = vec![0.0; phi.len()];
-            operator.apply(world, phi, &mut load);
-            load
-        };
-        let mut loads: Vec<Vec<f64>> = modes.vectors.iter().map(|phi| product(mass, phi)).collect();
-        let m = loads.len();
+    pub fn loads(world: &World, mass: &Operator, modes: &BodyModes, body: &DampedBody) -> Rc<Columns> {
+        let (n, m) = (mass.matrix().n_local(), modes.vectors.len());
+        let shapes = modes.vectors.concat();
+        let mut values = vec![0.0; n * m];
+        mass.apply_block(world, &shapes, &mut values, m);
         if let Some(Spin { forms, modal, .. }) = &body.spin {
-            let gyroscopic = forms.gyroscopic.operator(world);
-            for (j, phi) in modes.vectors.iter().enumerate() {
-                let mut rest = product(&gyroscopic, phi);
-                for i in 0..m {
-                    let factor = modal.gyroscopic[(i, j)];
-                    rest.iter_mut().zip(&loads[i]).for_each(|(r, u)| *r -= factor * u);
-                }
-                loads.push(rest);
-            }
+            let mut rest = vec![0.0; n * m];
+            forms.gyroscopic.operator(world).apply_block(world, &shapes, &mut rest, m);
+            let target = MatMut::from_column_major_slice_mut(&mut rest, n, m);
+            let loads = MatRef::from_column_major_slice(&values, n, m);
+            matmul(target, Accum::Add, loads, &modal.gyroscopic, -1.0, Par::Seq);
+            values.extend(rest);
         }
-        Rc::new(loads)
+        Rc::new(Columns { rows: n, values })
     }
 
     /// The terms of the `body` with these loads of its `modes`.
-    pub fn new(loads: Rc<Vec<Vec<f64>>>, modes: &BodyModes, body: &DampedBody) -> Result<Self> {
+    pub fn new(loads: Rc<Columns>, modes: &BodyModes, body: &DampedBody) -> Result<Self> {
         let m = modes.vectors.len();
         let given = (body.modal.len(), body.spin.as_ref().map(|s| s.modal.gyroscopic.nrows()));
         if !(given.0 == m || body.modal.is_empty()) || given.1.is_some_and(|n| n != m) {
@@ -154,49 +149,47 @@ impl ModalTerms {
         self.rate.order()
     }
 
-    /// This rank's part of the amplitudes Bᵀ u of a motion, `[count]`; to be summed over the ranks.
-    pub fn amplitudes(&self, u: &[C]) -> Vec<C> {
-        columns::dots(self.columns(self.count()), u)
+    /// Collective: the amplitudes Bᵀ u of motions, `[count]` for each.
+    pub fn amplitudes(&self, world: &World, u: &Reals) -> Vec<Vec<C>> {
+        summed(world, self.loads.dots(self.count(), u))
     }
 
-    /// The first `count` columns of B.
-    fn columns(&self, count: usize) -> impl Iterator<Item = &[f64]> + Clone {
-        self.loads[..count].iter().map(Vec::as_slice)
-    }
-
-    /// Collective: out += `factor` times what is given in the space of the modes and goes with the power 1 or 0 of λ: modal damping, and C ΩD′.
-    pub fn add(&self, world: &World, power: usize, factor: f64, u: &[C], out: &mut [C]) {
+    /// Collective: out += what is given in the space of the modes and goes with the power 1 or 0 of λ, of each motion: modal damping, and C ΩD′.
+    pub fn add(&self, world: &World, power: usize, u: &Reals, out: &mut Reals) {
         let given = [self.given.as_ref(), Some(&self.damping)];
         let Some(matrix) = given.get(power).copied().flatten() else { return };
-        let loads = self.columns(matrix.order());
-        let amplitudes = matrix.times(&world.sum_all(&columns::dots(loads.clone(), u)));
-        let factors: Vec<C> = amplitudes.iter().map(|a| factor * a).collect();
-        columns::add(loads, &factors, out);
+        let amplitudes = summed(world, self.loads.dots(matrix.order(), u));
+        let factors: Vec<Vec<C>> = amplitudes.iter().map(|a| matrix.times(a)).collect();
+        self.loads.add(&factors, out);
     }
 
-    /// Collective: out += `factor` times what the modes see of the rotation at λ.
-    pub fn add_seen(&self, world: &World, lambda: C, factor: f64, u: &[C], out: &mut [C]) {
+    /// Collective: out += `factor` times what the modes see of the rotation at λ, of each motion.
+    pub fn add_seen(&self, world: &World, lambda: C, factor: C, u: &Reals, out: &mut Reals) {
         let (Some(stiffness), Some(given)) = (&self.stiffness, &self.given) else { return };
-        let amplitudes = world.sum_all(&self.amplitudes(u));
-        let (rate, still) = (self.rate.times(&amplitudes), stiffness.times(&amplitudes));
-        let mut seen: Vec<C> = rate.iter().zip(&still).map(|(r, s)| lambda * r + s).collect();
-        let first = &amplitudes[..given.order()];
-        for ((seen, d), g) in seen.iter_mut().zip(self.damping.times(first)).zip(given.times(first)) {
-            *seen -= lambda * d + g;
-        }
-        seen.iter_mut().for_each(|s| *s *= factor);
-        columns::add(self.columns(self.count()), &seen, out);
+        let seen = |amplitudes: &Vec<C>| -> Vec<C> {
+            let (rate, still) = (self.rate.times(amplitudes), stiffness.times(amplitudes));
+            let mut seen: Vec<C> = rate.iter().zip(&still).map(|(r, s)| lambda * r + s).collect();
+            let first = &amplitudes[..given.order()];
+            for ((seen, d), g) in seen.iter_mut().zip(self.damping.times(first)).zip(given.times(first)) {
+                *seen -= lambda * d + g;
+            }
+            seen.iter().map(|s| factor * s).collect()
+        };
+        let factors: Vec<Vec<C>> = self.amplitudes(world, u).iter().map(seen).collect();
+        self.loads.add(&factors, out);
     }
 
     /// Collective: uᴴ C u of the modal damping.
-    pub fn power(&self, world: &World, u: &[C]) -> f64 {
-        let amplitudes = world.sum_all(&columns::dots(self.columns(self.damping.order()), u));
-        self.damping.times(&amplitudes).iter().zip(&amplitudes).map(|(c, a)| (a.conj() * c).re).sum()
+    pub fn power(&self, world: &World, u: &Reals) -> f64 {
+        let all = summed(world, self.loads.dots(self.damping.order(), u));
+        let of = |a: &Vec<C>| self.damping.times(a).iter().zip(a).map(|(c, a)| (a.conj() * c).re).sum::<f64>();
+        all.iter().map(of).sum()
     }
 
     /// Collective: lower bounds of the norms of B L0 Bᵀ, N/m, and B L1 Bᵀ, N·s/m, max |l_jk| |b_j| |b_k|: the backward error is not flattered by them.
     pub fn norms(&self, world: &World) -> [f64; 2] {
-        let squares: Vec<f64> = self.loads[..self.count()].iter().map(|l| l.iter().map(|v| v * v).sum()).collect();
+        let columns = (0..self.count()).map(|k| &self.loads.values[k * self.loads.rows..(k + 1) * self.loads.rows]);
+        let squares: Vec<f64> = columns.map(|l| l.iter().map(|v| v * v).sum()).collect();
         let sizes: Vec<f64> = world.sum_all(&squares).into_iter().map(f64::sqrt).collect();
         [0, 1].map(|power| {
             let Some(matrix) = [self.stiffness.as_ref(), Some(&self.rate)][power] else { return 0.0 };
@@ -205,6 +198,12 @@ impl ModalTerms {
             each.map(|(i, j)| entry(i, j)).fold(0.0, f64::max)
         })
     }
+}
+
+/// Collective: the sums over the ranks.
+fn summed(world: &World, own: Vec<Vec<C>>) -> Vec<Vec<C>> {
+    let count = own.first().map_or(0, Vec::len).max(1);
+    world.sum_all(&own.concat()).chunks_exact(count).map(<[C]>::to_vec).collect()
 }
 
 /// What modal terms add to an inverse at λ: with A the dynamic stiffness without them, L = λ L1 + L0, Z = A⁻¹B and G = BᵀZ,

@@ -1,6 +1,6 @@
 //! The inverse of the dynamic stiffness of one body at a shift, with its responses to forces on the contact rows and on the modes that are damped.
 
-use super::columns;
+use super::columns::{Columns, Reals};
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::mumps::Factor;
 use crate::Result;
@@ -22,7 +22,7 @@ pub(super) struct ShiftedBody<'a> {
     pub inverse: Inverse<'a>,
     /// The inverse times [Bᵀ, MΦ] (without the factor of a real one): local rows of `[3m + modes]` columns, m/N; imaginary parts, empty if there
     /// are none. MΦ only where modes are damped.
-    pub columns: [Vec<f64>; 2],
+    pub columns: [Columns; 2],
     /// The parts that it stands for.
     pub parts: Vec<usize>,
 }
@@ -41,7 +41,8 @@ impl<'a> ShiftedBody<'a> {
                 [columns.iter().map(|v| v.re).collect(), columns.iter().map(|v| v.im).collect()]
             }
         };
-        Ok(Self { inverse, columns, parts })
+        let rows = columns[0].len() / count.max(1);
+        Ok(Self { inverse, columns: columns.map(|values| Columns { rows, values }), parts })
     }
 
     fn scale(&self) -> C {
@@ -53,7 +54,7 @@ impl<'a> ShiftedBody<'a> {
 
     /// The response at place `at` of the columns, m/N.
     pub fn response(&self, at: usize) -> C {
-        self.scale() * C::new(self.columns[0][at], self.columns[1].get(at).copied().unwrap_or(0.0))
+        self.scale() * C::new(self.columns[0].values[at], self.columns[1].values.get(at).copied().unwrap_or(0.0))
     }
 
     /// Collective: solves for columns of local rows in place.
@@ -73,16 +74,16 @@ impl<'a> ShiftedBody<'a> {
         }
     }
 
-    /// u += the columns times `factors` (of the contact rows in lower form, then of the damped modes); `u` has the part's local rows.
-    pub fn add_response(&self, factors: &[C], u: &mut [C]) {
-        let n = u.len();
-        if n == 0 {
-            return;
-        }
-        let scale = self.scale();
+    /// The columns times `factors` (of the contact rows in lower form, then of the damped modes), of each motion, are added to `u`.
+    pub fn add_response(&self, factors: &[Vec<C>], u: &mut Reals) {
+        let scaled = |unit: C| -> Vec<Vec<C>> {
+            let factor = self.scale() * unit;
+            factors.iter().map(|f| f.iter().map(|f| factor * f).collect()).collect()
+        };
         for (columns, unit) in self.columns.iter().zip([C::from(1.0), C::i()]) {
-            let factors: Vec<C> = factors.iter().map(|f| scale * unit * f).collect();
-            columns::add(columns.chunks_exact(n), &factors, u);
+            if !columns.values.is_empty() {
+                columns.add(&scaled(unit), u);
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! One of the two bodies of the full system: its matrices, its damping, its rotation and its contact rows.
 
+use super::columns::Reals;
 use super::damping::{DampedBody, Damping, ModalTerms, Spin};
 use crate::body::fe::BodyModes;
 use crate::body::{FullSystem, Side};
@@ -79,7 +80,7 @@ impl<'a> Part<'a> {
             (_, Some(modes)) => {
                 let enough = if place.spin.is_some() { 2 } else { 1 } * modes.vectors.len();
                 let twin = earlier.iter().filter(|p| p.index == index).find_map(|p| p.modal.as_ref());
-                let loads = match twin.filter(|twin| twin.loads.len() >= enough) {
+                let loads = match twin.filter(|twin| twin.loads.values.len() >= enough * mass.matrix().n_local()) {
                     Some(twin) => Rc::clone(&twin.loads),
                     None => ModalTerms::loads(world, &mass, modes, place),
                 };
@@ -115,8 +116,13 @@ impl<'a> Part<'a> {
         [k + modal[0], self.damping.alpha.abs() * m + self.damping.beta.abs() * k + modal[1], m]
     }
 
-    /// Collective: out += `unit` times its matrix of this power of λ, `u` and `out` of its own rows.
-    pub fn multiply(&self, world: &World, power: usize, unit: f64, u: &[C], out: &mut [C]) {
+    /// This rank's rows of it in vectors of `n` rows each.
+    pub fn reals(&self, x: &[C], n: usize) -> Reals {
+        Reals::of(x, n, self.first..self.first + self.len())
+    }
+
+    /// Collective: its matrix of this power of λ times motions.
+    pub fn multiply(&self, world: &World, power: usize, u: &Reals) -> Reals {
         let Damping { alpha, beta } = self.damping;
         let mut terms = match power {
             0 => vec![(&self.stiffness, 1.0)],
@@ -124,14 +130,15 @@ impl<'a> Part<'a> {
             _ => vec![(&self.mass, 1.0)],
         };
         terms.extend(self.turning.as_ref().and_then(|t| t.term(power)));
-        let mut product = vec![C::default(); u.len()];
+        let mut out = u.zeros();
         for (matrix, factor) in terms.into_iter().filter(|t| t.1 != 0.0) {
-            matrix.apply(world, u, &mut product);
-            out.iter_mut().zip(&product).for_each(|(o, p)| *o += factor * unit * p);
+            let product = apply(world, matrix, u);
+            out.values.iter_mut().zip(&product.values).for_each(|(o, p)| *o += factor * p);
         }
         if let Some(modal) = &self.modal {
-            modal.add(world, power, unit, u, out);
+            modal.add(world, power, u, &mut out);
         }
+        out
     }
 
     /// Whether it rotates.
@@ -139,46 +146,56 @@ impl<'a> Part<'a> {
         self.turning.is_some()
     }
 
-    /// Collective: out += `unit` times what its modes do not see of its rotation at λ.
-    pub fn add_unseen(&self, world: &World, lambda: C, unit: f64, u: &[C], out: &mut [C]) {
+    /// Collective: out += `unit` times what its modes do not see of its rotation at λ, of the vectors `x` of `n` rows each.
+    pub fn add_unseen(&self, world: &World, lambda: C, unit: f64, x: &[C], n: usize, out: &mut [C]) {
         let (Some(turning), Some(modal)) = (&self.turning, &self.modal) else { return };
-        let mut product = vec![C::default(); u.len()];
+        let u = self.reals(x, n);
         for (power, lambda) in [C::from(1.0), lambda].into_iter().enumerate() {
             let Some((matrix, factor)) = turning.term(power) else { continue };
-            matrix.apply(world, u, &mut product);
-            let factor = factor * unit * lambda;
-            out.iter_mut().zip(&product).for_each(|(o, p)| *o += factor * p);
+            apply(world, matrix, &u).add_to(factor * unit * lambda, out, n, self.first);
         }
-        modal.add_seen(world, lambda, -unit, u, out);
+        let mut seen = u.zeros();
+        modal.add_seen(world, lambda, C::from(-unit), &u, &mut seen);
+        seen.add_to(C::from(1.0), out, n, self.first);
     }
 
-    /// Collective: what rotation adds to uᴴ K u, N/m times the square of the motion's unit.
-    pub fn stiffening(&self, world: &World, u: &[C]) -> C {
+    /// Collective: what rotation adds to uᴴ K u of a motion, N/m times the square of its unit.
+    pub fn stiffening(&self, world: &World, x: &[C]) -> C {
         let (Some(turning), Some(modal)) = (&self.turning, &self.modal) else { return C::default() };
-        let mut sum = vec![C::default(); u.len()];
-        modal.add(world, 0, 1.0, u, &mut sum);
+        let u = self.reals(x, x.len());
+        let mut sum = u.zeros();
+        modal.add(world, 0, &u, &mut sum);
+        let mut product = vec![C::default(); x.len()];
+        sum.add_to(C::from(1.0), &mut product, x.len(), self.first);
         if let Some((matrix, factor)) = turning.term(0) {
-            let mut product = vec![C::default(); u.len()];
-            matrix.apply(world, u, &mut product);
-            sum.iter_mut().zip(&product).for_each(|(s, p)| *s += factor * p);
+            apply(world, matrix, &u).add_to(C::from(factor), &mut product, x.len(), self.first);
         }
-        world.sum_all(&[u.iter().zip(&sum).map(|(u, s)| u.conj() * s).sum()])[0]
+        world.sum_all(&[x.iter().zip(&product).map(|(u, s)| u.conj() * s).sum()])[0]
     }
 
-    /// Collective: uᴴ C u of its own damping, N·s/m times the square of the motion's unit.
-    pub fn dissipation(&self, world: &World, u: &[C]) -> f64 {
-        let mut product = vec![C::default(); u.len()];
-        let mut form = |matrix: &Operator| {
-            matrix.apply(world, u, &mut product);
-            world.sum(u.iter().zip(&product).map(|(u, p)| (u.conj() * p).re).sum())
+    /// Collective: uᴴ C u of its own damping of a motion, N·s/m times the square of its unit.
+    pub fn dissipation(&self, world: &World, x: &[C]) -> f64 {
+        let u = self.reals(x, x.len());
+        let form = |matrix: &Operator| {
+            world.sum(u.values.iter().zip(&apply(world, matrix, &u).values).map(|(u, p)| u * p).sum())
         };
         let Damping { alpha, beta } = self.damping;
         let rayleigh = alpha * form(&self.mass) + beta * form(&self.stiffness);
-        rayleigh + self.modal.as_ref().map_or(0.0, |d| d.power(world, u))
+        rayleigh + self.modal.as_ref().map_or(0.0, |d| d.power(world, &u))
     }
 
-    /// Collective: amplitudes Bᵀu of its modal terms; empty where it has none.
-    pub fn amplitudes(&self, world: &World, u: &[C]) -> Vec<C> {
-        self.modal.as_ref().map_or(Vec::new(), |d| world.sum_all(&d.amplitudes(u)))
+    /// Collective: amplitudes Bᵀu of its modal terms of each of the vectors `x` of `n` rows; empty where it has none.
+    pub fn amplitudes(&self, world: &World, x: &[C], n: usize) -> Vec<Vec<C>> {
+        match &self.modal {
+            Some(modal) => modal.amplitudes(world, &self.reals(x, n)),
+            None => vec![Vec::new(); x.len() / n],
+        }
     }
+}
+
+/// Collective: A u.
+fn apply(world: &World, matrix: &Operator, u: &Reals) -> Reals {
+    let mut out = u.zeros();
+    matrix.apply_block(world, &u.values, &mut out.values, u.width());
+    out
 }

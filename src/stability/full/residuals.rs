@@ -46,7 +46,7 @@ impl System<'_> {
         let mut power = C::from(1.0);
         let mut scale = 0.0;
         for (p, norm) in self.norms.into_iter().enumerate() {
-            self.product(p, x, &mut y);
+            self.product(p, x, &mut y, 1);
             sum.iter_mut().zip(&y).for_each(|(s, y)| *s += power * y);
             scale += power.norm() * norm;
             power *= scaled;

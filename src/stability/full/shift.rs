@@ -5,6 +5,7 @@
 //! bodies is a small dense problem on their receptances at the contact rows (Woodbury's identity). What is given in the space of the modes, damping and
 //! rotation as far as they see it, is of low rank and enters in the same way.
 
+use super::columns::Reals;
 use super::coupling::CoupledContact;
 use super::damping::{Damping, ModalCorrection, ModalTerms};
 use super::inverse::{Inverse, ShiftedBody};
@@ -94,7 +95,8 @@ impl<'a> System<'a> {
         let mut all = vec![C::default(); (count + m) * count];
         for (k, out) in all.chunks_exact_mut(count + m).enumerate() {
             let z: Vec<C> = (0..n).map(|i| body.response((m + k) * n + i)).collect();
-            out[..count].copy_from_slice(&damping.amplitudes(&z));
+            let own = damping.loads.dots(count, &Reals::of(&z, n.max(1), 0..n));
+            out[..count].iter_mut().zip(own.iter().flatten()).for_each(|(out, own)| *out = *own);
             for (row, dof, y) in part.rows() {
                 out[count + row] += y * z[dof];
             }
@@ -111,13 +113,13 @@ impl<'a> System<'a> {
         let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
         let (k, mass) = (part.body.stiffness(), part.body.mass());
         let name = format!("body {} at {:.1} Hz", part.body.name(), sigma.im / (2.0 * std::f64::consts::PI));
-        let modal = group.iter().filter_map(|&p| self.parts[p].modal.as_ref()).max_by_key(|d| d.loads.len());
-        let count = m + modal.map_or(0, |d| d.loads.len());
+        let modal = group.iter().filter_map(|&p| self.parts[p].modal.as_ref()).max_by_key(|d| d.count());
+        let count = m + modal.map_or(0, |d| d.count());
         let mut loads = vec![0.0; n * count];
         for &(row, dof, factor) in &part.rows {
             loads[row * n + dof] = factor;
         }
-        for (load, column) in modal.iter().flat_map(|d| d.loads.iter()).zip(m..) {
+        for (load, column) in modal.iter().flat_map(|d| d.loads.values.chunks_exact(n.max(1))).zip(m..) {
             loads[column * n..(column + 1) * n].copy_from_slice(load);
         }
         let Damping { alpha, beta } = part.damping;
@@ -157,7 +159,7 @@ impl<'a> System<'a> {
                 random(first, (2 * k + body) as u64, &mut numbers);
                 noise[part.first..].iter_mut().zip(numbers).for_each(|(v, number)| *v = C::from(number));
             }
-            self.product(2, &noise, x);
+            self.product(2, &noise, x, 1);
         }
         Quadratic::solve(self, &mut x, columns)?;
         for x in x.chunks_exact_mut(n) {
@@ -173,7 +175,7 @@ impl<'a> System<'a> {
         let mut shift = self.shift.take().ok_or_else(|| Error::Defect("full stability: no shift is set".into()))?;
         let solved = shift.bodies.iter_mut().try_for_each(|body| self.solve_bodies(body, x, n));
         if solved.is_ok() {
-            x.chunks_exact_mut(n).for_each(|x| self.couple(&shift, x));
+            self.couple(&shift, x, n);
         }
         self.shift = Some(shift);
         solved
@@ -200,46 +202,55 @@ impl<'a> System<'a> {
         Ok(())
     }
 
-    /// Collective: the solution of the whole from the responses of the bodies, each by itself.
-    fn couple(&self, shift: &Shift, x: &mut [C]) {
+    /// Collective: the solutions of the whole from the responses of the bodies, each by itself, for vectors of `n` rows.
+    fn couple(&self, shift: &Shift, x: &mut [C], n: usize) {
         let world = self.world;
         let first = self.pressures();
-        let mut y = self.motion(x);
-        // Amplitudes of the damped modes, then the factors of their responses that modal damping takes off: first without the contact forces.
-        let amplitudes: Vec<Vec<C>> = self.parts.iter().map(|part| part.amplitudes(world, part.of(x))).collect();
-        let none = vec![C::default(); y.len()];
-        for (correction, g) in shift.modal.iter().zip(&amplitudes) {
-            let Some(correction) = correction else { continue };
-            for (k, h) in correction.factors(g, &none).into_iter().enumerate() {
-                y.iter_mut().enumerate().for_each(|(i, y)| *y -= correction.motion[(i, k)] * h);
+        let amplitudes: Vec<Vec<Vec<C>>> = self.parts.iter().map(|part| part.amplitudes(world, x, n)).collect();
+        // Factors of the responses of each part, for each vector.
+        let mut factors: Vec<Vec<Vec<C>>> = vec![Vec::new(); self.parts.len()];
+        for (at, x) in x.chunks_exact_mut(n).enumerate() {
+            let mut y = self.motion(x);
+            // The factors of the modes' responses that modal damping takes off: first without the contact forces.
+            let none = vec![C::default(); y.len()];
+            for (correction, g) in shift.modal.iter().zip(&amplitudes) {
+                let Some(correction) = correction else { continue };
+                for (k, h) in correction.factors(&g[at], &none).into_iter().enumerate() {
+                    y.iter_mut().enumerate().for_each(|(i, y)| *y -= correction.motion[(i, k)] * h);
+                }
+            }
+            let closed = self.coupling.closed();
+            let (forces, friction) = match &shift.contact {
+                Some(contact) => {
+                    let rows = &x[first + closed..][..self.coupling.remembering()];
+                    let remembered: Vec<C> = rows.iter().map(|r| r * self.stiffness * self.rate).collect();
+                    contact.forces(&self.coupling, &y, &x[first..first + closed], &remembered)
+                }
+                None => (Vec::new(), Vec::new()),
+            };
+            let forces = world.broadcast(forces);
+            for ((part, factors), index) in self.parts.iter().zip(&mut factors).zip(0..) {
+                let mut own: Vec<C> = forces.iter().enumerate().map(|(row, f)| part.side.sign(row) * f).collect();
+                if let Some(correction) = &shift.modal[index] {
+                    own.extend(correction.factors(&amplitudes[index][at], &forces).iter().map(|h| -h));
+                }
+                factors.push(own);
+            }
+            if world.is_root() {
+                for i in 0..closed {
+                    x[first + i] = forces[3 * i + 2] / self.stiffness;
+                }
+                for (x, f) in x[first + closed..].iter_mut().zip(&friction) {
+                    *x = f / self.stiffness;
+                }
             }
         }
-        let closed = self.coupling.closed();
-        let (forces, friction) = match &shift.contact {
-            Some(contact) => {
-                let rows = &x[first + closed..][..self.coupling.remembering()];
-                let remembered: Vec<C> = rows.iter().map(|r| r * self.stiffness * self.rate).collect();
-                contact.forces(&self.coupling, &y, &x[first..first + closed], &remembered)
-            }
-            None => (Vec::new(), Vec::new()),
-        };
-        let forces = world.broadcast(forces);
         for body in &shift.bodies {
             for &index in &body.parts {
                 let part = &self.parts[index];
-                let mut factors: Vec<C> = forces.iter().enumerate().map(|(row, f)| part.side.sign(row) * f).collect();
-                if let Some(correction) = &shift.modal[index] {
-                    factors.extend(correction.factors(&amplitudes[index], &forces).iter().map(|h| -h));
-                }
-                body.add_response(&factors, &mut x[part.first..part.first + part.len()]);
-            }
-        }
-        if world.is_root() {
-            for i in 0..closed {
-                x[first + i] = forces[3 * i + 2] / self.stiffness;
-            }
-            for (x, f) in x[first + closed..].iter_mut().zip(&friction) {
-                *x = f / self.stiffness;
+                let mut response = part.reals(x, n).zeros();
+                body.add_response(&factors[index], &mut response);
+                response.add_to(C::from(1.0), x, n, part.first);
             }
         }
     }

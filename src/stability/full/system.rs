@@ -154,23 +154,30 @@ impl<'a> System<'a> {
 
     /// Collective: what rotation of the lower and of the upper body adds to uᴴ K u, N/m times the square of the motion's unit.
     pub fn stiffening(&self, x: &[C]) -> [C; 2] {
-        [0, 1].map(|p| self.parts.get(p).map_or(C::default(), |part| part.stiffening(self.world, part.of(x))))
+        [0, 1].map(|p| self.parts.get(p).map_or(C::default(), |part| part.stiffening(self.world, x)))
     }
 
     /// Collective: uᴴ C u of the lower and of the upper body with their own damping, N·s/m times the square of the motion's unit.
     pub fn dissipation(&self, x: &[C]) -> [f64; 2] {
-        [0, 1].map(|p| self.parts.get(p).map_or(0.0, |part| part.dissipation(self.world, part.of(x))))
+        [0, 1].map(|p| self.parts.get(p).map_or(0.0, |part| part.dissipation(self.world, x)))
     }
 
-    /// Collective: out = A x with the matrix A of this power of λ.
-    pub(super) fn product(&self, power: usize, x: &[C], out: &mut [C]) {
-        let world = self.world;
+    /// Collective: out = A x with the matrix A of this power of λ, of each of the `columns` vectors.
+    pub(super) fn product(&self, power: usize, x: &[C], out: &mut [C], columns: usize) {
+        let n = x.len() / columns.max(1);
         let unit = self.rate.powi(power as i32) / self.stiffness;
         out.fill(C::default());
         for part in &self.parts {
-            let span = part.first..part.first + part.len();
-            part.multiply(world, power, unit, part.of(x), &mut out[span]);
+            part.multiply(self.world, power, &part.reals(x, n)).add_to(C::from(unit), out, n, part.first);
         }
+        for (x, out) in x.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+            self.add_contact(power, unit, x, out);
+        }
+    }
+
+    /// Collective: what the contact adds to it, of one vector.
+    fn add_contact(&self, power: usize, unit: f64, x: &[C], out: &mut [C]) {
+        let world = self.world;
         let first = self.pressures();
         match power {
             0 => {
@@ -221,8 +228,8 @@ impl Quadratic for System<'_> {
         (self.pressures() + multipliers).max(1)
     }
 
-    fn multiply(&mut self, power: usize, x: &[C], out: &mut [C]) -> Result<()> {
-        self.product(power, x, out);
+    fn multiply(&mut self, power: usize, x: &[C], out: &mut [C], columns: usize) -> Result<()> {
+        self.product(power, x, out, columns);
         Ok(())
     }
 
@@ -237,7 +244,7 @@ impl ShellOperator for System<'_> {
     }
 
     fn multiply(&mut self, power: usize, x: &[C], out: &mut [C]) -> Result<()> {
-        Quadratic::multiply(self, power, x, out)
+        Quadratic::multiply(self, power, x, out, 1)
     }
 
     fn solve(&mut self, x: &mut [C]) -> Result<()> {

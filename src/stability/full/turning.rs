@@ -93,19 +93,15 @@ impl System<'_> {
         };
         let mut open: Vec<Column> = x.chunks_exact(n).enumerate().filter_map(start).collect();
         for _ in 0..CORRECTIONS {
-            let mut images = vec![C::default(); n * open.len()];
-            for (column, image) in open.iter().zip(images.chunks_exact_mut(n)) {
-                let Some(v) = column.basis.last() else { continue };
-                for part in &self.parts {
-                    let span = part.first..part.first + part.len();
-                    part.add_unseen(self.world, self.sigma, 1.0 / self.stiffness, part.of(v), &mut image[span]);
-                }
+            let last: Vec<C> = open.iter().filter_map(|column| column.basis.last()).flatten().copied().collect();
+            let mut images = vec![C::default(); last.len()];
+            for part in &self.parts {
+                part.add_unseen(self.world, self.sigma, 1.0 / self.stiffness, &last, n, &mut images);
             }
             self.solve_seen(&mut images, open.len())?;
             let mut still = Vec::new();
-            for (mut column, image) in open.into_iter().zip(images.chunks_exact(n)) {
-                let last = column.basis.last().map_or(&[][..], Vec::as_slice);
-                let image = last.iter().zip(image).map(|(v, w)| v + w).collect();
+            for (mut column, (v, w)) in open.into_iter().zip(last.chunks_exact(n).zip(images.chunks_exact(n))) {
+                let image = v.iter().zip(w).map(|(v, w)| v + w).collect();
                 match column.step(self, image) {
                     None => still.push(column),
                     Some(coordinates) => {
