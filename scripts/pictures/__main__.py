@@ -8,6 +8,7 @@ import matplotlib
 
 matplotlib.use("Agg")  # no screen is needed
 
+import campbell  # noqa: E402
 import contact  # noqa: E402
 import modes  # noqa: E402
 import receptance  # noqa: E402
@@ -29,7 +30,7 @@ def main():
         with Results(arguments.file) as results:
             out.mkdir(parents=True, exist_ok=True)
             made = contact.pictures(results, out) + modes.pictures(results, out, arguments.modes)
-            made += receptance.pictures(results, out) + sweep.pictures(results, out)
+            made += campbell.pictures(results, out) + receptance.pictures(results, out) + sweep.pictures(results, out)
             made += transient.pictures(results, out)
     except ResultsError as error:
         sys.exit(fail(error, 3))

@@ -1,0 +1,67 @@
+"""Campbell diagram: frequencies of the waves of bodies that rotate, over the angular velocity."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from style import save
+
+# Modes drawn, and angular velocities of a line.
+MODES, POINTS = 16, 41
+COLOURS = plt.get_cmap("tab10")
+
+
+def pictures(results, out):
+    bodies = [b for b in ("lower", "upper") if f"reduced/{b}/gyroscopic" in results and f"modes/{b}/wave_frequency" in results]
+    if not bodies:
+        return []
+    figure, axes = plt.subplots(2, len(bodies), figsize=(5.2 * len(bodies), 7.4), squeeze=False, sharex="col", layout="constrained")
+    for pair, body in zip(axes.T, bodies):
+        diagram(pair, results, body)
+    figure.suptitle("waves of the bodies that rotate, seen from beside them", fontsize=11)
+    return [save(figure, out / f"{results.stem}-campbell.png")]
+
+
+def diagram(axes, results, body):
+    """Frequencies above, and below how far they are from those at rest."""
+    omega, gyroscopic, stiffness = (results[f"reduced/{body}/{name}"] for name in ("omega", "gyroscopic", "rotation_stiffness"))
+    speed = abs(float(results[f"modes/{body}/angular_velocity"]))
+    diameters = np.round(results[f"modes/{body}/diameters"]).astype(int)
+    speeds = np.linspace(0.0, 2.0 * speed, POINTS)
+    lines = followed([frequencies(omega, s * gyroscopic, s**2 * stiffness) for s in speeds])[:, :MODES]
+    waves = np.sort(results[f"modes/{body}/wave_frequency"])
+    # The run is the middle one of the angular velocities.
+    here = lines[POINTS // 2]
+    run = np.array([waves[np.argmin(np.abs(waves - f))] for f in here])
+    drawn = set()
+    for k in range(lines.shape[1]):
+        n = int(diameters[k])
+        label = None if n in drawn else f"n = {n}"
+        drawn.add(n)
+        for axis, rest in zip(axes, (0.0, lines[0, k])):
+            axis.plot(speeds, lines[:, k] - rest, color=COLOURS(n % 10), linewidth=1, label=label)
+            axis.plot(speed, run[k] - rest, "o", color="0.25", markersize=3)
+    axes[0].set_ylabel("frequency, Hz")
+    axes[0].set_title(f"{body} body, undamped; dots: this run")
+    axes[1].set_xlabel("angular velocity, rad/s")
+    axes[1].set_ylabel("frequency less that at rest, Hz")
+    handles, labels = axes[1].get_legend_handles_labels()
+    order = np.argsort(labels)
+    axes[1].legend([handles[i] for i in order], [labels[i] for i in order], ncol=2)
+
+
+def followed(steps):
+    """Frequencies of each step in the order of the waves, which may cross: where the last two steps point to."""
+    lines = [steps[0]]
+    for step in steps[1:]:
+        towards = lines[-1] if len(lines) == 1 else 2 * lines[-1] - lines[-2]
+        line = np.empty_like(step)
+        line[np.argsort(towards, kind="stable")] = step
+        lines.append(line)
+    return np.array(lines)
+
+
+def frequencies(omega, gyroscopic, stiffness):
+    """Of q̈ + G q̇ + (ω² + K) q = 0, rising, Hz."""
+    m = len(omega)
+    companion = np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(omega**2) - stiffness, -gyroscopic]])
+    values = np.linalg.eigvals(companion).imag
+    return np.sort(values[values > 0]) / (2 * np.pi)
