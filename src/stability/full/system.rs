@@ -1,7 +1,7 @@
 //! The linearised system of two finite-element bodies in sliding contact: what its matrices do to a vector, and how a vector is read.
 //!
 //! (λ²M + λC + K) u − Yᵀ R = 0 with the tractions and pressures R of [`Coupling`], and Y_n u = 0 at the closed nodes; Y = [B1, E B2]
-//! gives the motion of the contact rows. Its inverse at a shift is in [`super::shift`].
+//! gives the motion of the contact rows. Its inverse at a shift is in `shift.rs`.
 
 use super::coupling::Coupling;
 use super::damping::DampedBody;
