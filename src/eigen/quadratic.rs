@@ -242,7 +242,7 @@ impl Space {
     }
 
     /// Collective: applies the inverse to the last block.
-    fn step(&mut self, operator: &mut dyn Quadratic, target: C) -> Result<()> {
+    fn step(&mut self, operator: &mut dyn Quadratic, target: C, room: usize) -> Result<()> {
         let (n, b, m) = (self.n, self.next, self.top.ncols());
         let [top, bottom] = [&self.top, &self.bottom].map(|u| u.subcols(m - b, b).to_owned());
         // −(M (x₂ + σx₁) + C x₁).
@@ -260,6 +260,8 @@ impl Space {
         let Split { q: new, r, t: shares } =
             split_block(world, MatRef::from_column_major_slice(&moved, n, b), self.basis(), &sizes(world, &moved, n));
         drop(moved);
+        // Not twice what is needed, as a list that grows would take.
+        self.basis.reserve_exact(self.n * room.saturating_sub(self.basis().ncols()).max(new.ncols()));
         new.col_iter().for_each(|c| self.basis.extend(c.iter()));
         let rows = self.basis().ncols();
         let [u, v] = [&self.top, &self.bottom].map(|u| taller(u.as_ref(), rows));
@@ -358,7 +360,7 @@ pub fn nearest(
     let finite = |t: &&C| t.norm() > 0.0;
     loop {
         solves += space.next;
-        space.step(operator, wanted.target)?;
+        space.step(operator, wanted.target, room(wanted.count))?;
         let (theta, residuals, z) = space.ritz(operator.world())?;
         let converged = residuals.iter().take_while(|r| **r <= wanted.tolerance).count();
         progress(converged.min(wanted.count), wanted.count);

@@ -124,8 +124,8 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
     let (count, block) = (f64::from(wanted.count), BLOCK as f64);
     let columns = match job.solver.eigen {
         EigenSolver::Slepc => 4.0 * count + 16.0,
-        EigenSolver::Blocks if job.bodies().iter().any(|(_, b)| b.rotates()) => 4.0 * count + 17.0 * block,
-        EigenSolver::Blocks => 4.0 * count + 11.0 * block,
+        EigenSolver::Blocks if job.bodies().iter().any(|(_, b)| b.rotates()) => 5.0 * count + 17.0 * block,
+        EigenSolver::Blocks => 5.0 * count + 11.0 * block,
     };
     vec![
         ("factorisations at a shift", factors),
