@@ -49,6 +49,22 @@ def run(program, job, output, sets=(), reuse=None):
     return time.monotonic() - begun
 
 
+def earlier(job):
+    """The file of a job as it was when the earlier program was the present one."""
+    if job == "lattice-source.json":
+        return KEPT / job
+    shown = subprocess.run(["git", "-C", str(ROOT), "show", f"{os.environ['GOLDEN_COMMIT']}:jobs/{job}"], capture_output=True, text=True, check=True)
+    path = KEPT / f"source-{job}"
+    path.write_text(shown.stdout)
+    return path
+
+
+def at_rest(text):
+    """The keys that say of the bodies of a job what the earlier program took for granted."""
+    bodies = json.loads(text)["bodies"]
+    return {f"bodies.{name}.rotation": "none" for name, body in bodies.items() if "matrices" not in body}
+
+
 def chosen(names):
     unknown = [name for name in names if name not in cases.CASES]
     if unknown:
@@ -83,10 +99,9 @@ def make(program, names):
     failed = []
     for name in chosen(names):
         job, sets, *_ = cases.CASES[name]
-        source = KEPT / job if job == "lattice-source.json" else ROOT / "jobs" / job
         output = KEPT / f"{name}.h5"
         try:
-            seconds = run(program, source, output, sets, reuse(name, KEPT))
+            seconds = run(program, earlier(job), output, sets, reuse(name, KEPT))
         except RuntimeError as error:
             failed.append(name)
             print(f"{name}: {error}", flush=True)
@@ -113,8 +128,9 @@ def compare(program, names):
         stability = json.loads(text)["analyses"].get("stability")
         # By matrices everything slides.
         sets = SLIDING if "matrices" not in text else dict(list(SLIDING.items())[1:])
+        sets = at_rest(text) | (sets if stability is not None else {})
         try:
-            seconds = run(program, job, PRESENT / f"{name}.h5", sets if stability is not None else {}, reuse(name, PRESENT))
+            seconds = run(program, job, PRESENT / f"{name}.h5", sets, reuse(name, PRESENT))
         except RuntimeError as error:
             differing.append(name)
             print(f"{name}: {error}", flush=True)

@@ -15,7 +15,7 @@ LIMIT = 1e-10
 SINGLE = 3e-7
 # Frequencies closer than this, relative, may rotate among each other.
 CLUSTER = 1e-6
-SKIPPED = ["provenance/*", "*/iterations", "*/products", "checksums/*", "reduced/version"]
+SKIPPED = ["provenance/*", "*/iterations", "*/products", "checksums", "checksums/*", "reduced/version"]
 RESIDUALS = ["*/residual", "*/backward_error", "*/constraint_violation", "*/own_residual"]
 # Small differences of large numbers: the dataset whose largest value is the measure, and a factor.
 MEASURES = {
@@ -153,6 +153,11 @@ def turned(name, x, y, file, bases):
             if len(at):
                 spans += [at[a:b] for a, b in bases[label if label in bases else "lower"]]
         return rotated(*columns, spans).T.reshape(x.shape)
+    if name == "VTKHDF/PointData/motion" and "modes/phase" in file:
+        # One step for each phase of a mode, whose sign is free.
+        steps = len(file["modes/phase"])
+        x, y = x.reshape(steps, -1), y.reshape(steps, -1)
+        return (y * np.where((x * y).sum(axis=1) < 0, -1.0, 1.0)[:, None]).reshape(-1, 3)
     if name.endswith("/contact_modes"):
         body = name.split("/")[1]
         return rotated(x, y, [np.arange(a, b) for a, b in bases[body]])

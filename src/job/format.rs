@@ -6,7 +6,7 @@
 use serde_json::Value;
 
 /// The job format of this program. A default that changes makes a new one, with a line in `CHANGES`.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Every default that has changed, oldest first.
 const CHANGES: &[Change] = &[
@@ -28,6 +28,8 @@ const CHANGES: &[Change] = &[
     // Without a memory a falling law is ill-posed: its answers were no answers.
     Change { since: 2, key: "contact.friction.exponential.memory_length", before: "no memory", now: "2e-5 m" },
     Change { since: 2, key: "contact.friction.rational.memory_length", before: "no memory", now: "2e-5 m" },
+    // The material of a wheel moves through the frame, and so its inertia.
+    Change { since: 3, key: "bodies.*.rotation", before: "\"none\"", now: "\"rolling\"" },
 ];
 
 /// A default that changed.
@@ -65,7 +67,7 @@ impl Format {
     }
 
     /// The defaults, one line each, that have changed since the format of `job` (as written) and that it takes up: where the entry with the key is
-    /// in `resolved` and the job leaves the key out.
+    /// in `resolved`, with another value than before, and the job leaves the key out.
     pub fn changed(&self, job: &Value, resolved: &Value) -> Vec<String> {
         let number = job.get("version").and_then(Value::as_u64).unwrap_or(u64::from(self.number));
         let mut lines = Vec::new();
@@ -73,7 +75,11 @@ impl Format {
             let segments: Vec<&str> = change.key.split('.').collect();
             let mut places = Vec::new();
             open(Some(job), resolved, &segments, String::new(), &mut places);
-            lines.extend(places.iter().map(|place| {
+            let changed = |place: &&String| {
+                let now = resolved.pointer(&format!("/{}", place.replace('.', "/")));
+                now.is_none_or(|value| value.to_string() != change.before)
+            };
+            lines.extend(places.iter().filter(changed).map(|place| {
                 let Change { since, before, now, .. } = change;
                 format!("{place} is not given: {now} since format {since}, {before} before")
             }));
@@ -116,7 +122,7 @@ mod tests {
     const THIRD: Format = Format {
         number: 3,
         changes: &[
-            Change { since: 2, key: "analyses.transient.theta", before: "0.5", now: "0.51" },
+            Change { since: 2, key: "analyses.transient.theta", before: "0.6", now: "0.51" },
             Change { since: 2, key: "analyses.transient.step", before: "2e-5", now: "1e-5" },
             Change { since: 2, key: "analyses.steady.tolerance", before: "1e-6", now: "1e-8" },
             Change { since: 3, key: "bodies.*.mesh.cylinder.growth", before: "1.4", now: "1.3" },
@@ -134,7 +140,7 @@ mod tests {
         let job = read(&["version=1"], &THIRD).unwrap();
         // Not the step, which it gives, nor the tolerance of an analysis that it has not.
         let expected = [
-            "analyses.transient.theta is not given: 0.51 since format 2, 0.5 before",
+            "analyses.transient.theta is not given: 0.51 since format 2, 0.6 before",
             "bodies.lower.mesh.cylinder.growth is not given: 1.3 since format 3, 1.4 before",
             "bodies.upper.mesh.cylinder.growth is not given: 1.3 since format 3, 1.4 before",
             "solver.linear is not given: \"mumps\" since format 3, \"gamg\" before",
@@ -158,7 +164,7 @@ mod tests {
         let resolved = read(&[], &THIRD).unwrap().to_json();
         let told = |number: u32| THIRD.changed(&json!({ "version": number }), &resolved).len();
         assert_eq!([1, 2, 3].map(told), [5, 3, 0], "those of formats 2 and 3, of format 3, none");
-        for (format, known) in [(THIRD, "expected 1 to 3"), (Format::PRESENT, "expected 1 to 2:")] {
+        for (format, known) in [(THIRD, "expected 1 to 3"), (Format::PRESENT, "expected 1 to 3:")] {
             // Its keys may be unknown here; that is not what is wrong.
             let later = json!({ "version": 4, "key_of_the_future": 1 }).to_string();
             let error = Job::of_format(later.as_bytes(), Path::new("job.json"), &[], None, &format).unwrap_err();

@@ -67,8 +67,9 @@ impl Job {
             // The schema is made from the same types, so this is what the schema cannot express.
             Error::Job(format!("{name}: {}: {}", e.path(), e.inner()))
         })?;
+        job.resolve_rotation();
         if let Some(only) = only {
-            keep_only(&mut job.analyses, only)?;
+            keep_only(&mut job, only)?;
         }
         report(&name, validate::validate(&job))?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -79,6 +80,16 @@ impl Job {
         job.changed_defaults = format.changed(&value, &job.to_json());
         job.version = format.number;
         Ok(job)
+    }
+
+    /// A body that can turn and of which nothing else is said rolls.
+    fn resolve_rotation(&mut self) {
+        let inertia = self.contact.is_some() && self.analyses.modes.is_some();
+        for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
+            let can = inertia && body.matrices.is_none() && !body.fixed.is_empty() && body.axle().is_some();
+            let name = if can { RotationName::Rolling } else { RotationName::None };
+            body.rotation.get_or_insert(Rotation::Named(name));
+        }
     }
 
     fn resolve(&mut self, folder: &Path) {
@@ -107,7 +118,9 @@ impl Job {
     }
 }
 
-fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
+fn keep_only(job: &mut Job, only: &str) -> Result<()> {
+    let turns = job.bodies().iter().any(|(_, b)| b.rotates());
+    let analyses = &mut job.analyses;
     let given = analyses.names();
     if !given.contains(&only) {
         let words: Vec<String> = given.iter().map(|s| s.to_string()).collect();
@@ -117,8 +130,8 @@ fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
             if words.is_empty() { "none".into() } else { schema::quoted(&words) }
         )));
     }
-    // Stability and receptances are computed on the modes, and a sweep is one of stability.
-    if !["modes", "stability", "sweep", "receptance", "transient"].contains(&only) {
+    // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia even in steady rolling.
+    if !turns && !["modes", "stability", "sweep", "receptance", "transient"].contains(&only) {
         analyses.modes = None;
     }
     if only != "steady" {

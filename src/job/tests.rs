@@ -47,6 +47,40 @@ fn the_two_jobs_resolve_with_defaults() {
     assert_eq!(one.analyses.modes.as_ref().unwrap().extent(), ModesExtent::Count(30));
 }
 
+/// What a body does of which nothing is said: it rolls where there is an axle, a support, contact and modes, else it is at rest.
+#[test]
+fn rotation_is_that_of_rolling_unless_the_job_says_otherwise() {
+    let lower = |sets: &[&str]| {
+        let job = read(TWO, &[&["bodies.lower.rotation=null"], sets].concat()).unwrap();
+        (job.to_json()["bodies"]["lower"]["rotation"].clone(), job.angular_velocity("lower"))
+    };
+    assert_eq!(lower(&[]), (json!("rolling"), 20.0));
+    assert_eq!(lower(&["contact.speed=5"]), (json!("rolling"), 10.0));
+    // Nothing is computed of its inertia.
+    assert_eq!(lower(&["analyses.modes=null", "analyses.stability=null"]), (json!("none"), 0.0));
+    // Free in space.
+    assert_eq!(lower(&["bodies.lower.fixed=[]", "analyses.steady=null", "analyses.stability=null"]), (json!("none"), 0.0));
+    // A mesh file has no axle unless it is given.
+    let file = "bodies.lower.mesh={\"file\": \"ring.msh\"}";
+    assert_eq!(lower(&[file]), (json!("none"), 0.0));
+    assert_eq!(lower(&[file, "bodies.lower.axle_distance=0.4"]), (json!("rolling"), 25.0));
+    // What is said holds, and without contact nothing rolls.
+    assert_eq!(read(TWO, &[]).unwrap().angular_velocity("lower"), 0.0);
+    assert_eq!(read(TWO, &["bodies.lower.rotation=-3"]).unwrap().angular_velocity("lower"), -3.0);
+    assert_eq!(read(ANNULUS, &[]).unwrap().to_json()["bodies"]["lower"]["rotation"], json!("none"));
+    // The points of a sweep roll as the job does.
+    let sweep = "analyses.sweep={\"keys\": {\"contact.speed\": [5, 20]}}";
+    let job = read(TWO, &["bodies.lower.rotation=null", sweep]).unwrap();
+    let points = &job.sweep.as_ref().unwrap().points;
+    assert_eq!(points.iter().map(|p| p.angular_velocity("lower")).collect::<Vec<_>>(), [10.0, 40.0]);
+    // A job of an earlier format is told, of the bodies that it concerns.
+    let older = ["version=2", "bodies.lower.rotation=null"];
+    let told = "bodies.lower.rotation is not given: \"rolling\" since format 3, \"none\" before";
+    assert_eq!(read(TWO, &older).unwrap().changed_defaults, [told]);
+    assert_eq!(read(TWO, &["version=2"]).unwrap().changed_defaults, [""; 0]);
+    assert_eq!(read(ANNULUS, &["version=2"]).unwrap().changed_defaults, [""; 0]);
+}
+
 #[test]
 fn the_kept_schema_is_the_generated_one() {
     let kept: Value = serde_json::from_str(include_str!("../../schemas/job.schema.json")).unwrap();
@@ -259,7 +293,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a number ≥ 0"]),
         ("analyses.receptance={}".into(), vec!["receptance.frequency: missing; expected a list or an object"]),
         ("version=0".into(), vec!["version: found 0, expected a whole number ≥ 1"]),
-        ("version=3".into(), vec!["version: found 3, expected 1 to 2: the job is written for a later railsqueal"]),
+        ("version=4".into(), vec!["version: found 4, expected 1 to 3: the job is written for a later railsqueal"]),
         ("solver.linear=gamg".into(), vec!["solver.linear: found \"gamg\"", "analyses.modes", "\"mumps\""]),
         ("solver.linear=lu".into(), vec!["solver.linear", "\"mumps\", \"gamg\""]),
         ("petsc_options.ksp_type={}".into(), vec!["petsc_options.ksp_type: found an object"]),

@@ -81,7 +81,7 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
     if body.fixed.is_empty() && body.matrices.is_none() {
         faults.push(format!("{path}.fixed: no fixed support, but {path}.rotation turns the body on its axle; name a group to clamp, e.g. [\"inner\"]"));
     }
-    if let Rotation::Speed(speed) = body.rotation {
+    if let Some(Rotation::Speed(speed)) = body.rotation {
         if !speed.is_finite() {
             faults.push(format!("{path}.rotation: found {speed}, expected a finite angular velocity (rad/s)"));
         }
@@ -95,7 +95,7 @@ fn check_rotating(job: &Job, faults: &mut Vec<String>) {
         if job.analyses.modes.is_none() {
             faults.push(format!("analyses.modes: missing; {path} acts on the modes, e.g. {{\"count\": 60}}"));
         }
-        if body.rotation == Rotation::Named(RotationName::Rolling) && job.contact.is_none() {
+        if body.rotation == Some(Rotation::Named(RotationName::Rolling)) && job.contact.is_none() {
             faults.push(format!(
                 "{path}: \"rolling\" takes the speed of contact, which is missing; give an angular velocity (rad/s)"
             ));

@@ -2,7 +2,7 @@
 //!
 //! A unit force in direction c is spread over the contact nodes by shares d_i, Σ d_i = 1, and the displacement is the mean of the nodes
 //! with the same shares, so that the receptance is symmetric: H(ω) = Dᵀ [Φ diag(1/(ω_k² − ω² + i c_k ω)) Φᵀ + S] D with the residual
-//! S = C − Φ Ω⁻² Φᵀ, taken as static.
+//! S = C − Φ Ω⁻² Φᵀ, taken as static. Of a body that rotates the modes are coupled: diag(…) is then (K − ω² + iωC)⁻¹, and H is not symmetric.
 
 use crate::body::{ModalMatrix, ReducedBody};
 use faer::linalg::solvers::Solve;
@@ -71,6 +71,8 @@ fn spread_twice(m: MatRef<'_, f64>, share: &[f64]) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::rotation::ModalRotation;
+    use crate::model::rotating::turning;
 
     /// Two nodes; two modes and a residual S.
     fn body() -> ReducedBody {
@@ -117,6 +119,29 @@ mod tests {
             assert_eq!(h[0][2].norm() + h[1][1].norm(), 0.0);
             // Force leads the displacement: the phase lies between 0 and −180°.
             assert!(h[2][2].im <= 0.0, "{f} Hz: {}", h[2][2]);
+        }
+    }
+
+    /// An axial pair (cos nθ, sin nθ) of a body that rotates, touched where the sine is 0: its waves e^{±inθ} answer each by itself to a force of the
+    /// frequency ω, as masses of the body at rest at ω ± nΩ, damping included: H = φ²/2 Σ± 1/(ω0² − (ω ± nΩ)² + ic(ω ± nΩ)) + s.
+    #[test]
+    fn waves_of_a_body_that_rotates_answer_each_by_itself() {
+        let (w0, c, n, speed, phi, s): (f64, f64, f64, f64, f64, f64) = (TWO_PI * 400.0, 30.0, 3.0, 25.0, 0.2, 3e-9);
+        let contact_modes = Mat::from_fn(3, 2, |i, k| if i == 2 && k == 0 { phi } else { 0.0 });
+        let compliance = Mat::from_fn(3, 3, |i, j| if i == 2 && j == 2 { phi * phi / (w0 * w0) + s } else { 0.0 });
+        let skew = Mat::from_fn(2, 2, |i, j| [[0.0, -n], [n, 0.0]][i][j]);
+        let square = Mat::from_fn(2, 2, |i, j| if i == j { -n * n } else { 0.0 });
+        let rotation = ModalRotation { gyroscopic: 2.0 * &skew, stiffness: square, derivative: skew };
+        let body = turning(ReducedBody::new(vec![w0; 2], vec![c; 2], contact_modes, compliance), &rotation, speed);
+        // At 0 Hz, beside and at the two peaks, far above.
+        let f = [0.0, 200.0, 400.0 - n * speed / TWO_PI, 400.0, 400.0 + n * speed / TWO_PI, 1500.0];
+        for (f, h) in f.iter().zip(receptance(&body, &[1.0], &f)) {
+            let wave = |sign: f64| {
+                let w = TWO_PI * f + sign * n * speed;
+                Complex::new(w0 * w0 - w * w, c * w).inv()
+            };
+            let want = 0.5 * phi * phi * (wave(1.0) + wave(-1.0)) + s;
+            assert!((h[2][2] - want).norm() < 1e-11 * want.norm(), "{f} Hz: {} and {want}", h[2][2]);
         }
     }
 

@@ -24,9 +24,10 @@ pub struct Body {
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
     #[serde(default)]
     pub fixed: Vec<String>,
-    /// Whether the body turns: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s.
-    #[serde(default = "at_rest")]
-    pub rotation: Rotation,
+    /// Whether the body turns: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s. Default: `"rolling"` for a supported
+    /// body whose axle is known (the built-in cylinder has one) in a job with contact and `analyses.modes`, else `"none"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<Rotation>,
     /// Distance of the axle from the contact point, m, of a body with a mesh file that rotates; the axle is parallel to y, below the contact point of a
     /// lower body, above that of an upper one. The built-in cylinder has its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -43,10 +44,6 @@ pub enum Rotation {
     /// Angular velocity, rad/s; positive if the material passes the contact towards +x.
     #[schemars(extend("unit" = "rad/s"))]
     Speed(f64),
-}
-
-fn at_rest() -> Rotation {
-    Rotation::Named(RotationName::None)
 }
 
 /// Rotation in words.
@@ -67,7 +64,7 @@ impl Body {
 
     /// Whether the body turns about its axle.
     pub fn rotates(&self) -> bool {
-        self.rotation != at_rest()
+        !matches!(self.rotation, None | Some(Rotation::Named(RotationName::None)))
     }
 
     /// Distance of the axle from the contact point, m, where it is known.

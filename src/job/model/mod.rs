@@ -169,9 +169,9 @@ impl Job {
         let Some((_, body)) = bodies.iter().find(|(n, _)| *n == name) else { return 0.0 };
         let speed = self.contact.as_ref().map_or(0.0, |c| c.speed);
         match body.rotation {
-            Rotation::Named(RotationName::None) => 0.0,
-            Rotation::Named(RotationName::Rolling) => body.axle().map_or(0.0, |r| speed / r),
-            Rotation::Speed(omega) => omega,
+            None | Some(Rotation::Named(RotationName::None)) => 0.0,
+            Some(Rotation::Named(RotationName::Rolling)) => body.axle().map_or(0.0, |r| speed / r),
+            Some(Rotation::Speed(omega)) => omega,
         }
     }
 
