@@ -23,7 +23,7 @@ def cylinders(**keys):
 # Modes whose frequencies lie near each other tell them apart to the last digits.
 SHARP = {"lower_eps_tol": 1e-15, "upper_eps_tol": 1e-15}
 STEADY = {"tolerance": 1e-12}
-SLIDING = {"direction": "actual", "max_frequency": 1500, "shapes": 2, "phases": 4}
+SLIDING = {"direction": "rigid", "max_frequency": 1500, "shapes": 2, "phases": 4}
 FALLING = {"exponential": {"static": 0.4, "kinetic": 0.3, "decay_velocity": 0.5}}
 MODAL = {"damping": None, "damping.modal": {"by_frequency": [{"up_to": 900, "loss_factor": 0.002}, {"loss_factor": 0.004}]}}
 
@@ -40,7 +40,7 @@ def in_time(steps, **keys):
     """The narrow curve in time."""
     return cylinders(
         analyses__modes__count=15,
-        analyses__stability={"direction": "actual", "max_frequency": 1000, "shapes": 0},
+        analyses__stability={"direction": "rigid", "max_frequency": 1000, "shapes": 0},
         analyses__transient=transient(steps, **keys),
     )
 
@@ -120,7 +120,7 @@ CASES = {
             body_stride=1200, contact_stride=100, modal_stride=20, segment=1000,
         ) | {"output.fields": True, "contact.creepage.lateral": -0.01, "petsc_options": SHARP},
     ),
-    "squeal-fixed-point": ("squeal.json", in_time(40, solver="fixed_point", theta=0.6), "kept:squeal-model"),
+    "squeal-fixed-point": ("squeal.json", in_time(40, solver="fixed_point", theta=0.6), "squeal-model"),
     "squeal-load": (
         "squeal.json",
         in_time(
@@ -128,14 +128,14 @@ CASES = {
             histories={"normal_load": [[0, 70e3], [1e-3, 50e3], [2e-3, 65e3]], "lateral": [[0, 0.003], [1.5e-3, 0.006], [2e-3, 0.006]],
                        "longitudinal": [[0, 0], [2e-3, 0.001]], "spin": [[0, 0], [2e-3, 0.1]]},
         ) | {"contact.creepage.lateral": 0.003, "analyses.stability": None},
-        "kept:squeal-model",
+        "squeal-model",
     ),
     # Falling friction makes fast motion unstable: few steps.
     "squeal-falling": (
         "squeal.json",
         in_time(40, start={"state": "steady", "mode": None, "amplitude": None}, contact_stride=5)
         | {"contact.creepage.lateral": 0.003, "analyses.stability": None, "contact.friction": FALLING},
-        "kept:squeal-model",
+        "squeal-model",
     ),
     "squeal-approach": (
         "squeal.json",
@@ -143,7 +143,7 @@ CASES = {
         | {"contact.normal_load": None, "contact.approach": 1e-4}
         | both("damping", MODAL["damping"]) | both("damping.modal", MODAL["damping.modal"]),
     ),
-    "squeal-random": ("squeal.json", in_time(100, start={"state": "sliding", "random": {"seed": 7, "energy": 1e-6}}), "kept:squeal-model"),
+    "squeal-random": ("squeal.json", in_time(100, start={"state": "sliding", "random": {"seed": 7, "energy": 1e-6}}), "squeal-model"),
     "sweep-curve": (
         "sweep-curve.json",
         cylinders(
@@ -155,7 +155,7 @@ CASES = {
         "sweep-curve.json",
         cylinders(
             analyses__modes__count=12, analyses__stability__max_frequency=900, analyses__receptance={"frequency": [0, 400, 410], "spread": "uniform"},
-            analyses__sweep={"keys": {"contact.normal_load": [50e3, 60e3, 70e3], "analyses.stability.direction": ["rigid", "actual", "actual"], "contact.speed": [5, 10, 10]}, "combine": "zip"},
+            analyses__sweep={"keys": {"contact.normal_load": [50e3, 60e3, 70e3], "analyses.stability.direction": ["rigid", "rigid", "rigid"], "contact.speed": [5, 10, 10]}, "combine": "zip"},
         ),
     ),
 }

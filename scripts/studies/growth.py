@@ -1,4 +1,7 @@
-"""Growth rates of the narrow-curve job against the mesh at the contact, the mesh far away and the number of modes, for both signs of the lateral creepage."""
+"""Growth rates of the narrow-curve job against the mesh at the contact, the mesh far away and the number of modes, for both signs of the lateral creepage, with
+wheels that turn and at rest."""
+
+import json
 
 import numpy as np
 from program import both, run
@@ -13,7 +16,10 @@ CASES = [
     (0.0005, 0.025, 40),
     (0.00035, 0.025, 40),
 ]
-SWEEP = '{"keys": {"contact.creepage.lateral": [0.01, -0.01], "analyses.stability.direction": ["rigid", "actual"]}}'
+# Lateral creepage, direction of sliding, angular velocity in rad/s (of rolling: 10 m/s over 0.5 m).
+POINTS = [(0.01, "actual", 20.0), (0.01, "actual", 0.0), (0.01, "rigid", 0.0), (-0.01, "actual", 20.0), (-0.01, "actual", 0.0)]
+KEYS = ["contact.creepage.lateral", "analyses.stability.direction", "bodies.lower.rotation", "bodies.upper.rotation"]
+SWEEP = json.dumps({"keys": dict(zip(KEYS, zip(*[(*p, p[2]) for p in POINTS]))), "combine": "zip"})
 
 
 def narrow_curve():
@@ -26,12 +32,13 @@ def narrow_curve():
             raise SystemExit(f"sweep points failed: {tables['sweep/message']}")
         points = []
         offset = tables["sweep/offset"]
-        for k, lateral in enumerate(tables["sweep/values/contact.creepage.lateral"]):
+        for k, (lateral, direction, speed) in enumerate(POINTS):
             eigenvalue = tables["sweep/eigenvalue"][offset[k] : offset[k + 1]]
             shown = [e for e in eigenvalue if e.real > 0] or list(eigenvalue[:1])
             points.append({
-                "lateral": float(lateral),
-                "direction": tables["sweep/values/analyses.stability.direction"][k].decode(),
+                "lateral": lateral,
+                "direction": direction,
+                "speed": speed,
                 "growth": [[float(e.real), float(e.imag / (2 * np.pi))] for e in shown],
             })
         rows.append({

@@ -43,7 +43,7 @@ def modes(rows):
 
 
 def growth(rows):
-    """One table for each sign of the creepage and direction of sliding: all unstable modes, or the least stable one."""
+    """One table for each sign of the creepage, direction of sliding and rotation: all unstable modes, or the least stable one."""
     parts = []
     for k, point in enumerate(rows[0]["points"]):
         head = ["elements at the contact, mm", "far away, mm", "modes of each body", "closed nodes", "first frequencies apart, Hz", "growth rates, 1/s", "at, Hz"]
@@ -52,7 +52,8 @@ def growth(rows):
             rates, frequencies = zip(*r["points"][k]["growth"])
             listed = lambda values, digits: ", ".join(f"{v:.{digits}f}" for v in values)  # noqa: E731
             cells.append([f"{1e3 * r['contact']:g}", f"{1e3 * r['far']:g}", r["modes"], r["closed"], f"{r['gap']:.4f}", listed(rates, 3), listed(frequencies, 1)])
-        parts.append(f"Lateral creepage {100 * point['lateral']:+g} %, {point['direction']} direction of sliding:\n\n" + table(head, cells))
+        wheels = "wheels that turn" if point["speed"] else "wheels at rest"
+        parts.append(f"Lateral creepage {100 * point['lateral']:+g} %, {point['direction']} direction of sliding, {wheels}:\n\n" + table(head, cells))
     return "\n".join(parts)
 
 
@@ -111,13 +112,13 @@ SECTIONS = {
     ),
     "growth": (
         "Growth rates of the narrow curve",
-        "`jobs/curve.json` on other meshes and with other numbers of modes: every unstable mode, or the least stable one where there is none. "
+        "`jobs/curve.json` on other meshes and with other numbers of modes, with wheels that turn and at rest: every unstable mode, or the least stable one where there is none. "
         "The distance between the first frequencies of the two cylinders, on which the growth depends, is 1.0369 Hz by `docs/reference/crowned_modes.csv`.",
         growth,
     ),
     "longitudinal": (
         "Longitudinal sliding",
-        "`jobs/curve.json` with a longitudinal creepage of 1 % in place of the lateral one and 20 modes of each body: growth rates, 1/s, of three modes that the "
+        "`jobs/curve.json` with wheels at rest, a longitudinal creepage of 1 % in place of the lateral one and 20 modes of each body: growth rates, 1/s, of three modes that the "
         "contact moves much, against the grid; – where no eigenvalue near that frequency has a damping ratio below 0.2.",
         longitudinal,
     ),
