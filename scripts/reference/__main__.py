@@ -135,7 +135,7 @@ def compare(program, names):
             differing.append(name)
             print(f"{name}: {error}", flush=True)
             continue
-        found, datasets, worst = comparison.results(KEPT / f"{name}.h5", PRESENT / f"{name}.h5")
+        found, datasets, worst = comparison.results(KEPT / f"{name}.h5", PRESENT / f"{name}.h5", comparison.STEADY_START if name in cases.STEADY_START else comparison.LIMIT)
         verdict = f"{len(found)} differences" if found else "the same"
         print(f"{name}: {verdict} in {datasets} datasets{f', largest distance {worst[0]:.1e}, {worst[1]}' if worst[0] else ''} ({seconds:.1f} s)", flush=True)
         for line in found:

@@ -143,7 +143,6 @@ CASES = {
         | {"contact.normal_load": None, "contact.approach": 1e-4}
         | both("damping", MODAL["damping"]) | both("damping.modal", MODAL["damping.modal"]),
     ),
-    "squeal-random": ("squeal.json", in_time(100, start={"state": "sliding", "random": {"seed": 7, "energy": 1e-6}}), "squeal-model"),
     "sweep-curve": (
         "sweep-curve.json",
         cylinders(
@@ -159,6 +158,10 @@ CASES = {
         ),
     ),
 }
+
+
+# Cases in time that begin in steady rolling.
+STEADY_START = ("squeal-load",)
 
 
 def plain(value):

@@ -35,10 +35,17 @@ MEASURES = {
     "sweep/damping_ratio": (None, 1.0),
 }
 # What differs from the earlier program on purpose: path and reason.
-INTENDED = {}
+INTENDED = {
+    "stability/shift_radius": "another eigensolver finds other eigenvalues beside those that are wanted",
+    "sweep/sticking": "is new",
+}
+# Looser limits, with their reasons: modes are computed to a residual of 1e-9, on which their values at the contact and their shares in complex modes rest; a start in steady rolling has
+# the accuracy of that.
+MODES, STEADY_START = 1e-9, 1e-8
+LIMITS = {"reduced/*/contact_modes": MODES, "stability/participation": MODES, "modes/*/residual": MODES, "reduced/*/residual": MODES}
 
 
-def results(old, new):
+def results(old, new, limit=LIMIT):
     """The differences, one line each, the number of datasets compared, and the largest distance with its place."""
     found, count, worst = [], 0, (0.0, "")
     stem = lambda path: {p.name[len(path.stem):]: p for p in path.parent.glob(f"{path.stem}.*") if p.suffix in (".h5", ".vtkhdf")}  # noqa: E731
@@ -48,7 +55,7 @@ def results(old, new):
         bases = clusters(tables)
     for name in sorted(set(before) & set(after)):
         with h5py.File(before[name]) as a, h5py.File(after[name]) as b:
-            lines, compared, distance = files(a, b, bases)
+            lines, compared, distance = files(a, b, bases, limit)
         found += [line if name == ".h5" else f"{name}: {line}" for line in lines]
         count += compared
         worst = max(worst, distance, key=lambda w: w[0])
@@ -81,9 +88,9 @@ def same(a, b):
     return np.shape(a) == np.shape(b) and np.all(np.asarray(a) == np.asarray(b))
 
 
-def files(a, b, bases):
+def files(a, b, bases, limit):
     before, after = members(a), members(b)
-    lines = [f"{n}: only in the results of the {'earlier' if n in before else 'present'} program" for n in sorted(set(before) ^ set(after))]
+    lines = [f"{n}: only in the results of the {'earlier' if n in before else 'present'} program" for n in sorted(set(before) ^ set(after)) if n not in INTENDED]
     worst, count = (0.0, ""), 0
     for name in sorted(set(before) & set(after)):
         one, two = before[name], after[name]
@@ -98,16 +105,16 @@ def files(a, b, bases):
         if one.shape != two.shape or one.dtype != two.dtype:
             lines.append(f"{name}: was {one.dtype}{list(one.shape)}, is {two.dtype}{list(two.shape)}")
             continue
-        line, distance = values(name, one, two, a, b, bases)
-        if line and name in INTENDED:
-            line = None
+        line, distance = values(name, one, two, a, bases, max([limit, *(v for path, v in LIMITS.items() if fnmatch(name, path))]))
+        if name in INTENDED:
+            line, distance = None, 0.0
         if line:
             lines.append(f"{name}: {line}")
         worst = (distance, name) if distance > worst[0] else worst
     return lines, count, worst
 
 
-def values(name, one, two, a, b, bases):
+def values(name, one, two, a, bases, limit):
     """What differs, or None; and the distance relative to the measure."""
     x, y = one[()], two[()]
     if one.dtype.kind == "O":
@@ -120,16 +127,17 @@ def values(name, one, two, a, b, bases):
         return f"{len(where)} of {np.size(x)} differ, first {list(map(int, where[0]))}: was {first(x, where)}, is {first(y, where)}", 0.0
     if any(fnmatch(name, r) for r in RESIDUALS):
         of = np.max(np.abs(x), initial=0.0), np.max(np.abs(y), initial=0.0)
-        return (None if of[1] <= max(10 * of[0], 1e-11 * measure(name, a, 1.0)) else f"has grown from {of[0]:.1e} to {of[1]:.1e}"), 0.0
+        allowed = limit if limit > LIMIT else 0.1 * limit
+        return (None if of[1] <= max(10 * of[0], allowed * measure(name, a, 1.0)) else f"has grown from {of[0]:.1e} to {of[1]:.1e}"), 0.0
     if np.any(np.isnan(x) != np.isnan(y)):
         return "not a number at other places", 0.0
     x, y = np.nan_to_num(x), np.nan_to_num(y)
     y = turned(name, x, y, a, bases)
-    limit = SINGLE if one.dtype in (np.float32, np.complex64) else LIMIT
+    limit = SINGLE if one.dtype in (np.float32, np.complex64) else limit
     distance = np.abs(x - y) / (measure(name, a, np.max(np.abs(x), initial=0.0)) or 1.0)
     worst = float(np.max(distance, initial=0.0))
     if worst <= limit:
-        return None, worst if limit == LIMIT else 0.0
+        return None, worst if limit != SINGLE else 0.0
     where = np.argwhere(distance > limit)
     top = np.unravel_index(np.argmax(distance), distance.shape)
     return f"{worst:.1e} apart at {list(map(int, top))}: was {x[top]!r}, is {y[top]!r}; {len(where)} of {x.size} beyond {limit:.0e}", worst
