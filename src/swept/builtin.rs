@@ -23,16 +23,6 @@ const GROWTH: f64 = 0.45;
 const PARTS: usize = 512;
 
 impl Focus {
-    /// For modes, whose waves are long against the contact: no smaller there than anywhere.
-    pub fn nowhere(corner: f64, largest: f64) -> Self {
-        Self { size: largest, reach: 0.0, corner, largest }
-    }
-
-    /// For loads spread over the radius `radius`, m.
-    pub fn on(radius: f64, corner: f64, largest: f64) -> Self {
-        Self { size: radius / 3.0, reach: 1.5 * radius, corner, largest }
-    }
-
     /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` is the place of the contact, `corners` are those of singular stresses.
     fn lines(&self, breaks: &[f64], at: f64, corners: &[f64]) -> Vec<f64> {
         let size = |x: f64| {
@@ -120,6 +110,66 @@ impl Lines<'_> {
     }
 }
 
+/// A built-in section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BuiltIn {
+    /// An annular cylinder.
+    Cylinder(Cylinder),
+    /// The benchmark wheel, with the distance of the contact point from the middle of its web towards the flange, m.
+    W920S(f64),
+}
+
+/// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
+const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
+/// Those of the wheel, m.
+const PARTS_OF_THE_WHEEL: [f64; 2] = [0.003, 0.03];
+
+impl BuiltIn {
+    /// Rolling radius, m.
+    pub fn radius(&self) -> f64 {
+        match self {
+            BuiltIn::Cylinder(c) => c.outer_radius,
+            BuiltIn::W920S(_) => TREAD,
+        }
+    }
+
+    /// Height of the surface over the contact point at (x, y), m: 0 there, negative elsewhere.
+    pub fn height(&self, x: f64, y: f64) -> f64 {
+        let drop = match self {
+            BuiltIn::Cylinder(c) => c.drop(y),
+            BuiltIn::W920S(_) => 0.0,
+        };
+        let (radius, here) = (self.radius(), self.radius() - drop);
+        (here * here - x * x).max(0.0).sqrt() - radius
+    }
+
+    /// The mesh for the modes: waves are long against the contact.
+    pub fn for_modes(&self) -> Result<Section> {
+        let [corner, largest] = self.sizes();
+        self.section(Focus { size: largest, reach: 0.0, corner, largest })
+    }
+
+    /// The mesh for loads spread over circles of the radius `radius`, m, and more.
+    pub fn for_loads(&self, radius: f64) -> Result<Section> {
+        let [corner, largest] = self.sizes();
+        self.section(Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest })
+    }
+
+    fn sizes(&self) -> [f64; 2] {
+        match self {
+            BuiltIn::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
+            BuiltIn::W920S(_) => PARTS_OF_THE_WHEEL,
+        }
+    }
+
+    fn section(&self, focus: Focus) -> Result<Section> {
+        match self {
+            BuiltIn::Cylinder(c) => cylinder(c, focus),
+            BuiltIn::W920S(offset) => w920s(*offset, focus),
+        }
+    }
+}
+
 /// An annular cylinder, crowned or plain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
@@ -135,6 +185,13 @@ pub struct Cylinder {
     pub contact_offset: f64,
 }
 
+impl Cylinder {
+    /// How much smaller than at the contact point the radius is at y, m.
+    fn drop(&self, y: f64) -> f64 {
+        self.crown_radius.map_or(0.0, |k| k - (k * k - y * y).max(0.0).sqrt())
+    }
+}
+
 /// The section of an annular cylinder, with the groups `inner`, `outer`, `side_minus`, `side_plus` of the built-in cylinder of three dimensions.
 pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
     let half = 0.5 * c.thickness;
@@ -142,21 +199,20 @@ pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
     let r = focus.lines(&[c.inner_radius, c.outer_radius], c.outer_radius, &[c.inner_radius]);
     let y = focus.lines(&[sides[0], 0.0, sides[1]], 0.0, &sides);
     let depth = c.outer_radius - c.inner_radius;
-    let place = |[r, y]: [f64; 2]| {
-        let drop = c.crown_radius.map_or(0.0, |k| k - (k * k - y * y).max(0.0).sqrt());
-        [c.inner_radius + (r - c.inner_radius) * (1.0 - drop / depth), y]
-    };
+    let place = |[r, y]: [f64; 2]| [c.inner_radius + (r - c.inner_radius) * (1.0 - c.drop(y) / depth), y];
     let section = Lines { r: &r, y: &y }.section(|_, _| true, place, |_, _| true);
     section.check()?;
     Ok(section)
 }
+
+/// Radius of the tread of W920S, m.
+const TREAD: f64 = 0.460;
 
 /// The benchmark wheel W920S: a bore of radius 95 mm, a hub, a straight web, a rim whose tread has the radius 460 mm, a flange. Its group `inner` is the bore. The
 /// contact point lies `contact_offset`, m, from the middle of the web towards the flange.
 pub fn w920s(contact_offset: f64, focus: Focus) -> Result<Section> {
     const HUB: [f64; 2] = [0.095, 0.135];
     const WEB: f64 = 0.390;
-    const TREAD: f64 = 0.460;
     const FLANGE: f64 = 0.488;
     const Y: [f64; 7] = [-0.090, -0.065, -0.012, 0.012, 0.040, 0.070, 0.090];
     if !(Y[1] < contact_offset && contact_offset < Y[4]) {

@@ -1,11 +1,11 @@
 //! Static compliance of a swept body at its contact: that of a half-space and a few numbers.
 //!
-//! W_ij = W_hs(x_i − x_j) + A: A = B − B_hs, with B the weighted mean of the displacements under a load of the weight ω ([`super::load`]) and B_hs the same of a
-//! half-space. Both are sums over the orders of Fourier, whose differences fall off as soon as the waves are short against the distance to the next edge:
+//! W_ij = W_hs(x_i − x_j) + π(x_i) A π(x_j)ᵀ, π = (1, x, y): A = Γ⁻¹(B − B_hs)Γ⁻¹, with B the means of the displacements under the loads of [`super::load`], B_hs the
+//! same of a half-space, and Γ = ∫∫ω ππᵀ. Both are sums over the orders of Fourier, whose differences fall off as soon as the waves are short against the distance to the next edge:
 //! A = Σ_{n ≤ n0} B_n − B_hs(|k_x| < (n0 + ½)/R) + Σ (B_n − B_hs,n), the last sum by blocks of orders, each with the value at its centre.
 
 use super::envelope::Factor;
-use super::load::{HalfSpaceLoad, LineLoad, Patch};
+use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, LOADS};
 use super::Forms;
 use crate::{Error, Result};
 
@@ -18,9 +18,6 @@ const SPREAD: usize = 8;
 const SHORT: f64 = 10.0;
 /// At least so many orders.
 const FEWEST: usize = 60;
-
-/// Rows and columns (x, y, n into the body), m/N, in lower form.
-pub type Local = [[f64; 3]; 3];
 
 /// The sum A of a body, to be made block by block of orders.
 #[derive(Debug, Clone)]
@@ -75,44 +72,48 @@ impl<'f> Constant<'f> {
     }
 
     /// −B_hs of the orders that are summed one by one, for each patch.
-    pub fn singles(&self) -> Vec<Local> {
+    pub fn singles(&self) -> Vec<Square> {
         let singles = self.blocks.iter().filter(|b| b.1 == 1).count();
         let of = |&patch: &Patch| {
             let known = self.half_space(patch).up_to((singles as f64 - 0.5) / self.radius);
-            std::array::from_fn(|c| std::array::from_fn(|d| if c == d { -known[c] } else { 0.0 }))
+            self.scaled(patch, |c, d| -known[c][d])
         };
         self.patches.iter().map(of).collect()
     }
 
+    /// Γ⁻¹BΓ⁻¹.
+    fn scaled(&self, patch: Patch, of: impl Fn(usize, usize) -> f64) -> Square {
+        let moments = patch.moments();
+        std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (moments[c] * moments[d])))
+    }
+
     /// What a block adds, for each patch.
-    pub fn block(&self, index: usize) -> Result<Vec<Local>> {
+    pub fn block(&self, index: usize) -> Result<Vec<Square>> {
         let (n, width) = self.blocks[index];
         let forms = self.forms;
         let factor = forms.factor(n, 0.0)?.positive("the statics of a swept body")?;
         let of = |&patch: &Patch| {
             let term = order(forms, &factor, &LineLoad::new(forms, patch, n, self.radius));
-            let same = if width == 1 { [0.0; 3] } else { self.half_space(patch).order(n, self.radius) };
-            let part = |c: usize, d: usize| width as f64 * (term[c][d] - if c == d { same[c] } else { 0.0 });
-            std::array::from_fn(|c| std::array::from_fn(|d| part(c, d)))
+            let same = if width == 1 { [[0.0; LOADS]; LOADS] } else { self.half_space(patch).order(n, self.radius) };
+            self.scaled(patch, |c, d| width as f64 * (term[c][d] - same[c][d]))
         };
         Ok(self.patches.iter().map(of).collect())
     }
 }
 
-/// ⟨ω, u⟩ of one order under ω along (x, y, n), m/N.
-fn order(forms: &Forms, factor: &Factor, line: &LineLoad) -> Local {
+/// The means of the displacements of one order under each load.
+fn order(forms: &Forms, factor: &Factor, line: &LineLoad) -> Square {
     let moved = factor.solve(line.columns(forms.order()).as_ref());
-    // Loads along U and W are of the family of the cosine, those along V of the other one, in which u_x = −V; mixed terms are odd in x.
-    let [radial, tangential, axial] = [0, 1, 2].map(|c| line.mean(moved.col(c)));
-    let mixed = -0.5 * (axial[0] + radial[2]);
-    [[tangential[1], 0.0, 0.0], [0.0, axial[2], mixed], [0.0, mixed, radial[0]]]
+    let means: [[f64; LOADS]; LOADS] = std::array::from_fn(|d| line.means(moved.col(d)));
+    let both = |c: usize, d: usize| if line.together(c, d) { 0.5 * (means[c][d] + means[d][c]) } else { 0.0 };
+    std::array::from_fn(|c| std::array::from_fn(|d| both(c, d)))
 }
 
 /// The sum of parts, for each patch.
-pub fn sum(parts: impl IntoIterator<Item = Vec<Local>>) -> Vec<Local> {
-    let mut all: Vec<Local> = Vec::new();
+pub fn sum(parts: impl IntoIterator<Item = Vec<Square>>) -> Vec<Square> {
+    let mut all: Vec<Square> = Vec::new();
     for part in parts {
-        all.resize(part.len(), [[0.0; 3]; 3]);
+        all.resize(part.len(), [[0.0; LOADS]; LOADS]);
         for (a, p) in all.iter_mut().flatten().flatten().zip(part.iter().flatten().flatten()) {
             *a += p;
         }

@@ -19,11 +19,11 @@ mod rotation;
 mod section;
 mod shape;
 
-pub use builtin::{cylinder, w920s, Cylinder, Focus};
+pub use builtin::{cylinder, w920s, BuiltIn, Cylinder, Focus};
 pub use compliance::Constant;
 pub use forms::{Forms, Prestress};
-pub use load::{LineLoad, Patch};
-pub use modes::Modes;
+pub use load::{LineLoad, Patch, Square, FAMILY, LOADS};
+pub use modes::{Modes, Seen};
 pub use rotation::{blocks, RotationBlocks};
 pub use section::{Element, Section};
 pub use shape::Kind;

@@ -1,7 +1,7 @@
 //! Modes of a swept body, order by order, and the proof that none is missing.
 
 use super::krylov;
-use super::Forms;
+use super::{blocks, Forms, LineLoad, Patch, Prestress, RotationBlocks, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -26,7 +26,44 @@ pub struct Modes {
     pub residual: Vec<f64>,
 }
 
-impl Modes {
+/// What contact and rotation see of the modes of an order: numbers alone, for all ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Number of nodal diameters n.
+    pub order: usize,
+    /// Angular frequencies, rad/s, ascending, `[m]`.
+    pub omega: Vec<f64>,
+    /// Relative residuals, `[m]`.
+    pub residual: Vec<f64>,
+    /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circle of the contact, of the family that each of the nine loads moves, `[m]`.
+    pub contact: Vec<[f64; LOADS]>,
+    /// Rotation at 1 rad/s.
+    pub rotation: RotationBlocks,
+}
+
+impl Seen {
+    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the centrifugal prestress of a body that rotates.
+    pub fn of(
+        forms: &Forms,
+        modes: &Modes,
+        contact: Option<(&LineLoad, Patch)>,
+        prestress: Option<&Prestress>,
+    ) -> Self {
+        let mean = |k: usize| {
+            contact.map_or([0.0; LOADS], |(line, patch)| {
+                let (means, moments) = (line.means(modes.vectors.col(k)), patch.moments());
+                std::array::from_fn(|c| means[c] / moments[c])
+            })
+        };
+        Self {
+            order: modes.order,
+            omega: modes.omega.clone(),
+            residual: modes.residual.clone(),
+            contact: (0..modes.omega.len()).map(mean).collect(),
+            rotation: blocks(forms, modes, prestress),
+        }
+    }
+
     /// Families of an order: two that are each other turned, one of order 0.
     pub fn families(order: usize) -> usize {
         if order == 0 {
@@ -39,6 +76,42 @@ impl Modes {
     /// Modes of both families.
     pub fn count(&self) -> usize {
         Self::families(self.order) * self.omega.len()
+    }
+
+    /// As one list of numbers.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let m = self.omega.len();
+        let mut list = vec![self.order as f64, m as f64];
+        list.extend(self.omega.iter().chain(&self.residual).chain(self.contact.as_flattened()));
+        for matrix in [&self.rotation.coupling, &self.rotation.stiffness] {
+            list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
+        }
+        list
+    }
+
+    /// All those of lists put one after the other, by orders.
+    pub fn from_numbers(mut numbers: &[f64]) -> Result<Vec<Self>> {
+        let mut all = Vec::new();
+        while !numbers.is_empty() {
+            let m = numbers.get(1).map_or(0, |m| *m as usize);
+            let length = 2 + (2 + LOADS) * m + 2 * m * m;
+            if numbers.len() < length {
+                return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
+            }
+            let (mine, rest) = numbers.split_at(length);
+            let (list, matrices) = mine[2..].split_at((2 + LOADS) * m);
+            let matrix = |first: usize| Mat::from_fn(m, m, |i, j| matrices[first + i + m * j]);
+            all.push(Self {
+                order: mine[0] as usize,
+                omega: list[..m].to_vec(),
+                residual: list[m..2 * m].to_vec(),
+                contact: list[2 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
+                rotation: RotationBlocks { coupling: matrix(0), stiffness: matrix(m * m) },
+            });
+            numbers = rest;
+        }
+        all.sort_by_key(|s| s.order);
+        Ok(all)
     }
 }
 
@@ -84,7 +157,7 @@ pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
 }
 
 /// Modes by orders, those without any left out, until `of` finds none in some orders on end; it is given the orders to look at, as many as `together`.
-pub fn by_orders(together: usize, mut of: impl FnMut(Vec<usize>) -> Result<Vec<Modes>>) -> Result<Vec<Modes>> {
+pub fn by_orders(together: usize, mut of: impl FnMut(Vec<usize>) -> Result<Vec<Seen>>) -> Result<Vec<Seen>> {
     let mut all = Vec::new();
     let (mut next, mut empty) = (0, 0);
     // Beyond n = 2 the lowest frequency of an order rises with it.
@@ -102,8 +175,8 @@ pub fn by_orders(together: usize, mut of: impl FnMut(Vec<usize>) -> Result<Vec<M
 pub fn lowest(
     forms: &Forms,
     count: usize,
-    mut up_to: impl FnMut(f64) -> Result<Vec<Modes>>,
-) -> Result<(Vec<Modes>, f64)> {
+    mut up_to: impl FnMut(f64) -> Result<Vec<Seen>>,
+) -> Result<(Vec<Seen>, f64)> {
     let most = 2 * forms.order();
     if count > most {
         return Err(Error::Job(format!(
@@ -113,7 +186,7 @@ pub fn lowest(
     let mut limit = 4.0 * forms.shift().abs().sqrt();
     loop {
         let all = up_to(limit)?;
-        let found: usize = all.iter().map(Modes::count).sum();
+        let found: usize = all.iter().map(Seen::count).sum();
         if found > count {
             return Ok((all, limit));
         }

@@ -9,7 +9,7 @@ use faer::Mat;
 ///
 /// For n ≥ 1 with the families c (cos) and s (sin): ΦsᵀMDΦc = −g, ΦcᵀMDΦs = g, g symmetric; D is the derivative along the angle of Cartesian components. Of
 /// order 0 `coupling` is ΦᵀMDΦ itself, which is skew.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RotationBlocks {
     /// g, or ΦᵀMDΦ of order 0, `[m, m]`.
     pub coupling: Mat<f64>,
