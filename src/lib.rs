@@ -28,6 +28,7 @@ pub mod plan;
 pub mod progress;
 pub mod sound;
 pub mod stability;
+pub mod swept;
 pub mod transient;
 
 pub use error::{Error, Result};

@@ -34,6 +34,18 @@ pub struct Place {
     checksum: String,
 }
 
+impl Place {
+    /// The place of the swept body with the index `body`.
+    pub(super) fn swept(
+        (name, side): (&'static str, Side),
+        body: usize,
+        grid: Option<ContactGrid>,
+        material: Material,
+    ) -> Self {
+        Self { name, side, body, grid, material: Some(material), checksum: String::new() }
+    }
+}
+
 /// The bodies of a job.
 pub struct Bodies<'p> {
     /// The places, lower first.
@@ -60,6 +72,9 @@ impl<'p> Bodies<'p> {
             return Self::of_matrices(petsc, job, progress, summary);
         }
         let world = petsc.world();
+        if job.is_swept() {
+            return super::swept::build(world, job, progress, summary);
+        }
         progress.stage("meshing");
         let given = job.bodies();
         let meshed = world
@@ -224,7 +239,10 @@ impl<'p> Bodies<'p> {
             if let Some(MeshSource::File(path)) = &body.mesh {
                 sums.push((path.display().to_string(), sha256(path)?));
             }
-            sums.push((format!("mesh of body {}", place.name), place.checksum.clone()));
+            // A section is all in the job.
+            if !place.checksum.is_empty() {
+                sums.push((format!("mesh of body {}", place.name), place.checksum.clone()));
+            }
         }
         Ok(sums)
     }

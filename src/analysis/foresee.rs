@@ -46,6 +46,14 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         report.lines.push(format!("meshes of {nodes} nodes are not made for a check; run looks at them"));
         return Ok(report);
     }
+    if job.is_swept() {
+        let grid = |(_, body): &(_, &crate::job::Body)| super::swept::grid(job, body);
+        let grids = job.bodies().iter().map(grid).collect::<Result<Vec<_>>>()?;
+        return match &grids[..] {
+            [Some(lower), Some(upper)] if wanted(job) => foreseen(job, &interface_between(lower, upper)?),
+            _ => Ok(report),
+        };
+    }
     let mut meshed: Vec<Rc<Meshed>> = Vec::new();
     for (name, body) in job.bodies() {
         let found = meshes.of(job, name, body)?;

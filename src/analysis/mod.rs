@@ -21,6 +21,7 @@ pub(crate) mod steps;
 mod stock;
 mod stop;
 mod sweep;
+pub(crate) mod swept;
 mod transient;
 
 use crate::body::{Capability, Kind};
@@ -99,6 +100,7 @@ fn capable(job: &Job) -> Result<()> {
             let (kind, is) = match body.matrices {
                 Some(_) => (Kind::Matrices, "is given by matrices"),
                 None if half_space => (Kind::HalfSpace, "is a half-space"),
+                None if job.is_swept() => (Kind::Swept, "is swept from a section"),
                 None => (Kind::Elements, "is of finite elements"),
             };
             if !kind.can(what) {

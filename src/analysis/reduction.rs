@@ -40,7 +40,7 @@ impl Reduction {
             for index in 0..bodies.unique.len() {
                 probed.push(deferred::probe(bodies.fields(index)?, bodies.grid_of(index))?);
             }
-        } else if contact.compliance == Compliance::Fe {
+        } else if contact.compliance.of_bodies() {
             for (i, body) in bodies.unique.iter().enumerate() {
                 let compliance = body.compliance(&mut |done, of| progress.step("contact rows", done, of))?;
                 parts.extend(compliance.map(|compliance| match modes.get(i) {
@@ -92,7 +92,7 @@ impl Reduction {
 
 /// What making the reduced model needs of the bodies.
 pub(super) fn needs(job: &Job) -> Needs {
-    let elements = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe);
+    let elements = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
     Needs { solvers: elements, shapes: elements && job.analyses.modes.is_some() }
 }
 

@@ -8,7 +8,7 @@ use super::steps::Step;
 use super::transient::{self, Inputs};
 use super::{foresee, modes, receptance, stability, steady};
 use crate::body::TraceModes;
-use crate::job::{self, Compliance};
+use crate::job;
 use crate::output::datasets::reduced::{self, Origin, Reused};
 use crate::output::{sha256, Table};
 use crate::{Error, Result};
@@ -158,7 +158,7 @@ impl<'s> Stock<'s> {
         // A compliance that is only near the true one is of no use to another run.
         let whole = options.reuse.is_none() && !model.approximate;
         self.model = Some(model);
-        if whole && job.output.reduced && contact.compliance == Compliance::Fe && !job.by_matrices() {
+        if whole && job.output.reduced && contact.compliance.of_bodies() && !job.by_matrices() {
             let tables = world.on_root(|| self.tables(job))?.unwrap_or_default();
             match options.resume {
                 // The segments have it.

@@ -16,6 +16,7 @@ pub mod residual;
 pub mod rigid;
 pub mod rotation;
 pub mod statics;
+pub mod swept;
 pub mod trace;
 
 pub use modal::ModalMatrix;
@@ -98,6 +99,8 @@ pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
 pub enum Kind {
     /// Finite elements on a mesh.
     Elements,
+    /// Finite elements on a section that is swept.
+    Swept,
     /// Matrices from another program.
     Matrices,
     /// An elastic half-space.
@@ -124,6 +127,7 @@ impl Kind {
     pub fn can(self, what: Capability) -> bool {
         match self {
             Kind::Elements => true,
+            Kind::Swept => matches!(what, Capability::Modes | Capability::Grid),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
             // A rigid body has all its modes, none, and touches wherever the other one does.
             Kind::Rigid => matches!(what, Capability::Modes | Capability::Grid),

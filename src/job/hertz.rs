@@ -1,31 +1,31 @@
 //! How much a load strains the surfaces, and how large a contact it makes, by Hertz.
 
-use super::{Job, Load, Material, MeshSource};
+use super::{Job, Load, Material};
 use crate::{Error, Result};
 
 /// Largest strain of the contact surfaces, about, for which linear elasticity is used.
 const MAX_STRAIN: f64 = 0.05;
 
-/// An error if the load strains the surfaces of two built-in cylinders beyond small strain. The measure is the largest
+/// An error if the load strains the surfaces of two built-in bodies beyond small strain. The measure is the largest
 /// Hertz pressure over the combined modulus E*, (2/π) a/R for a circular contact (K. L. Johnson, Contact Mechanics,
 /// 1985, eqs. 4.22–4.24); an elliptic contact is taken as the circular one of the same geometric mean curvature, a plain cylinder
 /// as a line contact across the width (eq. 4.45).
 pub(super) fn small_strain(job: &Job) -> Result<()> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return Ok(()) };
-    let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
+    let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return Ok(());
     };
     let compliance = |m: &Material| (1.0 - m.poisson * m.poisson) / m.young;
     let modulus = 1.0 / (compliance(lower.elements()?.1) + compliance(upper.elements()?.1));
-    let along = 1.0 / a.outer_radius + 1.0 / b.outer_radius;
-    let across = a.crown_radius.map_or(0.0, |r| 1.0 / r) + b.crown_radius.map_or(0.0, |r| 1.0 / r);
+    let along = 1.0 / a.radius + 1.0 / b.radius;
+    let across = a.crown.map_or(0.0, |r| 1.0 / r) + b.crown.map_or(0.0, |r| 1.0 / r);
     let curvature = (along * across).sqrt();
     let (key, strain) = match contact.load() {
         Load::Normal(n) if across > 0.0 => {
             ("normal_load", (6.0 * n * curvature * curvature / modulus / std::f64::consts::PI.powi(3)).cbrt())
         }
         Load::Normal(n) => {
-            let width = a.thickness.min(b.thickness);
+            let width = a.width.min(b.width);
             ("normal_load", (n * along / (std::f64::consts::PI * width * modulus)).sqrt())
         }
         // A line contact has no approach of its own: the curvature along the rolling direction bounds it.
@@ -44,17 +44,17 @@ pub(super) fn small_strain(job: &Job) -> Result<()> {
     )))
 }
 
-/// Radius of the contact of two built-in crowned cylinders under a normal load, about, m: (3N/(4E*κ))^(1/3) with the geometric mean curvature κ (Johnson,
+/// Radius of the contact of two built-in crowned bodies under a normal load, about, m: (3N/(4E*κ))^(1/3) with the geometric mean curvature κ (Johnson,
 /// eq. 4.22). `None` for other bodies and loads.
 pub fn contact_radius(job: &Job) -> Option<f64> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
-    let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
+    let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return None;
     };
     let compliance = |m: &Material| (1.0 - m.poisson * m.poisson) / m.young;
     let modulus = 1.0 / (compliance(lower.material.as_ref()?) + compliance(upper.material.as_ref()?));
-    let along = 1.0 / a.outer_radius + 1.0 / b.outer_radius;
-    let across = a.crown_radius.map_or(0.0, |r| 1.0 / r) + b.crown_radius.map_or(0.0, |r| 1.0 / r);
+    let along = 1.0 / a.radius + 1.0 / b.radius;
+    let across = a.crown.map_or(0.0, |r| 1.0 / r) + b.crown.map_or(0.0, |r| 1.0 / r);
     match contact.load() {
         Load::Normal(n) if across > 0.0 => Some((0.75 * n / (modulus * (along * across).sqrt())).cbrt()),
         _ => None,
@@ -64,11 +64,11 @@ pub fn contact_radius(job: &Job) -> Option<f64> {
 /// [`contact_radius`], or that of the approach, a² = δ/κ.
 pub(super) fn contact_size(job: &Job) -> Option<f64> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
-    let (Some(MeshSource::Cylinder(a)), Some(MeshSource::Cylinder(b))) = (&lower.mesh, &upper.mesh) else {
+    let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return None;
     };
-    let along = 1.0 / a.outer_radius + 1.0 / b.outer_radius;
-    let across = a.crown_radius.map_or(0.0, |r| 1.0 / r) + b.crown_radius.map_or(0.0, |r| 1.0 / r);
+    let along = 1.0 / a.radius + 1.0 / b.radius;
+    let across = a.crown.map_or(0.0, |r| 1.0 / r) + b.crown.map_or(0.0, |r| 1.0 / r);
     match contact.load() {
         Load::Approach(d) if across > 0.0 => Some((d / (along * across).sqrt()).sqrt()),
         _ => contact_radius(job),

@@ -94,6 +94,8 @@ impl Job {
 
     fn resolve(&mut self, folder: &Path) {
         let graded = self.contact.is_some();
+        // A section has no mesh that could be shown.
+        self.output.fields &= !self.is_swept();
         for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
             // Absolute, so that the resolved job means the same file wherever it is kept.
             let absolute = |file: &mut std::path::PathBuf| {
@@ -107,7 +109,7 @@ impl Job {
                     .for_each(absolute);
             }
             match &mut body.mesh {
-                None => {}
+                None | Some(MeshSource::Revolved(_)) => {}
                 Some(MeshSource::Cylinder(c)) => {
                     let default = if graded { c.element_size.max(0.25 * c.thickness) } else { c.element_size };
                     c.max_element_size.get_or_insert(default);

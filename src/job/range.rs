@@ -1,7 +1,7 @@
 //! The range in which the theory holds, as far as the job alone shows it (`docs/theory.md`, "Range").
 
 use super::hertz::{contact_size, small_strain};
-use super::{Contact, Job, MeshSource, Transient};
+use super::{Contact, Job, Transient};
 use crate::{Error, Result};
 
 /// A quantity that must stay small, and from where on it is warned of and refused.
@@ -88,10 +88,7 @@ fn motion(job: &Job, contact: &Contact, transient: &Transient) -> Vec<Small> {
         });
     }
     let way = contact.speed * transient.step;
-    let element = job.bodies().first().and_then(|(_, b)| match &b.mesh {
-        Some(MeshSource::Cylinder(c)) => Some(c.element_size),
-        _ => None,
-    });
+    let element = job.contact_spacing();
     // Material must be seen in the contact, and should be seen at every node of it.
     all.push(Small {
         found: format!("analyses.transient.step {} s", transient.step),

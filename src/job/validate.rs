@@ -4,6 +4,7 @@ use super::model::*;
 use super::transient::{Hold, SoundPower, Transient};
 
 mod matrices;
+mod swept;
 
 /// All faults of a job that fits the schema; empty if it makes sense.
 pub fn validate(job: &Job) -> Vec<String> {
@@ -50,20 +51,26 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
         None => faults.push(format!("{path}.mesh: missing; a body has a mesh and a material, or matrices")),
         Some(MeshSource::Cylinder(c)) => {
             check_cylinder(&format!("{path}.mesh.cylinder"), c, faults);
-            for (i, group) in body.fixed.iter().enumerate().filter(|(_, g)| !CYLINDER_GROUPS.contains(&g.as_str())) {
-                let names = CYLINDER_GROUPS.map(String::from);
-                let near = super::schema::nearest(group, &names).map(|n| format!("; did you mean \"{n}\"?"));
-                faults.push(format!(
-                    "{path}.fixed.{i}: the cylinder has no group \"{group}\"{} Its groups are {}",
-                    near.unwrap_or_else(|| ".".into()),
-                    super::schema::quoted(&names)
-                ));
-            }
+            check_groups(path, body, "the cylinder", &CYLINDER_GROUPS, faults);
         }
+        Some(MeshSource::Revolved(r)) => swept::check_body(path, body, r, faults),
         Some(MeshSource::File(file)) if file.as_os_str().is_empty() => {
             faults.push(format!("{path}.mesh.file: the file name is empty"));
         }
         Some(MeshSource::File(_)) => {}
+    }
+}
+
+/// Faults of supports that are not among the `groups` of the built-in body `what`.
+fn check_groups(path: &str, body: &Body, what: &str, groups: &[&str], faults: &mut Vec<String>) {
+    for (i, group) in body.fixed.iter().enumerate().filter(|(_, g)| !groups.contains(&g.as_str())) {
+        let names: Vec<String> = groups.iter().map(|g| g.to_string()).collect();
+        let near = super::schema::nearest(group, &names).map(|n| format!("; did you mean \"{n}\"?"));
+        faults.push(format!(
+            "{path}.fixed.{i}: {what} has no group \"{group}\"{} Its groups are {}",
+            near.unwrap_or_else(|| ".".into()),
+            super::schema::quoted(&names)
+        ));
     }
 }
 
@@ -135,24 +142,22 @@ fn check_damping(path: &str, damping: &Damping, faults: &mut Vec<String>) {
     }
 }
 
-fn check_cylinder(path: &str, c: &Cylinder, faults: &mut Vec<String>) {
+/// Whether the dimensions of a ring fit together; `offset` is the key of the contact's distance from its mid-plane and that, m.
+fn check_ring(path: &str, c: &Ring, (key, offset): (&str, f64), faults: &mut Vec<String>) -> bool {
     if c.inner_radius >= c.outer_radius {
         faults.push(format!(
             "{path}.inner_radius: found {} m, expected less than outer_radius ({} m)",
             c.inner_radius, c.outer_radius
         ));
-        return;
+        return false;
     }
     let half = 0.5 * c.thickness;
-    if c.contact_offset.abs() >= half {
-        faults.push(format!(
-            "{path}.contact_offset: found {} m, expected less than half the thickness ({half} m) in magnitude",
-            c.contact_offset
-        ));
-        return;
+    if offset.abs() >= half {
+        faults.push(format!("{key}: found {offset} m, expected less than half the thickness ({half} m) in magnitude"));
+        return false;
     }
     if let Some(crown) = c.crown_radius {
-        let reach = half + c.contact_offset.abs();
+        let reach = half + offset.abs();
         if crown <= reach {
             faults.push(format!(
                 "{path}.crown_radius: found {crown} m, expected more than {reach} m, the distance from the apex of the crown to the farther side"
@@ -166,6 +171,15 @@ fn check_cylinder(path: &str, c: &Cylinder, faults: &mut Vec<String>) {
                 ));
             }
         }
+    }
+    true
+}
+
+fn check_cylinder(path: &str, c: &Cylinder, faults: &mut Vec<String>) {
+    let Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset, .. } = *c;
+    let ring = Ring { inner_radius, outer_radius, thickness, crown_radius };
+    if !check_ring(path, &ring, (&format!("{path}.contact_offset"), contact_offset), faults) {
+        return;
     }
     let smallest = c.thickness.min(c.outer_radius - c.inner_radius);
     if c.element_size > smallest {
@@ -220,12 +234,13 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             ));
         }
     }
+    swept::check_contact(job, contact, faults);
     if contact.points.is_some() {
         faults.push(
             "contact.points: only for bodies given by matrices; bodies with meshes touch on their surfaces".into(),
         );
     }
-    if contact.patch.is_some() && cylinders.is_empty() && !job.bodies().is_empty() {
+    if contact.patch.is_some() && cylinders.is_empty() && !job.is_swept() && !job.bodies().is_empty() {
         faults.push(
             "contact.patch: given, but both bodies have mesh files, whose group \"contact\" is the patch; leave it out"
                 .into(),
@@ -288,7 +303,7 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     if let Some(analysis) = job.analyses.on_contact().first() {
         match &job.contact {
             None => faults.push(format!("contact: missing; analyses.{analysis} needs it")),
-            Some(contact) if contact.compliance == Compliance::Fe => {
+            Some(contact) if contact.compliance.of_bodies() => {
                 for (name, _) in job.bodies().iter().filter(|(_, b)| b.fixed.is_empty()) {
                     faults.push(format!(
                         "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static problem; name a group to clamp, e.g. [\"inner\"]"
@@ -304,7 +319,7 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
                 "analyses.modes: missing; analyses.receptance is computed on the modes, e.g. {\"count\": 60}".into(),
             );
         }
-        if job.contact.as_ref().is_some_and(|c| c.compliance != Compliance::Fe) {
+        if job.contact.as_ref().is_some_and(|c| !c.compliance.of_bodies()) {
             faults.push("contact.compliance: \"half_space\" has no modes; analyses.receptance needs \"fe\"".into());
         }
         if let Err(fault) = receptance.frequency.numbers() {
@@ -330,7 +345,7 @@ fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
     if job.analyses.modes.is_none() {
         faults.push(format!("analyses.modes: missing; {path} is computed on the modes, e.g. {{\"count\": 60}}"));
     }
-    if job.contact.as_ref().is_some_and(|c| c.compliance != Compliance::Fe) {
+    if job.contact.as_ref().is_some_and(|c| !c.compliance.of_bodies()) {
         faults.push(format!("contact.compliance: \"half_space\" has no modes; {path} needs \"fe\""));
     }
     if transient.duration < transient.step {
@@ -388,7 +403,7 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         faults
             .push("analyses.modes: missing; analyses.stability is computed on the modes, e.g. {\"count\": 60}".into());
     }
-    if contact.compliance != Compliance::Fe {
+    if !contact.compliance.of_bodies() {
         faults.push("contact.compliance: \"half_space\" has no modes; analyses.stability needs \"fe\"".into());
     }
     if let Some(phases) = job.analyses.stability.as_ref().map(|s| s.phases).filter(|p| !p.is_multiple_of(4)) {

@@ -2,7 +2,7 @@
 
 use super::BodySize;
 use crate::eigen::quadratic::BLOCK;
-use crate::job::{contact_radius, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Modes, ModesExtent};
+use crate::job::{contact_radius, Compliance, EigenSolver, Job, LinearSolver, Modes, ModesExtent};
 
 // Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
 // Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
@@ -138,10 +138,7 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
 /// circle holds 75), and two on each grid line through it; the ellipse in the patch where the bodies do not tell.
 fn closed_nodes(job: &Job, all: f64) -> f64 {
     let ellipse = std::f64::consts::FRAC_PI_4 * all;
-    let size = job.bodies().first().and_then(|(_, b)| match &b.mesh {
-        Some(MeshSource::Cylinder(c)) => Some(c.element_size),
-        _ => None,
-    });
+    let size = job.contact_spacing();
     match (contact_radius(job), size) {
         (Some(radius), Some(h)) => {
             let lines = radius / h;

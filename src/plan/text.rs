@@ -56,7 +56,11 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
     match step {
         Step::Earlier | Step::EarlierShapes | Step::Geometry | Step::FreeModes => None,
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
+        Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),
         Step::Bodies => Some("meshes, distributed; stiffness and mass".into()),
+        Step::Solvers if job.is_swept() => {
+            contact.map(|_| format!("statics of each body{once} under loads at the contact, by orders"))
+        }
         Step::Solvers => Some(match job.solver.linear {
             LinearSolver::Mumps => format!("factorisation of the stiffness of each body{once}"),
             LinearSolver::Gamg => format!("multigrid for the stiffness of each body{once}"),
@@ -69,6 +73,7 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
                 _ if job.by_matrices() => "the matrices".into(),
                 Compliance::Fe => format!("finite elements{once}"),
                 Compliance::HalfSpace => "elastic half-spaces".into(),
+                Compliance::Hybrid => "half-spaces and the statics of the bodies".into(),
             };
             format!("compliance of {nodes} contact nodes ({} rows) from {source}", 3 * nodes)
         }),

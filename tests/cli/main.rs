@@ -14,5 +14,6 @@ mod runs;
 mod slurm;
 mod sound;
 mod sweep;
+mod swept;
 mod transient;
 mod usage;

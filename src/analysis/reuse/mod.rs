@@ -4,7 +4,7 @@ pub mod shapes;
 
 use super::bodies::Bodies;
 use crate::body::{Side, TraceModes};
-use crate::job::{Compliance, Job};
+use crate::job::Job;
 use crate::output::datasets::reduced::{load, Origin, Reused};
 use crate::output::Reader;
 use crate::{Error, Result};
@@ -28,7 +28,7 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
         Some(c) if job.analyses.on_contact().is_empty() || c.points.is_some() => {
             return refuse("no analysis of the job works on a reduced model of finite elements");
         }
-        Some(c) if c.compliance == Compliance::Fe => {}
+        Some(c) if c.compliance.of_bodies() => {}
         Some(_) => return refuse("contact.compliance is \"half_space\": there is nothing to spare"),
         None => return refuse("the job has no contact"),
     }

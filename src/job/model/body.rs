@@ -71,7 +71,22 @@ impl Body {
     pub fn axle(&self) -> Option<f64> {
         match &self.mesh {
             Some(MeshSource::Cylinder(c)) => Some(c.outer_radius),
+            Some(MeshSource::Revolved(r)) => Some(r.running().radius),
             _ => self.axle_distance,
+        }
+    }
+
+    /// The dimensions at the contact, of a built-in body.
+    pub fn running(&self) -> Option<super::Running> {
+        match &self.mesh {
+            Some(MeshSource::Cylinder(c)) => Some(super::Running {
+                radius: c.outer_radius,
+                crown: c.crown_radius,
+                width: c.thickness,
+                room: 0.5 * c.thickness - c.contact_offset.abs(),
+            }),
+            Some(MeshSource::Revolved(r)) => Some(r.running()),
+            _ => None,
         }
     }
 
@@ -125,6 +140,8 @@ pub struct MatrixContact {
 pub enum MeshSource {
     /// The built-in annular cylinder.
     Cylinder(Cylinder),
+    /// A body of revolution swept from a section: no mesh of three dimensions.
+    Revolved(super::Revolved),
     /// A Gmsh MSH 4.1 file (ASCII or binary) in metres, relative to the job file: the body in its place, the contact point at the
     /// origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
     File(PathBuf),

@@ -29,7 +29,7 @@ pub struct Contact {
     #[serde(default)]
     pub compliance: Compliance,
     /// The finely meshed rectangle on which contact is looked for; it must hold the whole contact. Needed by built-in
-    /// cylinders; a mesh file brings its own grid, the group `contact`.
+    /// cylinders and swept bodies; a mesh file brings its own grid, the group `contact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<Patch>,
     /// Contact points of bodies given by matrices, all closed and sliding. They take the place of load, speed, creepage and
@@ -111,6 +111,15 @@ pub enum Compliance {
     /// Elastic half-spaces of the bodies' materials (Boussinesq and Cerruti) on the same grid; the bodies' shapes give
     /// the gap only.
     HalfSpace,
+    /// Of swept bodies: the half-space near the contact, and beside it what the rest of the body adds, from its section.
+    Hybrid,
+}
+
+impl Compliance {
+    /// Whether it is that of the bodies, with their modes.
+    pub fn of_bodies(self) -> bool {
+        self != Compliance::HalfSpace
+    }
 }
 
 /// Half-lengths of the rectangle around the contact point on which contact is looked for.
@@ -123,4 +132,8 @@ pub struct Patch {
     /// Half-width along y, m; rounded up to whole elements.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub half_width: f64,
+    /// Distance of the nodes of the contact grid between swept bodies, m; others have that of their elements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub spacing: Option<f64>,
 }

@@ -4,6 +4,7 @@
 mod analyses;
 mod body;
 mod contact;
+mod swept;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,7 @@ use super::sweep::SweepPlan;
 pub use analyses::*;
 pub use body::*;
 pub use contact::*;
+pub use swept::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -161,6 +163,20 @@ impl Job {
     /// Whether the bodies are given by matrices. Reading a job makes sure that they are if one is.
     pub fn by_matrices(&self) -> bool {
         self.bodies().iter().any(|(_, b)| b.matrices.is_some())
+    }
+
+    /// Whether a body is swept from a section.
+    pub fn is_swept(&self) -> bool {
+        self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_))))
+    }
+
+    /// Distance of the nodes of the contact grid, m, where the job says it.
+    pub fn contact_spacing(&self) -> Option<f64> {
+        let of_patch = self.contact.as_ref().and_then(|c| c.patch).and_then(|p| p.spacing);
+        of_patch.or(self.bodies().first().and_then(|(_, b)| match &b.mesh {
+            Some(MeshSource::Cylinder(c)) => Some(c.element_size),
+            _ => None,
+        }))
     }
 
     /// Angular velocity of the body `name`, rad/s.

@@ -1,0 +1,380 @@
+//! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the ranks; at its contact the compliance of a
+//! half-space and, beside it, a motion of the contact that is constant or goes with x and y ("hybrid").
+
+use super::clusters;
+use super::half_space::HalfSpace;
+use super::modes::Extent;
+use super::rotation::ModalRotation;
+use super::{Body, Kind, Steps, TraceModes};
+use crate::fem::Material;
+use crate::parallel::World;
+use crate::swept::compliance::sum;
+use crate::swept::modes::{by_orders, lowest, of_order};
+use crate::swept::{BuiltIn, Constant, Forms, LineLoad, Patch, Prestress, Seen, Square, FAMILY, LOADS};
+use crate::{Error, Result};
+use faer::Mat;
+use std::f64::consts::PI;
+
+/// Part of the smaller half side of the grid that the circle of the loads has as its radius: about a contact that the grid holds with room to spare.
+const CIRCLE: f64 = 2.0 / 3.0;
+/// A second, wider circle shows how little the constant depends on it.
+const WIDER: f64 = 1.5;
+/// A difference between both circles of more than this part of the contact's own compliance is called large.
+const LARGE: f64 = 0.01;
+/// Modes computed beyond the wanted ones, to see where the last cluster ends.
+const BEYOND: usize = 4;
+
+/// What a swept body is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Making<'a> {
+    /// Its section.
+    pub section: BuiltIn,
+    /// Its material.
+    pub material: Material,
+    /// Groups of the section that are clamped.
+    pub fixed: &'a [String],
+    /// Whether it rotates.
+    pub rotates: bool,
+    /// Lines of the contact grid along x and y, m, where there is a contact.
+    pub grid: Option<[&'a [f64]; 2]>,
+}
+
+/// A body of revolution.
+pub struct Swept<'w> {
+    world: &'w World,
+    name: String,
+    making: BuiltIn,
+    /// Meshed for the modes.
+    forms: Forms,
+    fixed: Vec<String>,
+    rotates: bool,
+    /// Lines of the contact grid, m; none without contact.
+    grid: [Vec<f64>; 2],
+    /// What is added to the half-space, m/N, once it is made.
+    constant: Option<Square>,
+    /// Modal part of the compliance, m/N, once modes are known.
+    modal: Square,
+}
+
+impl<'w> Swept<'w> {
+    /// The body `name`, the same on every rank.
+    pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
+        let forms = Forms::new(making.section.for_modes()?, making.material, making.fixed)
+            .map_err(|e| e.context(format!("bodies.{name}")))?;
+        Ok(Self {
+            world,
+            name: name.into(),
+            making: making.section,
+            forms,
+            fixed: making.fixed.to_vec(),
+            rotates: making.rotates,
+            grid: making.grid.map_or([Vec::new(), Vec::new()], |lines| lines.map(<[f64]>::to_vec)),
+            constant: None,
+            modal: [[0.0; LOADS]; LOADS],
+        })
+    }
+
+    /// Free amplitudes of an order.
+    pub fn unknowns(&self) -> usize {
+        self.forms.order()
+    }
+
+    /// Mass, kg.
+    pub fn mass(&self) -> f64 {
+        self.forms.section.volume() * self.forms.material.density
+    }
+
+    fn nodes(&self) -> usize {
+        self.grid[0].len() * self.grid[1].len()
+    }
+
+    /// The circle of the loads at the contact; none without contact.
+    fn circle(&self) -> Option<Patch> {
+        let half = |lines: &[f64]| Some(0.5 * (lines.last()? - lines.first()?));
+        let [x, y] = [half(&self.grid[0])?, half(&self.grid[1])?];
+        Some(Patch { radius: CIRCLE * x.min(y) })
+    }
+
+    /// π = (1, x, y) of a node.
+    fn factors(&self, node: usize) -> [f64; 3] {
+        let [x, y] = &self.grid;
+        [1.0, x[node % x.len()], y[node / x.len()]]
+    }
+
+    /// π A πᵀ of two contact rows.
+    fn between(&self, a: &Square, i: usize, j: usize) -> f64 {
+        let (left, right) = (self.factors(i / 3), self.factors(j / 3));
+        let row = |m: usize| (0..3).map(|k| right[k] * a[3 * m + i % 3][3 * k + j % 3]).sum::<f64>();
+        (0..3).map(|m| left[m] * row(m)).sum()
+    }
+
+    fn half_space(&self) -> HalfSpace {
+        HalfSpace { young: self.forms.material.young, poisson: self.forms.material.poisson }
+    }
+
+    fn constant(&self) -> Result<Square> {
+        let missing = || Error::Defect(format!("body \"{}\" has no compliance: it is not factorised", self.name));
+        self.constant.ok_or_else(missing)
+    }
+
+    /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
+    fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut Steps) -> Result<Vec<Seen>> {
+        let (world, forms) = (self.world, &self.forms);
+        let circle = self.circle();
+        by_orders(world.size, |orders| {
+            let n = orders[world.rank];
+            steps(orders[0], orders[0] + world.size);
+            let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.making.radius()), patch));
+            let contact = line.as_ref().map(|(line, patch)| (line, *patch));
+            let mine = of_order(forms, n, limit).map(|modes| Seen::of(forms, &modes, contact, prestress));
+            Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))
+        })
+    }
+}
+
+/// A mode of one family among those of its order.
+#[derive(Debug, Clone, Copy)]
+struct Member<'s> {
+    of: &'s Seen,
+    index: usize,
+    /// 0: (U cos nθ, V sin nθ, W cos nθ); 1: (U sin nθ, −V cos nθ, W sin nθ).
+    family: usize,
+}
+
+impl Member<'_> {
+    fn omega(&self) -> f64 {
+        self.of.omega[self.index]
+    }
+
+    /// ψ̂, 1/√kg and 1/(√kg m): the mode at the contact, as far as its family has it.
+    fn seen(&self) -> [f64; LOADS] {
+        let seen = self.of.contact[self.index];
+        std::array::from_fn(|k| if self.of.order == 0 || FAMILY[k] == self.family { seen[k] } else { 0.0 })
+    }
+}
+
+/// Modes of all orders and families, ascending.
+fn members(all: &[Seen]) -> Vec<Member<'_>> {
+    let mut list: Vec<Member> = Vec::new();
+    for of in all {
+        for index in 0..of.omega.len() {
+            list.extend((0..Seen::families(of.order)).map(|family| Member { of, index, family }));
+        }
+    }
+    // The families of a pair stay beside each other.
+    list.sort_by(|a, b| a.omega().total_cmp(&b.omega()));
+    list
+}
+
+/// ΦᵀGΦ, Φᵀ(K_σ − K_c)Φ and ΦᵀMD′Φ of the modes, at 1 rad/s.
+fn rotation(list: &[Member]) -> ModalRotation {
+    let between = |value: &dyn Fn(&Member, &Member) -> f64| {
+        Mat::from_fn(list.len(), list.len(), |i, j| match list[i].of.order == list[j].of.order {
+            true => value(&list[i], &list[j]),
+            false => 0.0,
+        })
+    };
+    // ΦsᵀMDΦc = −g and ΦcᵀMDΦs = g; of order 0 it is the coupling itself.
+    let sign = |a: &Member, b: &Member| match (a.of.order, a.family, b.family) {
+        (0, ..) | (_, 0, 1) => 1.0,
+        (_, 1, 0) => -1.0,
+        _ => 0.0,
+    };
+    let same = |a: &Member, b: &Member| f64::from(u8::from(a.index == b.index));
+    ModalRotation {
+        gyroscopic: between(&|a, b| 2.0 * sign(a, b) * a.of.rotation.coupling[(a.index, b.index)]),
+        stiffness: between(&|a, b| match a.family == b.family {
+            true => a.of.rotation.stiffness[(a.index, b.index)],
+            false => 0.0,
+        }),
+        derivative: between(&|a, b| sign(a, b) * a.of.order as f64 * same(a, b)),
+    }
+}
+
+impl Body for Swept<'_> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn kind(&self) -> Kind {
+        Kind::Swept
+    }
+
+    fn rows(&self) -> usize {
+        3 * self.nodes()
+    }
+
+    fn factorise(&mut self) -> Result<Option<String>> {
+        let Some(circle) = self.circle() else { return Ok(None) };
+        let named = |e: Error| e.context(format!("compliance of body \"{}\"", self.name));
+        let (world, radius) = (self.world, self.making.radius());
+        let forms = Forms::new(self.making.for_loads(circle.radius)?, self.forms.material, &self.fixed)?;
+        let wider = Patch { radius: WIDER * circle.radius };
+        let both = Constant::new(&forms, &[circle, wider], radius);
+        let constant = both.or_else(|_| Constant::new(&forms, &[circle], radius)).map_err(named)?;
+        let mine = (world.rank..constant.blocks.len()).step_by(world.size);
+        let parts = mine.map(|k| constant.block(k)).collect::<Result<Vec<_>>>();
+        let parts = world.agree(parts.map_err(named))?;
+        let nothing = constant.singles().iter().map(|_| [[0.0; LOADS]; LOADS]).collect();
+        let own = if world.is_root() { constant.singles() } else { nothing };
+        let flat: Vec<f64> = sum(parts.into_iter().chain([own])).as_flattened().as_flattened().to_vec();
+        let all = world.sum_all(&flat);
+        let size = LOADS * LOADS;
+        let a: Square = std::array::from_fn(|c| std::array::from_fn(|d| all[LOADS * c + d]));
+        self.constant = Some(a);
+        let pico = |v: f64| 1e12 * v;
+        let mut text = format!(
+            "sections of {} unknowns at {} of the orders up to {}; beside a half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
+            forms.order(),
+            constant.blocks.len(),
+            constant.blocks.iter().map(|b| b.0 + b.1 / 2).max().unwrap_or(0),
+            pico(a[0][0]),
+            pico(a[1][1]),
+            pico(a[2][2]),
+            pico(a[1][2])
+        );
+        if all.len() > size {
+            // Displacements of the middle under forces.
+            let constants = (0..3).flat_map(|c| (0..3).map(move |d| LOADS * c + d));
+            let apart = constants.map(|k| (all[size + k] - all[k]).abs()).fold(0.0, f64::max);
+            let contact = 0.6 / (self.half_space().plane() * circle.radius);
+            text += &format!(
+                ", good to {:.1} pm/N or {:.2} % of the contact's own compliance{}",
+                pico(apart),
+                100.0 * apart / contact,
+                if apart > LARGE * contact { ", which is much: the surface is not that of a half-space" } else { "" }
+            );
+        }
+        Ok(Some(text))
+    }
+
+    fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
+        let constant = self.constant()?;
+        self.world.on_root(|| {
+            let mut c = self.half_space().compliance(&self.grid[0], &self.grid[1])?;
+            let mut residual = c.clone();
+            for j in 0..c.ncols() {
+                for i in 0..c.nrows() {
+                    let added = self.between(&constant, i, j);
+                    c[(i, j)] += added;
+                    residual[(i, j)] += added - self.between(&self.modal, i, j);
+                }
+            }
+            residual.llt(faer::Side::Lower).map_err(|_| {
+                Error::NotConverged(format!(
+                    "compliance of body \"{}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make contact.patch smaller",
+                    self.name
+                ))
+            })?;
+            Ok(c)
+        })
+    }
+
+    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
+        let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
+        let prestress = if self.rotates { Some(self.forms.centrifugal().map_err(named)?) } else { None };
+        let mut up_to = |limit: f64| self.up_to(limit, prestress.as_ref(), steps);
+        let (all, keep) = match extent {
+            Extent::MaxFrequency(f) => {
+                let all = up_to(2.0 * PI * f).map_err(named)?;
+                let keep = all.iter().map(Seen::count).sum();
+                (all, keep)
+            }
+            Extent::Count(count) => {
+                let mut wanted = count + BEYOND;
+                loop {
+                    let (all, _) = lowest(&self.forms, wanted, &mut up_to).map_err(named)?;
+                    let omega: Vec<f64> = members(&all).iter().map(Member::omega).collect();
+                    if let Some(keep) = clusters::cut(&omega, count) {
+                        break (all, keep);
+                    }
+                    wanted += wanted / 4 + BEYOND;
+                }
+            }
+        };
+        let mut list = members(&all);
+        list.truncate(keep);
+        let mut modal = [[0.0; LOADS]; LOADS];
+        for mode in list.iter().filter(|m| m.omega() > 0.0) {
+            let (rows, stiffness) = (mode.seen(), mode.omega() * mode.omega());
+            for (i, row) in modal.iter_mut().enumerate() {
+                row.iter_mut().zip(rows).for_each(|(m, r)| *m += rows[i] * r / stiffness);
+            }
+        }
+        self.modal = modal;
+        let seen: Vec<[f64; LOADS]> = list.iter().map(Member::seen).collect();
+        let at = |i: usize, k: usize| {
+            let pi = self.factors(i / 3);
+            (0..3).map(|m| pi[m] * seen[k][3 * m + i % 3]).sum()
+        };
+        Ok(TraceModes {
+            omega: list.iter().map(Member::omega).collect(),
+            residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
+            rows: self.world.is_root().then(|| Mat::from_fn(3 * self.nodes(), list.len(), at)),
+            damping: None,
+            reach: match extent {
+                Extent::MaxFrequency(f) => 2.0 * PI * f,
+                Extent::Count(_) => list.last().map_or(0.0, Member::omega),
+            },
+            rotation: self.rotates.then(|| rotation(&list)),
+        })
+    }
+
+    fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
+        let constant = self.constant()?;
+        let found = self.world.on_root(|| {
+            let c = self.half_space().compliance(&self.grid[0], &self.grid[1])?;
+            let row = |i: usize| {
+                let part = |(j, f): (usize, &f64)| (c[(i, j)] + self.between(&constant, i, j)) * f;
+                forces.iter().enumerate().map(part).sum::<f64>()
+            };
+            Ok((0..c.nrows()).map(row).collect())
+        })?;
+        Ok(found.unwrap_or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swept::RotationBlocks;
+
+    fn seen(order: usize, omega: &[f64]) -> Seen {
+        let m = omega.len();
+        let rotation = RotationBlocks {
+            coupling: Mat::from_fn(m, m, |i, j| match order {
+                0 => i as f64 - j as f64,
+                n => (n + i + j) as f64,
+            }),
+            stiffness: Mat::from_fn(m, m, |i, j| -((i + j) as f64)),
+        };
+        let contact = (0..m).map(|k| std::array::from_fn(|c| (1 + k + c) as f64)).collect();
+        Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], contact, rotation }
+    }
+
+    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple the two
+    /// families of an order, order 0 within itself.
+    #[test]
+    fn pairs_at_the_contact_and_in_rotation() {
+        let all = [seen(0, &[5.0, 9.0]), seen(2, &[4.0, 9.0])];
+        let list = members(&all);
+        let omega: Vec<f64> = list.iter().map(Member::omega).collect();
+        assert_eq!(omega, [4.0, 4.0, 5.0, 9.0, 9.0, 9.0]);
+        assert_eq!(list[0].seen(), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
+        assert_eq!(list[1].seen(), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
+        assert_eq!(list[2].seen(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+        let r = rotation(&list);
+        for i in 0..6 {
+            for j in 0..6 {
+                assert_eq!(r.gyroscopic[(i, j)], -r.gyroscopic[(j, i)]);
+                assert_eq!(r.derivative[(i, j)], -r.derivative[(j, i)]);
+                assert_eq!(r.stiffness[(i, j)], r.stiffness[(j, i)]);
+            }
+        }
+        // φsᵀMDφc = −g, and G twice that.
+        assert_eq!((r.gyroscopic[(1, 0)], r.gyroscopic[(0, 1)]), (-4.0, 4.0));
+        assert_eq!((r.gyroscopic[(2, 3)], r.gyroscopic[(2, 4)]), (-2.0, 0.0));
+        assert_eq!(r.diameters(), [2.0, 2.0, 0.0, 0.0, 2.0, 2.0]);
+        assert_eq!((r.stiffness[(0, 4)], r.stiffness[(0, 5)], r.stiffness[(4, 4)]), (-1.0, 0.0, -2.0));
+    }
+}

@@ -1,0 +1,77 @@
+//! A body swept from a section.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A body of revolution about an axle along y, swept from a section. Needs `contact.compliance` `"hybrid"`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Revolved {
+    /// The section, by the name of a built-in one.
+    pub section: Section,
+    /// Distance of the contact point, and of the apex of a crown, from the mid-plane (of W920S: from that of its web), towards +y, m.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m"))]
+    pub contact_offset: f64,
+}
+
+/// A built-in section.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Section {
+    /// The benchmark wheel W920S: bore of radius 95 mm, straight web, tread of radius 460 mm. It has the group `inner`.
+    W920S,
+    /// The annular cylinder. It has the groups `inner`, `outer`, `side_minus`, `side_plus`.
+    #[serde(rename = "cylinder")]
+    Cylinder(Ring),
+}
+
+/// Section of an annular cylinder.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ring {
+    /// Radius of the bore, m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub inner_radius: f64,
+    /// Rolling radius at the contact point, m; more than `inner_radius`.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub outer_radius: f64,
+    /// Width along y, m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub thickness: f64,
+    /// Transversal radius of the running surface, m. Without it the cylinder is plain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub crown_radius: Option<f64>,
+}
+
+/// What runs: the dimensions of a built-in body that touches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Running {
+    /// Rolling radius, m.
+    pub radius: f64,
+    /// Transversal radius of the running surface, m; a plain one has none.
+    pub crown: Option<f64>,
+    /// Width of the running surface, m.
+    pub width: f64,
+    /// Distance from the contact point to the nearer edge of the running surface, m.
+    pub room: f64,
+}
+
+impl Revolved {
+    /// The dimensions at the contact.
+    pub fn running(&self) -> Running {
+        let offset = self.contact_offset;
+        match &self.section {
+            // Its tread, m.
+            Section::W920S => {
+                Running { radius: 0.460, crown: None, width: 0.105, room: (0.065 + offset).min(0.040 - offset) }
+            }
+            Section::Cylinder(c) => Running {
+                radius: c.outer_radius,
+                crown: c.crown_radius,
+                width: c.thickness,
+                room: 0.5 * c.thickness - offset.abs(),
+            },
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Rules between the keys of bodies swept from a section.
+
+use super::super::model::*;
+use super::{check_groups, check_ring};
+
+const RING_GROUPS: [&str; 4] = ["inner", "outer", "side_minus", "side_plus"];
+
+/// Adds the faults of a swept body.
+pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec<String>) {
+    let key = format!("{path}.mesh.revolved.contact_offset");
+    match &revolved.section {
+        Section::Cylinder(ring) => {
+            check_ring(
+                &format!("{path}.mesh.revolved.section.cylinder"),
+                ring,
+                (&key, revolved.contact_offset),
+                faults,
+            );
+            check_groups(path, body, "the section", &RING_GROUPS, faults);
+        }
+        Section::W920S => {
+            if !(revolved.running().room > 0.0) {
+                faults.push(format!(
+                    "{key}: found {} m, expected a place on the tread of W920S, between -0.065 and 0.040 m",
+                    revolved.contact_offset
+                ));
+            }
+            check_groups(path, body, "W920S", &RING_GROUPS[..1], faults);
+        }
+    }
+    if body.fixed.iter().any(|g| g == "outer") {
+        faults.push(format!("{path}.fixed: \"outer\" is the running line, which cannot be clamped; fix another group"));
+    }
+}
+
+/// Adds the faults of a contact with swept bodies, or of one that asks for them.
+pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
+    let swept: Vec<(&str, &Revolved)> = job
+        .bodies()
+        .into_iter()
+        .filter_map(|(name, b)| match &b.mesh {
+            Some(MeshSource::Revolved(r)) => Some((name, r)),
+            _ => None,
+        })
+        .collect();
+    let hybrid = contact.compliance == Compliance::Hybrid;
+    let spacing = contact.patch.and_then(|p| p.spacing);
+    if swept.len() < job.bodies().len() {
+        if hybrid || !swept.is_empty() {
+            faults.push("contact.compliance: \"hybrid\" is for two bodies with mesh.revolved, and they need it; sweep both bodies or none".into());
+        }
+        if spacing.is_some() {
+            faults.push(
+                "contact.patch.spacing: only between swept bodies; others have the nodes of their elements".into(),
+            );
+        }
+        return;
+    }
+    if swept.is_empty() {
+        return;
+    }
+    if !hybrid {
+        faults.push("contact.compliance: expected \"hybrid\" with bodies that are swept (mesh.revolved)".into());
+    }
+    let Some(patch) = contact.patch else {
+        faults.push("contact.patch: missing; swept bodies need it, e.g. {\"half_length\": 0.007, \"half_width\": 0.007, \"spacing\": 0.001} (m)".into());
+        return;
+    };
+    match spacing {
+        None => faults.push("contact.patch.spacing: missing; swept bodies need the distance of the nodes of the contact grid, e.g. 0.001 (m)".into()),
+        Some(h) => {
+            for (key, half) in [("half_length", patch.half_length), ("half_width", patch.half_width)] {
+                if half < 2.0 * h {
+                    faults.push(format!("contact.patch.{key}: found {half} m, expected at least twice contact.patch.spacing ({h} m)"));
+                }
+            }
+        }
+    }
+    for (name, revolved) in swept {
+        let running = revolved.running();
+        if patch.half_length >= 0.5 * running.radius {
+            faults.push(format!(
+                "contact.patch.half_length: found {} m, expected less than half the rolling radius of bodies.{name} ({} m)",
+                patch.half_length,
+                0.5 * running.radius
+            ));
+        }
+        if patch.half_width > running.room {
+            faults.push(format!(
+                "contact.patch.half_width: found {} m, expected at most {:.6} m, the distance from the contact point of bodies.{name} to the nearer edge of its running surface",
+                patch.half_width, running.room
+            ));
+        }
+    }
+}

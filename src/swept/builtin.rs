@@ -1,0 +1,240 @@
+//! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
+
+use super::{Element, Kind, Section};
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+
+/// Sizes of elements: small around the contact point and around corners, growing away from them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Focus {
+    /// Edge length at the contact, m.
+    pub size: f64,
+    /// Distance from the contact point up to which it is kept, m.
+    pub reach: f64,
+    /// Edge length at clamped edges and re-entrant corners, where stresses are singular, m.
+    pub corner: f64,
+    /// Largest edge length, m.
+    pub largest: f64,
+}
+
+/// What the edge length grows by with each metre.
+const GROWTH: f64 = 0.45;
+/// Parts of a stretch over which sizes are summed.
+const PARTS: usize = 512;
+
+impl Focus {
+    /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` is the place of the contact, `corners` are those of singular stresses.
+    fn lines(&self, breaks: &[f64], at: f64, corners: &[f64]) -> Vec<f64> {
+        let size = |x: f64| {
+            let contact = self.size + GROWTH * ((x - at).abs() - self.reach).max(0.0);
+            let corner = corners.iter().map(|c| self.corner + GROWTH * (x - c).abs());
+            corner.fold(contact, f64::min).min(self.largest)
+        };
+        let mut lines = vec![breaks[0]];
+        for pair in breaks.windows(2) {
+            let step = (pair[1] - pair[0]) / PARTS as f64;
+            // Elements up to each place, had they just the size that is wanted there.
+            let mut count = vec![0.0];
+            for k in 0..PARTS {
+                count.push(count[k] + step / size(pair[0] + step * (k as f64 + 0.5)));
+            }
+            let elements = count[PARTS].ceil().max(1.0);
+            let mut k = 0;
+            for line in 1..elements as usize {
+                let wanted = count[PARTS] * line as f64 / elements;
+                while count[k + 1] < wanted {
+                    k += 1;
+                }
+                lines.push(pair[0] + step * (k as f64 + (wanted - count[k]) / (count[k + 1] - count[k])));
+            }
+            lines.push(pair[1]);
+        }
+        lines
+    }
+}
+
+/// A structured section on lines of r and y.
+struct Lines<'a> {
+    r: &'a [f64],
+    y: &'a [f64],
+}
+
+impl Lines<'_> {
+    /// The section of the cells for whose centre `inside` holds, its nodes at `place` of those of the lines. `tread` says which upper edges are of the running line,
+    /// given the radius and the y of their middle.
+    fn section(
+        &self,
+        inside: impl Fn(f64, f64) -> bool,
+        place: impl Fn([f64; 2]) -> [f64; 2],
+        tread: impl Fn(f64, f64) -> bool,
+    ) -> Section {
+        let (cells_r, cells_y) = (self.r.len() - 1, self.y.len() - 1);
+        let at = |lines: &[f64], k: usize| match k % 2 {
+            0 => lines[k / 2],
+            _ => 0.5 * (lines[k / 2] + lines[k / 2 + 1]),
+        };
+        let mut section = Section::default();
+        let mut number = BTreeMap::new();
+        let mut node = |section: &mut Section, i: usize, j: usize| {
+            *number.entry((j, i)).or_insert_with(|| {
+                section.nodes.push(place([at(self.r, i), at(self.y, j)]));
+                section.nodes.len() - 1
+            })
+        };
+        for j in 0..cells_y {
+            for i in 0..cells_r {
+                if !inside(at(self.r, 2 * i + 1), at(self.y, 2 * j + 1)) {
+                    continue;
+                }
+                let of = [[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1], [1, 1]];
+                let nodes: Vec<usize> = of.iter().map(|[a, b]| node(&mut section, 2 * i + a, 2 * j + b)).collect();
+                let middle = at(self.y, 2 * j + 1);
+                let open = i + 1 == cells_r || !inside(at(self.r, 2 * i + 3), middle);
+                if open && tread(self.r[i + 1], middle) {
+                    section.tread.push([nodes[1], nodes[2], nodes[5]]);
+                }
+                section.elements.push(Element { kind: Kind::Quad9, nodes });
+            }
+        }
+        let mut group = |name: &str, i: Option<usize>, j: Option<usize>| {
+            let on = number.iter().filter(|((b, a), _)| i.is_none_or(|i| i == *a) && j.is_none_or(|j| j == *b));
+            let mut nodes: Vec<usize> = on.map(|(_, &k)| k).collect();
+            nodes.sort_unstable();
+            section.groups.insert(name.into(), nodes);
+        };
+        group("inner", Some(0), None);
+        group("outer", Some(2 * cells_r), None);
+        group("side_minus", None, Some(0));
+        group("side_plus", None, Some(2 * cells_y));
+        section
+    }
+}
+
+/// A built-in section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BuiltIn {
+    /// An annular cylinder.
+    Cylinder(Cylinder),
+    /// The benchmark wheel, with the distance of the contact point from the middle of its web towards the flange, m.
+    W920S(f64),
+}
+
+/// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
+const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
+/// Those of the wheel, m.
+const PARTS_OF_THE_WHEEL: [f64; 2] = [0.003, 0.03];
+
+impl BuiltIn {
+    /// Rolling radius, m.
+    pub fn radius(&self) -> f64 {
+        match self {
+            BuiltIn::Cylinder(c) => c.outer_radius,
+            BuiltIn::W920S(_) => TREAD,
+        }
+    }
+
+    /// Height of the surface over the contact point at (x, y), m: 0 there, negative elsewhere.
+    pub fn height(&self, x: f64, y: f64) -> f64 {
+        let drop = match self {
+            BuiltIn::Cylinder(c) => c.drop(y),
+            BuiltIn::W920S(_) => 0.0,
+        };
+        let (radius, here) = (self.radius(), self.radius() - drop);
+        (here * here - x * x).max(0.0).sqrt() - radius
+    }
+
+    /// The mesh for the modes: waves are long against the contact.
+    pub fn for_modes(&self) -> Result<Section> {
+        let [corner, largest] = self.sizes();
+        self.section(Focus { size: largest, reach: 0.0, corner, largest })
+    }
+
+    /// The mesh for loads spread over circles of the radius `radius`, m, and more.
+    pub fn for_loads(&self, radius: f64) -> Result<Section> {
+        let [corner, largest] = self.sizes();
+        self.section(Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest })
+    }
+
+    fn sizes(&self) -> [f64; 2] {
+        match self {
+            BuiltIn::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
+            BuiltIn::W920S(_) => PARTS_OF_THE_WHEEL,
+        }
+    }
+
+    fn section(&self, focus: Focus) -> Result<Section> {
+        match self {
+            BuiltIn::Cylinder(c) => cylinder(c, focus),
+            BuiltIn::W920S(offset) => w920s(*offset, focus),
+        }
+    }
+}
+
+/// An annular cylinder, crowned or plain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cylinder {
+    /// Radius of the bore, m.
+    pub inner_radius: f64,
+    /// Radius at the contact point, m.
+    pub outer_radius: f64,
+    /// Width along y, m.
+    pub thickness: f64,
+    /// Transversal radius of the running surface with its apex at the contact point, m; plain without it.
+    pub crown_radius: Option<f64>,
+    /// Distance of the contact point from the mid-plane, towards +y, m.
+    pub contact_offset: f64,
+}
+
+impl Cylinder {
+    /// How much smaller than at the contact point the radius is at y, m.
+    fn drop(&self, y: f64) -> f64 {
+        self.crown_radius.map_or(0.0, |k| k - (k * k - y * y).max(0.0).sqrt())
+    }
+}
+
+/// The section of an annular cylinder, with the groups `inner`, `outer`, `side_minus`, `side_plus` of the built-in cylinder of three dimensions.
+pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
+    let half = 0.5 * c.thickness;
+    let sides = [-half - c.contact_offset, half - c.contact_offset];
+    let r = focus.lines(&[c.inner_radius, c.outer_radius], c.outer_radius, &[c.inner_radius]);
+    let y = focus.lines(&[sides[0], 0.0, sides[1]], 0.0, &sides);
+    let depth = c.outer_radius - c.inner_radius;
+    let place = |[r, y]: [f64; 2]| [c.inner_radius + (r - c.inner_radius) * (1.0 - c.drop(y) / depth), y];
+    let section = Lines { r: &r, y: &y }.section(|_, _| true, place, |_, _| true);
+    section.check()?;
+    Ok(section)
+}
+
+/// Radius of the tread of W920S, m.
+const TREAD: f64 = 0.460;
+
+/// The benchmark wheel W920S: a bore of radius 95 mm, a hub, a straight web, a rim whose tread has the radius 460 mm, a flange. Its group `inner` is the bore. The
+/// contact point lies `contact_offset`, m, from the middle of the web towards the flange.
+pub fn w920s(contact_offset: f64, focus: Focus) -> Result<Section> {
+    const HUB: [f64; 2] = [0.095, 0.135];
+    const WEB: f64 = 0.390;
+    const FLANGE: f64 = 0.488;
+    const Y: [f64; 7] = [-0.090, -0.065, -0.012, 0.012, 0.040, 0.070, 0.090];
+    if !(Y[1] < contact_offset && contact_offset < Y[4]) {
+        return Err(Error::Job(format!(
+            "contact_offset: found {contact_offset} m, expected a place on the tread of W920S, which reaches from {} to {} m",
+            Y[1], Y[4]
+        )));
+    }
+    let r = focus.lines(&[HUB[0], HUB[1], WEB, TREAD, FLANGE], TREAD, &[HUB[1], WEB]);
+    let across = Y.map(|y| y - contact_offset);
+    let y = focus.lines(&across, 0.0, &across[2..4]);
+    let inside = |r: f64, y: f64| {
+        let y = y + contact_offset;
+        match r {
+            r if r < HUB[1] => true,
+            r if r < WEB => Y[2] < y && y < Y[3],
+            r if r < TREAD => Y[1] < y && y < Y[5],
+            _ => Y[4] < y && y < Y[5],
+        }
+    };
+    let mut section = Lines { r: &r, y: &y }.section(inside, |at| at, |r, _| r == TREAD);
+    section.groups.retain(|name, _| name == "inner");
+    section.check()?;
+    Ok(section)
+}

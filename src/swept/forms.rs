@@ -1,0 +1,358 @@
+//! Stiffness and mass of a section at each Fourier order, and what prestress adds. Source of the strains of order n: O. C. Zienkiewicz, R. L. Taylor, The Finite
+//! Element Method, 5th edition (2000), volume 2, chapter 9, with the signs of this module's families.
+
+use super::envelope::Factor;
+use super::numbering::reverse_cuthill_mckee;
+use super::{Element, Section};
+use crate::fem::Material;
+use crate::{Error, Result};
+use faer::{Mat, MatRef};
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+
+/// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
+type Strains = [[f64; 3]; 6];
+
+/// K_n = K0 + n K1 + n² K2 and M of a section, for all n.
+#[derive(Debug, Clone)]
+pub struct Forms {
+    /// The section.
+    pub section: Section,
+    /// Its material.
+    pub material: Material,
+    /// Number of each node among those that are free to move.
+    place: Vec<Option<usize>>,
+    pairs: Pairs,
+    /// K0, K1, K2 at each pair, N/m per radian of the angle.
+    stiffness: [Vec<[[f64; 3]; 3]>; 3],
+    /// ∫ρ N_a N_b r dr dy at each pair, kg per radian.
+    mass: Vec<f64>,
+}
+
+/// Pairs (a, b ≤ a) of free nodes that share an element, by rows.
+#[derive(Debug, Clone, Default)]
+struct Pairs {
+    start: Vec<usize>,
+    columns: Vec<usize>,
+}
+
+impl Pairs {
+    fn rows(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// (a, b, index) of each.
+    fn iter(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+        (0..self.rows()).flat_map(move |a| (self.start[a]..self.start[a + 1]).map(move |k| (a, self.columns[k], k)))
+    }
+
+    fn find(&self, a: usize, b: usize) -> Option<usize> {
+        let row = &self.columns[self.start[a]..self.start[a + 1]];
+        row.binary_search(&b).ok().map(|k| self.start[a] + k)
+    }
+}
+
+/// ∫σ0 : ∇N_a ⊗ ∇N_b r dr dy of a prestress that is the same all round: along the section, and along the angle with 1/r² and its σ_θθ; at each pair.
+#[derive(Debug, Clone)]
+pub struct Prestress {
+    along_section: Vec<f64>,
+    along_angle: Vec<f64>,
+}
+
+/// Part of the velocity of sound over the radius that the shift is made of.
+const SHIFT: f64 = 0.1;
+/// Part of the shift at which a motion of the whole body yields.
+const ALMOST_FREE: f64 = 1e-5;
+
+/// ∫cos² nθ dθ all round, which is that of sin² too; of order 0, which has no angle, 2π.
+pub fn round(n: usize) -> f64 {
+    match n {
+        0 => 2.0 * PI,
+        _ => PI,
+    }
+}
+
+impl Forms {
+    /// The forms of a section of a material that is clamped at the nodes of the groups `fixed`.
+    pub fn new(section: Section, material: Material, fixed: &[String]) -> Result<Self> {
+        section.check()?;
+        let mut free = vec![true; section.nodes.len()];
+        for name in fixed {
+            let Some(nodes) = section.groups.get(name) else {
+                let names: Vec<String> = section.groups.keys().map(|k| format!("\"{k}\"")).collect();
+                return Err(Error::Job(format!(
+                    "the section has no group \"{name}\" to clamp; its groups are {}",
+                    names.join(", ")
+                )));
+            };
+            nodes.iter().for_each(|&k| free[k] = false);
+        }
+        let (place, pairs) = number(&section, &free);
+        let empty = vec![[[0.0; 3]; 3]; pairs.columns.len()];
+        let mass = vec![0.0; pairs.columns.len()];
+        let mut forms =
+            Self { section, material, place, pairs, stiffness: [empty.clone(), empty.clone(), empty], mass };
+        forms.assemble();
+        Ok(forms)
+    }
+
+    /// Number of amplitudes that are free.
+    pub fn order(&self) -> usize {
+        3 * self.pairs.rows()
+    }
+
+    /// A shift below all eigenvalues, 1/s²: minus the square of a part of the velocity of sound over the largest radius.
+    pub fn shift(&self) -> f64 {
+        let radius = self.section.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
+        -(SHIFT / radius).powi(2) * self.material.young / self.material.density
+    }
+
+    /// First amplitude of a node; none where it is clamped.
+    pub fn amplitude(&self, node: usize) -> Option<usize> {
+        self.place[node].map(|k| 3 * k)
+    }
+
+    fn assemble(&mut self) {
+        let (lambda, shear) = self.material.lame();
+        for element in &self.section.elements {
+            for shape in element.kind.points() {
+                let (r, jacobian) = self.section.at(element, &shape);
+                let weight = jacobian.determinant * shape.weight * r;
+                let strains: Vec<[Strains; 2]> = shape
+                    .value
+                    .iter()
+                    .zip(&shape.slope)
+                    .map(|(&value, &slope)| strains(value, jacobian.slope(slope), r))
+                    .collect();
+                let stresses = strains.iter().map(|both| both.map(|b| stress(&b, lambda, shear)));
+                for (i, stress) in stresses.enumerate() {
+                    for j in 0..strains.len() {
+                        let Some(k) = self.pair(element, i, j) else { continue };
+                        let [zero, one] = &strains[j];
+                        add(&mut self.stiffness[0][k], &stress[0], zero, weight);
+                        add(&mut self.stiffness[1][k], &stress[0], one, weight);
+                        add(&mut self.stiffness[1][k], &stress[1], zero, weight);
+                        add(&mut self.stiffness[2][k], &stress[1], one, weight);
+                        self.mass[k] += self.material.density * shape.value[i] * shape.value[j] * weight;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The pair of two nodes of an element in the lower triangle.
+    fn pair(&self, element: &Element, i: usize, j: usize) -> Option<usize> {
+        let (a, b) = (self.place[element.nodes[i]]?, self.place[element.nodes[j]]?);
+        if b <= a {
+            self.pairs.find(a, b)
+        } else {
+            None
+        }
+    }
+
+    /// K_n − σM at a pair, of the whole circle.
+    fn block(&self, n: usize, sigma: f64, k: usize) -> [[f64; 3]; 3] {
+        let (w, x) = (round(n), n as f64);
+        std::array::from_fn(|c| {
+            std::array::from_fn(|d| {
+                let [zero, one, two] = [0, 1, 2].map(|p| self.stiffness[p][k][c][d]);
+                let inertia = if c == d { sigma * self.mass[k] } else { 0.0 };
+                w * (zero + x * one + x * x * two - inertia)
+            })
+        })
+    }
+
+    /// K_n − σM, factorised.
+    pub fn factor(&self, n: usize, sigma: f64) -> Result<Factor> {
+        Factor::new(self.order(), |put| {
+            for (a, b, k) in self.pairs.iter() {
+                let block = self.block(n, sigma, k);
+                for (c, row) in block.iter().enumerate() {
+                    let last = if a == b { c } else { 2 };
+                    (0..=last).for_each(|d| put(3 * a + c, 3 * b + d, row[d]));
+                }
+            }
+        })
+    }
+
+    /// (K_n − σM) x of columns, `[order, k]`.
+    pub fn dynamic(&self, n: usize, sigma: f64, x: MatRef<'_, f64>) -> Mat<f64> {
+        self.product(x, |k| self.block(n, sigma, k))
+    }
+
+    /// M x of columns at the order n, `[order, k]`.
+    pub fn mass(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
+        self.product(x, |k| scaled(&IDENTITY, round(n) * self.mass[k]))
+    }
+
+    /// Of columns at the order n, at 1 rad/s of rotation: (K_σ − K_c) x with the prestress `sigma`. K_c alone without it.
+    pub fn rotation(&self, n: usize, sigma: Option<&Prestress>, x: MatRef<'_, f64>) -> Mat<f64> {
+        let bracket = brackets(n);
+        self.product(x, |k| {
+            let (section, angle) = sigma.map_or((0.0, 0.0), |s| (s.along_section[k], s.along_angle[k]));
+            let around = scaled(&bracket, round(n) * (angle - self.mass[k]));
+            let mut block = scaled(&IDENTITY, round(n) * section);
+            block.iter_mut().flatten().zip(around.iter().flatten()).for_each(|(b, a)| *b += a);
+            block
+        })
+    }
+
+    /// M x of columns with U and V of x exchanged, and with U, V as V, −U at the order 0: φᵀ of it is ∫ρ(U_j V_k + V_j U_k), or ∫ρ(U_j V_k − V_j U_k), all round.
+    pub fn exchanged(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
+        let sign = if n == 0 { -1.0 } else { 1.0 };
+        let exchanged = Mat::from_fn(x.nrows(), x.ncols(), |i, k| match i % 3 {
+            0 => x[(i + 1, k)],
+            1 => sign * x[(i - 1, k)],
+            _ => 0.0,
+        });
+        self.mass(n, exchanged.as_ref())
+    }
+
+    /// A x of a symmetric matrix given by its blocks at the pairs.
+    fn product(&self, x: MatRef<'_, f64>, block: impl Fn(usize) -> [[f64; 3]; 3]) -> Mat<f64> {
+        let mut y = Mat::zeros(x.nrows(), x.ncols());
+        for (a, b, k) in self.pairs.iter() {
+            let block = block(k);
+            for column in 0..x.ncols() {
+                for c in 0..3 {
+                    let row: f64 = (0..3).map(|d| block[c][d] * x[(3 * b + d, column)]).sum();
+                    y[(3 * a + c, column)] += row;
+                }
+                if a != b {
+                    for d in 0..3 {
+                        let row: f64 = (0..3).map(|c| block[c][d] * x[(3 * a + c, column)]).sum();
+                        y[(3 * b + d, column)] += row;
+                    }
+                }
+            }
+        }
+        y
+    }
+
+    /// The prestress of the centrifugal forces at 1 rad/s, ρ r outwards.
+    pub fn centrifugal(&self) -> Result<Prestress> {
+        let mut load = Mat::zeros(self.order(), 1);
+        for element in &self.section.elements {
+            for shape in element.kind.points() {
+                let (r, jacobian) = self.section.at(element, &shape);
+                let weight = round(0) * self.material.density * r * r * jacobian.determinant * shape.weight;
+                for (&node, value) in element.nodes.iter().zip(&shape.value) {
+                    if let Some(k) = self.amplitude(node) {
+                        load[(k, 0)] += weight * value;
+                    }
+                }
+            }
+        }
+        // Motions of a free body as a whole cost next to nothing, so that they neither come nor make the stiffness singular.
+        let still = self.factor(0, ALMOST_FREE * self.shift())?.positive("the section under centrifugal forces")?;
+        let u = still.solve(load.as_ref());
+        Ok(self.prestress(u.col(0).iter().copied().collect::<Vec<f64>>().as_slice()))
+    }
+
+    /// The prestress that the axisymmetric motion `u`, m, `[order]`, brings.
+    fn prestress(&self, u: &[f64]) -> Prestress {
+        let (lambda, shear) = self.material.lame();
+        let zeros = vec![0.0; self.pairs.columns.len()];
+        let mut out = Prestress { along_section: zeros.clone(), along_angle: zeros };
+        for element in &self.section.elements {
+            for shape in element.kind.points() {
+                let (r, jacobian) = self.section.at(element, &shape);
+                let slopes: Vec<[f64; 2]> = shape.slope.iter().map(|&s| jacobian.slope(s)).collect();
+                let mut stressed = [0.0; 6];
+                for (i, &node) in element.nodes.iter().enumerate() {
+                    let Some(k) = self.amplitude(node) else { continue };
+                    let [zero, _] = strains(shape.value[i], slopes[i], r);
+                    let of_node = stress(&zero, lambda, shear);
+                    for (s, row) in stressed.iter_mut().zip(&of_node) {
+                        *s += (0..3).map(|c| row[c] * u[k + c]).sum::<f64>();
+                    }
+                }
+                let [rr, around, yy, _, ry, _] = stressed;
+                let weight = jacobian.determinant * shape.weight * r;
+                for i in 0..slopes.len() {
+                    for j in 0..slopes.len() {
+                        let Some(k) = self.pair(element, i, j) else { continue };
+                        let (a, b) = (slopes[i], slopes[j]);
+                        let along = rr * a[0] * b[0] + yy * a[1] * b[1] + ry * (a[0] * b[1] + a[1] * b[0]);
+                        out.along_section[k] += weight * along;
+                        out.along_angle[k] += weight * around * shape.value[i] * shape.value[j] / (r * r);
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn scaled(block: &[[f64; 3]; 3], factor: f64) -> [[f64; 3]; 3] {
+    block.map(|row| row.map(|v| factor * v))
+}
+
+/// (nU + V)² + (U + nV)² + n²W²: the square of the derivative along the angle of the Cartesian components.
+fn brackets(n: usize) -> [[f64; 3]; 3] {
+    let n = n as f64;
+    [[n * n + 1.0, 2.0 * n, 0.0], [2.0 * n, n * n + 1.0, 0.0], [0.0, 0.0, n * n]]
+}
+
+/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y: what does not go with n, and what does.
+fn strains(value: f64, [along_r, along_y]: [f64; 2], r: f64) -> [Strains; 2] {
+    let over = value / r;
+    [
+        [
+            [along_r, 0.0, 0.0],
+            [over, 0.0, 0.0],
+            [0.0, 0.0, along_y],
+            [0.0, along_r - over, 0.0],
+            [along_y, 0.0, along_r],
+            [0.0, along_y, 0.0],
+        ],
+        [[0.0; 3], [0.0, over, 0.0], [0.0; 3], [-over, 0.0, 0.0], [0.0; 3], [0.0, 0.0, -over]],
+    ]
+}
+
+/// Stresses of strains, column by column.
+fn stress(strains: &Strains, lambda: f64, shear: f64) -> Strains {
+    let mut out = [[0.0; 3]; 6];
+    for c in 0..3 {
+        let trace = strains[0][c] + strains[1][c] + strains[2][c];
+        (0..3).for_each(|k| out[k][c] = lambda * trace + 2.0 * shear * strains[k][c]);
+        (3..6).for_each(|k| out[k][c] = shear * strains[k][c]);
+    }
+    out
+}
+
+/// Adds the weighted work of stresses on strains.
+fn add(block: &mut [[f64; 3]; 3], stress: &Strains, strain: &Strains, weight: f64) {
+    for (c, row) in block.iter_mut().enumerate() {
+        for (d, v) in row.iter_mut().enumerate() {
+            *v += weight * (0..6).map(|k| stress[k][c] * strain[k][d]).sum::<f64>();
+        }
+    }
+}
+
+/// Numbers of the free nodes of a section, and the pairs of them that share an element.
+fn number(section: &Section, free: &[bool]) -> (Vec<Option<usize>>, Pairs) {
+    let mut near = vec![BTreeSet::new(); section.nodes.len()];
+    for element in &section.elements {
+        for &a in element.nodes.iter().filter(|&&a| free[a]) {
+            near[a].extend(element.nodes.iter().copied().filter(|&b| free[b]));
+        }
+    }
+    let kept: Vec<usize> = (0..near.len()).filter(|&k| !near[k].is_empty()).collect();
+    let mut index = vec![None; near.len()];
+    kept.iter().enumerate().for_each(|(i, &k)| index[k] = Some(i));
+    let others = |k: usize| near[k].iter().filter(|&&b| b != k).filter_map(|&b| index[b]).collect();
+    let order = reverse_cuthill_mckee(&kept.iter().map(|&k| others(k)).collect::<Vec<Vec<usize>>>());
+    let mut place = vec![None; near.len()];
+    order.iter().enumerate().for_each(|(new, &i)| place[kept[i]] = Some(new));
+    let mut pairs = Pairs { start: vec![0], columns: Vec::new() };
+    for (a, &i) in order.iter().enumerate() {
+        let mut row: Vec<usize> = near[kept[i]].iter().filter_map(|&b| place[b]).filter(|&b| b <= a).collect();
+        row.sort_unstable();
+        pairs.columns.extend(row);
+        pairs.start.push(pairs.columns.len());
+    }
+    (place, pairs)
+}

@@ -1,0 +1,197 @@
+//! Modes of a swept body, order by order, and the proof that none is missing.
+
+use super::krylov;
+use super::{blocks, Forms, LineLoad, Patch, Prestress, RotationBlocks, LOADS};
+use crate::{Error, Result};
+use faer::Mat;
+use std::f64::consts::PI;
+
+/// Eigenvalues smaller than this part of the shift are rigid-body motions.
+const RIGID: f64 = 1e-6;
+/// Orders without modes below the limit after which higher ones are not looked at.
+const EMPTY: usize = 2;
+/// Limits this much apart, relatively, are tried where one meets an eigenvalue.
+const ASIDE: f64 = 1e-8;
+
+/// The modes of one order of Fourier. For n ≥ 1 each stands for a pair, one of either family.
+#[derive(Debug, Clone)]
+pub struct Modes {
+    /// Number of nodal diameters n.
+    pub order: usize,
+    /// Angular frequencies, rad/s, ascending; 0 for rigid-body motions.
+    pub omega: Vec<f64>,
+    /// Amplitudes of the section, 1/√kg, `[amplitudes, m]`, with ΦᵀMΦ = 1 all round.
+    pub vectors: Mat<f64>,
+    /// |K_n φ − ω²Mφ| / (|ω² − σ| |Mφ|), `[m]`, with the shift σ of the method.
+    pub residual: Vec<f64>,
+}
+
+/// What contact and rotation see of the modes of an order: numbers alone, for all ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Number of nodal diameters n.
+    pub order: usize,
+    /// Angular frequencies, rad/s, ascending, `[m]`.
+    pub omega: Vec<f64>,
+    /// Relative residuals, `[m]`.
+    pub residual: Vec<f64>,
+    /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circle of the contact, of the family that each of the nine loads moves, `[m]`.
+    pub contact: Vec<[f64; LOADS]>,
+    /// Rotation at 1 rad/s.
+    pub rotation: RotationBlocks,
+}
+
+impl Seen {
+    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the centrifugal prestress of a body that rotates.
+    pub fn of(
+        forms: &Forms,
+        modes: &Modes,
+        contact: Option<(&LineLoad, Patch)>,
+        prestress: Option<&Prestress>,
+    ) -> Self {
+        let mean = |k: usize| {
+            contact.map_or([0.0; LOADS], |(line, patch)| {
+                let (means, moments) = (line.means(modes.vectors.col(k)), patch.moments());
+                std::array::from_fn(|c| means[c] / moments[c])
+            })
+        };
+        Self {
+            order: modes.order,
+            omega: modes.omega.clone(),
+            residual: modes.residual.clone(),
+            contact: (0..modes.omega.len()).map(mean).collect(),
+            rotation: blocks(forms, modes, prestress),
+        }
+    }
+
+    /// Families of an order: two that are each other turned, one of order 0.
+    pub fn families(order: usize) -> usize {
+        if order == 0 {
+            1
+        } else {
+            2
+        }
+    }
+
+    /// Modes of both families.
+    pub fn count(&self) -> usize {
+        Self::families(self.order) * self.omega.len()
+    }
+
+    /// As one list of numbers.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let m = self.omega.len();
+        let mut list = vec![self.order as f64, m as f64];
+        list.extend(self.omega.iter().chain(&self.residual).chain(self.contact.as_flattened()));
+        for matrix in [&self.rotation.coupling, &self.rotation.stiffness] {
+            list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
+        }
+        list
+    }
+
+    /// All those of lists put one after the other, by orders.
+    pub fn from_numbers(mut numbers: &[f64]) -> Result<Vec<Self>> {
+        let mut all = Vec::new();
+        while !numbers.is_empty() {
+            let m = numbers.get(1).map_or(0, |m| *m as usize);
+            let length = 2 + (2 + LOADS) * m + 2 * m * m;
+            if numbers.len() < length {
+                return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
+            }
+            let (mine, rest) = numbers.split_at(length);
+            let (list, matrices) = mine[2..].split_at((2 + LOADS) * m);
+            let matrix = |first: usize| Mat::from_fn(m, m, |i, j| matrices[first + i + m * j]);
+            all.push(Self {
+                order: mine[0] as usize,
+                omega: list[..m].to_vec(),
+                residual: list[m..2 * m].to_vec(),
+                contact: list[2 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
+                rotation: RotationBlocks { coupling: matrix(0), stiffness: matrix(m * m) },
+            });
+            numbers = rest;
+        }
+        all.sort_by_key(|s| s.order);
+        Ok(all)
+    }
+}
+
+/// Number of eigenvalues of the order `n` below ω = `limit`, rad/s, from the inertia of K_n − ω²M.
+pub fn below(forms: &Forms, n: usize, limit: f64) -> Result<usize> {
+    let mut found = forms.factor(n, limit * limit);
+    for step in 1..4 {
+        if found.is_ok() {
+            break;
+        }
+        found = forms.factor(n, limit * limit * (1.0 + f64::from(step) * ASIDE));
+    }
+    Ok(found?.negative())
+}
+
+/// All modes of the order `n` up to ω = `limit`, rad/s; as many as the inertia of K_n − ω²M says.
+pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
+    let count = below(forms, n, limit)?;
+    if count == 0 {
+        return Ok(Modes { order: n, omega: Vec::new(), vectors: Mat::zeros(forms.order(), 0), residual: Vec::new() });
+    }
+    let sigma = forms.shift();
+    let factor = forms.factor(n, sigma)?.positive("K − σM of a section")?;
+    let pairs = krylov::lowest(forms, n, sigma, &factor, count)?;
+    let found = pairs.lambda.iter().filter(|&&l| l <= limit * limit * (1.0 + 4.0 * ASIDE)).count();
+    if found != count {
+        return Err(Error::NotConverged(format!(
+            "modes of order {n}: {count} eigenvalues lie below {:.3} Hz by the inertia of the shifted matrix, but {found} were found",
+            limit / (2.0 * PI)
+        )));
+    }
+    let vectors = pairs.vectors.as_ref().subcols(0, count).to_owned();
+    let lambda = &pairs.lambda[..count];
+    let mass = forms.mass(n, vectors.as_ref());
+    let residual = forms.dynamic(n, 0.0, vectors.as_ref());
+    let size = |k: usize| {
+        let off = residual.col(k).iter().zip(mass.col(k).iter()).map(|(r, m)| (r - lambda[k] * m).powi(2)).sum::<f64>();
+        off.sqrt() / ((lambda[k] - sigma).abs() * mass.col(k).norm_l2())
+    };
+    let residual = (0..count).map(size).collect();
+    let root = |&l: &f64| if l.abs() <= RIGID * sigma.abs() { 0.0 } else { l.max(0.0).sqrt() };
+    Ok(Modes { order: n, omega: lambda.iter().map(root).collect(), vectors, residual })
+}
+
+/// Modes by orders, those without any left out, until `of` finds none in some orders on end; it is given the orders to look at, as many as `together`.
+pub fn by_orders(together: usize, mut of: impl FnMut(Vec<usize>) -> Result<Vec<Seen>>) -> Result<Vec<Seen>> {
+    let mut all = Vec::new();
+    let (mut next, mut empty) = (0, 0);
+    // Beyond n = 2 the lowest frequency of an order rises with it.
+    while empty < EMPTY || next <= 3 {
+        for modes in of((next..next + together.max(1)).collect())? {
+            empty = if modes.omega.is_empty() { empty + 1 } else { 0 };
+            all.extend(Some(modes).filter(|m| !m.omega.is_empty()));
+        }
+        next += together.max(1);
+    }
+    Ok(all)
+}
+
+/// The limit, rad/s, up to which `up_to` finds more than `count` modes, and those, both families counted.
+pub fn lowest(
+    forms: &Forms,
+    count: usize,
+    mut up_to: impl FnMut(f64) -> Result<Vec<Seen>>,
+) -> Result<(Vec<Seen>, f64)> {
+    let most = 2 * forms.order();
+    if count > most {
+        return Err(Error::Job(format!(
+            "{count} modes are asked for, expected at most {most}, which the section has at two orders"
+        )));
+    }
+    let mut limit = 4.0 * forms.shift().abs().sqrt();
+    loop {
+        let all = up_to(limit)?;
+        let found: usize = all.iter().map(Seen::count).sum();
+        if found > count {
+            return Ok((all, limit));
+        }
+        // The number of modes of a plate goes with the frequency, that of a solid with its cube.
+        let ratio = (count + 4) as f64 / found.max(1) as f64;
+        limit *= ratio.sqrt().clamp(1.15, 3.0);
+    }
+}

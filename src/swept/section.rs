@@ -1,0 +1,91 @@
+//! The mesh of a section.
+
+use super::Kind;
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+
+/// An element of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Element {
+    /// Its kind.
+    pub kind: Kind,
+    /// Its nodes, as the kind numbers them.
+    pub nodes: Vec<usize>,
+}
+
+/// A section of a body of revolution in lower form: nodes (r, y), m, with r the distance from the axle and y = 0 at the contact point.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Section {
+    /// Nodes (r, y), m.
+    pub nodes: Vec<[f64; 2]>,
+    /// Elements; their area is positive in the plane (r, y).
+    pub elements: Vec<Element>,
+    /// Nodes of each named group of edges, ascending.
+    pub groups: BTreeMap<String, Vec<usize>>,
+    /// Edges of the running line: first, last and middle node, from small to large y.
+    pub tread: Vec<[usize; 3]>,
+}
+
+impl Section {
+    /// Volume of the body of revolution, m³.
+    pub fn volume(&self) -> f64 {
+        let mut sum = 0.0;
+        for element in &self.elements {
+            for shape in element.kind.points() {
+                let (r, jacobian) = self.at(element, &shape);
+                sum += 2.0 * std::f64::consts::PI * r * jacobian.determinant * shape.weight;
+            }
+        }
+        sum
+    }
+
+    /// The radius and the Jacobian at a point of an element.
+    pub(super) fn at(&self, element: &Element, shape: &super::shape::Shape) -> (f64, Jacobian) {
+        let mut j = [[0.0; 2]; 2];
+        let mut r = 0.0;
+        for ((&node, value), slope) in element.nodes.iter().zip(&shape.value).zip(&shape.slope) {
+            let x = self.nodes[node];
+            r += value * x[0];
+            for (a, row) in j.iter_mut().enumerate() {
+                row.iter_mut().zip(x).for_each(|(j, x)| *j += slope[a] * x);
+            }
+        }
+        let determinant = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+        let inverse =
+            [[j[1][1] / determinant, -j[0][1] / determinant], [-j[1][0] / determinant, j[0][0] / determinant]];
+        (r, Jacobian { determinant, inverse })
+    }
+
+    /// An error that names the element if one is inverted or reaches the axle.
+    pub fn check(&self) -> Result<()> {
+        for (number, element) in self.elements.iter().enumerate() {
+            for shape in element.kind.points() {
+                let (r, jacobian) = self.at(element, &shape);
+                if !(jacobian.determinant > 0.0) || !(r > 0.0) {
+                    return Err(Error::Input(format!(
+                        "element {} of the section, at r = {r:.6} m: found the Jacobian {:.3e}, expected r and Jacobian > 0; \
+                         the section must lie beside the axle and its elements must not be inverted",
+                        number + 1,
+                        jacobian.determinant
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The Jacobian of an element at a point.
+pub(super) struct Jacobian {
+    /// Area of the section over that of the reference element.
+    pub determinant: f64,
+    /// Derivatives of the reference coordinates: ∂ξ_k/∂(r, y) is `[c][k]`.
+    inverse: [[f64; 2]; 2],
+}
+
+impl Jacobian {
+    /// Derivatives along r and y of what has these derivatives along the reference coordinates.
+    pub fn slope(&self, reference: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|c| (0..2).map(|k| self.inverse[c][k] * reference[k]).sum())
+    }
+}
