@@ -15,6 +15,7 @@ pub mod reduction;
 mod report;
 mod reuse;
 mod run;
+mod sensitivity;
 mod stability;
 mod steady;
 pub(crate) mod steps;

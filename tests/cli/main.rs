@@ -11,6 +11,7 @@ mod program;
 mod reuse;
 mod rotation;
 mod runs;
+mod sensitivities;
 mod slurm;
 mod sound;
 mod sweep;

@@ -136,6 +136,9 @@ pub struct Stability {
     #[serde(default = "default_phases")]
     #[schemars(range(min = 4, max = 1000), extend("multipleOf" = 4))]
     pub phases: u32,
+    /// Whether the derivatives of the eigenvalues are computed: by friction, load, speed, creepages, damping of each mode and lateral position of the contact.
+    #[serde(default)]
+    pub sensitivities: bool,
     /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full: Option<FullStability>,
