@@ -118,15 +118,18 @@ fn keep_only(analyses: &mut Analyses, only: &str) -> Result<()> {
         )));
     }
     // Stability and receptances are computed on the modes, and a sweep is one of stability.
-    if !["modes", "stability", "sweep", "receptance", "transient"].contains(&only) {
+    if !["modes", "stability", "creep_curve", "sweep", "receptance", "transient"].contains(&only) {
         analyses.modes = None;
     }
     if only != "steady" {
         analyses.steady = None;
     }
-    // A transient may start from a mode of stability.
-    if !["stability", "sweep", "transient"].contains(&only) {
+    // A transient may start from a mode of stability, a creep curve has the least stable eigenvalue.
+    if !["stability", "creep_curve", "sweep", "transient"].contains(&only) {
         analyses.stability = None;
+    }
+    if only != "creep_curve" {
+        analyses.creep_curve = None;
     }
     if only != "transient" {
         analyses.transient = None;
