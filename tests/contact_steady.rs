@@ -3,7 +3,7 @@
 
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::contact::{Continuation, Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
@@ -475,4 +475,26 @@ fn bad_problems_are_refused_with_a_reason() {
     let n = pair.w.nrows();
     let zero = Mat::<f64>::zeros(n, n);
     assert!(matches!(fails(SteadyProblem { compliance: zero.as_ref(), ..good.clone() }), Some(Error::Input(_))));
+}
+
+/// A curve gone through point by point, up from rest, down again and with a jump, has at every point the solution that there is from nothing.
+#[test]
+fn a_curve_by_continuation_is_made_of_single_solutions() {
+    let c = Pair::new(STEEL, SOFT, 70e3, 8);
+    for law in [FrictionLaw::Constant(0.3), Exponential::new(0.4, 0.25, 0.1).into()] {
+        let problem = SteadyProblem { friction: law.clone(), tolerance: 1e-10, ..c.problem(0.0005, 0.0, 0.1) };
+        let mut curve = Continuation::new(problem.clone());
+        let up = (0..=24).map(|i| 0.0005 * f64::from(i));
+        for eta in up.chain([0.011, 0.007, 0.0069, -0.003, -0.004]) {
+            let creepage = Creepage { lateral: eta, ..problem.creepage };
+            let found = curve.solve(creepage).unwrap();
+            let alone = SteadyProblem { creepage, ..problem.clone() }.solve().unwrap();
+            assert_eq!(found.state, alone.state, "{law} at {eta}");
+            assert!(found.residual <= 1e-10);
+            let peak = alone.pressure.iter().copied().fold(0.0, f64::max);
+            let apart = largest_difference(&found.traction, |i| alone.traction[i]);
+            assert!(apart < 1e-8 * peak, "{law} at {eta}: tractions differ by {apart:e} of {peak:e}");
+            assert!((found.approach - alone.approach).abs() < 1e-9 * alone.approach);
+        }
+    }
 }

@@ -1,10 +1,10 @@
-//! Stability of steady sliding on the reduced model: closed forms, symmetries, and the original equations.
+//! Stability of steady sliding on the reduced model: closed forms, symmetries, the original equations, and derivatives.
 
 use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::body::{ModalMatrix, ReducedBody};
+use railsqueal::body::{ModalMatrix, ReducedBody, Side};
 use railsqueal::contact::{
     Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip,
     SteadyProblem, Stencil, Tangent,
@@ -13,6 +13,7 @@ use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::ModalPair;
 use railsqueal::stability::reduced::{eigenpairs, participation, sharpness, Eigenpair};
+use railsqueal::stability::sensitivity::Linearisation;
 use railsqueal::Error;
 
 mod rotated;
@@ -719,4 +720,164 @@ fn growth_means_more_than_rounding() {
     assert!(!grows(1e-13, 550.0, 1e-16) && !grows(1e-11, 0.0, 1e-16) && !grows(-1.0, 3e3, 1e-16));
     // Not more than the backward error allows for.
     assert!(!grows(1e-3, 3e3, 1e-8) && grows(1e-2, 3e3, 1e-8));
+}
+
+/// Derivative of the eigenvalue nearest to `from` by a difference of fourth order between spectra at two steps ahead, one ahead, one behind and two
+/// behind.
+fn difference(from: Complex<f64>, spectra: &[Vec<Eigenpair>; 4], step: f64) -> Complex<f64> {
+    let near = |all: &Vec<Eigenpair>| {
+        let apart = |p: &&Eigenpair| (p.value - from).norm();
+        all.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).expect("eigenvalues").value
+    };
+    let [a, b, c, d] = spectra.each_ref().map(near);
+    (8.0 * (b - c) - (a - d)) / (12.0 * step)
+}
+
+/// One mass that can move across the sliding, F(λ) = λ² + cλ + ω² + φ² dλ/(1 + d s λ) = 0: its derivatives by ζ and by the friction, which is
+/// in d = μp0/v alone, are −F_ζ/F_λ and −d F_d/F_λ.
+#[test]
+fn derivatives_of_one_mass_in_closed_form() {
+    let (omega, c, phi, mu, p0, v, s) = (2.0 * PI * 500.0, 3.0, 0.2, 0.3, 7e3, 0.4, 1e-8);
+    let d = mu * p0 / v;
+    let modes = Mat::from_fn(3, 1, |i, _| if i == 0 { phi } else { 0.0 });
+    let residual = Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) * [s, s, 1e-9][i]);
+    let bodies = single(vec![omega], vec![c], modes, residual);
+    let contact = |mu: f64| sliding_nodes(vec![node(0, Slip::steady(p0, [0.0, 1.0], v, mu, 0.0))]);
+    let mut pairs = eigenpairs(&bodies, &contact(mu), TOLERANCE).unwrap();
+    pairs.retain(|p| p.value.im >= 0.0);
+    let here = Linearisation::new(&bodies, &contact(mu), &pairs, TOLERANCE).unwrap();
+    let by_damping = here.by_damping(&bodies);
+    let step = 1e-5;
+    let (ahead, behind) = (contact(mu * (1.0 + step)), contact(mu * (1.0 - step)));
+    let by_friction = here.between((&bodies, &ahead), (&bodies, &behind), 2.0 * step).unwrap();
+    for ((pair, damping), friction) in pairs.iter().zip(&by_damping).zip(&by_friction) {
+        let l = pair.value;
+        let yields = 1.0 + d * s * l;
+        let slope = 2.0 * l + c + phi * phi * d / (yields * yields);
+        let want = -2.0 * omega * l / slope;
+        assert!((damping[0] - want).norm() < 1e-8 * want.norm(), "{l}: by ζ {} against {want}", damping[0]);
+        let want = -phi * phi * d * l / (yields * yields) / slope;
+        assert!((friction - want).norm() < 1e-7 * want.norm(), "{l}: by μ {friction} against {want}");
+    }
+    assert_eq!(pairs.len(), 2);
+}
+
+/// Two like modes, neither of which the contact feels, share their eigenvalue: what damping of either does to both together is its own.
+#[test]
+fn eigenvalues_that_lie_together_move_together() {
+    let (omega, c) = (2.0 * PI * 400.0, 5.0);
+    let modes = Mat::from_fn(3, 3, |i, j| if (i, j) == (2, 2) { 0.1 } else { 0.0 });
+    let residual = Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) * 1e-9);
+    let bodies = single(vec![omega, omega, 2.0 * omega], vec![c, c, c], modes, residual);
+    let contact = sliding_nodes(vec![node(0, Slip::steady(5e3, [0.0, 1.0], 0.5, 0.3, 0.0))]);
+    let mut pairs = eigenpairs(&bodies, &contact, TOLERANCE).unwrap();
+    pairs.retain(|p| p.value.im > 0.0 && (p.value.im - omega).abs() < 1.0);
+    assert_eq!(pairs.len(), 2);
+    let found = Linearisation::new(&bodies, &contact, &pairs, TOLERANCE).unwrap().by_damping(&bodies);
+    let l = pairs[0].value;
+    let want = -2.0 * omega * l / (2.0 * l + c);
+    for k in 0..2 {
+        let sum: Complex<f64> = found.iter().map(|d| d[k]).sum();
+        assert!((sum - want).norm() < 1e-9 * want.norm(), "mode {k}: {sum} against {want}");
+    }
+    assert!(found.iter().all(|d| d[2].norm() < 1e-9 * want.norm()));
+}
+
+/// Derivatives with the state of rest against differences of the eigenvalues, with stick and slip and friction that remembers: by load, speed, creepage,
+/// friction, the place of the contact and the damping of a mode.
+#[test]
+fn derivatives_equal_differences_of_the_eigenvalues() {
+    let s = interface(4);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let laws = [FrictionLaw::Constant(0.35), Exponential::new(0.4, 0.25, 0.1).into()];
+    for (law, eta, sticks) in [(&laws[0], 0.004, true), (&laws[1], 0.004, true), (&laws[1], 0.02, false)] {
+        let creepage = [0.0005, eta, 0.05];
+        let base = rolling(&s, &b, law.clone(), creepage);
+        let contact = base.contact(&base.solve().unwrap());
+        assert_eq!(contact.sticking() > 0, sticks, "{law} at {eta}");
+        let mut pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
+        pairs.retain(|p| p.value.im > 0.0 && p.damping_ratio() < 0.3);
+        assert_eq!(pairs.len(), b.omega.len());
+        let here = Linearisation::new(&b, &contact, &pairs, TOLERANCE).unwrap();
+        let at = |change: &dyn Fn(&mut SteadyProblem, f64), by: f64| {
+            let mut p = base.clone();
+            change(&mut p, by);
+            p.contact(&p.solve().unwrap())
+        };
+        // By load the eigenvalues bend within some hundred newtons, as nodes at the leading edge open and close.
+        let steps = |step: f64| [2.0 * step, step, -step, -2.0 * step];
+        let compare = |what: &str, step: f64, found: &[Complex<f64>], spectra: [Vec<Eigenpair>; 4]| {
+            for (f, p) in found.iter().zip(&pairs) {
+                let w = difference(p.value, &spectra, step);
+                assert!((f - w).norm() < 1e-5 * w.norm(), "{law} at {eta}, {}, by {what}: {f} against {w}", p.value);
+            }
+        };
+        type Change<'a> = &'a dyn Fn(&mut SteadyProblem, f64);
+        let changes: [(&str, f64, Change); 5] = [
+            ("load", 20.0, &|p, by| p.load = NormalLoad::Force(70e3 + by)),
+            ("speed", 3e-3, &|p, by| p.speed += by),
+            ("lateral creepage", 1e-6, &|p, by| p.creepage.lateral += by),
+            ("spin", 1e-3, &|p, by| p.creepage.spin += by),
+            ("friction", 3e-4, &|p, by| p.friction = p.friction.scaled(1.0 + by)),
+        ];
+        for (what, step, change) in changes {
+            let small = 0.05 * step;
+            let found = here.between((&b, &at(change, small)), (&b, &at(change, -small)), 2.0 * small).unwrap();
+            let spectra = steps(step).map(|by| {
+                let there = at(change, by);
+                assert!(there.alike(&contact), "{law} at {eta}, {what}");
+                eigenpairs(&b, &there, TOLERANCE).unwrap()
+            });
+            compare(what, step, &found, spectra);
+        }
+        // Other modes under the contact, with their compliance.
+        let (step, small) = (1e-5, 5e-7);
+        let moved = |by: f64| {
+            let moved = b.with_contact_moved(&s, Side::Upper, by);
+            let p = SteadyProblem { compliance: moved.influence(), ..base.clone() };
+            let contact = p.contact(&p.solve().unwrap());
+            (moved, contact)
+        };
+        let (ahead, behind) = (moved(small), moved(-small));
+        let found = here.between((&ahead.0, &ahead.1), (&behind.0, &behind.1), 2.0 * small).unwrap();
+        let spectra = steps(step).map(|by| {
+            let (bodies, contact) = moved(by);
+            eigenpairs(&bodies, &contact, TOLERANCE).unwrap()
+        });
+        compare("place", step, &found, spectra);
+        // Damping, with the state kept.
+        let found = here.by_damping(&b);
+        for k in [0, LOWER.len() + 1] {
+            let step = 1e-4;
+            let spectra = steps(step).map(|by| {
+                let mut damped = b.clone();
+                let more = |i: usize| if i == k { 2.0 * b.omega[k] * by } else { 0.0 };
+                damped.damping = (0..b.omega.len()).map(|i| b.damping.get(i, i) + more(i)).collect::<Vec<f64>>().into();
+                eigenpairs(&damped, &contact, TOLERANCE).unwrap()
+            });
+            compare("damping", step, &found.iter().map(|d| d[k]).collect::<Vec<_>>(), spectra);
+        }
+    }
+}
+
+/// The modes of a contact that is moved are those at the place it has gone to; these are linear along the surface.
+#[test]
+fn a_contact_that_moves_sees_the_modes_there() {
+    let s = interface(3);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let distance = 1.3e-3;
+    let moved = b.with_contact_moved(&s, Side::Lower, distance);
+    let spacing = s.y[1] - s.y[0];
+    for row in 0..3 * s.len() {
+        for k in 0..b.omega.len() {
+            let next = if row / 3 / s.x.len() + 1 < s.y.len() { 1.0 } else { -1.0 };
+            let beside = (row as f64 + next * 3.0 * s.x.len() as f64) as usize;
+            let slope = if k < LOWER.len() { next * (b.modes[(beside, k)] - b.modes[(row, k)]) / spacing } else { 0.0 };
+            let want = b.modes[(row, k)] + distance * slope;
+            assert!((moved.modes[(row, k)] - want).abs() < 1e-13, "row {row}, mode {k}");
+        }
+    }
+    assert_eq!(moved.residual, b.residual);
+    let unmoved = b.with_contact_moved(&s, Side::Upper, 0.0);
+    assert!((&unmoved.compliance - &b.compliance).norm_max() < 1e-14 * b.compliance.norm_max());
 }

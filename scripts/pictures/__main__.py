@@ -10,6 +10,7 @@ matplotlib.use("Agg")  # no screen is needed
 
 import campbell  # noqa: E402
 import contact  # noqa: E402
+import creep_curve  # noqa: E402
 import modes  # noqa: E402
 import receptance  # noqa: E402
 import style  # noqa: E402
@@ -31,13 +32,13 @@ def main():
             out.mkdir(parents=True, exist_ok=True)
             made = contact.pictures(results, out) + modes.pictures(results, out, arguments.modes)
             made += campbell.pictures(results, out) + receptance.pictures(results, out) + sweep.pictures(results, out)
-            made += transient.pictures(results, out)
+            made += creep_curve.pictures(results, out) + transient.pictures(results, out)
     except ResultsError as error:
         sys.exit(fail(error, 3))
     except OSError as error:
         sys.exit(fail(f"cannot write to {out}: {error}", 6))
     if not made:
-        sys.exit(fail(f"{arguments.file} holds no contact, no modes, no receptances, no sweep and no transient: nothing to draw", 3))
+        sys.exit(fail(f"{arguments.file} holds no contact, no modes, no receptances, no sweep, no creep curve and no transient: nothing to draw", 3))
     for path in made:
         print(path)
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod bodies;
 mod complex_modes;
+mod creep_curve;
 mod deferred;
 pub mod foresee;
 mod full_stability;
@@ -15,6 +16,7 @@ pub mod reduction;
 mod report;
 mod reuse;
 mod run;
+mod sensitivity;
 mod stability;
 mod steady;
 pub(crate) mod steps;
@@ -75,6 +77,7 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
     let transient = |of: &dyn Fn(&crate::job::Transient) -> bool| a.transient.as_ref().is_some_and(of);
     let all = [
         ("steady", a.steady.is_some(), Capability::Grid),
+        ("creep_curve", a.creep_curve.is_some(), Capability::Grid),
         ("receptance", a.receptance.is_some(), Capability::Modes),
         ("stability", a.stability.is_some(), Capability::Modes),
         ("stability.full", a.stability.as_ref().is_some_and(|s| s.full.is_some()), Capability::FullSystem),

@@ -104,6 +104,7 @@ pub(super) fn by_products(job: &Job) -> bool {
         && job.solver.linear == LinearSolver::Gamg
         && analyses.modes.is_none()
         && analyses.stability.is_none()
+        && analyses.creep_curve.is_none()
         && analyses.transient.is_none()
         && job.sweep.is_none()
 }

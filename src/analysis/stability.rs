@@ -6,15 +6,16 @@ use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
-use super::{complex_modes, full_stability, memory};
+use super::{complex_modes, full_stability, memory, sensitivity};
 use crate::contact::points::linearised;
 use crate::contact::LinearContact;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job, StabilityState};
 use crate::model::ModalPair;
-use crate::output::datasets::stability::{eigenvalues, equilibrium};
+use crate::output::datasets::stability::{derivatives, eigenvalues, equilibrium};
 use crate::stability::reduced::{participation, sharpness, Eigenpair};
+use crate::stability::sensitivity::Sensitivities;
 use crate::stability::{grows, spectrum, Equilibrium, Spectrum};
 use crate::{Error, Result};
 
@@ -33,9 +34,10 @@ pub(super) fn run(
         let examined = Examined { job, stability, contact, model: (&root.interface, &root.pair) };
         let found = examined.analyse()?;
         let smallest = memory::smallest(&contact.friction, |law| examined.sharpness(law))?;
-        Ok((found, smallest))
+        let sensitivities = sensitivity::wanted(&examined, &found, root)?;
+        Ok((found, (smallest, sensitivities)))
     })?;
-    let (found, smallest) = found.unzip();
+    let (found, (smallest, sensitivities)) = found.map_or((None, (None, None)), |(f, (m, s))| (Some(f), (Some(m), s)));
     let full = match &stability.full {
         Some(wanted) => {
             shapes.map_err(Clone::clone)?;
@@ -49,7 +51,11 @@ pub(super) fn run(
         let tables = state.as_ref().map(|s| equilibrium(s, contact.friction.memory().is_some()));
         run.file.tables(tables.unwrap_or_default());
         let moves = if state.as_ref().is_none_or(|s| s.sliding) { "sliding" } else { "rolling" };
-        summarise(spectrum, moves, &root.pair, &mut run.summary);
+        summarise(spectrum, moves, (&root.pair, sensitivities.as_ref()), &mut run.summary);
+        if let Some(all) = &sensitivities {
+            run.file.tables(derivatives(all, root.pair.omega.len()));
+            sensitivity::warn(all, &mut run.summary);
+        }
         memory::say(&contact.friction, smallest.unwrap_or_default(), &mut run.file, &mut run.summary);
         if let Some(state) = state.as_ref().filter(|s| s.reversed > 0) {
             let (reversed, closed) = (state.reversed, state.closed());
@@ -102,6 +108,7 @@ pub(super) struct Found {
 }
 
 /// What is examined, on rank 0.
+#[derive(Clone, Copy)]
 pub(super) struct Examined<'a> {
     pub(super) job: &'a Job,
     pub(super) stability: &'a job::Stability,
@@ -113,7 +120,7 @@ impl Examined<'_> {
     /// The state and the eigenvalues about it.
     pub(super) fn analyse(&self) -> Result<Found> {
         let friction = &self.contact.friction;
-        let (state, contact) = self.balanced(friction)?;
+        let (state, contact) = self.at_rest()?;
         memory::refuse_short(friction, |law| self.sharpness(law))?;
         let pair = self.model.1;
         let spectrum = spectrum(self.stability, pair, &contact)?;
@@ -122,15 +129,16 @@ impl Examined<'_> {
 
     /// How near a memory is to being too short for the contact with the friction `law`.
     fn sharpness(&self, law: &FrictionLaw) -> Result<f64> {
-        sharpness(self.model.1, &self.balanced(law)?.1)
+        let contact = job::Contact { friction: law.clone(), ..self.contact.clone() };
+        sharpness(self.model.1, &Examined { contact: &contact, ..*self }.at_rest()?.1)
     }
 
-    /// The state with the friction `law`, and its linearisation.
-    fn balanced(&self, law: &FrictionLaw) -> Result<(Option<Equilibrium>, LinearContact)> {
-        if let Some(points) = given_forces(self.contact) {
-            return Ok((None, linearised(&points, law)));
+    /// The state, and its linearisation.
+    pub(super) fn at_rest(&self) -> Result<(Option<Equilibrium>, LinearContact)> {
+        let contact = self.contact;
+        if let Some(points) = given_forces(contact) {
+            return Ok((None, linearised(&points, &contact.friction)));
         }
-        let contact = job::Contact { friction: law.clone(), ..self.contact.clone() };
         // Points slide as they are told to: nothing is deformed upstream of them.
         let (state, direction) = match self.model.0.are_points() {
             true => (StabilityState::Sliding, Direction::Rigid),
@@ -138,13 +146,13 @@ impl Examined<'_> {
         };
         let (state, linear): (Equilibrium, LinearContact) = match state {
             StabilityState::Sliding => {
-                let problem = steady_sliding(self.model, &contact, direction)?;
+                let problem = steady_sliding(self.model, contact, direction)?;
                 let found = problem.solve()?;
                 let linear = problem.contact(&found);
                 (found.into(), linear)
             }
             StabilityState::Steady => {
-                let problem = at_rest(self.model, &contact, self.job.analyses.steady.as_ref());
+                let problem = at_rest(self.model, contact, self.job.analyses.steady.as_ref());
                 let found = problem.solve()?;
                 let linear = problem.contact(&found);
                 (found.into(), linear)
@@ -160,8 +168,13 @@ impl Examined<'_> {
     }
 }
 
-/// What the summary says of a contact that moves as `moves` says.
-pub(super) fn summarise(spectrum: &Spectrum, moves: &str, model: &ModalPair, summary: &mut Summary) {
+/// What the summary says of a contact that moves as `moves` says, of bodies with their modes and what would move the eigenvalues.
+pub(super) fn summarise(
+    spectrum: &Spectrum,
+    moves: &str,
+    (model, sensitivities): (&ModalPair, Option<&Sensitivities>),
+    summary: &mut Summary,
+) {
     let unstable: Vec<&Eigenpair> = spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).collect();
     let sticking = match spectrum.sticking {
         0 => String::new(),
@@ -175,11 +188,22 @@ pub(super) fn summarise(spectrum: &Spectrum, moves: &str, model: &ModalPair, sum
         spectrum.closed
     ));
     let most = unstable.len().max(3);
-    for e in spectrum.eigenpairs.iter().take(most) {
+    for (i, e) in spectrum.eigenpairs.iter().enumerate().take(most) {
         summary.value(
             &format!("{:.3} Hz", e.frequency()),
             format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), partners(model, e)),
         );
+        if let Some(all) = sensitivities.filter(|_| grows(e.value, e.backward_error)) {
+            summary.value("  would cure it, to first order", sensitivity::cures(all, i, e, model));
+        }
+    }
+}
+
+/// The name of the free mode `k` of `model`.
+pub(super) fn mode_name(model: &ModalPair, k: usize) -> String {
+    match k.checked_sub(model.lower_modes) {
+        None => format!("lower mode {}", k + 1),
+        Some(k) => format!("upper mode {}", k + 1),
     }
 }
 
@@ -187,11 +211,7 @@ pub(super) fn summarise(spectrum: &Spectrum, moves: &str, model: &ModalPair, sum
 fn partners(model: &ModalPair, pair: &Eigenpair) -> String {
     let mut shares: Vec<(usize, f64)> = participation(model, pair).into_iter().enumerate().collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let named = shares.iter().take(3).filter(|(_, s)| *s > 0.01).map(|&(k, share)| {
-        let upper = k >= model.lower_modes;
-        let number = if upper { k - model.lower_modes } else { k } + 1;
-        let place = ["lower", "upper"][usize::from(upper)];
-        format!("{:.0} % {place} mode {number}", 100.0 * share)
-    });
+    let large = shares.iter().take(3).filter(|(_, s)| *s > 0.01);
+    let named = large.map(|&(k, share)| format!("{:.0} % {}", 100.0 * share, mode_name(model, k)));
     named.collect::<Vec<_>>().join(", ")
 }

@@ -29,6 +29,8 @@ pub enum Step {
     /// An analysis.
     Steady,
     /// An analysis.
+    CreepCurve,
+    /// An analysis.
     Transient,
     /// No later step solves with the stiffness: its factors are freed.
     FreeSolvers,
@@ -61,6 +63,7 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
         (Step::Receptance, wanted.receptance.as_ref().map(|_| Needs::default())),
         (Step::Stability, wanted.stability.as_ref().map(|s| stability::needs(job, s))),
         (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
+        (Step::CreepCurve, wanted.creep_curve.as_ref().map(|_| Needs::default())),
         (Step::Transient, wanted.transient.as_ref().map(transient::needs)),
     ];
     let analyses: Vec<(Step, Needs)> = analyses.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect();

@@ -6,7 +6,7 @@ use super::reuse;
 use super::run::Run;
 use super::steps::Step;
 use super::transient::{self, Inputs};
-use super::{foresee, modes, receptance, stability, steady};
+use super::{creep_curve, foresee, modes, receptance, stability, steady};
 use crate::body::TraceModes;
 use crate::job;
 use crate::output::datasets::reduced::{self, Origin, Reused};
@@ -92,6 +92,10 @@ impl<'s> Stock<'s> {
             Step::Stability => self.stability(run),
             Step::Steady => match (&run.job.analyses.steady, &run.job.contact, &self.model) {
                 (Some(wanted), Some(contact), Some(model)) => steady::run(run, wanted, contact, &self.bodies, model),
+                _ => Ok(()),
+            },
+            Step::CreepCurve => match (&run.job.analyses.creep_curve, &run.job.contact) {
+                (Some(wanted), Some(contact)) => creep_curve::run(run, wanted, contact, self.model()?),
                 _ => Ok(()),
             },
             Step::Transient => self.transient(run),

@@ -109,6 +109,18 @@ impl Candidates {
         Ok(changed)
     }
 
+    /// Takes the creepages of `problem`, which has the interface, the load and the influence matrix of the one before.
+    pub fn take_creepage(&mut self, problem: &SteadyProblem<'_>) {
+        for (a, &i) in self.nodes.iter().enumerate() {
+            let [x, y] = problem.interface.point(i);
+            let rigid = problem.creepage.rigid(x, y);
+            for (r, c) in rigid.iter().enumerate() {
+                let c = c + self.upstream.at(i, |j| problem.interface.shift[j][r]);
+                self.constant[3 * a + r] = self.rho_creep[a] * c / self.unit;
+            }
+        }
+    }
+
     /// Renews the creep of candidate `a` in the response `y` to the stresses `x`.
     pub fn renew_response(&self, a: usize, x: &[f64], creep_factor: f64, y: &mut [f64]) {
         for k in [3 * a, 3 * a + 1] {

@@ -288,6 +288,17 @@ impl LinearContact {
         self.nodes.iter().filter(|n| matches!(n.tangent, Tangent::Stick { .. })).count()
     }
 
+    /// Whether `other` has the same closed nodes, with the same status, so that the two differ in their numbers alone.
+    pub fn alike(&self, other: &Self) -> bool {
+        let nodes = |c: &Self| -> Vec<_> {
+            let of = |n: &LinearNode| (n.node, std::mem::discriminant(&n.tangent), n.tangent.yielding().count());
+            c.nodes.iter().map(of).collect()
+        };
+        let edges = |c: &Self| c.edges.iter().map(|e| e.at).collect::<Vec<_>>();
+        let memory = |c: &Self| c.memory.iter().map(|m| (m.at, m.upstream)).collect::<Vec<_>>();
+        nodes(self) == nodes(other) && edges(self) == edges(other) && memory(self) == memory(other)
+    }
+
     /// All of it as numbers, for [`LinearContact::from_numbers`].
     pub fn numbers(&self) -> Vec<f64> {
         let mut out = vec![self.edges.len() as f64, self.memory.len() as f64];

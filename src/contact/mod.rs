@@ -7,6 +7,7 @@
 
 pub(crate) mod active_set;
 mod candidates;
+mod continuation;
 pub(crate) mod course;
 pub mod deferred;
 pub mod foreseen;
@@ -24,6 +25,7 @@ pub mod points;
 pub mod sliding;
 pub mod steady;
 
+pub use continuation::Continuation;
 pub use deferred::DeferredSteady;
 pub use interface::{Creepage, Stencil, Upstream};
 pub use law::{LinearContact, LinearEdge, LinearNode, Slip, Status, Tangent};

@@ -80,6 +80,16 @@ pub struct SteadySolution {
     pub upstream: Upstream,
 }
 
+/// Stresses that a solution is begun with.
+pub(super) struct Start {
+    /// Stresses (tx, ty, p), Pa, `[3n]`, pressed somewhere.
+    pub stress: Vec<f64>,
+    /// Approach, m.
+    pub approach: f64,
+    /// Coefficients of friction, 1, `[n]`, where those of the rigid creep are not to be taken.
+    pub friction: Option<Vec<f64>>,
+}
+
 impl SteadyProblem<'_> {
     /// Solves the problem. A result always has a residual within the tolerance, on all nodes.
     ///
@@ -92,6 +102,13 @@ impl SteadyProblem<'_> {
 
     /// Solves the problem, starting from the solution of a similar one on the same interface if there is one.
     pub(super) fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
+        let pressed = start.filter(|r| r.pressure.iter().any(|&p| p > 0.0));
+        let start = pressed.map(|r| Start { stress: r.stresses(), approach: r.approach, friction: None });
+        self.solve_with(start, &mut None)
+    }
+
+    /// Solves the problem from `start`, with the candidates `kept` from a solution with other creepages, of which those of this one remain.
+    pub(super) fn solve_with(&self, start: Option<Start>, kept: &mut Option<Candidates>) -> Result<SteadySolution> {
         self.check()?;
         let s = self.interface;
         let open = match self.load {
@@ -108,28 +125,37 @@ impl SteadyProblem<'_> {
             return self.evaluate(&stress, approach, upstream, self.response(&stress), Effort::default());
         }
 
-        let (mut stress, mut approach) = match start.filter(|r| r.pressure.iter().any(|&p| p > 0.0)) {
-            Some(r) => (r.stresses(), r.approach),
+        let (mut stress, mut approach, friction) = match start {
+            Some(r) => (r.stress, r.approach, r.friction),
             None => {
                 let normal = solve_normal(self.compliance, s, self.load)?;
                 let mut stress = vec![0.0; 3 * s.len()];
                 for (&i, f) in normal.closed.iter().zip(&normal.force) {
                     stress[3 * i + 2] = f / s.weight[i];
                 }
-                (stress, normal.approach)
+                (stress, normal.approach, None)
             }
         };
         let closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
         refuse_border(self.compliance, s, self.load, &closed)?;
         let mut upstream = self.upstream(&stress, approach);
-        let mut candidates = Candidates::new(self, &upstream, self.dilate(&closed), &stress)?;
+        let wanted = self.dilate(&closed);
+        let mut candidates = match kept.take() {
+            Some(mut old) if wanted.iter().all(|i| old.nodes.binary_search(i).is_ok()) => {
+                old.take_creepage(self);
+                old.renew(self, &upstream)?;
+                old
+            }
+            _ => Candidates::new(self, &upstream, wanted, &stress)?,
+        };
         let mut effort = Effort::default();
         let rigid = |i: usize| {
             let [x, y] = s.point(i);
             let c = self.creepage.rigid(x, y);
             self.speed * c[0].hypot(c[1])
         };
-        let mut friction = coefficients(&self.friction, s, self.speed, |i| stress[3 * i + 2] > 0.0, rigid);
+        let at_first = || coefficients(&self.friction, s, self.speed, |i| stress[3 * i + 2] > 0.0, rigid);
+        let mut friction = friction.unwrap_or_else(at_first);
         // In rare cases friction closes nodes outside the candidates taken from the frictionless contact: take them in.
         let mut residuals = Vec::new();
         let rounds = if self.friction.is_constant() { 10 } else { 60 };
@@ -148,6 +174,7 @@ impl SteadyProblem<'_> {
             upstream = self.upstream(&stress, approach);
             let solution = self.evaluate(&stress, approach, upstream.clone(), self.response(&stress), effort)?;
             if solution.residual <= self.tolerance {
+                *kept = Some(candidates);
                 return Ok(solution);
             }
             residuals.push(format!("{:.1e}", solution.residual));

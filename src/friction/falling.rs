@@ -87,6 +87,11 @@ macro_rules! falling {
                 (self.at_rest - self.kinetic) * self.left_slope(v)
             }
 
+            fn scale(&mut self, factor: f64) {
+                self.at_rest *= factor;
+                self.kinetic *= factor;
+            }
+
             fn fault(&self) -> Option<(&'static str, String)> {
                 let (at_rest, kinetic) = (self.at_rest, self.kinetic);
                 let rises = || {

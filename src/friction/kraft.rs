@@ -29,6 +29,10 @@ impl Law for Kraft {
         -0.5 * self.at_rest * STAGES.map(stage).iter().sum::<f64>()
     }
 
+    fn scale(&mut self, factor: f64) {
+        self.at_rest *= factor;
+    }
+
     fn fault(&self) -> Option<(&'static str, String)> {
         None
     }

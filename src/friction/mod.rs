@@ -41,6 +41,9 @@ trait Law: Remembers + std::fmt::Display {
         self.coefficient(0.0)
     }
 
+    /// Multiplies the coefficient by `factor` at all velocities.
+    fn scale(&mut self, factor: f64);
+
     /// What is wrong with the parameters, if anything: the key, and the rest of the message.
     fn fault(&self) -> Option<(&'static str, String)>;
 }
@@ -138,6 +141,16 @@ impl FrictionLaw {
         law
     }
 
+    /// The same law with `factor` times the coefficient at all velocities.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut law = self.clone();
+        match &mut law {
+            Self::Constant(mu) => *mu *= factor,
+            Self::Varying(varying) => varying.law_mut().scale(factor),
+        }
+        law
+    }
+
     /// Key of the length of its memory in the job, `path` being the place of the law; empty where it has none.
     pub fn memory_key(&self, path: &str) -> String {
         match self {
@@ -179,5 +192,6 @@ fn check(law: &FrictionLaw, at_rest: f64, fast: f64) {
         let h = 1e-6;
         let d = (law.coefficient(v + h) - law.coefficient(v - h)) / (2.0 * h);
         assert!((law.slope(v) - d).abs() < 1e-8, "at {v}: {} against {d}", law.slope(v));
+        assert!((law.scaled(1.7).coefficient(v) - 1.7 * law.coefficient(v)).abs() < 1e-15, "scaled, at {v}");
     }
 }

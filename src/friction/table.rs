@@ -39,6 +39,10 @@ impl Law for Table {
         self.points.iter().map(|p| p[1]).fold(0.0, f64::max)
     }
 
+    fn scale(&mut self, factor: f64) {
+        self.points.iter_mut().for_each(|p| p[1] *= factor);
+    }
+
     fn fault(&self) -> Option<(&'static str, String)> {
         let wrong = |text: String| Some(("points", text));
         let Some(first) = self.points.first() else {

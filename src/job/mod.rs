@@ -133,15 +133,18 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
         )));
     }
     // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia even in steady rolling.
-    if !turns && !["modes", "stability", "sweep", "receptance", "transient"].contains(&only) {
+    if !turns && !["modes", "stability", "creep_curve", "sweep", "receptance", "transient"].contains(&only) {
         analyses.modes = None;
     }
     if only != "steady" {
         analyses.steady = None;
     }
-    // A transient may start from a mode of stability.
-    if !["stability", "sweep", "transient"].contains(&only) {
+    // A transient may start from a mode of stability, a creep curve has the least stable eigenvalue.
+    if !["stability", "creep_curve", "sweep", "transient"].contains(&only) {
         analyses.stability = None;
+    }
+    if only != "creep_curve" {
+        analyses.creep_curve = None;
     }
     if only != "transient" {
         analyses.transient = None;

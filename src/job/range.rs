@@ -1,7 +1,7 @@
 //! The range in which the theory holds, as far as the job alone shows it (`docs/theory.md`, "Range").
 
 use super::hertz::{contact_size, small_strain};
-use super::{Contact, Job, Transient};
+use super::{Contact, CreepageKey, Job, Transient};
 use crate::{Error, Result};
 
 /// A quantity that must stay small, and from where on it is warned of and refused.
@@ -43,10 +43,15 @@ fn largest(table: &Option<Vec<[f64; 2]>>) -> f64 {
 fn slip(job: &Job, contact: &Contact) -> Small {
     let c = contact.creepage;
     let histories = job.analyses.transient.as_ref().and_then(|t| t.histories.clone()).unwrap_or_default();
-    let along = c.longitudinal.abs().max(largest(&histories.longitudinal));
-    let across = c.lateral.abs().max(largest(&histories.lateral));
+    let curve = job.analyses.creep_curve.as_ref();
+    let farthest = |key: CreepageKey| {
+        let values = curve.filter(|curve| curve.key == key).and_then(|curve| curve.numbers().ok()).unwrap_or_default();
+        values.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+    };
+    let along = c.longitudinal.abs().max(largest(&histories.longitudinal)).max(farthest(CreepageKey::Longitudinal));
+    let across = c.lateral.abs().max(largest(&histories.lateral)).max(farthest(CreepageKey::Lateral));
     let reach = contact_size(job).or(contact.patch.map(|p| p.half_length.max(p.half_width))).unwrap_or(0.0);
-    let spin = reach * c.spin.abs().max(largest(&histories.spin));
+    let spin = reach * c.spin.abs().max(largest(&histories.spin)).max(farthest(CreepageKey::Spin));
     Small {
         found: format!("contact.creepage {} {} {} 1/m", c.longitudinal, c.lateral, c.spin),
         what: "the rigid slip in the contact over the speed",

@@ -326,6 +326,17 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             faults.push(format!("analyses.receptance.frequency: {fault}"));
         }
     }
+    if let Some(curve) = &job.analyses.creep_curve {
+        if let Err(fault) = curve.numbers() {
+            faults.push(format!("analyses.creep_curve.values: {fault}"));
+        }
+        if job.solver.linear == LinearSolver::Gamg && job.analyses.modes.is_none() {
+            faults.push(
+                "solver.linear: found \"gamg\", but analyses.creep_curve needs the compliance that \"mumps\" makes; leave out one of the two"
+                    .into(),
+            );
+        }
+    }
     if let Some(transient) = &job.analyses.transient {
         check_transient(job, transient, faults);
     }

@@ -102,6 +102,13 @@ impl ReducedModel {
         let at_rest = vec![None; bodies.len()];
         Ok(Self { interface, bodies, place, pair, own: [None, None], rotation: [None, None], at_rest })
     }
+
+    /// Both bodies with the damping and the rotation of another `job` on them.
+    pub fn pair_of(&self, job: &Job) -> Result<ModalPair> {
+        let mut pair = self.pair.clone();
+        adapt(&mut pair, job, &self.own, &self.rotation)?;
+        Ok(pair)
+    }
 }
 
 /// The bodies of a job, lower first.
@@ -161,24 +168,32 @@ impl SharedModel {
 
     /// Both bodies with the damping and the rotation of `job`.
     pub fn pair(&mut self, job: &Job) -> Result<&ModalPair> {
-        let (lower, upper) = self.pair.omega.split_at(self.pair.lower_modes);
-        let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
-            let damping = damping_of(job, side, omega, self.own[side.index()].as_ref())?;
-            let rotation = self.rotation[side.index()].as_ref().map(|r| (r, job.angular_velocity(side.name())));
-            Ok(Dynamics::new(omega, damping, rotation))
-        });
-        let (lower, upper) = (lower?, upper?);
-        let pair = &mut self.pair;
-        pair.stiffness = lower.stiffness.joined(&upper.stiffness);
-        pair.damping = lower.damping.joined(&upper.damping);
-        pair.turning =
-            Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
-        if self.rotation.iter().any(Option::is_some) {
-            let whole = &pair.residual + &pair.modes * pair.stiffness.statics(pair.modes.transpose());
-            pair.compliance = whole.transpose().to_owned();
-        }
+        adapt(&mut self.pair, job, &self.own, &self.rotation)?;
         Ok(&self.pair)
     }
+}
+
+/// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them.
+fn adapt(
+    pair: &mut ModalPair,
+    job: &Job,
+    own: &[Option<ModalMatrix>; 2],
+    rotation: &[Option<ModalRotation>; 2],
+) -> Result<()> {
+    let (lower, upper) = pair.omega.split_at(pair.lower_modes);
+    let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
+        let damping = damping_of(job, side, omega, own[side.index()].as_ref())?;
+        let rotation = rotation[side.index()].as_ref().map(|r| (r, job.angular_velocity(side.name())));
+        Ok(Dynamics::new(omega, damping, rotation))
+    });
+    let (lower, upper): (Dynamics, Dynamics) = (lower?, upper?);
+    pair.stiffness = lower.stiffness.joined(&upper.stiffness);
+    pair.damping = lower.damping.joined(&upper.damping);
+    pair.turning = Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
+    if rotation.iter().any(Option::is_some) {
+        pair.renew_compliance();
+    }
+    Ok(())
 }
 
 /// Collective: a matrix of rank 0 on every rank.

@@ -3,6 +3,7 @@
 use super::broadcast;
 use crate::body::rotation::Turning;
 use crate::body::{ModalMatrix, ReducedBody, Side};
+use crate::grid::Interface;
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -76,6 +77,45 @@ impl ModalPair {
             Some(_) => self.compliance.transpose(),
             None => self.compliance.as_ref(),
         }
+    }
+
+    /// Makes the compliance anew from the residual and the modes, which have changed.
+    pub(super) fn renew_compliance(&mut self) {
+        let whole = &self.residual + &self.modes * self.stiffness.statics(self.modes.transpose());
+        self.compliance = match self.turning {
+            Some(_) => whole.transpose().to_owned(),
+            None => whole,
+        };
+    }
+
+    /// The pair with the contact `distance` (m) farther along +y on the body of `side`: its modes are those there, to first order by their gradient
+    /// along y on the grid of `interface`, in the same directions (x, y, n). Gap and residual compliance stay.
+    pub fn with_contact_moved(&self, interface: &Interface, side: Side, distance: f64) -> Self {
+        let (nx, y) = (interface.x.len(), &interface.y);
+        let gradient = |row: usize, k: usize| -> f64 {
+            let (node, c) = (row / 3, row % 3);
+            let iy = node / nx;
+            // Three neighbouring lines, the own one among them: exact for parabolas.
+            let first = iy.saturating_sub(1).min(y.len() - 3);
+            let weight = |j: usize| {
+                let [p, q] = [first + (j + 1) % 3, first + (j + 2) % 3];
+                let j = first + j;
+                (2.0 * y[iy] - y[p] - y[q]) / ((y[j] - y[p]) * (y[j] - y[q]))
+            };
+            (0..3).map(|j| weight(j) * self.modes[(3 * (node % nx + nx * (first + j)) + c, k)]).sum()
+        };
+        let columns = match side {
+            Side::Lower => 0..self.lower_modes,
+            Side::Upper => self.lower_modes..self.omega.len(),
+        };
+        let mut moved = self.clone();
+        for k in columns {
+            for row in 0..self.modes.nrows() {
+                moved.modes[(row, k)] += distance * gradient(row, k);
+            }
+        }
+        moved.renew_compliance();
+        moved
     }
 
     /// Collective: the pair of rank 0 on every rank.

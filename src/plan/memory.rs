@@ -79,6 +79,10 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         let copies = 4.0 + unique.len() as f64;
         on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
     }
+    if job.analyses.stability.as_ref().is_some_and(|s| s.sensitivities) && !job.by_matrices() {
+        // W and S of the bodies with a parameter changed, ahead and behind.
+        on_root.push(("sensitivities", 4.0 * rows * rows * 8.0));
+    }
     if swept && !job.by_matrices() {
         // Every rank solves points of its own: it has W, S and the modes at the contact of both bodies, and a copy of W on its way there.
         let modes = job.analyses.modes.as_ref().map_or(0.0, mode_count);

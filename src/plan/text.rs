@@ -92,6 +92,10 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         Step::Steady => wanted.steady.as_ref().zip(contact).map(|(steady, contact)| {
             format!("steady rolling: {}, tolerance {:e}", given(contact), steady.tolerance)
         }),
+        Step::CreepCurve => wanted.creep_curve.as_ref().map(|curve| {
+            let count = curve.numbers().map_or(0, |v| v.len());
+            format!("creep curve: steady rolling at {count} values of the {} creepage", curve.key.name())
+        }),
         Step::Transient => wanted.transient.as_ref().map(|t| {
             let sound = t.sound_power.as_ref().map_or("", |_| "; sound power radiated in it, in third octaves");
             let count = (t.duration / t.step).round();

@@ -4,6 +4,7 @@ pub mod dense;
 mod equilibrium;
 pub mod full;
 pub mod reduced;
+pub mod sensitivity;
 
 use crate::contact::LinearContact;
 use crate::job;

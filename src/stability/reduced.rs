@@ -53,80 +53,122 @@ impl Eigenpair {
     }
 }
 
-/// The pencil (A − λE) x = 0 in scaled variables.
-struct Pencil {
-    a: Mat<f64>,
-    e: Mat<f64>,
+/// The pencil (A − λE) x = 0 in scaled variables x = (q, v, f).
+pub(super) struct Pencil {
+    pub a: Mat<f64>,
+    pub e: Mat<f64>,
+    pub scales: Scales,
+}
+
+/// Units of a [`Pencil`].
+#[derive(Clone)]
+pub(super) struct Scales {
     /// Unit of time is 1/`rate`, rad/s.
-    rate: f64,
+    pub rate: f64,
     /// Unit of the tangential forces, N.
-    force: f64,
+    pub force: f64,
+    /// What the row of each of the unknowns f is divided by.
+    pub rows: Vec<f64>,
+}
+
+/// An eigenvalue of a [`Pencil`] in its own unit, Im λ ≥ 0, with its right vector of Euclidean norm 1.
+pub(super) struct Root {
+    pub value: Complex<f64>,
+    pub vector: Vec<Complex<f64>>,
+    pub backward_error: f64,
 }
 
 /// All finite eigenvalues of steady sliding, both of each conjugate pair, by falling growth rate. Each pair's backward
 /// error is at most `tolerance`, or the result is an error.
 pub fn eigenpairs(bodies: &ModalPair, contact: &LinearContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
-    let pencil = assemble(bodies, contact)?;
-    let n = pencil.a.nrows();
-    // A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just
-    // this rate, which the backward error would show.
-    let shift = 0.7390851332151607;
-    let lu = (&pencil.a - faer::Scale(shift) * &pencil.e).partial_piv_lu();
-    let inverted = lu.solve(&pencil.e);
-    if (0..n).any(|i| !inverted[(i, i)].is_finite()) {
-        return Err(Error::NotConverged("reduced stability: the linearised system is singular at the shift".into()));
-    }
-    let eigen = inverted
-        .eigen()
-        .map_err(|e| Error::NotConverged(format!("reduced stability: dense eigenvalues failed: {e:?}")))?;
+    let pencil = assemble(bodies, contact, None)?;
     let m = bodies.omega.len();
-    let theta = eigen.S().column_vector();
-    let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
-    let norms = (pencil.a.norm_l2(), pencil.e.norm_l2());
-    // Infinite eigenvalues of a singular E are left out. The matrix is real: of a conjugate pair one says all.
-    let wanted: Vec<usize> = (0..n).filter(|&k| theta[k].im >= 0.0 && theta[k].norm() > 1e-13 * largest).collect();
-    let values: Vec<Complex<f64>> = wanted.iter().map(|&k| Complex::new(shift, 0.0) + theta[k].inv()).collect();
-    let vectors = Mat::from_fn(n, wanted.len(), |i, j| eigen.U()[(i, wanted[j])]);
     let mut pairs = Vec::new();
-    for ((lambda, residual), x) in values.iter().zip(residuals(&pencil, &values, &vectors)).zip(vectors.col_iter()) {
-        let norm = x.norm_l2();
-        let backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
-        if backward_error > tolerance || backward_error.is_nan() {
-            return Err(Error::NotConverged(format!(
-                "reduced stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, \
-                 {tolerance:.1e} was asked for",
-                lambda.re * pencil.rate,
-                lambda.im * pencil.rate
-            )));
-        }
-        let modal: Vec<Complex<f64>> = (0..m).map(|i| x[i] / norm).collect();
-        let tangential: Vec<Complex<f64>> = (2 * m..n).map(|i| x[i] * (pencil.force / norm)).collect();
-        if lambda.im != 0.0 {
+    for Root { value, vector, backward_error } in pencil.roots(tolerance)? {
+        let modal = vector[..m].to_vec();
+        let tangential: Vec<Complex<f64>> = vector[2 * m..].iter().map(|x| x * pencil.scales.force).collect();
+        let value = value * pencil.scales.rate;
+        if value.im != 0.0 {
             let conjugate = |v: &[Complex<f64>]| v.iter().map(|q| q.conj()).collect();
             let (modal, tangential) = (conjugate(&modal), conjugate(&tangential));
-            pairs.push(Eigenpair { value: lambda.conj() * pencil.rate, modal, tangential, backward_error });
+            pairs.push(Eigenpair { value: value.conj(), modal, tangential, backward_error });
         }
-        pairs.push(Eigenpair { value: lambda * pencil.rate, modal, tangential, backward_error });
+        pairs.push(Eigenpair { value, modal, tangential, backward_error });
     }
     pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
     Ok(pairs)
 }
 
-/// ‖(A − λE) x‖ of each pair of `values` and columns of `vectors`.
-fn residuals(p: &Pencil, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -> Vec<f64> {
+impl Pencil {
+    /// All finite eigenvalues, one of each conjugate pair.
+    pub fn roots(&self, tolerance: f64) -> Result<Vec<Root>> {
+        let n = self.a.nrows();
+        // A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just
+        // this rate, which the backward error would show.
+        let shift = 0.7390851332151607;
+        let lu = (&self.a - faer::Scale(shift) * &self.e).partial_piv_lu();
+        let inverted = lu.solve(&self.e);
+        if (0..n).any(|i| !inverted[(i, i)].is_finite()) {
+            return Err(Error::NotConverged(
+                "reduced stability: the linearised system is singular at the shift".into(),
+            ));
+        }
+        let eigen = inverted
+            .eigen()
+            .map_err(|e| Error::NotConverged(format!("reduced stability: dense eigenvalues failed: {e:?}")))?;
+        let theta = eigen.S().column_vector();
+        let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
+        let norms = (self.a.norm_l2(), self.e.norm_l2());
+        // Infinite eigenvalues of a singular E are left out. The matrix is real: of a conjugate pair one says all.
+        let wanted: Vec<usize> = (0..n).filter(|&k| theta[k].im >= 0.0 && theta[k].norm() > 1e-13 * largest).collect();
+        let values: Vec<Complex<f64>> = wanted.iter().map(|&k| Complex::new(shift, 0.0) + theta[k].inv()).collect();
+        let vectors = Mat::from_fn(n, wanted.len(), |i, j| eigen.U()[(i, wanted[j])]);
+        let mut roots = Vec::new();
+        for ((lambda, residual), x) in values.iter().zip(self.residuals(&values, &vectors)).zip(vectors.col_iter()) {
+            let norm = x.norm_l2();
+            let backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
+            if backward_error > tolerance || backward_error.is_nan() {
+                return Err(Error::NotConverged(format!(
+                    "reduced stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, \
+                     {tolerance:.1e} was asked for",
+                    lambda.re * self.scales.rate,
+                    lambda.im * self.scales.rate
+                )));
+            }
+            let vector = x.iter().map(|x| x.conj() / norm).collect();
+            roots.push(Root { value: lambda.conj(), vector, backward_error });
+        }
+        Ok(roots)
+    }
+
+    /// ‖(A − λE) x‖ of each pair of `values` and columns of `vectors`.
+    fn residuals(&self, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -> Vec<f64> {
+        let images = images([&self.a, &self.e], values, vectors);
+        images.col_iter().map(|c| c.norm_l2()).collect()
+    }
+
+    /// The vector x of an eigenpair of it.
+    pub fn vector(&self, pair: &Eigenpair) -> Vec<Complex<f64>> {
+        let Scales { rate, force, .. } = self.scales;
+        let velocity = pair.modal.iter().map(|q| q * (pair.value / rate));
+        pair.modal.iter().copied().chain(velocity).chain(pair.tangential.iter().map(|f| f / force)).collect()
+    }
+}
+
+/// (A − λE) x of each pair of `values` and columns of `vectors`, for real matrices [A, E].
+pub(super) fn images(
+    [a, e]: [&Mat<f64>; 2],
+    values: &[Complex<f64>],
+    vectors: &Mat<Complex<f64>>,
+) -> Mat<Complex<f64>> {
     // Four real products of matrices are much faster than a complex one vector by vector.
     let part =
         |of: fn(&Complex<f64>) -> f64| Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| of(&vectors[(i, j)]));
     let (re, im) = (part(|v| v.re), part(|v| v.im));
-    let (a_re, a_im, e_re, e_im) = (&p.a * &re, &p.a * &im, &p.e * &re, &p.e * &im);
-    let norm = |(j, l): (usize, &Complex<f64>)| {
-        let square = |i: usize| {
-            let (u, v) = (e_re[(i, j)], e_im[(i, j)]);
-            (a_re[(i, j)] - l.re * u + l.im * v).powi(2) + (a_im[(i, j)] - l.re * v - l.im * u).powi(2)
-        };
-        (0..vectors.nrows()).map(square).sum::<f64>().sqrt()
-    };
-    values.iter().enumerate().map(norm).collect()
+    let (a_re, a_im, e_re, e_im) = (a * &re, a * &im, e * &re, e * &im);
+    Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
+        Complex::new(a_re[(i, j)], a_im[(i, j)]) - values[j] * Complex::new(e_re[(i, j)], e_im[(i, j)])
+    })
 }
 
 /// An unknown f of a closed node, N: λ s f + c f − c′ f′ + b·(λ + V ∂x) w = 0, f′ being that of the node upstream.
@@ -298,7 +340,8 @@ pub fn sharpness(bodies: &ModalPair, contact: &LinearContact) -> Result<f64> {
     Ok(real.map(|f| -f.re).fold(0.0, f64::max))
 }
 
-fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
+/// The pencil of `contact`, in the units given or in its own.
+pub(super) fn assemble(bodies: &ModalPair, contact: &LinearContact, given: Option<&Scales>) -> Result<Pencil> {
     check(bodies, contact)?;
     let (m, k) = (bodies.omega.len(), contact.nodes.len());
     let psi = bodies.modes.as_ref();
@@ -330,12 +373,15 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
         }
     }
 
-    // Scales.
     let stiffness = Mat::from_fn(m, m, |i, j| bodies.stiffness.get(i, j) - g[(i, j)]);
-    let norm = stiffness.norm_l2() / (m.max(1) as f64).sqrt();
-    let rate = if norm > 0.0 { norm.sqrt() } else { 1.0 };
-    let reach = g.as_ref().subcols(m, nf).norm_l2() / (nf.max(1) as f64).sqrt();
-    let force = if reach > 0.0 { rate * rate / reach } else { 1.0 };
+    let own = || {
+        let norm = stiffness.norm_l2() / (m.max(1) as f64).sqrt();
+        let rate = if norm > 0.0 { norm.sqrt() } else { 1.0 };
+        let reach = g.as_ref().subcols(m, nf).norm_l2() / (nf.max(1) as f64).sqrt();
+        (rate, if reach > 0.0 { rate * rate / reach } else { 1.0 })
+    };
+    let (rate, force) = given.map_or_else(own, |s| (s.rate, s.force));
+    let mut rows = Vec::with_capacity(nf);
 
     let n = 2 * m + nf;
     let (mut a, mut e) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
@@ -367,13 +413,15 @@ fn assemble(bodies: &ModalPair, contact: &LinearContact) -> Result<Pencil> {
             e[(row, 2 * m + j)] = w[(i, m + j)] * force * rate;
         }
         e[(row, row)] += unknowns[i].storage * force * rate;
-        let largest = (0..n).map(|j| a[(row, j)].abs().max(e[(row, j)].abs())).fold(0.0, f64::max);
+        let own = || (0..n).map(|j| a[(row, j)].abs().max(e[(row, j)].abs())).fold(0.0, f64::max);
+        let largest = given.and_then(|s| s.rows.get(i).copied()).unwrap_or_else(own);
         for j in 0..n {
             a[(row, j)] /= largest;
             e[(row, j)] /= largest;
         }
+        rows.push(largest);
     }
-    Ok(Pencil { a, e, rate, force })
+    Ok(Pencil { a, e, scales: Scales { rate, force, rows } })
 }
 
 fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {

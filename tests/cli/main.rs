@@ -1,6 +1,7 @@
 //! The program as its users call it: real processes, under `mpirun` where there are several ranks.
 
 mod bad_input;
+mod creep_curve;
 mod damaged;
 mod failures;
 mod golden;
@@ -11,6 +12,7 @@ mod program;
 mod reuse;
 mod rotation;
 mod runs;
+mod sensitivities;
 mod slurm;
 mod sound;
 mod sweep;

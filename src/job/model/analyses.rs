@@ -20,6 +20,9 @@ pub struct Analyses {
     /// Stability of steady rolling: the modes that squeal, with their growth rates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stability: Option<Stability>,
+    /// Steady rolling over a range of one creepage: forces, stick, and where `stability` is asked for the least stable eigenvalue.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub creep_curve: Option<CreepCurve>,
     /// Receptances of the bodies at the contact point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub receptance: Option<Receptance>,
@@ -43,6 +46,7 @@ impl Analyses {
             ("modes", self.modes.is_some()),
             ("steady", self.steady.is_some()),
             ("stability", self.stability.is_some()),
+            ("creep_curve", self.creep_curve.is_some()),
             ("receptance", self.receptance.is_some()),
             ("transient", self.transient.is_some()),
             ("sweep", self.sweep.is_some()),
@@ -105,6 +109,71 @@ impl Default for Steady {
     }
 }
 
+/// Steady rolling at many values of one creepage, one after the other, each from the solution before.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CreepCurve {
+    /// The creepage that changes; the others are those of the contact.
+    pub key: CreepageKey,
+    /// Its values, 1, for spin 1/m: a list, or a range. They are gone through in the order given; close steps are quick.
+    pub values: CreepageValues,
+}
+
+/// A creepage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CreepageKey {
+    /// The longitudinal one.
+    Longitudinal,
+    /// The lateral one.
+    Lateral,
+    /// Spin.
+    Spin,
+}
+
+impl CreepageKey {
+    /// Its key in a job.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Longitudinal => "longitudinal",
+            Self::Lateral => "lateral",
+            Self::Spin => "spin",
+        }
+    }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Spin => "1/m",
+            Self::Longitudinal | Self::Lateral => "1",
+        }
+    }
+}
+
+/// Values of a creepage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum CreepageValues {
+    /// These.
+    List(Vec<f64>),
+    /// Equidistant ones.
+    Range(SweepRange),
+}
+
+impl CreepCurve {
+    /// The values one by one, or what is wrong with them.
+    pub fn numbers(&self) -> Result<Vec<f64>, String> {
+        let list = match &self.values {
+            CreepageValues::List(list) => list.clone(),
+            CreepageValues::Range(range) => range.numbers()?,
+        };
+        match list.is_empty() {
+            true => Err("the list is empty".into()),
+            false => Ok(list),
+        }
+    }
+}
+
 /// Stability of steady rolling or sliding on the modes of `analyses.modes` and the residual compliance of the contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -136,6 +205,9 @@ pub struct Stability {
     #[serde(default = "default_phases")]
     #[schemars(range(min = 4, max = 1000), extend("multipleOf" = 4))]
     pub phases: u32,
+    /// Whether the derivatives of the eigenvalues are computed: by friction, load, speed, creepages, damping of each mode and lateral position of the contact.
+    #[serde(default)]
+    pub sensitivities: bool,
     /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full: Option<FullStability>,

@@ -101,6 +101,17 @@ pub struct Creepage {
     pub spin: f64,
 }
 
+impl Creepage {
+    /// The same with another value of one of the three.
+    pub fn with(self, key: super::CreepageKey, value: f64) -> Self {
+        match key {
+            super::CreepageKey::Longitudinal => Self { longitudinal: value, ..self },
+            super::CreepageKey::Lateral => Self { lateral: value, ..self },
+            super::CreepageKey::Spin => Self { spin: value, ..self },
+        }
+    }
+}
+
 /// Source of the compliance of the contact surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

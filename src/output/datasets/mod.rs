@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod contact;
+pub mod creep_curve;
 pub mod points;
 pub mod receptance;
 pub mod record;

@@ -4,6 +4,7 @@ use super::super::Table;
 use crate::model::{travelling, ModalPair, ReducedModel};
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
+use crate::stability::sensitivity::{Derivative, Parameter, Sensitivities};
 use crate::stability::{Equilibrium, Spectrum};
 use num_complex::Complex;
 
@@ -172,5 +173,35 @@ pub fn equilibrium(s: &Equilibrium, varying: bool) -> Vec<Table> {
             format!("Coefficient of friction at the contact nodes in steady {moves}; at open nodes that at rest.");
         tables.push(Table::list("/stability/friction", "1", &text, s.friction.clone()));
     }
+    tables
+}
+
+/// The group `/stability/sensitivity`, of bodies with `modes` modes together.
+pub fn derivatives(all: &Sensitivities, modes: usize) -> Vec<Table> {
+    let of = |d: &Derivative| {
+        let (name, units) = match d.parameter {
+            Parameter::Friction => ("friction", "1/s"),
+            Parameter::NormalLoad => ("normal_load", "1/(N s)"),
+            Parameter::Approach => ("approach", "1/(m s)"),
+            Parameter::Speed => ("speed", "1/m"),
+            Parameter::Longitudinal => ("longitudinal", "1/s"),
+            Parameter::Lateral => ("lateral", "1/s"),
+            Parameter::Spin => ("spin", "m/s"),
+            Parameter::LowerPosition => ("lower_position", "1/(m s)"),
+            Parameter::UpperPosition => ("upper_position", "1/(m s)"),
+        };
+        let relative = if d.parameter == Parameter::Friction { ", over what it is" } else { "" };
+        let text =
+            format!("Derivative of each eigenvalue of the reduced model by the {}{relative}.", d.parameter.name());
+        Table::list(&format!("/stability/sensitivity/{name}"), units, &text, d.by.clone())
+    };
+    let mut tables: Vec<Table> = all.parameters.iter().map(of).collect();
+    tables.push(Table::new(
+        "/stability/sensitivity/damping",
+        "1/s",
+        "Derivative of each eigenvalue of the reduced model by the damping ratio of each free-interface mode.",
+        &[all.damping.len(), modes],
+        all.damping.concat(),
+    ));
     tables
 }

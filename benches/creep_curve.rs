@@ -1,0 +1,48 @@
+//! A creep curve of 50 points by continuation beside single solutions from nothing: unlike bodies, some 500 contact nodes, residual 1e-8.
+//!
+//! Half-space influence matrices (assembled outside the timing). Prints the time of the curve, the times of every tenth point from nothing, and their ratio.
+
+use std::time::Instant;
+
+use railsqueal::body::half_space::HalfSpace;
+use railsqueal::contact::{Continuation, Creepage, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::friction::FrictionLaw;
+use railsqueal::grid::Interface;
+use railsqueal::model::combined_compliance;
+
+fn main() {
+    let steel = HalfSpace { young: 205e9, poisson: 0.3 };
+    let soft = HalfSpace { young: 70e9, poisson: 0.2 };
+    let interface = Interface::paraboloid(31, 31, [9.4e-3, 9.4e-3], [2.0, 2.0]).unwrap();
+    let [a, b] = [steel, soft].map(|body| body.compliance(&interface.x, &interface.y).unwrap());
+    let w = combined_compliance(a.as_ref(), b.as_ref()).unwrap();
+    let at = |lateral: f64| Creepage { longitudinal: 0.0, lateral, spin: 0.1 };
+    let problem = SteadyProblem {
+        interface: &interface,
+        compliance: w.as_ref(),
+        friction: FrictionLaw::Constant(0.3),
+        speed: 10.0,
+        creepage: at(0.0),
+        load: NormalLoad::Force(70e3),
+        stencil: Stencil::default(),
+        tolerance: 1e-8,
+        max_iterations: 200,
+    };
+    let values: Vec<f64> = (1..=50).map(|i| 2e-4 * f64::from(i)).collect();
+    let mut singles = 0.0;
+    println!("   eta      wall_s  iterations products");
+    for eta in values.iter().skip(9).step_by(10) {
+        let start = Instant::now();
+        let found = SteadyProblem { creepage: at(*eta), ..problem.clone() }.solve().unwrap();
+        let time = start.elapsed().as_secs_f64();
+        singles += time;
+        println!("{eta:.4}    {time:8.4}  {:10} {:8}", found.iterations, found.products);
+    }
+    let start = Instant::now();
+    let mut curve = Continuation::new(problem.clone());
+    let found: Vec<_> = values.iter().map(|eta| curve.solve(at(*eta)).unwrap()).collect();
+    let time = start.elapsed().as_secs_f64();
+    let iterations: usize = found.iter().map(|s| s.iterations).sum();
+    let products: usize = found.iter().map(|s| s.products).sum();
+    println!("50 points {time:8.4}  {iterations:10} {products:8}, {:.1} times five from nothing", time / singles);
+}

@@ -1,0 +1,140 @@
+//! The analysis `creep_curve`: steady rolling over the values of one creepage, each from the solution before.
+
+use super::interface::{at_rest, creepage, steady_rolling};
+use super::memory;
+use super::reduction::Reduction;
+use super::report::Summary;
+use super::run::Run;
+use crate::contact::{Continuation, SteadyProblem, SteadySolution};
+use crate::grid::Interface;
+use crate::job::{self, CreepCurve};
+use crate::model::{ModalPair, ReducedModel};
+use crate::output::datasets::creep_curve::{tables, Point};
+use crate::stability::{grows, spectrum};
+use crate::{Error, Result};
+
+/// Collective: the creep curve, tables under `/creep_curve`. A point that fails has its exit code and message there, the others go on.
+pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, model: &Reduction) -> Result<()> {
+    let (world, job) = (run.world(), run.job);
+    run.progress.stage("creep curve");
+    let values = wanted.numbers().map_err(|fault| Error::Job(format!("analyses.creep_curve.values: {fault}")))?;
+    let progress = &mut *run.progress;
+    let points = world.on_root(|| {
+        let curve = Curve { wanted, contact, analyses: &job.analyses, model: model.root()? };
+        let mut continuation = Continuation::new(curve.problem());
+        let point = |(number, &value): (usize, &f64)| {
+            let point = curve.point(&mut continuation, value);
+            progress.step("creepages", number + 1, values.len());
+            point
+        };
+        values.iter().enumerate().map(point).collect::<Result<Vec<Point>>>()
+    })?;
+    if let Some(points) = points {
+        summarise(wanted, contact, &points, &mut run.summary);
+        run.file.tables(tables(wanted, &points, job.analyses.stability.is_some()));
+    }
+    Ok(())
+}
+
+/// What is computed, on rank 0.
+struct Curve<'a> {
+    wanted: &'a CreepCurve,
+    contact: &'a job::Contact,
+    analyses: &'a job::Analyses,
+    model: &'a ReducedModel,
+}
+
+impl<'a> Curve<'a> {
+    /// Steady rolling, as a state of rest where small motions are looked at about it.
+    fn problem(&self) -> SteadyProblem<'a> {
+        let (model, steady): ((&Interface, &ModalPair), _) =
+            ((&self.model.interface, &self.model.pair), self.analyses.steady.as_ref());
+        match self.analyses.stability {
+            Some(_) => at_rest(model, self.contact, steady),
+            None => steady_rolling(model, self.contact, steady),
+        }
+    }
+
+    /// One point; what concerns it alone is no error.
+    fn point(&self, continuation: &mut Continuation, value: f64) -> Result<Point> {
+        match self.solved(continuation, value) {
+            Err(e @ (Error::Defect(_) | Error::Io(_) | Error::Memory(_))) => Err(e),
+            Err(e) => Ok(Point::failed(value, &e)),
+            Ok(point) => Ok(point),
+        }
+    }
+
+    fn solved(&self, continuation: &mut Continuation, value: f64) -> Result<Point> {
+        let contact =
+            job::Contact { creepage: self.contact.creepage.with(self.wanted.key, value), ..self.contact.clone() };
+        let solution = continuation.solve(creepage(&contact))?;
+        let mut point = of_solution(value, &self.model.interface, &solution);
+        if let Some(stability) = &self.analyses.stability {
+            let (problem, pair) = (continuation.problem(), &self.model.pair);
+            memory::refuse_short(&contact.friction, |law| memory::rolling(problem, law, pair))?;
+            let found = spectrum(stability, pair, &problem.contact(&solution))?;
+            point.least_stable = found.eigenpairs.first().map(|e| (e.value, grows(e.value, e.backward_error)));
+        }
+        Ok(point)
+    }
+}
+
+/// What there is to say of a solution on the interface `s`.
+fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> Point {
+    let nodes = |status: u8| r.state.iter().zip(&s.weight).filter(move |(state, _)| **state == status).map(|(_, w)| *w);
+    let area = |status: u8| nodes(status).sum::<f64>();
+    let (stick, slip) = (area(1), area(2));
+    Point {
+        value,
+        status: 0,
+        message: String::new(),
+        force: r.force,
+        moment_z: r.moment_z,
+        approach: r.approach,
+        closed: nodes(1).count() + nodes(2).count(),
+        sticking: nodes(1).count(),
+        stick_share: if stick + slip > 0.0 { stick / (stick + slip) } else { 0.0 },
+        residual: r.residual,
+        iterations: r.iterations,
+        least_stable: None,
+    }
+}
+
+fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[Point], summary: &mut Summary) {
+    let good: Vec<&Point> = points.iter().filter(|p| p.status == 0).collect();
+    let failed = points.len() - good.len();
+    let iterations: usize = good.iter().map(|p| p.iterations).sum();
+    let (key, unit) = (wanted.key.name(), wanted.key.unit());
+    summary.line(format!(
+        "creep curve over the {key} creepage: {} points, {failed} failed, {iterations} iterations",
+        points.len()
+    ));
+    let friction = |p: &Point| p.force[0].hypot(p.force[1]);
+    let at = |p: &Point| match unit {
+        "1" => format!("{:.4} %", 100.0 * p.value),
+        _ => format!("{} {unit}", p.value),
+    };
+    if let Some(most) = good.iter().max_by(|a, b| friction(a).total_cmp(&friction(b))) {
+        let limit = -most.force[2] * contact.friction.coefficient(0.0);
+        let part = if limit > 0.0 { format!(", {:.4} of μN", friction(most) / limit) } else { String::new() };
+        summary.value("largest friction", format!("{:.6e} N{part}, at {}", friction(most), at(most)));
+    }
+    if good.iter().any(|p| p.least_stable.is_some()) {
+        let growing: Vec<&&Point> = good.iter().filter(|p| p.least_stable.is_some_and(|l| l.1)).collect();
+        let worst =
+            good.iter().filter_map(|p| p.least_stable.map(|l| (p, l.0))).max_by(|a, b| a.1.re.total_cmp(&b.1.re));
+        summary.value("unstable points", growing.len());
+        if let Some((p, l)) = worst {
+            let frequency = l.im / (2.0 * std::f64::consts::PI);
+            summary.value("largest growth rate", format!("{:+.4} 1/s at {frequency:.3} Hz, at {}", l.re, at(p)));
+        }
+    }
+    let Some(first) = points.iter().find(|p| p.status != 0) else { return };
+    summary.fail(Error::NotConverged(format!(
+        "{failed} of {} points of the creep curve failed, the others are in the results; /creep_curve/status and /creep_curve/message say which and why. \
+         The first is {key} = {}: {}",
+        points.len(),
+        first.value,
+        first.message
+    )));
+}
