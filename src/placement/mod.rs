@@ -53,6 +53,9 @@ use touch::{Close, Pair};
 /// Largest roll that a point of contact given directly may need, rad.
 const MAX_ROLL: f64 = 0.1;
 
+/// Half width of a contact over that of the overlap of the undeformed bodies: 1/√2 for round bodies, and a little more.
+const WIDTH_OF_OVERLAP: f64 = 0.75;
+
 /// Overlap elsewhere that a point of contact given directly may leave, m: the rounding of its positions.
 const MAX_OVERLAP: f64 = 1e-7;
 
@@ -395,6 +398,15 @@ impl Placed {
     pub fn centred_frame(&self, approach: f64) -> Result<Frame> {
         let (origin, angle) = self.pair.centre(&self.minima[0], approach)?;
         Ok(Frame { side: self.side, origin, angle })
+    }
+
+    /// Half extents along x and y of a contact in a frame, m, for [`grid_lines`]: those of the ellipse, or of the overlap of the undeformed bodies where that
+    /// is wider, as it is where curvatures change within the contact. A contact that reaches the border of its grid all the same needs a larger one.
+    pub fn extent(&self, frame: &Frame, ellipse: &Ellipse) -> Result<[f64; 2]> {
+        let [from, to] = self.pair.reach(&self.minima[0], ellipse.approach)?;
+        let wide = (to - frame.origin[1]).max(frame.origin[1] - from) / frame.angle.cos();
+        let [along, across] = ellipse.extent();
+        Ok([along, across.max(WIDTH_OF_OVERLAP * wide)])
     }
 
     /// The creepages in a frame.

@@ -45,7 +45,8 @@ fn the_example_of_the_page() {
         assert!((found - want).abs() <= 0.5001 * digit, "{found} {want}");
     }
     assert!(placed.others(ellipse.approach).unwrap().is_empty());
-    assert_eq!(grid_lines(ellipse.extent()).map(|line| line.len()), [33, 29]);
+    let extent = placed.extent(&frame, &ellipse).unwrap();
+    assert_eq!(grid_lines(extent).map(|line| line.len()), [29, 31]);
 }
 
 /// A cone z = slope · y, wide enough.
@@ -288,6 +289,18 @@ fn a_separate_second_contact_is_reported() {
         assert!(placed.others(bad).unwrap_err().to_string().contains("approach"));
         assert_eq!(placed.centred_frame(bad).unwrap_err().exit_code(), 2);
     }
+}
+
+/// The overlap of round bodies is √2 times as wide as their contact; that of a wheel that touches at two near places is much wider than either's ellipse.
+#[test]
+fn the_extent_of_a_grid() {
+    let upright = Placement { cant: 0.0, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };
+    let placed = upright.place(&cone(-0.02), &cylinder()).unwrap();
+    let ellipse = placed.ellipse(1.1e11, Press::Approach(30e-6)).unwrap();
+    let wide = (2.0 * 30e-6 * 0.2_f64).sqrt();
+    let found = placed.extent(&placed.frame(), &ellipse).unwrap();
+    assert!(found[0] == ellipse.extent()[0] && found[1] >= ellipse.extent()[1]);
+    assert!((found[1] - ellipse.extent()[1].max(0.75 * wide)).abs() < 2e-5, "{found:?} {wide}");
 }
 
 #[test]

@@ -198,6 +198,14 @@ impl Pair {
         Ok(([x / weight, y, self.rail.at(y).z], angle / weight))
     }
 
+    /// First and last y of the track (m) where the undeformed bodies overlap at an `approach` (m) along the normal.
+    pub fn reach(&self, first: &Close, approach: f64) -> Result<[f64; 2]> {
+        refuse_approach(approach)?;
+        let overlap = self.overlap(first, approach / first.rail_slope.atan().cos());
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        Ok(overlap.iter().map(|(c, _)| c.lowest.point[1]).fold(none, |r, y| [r[0].min(y), r[1].max(y)]))
+    }
+
     /// The other minima that are closed, too, once the bodies have approached each other by `approach` (m) at the first: the place, its gap
     /// along its own normal at first touch (m), and whether open places lie between it and the first.
     pub fn others(&self, minima: &[Close], approach: f64) -> Result<Vec<(Close, f64, bool)>> {
