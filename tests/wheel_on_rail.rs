@@ -63,8 +63,9 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     (solution, interface.x[1] - interface.x[0])
 }
 
-/// Approach and pressures at the same normal force, and forces. CONTACT's have the error of its operator of first order on its grid of 0.2 mm, up to 0.8 % where a
-/// part sticks and nothing where all slips: they are compared with what the operators of first and of second order give, taken to that grid.
+/// Approach and pressures at the same normal force, and forces. CONTACT's have the error of its operator of first order on its grid of 0.2 mm,
+/// up to 0.8 % where a part sticks and nothing where all slips: they are compared with what the operators of first and of second order give,
+/// taken to that grid.
 #[test]
 fn forces_are_those_of_contact() {
     for (side, row) in rows() {

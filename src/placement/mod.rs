@@ -24,12 +24,13 @@
 //!   Of CONTACT's ξ, η, φ and forces (Fx, Fs) on the rail those of the program are −ξ, η, −φ and (−Fx, Fs).
 //! - A right-hand wheel has its field side at +y, its flange at −y; a left-hand wheel has its flange at +y.
 //! - The wheel's body in lower form is its image z → −z, its rim below the plane. Its axle is (axle_x, axle_y, −axle_z) of [`Placed::axle`], which is
-//!   (ψ about, cos χ, −sin χ) with χ = δ − roll; the angular velocity ω > 0 about it carries the material at the contact towards +x.
+//!   (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin χ, −r cos χ) with the rolling radius r; the angular velocity ω > 0
+//!   about it carries the material at the contact towards +x.
 //! - Of a wheel's section with r outwards and Y to the field side, both measured from the point of contact, the point (r, Y) is at the lower-form
 //!   (y, z) = (s Y cos χ + r sin χ, r cos χ − s Y sin χ), s = +1 on the right and −1 on the left.
 //! - The rail's body keeps its shape, turned by δ: what is upright in the track, (0, 0, −1), is (0, −sin δ, cos δ).
-//! - Left and right are mirror images: the same wheel and rail on the other side, with shift, yaw and roll reversed, have the same ξ, η, φ and δ
-//!   reversed, and y of the gap reversed.
+//! - Left and right are mirror images: the same wheel and rail on the other side, with shift, yaw and roll reversed, have the same ξ; η, φ, δ and the
+//!   y of the gap are reversed.
 
 pub mod builtin;
 mod formats;
@@ -400,8 +401,9 @@ impl Placed {
         Ok(Frame { side: self.side, origin, angle })
     }
 
-    /// Half extents along x and y of a contact in a frame, m, for [`grid_lines`]: those of the ellipse, or of the overlap of the undeformed bodies where that
-    /// is wider, as it is where curvatures change within the contact. A contact that reaches the border of its grid all the same needs a larger one.
+    /// Half extents along x and y of a contact in a frame, m, for [`grid_lines`]: those of the ellipse, or of the overlap of the undeformed
+    /// bodies where that is wider, as it is where curvatures change within the contact. A contact that reaches the border of its grid all the
+    /// same needs a larger one.
     pub fn extent(&self, frame: &Frame, ellipse: &Ellipse) -> Result<[f64; 2]> {
         let [from, to] = self.pair.reach(&self.minima[0], ellipse.approach)?;
         let wide = (to - frame.origin[1]).max(frame.origin[1] - from) / frame.angle.cos();
@@ -417,6 +419,20 @@ impl Placed {
     /// The gap at first touch on the lines of a grid in a frame, m.
     pub fn gap(&self, frame: &Frame, x: &[f64], y: &[f64]) -> Result<Gap> {
         gap::gap(&self.pair, frame, x, y)
+    }
+
+    /// The rail's line in the track frame, (y, z) in m, places no further apart than `step` (m): to be drawn.
+    pub fn rail_line(&self, step: f64) -> Vec<[f64; 2]> {
+        let rail = &self.pair.rail;
+        rail.nodes(step).into_iter().map(|y| [self.side.sign() * y, rail.at(y).z]).collect()
+    }
+
+    /// The wheel's outline at first touch, seen along the track, (y, z) of the track frame in m, places of the profile no further apart than
+    /// `step` (m).
+    pub fn wheel_line(&self, step: f64) -> Vec<[f64; 2]> {
+        let wheel = &self.pair.wheel;
+        let points = wheel.profile.nodes(step).into_iter().filter_map(|y| wheel.lowest(y));
+        points.map(|l| [self.side.sign() * l.point[1], l.point[2]]).collect()
     }
 
     /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel is described, its z is

@@ -258,6 +258,22 @@ fn a_point_given_directly_is_the_one_that_follows_from_its_shift() {
     refuse(-0.0245, -0.022, "overlap");
 }
 
+/// The lines to be drawn touch at the point of contact and nowhere cross.
+#[test]
+fn drawn_lines_touch() {
+    for side in [TrackSide::Left, TrackSide::Right] {
+        let placed = standard(side, 3e-3, 0.01, 0.0);
+        let (rail, wheel) = (placed.rail_line(1e-5), placed.wheel_line(1e-5));
+        let nearest = wheel.iter().filter_map(|w| {
+            let r = rail.iter().min_by(|a, b| (a[0] - w[0]).abs().total_cmp(&(b[0] - w[0]).abs()))?;
+            // On the steep sides the nearest of the rail's points is beside.
+            ((r[0] - w[0]).abs() < 1e-5 && (r[1] < 0.01)).then_some((r[1] - w[1], w[0]))
+        });
+        let (distance, y) = nearest.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        assert!(distance.abs() < 2e-6 && (y - placed.touch().point[1]).abs() < 3e-3, "{side:?}: {distance} {y}");
+    }
+}
+
 /// Two bumps on one wheel: the second is reported where it is within the approach, and is separate.
 #[test]
 fn a_separate_second_contact_is_reported() {
@@ -291,7 +307,8 @@ fn a_separate_second_contact_is_reported() {
     }
 }
 
-/// The overlap of round bodies is √2 times as wide as their contact; that of a wheel that touches at two near places is much wider than either's ellipse.
+/// The overlap of round bodies is √2 times as wide as their contact; that of a wheel that touches at two near places is much wider than either's
+/// ellipse.
 #[test]
 fn the_extent_of_a_grid() {
     let upright = Placement { cant: 0.0, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };
