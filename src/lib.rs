@@ -24,6 +24,7 @@ pub mod output;
 pub mod parallel;
 #[allow(unsafe_code)] // The one place where the C libraries are called.
 pub mod petsc;
+pub mod placement;
 pub mod plan;
 pub mod progress;
 pub mod sound;

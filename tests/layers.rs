@@ -18,6 +18,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("job", &["input", "friction"]),
     ("mesh", &["input", "parallel"]),
     ("grid", &["mesh"]),
+    ("placement", &["input"]),
     ("petsc", &["parallel"]),
     ("eigen", &["dense", "parallel", "petsc"]),
     ("fem", &["parallel", "mesh", "petsc"]),

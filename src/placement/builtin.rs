@@ -1,0 +1,123 @@
+//! Built-in profiles: the wheel S1002 and the rail 60E1.
+
+use super::profile::{Piece, Profile};
+use crate::Result;
+
+/// The wheel profile S1002 of EN 13715 (UIC 510-2), from the flange to the field side. The coefficients are those of the standard, for lengths
+/// in mm, y from the running circle and positive to the field side, z down; the standard ends the flange at y = −70 mm, where the line is
+/// vertical: it is cut 0.25 mm before.
+pub fn s1002() -> Result<Profile> {
+    // Section H, G, F, D are arcs of circles: centre and radius, positive below the centre; E, C, B, A polynomials.
+    let arc = |y: f64, z: f64, radius: f64| Piece::Arc { centre: [1e-3 * y, 1e-3 * z], radius: 1e-3 * radius };
+    let polynomial = |c: &[f64]| {
+        let coefficients = c.iter().enumerate().map(|(k, c)| c * 1e-3 * 1e3_f64.powi(k as i32)).collect();
+        Piece::Polynomial { at: 0.0, coefficients }
+    };
+    let breaks = [-69.75, -62.764705882, -49.662510381, -39.764473993, -38.426669071, -35.0, -26.0, 32.15796, 60.0];
+    let pieces = vec![
+        arc(-49.5, 9.519259302, 20.5),
+        arc(-55.0, 16.0, 12.0),
+        arc(-58.558326413, 8.834924130, 20.0),
+        polynomial(&[-93.576667419, -2.747477419]),
+        arc(-26.210665, 16.446, -13.0),
+        polynomial(&[
+            -4.320221063e+03,
+            -1.038384026e+03,
+            -1.065501873e+02,
+            -6.051367875,
+            -2.054332446e-01,
+            -4.169739389e-03,
+            -4.687195829e-05,
+            -2.252755540e-07,
+        ]),
+        polynomial(&[
+            0.0,
+            -3.358537058e-02,
+            1.565681624e-03,
+            -2.810427944e-05,
+            5.844240864e-08,
+            -1.562379023e-08,
+            5.309217349e-15,
+            -5.957839843e-12,
+            2.646656573e-13,
+        ]),
+        polynomial(&[1.364323640, -0.066666667]),
+    ];
+    Profile::new("S1002", breaks.map(|b| 1e-3 * b).to_vec(), pieces)
+}
+
+/// The head of the rail 60E1 of EN 13674-1, upright: arcs of 300, 80 and 13 mm that meet tangentially 20.456 mm and 52.053 mm apart, sides of
+/// 1:20 (72 mm apart where they begin, 14.3 mm down); origin on the crown. [`Profile::turned`] cants it.
+pub fn rail_60e1() -> Result<Profile> {
+    rail_head("60E1", [300e-3, 80e-3, 13e-3], [20.456e-3, 52.053e-3], 20.0)
+}
+
+/// A symmetric rail head of three arcs that meet tangentially: radii from the crown outwards, m; the widths at which they meet, m; and straight
+/// sides that fall by `side` for each unit of width, down to 30 mm below the crown.
+pub fn rail_head(name: &str, radii: [f64; 3], widths: [f64; 2], side: f64) -> Result<Profile> {
+    let mut centre = [0.0, radii[0]];
+    let mut half = Vec::new();
+    for (k, angle) in [0, 1].map(|k| (k, 0.5 * widths[k])) {
+        half.push((centre, radii[k]));
+        let angle = ((angle - centre[0]) / radii[k]).asin();
+        let inwards = radii[k] - radii[k + 1];
+        centre = [centre[0] + inwards * angle.sin(), centre[1] - inwards * angle.cos()];
+    }
+    half.push((centre, radii[2]));
+    let steep = side.atan();
+    let end = [centre[0] + radii[2] * steep.sin(), centre[1] - radii[2] * steep.cos()];
+    let foot = [end[0] + (30e-3 - end[1]) / side, 30e-3];
+    let outer = [0.5 * widths[0], 0.5 * widths[1], end[0], foot[0]];
+    let breaks = outer.iter().rev().map(|y| -y).chain(outer).collect();
+    let arc = |sign: f64| move |&(c, r): &([f64; 2], f64)| Piece::Arc { centre: [sign * c[0], c[1]], radius: -r };
+    let mirror = |p: [f64; 2]| [-p[0], p[1]];
+    let mut pieces = vec![Piece::line(mirror(foot), mirror(end))];
+    pieces.extend(half[1..].iter().rev().map(arc(-1.0)));
+    pieces.extend(half.iter().map(arc(1.0)));
+    pieces.push(Piece::line(end, foot));
+    Profile::new(name, breaks, pieces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Largest jumps of height and slope at the breaks.
+    fn jumps(profile: &Profile) -> [f64; 2] {
+        let breaks = profile.breaks();
+        breaks[1..breaks.len() - 1].iter().fold([0.0_f64; 2], |worst, &y| {
+            let (a, b) = (profile.at(y - 1e-12), profile.at(y + 1e-12));
+            [worst[0].max((a.z - b.z).abs()), worst[1].max((a.slope.atan() - b.slope.atan()).abs())]
+        })
+    }
+
+    #[test]
+    fn the_sections_of_s1002_meet() {
+        let profile = s1002().unwrap();
+        // The standard's own digits: 0.12 µm between C and D, 0.3 mrad.
+        let [z, slope] = jumps(&profile);
+        assert!(z < 0.13e-6 && slope < 3e-4, "{z} {slope}");
+        assert!(profile.at(0.0).z.abs() < 1e-18);
+        // Flange 28 mm high, 70 degrees, cone of 1:15 on the field side.
+        assert!((profile.at(-0.055).z - 28e-3).abs() < 1e-9);
+        assert!((profile.at(-0.039).slope.atan().to_degrees() + 70.0).abs() < 1e-3);
+        assert!((profile.at(0.05).slope + 1.0 / 15.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn the_head_of_60e1_has_the_measures_of_its_drawing() {
+        let rail = rail_60e1().unwrap();
+        let [z, slope] = jumps(&rail);
+        // The places left and right of a break are 2e-12 m apart, where the side turns by 1.5 rad/mm and falls by 20.
+        assert!(z < 1e-10 && slope < 1e-8, "{z} {slope}");
+        // 72 mm wide 14.3 mm down: both follow from the tangency of the arcs and confirm the widths at which they meet.
+        let side = rail.breaks()[rail.breaks().len() - 2];
+        assert!((side - 36e-3).abs() < 1e-6 && (rail.at(side).z - 14.3e-3).abs() < 1e-6, "{side} {}", rail.at(side).z);
+        for (y, radius) in [(3e-3, 0.3), (-18e-3, 0.08), (33e-3, 0.013)] {
+            assert!((rail.at(y).curvature() * radius - 1.0).abs() < 1e-12);
+        }
+        for y in [2e-3, 15e-3, 30e-3, 36.3e-3] {
+            assert!((rail.at(y).z - rail.at(-y).z).abs() < 1e-16);
+        }
+    }
+}

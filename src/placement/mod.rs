@@ -1,0 +1,446 @@
+//! A wheel on a rail: profiles, where they touch, and what contact mechanics needs to know of it. Geometry alone: no bodies, no loads but Hertz'.
+//!
+//! From a wheel's and a rail's [`Profile`] and a [`Placement`] follows a [`Placed`] wheel at first touch. It gives the point of contact
+//! ([`Touch`]) and others that are near, the curvatures and Hertz' [`Ellipse`], the tilted [`Frame`], the [`Creepages`] and the undeformed
+//! [`Gap`] on a grid.
+//!
+//! # Profiles
+//! y is positive to the field side (away from the middle of the track) of wheel and rail, z points down, y = 0 of a wheel is its running circle.
+//! So a right-hand wheel's profile is drawn as one sees it along the track, looking forwards: the flange hangs down on the left (y < 0).
+//!
+//! # Track frame
+//! x forwards, y to the right, z down, origin in the middle of the track at the height of the rails' tops and at the axle. In it are given: the
+//! wheelset's shift (positive to the right), its yaw (about z: positive turns it to the right, the right-hand wheel falls back), its roll (about
+//! x after the yaw: positive lowers the right-hand wheel), the point of contact and the contact angle δ, positive where the rail falls to the
+//! right. A contact on the inner side of a head has δ < 0 on the right and δ > 0 on the left. It is the frame of the Manchester benchmark and of
+//! CONTACT.
+//!
+//! # The program's frame
+//! The track frame turned by half a turn about y, then tilted by δ: **x backwards** along the track (the contact rolls towards −x), **y to the
+//! right** along the rail's tangent, **z up**, the rail's outward normal. In components of the track frame x = (−1, 0, 0), y = (0, cos δ, sin δ),
+//! z = (0, sin δ, −cos δ). It is a right-handed frame on either side; nothing is mirrored. The rail is body 1, the wheel body 2.
+//!
+//! - Creepages are (v_rail − v_wheel)/V: a driving wheel has ξ < 0, one yawed to the right η = +ψ/cos δ about, spin φ = ω sin(δ − roll)/V about.
+//!   Of CONTACT's ξ, η, φ and forces (Fx, Fs) on the rail those of the program are −ξ, η, −φ and (−Fx, Fs).
+//! - A right-hand wheel has its field side at +y, its flange at −y; a left-hand wheel has its flange at +y.
+//! - The wheel's body in lower form is its image z → −z, its rim below the plane. Its axle is (axle_x, axle_y, −axle_z) of [`Placed::axle`], which is
+//!   (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin χ, −r cos χ) with the rolling radius r; the angular velocity ω > 0
+//!   about it carries the material at the contact towards +x.
+//! - Of a wheel's section with r outwards and Y to the field side, both measured from the point of contact, the point (r, Y) is at the lower-form
+//!   (y, z) = (s Y cos χ + r sin χ, r cos χ − s Y sin χ), s = +1 on the right and −1 on the left.
+//! - The rail's body keeps its shape, turned by δ: what is upright in the track, (0, 0, −1), is (0, −sin δ, cos δ).
+//! - Left and right are mirror images: the same wheel and rail on the other side, with shift, yaw and roll reversed, have the same ξ; η, φ, δ and the
+//!   y of the gap are reversed.
+
+pub mod builtin;
+mod formats;
+pub mod frame;
+pub mod gap;
+pub mod hertz;
+mod pose;
+pub mod profile;
+pub mod read;
+pub mod spline;
+mod touch;
+
+use crate::{Error, Result};
+pub use frame::{Creepages, Frame, Motion};
+pub use gap::{grid_lines, Gap};
+pub use hertz::{Ellipse, Press};
+use pose::Wheel;
+pub use profile::Profile;
+use touch::{Close, Pair};
+
+/// Largest roll that a point of contact given directly may need, rad.
+const MAX_ROLL: f64 = 0.1;
+
+/// Half width of a contact over that of the overlap of the undeformed bodies: 1/√2 for round bodies, and a little more.
+const WIDTH_OF_OVERLAP: f64 = 0.75;
+
+/// Overlap elsewhere that a point of contact given directly may leave, m: the rounding of its positions.
+const MAX_OVERLAP: f64 = 1e-7;
+
+/// The side of the track, seen in the direction of travel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrackSide {
+    /// The left-hand wheel and rail.
+    Left,
+    /// The right-hand wheel and rail.
+    Right,
+}
+
+impl TrackSide {
+    /// +1 for the right-hand side, −1 for the left-hand one.
+    pub fn sign(self) -> f64 {
+        match self {
+            TrackSide::Left => -1.0,
+            TrackSide::Right => 1.0,
+        }
+    }
+}
+
+/// Where the wheel is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Position {
+    /// The wheelset's shift to the right (m), its yaw (rad, positive to the right) and its roll (rad, positive lowers the right-hand wheel).
+    Shift {
+        /// m.
+        lateral: f64,
+        /// rad.
+        yaw: f64,
+        /// rad.
+        roll: f64,
+    },
+    /// The point of contact on both profiles. The wheel is shifted and rolled until it touches there.
+    Contact {
+        /// y of the wheel's profile, m.
+        wheel: f64,
+        /// y of the rail's profile after its cant, m.
+        rail: f64,
+        /// Yaw, rad.
+        yaw: f64,
+    },
+}
+
+/// A wheel and a rail to be placed, m and rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Side of the track.
+    pub side: TrackSide,
+    /// Gauge: distance of the rails' inner sides.
+    pub gauge: f64,
+    /// Depth below the rails' tops down to which the gauge is taken; 14 mm in Europe.
+    pub gauge_depth: f64,
+    /// Inclination of the rail towards the middle of the track, added to what its profile has: atan(1/40) of an upright profile.
+    pub cant: f64,
+    /// Radius of the running circle, y = 0 of the wheel's profile.
+    pub radius: f64,
+    /// Distance of the two running circles.
+    pub circles: f64,
+    /// Where the wheel is.
+    pub position: Position,
+}
+
+/// A point of contact, in the track frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// Position on the wheel's profile, m: positive to the field side of the running circle.
+    pub wheel: f64,
+    /// Position on the rail's profile after its cant, m: positive to the field side of its origin.
+    pub rail: f64,
+    /// The point in the track frame (x forwards, y to the right, z down), m.
+    pub point: [f64; 3],
+    /// Contact angle δ, rad: positive where the rail falls to the right.
+    pub angle: f64,
+    /// Rolling radius, m.
+    pub radius: f64,
+    /// Gap along the normal at first touch, m: zero for the first point.
+    pub gap: f64,
+    /// Whether open places lie between this contact and the first one.
+    pub separate: bool,
+}
+
+/// Curvatures at a point of contact, 1/m, positive for a body that is round outwards.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Curvatures {
+    /// Of the wheel around its axle.
+    pub wheel_rolling: f64,
+    /// Of the wheel across.
+    pub wheel_across: f64,
+    /// Of the rail along the track: none.
+    pub rail_rolling: f64,
+    /// Of the rail across.
+    pub rail_across: f64,
+    /// Second derivatives of the gap in x and y of the program's frame, with the angle between the wheel's and the rail's directions.
+    pub relative: [[f64; 2]; 2],
+}
+
+/// A wheel at first touch on its rail.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    side: TrackSide,
+    pair: Pair,
+    minima: Vec<Close>,
+    /// From y of the rail's profile to y of the track, m.
+    rail_shift: f64,
+}
+
+impl Placement {
+    /// Puts the wheel on the rail: both profiles with y to the field side and z down.
+    ///
+    /// # Errors
+    /// Values that are no track; profiles that do not meet, or touch at an end, at a corner or away from the tread; a point of contact given
+    /// directly that needs too much roll or makes the bodies overlap elsewhere.
+    pub fn place(&self, wheel: &Profile, rail: &Profile) -> Result<Placed> {
+        self.check()?;
+        let (rail, rail_shift) = self.rail_in_track(rail)?;
+        let sign = self.side.sign();
+        let mut pair = Pair {
+            wheel: Wheel {
+                profile: wheel.clone(),
+                radius: self.radius,
+                offset: 0.5 * self.circles,
+                lateral: 0.0,
+                yaw: 0.0,
+                roll: 0.0,
+                height: 0.0,
+            },
+            rail,
+        };
+        match self.position {
+            Position::Shift { lateral, yaw, roll } => {
+                (pair.wheel.lateral, pair.wheel.yaw, pair.wheel.roll) = (sign * lateral, sign * yaw, sign * roll);
+            }
+            Position::Contact { wheel, rail, yaw } => {
+                pair.wheel.yaw = sign * yaw;
+                bring_together(&mut pair, wheel, rail, rail_shift)?;
+            }
+        }
+        let minima = pair.minima()?;
+        let Some(&first) = minima.first() else { return Err(Error::Defect("placement: no point of contact".into())) };
+        if let Position::Contact { wheel, .. } = self.position {
+            refuse_overlap(&pair, wheel, &first)?;
+        }
+        pair.refuse_unreasonable(&first)?;
+        pair.wheel.height = first.distance;
+        let rest = minima.iter().map(|c| Close {
+            distance: c.distance - first.distance,
+            lowest: pose::Lowest { point: pose::along(c.lowest.point, first.distance, [0.0, 0.0, 1.0]), ..c.lowest },
+            ..*c
+        });
+        let minima = rest.collect();
+        Ok(Placed { side: self.side, pair, minima, rail_shift })
+    }
+
+    fn check(&self) -> Result<()> {
+        let (lateral, yaw, roll) = match self.position {
+            Position::Shift { lateral, yaw, roll } => (lateral, yaw, roll),
+            Position::Contact { yaw, .. } => (0.0, yaw, 0.0),
+        };
+        for (what, value, from, to, unit) in [
+            ("gauge", self.gauge, 0.3, 3.0, "m"),
+            ("depth of the gauge", self.gauge_depth, 1e-3, 50e-3, "m"),
+            ("cant of the rail", self.cant, -0.2, 0.2, "rad"),
+            ("radius of the wheel", self.radius, 0.05, 2.0, "m"),
+            ("distance of the running circles", self.circles, 0.3, 3.2, "m"),
+            ("lateral shift", lateral, -0.2, 0.2, "m"),
+            ("yaw", yaw, -0.3, 0.3, "rad"),
+            ("roll", roll, -0.3, 0.3, "rad"),
+        ] {
+            if !(from..=to).contains(&value) {
+                return Err(Error::Job(format!(
+                    "placement: found a {what} of {value} {unit}, expected one from {from} to {to} {unit}; lengths are in m, angles in rad"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// The rail in the track frame, right-hand form, and by how much it was moved in y, m.
+    fn rail_in_track(&self, rail: &Profile) -> Result<(Profile, f64)> {
+        let turned = match self.cant {
+            0.0 => rail.clone(),
+            cant => rail.turned(cant)?,
+        };
+        let top = turned.top();
+        let crown = turned.at(top).z;
+        let (mut low, mut high) = (turned.range()[0], top);
+        let deep = turned.at(low).z - crown;
+        if deep < self.gauge_depth {
+            return Err(Error::Job(format!(
+                "placement: the profile of the rail ({}) goes down to {:.2} mm below its top on the side of the gauge, which is taken down to \
+                 {:.2} mm; give a profile that goes on, or the depth at which the gauge was measured",
+                rail.name(),
+                1e3 * deep,
+                1e3 * self.gauge_depth
+            )));
+        }
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if turned.at(middle).z - crown > self.gauge_depth {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let shift = 0.5 * self.gauge - 0.5 * (low + high);
+        Ok((turned.moved(shift, -crown), shift))
+    }
+}
+
+/// Rolls and shifts the wheel until its profile at `wheel` touches the rail at `rail`, both m.
+fn bring_together(pair: &mut Pair, wheel: f64, rail: f64, rail_shift: f64) -> Result<()> {
+    let there = rail + rail_shift;
+    for (what, profile, y, inside) in [
+        ("wheel", &pair.wheel.profile, wheel, pair.wheel.profile.contains(wheel)),
+        ("rail", &pair.rail, rail, pair.rail.contains(there)),
+    ] {
+        if !inside {
+            let shift = if what == "rail" { rail_shift } else { 0.0 };
+            let [from, to] = profile.range().map(|v| 1e3 * (v - shift));
+            return Err(Error::Job(format!(
+                "placement: found the point of contact at y = {:.2} mm of the {what}, expected one inside its profile ({}), from {from:.2} to \
+                 {to:.2} mm",
+                1e3 * y,
+                profile.name()
+            )));
+        }
+    }
+    let wanted = pair.rail.at(there).slope.atan();
+    let no_line = || Error::Job("placement: the wheel is yawed so much that it has no lowest point there".into());
+    for _ in 0..50 {
+        let turn = wanted - pair.wheel.lowest(wheel).ok_or_else(no_line)?.slope.atan();
+        pair.wheel.roll += turn;
+        if pair.wheel.roll.abs() > MAX_ROLL {
+            return Err(Error::Job(format!(
+                "placement: at the given point of contact wheel and rail have slopes that differ by {:.3} rad, expected at most {MAX_ROLL}: the \
+                 wheel would have to roll by as much to touch there; give points where the two lines are nearly parallel",
+                pair.wheel.roll
+            )));
+        }
+        if turn.abs() < 1e-15 {
+            break;
+        }
+    }
+    pair.wheel.lateral += there - pair.wheel.lowest(wheel).ok_or_else(no_line)?.point[1];
+    Ok(())
+}
+
+/// An error if the wheel, placed by its point of contact, is closest to the rail elsewhere.
+fn refuse_overlap(pair: &Pair, wheel: f64, first: &Close) -> Result<()> {
+    let given = pair.close(wheel).map_or(f64::INFINITY, |c| c.distance);
+    if given - first.distance <= MAX_OVERLAP {
+        return Ok(());
+    }
+    Err(Error::Job(format!(
+        "placement: with the given point of contact wheel and rail would overlap by {:.4} mm at y = {:.2} mm of the wheel's profile; give \
+         another point, or the lateral shift, from which the point of contact follows",
+        1e3 * (given - first.distance),
+        1e3 * first.lowest.wheel_y
+    )))
+}
+
+impl Placed {
+    /// The point of contact.
+    pub fn touch(&self) -> Touch {
+        self.report(&self.minima[0], 0.0, false)
+    }
+
+    /// Other points that would be in contact as well once the bodies have approached each other by `approach`, m. The program computes one
+    /// contact: a separate one means that the real wheel has two.
+    pub fn others(&self, approach: f64) -> Result<Vec<Touch>> {
+        let found = self.pair.others(&self.minima, approach)?;
+        Ok(found.iter().map(|(c, gap, separate)| self.report(c, *gap, *separate)).collect())
+    }
+
+    fn report(&self, c: &Close, gap: f64, separate: bool) -> Touch {
+        let sign = self.side.sign();
+        let [x, y, z] = c.lowest.point;
+        Touch {
+            wheel: c.lowest.wheel_y,
+            rail: y - self.rail_shift,
+            point: [x, sign * y, z],
+            angle: sign * c.rail_slope.atan(),
+            radius: self.pair.wheel.radius_at(c.lowest.wheel_y),
+            gap,
+            separate,
+        }
+    }
+
+    /// Lateral shift (m), roll (rad) and height of the axle (m, down, zero one radius above the rails' tops) of the wheelset at first touch.
+    pub fn wheelset(&self) -> [f64; 3] {
+        let w = &self.pair.wheel;
+        [self.side.sign() * w.lateral, self.side.sign() * w.roll, w.height]
+    }
+
+    /// The curvatures at the point of contact.
+    pub fn curvatures(&self) -> Curvatures {
+        let (h, [wheel_rolling, wheel_across, rail_across]) = self.pair.curvatures(&self.minima[0]);
+        let mixed = -self.side.sign() * h[0][1];
+        let relative = [[h[0][0], mixed], [mixed, h[1][1]]];
+        Curvatures { wheel_rolling, wheel_across, rail_rolling: 0.0, rail_across, relative }
+    }
+
+    /// Hertz' ellipse at the point of contact, for a contact modulus E*, Pa.
+    ///
+    /// # Errors
+    /// As [`Ellipse::new`]; an ellipse that reaches the end of a profile.
+    pub fn ellipse(&self, modulus: f64, press: Press) -> Result<Ellipse> {
+        let ellipse = Ellipse::new(self.curvatures().relative, modulus, press)?;
+        let touch = self.touch();
+        let half = ellipse.extent()[1];
+        for (what, profile, y) in [
+            ("wheel", &self.pair.wheel.profile, touch.wheel),
+            ("rail", &self.pair.rail, self.side.sign() * touch.point[1]),
+        ] {
+            if !profile.contains(y - half) || !profile.contains(y + half) {
+                let [from, to] = profile.range().map(|end| 1e3 * (end - y).abs());
+                return Err(Error::Job(format!(
+                    "placement: the contact, {:.2} mm wide, reaches the end of the profile of the {what} ({}): found {:.2} mm from the point of \
+                     contact to it; move the wheel, or give a profile that goes on",
+                    2e3 * half,
+                    profile.name(),
+                    from.min(to)
+                )));
+            }
+        }
+        Ok(ellipse)
+    }
+
+    /// The frame at the point of contact.
+    pub fn frame(&self) -> Frame {
+        let first = &self.minima[0];
+        let [x, y, _] = first.lowest.point;
+        Frame { side: self.side, origin: [x, y, self.pair.rail.at(y).z], angle: first.rail_slope.atan() }
+    }
+
+    /// The frame in the middle of the overlap of the undeformed bodies at an `approach`, m, with the mean angle there: nearer to the centre of
+    /// the pressure where curvatures change within the contact.
+    pub fn centred_frame(&self, approach: f64) -> Result<Frame> {
+        let (origin, angle) = self.pair.centre(&self.minima[0], approach)?;
+        Ok(Frame { side: self.side, origin, angle })
+    }
+
+    /// Half extents along x and y of a contact in a frame, m, for [`grid_lines`]: those of the ellipse, or of the overlap of the undeformed
+    /// bodies where that is wider, as it is where curvatures change within the contact. A contact that reaches the border of its grid all the
+    /// same needs a larger one.
+    pub fn extent(&self, frame: &Frame, ellipse: &Ellipse) -> Result<[f64; 2]> {
+        let [from, to] = self.pair.reach(&self.minima[0], ellipse.approach)?;
+        let wide = (to - frame.origin[1]).max(frame.origin[1] - from) / frame.angle.cos();
+        let [along, across] = ellipse.extent();
+        Ok([along, across.max(WIDTH_OF_OVERLAP * wide)])
+    }
+
+    /// The creepages in a frame.
+    pub fn creepages(&self, frame: &Frame, motion: &Motion) -> Result<Creepages> {
+        frame::creepages(&self.pair.wheel, frame, motion)
+    }
+
+    /// The gap at first touch on the lines of a grid in a frame, m.
+    pub fn gap(&self, frame: &Frame, x: &[f64], y: &[f64]) -> Result<Gap> {
+        gap::gap(&self.pair, frame, x, y)
+    }
+
+    /// The rail's line in the track frame, (y, z) in m, places no further apart than `step` (m): to be drawn.
+    pub fn rail_line(&self, step: f64) -> Vec<[f64; 2]> {
+        let rail = &self.pair.rail;
+        rail.nodes(step).into_iter().map(|y| [self.side.sign() * y, rail.at(y).z]).collect()
+    }
+
+    /// The wheel's outline at first touch, seen along the track, (y, z) of the track frame in m, places of the profile no further apart than
+    /// `step` (m).
+    pub fn wheel_line(&self, step: f64) -> Vec<[f64; 2]> {
+        let wheel = &self.pair.wheel;
+        let points = wheel.profile.nodes(step).into_iter().filter_map(|y| wheel.lowest(y));
+        points.map(|l| [self.side.sign() * l.point[1], l.point[2]]).collect()
+    }
+
+    /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel is described, its z is
+    /// reversed.
+    pub fn axle(&self, frame: &Frame) -> [f64; 3] {
+        frame.axle(self.pair.wheel.axle())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,306 @@
+//! Profiles from files: which way they lie, and what is wrong with them.
+
+use super::formats::{Format, Point, Raw};
+use super::profile::{Piece, Profile};
+use super::spline::spline;
+use crate::{Error, Result};
+use std::path::Path;
+
+/// Fewest points of a profile.
+const MIN_POINTS: usize = 12;
+
+/// Width of a profile, m.
+const WIDTH: [f64; 2] = [0.03, 0.25];
+
+/// Part of the width that the points must cross in one go.
+const COVER: f64 = 0.75;
+
+/// How far points that are left out may stand out of the line, m.
+const HIDDEN: f64 = 5e-4;
+
+/// How far a point may go back to be left out as noise, m.
+const BACKSTEP: f64 = 5e-5;
+
+/// Height of a flange: what stands out by less says nothing of the way a wheel's profile lies, m.
+const FLANGE: f64 = 0.015;
+
+/// A corner: a turn by more than this, rad, and by three times as much as at the points before and after.
+const KINK: f64 = 0.35;
+
+/// Distance of two points that makes a gap, m, if it is also eight times the usual one.
+const HOLE: f64 = 4e-3;
+
+/// Place of the running circle in a wheel's file of Miniprof, whose origin is the back of the flange, m.
+const MINIPROF_CIRCLE: f64 = 0.07;
+
+/// What a profile is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A wheel.
+    Wheel,
+    /// A rail.
+    Rail,
+}
+
+/// How a profile file is to be taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Wheel or rail.
+    pub kind: Kind,
+    /// Length unit, m; without one that of the file, or mm.
+    pub unit: Option<f64>,
+    /// Reverse y: for a rail whose gauge side has the positive y.
+    pub mirror: bool,
+    /// y of the running circle in the file of a wheel, m; without one 0, in a file of Miniprof 70 mm from the back of the flange.
+    pub circle: Option<f64>,
+    /// Wavelength that is smoothed to half its height, m; 0 passes through all points.
+    pub smoothing: f64,
+}
+
+impl Reading {
+    /// The plain way for a wheel or a rail.
+    pub fn of(kind: Kind) -> Self {
+        Self { kind, unit: None, mirror: false, circle: None, smoothing: 0.0 }
+    }
+}
+
+/// The profile in a file, and notes on what was done to it.
+///
+/// # Errors
+/// A file that cannot be read; a line that is none of its format; too few points; a wrong unit; a line that is no function of y, or unsorted; a
+/// gap in it.
+pub fn read(path: &Path, reading: &Reading) -> Result<(Profile, Vec<String>)> {
+    let name = path.display().to_string();
+    let bytes =
+        crate::input::read(path).map_err(|e| Error::Input(format!("{name}: {e}; expected a file with a profile")))?;
+    profile_of(&name, &String::from_utf8_lossy(&bytes), reading)
+}
+
+/// The profile in the text of a file called `name`, whose end says the format.
+pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile, Vec<String>)> {
+    if !(reading.smoothing >= 0.0 && reading.smoothing <= 0.05) {
+        return Err(Error::Job(format!(
+            "{name}: found a smoothing length of {} m, expected 0 to 0.05 m; a few mm take away the noise of a measured profile",
+            reading.smoothing
+        )));
+    }
+    let format = Format::of(name);
+    let Raw { points, unit, mut notes } = format.parse(name, text)?;
+    let unit = reading.unit.or(unit).unwrap_or(1e-3);
+    if let Some(p) = points.iter().find(|p| !(p.y.is_finite() && p.z.is_finite())) {
+        return Err(Error::Input(format!(
+            "{name}, line {}: found {} {}, expected two finite numbers",
+            p.line, p.y, p.z
+        )));
+    }
+    if points.len() < MIN_POINTS {
+        return Err(Error::Input(format!(
+            "{name}: found {} points, expected at least {MIN_POINTS}, better one each mm or less",
+            points.len()
+        )));
+    }
+    check_unit(name, &points, unit)?;
+    let circle = match (reading.kind, format) {
+        (Kind::Rail, _) => 0.0,
+        (Kind::Wheel, Format::Miniprof) => reading.circle.unwrap_or(MINIPROF_CIRCLE),
+        (Kind::Wheel, _) => reading.circle.unwrap_or(0.0),
+    };
+    let sign = if reading.mirror { -1.0 } else { 1.0 };
+    let place = |p: Point| Point { y: sign * (unit * p.y - circle), z: unit * p.z, ..p };
+    let mut points: Vec<Point> = points.into_iter().map(place).collect();
+    points.dedup_by(|b, a| (a.y - b.y).abs() < 1e-10 && (a.z - b.z).abs() < 1e-10);
+    orient(name, &mut points, reading.kind, &mut notes);
+    let points = running_line(name, points, reading.kind, &mut notes)?;
+    refuse_hole(name, &points)?;
+    let mut profile = through(name, &points, reading.smoothing)?;
+    if reading.kind == Kind::Wheel {
+        if !profile.contains(0.0) {
+            let [from, to] = profile.range().map(|y| 1e3 * y);
+            return Err(Error::Input(format!(
+                "{name}: found a wheel's profile from y = {from:.1} to {to:.1} mm, expected the running circle, y = 0, inside it; say where in \
+                 the file the running circle is"
+            )));
+        }
+        let z = profile.at(0.0).z;
+        if z.abs() > 5e-5 {
+            notes.push(format!(
+                "{name}: moved by {:.3} mm in z, so that the running circle has the wheel's radius",
+                -1e3 * z
+            ));
+        }
+        profile = profile.moved(0.0, -z);
+    }
+    Ok((profile, notes))
+}
+
+fn width(points: &[Point]) -> [f64; 2] {
+    points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |w, p| [w[0].min(p.y), w[1].max(p.y)])
+}
+
+fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
+    let [from, to] = width(points);
+    let fits = |unit: f64| (WIDTH[0]..=WIDTH[1]).contains(&((to - from) * unit));
+    if fits(unit) {
+        return Ok(());
+    }
+    let units = [("m", 1.0), ("inches", 0.0254), ("cm", 0.01), ("mm", 1e-3)];
+    let likely: Vec<&str> = units.iter().filter(|(_, u)| fits(*u)).map(|(n, _)| *n).collect();
+    let advice = match likely.is_empty() {
+        true => "check the columns: y comes first".to_owned(),
+        false => format!("it looks like {}: give that unit", likely.join(" or ")),
+    };
+    Err(Error::Input(format!(
+        "{name}: found points from y = {from} to {to}, which is {:.3} mm wide in the unit taken, expected {:.0} to {:.0} mm; {advice}",
+        1e3 * (to - from) * unit,
+        1e3 * WIDTH[0],
+        1e3 * WIDTH[1]
+    )))
+}
+
+/// Turns what points up or to the wrong side: z is to be down, the flange of a wheel and the gauge side of a rail at negative y.
+fn orient(name: &str, points: &mut [Point], kind: Kind, notes: &mut Vec<String>) {
+    // Heights of the parts that lie nearly flat: the tread and the tip of the flange, or the head of the rail.
+    let flat: Vec<Point> =
+        points.windows(2).filter(|w| (w[1].z - w[0].z).abs() < 0.5 * (w[1].y - w[0].y).abs()).map(|w| w[0]).collect();
+    let middle = median(flat.iter().map(|p| p.z).collect());
+    let far = |a: &&Point, b: &&Point| (a.z - middle).abs().total_cmp(&(b.z - middle).abs());
+    let extreme = match kind {
+        Kind::Wheel => flat.iter().max_by(far).map(|p| p.z),
+        Kind::Rail => points.iter().max_by(|a, b| far(a, b)).map(|p| p.z),
+    };
+    let least = if kind == Kind::Wheel { FLANGE } else { 0.0 };
+    if extreme.is_some_and(|z| middle - z > least) {
+        points.iter_mut().for_each(|p| p.z = -p.z);
+        notes.push(format!("{name}: z pointed up; turned, z is down here"));
+    }
+    let wrong_side = match kind {
+        Kind::Wheel => {
+            let [from, to] = width(points);
+            flat.iter().max_by(far).is_some_and(|tip| (tip.z - middle).abs() > FLANGE && tip.y > 0.5 * (from + to))
+        }
+        Kind::Rail => {
+            // A profile measured from the top to the gauge side has that side alone.
+            let [from, to] = width(points);
+            let top = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+            let depth = |y: f64| {
+                let near = points.iter().filter(|p| (p.y - y).abs() < 2e-3);
+                near.map(|p| p.z - top).fold(0.0, f64::max)
+            };
+            depth(from) < 1e-2 && depth(to) >= 1e-2
+        }
+    };
+    if wrong_side {
+        points.iter_mut().for_each(|p| p.y = -p.y);
+        let side = if kind == Kind::Wheel { "flange" } else { "gauge side" };
+        notes.push(format!("{name}: the {side} was at positive y; turned, positive y is the field side here"));
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The longest part along which y grows. Sides at its ends that hang over, as the back of a flange and the sides of a rail's head may, are left
+/// out; a line that folds where it could touch is an error.
+fn running_line(name: &str, mut points: Vec<Point>, kind: Kind, notes: &mut Vec<String>) -> Result<Vec<Point>> {
+    let forwards = points.windows(2).filter(|w| w[1].y > w[0].y).count();
+    if 2 * forwards < points.len() {
+        points.reverse();
+    }
+    let count = points.len();
+    points.dedup_by(|b, a| b.y <= a.y && a.y - b.y < BACKSTEP && (b.z - a.z).abs() < BACKSTEP);
+    if points.len() < count {
+        notes.push(format!(
+            "{name}: {} points that went back by less than {} mm were left out",
+            count - points.len(),
+            1e3 * BACKSTEP
+        ));
+    }
+    let (mut best, mut start) = (0..0, 0);
+    for k in 1..=points.len() {
+        if k == points.len() || !(points[k].y > points[k - 1].y) {
+            if k - start > best.len() {
+                best = start..k;
+            }
+            start = k;
+        }
+    }
+    let [from, to] = width(&points);
+    let run = &points[best.clone()];
+    let (Some(first), Some(last)) = (run.first(), run.last()) else {
+        return Err(Error::Defect(format!("{name}: a profile without points")));
+    };
+    let line = |y: f64| -> f64 {
+        let k = run.partition_point(|p| p.y <= y).clamp(1, run.len() - 1);
+        let (a, b) = (run[k - 1], run[k]);
+        a.z + (b.z - a.z) * ((y - a.y) / (b.y - a.y)).clamp(0.0, 1.0)
+    };
+    // Wheels are above their line, rails below it: z points down.
+    let stands_out = |p: &Point| match kind {
+        Kind::Wheel => p.z - line(p.y) > HIDDEN,
+        Kind::Rail => line(p.y) - p.z > HIDDEN,
+    };
+    let outside = || points[..best.start].iter().chain(&points[best.end..]);
+    let short = last.y - first.y < COVER * (to - from);
+    if short || outside().any(stands_out) {
+        // The first place where y goes back.
+        let back = points.windows(2).find(|w| !(w[1].y > w[0].y));
+        let (a, b) = back.map_or((*first, *last), |w| (w[0], w[1]));
+        return Err(Error::Input(format!(
+            "{name}, line {}: found y going from {:.4} to {:.4} mm (line {}), against the direction of the rest; expected a line that is a \
+             function of y, its points sorted from one side to the other; sort the points, and cut off what hangs over",
+            a.line.max(b.line),
+            1e3 * a.y,
+            1e3 * b.y,
+            a.line.min(b.line)
+        )));
+    }
+    let left_out = outside().count();
+    if left_out > 0 {
+        notes.push(format!(
+            "{name}: {left_out} points of sides that hang over were left out; kept lines {} to {}",
+            first.line, last.line
+        ));
+    }
+    points.truncate(best.end);
+    points.drain(..best.start);
+    Ok(points)
+}
+
+fn refuse_hole(name: &str, points: &[Point]) -> Result<()> {
+    let distance = |w: &[Point]| (w[1].y - w[0].y).hypot(w[1].z - w[0].z);
+    let usual = median(points.windows(2).map(distance).collect());
+    let Some(w) = points.windows(2).find(|w| distance(w) > HOLE.max(8.0 * usual)) else { return Ok(()) };
+    Err(Error::Input(format!(
+        "{name}, line {}: found a gap of {:.2} mm in the line, between y = {:.2} and {:.2} mm, where points are {:.2} mm apart elsewhere; \
+         expected no gap: fill it, with points on a straight part too",
+        w[0].line.max(w[1].line),
+        1e3 * distance(w),
+        1e3 * w[0].y,
+        1e3 * w[1].y,
+        1e3 * usual
+    )))
+}
+
+/// The splines through the points, one between each two corners.
+fn through(name: &str, points: &[Point], smoothing: f64) -> Result<Profile> {
+    let y: Vec<f64> = points.iter().map(|p| p.y).collect();
+    let z: Vec<f64> = points.iter().map(|p| p.z).collect();
+    let direction: Vec<f64> = points.windows(2).map(|w| (w[1].z - w[0].z).atan2(w[1].y - w[0].y)).collect();
+    let turn = |k: usize| match k {
+        0 => 0.0,
+        _ => direction.get(k).map_or(0.0, |d| (d - direction[k - 1]).abs()),
+    };
+    let corner = |k: usize| turn(k) > KINK && turn(k) > 3.0 * turn(k - 1).max(turn(k + 1));
+    let n = points.len();
+    let mut ends = vec![0];
+    ends.extend((1..n - 1).filter(|&k| corner(k)));
+    ends.push(n - 1);
+    let pieces: Vec<Piece> =
+        ends.windows(2).flat_map(|w| spline(&y[w[0]..=w[1]], &z[w[0]..=w[1]], smoothing)).collect();
+    Profile::new(name, y, pieces)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,93 @@
+//! A wheel on a rail from its profiles to the forces: placement, gap and creepages of `placement` on half-spaces, beside CONTACT.
+
+use railsqueal::body::half_space::HalfSpace;
+use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::friction::FrictionLaw;
+use railsqueal::grid::Interface;
+use railsqueal::model::combined_compliance;
+use railsqueal::placement::builtin::{rail_head, s1002};
+use railsqueal::placement::{grid_lines, Motion, Placement, Position, Press, TrackSide};
+use std::collections::HashMap;
+
+type Row = HashMap<String, f64>;
+
+/// Cases of the Manchester benchmark, computed with CONTACT (github eve70a/CONTACT, Apache-2.0); lengths in mm, forces in N, pressures in MPa.
+fn rows() -> Vec<(TrackSide, Row)> {
+    let mut lines = include_str!("../src/placement/tests/manchester_a22_sample.csv").lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let read = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let side = if cells[0] == "left" { TrackSide::Left } else { TrackSide::Right };
+        (side, names.iter().zip(&cells).skip(1).map(|(n, c)| (n.to_string(), c.parse().unwrap())).collect())
+    };
+    lines.map(read).collect()
+}
+
+/// Steady rolling of a case under its normal force, on the grid of Hertz' ellipse.
+fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
+    // The benchmark's rail, whose arcs meet elsewhere than those of 60E1.
+    let rail = rail_head("UIC60", [300e-3, 80e-3, 13e-3], [21e-3, 51.976e-3], 20.0).unwrap();
+    let placement = Placement {
+        side,
+        gauge: 1.435,
+        gauge_depth: 0.014,
+        cant: 0.025_f64.atan(),
+        radius: 0.46,
+        circles: 1.5,
+        position: Position::Shift { lateral: 1e-3 * row["y_ws"], yaw: row["yaw"], roll: row["roll"] },
+    };
+    let placed = placement.place(&s1002().unwrap(), &rail).unwrap();
+    let steel = HalfSpace { young: 2.0 * 82e9 * 1.28, poisson: 0.28 };
+    let ellipse = placed.ellipse(0.5 * steel.plane(), Press::Force(row["fn"])).unwrap();
+    let frame = placed.centred_frame(ellipse.approach).unwrap();
+    let motion = Motion { angular_speed: Some(-row["vpitch"]), ..Motion::at(2.0) };
+    let creepage = placed.creepages(&frame, &motion).unwrap();
+    let [x, y] = grid_lines(placed.extent(&frame, &ellipse).unwrap());
+    let gap = placed.gap(&frame, &x, &y).unwrap();
+    let interface = Interface::new(x, y, gap.gap.clone()).unwrap();
+    let own = steel.compliance(&interface.x, &interface.y).unwrap();
+    let compliance = combined_compliance(own.as_ref(), own.as_ref()).unwrap();
+    let problem = SteadyProblem {
+        interface: &interface,
+        compliance: compliance.as_ref(),
+        friction: FrictionLaw::Constant(0.3),
+        speed: creepage.speed,
+        creepage: Creepage { longitudinal: creepage.longitudinal, lateral: creepage.lateral, spin: creepage.spin },
+        load: NormalLoad::Force(row["fn"]),
+        stencil,
+        tolerance: 1e-8,
+        max_iterations: 200,
+    };
+    let solution = problem.solve().unwrap();
+    gap.refuse_edge(|i| solution.pressure[i] > 0.0).unwrap();
+    (solution, interface.x[1] - interface.x[0])
+}
+
+/// Approach and pressures at the same normal force, and forces. CONTACT's have the error of its operator of first order on its grid of 0.2 mm,
+/// up to 0.8 % where a part sticks and nothing where all slips: they are compared with what the operators of first and of second order give,
+/// taken to that grid.
+#[test]
+fn forces_are_those_of_contact() {
+    for (side, row) in rows() {
+        let case = format!("{side:?} {}", row["case"]);
+        let (found, spacing) = roll(side, &row, Stencil::default());
+        let (first, _) = roll(side, &row, Stencil::Upwind1);
+        assert!((found.approach - 1e-3 * row["approach"]).abs() < 0.03e-6, "{case}: {}", found.approach);
+        let peak = found.pressure.iter().copied().fold(0.0, f64::max);
+        assert!((1e-6 * peak / row["pmax"] - 1.0).abs() < 4e-3, "{case}: {peak}");
+        let part = 0.2e-3 / spacing;
+        let limit = 0.3 * row["fn"];
+        // Backwards in the program is forwards in CONTACT with the other sign; to the right is the same in both.
+        for (c, want) in [(0, -row["fx"]), (1, row["fs"])] {
+            let force = found.force[c] + part * (first.force[c] - found.force[c]);
+            assert!((force - want).abs() < 3e-3 * limit, "{case}: {force} {want}");
+            if found.state.iter().all(|&s| s != 1) {
+                assert!((found.force[c] - want).abs() < 1e-3 * limit, "{case}: {} {want}", found.force[c]);
+            }
+        }
+        // Stick where CONTACT has stick.
+        let share = |s: u8| found.state.iter().filter(|&&v| v == s).count() as f64;
+        let stick = share(1) / (share(1) + share(2));
+        assert!((stick - row["nadh"] / row["ncon"]).abs() < 0.03, "{case}: {stick}");
+    }
+}
