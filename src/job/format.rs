@@ -75,9 +75,10 @@ impl Format {
             let segments: Vec<&str> = change.key.split('.').collect();
             let mut places = Vec::new();
             open(Some(job), resolved, &segments, String::new(), &mut places);
+            let before = serde_json::from_str::<Value>(change.before).ok();
             let changed = |place: &&String| {
                 let now = resolved.pointer(&format!("/{}", place.replace('.', "/")));
-                now.is_none_or(|value| value.to_string() != change.before)
+                now.is_none() || now != before.as_ref()
             };
             lines.extend(places.iter().filter(changed).map(|place| {
                 let Change { since, before, now, .. } = change;

@@ -59,7 +59,10 @@ fn rotation_is_that_of_rolling_unless_the_job_says_otherwise() {
     // Nothing is computed of its inertia.
     assert_eq!(lower(&["analyses.modes=null", "analyses.stability=null"]), (json!("none"), 0.0));
     // Free in space.
-    assert_eq!(lower(&["bodies.lower.fixed=[]", "analyses.steady=null", "analyses.stability=null"]), (json!("none"), 0.0));
+    assert_eq!(
+        lower(&["bodies.lower.fixed=[]", "analyses.steady=null", "analyses.stability=null"]),
+        (json!("none"), 0.0)
+    );
     // A mesh file has no axle unless it is given.
     let file = "bodies.lower.mesh={\"file\": \"ring.msh\"}";
     assert_eq!(lower(&[file]), (json!("none"), 0.0));

@@ -133,7 +133,9 @@ fn keys_that_do_not_go_together_are_named() {
         change(&mut job);
         Folder::with(job.to_string())
     };
-    let cases: [(&dyn Fn(&mut Value), &[&str]); 7] = [
+    /// A change of the job, and what is said of it.
+    type Case<'c> = (&'c dyn Fn(&mut Value), &'c [&'c str]);
+    let cases: [Case; 7] = [
         (&|j| j["contact"]["compliance"] = json!("fe"), &["contact.compliance", "hybrid"]),
         (&|j| j["contact"]["patch"]["spacing"] = Value::Null, &["contact.patch.spacing", "0.001"]),
         (
