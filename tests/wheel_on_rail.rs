@@ -5,7 +5,7 @@ use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, SteadySolution, S
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
-use railsqueal::placement::builtin::{rail_head, s1002};
+use railsqueal::placement::builtin::{s1002, uic60};
 use railsqueal::placement::{grid_lines, Motion, Placement, Position, Press, TrackSide};
 use std::collections::HashMap;
 
@@ -26,7 +26,7 @@ fn rows() -> Vec<(TrackSide, Row)> {
 /// Steady rolling of a case under its normal force, on the grid of Hertz' ellipse.
 fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     // The benchmark's rail, whose arcs meet elsewhere than those of 60E1.
-    let rail = rail_head("UIC60", [300e-3, 80e-3, 13e-3], [21e-3, 51.976e-3], 20.0).unwrap();
+    let rail = uic60().unwrap();
     let placement = Placement {
         side,
         gauge: 1.435,

@@ -12,6 +12,7 @@ import campbell  # noqa: E402
 import contact  # noqa: E402
 import creep_curve  # noqa: E402
 import modes  # noqa: E402
+import placement  # noqa: E402
 import receptance  # noqa: E402
 import style  # noqa: E402
 import sweep  # noqa: E402
@@ -32,7 +33,7 @@ def main():
             out.mkdir(parents=True, exist_ok=True)
             made = contact.pictures(results, out) + modes.pictures(results, out, arguments.modes)
             made += campbell.pictures(results, out) + receptance.pictures(results, out) + sweep.pictures(results, out)
-            made += creep_curve.pictures(results, out) + transient.pictures(results, out)
+            made += placement.pictures(results, out) + creep_curve.pictures(results, out) + transient.pictures(results, out)
     except ResultsError as error:
         sys.exit(fail(error, 3))
     except OSError as error:

@@ -12,7 +12,7 @@ use crate::body::{Body, Fields, FullSystem, Side};
 use crate::fem::rotation::Axis;
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
-use crate::job::{self, Compliance, Job, LinearSolver, MeshSource};
+use crate::job::{self, Compliance, Job, LinearSolver, MeshSource, Profile};
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -35,8 +35,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of the swept body with the index `body`.
-    pub(super) fn swept(
+    /// The place of a body without a mesh, that with the index `body`.
+    pub(super) fn meshless(
         (name, side): (&'static str, Side),
         body: usize,
         grid: Option<ContactGrid>,
@@ -74,6 +74,9 @@ impl<'p> Bodies<'p> {
         let world = petsc.world();
         if job.is_swept() {
             return super::swept::build(world, job, progress, summary);
+        }
+        if job.placement().is_some() {
+            return super::placed::build(world, job, progress, summary);
         }
         progress.stage("meshing");
         let given = job.bodies();
@@ -235,6 +238,9 @@ impl<'p> Bodies<'p> {
                 }
                 continue;
             }
+            if let Some(Profile::File(file)) = &body.profile {
+                sums.push((file.path.display().to_string(), sha256(&file.path)?));
+            }
             let Some(place) = self.places.iter().find(|p| p.name == name) else { continue };
             if let Some(MeshSource::File(path)) = &body.mesh {
                 sums.push((path.display().to_string(), sha256(path)?));
@@ -274,7 +280,7 @@ fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
     Matrices::read(name, &given.mass, given.damping.as_deref(), &given.stiffness, contacts)
 }
 
-fn material_of(body: &job::Body) -> Result<Material> {
-    let (_, m) = body.elements()?;
+pub(super) fn material_of(body: &job::Body) -> Result<Material> {
+    let m = body.elastic()?;
     Ok(Material { young: m.young, poisson: m.poisson, density: m.density })
 }

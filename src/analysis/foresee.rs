@@ -54,6 +54,13 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
             _ => Ok(report),
         };
     }
+    if job.placement().is_some() {
+        let placed = super::placed::Placed::of(job)?;
+        report = if wanted(job) { foreseen(job, &placed.interface()?)? } else { report };
+        report.lines.splice(0..0, placed.lines());
+        report.warnings.splice(0..0, placed.warnings());
+        return Ok(report);
+    }
     let mut meshed: Vec<Rc<Meshed>> = Vec::new();
     for (name, body) in job.bodies() {
         let found = meshes.of(job, name, body)?;
@@ -121,13 +128,13 @@ fn foreseen(job: &Job, s: &Interface) -> Result<Report> {
 }
 
 /// The contact on a grid.
-fn contact(job: &Job, s: &Interface) -> Result<Report> {
+pub(super) fn contact(job: &Job, s: &Interface) -> Result<Report> {
     let Some(Load::Normal(load)) = job.contact.as_ref().map(|c| c.load()) else { return Ok(Report::default()) };
     let coarse = thinned(s)?;
     // Of the normal compliance, which is all that counts here, both bodies have the sum.
     let mut compliance = 0.0;
     for (_, body) in job.bodies() {
-        let (_, m) = body.elements()?;
+        let m = body.elastic()?;
         compliance += 1.0 / HalfSpace { young: m.young, poisson: m.poisson }.plane();
     }
     let w = HalfSpace { young: 1.0 / compliance, poisson: 0.0 }.compliance(&coarse.x, &coarse.y)?;

@@ -11,6 +11,7 @@ mod interface;
 mod memory;
 pub(crate) mod meshes;
 mod modes;
+pub(crate) mod placed;
 mod receptance;
 pub mod reduction;
 mod report;
@@ -146,6 +147,10 @@ pub fn run(
             "{name} has modes and compliance of a run that did not come to its end: --reuse {name} takes them up"
         ));
     }
+    // What is written as the job stays as it was given.
+    let filled = placed::filled(world, job)?;
+    let given = job;
+    let job = filled.as_ref().unwrap_or(job);
     let mut run = Run { petsc, job, options, meshes, stop: &stop, segments, file, progress, summary: Summary::of(job) };
 
     let inputs = perform(&mut run).map_err(|e| match run.file.kept() {
@@ -159,7 +164,7 @@ pub fn run(
     progress.stage("writing results");
     progress.finish();
     let provenance = Provenance {
-        job: serde_json::to_string_pretty(&job.to_json()).map_err(|e| Error::Defect(format!("resolved job: {e}")))?,
+        job: serde_json::to_string_pretty(&given.to_json()).map_err(|e| Error::Defect(format!("resolved job: {e}")))?,
         command: options.command.clone(),
         versions: options.versions.clone(),
         ranks: world.size,

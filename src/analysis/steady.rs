@@ -3,6 +3,7 @@
 use super::bodies::{Bodies, Place};
 use super::deferred;
 use super::interface::steady_rolling;
+use super::placed;
 use super::reduction::{by_products, Reduction};
 use super::report::Summary;
 use super::run::Run;
@@ -43,6 +44,9 @@ pub fn run(
         world.on_root(|| problem.ok_or_else(|| Error::Defect("no contact on rank 0".into()))?.solve())?
     };
     if let (Some(s), Some(solution)) = (interface, &solution) {
+        if contact.placement.is_some() {
+            run.file.tables(placed::tables(run.job, |i| solution.pressure[i] > 0.0)?);
+        }
         run.file.tables(tables(s, solution, !contact.friction.is_constant()));
         summarise(contact, solution, &mut run.summary);
     }

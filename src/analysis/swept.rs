@@ -82,7 +82,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
             bodies.unique.push(Box::new(swept));
         }
         let grid = grid.filter(|_| world.is_root());
-        bodies.places.push(super::bodies::Place::swept((name, side), bodies.unique.len() - 1, grid, material));
+        bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grid, material));
     }
     Ok(bodies)
 }

@@ -17,17 +17,25 @@ pub fn fe_inputs(job: &Job) -> Value {
         if let Some(axle) = b.axle().filter(|_| b.rotates()) {
             body["axle"] = json!(axle);
         }
+        if let Some(profile) = &b.profile {
+            body["profile"] = json!(profile);
+        }
         body
     };
     let contact = job.contact.as_ref();
-    json!({
+    let mut inputs = json!({
         "bodies": {
             "lower": job.bodies.lower.as_ref().map(body),
             "upper": job.bodies.upper.as_ref().map(body),
         },
         "contact": { "patch": contact.map(|c| c.patch), "compliance": contact.map(|c| c.compliance) },
         "analyses": { "modes": job.analyses.modes },
-    })
+    });
+    if let Some(placement) = job.placement() {
+        inputs["contact"]["placement"] = json!(placement);
+        inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);
+    }
+    inputs
 }
 
 /// The keys in which two resolved jobs of a transient differ in what matters up to the time `until`, s: all but what is written, the duration,

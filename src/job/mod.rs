@@ -94,8 +94,8 @@ impl Job {
 
     fn resolve(&mut self, folder: &Path) {
         let graded = self.contact.is_some();
-        // A section has no mesh that could be shown.
-        self.output.fields &= !self.is_swept();
+        // A section and a profile have no mesh that could be shown.
+        self.output.fields &= !self.is_swept() && self.placement().is_none();
         for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
             // Absolute, so that the resolved job means the same file wherever it is kept.
             let absolute = |file: &mut std::path::PathBuf| {
@@ -107,6 +107,9 @@ impl Job {
                     .into_iter()
                     .flatten()
                     .for_each(absolute);
+            }
+            if let Some(Profile::File(file)) = &mut body.profile {
+                absolute(&mut file.path);
             }
             match &mut body.mesh {
                 None | Some(MeshSource::Revolved(_)) => {}

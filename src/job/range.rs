@@ -65,7 +65,7 @@ fn slip(job: &Job, contact: &Contact) -> Small {
 fn mach(job: &Job, contact: &Contact) -> Result<Option<Small>> {
     let mut slowest = f64::INFINITY;
     for (_, body) in job.bodies() {
-        let (_, m) = body.elements()?;
+        let m = body.elastic()?;
         slowest = slowest.min((0.5 * m.young / (1.0 + m.poisson) / m.density).sqrt());
     }
     Ok(Some(Small {

@@ -4,6 +4,7 @@ use super::model::*;
 use super::transient::{Hold, SoundPower, Transient};
 
 mod matrices;
+mod placement;
 mod swept;
 
 /// All faults of a job that fits the schema; empty if it makes sense.
@@ -23,6 +24,7 @@ pub fn validate(job: &Job) -> Vec<String> {
     if let Some(contact) = &job.contact {
         check_contact(job, contact, &mut faults);
     }
+    placement::check(job, &mut faults);
     check_analyses(job, &mut faults);
     faults
 }
@@ -48,6 +50,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
     }
     check_damping(&format!("{path}.damping"), &body.damping, faults);
     match &body.mesh {
+        None if body.profile.is_some() => {}
         None => faults.push(format!("{path}.mesh: missing; a body has a mesh and a material, or matrices")),
         Some(MeshSource::Cylinder(c)) => {
             check_cylinder(&format!("{path}.mesh.cylinder"), c, faults);
@@ -221,7 +224,10 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             _ => None,
         })
         .collect();
-    if contact.compliance == Compliance::HalfSpace && cylinders.len() < job.bodies().len() {
+    if contact.compliance == Compliance::HalfSpace
+        && contact.placement.is_none()
+        && cylinders.len() < job.bodies().len()
+    {
         faults.push(
             "contact.compliance: \"half_space\" takes the gap from the radii of built-in cylinders; a body has a mesh file".into(),
         );
@@ -240,7 +246,12 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             "contact.points: only for bodies given by matrices; bodies with meshes touch on their surfaces".into(),
         );
     }
-    if contact.patch.is_some() && cylinders.is_empty() && !job.is_swept() && !job.bodies().is_empty() {
+    if contact.patch.is_some()
+        && cylinders.is_empty()
+        && !job.is_swept()
+        && contact.placement.is_none()
+        && !job.bodies().is_empty()
+    {
         faults.push(
             "contact.patch: given, but both bodies have mesh files, whose group \"contact\" is the patch; leave it out"
                 .into(),

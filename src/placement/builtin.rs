@@ -52,6 +52,11 @@ pub fn rail_60e1() -> Result<Profile> {
     rail_head("60E1", [300e-3, 80e-3, 13e-3], [20.456e-3, 52.053e-3], 20.0)
 }
 
+/// The head of the rail UIC 60 of the Manchester benchmark, upright: as [`rail_60e1`], but for the places at which its arcs meet.
+pub fn uic60() -> Result<Profile> {
+    rail_head("UIC60", [300e-3, 80e-3, 13e-3], [21e-3, 51.976e-3], 20.0)
+}
+
 /// A symmetric rail head of three arcs that meet tangentially: radii from the crown outwards, m; the widths at which they meet, m; and straight
 /// sides that fall by `side` for each unit of width, down to 30 mm below the crown.
 pub fn rail_head(name: &str, radii: [f64; 3], widths: [f64; 2], side: f64) -> Result<Profile> {

@@ -57,6 +57,10 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
         let dofs = matrix_market::read(&m.stiffness)?.n as u64;
         return Ok(BodySize { name, nodes: 0, cells: 0, dofs, contact_nodes: m.contacts.len() as u64 });
     }
+    if body.profile.is_some() {
+        let contact_nodes = crate::analysis::placed::Placed::of(job)?.nodes() as u64;
+        return Ok(BodySize { name, nodes: 0, cells: 0, dofs: 0, contact_nodes });
+    }
     match body.elements()?.0 {
         MeshSource::Cylinder(c) => {
             let (nodes, cells) = cylinder::count(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;

@@ -126,6 +126,7 @@ fn the_jobs_of_the_project_are_valid() {
         "squeal.json",
         "hulten.json",
         "sweep-curve.json",
+        "wheel-on-rail-contact.json",
         "swept-curve.json",
     ] {
         let path = format!("{}/jobs/{name}", env!("CARGO_MANIFEST_DIR"));

@@ -14,6 +14,9 @@ pub struct Body {
     /// Linear elastic, isotropic material of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
+    /// Running profile of a wheel or a rail, in place of a mesh: the body is a half-space then, and `contact.placement` says where it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<super::Profile>,
     /// Mass, damping and stiffness matrices from another program, instead of mesh, material, damping and supports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrices: Option<Matrices>,
@@ -88,6 +91,12 @@ impl Body {
             Some(MeshSource::Revolved(r)) => Some(r.running()),
             _ => None,
         }
+    }
+
+    /// Material of a body that is not given by matrices. Reading a job makes sure that it has one.
+    pub fn elastic(&self) -> crate::Result<&Material> {
+        let missing = || crate::Error::Defect("a material is asked for of a body without one".into());
+        self.material.as_ref().ok_or_else(missing)
     }
 
     /// Mesh and material of a body of finite elements. Reading a job makes sure that a body without matrices has both.

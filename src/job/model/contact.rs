@@ -32,6 +32,9 @@ pub struct Contact {
     /// cylinders and swept bodies; a mesh file brings its own grid, the group `contact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<Patch>,
+    /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and creepages follow from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placement: Option<super::Placement>,
     /// Contact points of bodies given by matrices, all closed and sliding. They take the place of load, speed, creepage and
     /// patch.
     #[serde(default, skip_serializing_if = "Option::is_none")]

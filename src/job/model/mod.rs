@@ -4,6 +4,7 @@
 mod analyses;
 mod body;
 mod contact;
+mod placement;
 mod swept;
 
 use schemars::JsonSchema;
@@ -17,6 +18,7 @@ use super::sweep::SweepPlan;
 pub use analyses::*;
 pub use body::*;
 pub use contact::*;
+pub use placement::*;
 pub use swept::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
@@ -168,6 +170,11 @@ impl Job {
     /// Whether a body is swept from a section.
     pub fn is_swept(&self) -> bool {
         self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_))))
+    }
+
+    /// Where the wheel is on the rail, of a job with profiles in place of meshes.
+    pub fn placement(&self) -> Option<&Placement> {
+        self.contact.as_ref()?.placement.as_ref()
     }
 
     /// Distance of the nodes of the contact grid, m, where the job says it.

@@ -7,6 +7,7 @@ use super::super::transient::{Hold, Transient};
 pub(super) fn check_body(path: &str, body: &Body, matrices: &Matrices, faults: &mut Vec<String>) {
     let others = [
         ("mesh", body.mesh.is_some()),
+        ("profile", body.profile.is_some()),
         ("material", body.material.is_some()),
         ("damping", body.damping != Damping::default()),
         ("fixed", !body.fixed.is_empty()),

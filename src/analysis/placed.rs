@@ -1,0 +1,274 @@
+//! A wheel on a rail by their profiles, as a job places them: the grid of the contact, the gap, the creepages.
+
+use super::bodies::{material_of, Bodies, Place};
+use super::report::Summary;
+use crate::body::half_space::HalfSpace;
+use crate::body::Side;
+use crate::grid::{ContactGrid, Interface};
+use crate::job::{self, Job, Load, Profile};
+use crate::output::datasets;
+use crate::output::Table;
+use crate::parallel::World;
+use crate::placement::read::{read, Kind, Reading};
+use crate::placement::{self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press};
+use crate::progress::Progress;
+use crate::{Error, Result};
+
+/// By how much a grid grows whose border the contact may reach, and how often at the most.
+const GROWTH: f64 = 1.3;
+const GROWN: usize = 6;
+/// Distance of the places of a line that is drawn, m.
+const DRAWN: f64 = 1e-3;
+
+/// A wheel on its rail at first touch, with all that the contact needs of them.
+pub struct Placed {
+    placed: placement::Placed,
+    frame: Frame,
+    ellipse: Ellipse,
+    creepages: Creepages,
+    gap: Gap,
+    notes: Vec<String>,
+}
+
+impl Placed {
+    /// The wheel of `job` on its rail. For one rank: it reads the files of the profiles.
+    pub fn of(job: &Job) -> Result<Self> {
+        let missing = || Error::Defect("a placement is asked for of a job without one".into());
+        let (Some(contact), Some(given)) = (&job.contact, job.placement()) else { return Err(missing()) };
+        let (lower, upper) =
+            (job.bodies.lower.as_ref().ok_or_else(missing)?, job.bodies.upper.as_ref().ok_or_else(missing)?);
+        let mut notes = Vec::new();
+        let wheel = profile(upper, Kind::Wheel, &mut notes)?;
+        let rail = profile(lower, Kind::Rail, &mut notes)?;
+        let named = |e: Error| e.context("contact.placement");
+        let placed = description(given).place(&wheel, &rail).map_err(named)?;
+        let compliance = |b: &job::Body| -> Result<f64> {
+            Ok(1.0 / HalfSpace { young: b.elastic()?.young, poisson: b.elastic()?.poisson }.plane())
+        };
+        let modulus = 1.0 / (compliance(lower)? + compliance(upper)?);
+        let press = match contact.load() {
+            Load::Normal(force) => Press::Force(force),
+            Load::Approach(approach) => Press::Approach(approach),
+        };
+        let ellipse = placed.ellipse(modulus, press).map_err(named)?;
+        let frame = placed.centred_frame(ellipse.approach).map_err(named)?;
+        let motion = Motion {
+            speed: given.speed.unwrap_or(contact.speed),
+            angular_speed: given.angular_speed,
+            longitudinal: given.creepage.longitudinal,
+            lateral: given.creepage.lateral,
+            spin: given.creepage.spin,
+        };
+        let creepages = placed.creepages(&frame, &motion).map_err(named)?;
+        let mut extent = placed.extent(&frame, &ellipse).map_err(named)?;
+        for _ in 0..GROWN {
+            let [x, y] = grid_lines(extent);
+            let gap = placed.gap(&frame, &x, &y).map_err(named)?;
+            let beside = overlap(&gap, ellipse.approach);
+            if beside == [false; 2] {
+                return Ok(Self { placed, frame, ellipse, creepages, gap, notes });
+            }
+            extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
+        }
+        Err(Error::Job(format!(
+            "contact.placement: wheel and rail lie near each other over more than {:.1} by {:.1} mm around the point of contact: found no place where a grid could end, expected a contact of \
+             finite size; move the wheel, or check the profiles",
+            1e3 * extent[0],
+            1e3 * extent[1]
+        )))
+    }
+
+    /// Nodes of the grid.
+    pub fn nodes(&self) -> usize {
+        self.gap.gap.len()
+    }
+
+    /// The grid with the gap.
+    pub fn interface(&self) -> Result<Interface> {
+        Interface::new(self.gap.x.clone(), self.gap.y.clone(), self.gap.gap.clone())
+    }
+
+    /// An error where one of the `closed` nodes lies beyond the end of a profile.
+    pub fn refuse_edge(&self, closed: impl Fn(usize) -> bool) -> Result<()> {
+        self.gap.refuse_edge(closed)
+    }
+
+    /// The `contact` of a job with the creepages of this wheel.
+    fn filled(contact: &job::Contact, [longitudinal, lateral, spin, speed]: [f64; 4]) -> job::Contact {
+        let track =
+            contact.placement.as_ref().map(|p| job::Placement { speed: p.speed.or(Some(contact.speed)), ..p.clone() });
+        job::Contact {
+            creepage: job::Creepage { longitudinal, lateral, spin },
+            speed,
+            placement: track,
+            ..contact.clone()
+        }
+    }
+
+    /// What was found, for the summary, one line each.
+    pub fn lines(&self) -> Vec<String> {
+        let touch = self.placed.touch();
+        let c = &self.creepages;
+        let curvatures = self.placed.curvatures();
+        let [a, b] = self.ellipse.semi_axes;
+        let mut lines = vec![
+            format!(
+                "wheel on rail: touch at y = {:.2} mm of the wheel's profile and {:.2} mm of the rail's, contact angle {:.2} mrad, rolling radius {:.3} mm",
+                1e3 * touch.wheel,
+                1e3 * touch.rail,
+                1e3 * touch.angle,
+                1e3 * touch.radius
+            ),
+            format!(
+                "curvatures, 1/m: wheel {:.4} along and {:.4} across, rail {:.4} across; Hertz: {:.2} by {:.2} mm, {:.0} MPa, approach {:.2} µm",
+                curvatures.wheel_rolling,
+                curvatures.wheel_across,
+                curvatures.rail_across,
+                1e3 * a,
+                1e3 * b,
+                1e-6 * self.ellipse.pressure,
+                1e6 * self.ellipse.approach
+            ),
+            format!(
+                "creepages of rail over wheel: longitudinal {:.6}, lateral {:.6}, spin {:.5} 1/m at {:.4} m/s; frame tilted by {:.2} mrad, grid of {} x {} nodes",
+                c.longitudinal,
+                c.lateral,
+                c.spin,
+                c.speed,
+                1e3 * self.frame.angle(),
+                self.gap.x.len(),
+                self.gap.y.len()
+            ),
+        ];
+        lines.extend(self.notes.iter().cloned());
+        lines
+    }
+
+    /// What makes results doubtful.
+    pub fn warnings(&self) -> Vec<String> {
+        let others = self.placed.others(self.ellipse.approach).unwrap_or_default();
+        let second = others.into_iter().filter(|t| t.separate);
+        second
+            .map(|t| {
+                format!(
+                    "wheel and rail have a second contact at y = {:.2} mm of the wheel's profile, {:.1} µm open at first touch, within the approach of {:.1} µm: it would take a part of the load, \
+                     and is left out",
+                    1e3 * t.wheel,
+                    1e6 * t.gap,
+                    1e6 * self.ellipse.approach
+                )
+            })
+            .collect()
+    }
+
+    /// The group `/placement`.
+    fn tables(&self) -> Vec<Table> {
+        let touch = self.placed.touch();
+        let c = &self.creepages;
+        datasets::placement::tables(&datasets::placement::Found {
+            touch: [touch.wheel, touch.rail],
+            origin: self.frame.origin(),
+            angles: [touch.angle, self.frame.angle()],
+            radius: touch.radius,
+            curvatures: self.placed.curvatures().relative,
+            semi_axes: self.ellipse.semi_axes,
+            creepages: [c.longitudinal, c.lateral, c.spin],
+            speed: c.speed,
+            lines: [self.placed.rail_line(DRAWN), self.placed.wheel_line(DRAWN)],
+        })
+    }
+}
+
+/// Whether undeformed bodies that have approached each other by `approach` (m) overlap on the border of the grid, where x ends and where y ends: the contact is smaller
+/// than the overlap.
+fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
+    let (nx, ny) = (gap.x.len(), gap.y.len());
+    let closed = |ix: usize, iy: usize| gap.gap[ix + nx * iy] < approach;
+    [(0..ny).any(|iy| closed(0, iy) || closed(nx - 1, iy)), (0..nx).any(|ix| closed(ix, 0) || closed(ix, ny - 1))]
+}
+
+/// The profile of a body, and what was done to it.
+fn profile(body: &job::Body, kind: Kind, notes: &mut Vec<String>) -> Result<placement::Profile> {
+    match &body.profile {
+        Some(Profile::S1002) => builtin::s1002(),
+        Some(Profile::Rail60E1) => builtin::rail_60e1(),
+        Some(Profile::Uic60) => builtin::uic60(),
+        Some(Profile::File(file)) => {
+            let &job::ProfileFile { unit, mirror, circle, smoothing, .. } = file;
+            let (profile, found) = read(&file.path, &Reading { kind, unit, mirror, circle, smoothing })?;
+            notes.extend(found);
+            Ok(profile)
+        }
+        None => Err(Error::Defect("a profile is asked for of a body without one".into())),
+    }
+}
+
+fn description(given: &job::Placement) -> Placement {
+    let &job::Placement { radius, gauge, gauge_depth, cant, circles, lateral, yaw, roll, .. } = given;
+    Placement {
+        side: match given.side {
+            job::TrackSide::Left => placement::TrackSide::Left,
+            job::TrackSide::Right => placement::TrackSide::Right,
+        },
+        gauge,
+        gauge_depth,
+        cant,
+        radius,
+        circles,
+        position: match given.contact {
+            Some(job::GivenContact { wheel, rail }) => Position::Contact { wheel, rail, yaw },
+            None => Position::Shift { lateral, yaw, roll },
+        },
+    }
+}
+
+/// Collective: the job with the creepages that follow from its placement; none of a job without one.
+pub(super) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
+    let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
+    let found = world.on_root(|| {
+        let c = Placed::of(job)?.creepages;
+        Ok(vec![c.longitudinal, c.lateral, c.spin, c.speed])
+    })?;
+    let found = world.broadcast(found.unwrap_or_default());
+    let numbers = [0, 1, 2, 3].map(|i| found.get(i).copied().unwrap_or_default());
+    let filled = Job { contact: Some(Placed::filled(contact, numbers)), ..job.clone() };
+    // The slip is known only now.
+    job::range(&filled)?;
+    Ok(Some(filled))
+}
+
+/// Collective: the two places of a wheel on a rail.
+pub(super) fn build<'p>(
+    world: &World,
+    job: &Job,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<Bodies<'p>> {
+    progress.stage("placing the wheel");
+    let placed = world.on_root(|| Placed::of(job))?;
+    for line in placed.iter().flat_map(Placed::lines) {
+        summary.line(line);
+    }
+    for warning in placed.iter().flat_map(Placed::warnings) {
+        progress.note(format!("warning: {warning}"));
+        summary.warn(warning);
+    }
+    let mut bodies = Bodies::none();
+    for (name, body) in job.bodies() {
+        let side = Side::named(name).unwrap_or(Side::Lower);
+        // The plane of the contact is where the wheel ends; the rail lies below it by the gap.
+        let grid = placed.as_ref().map(|p| {
+            let z = p.gap.gap.iter().map(|g| if side == Side::Lower { -g } else { 0.0 }).collect();
+            ContactGrid { x: p.gap.x.clone(), y: p.gap.y.clone(), nodes: Vec::new(), z }
+        });
+        bodies.places.push(Place::meshless((name, side), 0, grid, material_of(body)?));
+    }
+    Ok(bodies)
+}
+
+/// On rank 0: the tables of the placement of `job`, after the contact was found not to reach the end of a profile: `closed` tells its nodes.
+pub(super) fn tables(job: &Job, closed: impl Fn(usize) -> bool) -> Result<Vec<Table>> {
+    let placed = Placed::of(job)?;
+    placed.refuse_edge(closed)?;
+    Ok(placed.tables())
+}

@@ -1,0 +1,60 @@
+//! Rules of a wheel on a rail by their profiles.
+
+use super::super::model::*;
+
+/// Adds the faults of a job with profiles or a placement.
+pub fn check(job: &Job, faults: &mut Vec<String>) {
+    let placement = job.contact.as_ref().and_then(|c| c.placement.as_ref());
+    for (name, body) in job.bodies() {
+        let path = format!("bodies.{name}");
+        match (&body.profile, placement) {
+            (None, Some(_)) => faults.push(format!("{path}.profile: missing; contact.placement needs that of the wheel (upper) and of the rail (lower), e.g. \"S1002\" or \"60E1\"")),
+            (Some(_), None) => faults.push(format!("{path}.profile: given without contact.placement, which says where the wheel is; give both or none")),
+            (Some(_), Some(_)) if body.mesh.is_some() => {
+                faults.push(format!("{path}.mesh: given beside {path}.profile; a wheel on a rail by their profiles is of half-spaces, leave the mesh out"));
+            }
+            _ => {}
+        }
+        match (&body.profile, name) {
+            (Some(Profile::S1002), "lower") => faults
+                .push(format!("{path}.profile: found \"S1002\", a wheel; the rail is the lower body, e.g. \"60E1\"")),
+            (Some(Profile::Rail60E1 | Profile::Uic60), "upper") => faults.push(format!(
+                "{path}.profile: found the profile of a rail; the wheel is the upper body, e.g. \"S1002\""
+            )),
+            (Some(Profile::File(file)), _) if file.path.as_os_str().is_empty() => {
+                faults.push(format!("{path}.profile.file.path: the file name is empty"))
+            }
+            _ => {}
+        }
+        if body.profile.is_some() {
+            for (key, given) in [("damping", body.damping != Damping::default()), ("fixed", !body.fixed.is_empty())] {
+                if given {
+                    faults.push(format!("{path}.{key}: a half-space has none; leave it out"));
+                }
+            }
+        }
+    }
+    let (Some(contact), Some(placement)) = (&job.contact, placement) else { return };
+    if contact.compliance != Compliance::HalfSpace {
+        faults.push("contact.compliance: expected \"half_space\" with contact.placement".into());
+    }
+    if contact.patch.is_some() {
+        faults.push(
+            "contact.patch: given beside contact.placement, whose grid follows from the profiles; leave it out".into(),
+        );
+    }
+    if contact.creepage != Creepage::default() {
+        faults.push("contact.creepage: given beside contact.placement, from which creepages follow; give those that are to be others in contact.placement.creepage".into());
+    }
+    if placement.contact.is_some() && (placement.lateral != 0.0 || placement.roll != 0.0) {
+        faults.push(
+            "contact.placement.contact: given beside lateral or roll, which follow from it; leave one of the two out"
+                .into(),
+        );
+    }
+    if job.analyses.modes.is_some() {
+        faults.push(
+            "analyses.modes: bodies given by their profiles are half-spaces, which have no modes; leave it out".into(),
+        );
+    }
+}

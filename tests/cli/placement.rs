@@ -1,0 +1,107 @@
+//! A wheel on a rail by their profiles, in whole runs.
+
+use super::program::*;
+use serde_json::{json, Value};
+
+fn numbers(folder: &Folder, name: &str) -> Vec<f64> {
+    let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn wheel_on_rail() -> Value {
+    job("wheel-on-rail-contact.json")
+}
+
+/// `jobs/wheel-on-rail-contact.json` beside CONTACT, case 13 of the Manchester benchmark, left wheel: Fx 973 N and Fs −2845 N in its axes, on the rail, approach 22.78 µm,
+/// 578.5 MPa; the point of contact at −3.3 mm of the rail's profile. The same on two ranks.
+#[test]
+fn the_forces_are_those_of_contact() {
+    for ranks in [1, 2] {
+        let folder = Folder::with(wheel_on_rail().to_string());
+        let ran = folder.call(ranks, "run", &[]);
+        assert!(ran.good().out.contains("wheel on rail: touch at y ="), "{}", ran.out);
+        let force = numbers(&folder, "contact/force");
+        // x is backwards in the program.
+        for (found, want) in [(-force[0], 973.0), (force[1], -2845.0)] {
+            assert!((found - want).abs() < 0.003 * 3006.0, "{force:?}");
+        }
+        let approach = numbers(&folder, "contact/approach")[0];
+        assert!((approach - 22.78e-6).abs() < 0.05e-6, "{approach}");
+        let peak = numbers(&folder, "contact/pressure").into_iter().fold(0.0, f64::max);
+        assert!((peak / 578.5e6 - 1.0).abs() < 4e-3, "{peak}");
+        // ξ, η, φ of CONTACT: −0.004901, 0.01437, −1.957e-5 1/mm.
+        let creepage = numbers(&folder, "placement/creepage");
+        for (found, want) in creepage.iter().zip([0.004901, 0.01437, 0.01957]) {
+            assert!((found / want - 1.0).abs() < 2e-3, "{creepage:?}");
+        }
+        assert!((numbers(&folder, "placement/contact_angle")[0] - 0.0597).abs() < 2e-3);
+    }
+}
+
+/// Left and right are mirror images; a creepage that is given takes the place of its own.
+#[test]
+fn sides_are_mirrored_and_creepages_are_overridden() {
+    let run = |change: &dyn Fn(&mut Value)| {
+        let mut job = wheel_on_rail();
+        change(&mut job["contact"]["placement"]);
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "run", &[]).good();
+        (numbers(&folder, "contact/force"), numbers(&folder, "placement/creepage"))
+    };
+    let (left, _) = run(&|_| {});
+    let (right, _) = run(&|p| {
+        p["side"] = json!("right");
+        for key in ["lateral", "yaw", "roll"] {
+            p[key] = json!(-p[key].as_f64().expect("a number"));
+        }
+    });
+    for (c, sign) in [(0, 1.0), (1, -1.0), (2, 1.0)] {
+        assert!((left[c] - sign * right[c]).abs() < 1e-6 * left[2].abs(), "{left:?} {right:?}");
+    }
+    let (force, creepage) = run(&|p| p["creepage"] = json!({ "longitudinal": 0.0, "lateral": -0.002, "spin": 0.0 }));
+    assert_eq!(creepage, [0.0, -0.002, 0.0]);
+    assert!(force[0].abs() < 1.0 && force[1] > 0.0, "{force:?}");
+}
+
+/// What `check` says of the geometry, a profile from a file, and a creep curve on it.
+#[test]
+fn a_profile_from_a_file_is_checked_and_rolled() {
+    let mut job = wheel_on_rail();
+    job["bodies"]["upper"]["profile"] = json!({ "file": { "path": "wheel.txt" } });
+    job["contact"]["placement"]["yaw"] = json!(0.0);
+    job["analyses"] = json!({ "creep_curve": { "key": "lateral", "from": 0, "to": 0.01, "count": 5 } });
+    let folder = Folder::with(job.to_string());
+    // A cone of 1:20 with a flange, mm, z down.
+    let z = |y: f64| if y < -34.0 { 1.7 + 1.2 * (-34.0 - y) } else { -0.05 * y };
+    let text: String = (-50..=60).map(|y| format!("{} {}\n", y, z(f64::from(y)))).collect();
+    std::fs::write(folder.path("wheel.txt"), text).expect("write the profile");
+    let checked = folder.call(1, "check", &[]);
+    assert!(checked.good().out.contains("contact angle") && checked.out.contains("rolling radius"), "{}", checked.out);
+    folder.call(1, "run", &[]).good();
+    let force = numbers(&folder, "creep_curve/force");
+    let lateral: Vec<f64> = force.chunks_exact(3).map(|f| f[1]).collect();
+    assert!(lateral.windows(2).all(|w| w[1] < w[0]) && lateral[0].abs() < 200.0, "{lateral:?}");
+}
+
+#[test]
+fn mistakes_are_named() {
+    /// A change of the job, the exit code, and what is said.
+    type Case<'c> = (&'c dyn Fn(&mut Value), i32, &'c [&'c str]);
+    let cases: [Case; 8] = [
+        (&|j| j["bodies"]["lower"]["profile"] = Value::Null, 2, &["bodies.lower.profile: missing", "60E1"]),
+        (&|j| j["bodies"]["lower"]["profile"] = json!("S1002"), 2, &["bodies.lower.profile", "a wheel"]),
+        (&|j| j["contact"]["placement"] = Value::Null, 2, &["bodies.lower.profile: given without contact.placement"]),
+        (&|j| j["contact"]["compliance"] = json!("fe"), 2, &["contact.compliance", "half_space"]),
+        (&|j| j["contact"]["creepage"] = json!({ "lateral": 0.01 }), 2, &["contact.creepage", "contact.placement.creepage"]),
+        (&|j| j["contact"]["placement"]["radius"] = json!(460), 2, &["radius of the wheel of 460 m"]),
+        (&|j| j["contact"]["placement"]["lateral"] = json!(0.15), 2, &["contact.placement"]),
+        (&|j| j["bodies"]["upper"]["profile"] = json!({ "file": { "path": "gone.prw" } }), 3, &["gone.prw"]),
+    ];
+    for (change, code, words) in cases {
+        let mut job = wheel_on_rail();
+        change(&mut job);
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "run", &[]).failed(code, words);
+        folder.untouched();
+    }
+}
