@@ -1,5 +1,7 @@
 """Creep curves: friction over one creepage, the share that sticks, and the growth rate of the least stable mode."""
 
+from pathlib import Path
+
 import matplotlib.pyplot as plt
 import numpy as np
 from results import lookup
@@ -11,6 +13,26 @@ NAMES = {
     "lateral": ("lateral creepage η / %", 100),
     "spin": ("spin φ / (1/m)", 1),
 }
+
+LAWS = (
+    ("linear", (0, (1, 3)), "linear theory"),
+    ("shen_hedrick_elkins", "-.", "Shen, Hedrick, Elkins"),
+    ("polach", ":", "Polach"),
+    ("fastsim", "--", "FASTSIM"),
+)
+REFERENCE = Path(__file__).parents[2] / "docs/reference/contact_creep_forces.csv"
+
+
+def of_contact(results, key):
+    """Creepages and forces over μN that CONTACT has for the bodies and the load of the job; none of other ones."""
+    body = {"mesh.cylinder.outer_radius": 0.5, "mesh.cylinder.crown_radius": 0.5, "material.young": 205e9, "material.poisson": 0.3}
+    wanted = {f"bodies.{place}.{name}": value for place in ("lower", "upper") for name, value in body.items()}
+    wanted |= {"contact.friction": 0.3, "contact.creepage.longitudinal": 0, "contact.creepage.spin": 0}
+    if key != "lateral" or any(lookup(results.job, name) != value for name, value in wanted.items()):
+        return None
+    rows = np.genfromtxt(REFERENCE, delimiter=",", skip_header=3)
+    rows = rows[rows[:, 0] == lookup(results.job, "contact.normal_load")]
+    return (rows[:, 1], rows[:, 2]) if len(rows) else None
 
 
 def limit(results, force):
@@ -34,10 +56,19 @@ def pictures(results, out):
     figure, axes = plt.subplots(
         2 + stable, 1, sharex=True, figsize=(6.8, 6.4 + 1.8 * stable), constrained_layout=True, height_ratios=[2] + [1] * (1 + stable)
     )
-    bound, law = limit(results, force)
-    unit, name = (bound, "μN") if law else (-force[:, 2], "N")
+    bound, coefficient = limit(results, force)
+    unit, name = (bound, "μN") if coefficient else (-force[:, 2], "N")
     for component, color, text in ((0, ORANGE, "F$_x$"), (1, BLUE, "F$_y$")):
         axes[0].plot(x, (force[:, component] / unit)[order], color=color, label=f"{text} on body 1", marker=".", markersize=4)
+    for key_of_law, style, text in LAWS:
+        law = results[f"creep_curve/{key_of_law}"] / unit[:, None]
+        # That in which most happens; the linear theory leaves the picture.
+        main = int(np.nanmax(np.abs(force[:, 1])) > np.nanmax(np.abs(force[:, 0])))
+        shown = np.where(np.abs(law[order, main]) < 1.3, law[order, main], np.nan)
+        axes[0].plot(x, shown, color=GREY, linestyle=style, linewidth=1, label=text)
+    points = of_contact(results, key)
+    if points:
+        axes[0].plot(factor * points[0], points[1], "o", color=RED, markersize=6, markerfacecolor="none", label="CONTACT")
     axes[0].axhline(0, color=GREY, linewidth=0.6)
     axes[0].set_ylabel(f"friction over {name}")
     axes[0].set_title(heading(results) + "creep curve")

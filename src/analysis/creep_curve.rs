@@ -5,11 +5,12 @@ use super::memory;
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
+use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, Ellipse};
 use crate::contact::{Continuation, SteadyProblem, SteadySolution};
 use crate::grid::Interface;
-use crate::job::{self, CreepCurve};
+use crate::job::{self, CreepCurve, Job};
 use crate::model::{ModalPair, ReducedModel};
-use crate::output::datasets::creep_curve::{tables, Point};
+use crate::output::datasets::creep_curve::{tables, Baseline, Point};
 use crate::stability::{grows, spectrum};
 use crate::{Error, Result};
 
@@ -20,7 +21,7 @@ pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, mo
     let values = wanted.numbers().map_err(|fault| Error::Job(format!("analyses.creep_curve.values: {fault}")))?;
     let progress = &mut *run.progress;
     let points = world.on_root(|| {
-        let curve = Curve { wanted, contact, analyses: &job.analyses, model: model.root()? };
+        let curve = Curve { wanted, contact, job, model: model.root()? };
         let mut continuation = Continuation::new(curve.problem());
         let point = |(number, &value): (usize, &f64)| {
             let point = curve.point(&mut continuation, value);
@@ -40,7 +41,7 @@ pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, mo
 struct Curve<'a> {
     wanted: &'a CreepCurve,
     contact: &'a job::Contact,
-    analyses: &'a job::Analyses,
+    job: &'a Job,
     model: &'a ReducedModel,
 }
 
@@ -48,8 +49,8 @@ impl<'a> Curve<'a> {
     /// Steady rolling, as a state of rest where small motions are looked at about it.
     fn problem(&self) -> SteadyProblem<'a> {
         let (model, steady): ((&Interface, &ModalPair), _) =
-            ((&self.model.interface, &self.model.pair), self.analyses.steady.as_ref());
-        match self.analyses.stability {
+            ((&self.model.interface, &self.model.pair), self.job.analyses.steady.as_ref());
+        match self.job.analyses.stability {
             Some(_) => at_rest(model, self.contact, steady),
             None => steady_rolling(model, self.contact, steady),
         }
@@ -69,13 +70,38 @@ impl<'a> Curve<'a> {
             job::Contact { creepage: self.contact.creepage.with(self.wanted.key, value), ..self.contact.clone() };
         let solution = continuation.solve(creepage(&contact))?;
         let mut point = of_solution(value, &self.model.interface, &solution);
-        if let Some(stability) = &self.analyses.stability {
+        point.baseline = self.baseline(&contact, &solution)?;
+        if let Some(stability) = &self.job.analyses.stability {
             let (problem, pair) = (continuation.problem(), &self.model.pair);
             memory::refuse_short(&contact.friction, |law| memory::rolling(problem, law, pair))?;
             let found = spectrum(stability, pair, &problem.contact(&solution))?;
             point.least_stable = found.eigenpairs.first().map(|e| (e.value, grows(e.value, e.backward_error)));
         }
         Ok(point)
+    }
+}
+
+impl Curve<'_> {
+    /// What laws of point contact have for the solution `r` under `contact`, on half-spaces of the bodies' materials, with the coefficient of
+    /// friction at the rigid creep of the centre. None where there is no ellipse in the range of their table.
+    fn baseline(&self, contact: &job::Contact, r: &SteadySolution) -> Result<Option<Baseline>> {
+        let mut materials = [(0.0, 0.0); 2];
+        for ((_, body), m) in self.job.bodies().into_iter().zip(&mut materials) {
+            let (_, material) = body.elements()?;
+            *m = (material.young, material.poisson);
+        }
+        let s = &self.model.interface;
+        let nodes = (0..s.len()).map(|i| (s.point(i), r.pressure[i] * s.weight[i]));
+        let c = creepage(contact);
+        let friction = contact.friction.coefficient(contact.speed * c.longitudinal.hypot(c.lateral));
+        let of = |e: Ellipse| Baseline {
+            half_axes: [e.a, e.b],
+            linear: linear(&e, &c),
+            shen_hedrick_elkins: shen_hedrick_elkins(&e, &c),
+            polach: polach(&e, &c),
+            fastsim: fastsim(&e, &c),
+        };
+        Ok(Ellipse::of_pressure(nodes, friction, materials).map(of))
     }
 }
 
@@ -96,6 +122,7 @@ fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> Point {
         stick_share: if stick + slip > 0.0 { stick / (stick + slip) } else { 0.0 },
         residual: r.residual,
         iterations: r.iterations,
+        baseline: None,
         least_stable: None,
     }
 }
@@ -131,7 +158,8 @@ fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[Point], summ
     }
     let Some(first) = points.iter().find(|p| p.status != 0) else { return };
     summary.fail(Error::NotConverged(format!(
-        "{failed} of {} points of the creep curve failed, the others are in the results; /creep_curve/status and /creep_curve/message say which and why. \
+        "{failed} of {} points of the creep curve failed, the others are in the results; \
+         /creep_curve/status and /creep_curve/message say which and why. \
          The first is {key} = {}: {}",
         points.len(),
         first.value,

@@ -68,8 +68,8 @@ impl Study<'_> {
         all
     }
 
-    /// Derivatives by a parameter of the size `size`, about the contact given with its linearisation. None where nodes change their status however small
-    /// the step.
+    /// Derivatives by a parameter of the size `size`, about the contact given with its linearisation. None where nodes change their status however
+    /// small the step.
     fn derivative(
         &self,
         parameter: Parameter,

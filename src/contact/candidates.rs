@@ -5,6 +5,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 
 use super::influence::row;
 use super::interface::Upstream;
+use super::newton::Factors;
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::dense::dot;
 use crate::{Error, Result};
@@ -36,6 +37,8 @@ pub(super) struct Candidates {
     pub unit: f64,
     /// Approach in m per scaled approach.
     pub approach_unit: f64,
+    /// What Newton's method has made of them.
+    pub factors: Factors,
 }
 
 impl Candidates {
@@ -79,6 +82,7 @@ impl Candidates {
             target,
             unit,
             approach_unit: unit / reference,
+            factors: Factors::default(),
         };
         new.renew(problem, upstream)?;
         Ok(new)

@@ -6,6 +6,7 @@
 //! ṡ = c + V ∂w/∂x; |t| ≤ μp.
 
 pub(crate) mod active_set;
+pub mod baseline;
 mod candidates;
 mod continuation;
 pub(crate) mod course;

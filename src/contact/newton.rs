@@ -72,6 +72,15 @@ pub(super) struct Law<'a> {
     pub force_given: bool,
 }
 
+/// What was made of the closed nodes for the linear systems; of use as long as these nodes stay, from one solution to the next.
+#[derive(Default)]
+pub(super) struct Factors {
+    normal: NormalBlock,
+    compact: ClosedInfluence,
+    /// The candidates whose rows have changed since the compact matrix was made.
+    pub stale: Vec<usize>,
+}
+
 /// Counts of a solution.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Effort {
@@ -106,8 +115,7 @@ pub(super) fn solve(
         },
         target,
         factor: 1.0,
-        normal: NormalBlock::default(),
-        compact: ClosedInfluence::default(),
+        factors: std::mem::take(&mut c.factors),
         effort,
         trace: Vec::new(),
     };
@@ -145,6 +153,7 @@ pub(super) fn solve(
             )));
         }
     }
+    c.factors = run.factors;
     for (a, &i) in c.nodes.iter().enumerate() {
         for r in 0..3 {
             stress[3 * i + r] = x[3 * a + r] * c.unit;
@@ -165,8 +174,7 @@ struct Run<'a, 'p> {
     target: f64,
     /// Part of the creepage that is applied.
     factor: f64,
-    normal: NormalBlock,
-    compact: ClosedInfluence,
+    factors: Factors,
     effort: &'a mut Effort,
     /// Residuals so far.
     trace: Vec<f64>,
@@ -177,10 +185,8 @@ impl Run<'_, '_> {
     /// changes is small against what is left, so that the derivative can do without it.
     fn newton(&mut self, c: &mut Candidates, start: Iterate) -> Result<Option<Iterate>> {
         let mut now = start;
-        // Whether y is as computed from x, not carried along; whether that was done once near the solution; and the
-        // candidates whose rows have changed since the compact matrix was made.
+        // Whether y is as computed from x, not carried along; and whether that was done once near the solution.
         let (mut exact, mut near) = (true, false);
-        let mut stale = Vec::new();
         let mut before = None;
         for _ in 0..60 {
             if now.largest < 0.1 {
@@ -191,7 +197,7 @@ impl Run<'_, '_> {
                 }
                 if !changed.is_empty() {
                     now = Iterate::new(c, self.law, now.x, now.d, now.y);
-                    stale.extend(changed);
+                    self.factors.stale.extend(changed);
                 }
             }
             self.trace.push(now.largest);
@@ -213,7 +219,7 @@ impl Run<'_, '_> {
                 return Ok(None);
             }
             // The creep of open nodes is not carried along, and the first steps are long: their rounding stays.
-            let grown = !exact && closed.iter().any(|a| self.compact.closed.binary_search(a).is_err());
+            let grown = !exact && closed.iter().any(|a| self.factors.compact.closed.binary_search(a).is_err());
             let dropped = open_others(&mut now.x, &closed);
             if dropped || grown || (!near && !exact && now.largest < 1e-3) {
                 near = now.largest < 1e-3;
@@ -224,10 +230,11 @@ impl Run<'_, '_> {
             let ratio = before.map_or(1.0, |b| now.norm / b);
             before = Some(now.norm);
             let forcing = (0.5f64 * ratio * ratio).clamp(0.01, 0.05).max(0.2 * self.target / now.largest).min(0.3);
-            self.normal.update(self.problem, c, &closed)?;
-            self.compact.update(c, &closed, &stale);
+            let Factors { normal, compact, stale } = &mut self.factors;
+            normal.update(self.problem, c, &closed)?;
+            compact.update(c, &closed, stale);
             stale.clear();
-            let linear = NewtonSystem::new(c, self.law, &now, &self.normal, &self.compact);
+            let linear = NewtonSystem::new(c, self.law, &now, normal, compact);
             let Some(step) = linear.solve(forcing, self.effort) else { return Ok(None) };
             let Some(found) = self.search(c, &now, &step) else { return Ok(None) };
             now = found;

@@ -143,7 +143,8 @@ impl SteadyProblem<'_> {
         let mut candidates = match kept.take() {
             Some(mut old) if wanted.iter().all(|i| old.nodes.binary_search(i).is_ok()) => {
                 old.take_creepage(self);
-                old.renew(self, &upstream)?;
+                let changed = old.renew(self, &upstream)?;
+                old.factors.stale.extend(changed);
                 old
             }
             _ => Candidates::new(self, &upstream, wanted, &stress)?,

@@ -4,8 +4,8 @@
 //!
 //! dλ/dp = zᵀ (∂A/∂p − λ ∂E/∂p) x
 //!
-//! (P. Lancaster, *Numer. Math.* 6 (1964)). The vectors are exact. Where the state of rest follows the parameter, the derivative of the pencil is that along
-//! both: a difference of two pencils, each about a state of its own, in the same units.
+//! (P. Lancaster, *Numer. Math.* 6 (1964)). The vectors are exact. Where the state of rest follows the parameter, the derivative of the pencil is
+//! that along both: a difference of two pencils, each about a state of its own, in the same units.
 
 use faer::linalg::solvers::DenseSolveCore;
 use faer::Mat;
@@ -95,7 +95,8 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// That of those `pairs` which [`super::reduced::eigenpairs`] found of this contact, with Im λ ≥ 0; left vectors have at most the backward error `tolerance`.
+    /// That of those `pairs` which [`super::reduced::eigenpairs`] found of this contact, with Im λ ≥ 0; left vectors have at most the backward
+    /// error `tolerance`.
     pub fn new(bodies: &ModalPair, contact: &LinearContact, pairs: &[Eigenpair], tolerance: f64) -> Result<Self> {
         let pencil = assemble(bodies, contact, None)?;
         let vectors: Vec<_> = pairs.iter().map(|p| pencil.vector(p)).collect();
@@ -137,8 +138,8 @@ impl Linearisation {
         Ok(forms.into_iter().map(|f| f * (self.scales.rate / distance)).collect())
     }
 
-    /// Derivatives by the damping ratio of each mode, 1/s, `[eigenvalues][m1 + m2]`, as in [`Sensitivities::damping`]: of δC = 2ω_k δζ_k at the mode alone, which
-    /// takes the material rate q̇ + D′q.
+    /// Derivatives by the damping ratio of each mode, 1/s, `[eigenvalues][m1 + m2]`, as in [`Sensitivities::damping`]: of δC = 2ω_k δζ_k at the
+    /// mode alone, which takes the material rate q̇ + D′q.
     pub fn by_damping(&self, bodies: &ModalPair) -> Vec<Vec<Complex<f64>>> {
         let m = self.modes;
         let of = |j: usize| -> Vec<Complex<f64>> {

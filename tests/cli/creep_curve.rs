@@ -69,6 +69,10 @@ fn half_spaces_have_a_curve() {
     let mut job = curve(json!({ "creep_curve": { "key": "lateral", "values": range } }));
     job["contact"]["compliance"] = json!("half_space");
     job["contact"]["creepage"] = json!({});
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(0.001);
+    }
+    job["contact"]["patch"] = json!({ "half_length": 0.007, "half_width": 0.007 });
     let folder = Folder::with(job.to_string());
     let told = folder.call(1, "check", &[]);
     assert!(told.good().out.contains("steady rolling at 11 values of the lateral creepage"), "{}", told.out);
@@ -81,6 +85,14 @@ fn half_spaces_have_a_curve() {
         lateral.windows(2).all(|w| w[1] < w[0] + 1.0) && share.windows(2).all(|w| w[1] <= w[0]),
         "{lateral:?} {share:?}"
     );
+    // Laws of point contact: within some per cent of it, and in full sliding the same.
+    for (law, within) in [("fastsim", 0.05), ("shen_hedrick_elkins", 0.05), ("polach", 0.06)] {
+        let there: Vec<f64> = read(&folder, "job.h5", &format!("creep_curve/{law}"));
+        let apart = there.chunks_exact(2).zip(&lateral).map(|(f, y)| (f[1] - y).abs() / 21e3).fold(0.0, f64::max);
+        assert!(apart < within, "{law}: {apart}, {there:?} {lateral:?}");
+    }
+    let half: Vec<f64> = read(&folder, "job.h5", "creep_curve/half_axes");
+    assert!(half.iter().all(|h| (h - 4.884e-3).abs() < 0.02 * 4.884e-3), "{half:?}");
     assert!(hdf5::File::open(folder.path("job.h5")).expect("results").dataset("creep_curve/eigenvalue").is_err());
 }
 

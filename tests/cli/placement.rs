@@ -69,7 +69,7 @@ fn a_profile_from_a_file_is_checked_and_rolled() {
     let mut job = wheel_on_rail();
     job["bodies"]["upper"]["profile"] = json!({ "file": { "path": "wheel.txt" } });
     job["contact"]["placement"]["yaw"] = json!(0.0);
-    job["analyses"] = json!({ "creep_curve": { "key": "lateral", "from": 0, "to": 0.01, "count": 5 } });
+    job["analyses"] = json!({ "creep_curve": { "key": "lateral", "values": { "from": 0, "to": 0.01, "count": 5 } } });
     let folder = Folder::with(job.to_string());
     // A cone of 1:20 with a flange, mm, z down.
     let z = |y: f64| if y < -34.0 { 1.7 + 1.2 * (-34.0 - y) } else { -0.05 * y };
@@ -92,7 +92,11 @@ fn mistakes_are_named() {
         (&|j| j["bodies"]["lower"]["profile"] = json!("S1002"), 2, &["bodies.lower.profile", "a wheel"]),
         (&|j| j["contact"]["placement"] = Value::Null, 2, &["bodies.lower.profile: given without contact.placement"]),
         (&|j| j["contact"]["compliance"] = json!("fe"), 2, &["contact.compliance", "half_space"]),
-        (&|j| j["contact"]["creepage"] = json!({ "lateral": 0.01 }), 2, &["contact.creepage", "contact.placement.creepage"]),
+        (
+            &|j| j["contact"]["creepage"] = json!({ "lateral": 0.01 }),
+            2,
+            &["contact.creepage", "contact.placement.creepage"],
+        ),
         (&|j| j["contact"]["placement"]["radius"] = json!(460), 2, &["radius of the wheel of 460 m"]),
         (&|j| j["contact"]["placement"]["lateral"] = json!(0.15), 2, &["contact.placement"]),
         (&|j| j["bodies"]["upper"]["profile"] = json!({ "file": { "path": "gone.prw" } }), 3, &["gone.prw"]),

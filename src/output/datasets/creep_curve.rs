@@ -30,8 +30,25 @@ pub struct Point {
     pub residual: f64,
     /// Newton iterations.
     pub iterations: usize,
+    /// What laws of point contact have in its place.
+    pub baseline: Option<Baseline>,
     /// The eigenvalue with the largest growth rate, 1/s, and whether it grows by more than rounding.
     pub least_stable: Option<(Complex<f64>, bool)>,
+}
+
+/// Forces (x, y) on body 1 by laws of point contact, N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Baseline {
+    /// Half-axes of the ellipse along and across the rolling direction, m.
+    pub half_axes: [f64; 2],
+    /// Kalker's linear theory.
+    pub linear: [f64; 2],
+    /// Shen, Hedrick and Elkins.
+    pub shen_hedrick_elkins: [f64; 2],
+    /// Polach.
+    pub polach: [f64; 2],
+    /// FASTSIM.
+    pub fastsim: [f64; 2],
 }
 
 impl Point {
@@ -49,6 +66,7 @@ impl Point {
             stick_share: f64::NAN,
             residual: f64::NAN,
             iterations: 0,
+            baseline: None,
             least_stable: None,
         }
     }
@@ -95,12 +113,30 @@ pub fn tables(wanted: &CreepCurve, all: &[Point], stability: bool) -> Vec<Table>
             all.iter().map(|p| p.message.clone()).collect::<Vec<String>>(),
         ),
     ];
+    let pair = |name: &str, units: &str, text: &str, of: fn(&Baseline) -> [f64; 2]| {
+        let values: Vec<f64> = all.iter().flat_map(|p| p.baseline.as_ref().map_or([f64::NAN; 2], of)).collect();
+        Table::new(&format!("/creep_curve/{name}"), units, text, &[all.len(), 2], values)
+    };
+    let of = |law: &str| format!("Friction (x, y) on body 1 of a point contact with the ellipse of half_axes: {law}.");
+    tables.extend([
+        pair(
+            "half_axes",
+            "m",
+            "Half-axes along and across the rolling direction of the ellipse with the second moments of the pressure; \
+             NaN, with the forces on it, where the point failed or the ellipse is beyond Kalker's table.",
+            |b| b.half_axes,
+        ),
+        pair("linear", "N", &of("Kalker's linear theory, without slip"), |b| b.linear),
+        pair("shen_hedrick_elkins", "N", &of("Shen, Hedrick and Elkins"), |b| b.shen_hedrick_elkins),
+        pair("polach", "N", &of("Polach"), |b| b.polach),
+        pair("fastsim", "N", &of("Kalker's FASTSIM"), |b| b.fastsim),
+    ]);
     if stability {
         let none = Complex::new(f64::NAN, f64::NAN);
         tables.push(Table::list(
             "/creep_curve/eigenvalue",
             "1/s",
-            "Eigenvalue with the largest growth rate about steady rolling, growth rate + i angular frequency; NaN where there is none.",
+            "The eigenvalue about steady rolling with the largest growth rate; NaN where there is none.",
             all.iter().map(|p| p.least_stable.map_or(none, |l| l.0)).collect::<Vec<Complex<f64>>>(),
         ));
     }
