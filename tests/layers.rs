@@ -42,6 +42,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "petsc",
             "eigen",
             "fem",
+            "swept",
             "body",
             "model",
             "contact",
