@@ -1,4 +1,5 @@
-//! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the ranks; at its contact the compliance of a
+//! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the ranks; at its contact the
+//! compliance of a
 //! half-space and, beside it, a motion of the contact that is constant or goes with x and y ("hybrid").
 
 use super::clusters;
@@ -370,7 +371,8 @@ mod tests {
         Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], contact, rotation }
     }
 
-    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple the two
+    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple
+    /// the two
     /// families of an order, order 0 within itself.
     #[test]
     fn pairs_at_the_contact_and_in_rotation() {

@@ -42,7 +42,8 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the centrifugal prestress of a body that rotates.
+    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the centrifugal prestress of a body that
+    /// rotates.
     pub fn of(
         forms: &Forms,
         modes: &Modes,
@@ -156,7 +157,8 @@ pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
     Ok(Modes { order: n, omega: lambda.iter().map(root).collect(), vectors, residual })
 }
 
-/// What `of` finds of each order, where `size` of it is not 0, until it finds nothing in some orders on end; it is given the orders to look at, as many as
+/// What `of` finds of each order, where `size` of it is not 0, until it finds nothing in some orders on end; it is given the orders to look at, as
+/// many as
 /// `together`.
 pub fn by_orders<T>(
     together: usize,
