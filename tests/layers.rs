@@ -43,6 +43,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "petsc",
             "eigen",
             "fem",
+            "swept",
             "body",
             "model",
             "contact",

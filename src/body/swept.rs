@@ -1,4 +1,5 @@
-//! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the ranks; at its contact the compliance of a
+//! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the ranks; at its contact the
+//! compliance of a
 //! half-space and, beside it, a motion of the contact that is constant or goes with x and y ("hybrid").
 
 use super::clusters;
@@ -9,7 +10,7 @@ use super::{Body, Kind, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::compliance::sum;
-use crate::swept::modes::{by_orders, lowest, of_order};
+use crate::swept::modes::{below, by_orders, limit_of, of_order};
 use crate::swept::{BuiltIn, Constant, Forms, LineLoad, Patch, Prestress, Seen, Square, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
@@ -117,11 +118,28 @@ impl<'w> Swept<'w> {
         self.constant.ok_or_else(missing)
     }
 
+    /// Collective: number of modes below ω = `limit`, rad/s.
+    fn below(&self, limit: f64) -> Result<usize> {
+        let world = self.world;
+        let all = by_orders(
+            world.size,
+            |found: &usize| *found,
+            |orders| {
+                let n = orders[world.rank];
+                let mine = world.agree(below(&self.forms, n, limit))?;
+                let all = world.all_gather(&[(Seen::families(n) * mine) as u64]);
+                Ok(all.into_iter().map(|found| found as usize).collect())
+            },
+        )?;
+        Ok(all.iter().sum())
+    }
+
     /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
     fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut Steps) -> Result<Vec<Seen>> {
         let (world, forms) = (self.world, &self.forms);
         let circle = self.circle();
-        by_orders(world.size, |orders| {
+        let size = |seen: &Seen| seen.omega.len();
+        by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
             steps(orders[0], orders[0] + world.size);
             let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.making.radius()), patch));
@@ -283,7 +301,8 @@ impl Body for Swept<'_> {
             Extent::Count(count) => {
                 let mut wanted = count + BEYOND;
                 loop {
-                    let (all, _) = lowest(&self.forms, wanted, &mut up_to).map_err(named)?;
+                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit)).map_err(named)?;
+                    let all = up_to(limit).map_err(named)?;
                     let omega: Vec<f64> = members(&all).iter().map(Member::omega).collect();
                     if let Some(keep) = clusters::cut(&omega, count) {
                         break (all, keep);
@@ -352,7 +371,8 @@ mod tests {
         Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], contact, rotation }
     }
 
-    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple the two
+    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple
+    /// the two
     /// families of an order, order 0 within itself.
     #[test]
     fn pairs_at_the_contact_and_in_rotation() {

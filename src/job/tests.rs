@@ -234,7 +234,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("bodies.lower.fixed=[\"inner\",\"inner\"]".into(), vec!["fixed.1", "twice"]),
         ("bodies.lower.fixed=[\"contact\"]".into(), vec!["cannot be clamped"]),
         ("bodies.lower.fixed=[]".into(), vec!["bodies.lower.fixed: no fixed support", "static problem"]),
-        ("bodies.lower.mesh={}".into(), vec!["mesh: give exactly one of the keys \"cylinder\", \"file\"; found 0"]),
+        ("bodies.lower.mesh={}".into(), vec!["mesh: give exactly one of the keys \"cylinder\", \"file\", \"revolved\"; found 0"]),
         ("bodies.lower.mesh=5".into(), vec!["mesh: found the number 5, expected an object with one of the keys"]),
         ("contact.speed=0".into(), vec!["contact.speed: found 0, expected a number > 0 (m/s)"]),
         ("contact.friction=-0.1".into(), vec!["contact.friction: found -0.1, expected a number ≥ 0"]),
@@ -280,7 +280,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("contact.normal_load=null".into(), vec!["give exactly one of normal_load (N) and approach (m)"]),
         (
             "contact.compliance=halfspace".into(),
-            vec!["expected one of \"fe\", \"half_space\"; did you mean \"half_space\"?"],
+            vec!["expected one of \"fe\", \"half_space\", \"hybrid\"; did you mean \"half_space\"?"],
         ),
         ("contact.patch.half_width=0.06".into(), vec!["half_width: found 0.06 m, expected at most 0.05"]),
         ("contact.patch.half_width=0.001".into(), vec!["at least two elements"]),
@@ -450,7 +450,7 @@ fn another_form_of_the_mesh_takes_the_place_of_the_first() {
     let expected = std::env::current_dir().unwrap().join("folder/meshes/ring.msh");
     assert_eq!(*file, Some(MeshSource::File(expected)), "relative to the job file, and absolute from then on");
     let both = read(ANNULUS, &["bodies.lower.mesh.file=x.msh"]).unwrap_err().to_string();
-    says(&both, &["give exactly one of the keys \"cylinder\", \"file\"; found 2"]);
+    says(&both, &["give exactly one of the keys \"cylinder\", \"file\", \"revolved\"; found 2"]);
 }
 
 #[test]

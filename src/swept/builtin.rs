@@ -23,7 +23,8 @@ const GROWTH: f64 = 0.45;
 const PARTS: usize = 512;
 
 impl Focus {
-    /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` is the place of the contact, `corners` are those of singular stresses.
+    /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` is the place of the contact, `corners` are those of singular
+    /// stresses.
     fn lines(&self, breaks: &[f64], at: f64, corners: &[f64]) -> Vec<f64> {
         let size = |x: f64| {
             let contact = self.size + GROWTH * ((x - at).abs() - self.reach).max(0.0);
@@ -60,7 +61,8 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// The section of the cells for whose centre `inside` holds, its nodes at `place` of those of the lines. `tread` says which upper edges are of the running line,
+    /// The section of the cells for whose centre `inside` holds, its nodes at `place` of those of the lines. `tread` says which upper edges are of
+    /// the running line,
     /// given the radius and the y of their middle.
     fn section(
         &self,
@@ -208,7 +210,8 @@ pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
 /// Radius of the tread of W920S, m.
 const TREAD: f64 = 0.460;
 
-/// The benchmark wheel W920S: a bore of radius 95 mm, a hub, a straight web, a rim whose tread has the radius 460 mm, a flange. Its group `inner` is the bore. The
+/// The benchmark wheel W920S: a bore of radius 95 mm, a hub, a straight web, a rim whose tread has the radius 460 mm, a flange. Its group `inner` is
+/// the bore. The
 /// contact point lies `contact_offset`, m, from the middle of the web towards the flange.
 pub fn w920s(contact_offset: f64, focus: Focus) -> Result<Section> {
     const HUB: [f64; 2] = [0.095, 0.135];

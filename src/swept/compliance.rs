@@ -1,7 +1,9 @@
 //! Static compliance of a swept body at its contact: that of a half-space and a few numbers.
 //!
-//! W_ij = W_hs(x_i − x_j) + π(x_i) A π(x_j)ᵀ, π = (1, x, y): A = Γ⁻¹(B − B_hs)Γ⁻¹, with B the means of the displacements under the loads of [`super::load`], B_hs the
-//! same of a half-space, and Γ = ∫∫ω ππᵀ. Both are sums over the orders of Fourier, whose differences fall off as soon as the waves are short against the distance to the next edge:
+//! W_ij = W_hs(x_i − x_j) + π(x_i) A π(x_j)ᵀ, π = (1, x, y): A = Γ⁻¹(B − B_hs)Γ⁻¹, with B the means of the displacements under the loads of
+//! [`super::LineLoad`], B_hs the
+//! same of a half-space, and Γ = ∫∫ω ππᵀ. Both are sums over the orders of Fourier, whose differences fall off as soon as the waves are short against
+//! the distance to the next edge:
 //! A = Σ_{n ≤ n0} B_n − B_hs(|k_x| < (n0 + ½)/R) + Σ (B_n − B_hs,n), the last sum by blocks of orders, each with the value at its centre.
 
 use super::envelope::Factor;

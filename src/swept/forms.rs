@@ -1,4 +1,5 @@
-//! Stiffness and mass of a section at each Fourier order, and what prestress adds. Source of the strains of order n: O. C. Zienkiewicz, R. L. Taylor, The Finite
+//! Stiffness and mass of a section at each Fourier order, and what prestress adds. Source of the strains of order n: O. C. Zienkiewicz, R. L. Taylor,
+//! The Finite
 //! Element Method, 5th edition (2000), volume 2, chapter 9, with the signs of this module's families.
 
 use super::envelope::Factor;
@@ -197,7 +198,8 @@ impl Forms {
         })
     }
 
-    /// M x of columns with U and V of x exchanged, and with U, V as V, −U at the order 0: φᵀ of it is ∫ρ(U_j V_k + V_j U_k), or ∫ρ(U_j V_k − V_j U_k), all round.
+    /// M x of columns with U and V of x exchanged, and with U, V as V, −U at the order 0: φᵀ of it is ∫ρ(U_j V_k + V_j U_k), or ∫ρ(U_j V_k − V_j
+    /// U_k), all round.
     pub fn exchanged(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
         let sign = if n == 0 { -1.0 } else { 1.0 };
         let exchanged = Mat::from_fn(x.nrows(), x.ncols(), |i, k| match i % 3 {
@@ -296,7 +298,8 @@ fn brackets(n: usize) -> [[f64; 3]; 3] {
     [[n * n + 1.0, 2.0 * n, 0.0], [2.0 * n, n * n + 1.0, 0.0], [0.0, 0.0, n * n]]
 }
 
-/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y: what does not go with n, and what does.
+/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y: what does not go with n, and what
+/// does.
 fn strains(value: f64, [along_r, along_y]: [f64; 2], r: f64) -> [Strains; 2] {
     let over = value / r;
     [

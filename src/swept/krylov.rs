@@ -1,4 +1,5 @@
-//! The lowest eigenpairs of one order: Rayleigh and Ritz on a block Krylov space of (K − σM)⁻¹M, σ below all eigenvalues, every vector orthogonal in the mass to
+//! The lowest eigenpairs of one order: Rayleigh and Ritz on a block Krylov space of (K − σM)⁻¹M, σ below all eigenvalues, every vector orthogonal in
+//! the mass to
 //! all others. A section has a few thousand amplitudes and a few dozen modes of an order, so the space is never restarted.
 
 use super::envelope::Factor;

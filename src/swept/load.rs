@@ -1,6 +1,7 @@
 //! Loads that are spread over a small circle of the surface, as the orders of Fourier see them, on a swept body and on a half-space.
 //!
-//! Weight ω(x, y) = 3/(2πb²) √(1 − r²/b²), r² = x² + y²: Hertz' pressure of the force 1. Loads ω π_m e_c with π = (1, x, y) along e_c = (x, y, n into the body)
+//! Weight ω(x, y) = 3/(2πb²) √(1 − r²/b²), r² = x² + y²: Hertz' pressure of the force 1. Loads ω π_m e_c with π = (1, x, y) along e_c = (x, y, n into
+//! the body)
 //! have the number 3m + c; they are forces and moments on the circle, and the same means ⟨ω π_m, u_c⟩ are taken of displacements.
 
 use super::Forms;
@@ -47,7 +48,8 @@ struct Round {
 }
 
 impl Round {
-    /// Displacements times the weight, for each load without the factor y, in (U, V, W): u_x = u_r sin θ + u_θ cos θ, u_z = u_r cos θ − u_θ sin θ, n = −z.
+    /// Displacements times the weight, for each load without the factor y, in (U, V, W): u_x = u_r sin θ + u_θ cos θ, u_z = u_r cos θ − u_θ sin θ, n
+    /// = −z.
     fn means(&self, n: usize) -> [[f64; 3]; 6] {
         let Round { cos, x_sin, cos_along, sin_tilt, x_cos_tilt, x_sin_along } = *self;
         if n == 0 {
@@ -196,8 +198,10 @@ const FAR: f64 = 400.0;
 /// Parts of what goes up to there.
 const PANELS: usize = 300;
 
-/// Half-space that carries the loads: shear modulus G, Pa, and Poisson's ratio ν. In Fourier space, e^{i(k_x x + k_y y)}, a force along n moves the surface by
-/// (1 − ν)/(Gκ) along n and by i(1 − 2ν)k/(2Gκ²) along x, y; one along x, y by (δ − ν k k/κ²)/(Gκ) (from K. L. Johnson, Contact Mechanics, 1985, (3.18), (3.75)).
+/// Half-space that carries the loads: shear modulus G, Pa, and Poisson's ratio ν. In Fourier space, e^{i(k_x x + k_y y)}, a force along n moves the
+/// surface by
+/// (1 − ν)/(Gκ) along n and by i(1 − 2ν)k/(2Gκ²) along x, y; one along x, y by (δ − ν k k/κ²)/(Gκ) (from K. L. Johnson, Contact Mechanics, 1985,
+/// (3.18), (3.75)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpaceLoad {
     /// The circle of the loads.
@@ -299,7 +303,8 @@ mod tests {
         }
     }
 
-    /// B_nn = 0.6(1−ν²)/(Eb), B_tt = B_nn (2−ν)/(2(1−ν)); under a normal force the surface is drawn inwards; rocking in a fully loaded circle is the same about x
+    /// B_nn = 0.6(1−ν²)/(Eb), B_tt = B_nn (2−ν)/(2(1−ν)); under a normal force the surface is drawn inwards; rocking in a fully loaded circle is the
+    /// same about x
     /// and y; each order is the derivative of the sum.
     #[test]
     fn the_orders_of_the_half_space_add_up_to_hertz() {
@@ -312,7 +317,8 @@ mod tests {
             assert!((all[k][k] / wanted - 1.0).abs() < 1e-6, "{:e} {wanted:e}", all[k][k]);
         }
         assert!((all[5][5] / all[8][8] - 1.0).abs() < 1e-9 && (all[3][2] / all[7][2] - 1.0).abs() < 1e-9);
-        // ⟨ωx, u_x⟩ under ω e_n: the whole inside any circle pulls: −(1−2ν)/(4πG) ∫ω(s) Q(s)/… by parts, here against direct summation of u_r = −(1−2ν)Q(r)/(4πGr).
+        // ⟨ωx, u_x⟩ under ω e_n: the whole inside any circle pulls: −(1−2ν)/(4πG) ∫ω(s) Q(s)/… by parts, here against direct summation of u_r =
+        // −(1−2ν)Q(r)/(4πGr).
         let inward = points(0.0, b, 16).into_iter().map(|(r, step)| {
             let share = 1.0 - (1.0 - r * r / (b * b)).powf(1.5);
             let weight = 3.0 / (2.0 * PI * b * b) * (1.0 - r * r / (b * b)).sqrt();

@@ -42,7 +42,8 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the centrifugal prestress of a body that rotates.
+    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the centrifugal prestress of a body that
+    /// rotates.
     pub fn of(
         forms: &Forms,
         modes: &Modes,
@@ -156,42 +157,43 @@ pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
     Ok(Modes { order: n, omega: lambda.iter().map(root).collect(), vectors, residual })
 }
 
-/// Modes by orders, those without any left out, until `of` finds none in some orders on end; it is given the orders to look at, as many as `together`.
-pub fn by_orders(together: usize, mut of: impl FnMut(Vec<usize>) -> Result<Vec<Seen>>) -> Result<Vec<Seen>> {
+/// What `of` finds of each order, where `size` of it is not 0, until it finds nothing in some orders on end; it is given the orders to look at, as
+/// many as
+/// `together`.
+pub fn by_orders<T>(
+    together: usize,
+    size: impl Fn(&T) -> usize,
+    mut of: impl FnMut(Vec<usize>) -> Result<Vec<T>>,
+) -> Result<Vec<T>> {
     let mut all = Vec::new();
     let (mut next, mut empty) = (0, 0);
     // Beyond n = 2 the lowest frequency of an order rises with it.
     while empty < EMPTY || next <= 3 {
-        for modes in of((next..next + together.max(1)).collect())? {
-            empty = if modes.omega.is_empty() { empty + 1 } else { 0 };
-            all.extend(Some(modes).filter(|m| !m.omega.is_empty()));
+        for found in of((next..next + together.max(1)).collect())? {
+            empty = if size(&found) == 0 { empty + 1 } else { 0 };
+            all.extend(Some(found).filter(|f| size(f) > 0));
         }
         next += together.max(1);
     }
     Ok(all)
 }
 
-/// The limit, rad/s, up to which `up_to` finds more than `count` modes, and those, both families counted.
-pub fn lowest(
-    forms: &Forms,
-    count: usize,
-    mut up_to: impl FnMut(f64) -> Result<Vec<Seen>>,
-) -> Result<(Vec<Seen>, f64)> {
+/// A limit, rad/s, below which there are `count` modes at least, both families counted; `below` counts those below a limit.
+pub fn limit_of(forms: &Forms, count: usize, mut below: impl FnMut(f64) -> Result<usize>) -> Result<f64> {
     let most = 2 * forms.order();
     if count > most {
         return Err(Error::Job(format!(
-            "{count} modes are asked for, expected at most {most}, which the section has at two orders"
+            "analyses.modes.count: found {count}, expected at most {most}, which the section has at two orders"
         )));
     }
     let mut limit = 4.0 * forms.shift().abs().sqrt();
     loop {
-        let all = up_to(limit)?;
-        let found: usize = all.iter().map(Seen::count).sum();
-        if found > count {
-            return Ok((all, limit));
+        let found = below(limit)?;
+        if found >= count {
+            return Ok(limit);
         }
         // The number of modes of a plate goes with the frequency, that of a solid with its cube.
         let ratio = (count + 4) as f64 / found.max(1) as f64;
-        limit *= ratio.sqrt().clamp(1.15, 3.0);
+        limit *= ratio.sqrt().clamp(1.1, 3.0);
     }
 }

@@ -1,4 +1,5 @@
-//! An order of the free nodes that keeps neighbours close: reverse Cuthill and McKee (A. George, J. W. Liu, Computer Solution of Large Sparse Positive
+//! An order of the free nodes that keeps neighbours close: reverse Cuthill and McKee (A. George, J. W. Liu, Computer Solution of Large Sparse
+//! Positive
 //! Definite Systems, 1981, chapter 4).
 
 use std::collections::VecDeque;

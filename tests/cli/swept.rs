@@ -25,8 +25,10 @@ fn at_rest() -> Value {
     job
 }
 
-/// `jobs/swept-curve.json`: frequencies of a program of its own with elements of one size, which the singular corners of the clamped bores make up to 1.1e-3 too high, and
-/// growth rates with rigid sliding within 3 % of those on the compliance of a half-space with constants, 8.79, 6.27 and 2.99 1/s; finite elements of three dimensions
+/// `jobs/swept-curve.json`: frequencies of a program of its own with elements of one size, which the singular corners of the clamped bores make up to
+/// 1.1e-3 too high, and
+/// growth rates with rigid sliding within 3 % of those on the compliance of a half-space with constants, 8.79, 6.27 and 2.99 1/s; finite elements of
+/// three dimensions
 /// have 8.77, 6.28 and 2.96 1/s with 0.35 mm at the contact.
 #[test]
 fn the_narrow_curve_squeals_as_with_meshes() {
@@ -126,6 +128,9 @@ fn mirror_images_are_stable() {
     assert!(growth.len() > 20 && growth[0] < 0.0, "{growth:?}");
 }
 
+/// A change of a job, and the words of what is said about it.
+type Case<'c> = (&'c dyn Fn(&mut Value), &'c [&'c str]);
+
 #[test]
 fn keys_that_do_not_go_together_are_named() {
     let with = |change: &dyn Fn(&mut Value)| {
@@ -133,8 +138,6 @@ fn keys_that_do_not_go_together_are_named() {
         change(&mut job);
         Folder::with(job.to_string())
     };
-    /// A change of the job, and what is said of it.
-    type Case<'c> = (&'c dyn Fn(&mut Value), &'c [&'c str]);
     let cases: [Case; 7] = [
         (&|j| j["contact"]["compliance"] = json!("fe"), &["contact.compliance", "hybrid"]),
         (&|j| j["contact"]["patch"]["spacing"] = Value::Null, &["contact.patch.spacing", "0.001"]),

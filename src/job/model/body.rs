@@ -149,11 +149,11 @@ pub struct MatrixContact {
 pub enum MeshSource {
     /// The built-in annular cylinder.
     Cylinder(Cylinder),
-    /// A body of revolution swept from a section: no mesh of three dimensions.
-    Revolved(super::Revolved),
     /// A Gmsh MSH 4.1 file (ASCII or binary) in metres, relative to the job file: the body in its place, the contact point at the
     /// origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
     File(PathBuf),
+    /// A body of revolution swept from a section: no mesh of three dimensions.
+    Revolved(super::Revolved),
 }
 
 /// Annular cylinder with its axis along y, crowned or plain, meshed finely at the contact and coarsely far away.
