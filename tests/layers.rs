@@ -43,6 +43,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "petsc",
             "eigen",
             "fem",
+            "placement",
             "swept",
             "body",
             "model",

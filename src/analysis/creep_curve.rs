@@ -87,7 +87,7 @@ impl Curve<'_> {
     fn baseline(&self, contact: &job::Contact, r: &SteadySolution) -> Result<Option<Baseline>> {
         let mut materials = [(0.0, 0.0); 2];
         for ((_, body), m) in self.job.bodies().into_iter().zip(&mut materials) {
-            let (_, material) = body.elements()?;
+            let material = body.elastic()?;
             *m = (material.young, material.poisson);
         }
         let s = &self.model.interface;

@@ -64,7 +64,7 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     let mut meshed: Vec<Rc<Meshed>> = Vec::new();
     for (name, body) in job.bodies() {
         let found = meshes.of(job, name, body)?;
-        let (_, material) = body.elements()?;
+        let material = body.elastic()?;
         let mesh = &found.mesh;
         let mut volume = 0.0;
         let mut worst = (f64::INFINITY, 0);

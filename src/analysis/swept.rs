@@ -60,7 +60,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
     let mut bodies = Bodies::none();
     for (i, (name, body)) in given.iter().enumerate() {
         let grid = grid(job, body)?.filter(|_| !job.analyses.on_contact().is_empty());
-        let (_, m) = body.elements()?;
+        let m = body.elastic()?;
         let material = Material { young: m.young, poisson: m.poisson, density: m.density };
         let side = Side::named(name).unwrap_or(Side::Lower);
         if same && i == 1 {

@@ -167,6 +167,10 @@ impl fmt::Display for Plan {
             let contact =
                 if b.contact_nodes > 0 { format!(", {} contact nodes", b.contact_nodes) } else { String::new() };
             let (nodes, cells, dofs) = (b.nodes, b.cells, b.dofs);
+            if dofs == 0 && nodes == 0 {
+                writeln!(f, "  {:<6} half-space, {} contact nodes", b.name, b.contact_nodes)?;
+                continue;
+            }
             if nodes == 0 {
                 writeln!(f, "  {:<6} matrices of {dofs} degrees of freedom, {} contacts", b.name, b.contact_nodes)?;
                 continue;

@@ -44,10 +44,11 @@ fn given(contact: &Contact) -> String {
         Load::Approach(d) => format!("approach {d} m"),
     };
     let c = contact.creepage;
-    format!(
-        "{load}, friction {}, speed {} m/s, creepages {} {} {} 1/m",
-        contact.friction, contact.speed, c.longitudinal, c.lateral, c.spin,
-    )
+    let creepages = match &contact.placement {
+        Some(_) => "those of the placement".into(),
+        None => format!("{} {} {} 1/m", c.longitudinal, c.lateral, c.spin),
+    };
+    format!("{load}, friction {}, speed {} m/s, creepages {creepages}", contact.friction, contact.speed)
 }
 
 /// A step in words; some are not worth a line.
