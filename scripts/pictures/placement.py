@@ -24,7 +24,7 @@ def pictures(results, out):
     section.set_xlim(y - REACH, y + REACH)
     near = np.concatenate([rail[abs(rail[:, 0] - y) < REACH, 1], wheel[abs(wheel[:, 0] - y) < REACH, 1]])
     # z points down.
-    section.set_ylim(near.max() + 3, near.min() - 3)
+    section.set_ylim(near.max() + 3, near.min() - 15)
     section.set_aspect("equal")
     section.set_xlabel("y in the track / mm")
     section.set_ylabel("z in the track (down) / mm")
