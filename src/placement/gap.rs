@@ -12,6 +12,9 @@ const MARGIN: f64 = 1.7;
 /// Spacings of a grid over the smaller semi-axis.
 const SPACINGS: f64 = 8.0;
 
+/// Most lines on either side of the origin: along a contact that is much longer than wide they are further apart.
+const LINES: i64 = 48;
+
 /// The gap of two bodies at first touch, along the normal of a frame, on a rectilinear grid in the program's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
@@ -41,11 +44,12 @@ impl Gap {
 }
 
 /// Lines of a grid for an ellipse with the semi-extents `extent` along x and y, m: over ±1.7 of them, equally spaced with an eighth of the
-/// smaller one, a line through the origin.
+/// smaller one or as far apart as 97 lines are, a line through the origin.
 pub fn grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
     let spacing = extent[0].min(extent[1]) / SPACINGS;
     extent.map(|half| {
         let n = (MARGIN * half / spacing).ceil() as i64;
+        let (n, spacing) = if n > LINES { (LINES, MARGIN * half / LINES as f64) } else { (n, spacing) };
         (-n..=n).map(|i| i as f64 * spacing).collect()
     })
 }

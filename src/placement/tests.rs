@@ -23,6 +23,17 @@ fn standard(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placed {
 }
 
 /// The example of `docs/placement.md`.
+/// Nodes an eighth of the smaller extent apart; along a contact twelve times as long as wide as many lines as there may be.
+#[test]
+fn lines_of_a_long_contact_are_further_apart() {
+    let [x, y] = grid_lines([4e-3, 2e-3]);
+    assert_eq!((x.len(), y.len()), (57, 29));
+    assert!((x[1] - x[0] - 0.25e-3).abs() < 1e-15 && (y[1] - y[0] - 0.25e-3).abs() < 1e-15);
+    let [x, y] = grid_lines([12e-3, 1e-3]);
+    assert_eq!((x.len(), y.len(), x[48]), (97, 29, 0.0));
+    assert!((x[96] - 1.7 * 12e-3).abs() < 1e-15 && (y[1] - y[0] - 0.125e-3).abs() < 1e-15);
+}
+
 #[test]
 fn the_example_of_the_page() {
     let placed = standard(TrackSide::Right, -4e-3, 0.010, 0.0);

@@ -120,7 +120,7 @@ pub struct GivenCreepage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "1"))]
     pub lateral: Option<f64>,
-    /// Spin.
+    /// Spin of the contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "1/m"))]
     pub spin: Option<f64>,
