@@ -127,9 +127,11 @@ impl<'p> Bodies<'p> {
                 LinearSolver::Gamg => Method::Iterative,
             };
             let elements = Elements::new(petsc, fe, method).with_modes_by(eigen_method(job));
-            bodies.unique.push(Box::new(match body.axle().filter(|_| body.rotates()) {
-                Some(distance) => elements.rotating(Axis::below(distance))?,
-                None => elements,
+            let axis = body.axle().filter(|_| body.rotates()).map(Axis::below);
+            bodies.unique.push(Box::new(match (axis, &body.mesh) {
+                (Some(axis), Some(MeshSource::Cylinder(_))) => elements.made_round(axis),
+                (Some(axis), _) => elements.rotating(axis)?,
+                (None, _) => elements,
             }));
         }
         Ok(bodies)

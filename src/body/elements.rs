@@ -65,6 +65,11 @@ impl<'p> Elements<'p> {
         Ok(Self { axis: Some(axis), ..self })
     }
 
+    /// The same body rotating about `axis`, about which it is one of revolution by the way it is made, however coarse its facets.
+    pub fn made_round(self, axis: Axis) -> Self {
+        Self { axis: Some(axis), ..self }
+    }
+
     /// Collective: notes that `call` begins; the ranks agree on it.
     fn enter(&self, call: &'static str) -> Result<&'p World> {
         let world = self.petsc.world();

@@ -12,9 +12,9 @@ type C = Complex<f64>;
 
 /// What corrections may leave of an eigenvector: the error of a solution counts by the eigenvalue nearest to the shift, of which there is most in it, and so more in
 /// those far away.
-const CORRECTED: f64 = 2e-8;
+const CORRECTED: f64 = 1e-9;
 /// Bounds of what they may leave of a solution.
-const ACCURACY: [f64; 2] = [1e-13, 1e-8];
+const ACCURACY: [f64; 2] = [1e-14, 1e-11];
 /// Most corrections of a solution.
 const CORRECTIONS: usize = 20;
 
