@@ -72,11 +72,11 @@ impl<'p> Bodies<'p> {
             return Self::of_matrices(petsc, job, progress, summary);
         }
         let world = petsc.world();
-        if job.is_swept() {
-            return super::swept::build(world, job, progress, summary);
-        }
         if job.placement().is_some() {
             return super::placed::build(world, job, progress, summary);
+        }
+        if job.is_swept() {
+            return super::swept::build(world, job, progress, summary);
         }
         progress.stage("meshing");
         let given = job.bodies();

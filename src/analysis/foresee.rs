@@ -46,6 +46,13 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         report.lines.push(format!("meshes of {nodes} nodes are not made for a check; run looks at them"));
         return Ok(report);
     }
+    if job.placement().is_some() {
+        let placed = super::placed::Placed::of(job)?;
+        report = if wanted(job) { foreseen(job, &placed.interface()?)? } else { report };
+        report.lines.splice(0..0, placed.lines());
+        report.warnings.splice(0..0, placed.warnings());
+        return Ok(report);
+    }
     if job.is_swept() {
         let grid = |(_, body): &(_, &crate::job::Body)| super::swept::grid(job, body);
         let grids = job.bodies().iter().map(grid).collect::<Result<Vec<_>>>()?;
@@ -53,13 +60,6 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
             [Some(lower), Some(upper)] if wanted(job) => foreseen(job, &interface_between(lower, upper)?),
             _ => Ok(report),
         };
-    }
-    if job.placement().is_some() {
-        let placed = super::placed::Placed::of(job)?;
-        report = if wanted(job) { foreseen(job, &placed.interface()?)? } else { report };
-        report.lines.splice(0..0, placed.lines());
-        report.warnings.splice(0..0, placed.warnings());
-        return Ok(report);
     }
     let mut meshed: Vec<Rc<Meshed>> = Vec::new();
     for (name, body) in job.bodies() {

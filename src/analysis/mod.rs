@@ -104,6 +104,7 @@ fn capable(job: &Job) -> Result<()> {
             let (kind, is) = match body.matrices {
                 Some(_) => (Kind::Matrices, "is given by matrices"),
                 None if half_space => (Kind::HalfSpace, "is a half-space"),
+                None if body.is_half_space() => (Kind::HalfSpace, "is a half-space"),
                 None if job.is_swept() => (Kind::Swept, "is swept from a section"),
                 None => (Kind::Elements, "is of finite elements"),
             };

@@ -2,7 +2,7 @@
 
 use super::bodies::{material_of, Bodies, Place};
 use super::report::Summary;
-use crate::body::half_space::HalfSpace;
+use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
 use crate::grid::{ContactGrid, Interface};
 use crate::job::{self, Job, Load, Profile};
@@ -10,7 +10,9 @@ use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
 use crate::placement::read::{read, Kind, Reading};
-use crate::placement::{self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press};
+use crate::placement::{
+    self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
+};
 use crate::progress::Progress;
 use crate::{Error, Result};
 
@@ -239,7 +241,7 @@ pub(super) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
 
 /// Collective: the two places of a wheel on a rail.
 pub(super) fn build<'p>(
-    world: &World,
+    world: &'p World,
     job: &Job,
     progress: &mut Progress,
     summary: &mut Summary,
@@ -253,17 +255,51 @@ pub(super) fn build<'p>(
         progress.note(format!("warning: {warning}"));
         summary.warn(warning);
     }
+    let hybrid = job.is_swept();
+    let lines = |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.as_ref().map_or(Vec::new(), |p| of(&p.gap).clone()));
+    let (x, y) = (lines(|g| &g.x), lines(|g| &g.y));
+    let seats = seats(world, placed.as_ref())?;
     let mut bodies = Bodies::none();
     for (name, body) in job.bodies() {
         let side = Side::named(name).unwrap_or(Side::Lower);
+        if hybrid {
+            let grid = Some([&x[..], &y[..]]).filter(|_| !job.analyses.on_contact().is_empty());
+            bodies.unique.push(match &body.mesh {
+                Some(_) => {
+                    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+                    let seat = (seats[side.index()], track);
+                    Box::new(super::swept::wheel((world, summary), (name, body), seat, grid)?)
+                }
+                None => {
+                    let m = body.elastic()?;
+                    Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
+                }
+            });
+        }
         // The plane of the contact is where the wheel ends; the rail lies below it by the gap.
         let grid = placed.as_ref().map(|p| {
             let z = p.gap.gap.iter().map(|g| if side == Side::Lower { -g } else { 0.0 }).collect();
             ContactGrid { x: p.gap.x.clone(), y: p.gap.y.clone(), nodes: Vec::new(), z }
         });
-        bodies.places.push(Place::meshless((name, side), 0, grid, material_of(body)?));
+        let body_index = bodies.unique.len().saturating_sub(1);
+        bodies.places.push(Place::meshless((name, side), body_index, grid, material_of(body)?));
     }
     Ok(bodies)
+}
+
+/// Collective: where the contact is on the rail and on the wheel, known on rank 0.
+fn seats(world: &World, placed: Option<&Placed>) -> Result<[Seat; 2]> {
+    let found = world.on_root(|| {
+        let missing = || Error::Defect("a placement is asked for that is not there".into());
+        let placed = placed.ok_or_else(missing)?;
+        placed.placed.seats(&placed.frame).map_err(|e| e.context("contact.placement"))
+    })?;
+    let numbers = world.broadcast(found.map_or(Vec::new(), |seats| seats.iter().flat_map(|s| [s.y, s.tilt]).collect()));
+    let seat = |i: usize| Seat {
+        y: numbers.get(2 * i).copied().unwrap_or(0.0),
+        tilt: numbers.get(2 * i + 1).copied().unwrap_or(0.0),
+    };
+    Ok([seat(0), seat(1)])
 }
 
 /// On rank 0: the tables of the placement of `job`, after the contact was found not to reach the end of a profile: `closed` tells its nodes.

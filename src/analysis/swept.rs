@@ -1,29 +1,64 @@
 //! Bodies swept from sections, as a job gives them.
 
-use super::bodies::Bodies;
+use super::bodies::{material_of, Bodies};
 use super::report::Summary;
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
-use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::job::{self, Job, MeshSource, Section};
 use crate::parallel::World;
+use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::swept::{BuiltIn, Cylinder};
 use crate::{Error, Result};
 
-/// The section of a body.
+/// The section of a body, whose contact is where its mesh says it.
 fn section(body: &job::Body) -> Result<BuiltIn> {
     let Some(MeshSource::Revolved(revolved)) = &body.mesh else {
         return Err(Error::Defect("a section is asked for of a body that is not swept".into()));
     };
     let contact_offset = revolved.contact_offset;
     Ok(match revolved.section {
-        Section::W920S => BuiltIn::W920S(contact_offset),
+        Section::W920S => BuiltIn::W920S { offset: contact_offset, mirrored: false },
         Section::Cylinder(job::Ring { inner_radius, outer_radius, thickness, crown_radius }) => {
             BuiltIn::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
         }
     })
+}
+
+/// Where the contact of a wheel on a rail is on its section: the wheel at a seat, on a side of the track.
+fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<BuiltIn> {
+    // A right-hand wheel has its flange at −y.
+    let right = side == job::TrackSide::Right;
+    match section(body)? {
+        BuiltIn::W920S { .. } => Ok(BuiltIn::W920S { offset: if right { -seat.y } else { seat.y }, mirrored: right }),
+        BuiltIn::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
+    }
+}
+
+/// A body of a section, with lines of the contact grid and the tilt of its frame.
+fn made<'p>(
+    (world, summary): (&'p World, &mut Summary),
+    (name, body): (&str, &job::Body),
+    section: BuiltIn,
+    (grid, tilt): (Option<[&[f64]; 2]>, f64),
+) -> Result<Swept<'p>> {
+    let making =
+        Making { section, material: material_of(body)?, fixed: &body.fixed, rotates: body.rotates(), grid, tilt };
+    let swept = Swept::new(world, name, making)?;
+    let (unknowns, mass) = (swept.unknowns(), swept.mass());
+    summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, mass {mass:.6e} kg"));
+    Ok(swept)
+}
+
+/// The wheel `body` of a placement, on the same grid on every rank.
+pub(super) fn wheel<'p>(
+    told: (&'p World, &mut Summary),
+    (name, body): (&str, &job::Body),
+    (seat, side): (Seat, job::TrackSide),
+    grid: Option<[&[f64]; 2]>,
+) -> Result<Swept<'p>> {
+    made(told, (name, body), section_at(body, seat, side)?, (grid, seat.tilt))
 }
 
 /// The contact grid of a body in lower form; none of a job without contact.
@@ -60,26 +95,13 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
     let mut bodies = Bodies::none();
     for (i, (name, body)) in given.iter().enumerate() {
         let grid = grid(job, body)?.filter(|_| !job.analyses.on_contact().is_empty());
-        let m = body.elastic()?;
-        let material = Material { young: m.young, poisson: m.poisson, density: m.density };
+        let material = material_of(body)?;
         let side = Side::named(name).unwrap_or(Side::Lower);
         if same && i == 1 {
             summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
         } else {
-            let making = Making {
-                section: section(body)?,
-                material,
-                fixed: &body.fixed,
-                rotates: body.rotates(),
-                grid: grid.as_ref().map(|g| [&g.x[..], &g.y[..]]),
-            };
-            let swept = Swept::new(world, name, making)?;
-            summary.line(format!(
-                "body {name}: swept, {} unknowns of each order, mass {:.6e} kg",
-                swept.unknowns(),
-                swept.mass()
-            ));
-            bodies.unique.push(Box::new(swept));
+            let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
+            bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, (lines, 0.0))?));
         }
         let grid = grid.filter(|_| world.is_root());
         bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grid, material));

@@ -141,8 +141,10 @@ impl Body for HalfSpaceBody<'_> {
         self.world.on_root(|| self.material.compliance(&self.x, &self.y))
     }
 
+    /// None: it has no inertia that would reflect waves.
     fn modes(&mut self, _: Extent, _: &mut Steps) -> Result<TraceModes> {
-        Err(Error::Job(format!("body \"{}\" is a half-space, which has no modes", self.name)))
+        let rows = self.world.is_root().then(|| Mat::zeros(Body::rows(self), 0));
+        Ok(TraceModes { rows, reach: f64::INFINITY, ..TraceModes::default() })
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {

@@ -129,9 +129,8 @@ impl Kind {
             Kind::Elements => true,
             Kind::Swept => matches!(what, Capability::Modes | Capability::Grid),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
-            // A rigid body has all its modes, none, and touches wherever the other one does.
-            Kind::Rigid => matches!(what, Capability::Modes | Capability::Grid),
-            Kind::HalfSpace => what == Capability::Grid,
+            // A rigid body and a half-space have all their modes, none; a rigid body touches wherever the other one does.
+            Kind::Rigid | Kind::HalfSpace => matches!(what, Capability::Modes | Capability::Grid),
         }
     }
 }

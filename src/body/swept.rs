@@ -11,7 +11,9 @@ use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::compliance::sum;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
-use crate::swept::{BuiltIn, Constant, Forms, LineLoad, Patch, Prestress, Seen, Square, FAMILY, LOADS};
+use crate::swept::{
+    both_turned, turned, BuiltIn, Constant, Forms, LineLoad, Patch, Prestress, Seen, Square, FAMILY, LOADS,
+};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -38,6 +40,8 @@ pub struct Making<'a> {
     pub rotates: bool,
     /// Lines of the contact grid along x and y, m, where there is a contact.
     pub grid: Option<[&'a [f64]; 2]>,
+    /// Angle of the frame of the contact against that of the section, about x, rad: as [`turned`] has it.
+    pub tilt: f64,
 }
 
 /// A body of revolution.
@@ -51,6 +55,7 @@ pub struct Swept<'w> {
     rotates: bool,
     /// Lines of the contact grid, m; none without contact.
     grid: [Vec<f64>; 2],
+    tilt: f64,
     /// What is added to the half-space, m/N, once it is made.
     constant: Option<Square>,
     /// Modal part of the compliance, m/N, once modes are known.
@@ -70,6 +75,7 @@ impl<'w> Swept<'w> {
             fixed: making.fixed.to_vec(),
             rotates: making.rotates,
             grid: making.grid.map_or([Vec::new(), Vec::new()], |lines| lines.map(<[f64]>::to_vec)),
+            tilt: making.tilt,
             constant: None,
             modal: [[0.0; LOADS]; LOADS],
         })
@@ -239,6 +245,7 @@ impl Body for Swept<'_> {
         let all = world.sum_all(&flat);
         let size = LOADS * LOADS;
         let a: Square = std::array::from_fn(|c| std::array::from_fn(|d| all[LOADS * c + d]));
+        let a = both_turned(&a, self.tilt);
         self.constant = Some(a);
         let pico = |v: f64| 1e12 * v;
         let mut text = format!(
@@ -315,13 +322,13 @@ impl Body for Swept<'_> {
         list.truncate(keep);
         let mut modal = [[0.0; LOADS]; LOADS];
         for mode in list.iter().filter(|m| m.omega() > 0.0) {
-            let (rows, stiffness) = (mode.seen(), mode.omega() * mode.omega());
+            let (rows, stiffness) = (turned(mode.seen(), self.tilt), mode.omega() * mode.omega());
             for (i, row) in modal.iter_mut().enumerate() {
                 row.iter_mut().zip(rows).for_each(|(m, r)| *m += rows[i] * r / stiffness);
             }
         }
         self.modal = modal;
-        let seen: Vec<[f64; LOADS]> = list.iter().map(Member::seen).collect();
+        let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.tilt)).collect();
         let at = |i: usize, k: usize| {
             let pi = self.factors(i / 3);
             (0..3).map(|m| pi[m] * seen[k][3 * m + i % 3]).sum()

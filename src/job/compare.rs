@@ -1,6 +1,6 @@
 //! Jobs beside each other: what a reduced model depends on, and in which keys two documents differ.
 
-use super::{Body, Job};
+use super::{Body, GivenCreepage, Job, Placement};
 use serde_json::{json, Value};
 use std::fmt;
 
@@ -32,7 +32,13 @@ pub fn fe_inputs(job: &Job) -> Value {
         "analyses": { "modes": job.analyses.modes },
     });
     if let Some(placement) = job.placement() {
-        inputs["contact"]["placement"] = json!(placement);
+        // How fast it rolls and slides changes neither the bodies nor the gap.
+        inputs["contact"]["placement"] = json!(Placement {
+            speed: None,
+            angular_speed: None,
+            creepage: GivenCreepage::default(),
+            ..placement.clone()
+        });
         inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);
     }
     inputs

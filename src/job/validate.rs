@@ -315,7 +315,7 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
         match &job.contact {
             None => faults.push(format!("contact: missing; analyses.{analysis} needs it")),
             Some(contact) if contact.compliance.of_bodies() => {
-                for (name, _) in job.bodies().iter().filter(|(_, b)| b.fixed.is_empty()) {
+                for (name, _) in job.bodies().iter().filter(|(_, b)| b.fixed.is_empty() && !b.is_half_space()) {
                     faults.push(format!(
                         "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static problem; name a group to clamp, e.g. [\"inner\"]"
                     ));

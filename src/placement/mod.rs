@@ -163,6 +163,20 @@ pub struct Placed {
     minima: Vec<Close>,
     /// From y of the rail's profile to y of the track, m.
     rail_shift: f64,
+    /// Height of the top of the rail's profile after its cant, z down, m.
+    crown: f64,
+    /// Inclination of the rail, rad.
+    cant: f64,
+}
+
+/// Where a contact is on a body drawn in a frame of its own, y to the right and z up in the lower form.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seat {
+    /// y of the contact on the body's drawing, m: from the running circle of a wheel, from the middle of a rail's profile.
+    pub y: f64,
+    /// Angle χ of the contact's frame against the drawing's, about x, rad: the contact sees cos χ u_y − sin χ u_n along y and sin χ u_y + cos χ u_n
+    /// along n.
+    pub tilt: f64,
 }
 
 impl Placement {
@@ -173,7 +187,7 @@ impl Placement {
     /// directly that needs too much roll or makes the bodies overlap elsewhere.
     pub fn place(&self, wheel: &Profile, rail: &Profile) -> Result<Placed> {
         self.check()?;
-        let (rail, rail_shift) = self.rail_in_track(rail)?;
+        let (rail, rail_shift, crown) = self.rail_in_track(rail)?;
         let sign = self.side.sign();
         let mut pair = Pair {
             wheel: Wheel {
@@ -209,7 +223,7 @@ impl Placement {
             ..*c
         });
         let minima = rest.collect();
-        Ok(Placed { side: self.side, pair, minima, rail_shift })
+        Ok(Placed { side: self.side, pair, minima, rail_shift, crown, cant: self.cant })
     }
 
     fn check(&self) -> Result<()> {
@@ -236,8 +250,8 @@ impl Placement {
         Ok(())
     }
 
-    /// The rail in the track frame, right-hand form, and by how much it was moved in y, m.
-    fn rail_in_track(&self, rail: &Profile) -> Result<(Profile, f64)> {
+    /// The rail in the track frame, right-hand form, by how much it was moved in y, m, and the z of its top before that.
+    fn rail_in_track(&self, rail: &Profile) -> Result<(Profile, f64, f64)> {
         let turned = match self.cant {
             0.0 => rail.clone(),
             cant => rail.turned(cant)?,
@@ -264,7 +278,7 @@ impl Placement {
             }
         }
         let shift = 0.5 * self.gauge - 0.5 * (low + high);
-        Ok((turned.moved(shift, -crown), shift))
+        Ok((turned.moved(shift, -crown), shift, crown))
     }
 }
 
@@ -433,6 +447,29 @@ impl Placed {
         let wheel = &self.pair.wheel;
         let points = wheel.profile.nodes(step).into_iter().filter_map(|y| wheel.lowest(y));
         points.map(|l| [self.side.sign() * l.point[1], l.point[2]]).collect()
+    }
+
+    /// Where the origin of a frame is on the rail's and on the wheel's own drawings.
+    ///
+    /// # Errors
+    /// Where there is no wheel above the origin.
+    pub fn seats(&self, frame: &Frame) -> Result<[Seat; 2]> {
+        let sign = self.side.sign();
+        let [_, y, z] = frame.origin;
+        // The turn of [`Profile::turned`] undone.
+        let (s, c) = self.cant.sin_cos();
+        let rail = Seat {
+            y: sign * (c * (y - self.rail_shift) - s * (z + self.crown)),
+            tilt: -sign * (frame.angle + self.cant),
+        };
+        let (wheel_y, _) = self.pair.wheel.meet(frame.origin, frame.normal()).ok_or_else(|| {
+            Error::Job(format!(
+                "placement: there is no wheel above the point y = {:.2} mm of the track",
+                1e3 * sign * y
+            ))
+        })?;
+        let axle = self.axle(frame);
+        Ok([rail, Seat { y: sign * wheel_y, tilt: axle[2].atan2(axle[1]) }])
     }
 
     /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel is described, its z is

@@ -318,6 +318,30 @@ fn a_separate_second_contact_is_reported() {
     }
 }
 
+/// Seats lie on the drawings where bodies touch, turned as their drawings are; left and right are mirror images.
+#[test]
+fn seats_on_the_drawings() {
+    let cant = 1.0_f64.atan2(40.0);
+    for (lateral, roll) in [(0.0, 0.0), (-4e-3, 0.0), (6e-3, -2e-3)] {
+        let of = |side: TrackSide, sign: f64| {
+            let placed = standard(side, sign * lateral, sign * 0.01, sign * roll);
+            (placed.seats(&placed.frame()).unwrap(), placed.touch())
+        };
+        let ([rail, wheel], touch) = of(TrackSide::Right, 1.0);
+        assert!((wheel.y - touch.wheel).abs() < 1e-9 && (wheel.tilt - (touch.angle - roll)).abs() < 1e-5, "{wheel:?}");
+        assert!((rail.tilt + touch.angle + cant).abs() < 1e-15, "{rail:?}");
+        // On the upright profile the slope is the contact angle and the cant; its place is that of the touch turned back.
+        let profile = rail_60e1().unwrap();
+        let at = profile.at(rail.y);
+        assert!((at.slope.atan() - touch.angle - cant).abs() < 1e-9, "{} {}", at.slope.atan(), touch.angle);
+        assert!((cant.cos() * rail.y + cant.sin() * at.z - touch.rail).abs() < 1e-9, "{rail:?}");
+        let ([left_rail, left_wheel], _) = of(TrackSide::Left, -1.0);
+        for (left, right) in [(left_rail, rail), (left_wheel, wheel)] {
+            assert!((left.y + right.y).abs() < 1e-12 && (left.tilt + right.tilt).abs() < 1e-12);
+        }
+    }
+}
+
 /// The overlap of round bodies is √2 times as wide as their contact; that of a wheel that touches at two near places is much wider than either's
 /// ellipse.
 #[test]

@@ -59,7 +59,11 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
     }
     if body.profile.is_some() {
         let contact_nodes = crate::analysis::placed::Placed::of(job)?.nodes() as u64;
-        return Ok(BodySize { name, nodes: 0, cells: 0, dofs: 0, contact_nodes });
+        let [nodes, cells] = match &body.mesh {
+            Some(_) => crate::analysis::swept::size(body).map_err(named)?.map(|n| n as u64),
+            None => [0, 0],
+        };
+        return Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes });
     }
     match body.elements()?.0 {
         MeshSource::Cylinder(c) => {

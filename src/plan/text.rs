@@ -57,8 +57,8 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
     match step {
         Step::Earlier | Step::EarlierShapes | Step::Geometry | Step::FreeModes => None,
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
-        Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),
         Step::Bodies if job.placement().is_some() => Some("the wheel on the rail: gap and creepages".into()),
+        Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),
         Step::Bodies => Some("meshes, distributed; stiffness and mass".into()),
         Step::Solvers if job.is_swept() => {
             contact.map(|_| format!("statics of each body{once} under loads at the contact, by orders"))

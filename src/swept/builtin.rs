@@ -117,8 +117,13 @@ impl Lines<'_> {
 pub enum BuiltIn {
     /// An annular cylinder.
     Cylinder(Cylinder),
-    /// The benchmark wheel, with the distance of the contact point from the middle of its web towards the flange, m.
-    W920S(f64),
+    /// The benchmark wheel.
+    W920S {
+        /// Distance of the contact point from the middle of its web towards the flange, m.
+        offset: f64,
+        /// Whether its flange lies at negative y, as that of a right-hand wheel does.
+        mirrored: bool,
+    },
 }
 
 /// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
@@ -131,7 +136,7 @@ impl BuiltIn {
     pub fn radius(&self) -> f64 {
         match self {
             BuiltIn::Cylinder(c) => c.outer_radius,
-            BuiltIn::W920S(_) => TREAD,
+            BuiltIn::W920S { .. } => TREAD,
         }
     }
 
@@ -139,7 +144,7 @@ impl BuiltIn {
     pub fn height(&self, x: f64, y: f64) -> f64 {
         let drop = match self {
             BuiltIn::Cylinder(c) => c.drop(y),
-            BuiltIn::W920S(_) => 0.0,
+            BuiltIn::W920S { .. } => 0.0,
         };
         let (radius, here) = (self.radius(), self.radius() - drop);
         (here * here - x * x).max(0.0).sqrt() - radius
@@ -160,14 +165,15 @@ impl BuiltIn {
     fn sizes(&self) -> [f64; 2] {
         match self {
             BuiltIn::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
-            BuiltIn::W920S(_) => PARTS_OF_THE_WHEEL,
+            BuiltIn::W920S { .. } => PARTS_OF_THE_WHEEL,
         }
     }
 
     fn section(&self, focus: Focus) -> Result<Section> {
         match self {
             BuiltIn::Cylinder(c) => cylinder(c, focus),
-            BuiltIn::W920S(offset) => w920s(*offset, focus),
+            BuiltIn::W920S { offset, mirrored: false } => w920s(*offset, focus),
+            BuiltIn::W920S { offset, mirrored: true } => Ok(w920s(*offset, focus)?.mirrored()),
         }
     }
 }

@@ -21,6 +21,7 @@ mod numbering;
 mod rotation;
 mod section;
 mod shape;
+mod turn;
 
 pub use builtin::{cylinder, w920s, BuiltIn, Cylinder, Focus};
 pub use compliance::Constant;
@@ -30,6 +31,7 @@ pub use modes::{Modes, Seen};
 pub use rotation::{blocks, RotationBlocks};
 pub use section::{Element, Section};
 pub use shape::Kind;
+pub use turn::{both_turned, turned};
 
 #[cfg(test)]
 mod tests;

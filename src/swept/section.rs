@@ -39,6 +39,21 @@ impl Section {
         sum
     }
 
+    /// The section seen from the other side: y is reversed.
+    pub fn mirrored(mut self) -> Self {
+        self.nodes.iter_mut().for_each(|x| x[1] = -x[1]);
+        for element in &mut self.elements {
+            let order: &[usize] = match element.kind {
+                Kind::Tri6 => &[0, 2, 1, 5, 4, 3],
+                Kind::Quad8 => &[0, 3, 2, 1, 7, 6, 5, 4],
+                Kind::Quad9 => &[0, 3, 2, 1, 7, 6, 5, 4, 8],
+            };
+            element.nodes = order.iter().map(|&k| element.nodes[k]).collect();
+        }
+        self.tread = self.tread.iter().rev().map(|&[first, last, middle]| [last, first, middle]).collect();
+        self
+    }
+
     /// The radius and the Jacobian at a point of an element.
     pub(super) fn at(&self, element: &Element, shape: &super::shape::Shape) -> (f64, Jacobian) {
         let mut j = [[0.0; 2]; 2];

@@ -14,7 +14,8 @@ pub struct Body {
     /// Linear elastic, isotropic material of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
-    /// Running profile of a wheel or a rail, in place of a mesh: the body is a half-space then, and `contact.placement` says where it is.
+    /// Running profile of a wheel or a rail; `contact.placement` says where it is. Without a mesh the body is a half-space at the contact; a section
+    /// that is swept (`mesh.revolved`) has modes as well.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<super::Profile>,
     /// Mass, damping and stiffness matrices from another program, instead of mesh, material, damping and supports.
@@ -63,6 +64,11 @@ impl Body {
     /// Factor of the damping matrix of a body given by matrices.
     pub fn damping_factor(&self) -> f64 {
         self.matrices.as_ref().map_or(1.0, |m| m.damping_factor)
+    }
+
+    /// Whether the body is a half-space that a profile bounds.
+    pub fn is_half_space(&self) -> bool {
+        self.profile.is_some() && self.mesh.is_none()
     }
 
     /// Whether the body turns about its axle.

@@ -172,7 +172,7 @@ impl Job {
         self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_))))
     }
 
-    /// Where the wheel is on the rail, of a job with profiles in place of meshes.
+    /// Where the wheel is on the rail, of a job with profiles.
     pub fn placement(&self) -> Option<&Placement> {
         self.contact.as_ref()?.placement.as_ref()
     }
@@ -193,7 +193,10 @@ impl Job {
         let speed = self.contact.as_ref().map_or(0.0, |c| c.speed);
         match body.rotation {
             None | Some(Rotation::Named(RotationName::None)) => 0.0,
-            Some(Rotation::Named(RotationName::Rolling)) => body.axle().map_or(0.0, |r| speed / r),
+            Some(Rotation::Named(RotationName::Rolling)) => match self.placement() {
+                Some(p) => p.angular_speed.unwrap_or(p.speed.unwrap_or(speed) / p.radius),
+                None => body.axle().map_or(0.0, |r| speed / r),
+            },
             Some(Rotation::Speed(omega)) => omega,
         }
     }

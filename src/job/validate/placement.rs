@@ -10,9 +10,7 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         match (&body.profile, placement) {
             (None, Some(_)) => faults.push(format!("{path}.profile: missing; contact.placement needs that of the wheel (upper) and of the rail (lower), e.g. \"S1002\" or \"60E1\"")),
             (Some(_), None) => faults.push(format!("{path}.profile: given without contact.placement, which says where the wheel is; give both or none")),
-            (Some(_), Some(_)) if body.mesh.is_some() => {
-                faults.push(format!("{path}.mesh: given beside {path}.profile; a wheel on a rail by their profiles is of half-spaces, leave the mesh out"));
-            }
+            (Some(_), Some(_)) => check_mesh(&path, body, faults),
             _ => {}
         }
         match (&body.profile, name) {
@@ -26,7 +24,7 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
             }
             _ => {}
         }
-        if body.profile.is_some() {
+        if body.is_half_space() {
             for (key, given) in [("damping", body.damping != Damping::default()), ("fixed", !body.fixed.is_empty())] {
                 if given {
                     faults.push(format!("{path}.{key}: a half-space has none; leave it out"));
@@ -35,8 +33,13 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         }
     }
     let (Some(contact), Some(placement)) = (&job.contact, placement) else { return };
-    if contact.compliance != Compliance::HalfSpace {
-        faults.push("contact.compliance: expected \"half_space\" with contact.placement".into());
+    match (job.is_swept(), contact.compliance) {
+        (true, Compliance::Hybrid) | (false, Compliance::HalfSpace) => {}
+        (true, _) => faults
+            .push("contact.compliance: expected \"hybrid\" with bodies that are swept on a contact.placement".into()),
+        (false, _) => faults.push(
+            "contact.compliance: expected \"half_space\" with contact.placement of bodies without sections".into(),
+        ),
     }
     if contact.patch.is_some() {
         faults.push(
@@ -52,9 +55,33 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
                 .into(),
         );
     }
-    if job.analyses.modes.is_some() {
+    if job.analyses.modes.is_some() && !job.is_swept() {
         faults.push(
-            "analyses.modes: bodies given by their profiles are half-spaces, which have no modes; leave it out".into(),
+            "analyses.modes: bodies given by their profiles alone are half-spaces, which have no modes; leave it out"
+                .into(),
         );
+    }
+}
+
+/// Adds the faults of the mesh of a body with a profile.
+fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
+    match &body.mesh {
+        None => {}
+        Some(MeshSource::Revolved(revolved)) => {
+            if revolved.contact_offset != 0.0 {
+                faults.push(format!(
+                    "{path}.mesh.revolved.contact_offset: given beside contact.placement, from which the place of the contact follows; leave it out"
+                ));
+            }
+            if !matches!(revolved.section, Section::W920S) {
+                faults.push(format!("{path}.mesh.revolved.section: expected that of a wheel, \"W920S\", with a profile"));
+            }
+            if path.ends_with("lower") {
+                faults.push(format!("{path}.mesh.revolved: a rail does not turn; the wheel is the upper body"));
+            }
+        }
+        Some(_) => faults.push(format!(
+            "{path}.mesh: given beside {path}.profile; a wheel on a rail by their profiles is swept from sections (mesh.revolved), or of half-spaces without meshes"
+        )),
     }
 }

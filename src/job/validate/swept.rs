@@ -43,6 +43,10 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             _ => None,
         })
         .collect();
+    if contact.placement.is_some() {
+        // Its rules are with the profiles.
+        return;
+    }
     let hybrid = contact.compliance == Compliance::Hybrid;
     let spacing = contact.patch.and_then(|p| p.spacing);
     if swept.len() < job.bodies().len() {

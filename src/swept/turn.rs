@@ -1,0 +1,48 @@
+//! Loads and motions at a contact whose frame is turned about x against that of the section.
+
+use super::load::{Square, LOADS};
+
+/// The components (x, y, n) of the nine loads, [`LOADS`], in a frame turned by `angle` (rad) about x: along y is cos u_y − sin u_n of what was along y
+/// and n, along n is sin u_y + cos u_n. The factors x and y stay with their places.
+pub fn turned(seen: [f64; LOADS], angle: f64) -> [f64; LOADS] {
+    let (s, c) = angle.sin_cos();
+    std::array::from_fn(|k| match k % 3 {
+        0 => seen[k],
+        1 => c * seen[k] - s * seen[k + 1],
+        _ => s * seen[k - 1] + c * seen[k],
+    })
+}
+
+/// A value for each pair of loads in that frame.
+pub fn both_turned(square: &Square, angle: f64) -> Square {
+    let rows = square.map(|row| turned(row, angle));
+    let mut all = [[0.0; LOADS]; LOADS];
+    for j in 0..LOADS {
+        let column = turned(std::array::from_fn(|i| rows[i][j]), angle);
+        column.into_iter().enumerate().for_each(|(i, v)| all[i][j] = v);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter turn takes n to −y; turning a product of motions is turning both; no turn leaves all as it is.
+    #[test]
+    fn pairs_turn_as_their_motions_do() {
+        let quarter = 0.5 * std::f64::consts::PI;
+        let [x, y, n] = [1.0, 2.0, 3.0];
+        let seen = turned([x, y, n, 0.0, 0.0, 0.0, n, x, y], quarter);
+        let wanted = [x, -n, y, 0.0, 0.0, 0.0, n, -y, x];
+        assert!(seen.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-15), "{seen:?}");
+        let (a, b): ([f64; LOADS], [f64; LOADS]) =
+            (std::array::from_fn(|k| 1.0 + k as f64), std::array::from_fn(|k| (k * k) as f64 - 7.0));
+        let square: Square = a.map(|a| b.map(|b| a * b));
+        let (ta, tb) = (turned(a, 0.3), turned(b, 0.3));
+        for (i, row) in both_turned(&square, 0.3).iter().enumerate() {
+            assert!(row.iter().zip(tb).all(|(v, b)| (v - ta[i] * b).abs() < 1e-12));
+        }
+        assert_eq!(both_turned(&square, 0.0), square);
+    }
+}
