@@ -3,7 +3,7 @@
 use super::bodies::{self, Bodies};
 use super::report::Summary;
 use super::run::Run;
-use crate::body::FullSystem;
+use crate::body::{FullSystem, ModeName};
 use crate::contact::LinearContact;
 use crate::job;
 use crate::model::{self, ModalPair};
@@ -79,17 +79,20 @@ fn by_shifts(
     let rotations = systems.iter().map(|s| Ok(s.rotation()?.map(Rc::new))).collect::<Result<Vec<_>>>()?;
     let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<DampedBody> {
         let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
-        let modal = match (&body.damping.modal, modes.get(place.body)) {
-            (Some(_), Some(modes)) => model::damping(&body.damping, &modes.omega, &format!("bodies.{name}.damping"))?,
-            (Some(_), None) => return Err(Error::Defect(format!("no modes of the body {name} to damp"))),
-            (None, _) => Vec::new(),
-        };
         let spin = match (&rotations[place.body], modes.get(place.body)) {
             (Some(forms), Some(modes)) => {
                 let modal = forms.project(world, systems[place.body].mass(), modes);
                 Some(Spin { speed: run.job.angular_velocity(name), forms: Rc::clone(forms), modal })
             }
             _ => None,
+        };
+        let names = spin.as_ref().map(|s| ModeName::of_orders(&s.modal.diameters())).unwrap_or_default();
+        let modal = match (&body.damping.modal, modes.get(place.body)) {
+            (Some(_), Some(modes)) => {
+                model::damping(&body.damping, (&modes.omega, &names), &format!("bodies.{name}.damping"))?
+            }
+            (Some(_), None) => return Err(Error::Defect(format!("no modes of the body {name} to damp"))),
+            (None, _) => Vec::new(),
         };
         Ok(DampedBody { body: place.body, damping, modal, spin })
     };

@@ -4,7 +4,7 @@ use super::bodies::Bodies;
 use super::report::Summary;
 use super::run::Run;
 use crate::body::modes::Extent;
-use crate::body::{Kind, TraceModes};
+use crate::body::{Kind, ModeName, TraceModes};
 use crate::eigen::sparse::Method;
 use crate::job::{EigenSolver, Job, ModesExtent};
 use crate::model::{waves, ModalRotation, Wave};
@@ -46,11 +46,15 @@ pub fn run(run: &mut Run, bodies: &mut Bodies) -> Result<Vec<TraceModes>> {
         let frequency = modes.frequency();
         for place in bodies.places.iter().filter(|p| p.body == index) {
             run.file.tables(tables(place.name, &frequency, &modes.residual));
+            if modes.rotation.is_none() {
+                run.file.tables(orders(place.name, &modes.names));
+            }
+            run.file.tables(families(place.name, &modes.names));
             if let Some(rotation) = &modes.rotation {
                 rotating(run, place.name, &modes.omega, rotation)?;
             }
         }
-        summarise(body.name(), &frequency, &mut run.summary);
+        summarise(body.name(), (&frequency, &modes.names), &mut run.summary);
     }
     if run.job.output.fields && !all.is_empty() && bodies.on_meshes() {
         run.progress.stage("writing mode shapes");
@@ -102,7 +106,7 @@ fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation)
 pub fn write_reused(run: &mut Run, modes: &[(Vec<f64>, Vec<f64>); 2]) {
     for (name, (frequency, residual)) in ["lower", "upper"].into_iter().zip(modes) {
         run.file.tables(tables(name, frequency, residual));
-        summarise(name, frequency, &mut run.summary);
+        summarise(name, (frequency, &[]), &mut run.summary);
     }
     run.summary.value("modes and compliance", "from the earlier run; mode shapes are not written");
 }
@@ -121,9 +125,25 @@ fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> Vec<Table> {
     tables
 }
 
-fn summarise(name: &str, frequency: &[f64], summary: &mut Summary) {
+/// Nodal diameters of modes that have names.
+fn orders(place: &str, names: &[ModeName]) -> Option<Table> {
+    let values: Vec<f64> = names.iter().map(|n| f64::from(n.order)).collect();
+    let text = "Nodal diameters of each mode at rest; waves on the length of a rail.";
+    (!names.is_empty()).then(|| Table::list(&format!("/modes/{place}/diameters"), "1", text, values))
+}
+
+/// What of the modes moves most, where it is known.
+fn families(place: &str, names: &[ModeName]) -> Option<Table> {
+    let text = "What of each mode moves most, numbered from 0 by frequency within a number of diameters.";
+    let values: Vec<String> = names.iter().map(|n| n.family.clone()).collect();
+    (!names.is_empty()).then(|| Table::list(&format!("/modes/{place}/family"), "-", text, values))
+}
+
+fn summarise(name: &str, (frequency, names): (&[f64], &[ModeName]), summary: &mut Summary) {
     let rigid = frequency.iter().filter(|&&f| f == 0.0).count();
-    let elastic: Vec<String> = frequency[rigid..].iter().take(6).map(|f| format!("{f:.2}")).collect();
+    let called = |k: usize| names.get(k).map_or(String::new(), |n| format!(" {n}"));
+    let elastic: Vec<String> =
+        (rigid..frequency.len()).take(6).map(|k| format!("{:.2}{}", frequency[k], called(k))).collect();
     let of = if rigid > 0 { format!("{} ({rigid} rigid)", frequency.len()) } else { frequency.len().to_string() };
     summary.value(&format!("modes of {name}"), format!("{of}; Hz: {} ...", elastic.join(", ")));
 }

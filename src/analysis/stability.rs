@@ -201,10 +201,12 @@ pub(super) fn summarise(
 
 /// The name of the free mode `k` of `model`.
 pub(super) fn mode_name(model: &ModalPair, k: usize) -> String {
-    match k.checked_sub(model.lower_modes) {
-        None => format!("lower mode {}", k + 1),
-        Some(k) => format!("upper mode {}", k + 1),
-    }
+    let (body, names, k) = match k.checked_sub(model.lower_modes) {
+        None => ("lower", &model.names[0], k),
+        Some(k) => ("upper", &model.names[1], k),
+    };
+    let name = names.get(k).map_or(String::new(), |name| format!(" {name}"));
+    format!("{body} mode {}{name}", k + 1)
 }
 
 /// The free modes that make up an eigenvector, the largest shares first.

@@ -5,10 +5,10 @@ use super::modes::{self, Extent};
 use super::nearest::Nearest;
 use super::order::Order;
 use super::residual::{self, NodeMotion};
-use super::rotation::{self, RotationForms};
+use super::rotation::{self, ModalRotation, RotationForms};
 use super::statics::Statics;
 use super::trace::Trace;
-use super::{Body, Fields, FullSystem, Kind, Steps, TraceModes};
+use super::{Body, Fields, FullSystem, Kind, ModeName, Steps, TraceModes};
 use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
 use crate::fem::rotation::Axis;
@@ -152,7 +152,9 @@ impl Body for Elements<'_> {
             None => None,
         };
         self.shapes = Some(found);
-        Ok(TraceModes { omega, residual, rows, damping: None, reach, rotation })
+        let orders = rotation.as_ref().map(ModalRotation::diameters).unwrap_or_default();
+        let names = ModeName::of_orders(&orders);
+        Ok(TraceModes { omega, residual, rows, damping: None, reach, rotation, names })
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {

@@ -272,7 +272,7 @@ fn kept_modes(
         damping,
         reach,
         omega,
-        rotation: None,
+        ..TraceModes::default()
     }
 }
 

@@ -10,6 +10,7 @@ pub mod matrix_body;
 pub mod matrix_market;
 pub mod modal;
 pub mod modes;
+pub mod name;
 pub mod nearest;
 pub mod order;
 pub mod residual;
@@ -20,6 +21,7 @@ pub mod swept;
 pub mod trace;
 
 pub use modal::ModalMatrix;
+pub use name::ModeName;
 pub use trace::{Side, Trace};
 
 use crate::mesh::distribute::MeshPart;
@@ -51,6 +53,8 @@ pub struct ReducedBody {
     pub compliance: Mat<f64>,
     /// Angular frequency up to which the modes are known, rad/s; infinite where these are all there are.
     pub reach: f64,
+    /// What the modes are called, `[m]`; empty where that is not known.
+    pub names: Vec<ModeName>,
 }
 
 impl ReducedBody {
@@ -63,7 +67,7 @@ impl ReducedBody {
     ) -> Self {
         let reach = omega.last().copied().unwrap_or(0.0);
         let (stiffness, damping) = (ModalMatrix::squares(&omega), damping.into());
-        Self { omega, stiffness, damping, turning: None, contact_modes, compliance, reach }
+        Self { omega, stiffness, damping, turning: None, contact_modes, compliance, reach, names: Vec::new() }
     }
 }
 
@@ -82,6 +86,8 @@ pub struct TraceModes {
     pub reach: f64,
     /// What rotation of the body adds, where it was asked for; on every rank.
     pub rotation: Option<ModalRotation>,
+    /// What the modes are called, `[m]`, where that is known; on every rank.
+    pub names: Vec<ModeName>,
 }
 
 impl TraceModes {

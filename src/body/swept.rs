@@ -6,7 +6,7 @@ use super::clusters;
 use super::half_space::HalfSpace;
 use super::modes::Extent;
 use super::rotation::ModalRotation;
-use super::{Body, Kind, Steps, TraceModes};
+use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::compliance::sum;
@@ -108,11 +108,13 @@ impl<'w> Swept<'w> {
         [1.0, x[node % x.len()], y[node / x.len()]]
     }
 
-    /// π A πᵀ of two contact rows.
-    fn between(&self, a: &Square, i: usize, j: usize) -> f64 {
-        let (left, right) = (self.factors(i / 3), self.factors(j / 3));
-        let row = |m: usize| (0..3).map(|k| right[k] * a[3 * m + i % 3][3 * k + j % 3]).sum::<f64>();
-        (0..3).map(|m| left[m] * row(m)).sum()
+    /// π of the contact rows, `[3n, 9]`.
+    fn loads(&self) -> Mat<f64> {
+        let mut pi = Mat::zeros(3 * self.nodes(), LOADS);
+        for row in 0..pi.nrows() {
+            self.factors(row / 3).into_iter().enumerate().for_each(|(m, f)| pi[(row, 3 * m + row % 3)] = f);
+        }
+        pi
     }
 
     fn half_space(&self) -> HalfSpace {
@@ -188,6 +190,22 @@ fn members(all: &[Seen]) -> Vec<Member<'_>> {
     // The families of a pair stay beside each other.
     list.sort_by(|a, b| a.omega().total_cmp(&b.omega()));
     list
+}
+
+/// What moves most: names of U, V and W.
+const KINDS: [&str; 3] = ["radial", "circumferential", "axial"];
+
+/// Names of the modes of all orders: what moves most, numbered from 0 within an order, by frequency.
+fn names(all: &[Seen], list: &[Member]) -> Vec<ModeName> {
+    let kind = |shares: &[f64; 3]| (0..3).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0);
+    let number = |seen: &Seen, index: usize| {
+        let own = kind(&seen.shares[index]);
+        let before = seen.shares[..index].iter().filter(|s| kind(s) == own).count();
+        ModeName { order: seen.order as u32, family: format!("{} {before}", KINDS[own]) }
+    };
+    let named: std::collections::BTreeMap<usize, Vec<ModeName>> =
+        all.iter().map(|seen| (seen.order, (0..seen.omega.len()).map(|k| number(seen, k)).collect())).collect();
+    list.iter().map(|m| named[&m.of.order][m.index].clone()).collect()
 }
 
 /// ΦᵀGΦ, Φᵀ(K_σ − K_c)Φ and ΦᵀMD′Φ of the modes, at 1 rad/s.
@@ -276,15 +294,11 @@ impl Body for Swept<'_> {
     fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
         let constant = self.constant()?;
         self.world.on_root(|| {
-            let mut c = self.half_space().compliance(&self.grid[0], &self.grid[1])?;
-            let mut residual = c.clone();
-            for j in 0..c.ncols() {
-                for i in 0..c.nrows() {
-                    let added = self.between(&constant, i, j);
-                    c[(i, j)] += added;
-                    residual[(i, j)] += added - self.between(&self.modal, i, j);
-                }
-            }
+            let c = self.half_space().compliance(&self.grid[0], &self.grid[1])?;
+            let pi = self.loads();
+            let square = |of: &Square| Mat::from_fn(LOADS, LOADS, |i, j| of[i][j]);
+            let c = c + &pi * square(&constant) * pi.transpose();
+            let residual = &c - &pi * square(&self.modal) * pi.transpose();
             residual.llt(faer::Side::Lower).map_err(|_| {
                 Error::NotConverged(format!(
                     "compliance of body \"{}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make contact.patch smaller",
@@ -343,6 +357,7 @@ impl Body for Swept<'_> {
                 Extent::Count(_) => list.last().map_or(0.0, Member::omega),
             },
             rotation: self.rotates.then(|| rotation(&list)),
+            names: names(&all, &list),
         })
     }
 
@@ -350,11 +365,10 @@ impl Body for Swept<'_> {
         let constant = self.constant()?;
         let found = self.world.on_root(|| {
             let c = self.half_space().compliance(&self.grid[0], &self.grid[1])?;
-            let row = |i: usize| {
-                let part = |(j, f): (usize, &f64)| (c[(i, j)] + self.between(&constant, i, j)) * f;
-                forces.iter().enumerate().map(part).sum::<f64>()
-            };
-            Ok((0..c.nrows()).map(row).collect())
+            let (pi, forces) = (self.loads(), faer::ColRef::from_slice(forces));
+            let square = Mat::from_fn(LOADS, LOADS, |i, j| constant[i][j]);
+            let moved = c * forces + &pi * (square * (pi.transpose() * forces));
+            Ok(moved.iter().copied().collect())
         })?;
         Ok(found.unwrap_or_default())
     }
@@ -375,7 +389,8 @@ mod tests {
             stiffness: Mat::from_fn(m, m, |i, j| -((i + j) as f64)),
         };
         let contact = (0..m).map(|k| std::array::from_fn(|c| (1 + k + c) as f64)).collect();
-        Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], contact, rotation }
+        let shares = (0..m).map(|k| if k % 2 == 0 { [0.1, 0.2, 0.7] } else { [0.6, 0.3, 0.1] }).collect();
+        Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], shares, contact, rotation }
     }
 
     /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple
@@ -390,6 +405,9 @@ mod tests {
         assert_eq!(list[0].seen(), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
         assert_eq!(list[1].seen(), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
         assert_eq!(list[2].seen(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+        let named: Vec<String> = names(&all, &list).iter().map(ModeName::to_string).collect();
+        assert_eq!(named[..3], ["(2, axial 0)", "(2, axial 0)", "(0, axial 0)"]);
+        assert_eq!(named[3..].iter().filter(|n| **n == "(2, radial 0)").count(), 2, "{named:?}");
         let r = rotation(&list);
         for i in 0..6 {
             for j in 0..6 {

@@ -112,7 +112,12 @@ impl Job {
                 absolute(&mut file.path);
             }
             match &mut body.mesh {
-                None | Some(MeshSource::Revolved(_)) => {}
+                None => {}
+                Some(MeshSource::Revolved(revolved)) => {
+                    if matches!(revolved.section, Section::W920S) && body.damping == Damping::default() {
+                        body.damping = Damping::of_steel_wheels();
+                    }
+                }
                 Some(MeshSource::Cylinder(c)) => {
                     let default = if graded { c.element_size.max(0.25 * c.thickness) } else { c.element_size };
                     c.max_element_size.get_or_insert(default);

@@ -49,6 +49,10 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
         faults.push(format!("{path}.material: missing; expected an object"));
     }
     check_damping(&format!("{path}.damping"), &body.damping, faults);
+    let known = body.rotates() || matches!(body.mesh, Some(MeshSource::Revolved(_)));
+    if matches!(body.damping.modal, Some(ModalDamping::ByDiameter(_))) && !known {
+        faults.push(format!("{path}.damping.modal.by_diameter: the nodal diameters are known of bodies with mesh.revolved and of bodies that rotate; give by_frequency"));
+    }
     match &body.mesh {
         None if body.profile.is_some() => {}
         None => faults.push(format!("{path}.mesh: missing; a body has a mesh and a material, or matrices")),
@@ -127,7 +131,10 @@ fn check_damping(path: &str, damping: &Damping, faults: &mut Vec<String>) {
         ModalDamping::ByFrequency(bands) if bands.is_empty() => {
             faults.push(format!("{path}.modal.by_frequency: the list is empty; give at least one band"));
         }
-        ModalDamping::ByMode(_) => {}
+        ModalDamping::ByDiameter(factors) if factors.is_empty() => {
+            faults.push(format!("{path}.modal.by_diameter: the list is empty; give at least one loss factor"));
+        }
+        ModalDamping::ByMode(_) | ModalDamping::ByDiameter(_) => {}
         ModalDamping::ByFrequency(bands) => {
             for (i, pair) in bands.windows(2).enumerate() {
                 match (pair[0].up_to, pair[1].up_to) {

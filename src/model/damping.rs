@@ -1,11 +1,12 @@
 //! Damping of modes, as a job gives it.
 
+use crate::body::ModeName;
 use crate::job::{self, ModalDamping};
 use crate::{Error, Result};
 
 /// Modal damping coefficients c_k of modes with the angular frequencies `omega` (rad/s), 1/s, `[m]`: α + β ω_k², or η_k ω_k with
-/// loss factors η_k. `key` names the damping in messages.
-pub fn damping(given: &job::Damping, omega: &[f64], key: &str) -> Result<Vec<f64>> {
+/// loss factors η_k. `names` has the nodal diameters, where they are known; `key` names the damping in messages.
+pub fn damping(given: &job::Damping, (omega, names): (&[f64], &[ModeName]), key: &str) -> Result<Vec<f64>> {
     let factor = |k: usize, frequency: f64| -> Result<f64> {
         match &given.modal {
             Some(ModalDamping::ByMode(factors)) => Ok(factors.get(k).or(factors.last()).map_or(0.0, |f| f.0)),
@@ -19,6 +20,12 @@ pub fn damping(given: &job::Damping, omega: &[f64], key: &str) -> Result<Vec<f64
                     ))),
                 }
             }
+            Some(ModalDamping::ByDiameter(factors)) => match names.get(k) {
+                Some(name) => Ok(factors.get(name.order as usize).or(factors.last()).map_or(0.0, |f| f.0)),
+                None => Err(Error::Job(format!(
+                    "{key}.modal.by_diameter: the nodal diameters of the modes are not known; they are of bodies with mesh.revolved and of those that rotate"
+                ))),
+            },
             None => Ok(0.0),
         }
     };
@@ -42,15 +49,15 @@ mod tests {
     fn damping_is_rayleigh_or_by_loss_factors() {
         let omega = [0.0, 100.0, 1000.0, 1e4];
         let rayleigh = job::Damping { alpha: 2.0, beta: 1e-6, modal: None };
-        assert_eq!(damping(&rayleigh, &omega, "d").unwrap(), [2.0, 2.01, 3.0, 102.0]);
+        assert_eq!(damping(&rayleigh, (&omega, &[]), "d").unwrap(), [2.0, 2.01, 3.0, 102.0]);
         let by_mode = modal(ModalDamping::ByMode(vec![LossFactor(0.5), LossFactor(0.01), LossFactor(0.002)]));
-        assert_eq!(damping(&by_mode, &omega, "d").unwrap(), [0.0, 1.0, 2.0, 20.0]);
+        assert_eq!(damping(&by_mode, (&omega, &[]), "d").unwrap(), [0.0, 1.0, 2.0, 20.0]);
         let band = |up_to: Option<f64>, eta: f64| DampingBand { up_to, loss_factor: LossFactor(eta) };
         let end = 1000.0 / (2.0 * std::f64::consts::PI);
         let bands = modal(ModalDamping::ByFrequency(vec![band(Some(end), 0.01), band(None, 0.001)]));
-        assert_eq!(damping(&bands, &omega, "d").unwrap(), [0.0, 1.0, 10.0, 10.0]);
+        assert_eq!(damping(&bands, (&omega, &[]), "d").unwrap(), [0.0, 1.0, 10.0, 10.0]);
         let short = modal(ModalDamping::ByFrequency(vec![band(Some(end), 0.01)]));
-        let error = damping(&short, &omega, "bodies.lower.damping").unwrap_err();
+        let error = damping(&short, (&omega, &[]), "bodies.lower.damping").unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(error.message().contains("bodies.lower.damping.modal.by_frequency: mode 4 at 1591.5 Hz"), "{error}");
     }

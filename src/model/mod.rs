@@ -5,7 +5,7 @@ mod pair;
 mod receptance;
 mod rotating;
 
-use crate::body::{ReducedBody, Side};
+use crate::body::{ModeName, ReducedBody, Side};
 use crate::grid::Interface;
 use crate::job::{self, Job};
 use crate::parallel::World;
@@ -73,9 +73,11 @@ impl ReducedModel {
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
             let AtContact { modes, compliance } = part.ok_or_else(missing)?;
             own[side.index()] = modes.damping.map(ModalMatrix::from);
-            let damping = damping_of(job, side, &modes.omega, own[side.index()].as_ref())?;
+            let names = modes.names;
+            let damping = damping_of(job, side, (&modes.omega, &names), own[side.index()].as_ref())?;
             let rows = modes.rows.ok_or_else(missing)?;
-            let body = ReducedBody { reach: modes.reach, ..ReducedBody::new(modes.omega, damping, rows, compliance) };
+            let body =
+                ReducedBody { reach: modes.reach, names, ..ReducedBody::new(modes.omega, damping, rows, compliance) };
             let speed = job.angular_velocity(side.name());
             rotation[side.index()] = modes.rotation;
             let rest = rotation[side.index()].as_ref().map(|_| body.compliance.clone());
@@ -116,12 +118,19 @@ fn given(job: &Job) -> [Option<&job::Body>; 2] {
     [job.bodies.lower.as_ref(), job.bodies.upper.as_ref()]
 }
 
-/// Damping of modes with the angular frequencies `omega`, rad/s, of the body on a side of `job`: that of its `own` matrix, or by the coefficients that
+/// Damping of modes with the angular frequencies `omega`, rad/s, and the names, where they are known, of the body on a side of `job`: that of its `own` matrix, or by the coefficients that
 /// the job gives; none of a body that the job does not give.
-fn damping_of(job: &Job, side: Side, omega: &[f64], own: Option<&ModalMatrix>) -> Result<ModalMatrix> {
+fn damping_of(
+    job: &Job,
+    side: Side,
+    (omega, names): (&[f64], &[ModeName]),
+    own: Option<&ModalMatrix>,
+) -> Result<ModalMatrix> {
     match (given(job)[side.index()], own) {
         (Some(body), Some(own)) => Ok(own.scaled(body.damping_factor())),
-        (Some(body), None) => Ok(damping(&body.damping, omega, &format!("bodies.{}.damping", side.name()))?.into()),
+        (Some(body), None) => {
+            Ok(damping(&body.damping, (omega, names), &format!("bodies.{}.damping", side.name()))?.into())
+        }
         (None, _) => Ok(vec![0.0; omega.len()].into()),
     }
 }
@@ -182,7 +191,7 @@ fn adapt(
 ) -> Result<()> {
     let (lower, upper) = pair.omega.split_at(pair.lower_modes);
     let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
-        let damping = damping_of(job, side, omega, own[side.index()].as_ref())?;
+        let damping = damping_of(job, side, (omega, &pair.names[side.index()]), own[side.index()].as_ref())?;
         let rotation = rotation[side.index()].as_ref().map(|r| (r, job.angular_velocity(side.name())));
         Ok(Dynamics::new(omega, damping, rotation))
     });

@@ -2,7 +2,7 @@
 
 use super::broadcast;
 use crate::body::rotation::Turning;
-use crate::body::{ModalMatrix, ReducedBody, Side};
+use crate::body::{ModalMatrix, ModeName, ReducedBody, Side};
 use crate::grid::Interface;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -27,6 +27,8 @@ pub struct ModalPair {
     pub turning: Option<Turning>,
     /// m1.
     pub lower_modes: usize,
+    /// What the modes of the lower and of the upper body are called; empty where that is not known.
+    pub names: [Vec<ModeName>; 2],
     /// Highest frequency up to which the modes of both bodies are known, Hz.
     pub reach: f64,
 }
@@ -68,7 +70,8 @@ impl ModalPair {
         let turning =
             Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
         let compliance = if turning.is_some() { compliance.transpose().to_owned() } else { compliance };
-        Ok(Self { compliance, residual, modes, omega, stiffness, damping, turning, lower_modes: m1, reach })
+        let names = [lower.names.clone(), upper.names.clone()];
+        Ok(Self { compliance, residual, modes, omega, stiffness, damping, turning, lower_modes: m1, names, reach })
     }
 
     /// W, m/N, `[3n, 3n]`: symmetric of bodies at rest; that of bodies that rotate is not, since damping acts on what only turns, and is kept by rows.
@@ -129,6 +132,7 @@ impl ModalPair {
             stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),
             damping: ModalMatrix::broadcast(world, root.map(|p| &p.damping)),
             turning: Turning::broadcast(world, root.and_then(|p| p.turning.as_ref())),
+            names: [0, 1].map(|i| ModeName::broadcast(world, root.map(|p| &p.names[i][..]))),
             reach: list(&|p| vec![p.reach]).first().copied().unwrap_or(0.0),
             lower_modes: list(&|p| vec![p.lower_modes as f64]).first().map_or(0, |&n| n as usize),
         }

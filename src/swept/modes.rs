@@ -35,6 +35,8 @@ pub struct Seen {
     pub omega: Vec<f64>,
     /// Relative residuals, `[m]`.
     pub residual: Vec<f64>,
+    /// Shares of U, V and W, radial, along the circle and axial, in the kinetic energy, `[m]`.
+    pub shares: Vec<[f64; 3]>,
     /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circle of the contact, of the family that each of the nine loads moves, `[m]`.
     pub contact: Vec<[f64; LOADS]>,
     /// Rotation at 1 rad/s.
@@ -56,10 +58,15 @@ impl Seen {
                 std::array::from_fn(|c| means[c] / moments[c])
             })
         };
+        let mass = forms.mass(modes.order, modes.vectors.as_ref());
+        let share = |k: usize, c: usize| -> f64 {
+            (c..mass.nrows()).step_by(3).map(|i| modes.vectors[(i, k)] * mass[(i, k)]).sum()
+        };
         Self {
             order: modes.order,
             omega: modes.omega.clone(),
             residual: modes.residual.clone(),
+            shares: (0..modes.omega.len()).map(|k| std::array::from_fn(|c| share(k, c))).collect(),
             contact: (0..modes.omega.len()).map(mean).collect(),
             rotation: blocks(forms, modes, prestress),
         }
@@ -83,7 +90,8 @@ impl Seen {
     pub fn to_numbers(&self) -> Vec<f64> {
         let m = self.omega.len();
         let mut list = vec![self.order as f64, m as f64];
-        list.extend(self.omega.iter().chain(&self.residual).chain(self.contact.as_flattened()));
+        list.extend(self.omega.iter().chain(&self.residual));
+        list.extend(self.shares.as_flattened().iter().chain(self.contact.as_flattened()));
         for matrix in [&self.rotation.coupling, &self.rotation.stiffness] {
             list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
         }
@@ -95,18 +103,19 @@ impl Seen {
         let mut all = Vec::new();
         while !numbers.is_empty() {
             let m = numbers.get(1).map_or(0, |m| *m as usize);
-            let length = 2 + (2 + LOADS) * m + 2 * m * m;
+            let length = 2 + (5 + LOADS) * m + 2 * m * m;
             if numbers.len() < length {
                 return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
             }
             let (mine, rest) = numbers.split_at(length);
-            let (list, matrices) = mine[2..].split_at((2 + LOADS) * m);
+            let (list, matrices) = mine[2..].split_at((5 + LOADS) * m);
             let matrix = |first: usize| Mat::from_fn(m, m, |i, j| matrices[first + i + m * j]);
             all.push(Self {
                 order: mine[0] as usize,
                 omega: list[..m].to_vec(),
                 residual: list[m..2 * m].to_vec(),
-                contact: list[2 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
+                shares: list[2 * m..5 * m].chunks_exact(3).map(|c| std::array::from_fn(|k| c[k])).collect(),
+                contact: list[5 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
                 rotation: RotationBlocks { coupling: matrix(0), stiffness: matrix(m * m) },
             });
             numbers = rest;

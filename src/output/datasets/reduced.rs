@@ -1,6 +1,7 @@
 //! The group `/reduced`: the reduced model, for later runs whose bodies are the same.
 
 use super::super::{sha256, Reader, Table, Values};
+use crate::body::ModeName;
 use crate::grid::Interface;
 use crate::job::{differences, fe_inputs, Job};
 use crate::model::{AtContact, ModalRotation, ReducedModel, TraceModes};
@@ -50,6 +51,21 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
         tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(&body.contact_modes)));
         let text = "Static compliance of the contact rows, in lower form.";
         tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(compliance)));
+        if !body.names.is_empty() {
+            let orders: Vec<i64> = body.names.iter().map(|n| i64::from(n.order)).collect();
+            tables.push(Table::list(
+                &path("order"),
+                "1",
+                "Nodal diameters of each mode, or waves on its length.",
+                orders,
+            ));
+            let families: Vec<String> = body.names.iter().map(|n| n.family.clone()).collect();
+            tables.push(Table::list(&path("family"), "-", "What of each mode moves most.", families));
+        }
+        if let Some(own) = &model.own[i] {
+            let text = "Damping matrix of the modes that the body brings itself.";
+            tables.push(Table::new(&path("damping"), "1/s", text, &[count, count], by_rows(&own.full())));
+        }
         if let Some(rotation) = &model.rotation[i] {
             let mut modal = |what: &str, units: &str, text: &str, matrix: &Mat<f64>| {
                 tables.push(Table::new(&path(what), units, text, &[count, count], by_rows(matrix)));
@@ -152,8 +168,16 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
                     }
                     false => None,
                 };
+                let damping = match reader.has(&path("damping")) {
+                    true => Some(square(&path("damping"), omega.len())?),
+                    false => None,
+                };
+                let names = names(reader, &path)?;
                 let rows = Some(contact_modes);
-                AtContact { modes: TraceModes { omega, reach, rows, rotation, ..TraceModes::default() }, compliance }
+                AtContact {
+                    modes: TraceModes { omega, reach, rows, damping, rotation, names, ..TraceModes::default() },
+                    compliance,
+                }
             }
             None => AtContact::statics(compliance),
         });
@@ -167,6 +191,22 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         modes.try_into().map_err(|_| Error::Defect("modes of other than two bodies".into()))?;
     let origin = Origin { alike, residual: [modes[0].1.clone(), modes[1].1.clone()] };
     Ok(Reused { model, modes, origin })
+}
+
+/// What the modes of a body are called; `path` names its datasets.
+fn names(reader: &Reader, path: &dyn Fn(&str) -> String) -> Result<Vec<ModeName>> {
+    if !reader.has(&path("order")) {
+        return Ok(Vec::new());
+    }
+    let wrong =
+        |what: &str| Error::Input(format!("{}: {} is not a list as expected", reader.path().display(), path(what)));
+    match (reader.verified(&path("order"))?.1, reader.verified(&path("family"))?.1) {
+        (Values::I64(orders), Values::Text(families)) if orders.len() == families.len() => {
+            let name = |(order, family): (i64, String)| ModeName { order: u32::try_from(order).unwrap_or(0), family };
+            Ok(orders.into_iter().zip(families).map(name).collect())
+        }
+        _ => Err(wrong("order")),
+    }
 }
 
 /// What the reduced model depends on, with the contents of mesh files in place of their paths.
