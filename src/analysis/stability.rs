@@ -13,7 +13,8 @@ use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job, StabilityState};
 use crate::model::ModalPair;
-use crate::output::datasets::stability::{derivatives, eigenvalues, equilibrium};
+use crate::output::datasets::stability::{causes, derivatives, eigenvalues, equilibrium};
+use crate::stability::criterion::{criteria, Criterion};
 use crate::stability::reduced::{participation, sharpness, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
 use crate::stability::{grows, spectrum, Equilibrium, Spectrum};
@@ -35,9 +36,11 @@ pub(super) fn run(
         let found = examined.analyse()?;
         let smallest = memory::smallest(&contact.friction, |law| examined.sharpness(law))?;
         let sensitivities = sensitivity::wanted(&examined, &found, root)?;
-        Ok((found, (smallest, sensitivities)))
+        let criteria = criteria(&root.pair, &found.contact, listed(&found.spectrum))?;
+        Ok((found, (smallest, sensitivities, criteria)))
     })?;
-    let (found, (smallest, sensitivities)) = found.map_or((None, (None, None)), |(f, (m, s))| (Some(f), (Some(m), s)));
+    let (found, (smallest, sensitivities, criteria)) =
+        found.map_or((None, (None, None, Vec::new())), |(f, (m, s, c))| (Some(f), (Some(m), s, c)));
     let full = match &stability.full {
         Some(wanted) => {
             shapes.map_err(Clone::clone)?;
@@ -51,7 +54,8 @@ pub(super) fn run(
         let tables = state.as_ref().map(|s| equilibrium(s, contact.friction.memory().is_some()));
         run.file.tables(tables.unwrap_or_default());
         let moves = if state.as_ref().is_none_or(|s| s.sliding) { "sliding" } else { "rolling" };
-        summarise(spectrum, moves, (&root.pair, sensitivities.as_ref()), &mut run.summary);
+        summarise(spectrum, moves, (&root.pair, sensitivities.as_ref(), &criteria), &mut run.summary);
+        run.file.tables(causes(&criteria));
         if let Some(all) = &sensitivities {
             run.file.tables(derivatives(all, root.pair.omega.len()));
             sensitivity::warn(all, &mut run.summary);
@@ -168,11 +172,20 @@ impl Examined<'_> {
     }
 }
 
+/// Eigenvalues that the summary lists: all that grow, and at least so many; what makes them is told of no more than so many.
+const LISTED: [usize; 2] = [3, 50];
+
+/// The eigenvalues of which it is told what makes them.
+fn listed(spectrum: &Spectrum) -> &[Eigenpair] {
+    let unstable = spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
+    &spectrum.eigenpairs[..unstable.clamp(LISTED[0], LISTED[1]).min(spectrum.eigenpairs.len())]
+}
+
 /// What the summary says of a contact that moves as `moves` says, of bodies with their modes and what would move the eigenvalues.
 pub(super) fn summarise(
     spectrum: &Spectrum,
     moves: &str,
-    (model, sensitivities): (&ModalPair, Option<&Sensitivities>),
+    (model, sensitivities, criteria): (&ModalPair, Option<&Sensitivities>, &[Criterion]),
     summary: &mut Summary,
 ) {
     let unstable: Vec<&Eigenpair> = spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).collect();
@@ -187,16 +200,31 @@ pub(super) fn summarise(
         if spectrum.limit.is_finite() { format!(" up to {:.0} Hz", spectrum.limit) } else { String::new() },
         spectrum.closed
     ));
-    let most = unstable.len().max(3);
+    let most = unstable.len().max(LISTED[0]);
     for (i, e) in spectrum.eigenpairs.iter().enumerate().take(most) {
         summary.value(
             &format!("{:.3} Hz", e.frequency()),
             format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), partners(model, e)),
         );
+        if let Some(c) = criteria.get(i) {
+            summary.value("  by one mode on the rest", cause(c));
+        }
         if let Some(all) = sensitivities.filter(|_| grows(e.value, e.backward_error)) {
             summary.value("  would cure it, to first order", sensitivity::cures(all, i, e, model));
         }
     }
+}
+
+/// A criterion in words.
+fn cause(c: &Criterion) -> String {
+    format!(
+        "damping {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
+        c.damping,
+        c.growth_rate,
+        c.coupling,
+        1e12 * c.compliance.norm(),
+        c.compliance.arg().to_degrees()
+    )
 }
 
 /// The name of the free mode `k` of `model`.

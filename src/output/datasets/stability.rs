@@ -2,6 +2,7 @@
 
 use super::super::Table;
 use crate::model::{travelling, ModalPair, ReducedModel};
+use crate::stability::criterion::Criterion;
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::{Derivative, Parameter, Sensitivities};
@@ -138,6 +139,39 @@ pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullR
         ));
     }
     tables
+}
+
+/// The group `/stability/criterion`: the first eigenvalues of the reduced model by one free mode on everything else.
+pub fn causes(all: &[Criterion]) -> Vec<Table> {
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let path = |name: &str| format!("/stability/criterion/{name}");
+    let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Criterion) -> f64| {
+        Table::list(&path(name), units, text, all.iter().map(of).collect::<Vec<f64>>())
+    };
+    vec![
+        Table::list(
+            &path("mode"),
+            "1",
+            "Free mode that is taken apart, from 0, of both bodies in the order of mode_body; a pair goes together.",
+            all.iter().map(|c| c.modes.first().map_or(-1, |&k| k as i64)).collect::<Vec<i64>>(),
+        ),
+        list("damping", "1/s", "Part of the growth rate that the mode's own damping makes.", &|c| c.damping),
+        list(
+            "coupling",
+            "1/kg",
+            "kappa: the mode at the contact along the normal times that along the normal and the friction.",
+            &|c| c.coupling,
+        ),
+        Table::list(
+            &path("compliance"),
+            "m/N",
+            "H at the frequency of the eigenvalue: what everything but the mode yields to a normal force and its friction.",
+            all.iter().map(|c| c.compliance).collect::<Vec<Complex<f64>>>(),
+        ),
+        list("growth_rate", "1/s", "Growth rate that these make.", &|c| c.growth_rate),
+    ]
 }
 
 /// What the group `/stability` says of the state; with the coefficient of friction where it is `varying`.
