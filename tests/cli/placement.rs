@@ -176,3 +176,19 @@ fn sections_on_a_placement_are_checked() {
         Folder::with(job.to_string()).call(1, "check", &[]).failed(2, words);
     }
 }
+
+/// Points of a sweep stand where their own placements say, with the creepages of these: the middle one is the job's own, one stands on no rail.
+#[test]
+fn sweeps_move_the_wheel() {
+    let mut job = wheel_on_a_stiff_rail();
+    job["analyses"]["modes"]["max_frequency"] = json!(500);
+    job["analyses"]["sweep"] =
+        json!({ "keys": { "contact.placement.lateral": [-0.006, -0.004, 0.2], "contact.friction": [0.35] } });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(2, "run", &[]);
+    assert!(ran.out.contains("placement"), "{}", ran.out);
+    let own = numbers(&folder, "stability/force");
+    let swept = numbers(&folder, "sweep/force");
+    let apart = |point: usize| (0..3).map(|c| (swept[3 * point + c] - own[c]).abs()).fold(0.0, f64::max);
+    assert!(apart(1) < 1e-6 * 6e4 && apart(0) > 10.0 && swept[6].is_nan(), "{own:?} {swept:?}");
+}

@@ -9,11 +9,12 @@ use super::meshes::Meshes;
 use super::reduction::Reduction;
 use super::report::Summary;
 use super::run::Run;
-use super::{modes, stability};
+use super::{modes, placed, stability};
 use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, Outcome};
+use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -30,13 +31,14 @@ pub fn goes_on(error: &Error) -> bool {
 pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
-    let groups = groups(&plan.points);
+    let points = filled(world, plan, &mut results)?;
+    let groups = groups(&points);
     for (number, (inputs, members)) in groups.iter().enumerate() {
         let model = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
             SharedModel::broadcast(world, base.on_root())?
         } else {
             run.progress.note(format!("bodies {} of {}", number + 1, groups.len()));
-            match build(run.petsc, &plan.points[members[0]], run.meshes, run.progress) {
+            match build(run.petsc, point_of(&points, members[0])?, run.meshes, run.progress) {
                 Ok(model) => model,
                 Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
                 Err(e) => {
@@ -49,7 +51,8 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
         let mut mine = Packed::default();
         let mut model = model;
         for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size) {
-            mine.push(i, &solve(&mut model, &plan.points[i]).unwrap_or_else(|e| Outcome::failed(&e)));
+            let found = point_of(&points, i).and_then(|point| solve(&mut model, point));
+            mine.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
             run.progress.step("points", (done + world.size).min(members.len()), members.len());
         }
         let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
@@ -73,10 +76,31 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
     Ok(())
 }
 
+/// Collective: the points with the creepages that follow from their placements; those whose wheels stand on no rail have failed.
+fn filled(world: &World, plan: &SweepPlan, results: &mut [Option<Outcome>]) -> Result<Vec<Option<Job>>> {
+    let mut all = Vec::new();
+    for (point, result) in plan.points.iter().zip(results) {
+        all.push(match placed::filled(world, point) {
+            Ok(found) => Some(found.unwrap_or_else(|| point.clone())),
+            Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
+            Err(e) => {
+                *result = Some(Outcome::failed(&e));
+                None
+            }
+        });
+    }
+    Ok(all)
+}
+
+fn point_of(points: &[Option<Job>], i: usize) -> Result<&Job> {
+    points.get(i).and_then(Option::as_ref).ok_or_else(|| Error::Defect(format!("point {i} of the sweep is missing")))
+}
+
 /// The points by the finite elements they need, in the order of their first points.
-fn groups(points: &[Job]) -> Vec<(serde_json::Value, Vec<usize>)> {
+fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
     let mut groups: Vec<(serde_json::Value, Vec<usize>)> = Vec::new();
     for (i, point) in points.iter().enumerate() {
+        let Some(point) = point else { continue };
         let inputs = fe_inputs(point);
         // Neighbouring points mostly share them.
         match groups.iter_mut().rev().find(|g| g.0 == inputs) {
