@@ -50,6 +50,11 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
         tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(&body.contact_modes)));
         let text = "Static compliance of the contact rows, in lower form.";
         tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(compliance)));
+        if let Some(own) = &model.own[i] {
+            let all = Mat::from_fn(count, count, |i, j| own.get(i, j));
+            let text = "Damping of the modes by the body's own damping matrix.";
+            tables.push(Table::new(&path("damping"), "1/s", text, &[count, count], by_rows(&all)));
+        }
         if let Some(rotation) = &model.rotation[i] {
             let mut modal = |what: &str, units: &str, text: &str, matrix: &Mat<f64>| {
                 tables.push(Table::new(&path(what), units, text, &[count, count], by_rows(matrix)));
@@ -152,8 +157,11 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
                     }
                     false => None,
                 };
+                let own = path("damping");
+                let damping = reader.has(&own).then(|| square(&own, omega.len())).transpose()?;
                 let rows = Some(contact_modes);
-                AtContact { modes: TraceModes { omega, reach, rows, rotation, ..TraceModes::default() }, compliance }
+                let modes = TraceModes { omega, reach, rows, rotation, damping, ..TraceModes::default() };
+                AtContact { modes, compliance }
             }
             None => AtContact::statics(compliance),
         });
