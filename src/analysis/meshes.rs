@@ -41,7 +41,9 @@ impl Meshes {
                 let contact = mesh.groups.contains_key("contact");
                 on_grid(mesh, contact)
             }
-            MeshSource::Revolved(_) => Err(Error::Defect("a mesh is asked for of a body that is swept".into())),
+            MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
+                Err(Error::Defect("a mesh is asked for of a body that is swept".into()))
+            }
             MeshSource::File(path) => {
                 let key = (path.clone(), name == "upper", job.contact.is_some());
                 if let Some((_, read)) = self.files.borrow().iter().find(|(k, _)| *k == key) {

@@ -12,6 +12,7 @@ mod memory;
 pub(crate) mod meshes;
 mod modes;
 pub(crate) mod placed;
+pub(crate) mod rail;
 mod receptance;
 pub mod reduction;
 mod report;

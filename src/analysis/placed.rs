@@ -1,11 +1,12 @@
 //! A wheel on a rail by their profiles, as a job places them: the grid of the contact, the gap, the creepages.
 
 use super::bodies::{material_of, Bodies, Place};
+use super::rail;
 use super::report::Summary;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
 use crate::grid::{ContactGrid, Interface};
-use crate::job::{self, Job, Load, Profile};
+use crate::job::{self, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
@@ -265,6 +266,11 @@ pub(super) fn build<'p>(
         if hybrid {
             let grid = Some([&x[..], &y[..]]).filter(|_| !job.analyses.on_contact().is_empty());
             bodies.unique.push(match &body.mesh {
+                Some(MeshSource::Extruded(_)) => {
+                    let seat = seats[side.index()];
+                    let at = rail::At { y: seat.y, tilt: Some(seat.tilt) };
+                    Box::new(rail::told((world, summary), job, (name, body), (Some(at), grid))?)
+                }
                 Some(_) => {
                     let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
                     let seat = (seats[side.index()], track);

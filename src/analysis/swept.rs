@@ -1,6 +1,7 @@
 //! Bodies swept from sections, as a job gives them.
 
 use super::bodies::{material_of, Bodies};
+use super::rail;
 use super::report::Summary;
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
@@ -65,19 +66,30 @@ pub(super) fn wheel<'p>(
 pub fn grid(job: &Job, body: &job::Body) -> Result<Option<ContactGrid>> {
     let Some(patch) = job.contact.as_ref().and_then(|c| c.patch) else { return Ok(None) };
     let Some(spacing) = patch.spacing else { return Ok(None) };
-    let section = section(body)?;
     let line = |half: f64| -> Vec<f64> {
         // Rounding does not make a line more.
         let n = (half / spacing - 1e-9).ceil() as i64;
         (-n..=n).map(|i| i as f64 * spacing).collect()
     };
     let (x, y) = (line(patch.half_length), line(patch.half_width));
-    let z = y.iter().flat_map(|&y| x.iter().map(move |&x| section.height(x, y))).collect();
+    let z = match rail::extruded(body) {
+        Some(extruded) => {
+            let across = y.iter().map(|&y| rail::height(extruded, y)).collect::<Result<Vec<f64>>>()?;
+            across.into_iter().flat_map(|z| std::iter::repeat_n(z, x.len())).collect()
+        }
+        None => {
+            let section = section(body)?;
+            y.iter().flat_map(|&y| x.iter().map(move |&x| section.height(x, y))).collect()
+        }
+    };
     Ok(Some(ContactGrid { x, y, nodes: Vec::new(), z }))
 }
 
 /// Nodes and elements of the section of a body, as the modes see it.
 pub fn size(body: &job::Body) -> Result<[usize; 2]> {
+    if let Some(extruded) = rail::extruded(body) {
+        return rail::size(extruded);
+    }
     let section = section(body)?.for_modes()?;
     Ok([section.nodes.len(), section.elements.len()])
 }
@@ -88,7 +100,11 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
     let given = job.bodies();
     let same = match &given[..] {
         [(_, a), (_, b)] => {
-            a.mesh == b.mesh && a.material == b.material && a.fixed == b.fixed && a.rotation == b.rotation
+            a.mesh == b.mesh
+                && a.material == b.material
+                && a.fixed == b.fixed
+                && a.rotation == b.rotation
+                && a.track == b.track
         }
         _ => false,
     };
@@ -99,6 +115,9 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
         let side = Side::named(name).unwrap_or(Side::Lower);
         if same && i == 1 {
             summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
+        } else if rail::extruded(body).is_some() {
+            let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
+            bodies.unique.push(Box::new(rail::told((world, summary), job, (name, body), (None, lines))?));
         } else {
             let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
             bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, (lines, 0.0))?));

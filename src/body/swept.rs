@@ -4,26 +4,18 @@
 
 use super::clusters;
 use super::half_space::HalfSpace;
+use super::hybrid::Hybrid;
 use super::modes::Extent;
 use super::rotation::ModalRotation;
 use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
-use crate::swept::compliance::sum;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
-use crate::swept::{
-    both_turned, turned, BuiltIn, Constant, Forms, LineLoad, Patch, Prestress, Seen, Square, FAMILY, LOADS,
-};
+use crate::swept::{turned, BuiltIn, Forms, LineLoad, Prestress, Seen, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
 
-/// Part of the smaller half side of the grid that the circle of the loads has as its radius: about a contact that the grid holds with room to spare.
-const CIRCLE: f64 = 2.0 / 3.0;
-/// A second, wider circle shows how little the constant depends on it.
-const WIDER: f64 = 1.5;
-/// A difference between both circles of more than this part of the contact's own compliance is called large.
-const LARGE: f64 = 0.01;
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
 const BEYOND: usize = 4;
 
@@ -53,13 +45,8 @@ pub struct Swept<'w> {
     forms: Forms,
     fixed: Vec<String>,
     rotates: bool,
-    /// Lines of the contact grid, m; none without contact.
-    grid: [Vec<f64>; 2],
     tilt: f64,
-    /// What is added to the half-space, m/N, once it is made.
-    constant: Option<Square>,
-    /// Modal part of the compliance, m/N, once modes are known.
-    modal: Square,
+    contact: Hybrid,
 }
 
 impl<'w> Swept<'w> {
@@ -67,6 +54,7 @@ impl<'w> Swept<'w> {
     pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
         let forms = Forms::new(making.section.for_modes()?, making.material, making.fixed)
             .map_err(|e| e.context(format!("bodies.{name}")))?;
+        let half_space = HalfSpace { young: making.material.young, poisson: making.material.poisson };
         Ok(Self {
             world,
             name: name.into(),
@@ -74,10 +62,8 @@ impl<'w> Swept<'w> {
             forms,
             fixed: making.fixed.to_vec(),
             rotates: making.rotates,
-            grid: making.grid.map_or([Vec::new(), Vec::new()], |lines| lines.map(<[f64]>::to_vec)),
             tilt: making.tilt,
-            constant: None,
-            modal: [[0.0; LOADS]; LOADS],
+            contact: Hybrid::new(half_space, making.grid),
         })
     }
 
@@ -89,41 +75,6 @@ impl<'w> Swept<'w> {
     /// Mass, kg.
     pub fn mass(&self) -> f64 {
         self.forms.section.volume() * self.forms.material.density
-    }
-
-    fn nodes(&self) -> usize {
-        self.grid[0].len() * self.grid[1].len()
-    }
-
-    /// The circle of the loads at the contact; none without contact.
-    fn circle(&self) -> Option<Patch> {
-        let half = |lines: &[f64]| Some(0.5 * (lines.last()? - lines.first()?));
-        let [x, y] = [half(&self.grid[0])?, half(&self.grid[1])?];
-        Some(Patch { radius: CIRCLE * x.min(y) })
-    }
-
-    /// π = (1, x, y) of a node.
-    fn factors(&self, node: usize) -> [f64; 3] {
-        let [x, y] = &self.grid;
-        [1.0, x[node % x.len()], y[node / x.len()]]
-    }
-
-    /// π of the contact rows, `[3n, 9]`.
-    fn loads(&self) -> Mat<f64> {
-        let mut pi = Mat::zeros(3 * self.nodes(), LOADS);
-        for row in 0..pi.nrows() {
-            self.factors(row / 3).into_iter().enumerate().for_each(|(m, f)| pi[(row, 3 * m + row % 3)] = f);
-        }
-        pi
-    }
-
-    fn half_space(&self) -> HalfSpace {
-        HalfSpace { young: self.forms.material.young, poisson: self.forms.material.poisson }
-    }
-
-    fn constant(&self) -> Result<Square> {
-        let missing = || Error::Defect(format!("body \"{}\" has no compliance: it is not factorised", self.name));
-        self.constant.ok_or_else(missing)
     }
 
     /// Collective: number of modes below ω = `limit`, rad/s.
@@ -145,7 +96,7 @@ impl<'w> Swept<'w> {
     /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
     fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut Steps) -> Result<Vec<Seen>> {
         let (world, forms) = (self.world, &self.forms);
-        let circle = self.circle();
+        let circle = self.contact.circle();
         let size = |seen: &Seen| seen.omega.len();
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
@@ -243,70 +194,18 @@ impl Body for Swept<'_> {
     }
 
     fn rows(&self) -> usize {
-        3 * self.nodes()
+        self.contact.rows()
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {
-        let Some(circle) = self.circle() else { return Ok(None) };
-        let named = |e: Error| e.context(format!("compliance of body \"{}\"", self.name));
-        let (world, radius) = (self.world, self.making.radius());
+        let Some(circle) = self.contact.circle() else { return Ok(None) };
         let forms = Forms::new(self.making.for_loads(circle.radius)?, self.forms.material, &self.fixed)?;
-        let wider = Patch { radius: WIDER * circle.radius };
-        let both = Constant::new(&forms, &[circle, wider], radius);
-        let constant = both.or_else(|_| Constant::new(&forms, &[circle], radius)).map_err(named)?;
-        let mine = (world.rank..constant.blocks.len()).step_by(world.size);
-        let parts = mine.map(|k| constant.block(k)).collect::<Result<Vec<_>>>();
-        let parts = world.agree(parts.map_err(named))?;
-        let nothing = constant.singles().iter().map(|_| [[0.0; LOADS]; LOADS]).collect();
-        let own = if world.is_root() { constant.singles() } else { nothing };
-        let flat: Vec<f64> = sum(parts.into_iter().chain([own])).as_flattened().as_flattened().to_vec();
-        let all = world.sum_all(&flat);
-        let size = LOADS * LOADS;
-        let a: Square = std::array::from_fn(|c| std::array::from_fn(|d| all[LOADS * c + d]));
-        let a = both_turned(&a, self.tilt);
-        self.constant = Some(a);
-        let pico = |v: f64| 1e12 * v;
-        let mut text = format!(
-            "sections of {} unknowns at {} of the orders up to {}; beside a half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
-            forms.order(),
-            constant.blocks.len(),
-            constant.blocks.iter().map(|b| b.0 + b.1 / 2).max().unwrap_or(0),
-            pico(a[0][0]),
-            pico(a[1][1]),
-            pico(a[2][2]),
-            pico(a[1][2])
-        );
-        if all.len() > size {
-            // Displacements of the middle under forces.
-            let constants = (0..3).flat_map(|c| (0..3).map(move |d| LOADS * c + d));
-            let apart = constants.map(|k| (all[size + k] - all[k]).abs()).fold(0.0, f64::max);
-            let contact = 0.6 / (self.half_space().plane() * circle.radius);
-            text += &format!(
-                ", good to {:.1} pm/N or {:.2} % of the contact's own compliance{}",
-                pico(apart),
-                100.0 * apart / contact,
-                if apart > LARGE * contact { ", which is much: the surface is not that of a half-space" } else { "" }
-            );
-        }
-        Ok(Some(text))
+        let made = self.contact.make(self.world, &forms, self.making.radius(), self.tilt);
+        made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
 
     fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
-        let constant = self.constant()?;
-        self.world.on_root(|| {
-            let c = self.half_space().compliance(&self.grid[0], &self.grid[1])?;
-            let pi = self.loads();
-            let square = |of: &Square| Mat::from_fn(LOADS, LOADS, |i, j| of[i][j]);
-            let c = c + &pi * square(&constant) * pi.transpose();
-            let residual = &c - &pi * square(&self.modal) * pi.transpose();
-            residual.llt(faer::Side::Lower).map_err(|_| {
-                Error::NotConverged(format!(
-                    "compliance of body \"{}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make contact.patch smaller",
-                    self.name
-                ))
-            })?;
-            Ok(c)
-        })
+        self.contact.compliance(self.world, &self.name)
     }
 
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
@@ -334,23 +233,13 @@ impl Body for Swept<'_> {
         };
         let mut list = members(&all);
         list.truncate(keep);
-        let mut modal = [[0.0; LOADS]; LOADS];
-        for mode in list.iter().filter(|m| m.omega() > 0.0) {
-            let (rows, stiffness) = (turned(mode.seen(), self.tilt), mode.omega() * mode.omega());
-            for (i, row) in modal.iter_mut().enumerate() {
-                row.iter_mut().zip(rows).for_each(|(m, r)| *m += rows[i] * r / stiffness);
-            }
-        }
-        self.modal = modal;
+        let omega: Vec<f64> = list.iter().map(Member::omega).collect();
         let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.tilt)).collect();
-        let at = |i: usize, k: usize| {
-            let pi = self.factors(i / 3);
-            (0..3).map(|m| pi[m] * seen[k][3 * m + i % 3]).sum()
-        };
+        let rows = self.contact.of_modes(&omega, &seen);
         Ok(TraceModes {
-            omega: list.iter().map(Member::omega).collect(),
+            omega,
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
-            rows: self.world.is_root().then(|| Mat::from_fn(3 * self.nodes(), list.len(), at)),
+            rows: self.world.is_root().then_some(rows),
             damping: None,
             reach: match extent {
                 Extent::MaxFrequency(f) => 2.0 * PI * f,
@@ -362,15 +251,7 @@ impl Body for Swept<'_> {
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
-        let constant = self.constant()?;
-        let found = self.world.on_root(|| {
-            let c = self.half_space().compliance(&self.grid[0], &self.grid[1])?;
-            let (pi, forces) = (self.loads(), faer::ColRef::from_slice(forces));
-            let square = Mat::from_fn(LOADS, LOADS, |i, j| constant[i][j]);
-            let moved = c * forces + &pi * (square * (pi.transpose() * forces));
-            Ok(moved.iter().copied().collect())
-        })?;
-        Ok(found.unwrap_or_default())
+        self.contact.response(self.world, &self.name, forces)
     }
 }
 

@@ -17,6 +17,9 @@ pub fn fe_inputs(job: &Job) -> Value {
         if let Some(axle) = b.axle().filter(|_| b.rotates()) {
             body["axle"] = json!(axle);
         }
+        if let Some(track) = &b.track {
+            body["track"] = json!(track);
+        }
         if let Some(profile) = &b.profile {
             body["profile"] = json!(profile);
         }

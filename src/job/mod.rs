@@ -118,6 +118,9 @@ impl Job {
                         body.damping = Damping::of_steel_wheels();
                     }
                 }
+                Some(MeshSource::Extruded(_)) => {
+                    body.track.get_or_insert_default();
+                }
                 Some(MeshSource::Cylinder(c)) => {
                     let default = if graded { c.element_size.max(0.25 * c.thickness) } else { c.element_size };
                     c.max_element_size.get_or_insert(default);

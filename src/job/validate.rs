@@ -5,6 +5,7 @@ use super::transient::{Hold, SoundPower, Transient};
 
 mod matrices;
 mod placement;
+mod rail;
 mod swept;
 
 /// All faults of a job that fits the schema; empty if it makes sense.
@@ -42,6 +43,9 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
         }
     }
     check_rotation(path, body, faults);
+    if body.track.is_some() && !matches!(body.mesh, Some(MeshSource::Extruded(_))) {
+        faults.push(format!("{path}.track: only for a rail, a body with mesh.extruded; leave it out"));
+    }
     if let Some(matrices) = &body.matrices {
         return matrices::check_body(path, body, matrices, faults);
     }
@@ -61,6 +65,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
             check_groups(path, body, "the cylinder", &CYLINDER_GROUPS, faults);
         }
         Some(MeshSource::Revolved(r)) => swept::check_body(path, body, r, faults),
+        Some(MeshSource::Extruded(e)) => rail::check_body(path, body, e, faults),
         Some(MeshSource::File(file)) if file.as_os_str().is_empty() => {
             faults.push(format!("{path}.mesh.file: the file name is empty"));
         }
@@ -88,6 +93,9 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
     }
     if !body.rotates() {
         return;
+    }
+    if matches!(body.mesh, Some(MeshSource::Extruded(_))) {
+        return faults.push(format!("{path}.rotation: a rail does not turn; expected \"none\", or leave it out"));
     }
     if file && body.axle_distance.is_none() {
         faults.push(format!("{path}.axle_distance: missing; a mesh file does not say where the axle is, and {path}.rotation needs it (m)"));
@@ -322,7 +330,10 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
         match &job.contact {
             None => faults.push(format!("contact: missing; analyses.{analysis} needs it")),
             Some(contact) if contact.compliance.of_bodies() => {
-                for (name, _) in job.bodies().iter().filter(|(_, b)| b.fixed.is_empty() && !b.is_half_space()) {
+                let held = |b: &Body| {
+                    !b.fixed.is_empty() || b.is_half_space() || matches!(b.mesh, Some(MeshSource::Extruded(_)))
+                };
+                for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b)) {
                     faults.push(format!(
                         "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static problem; name a group to clamp, e.g. [\"inner\"]"
                     ));

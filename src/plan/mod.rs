@@ -76,7 +76,7 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
                 .map_or(0.0, |p| across(p.half_length) * across(p.half_width));
             Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
-        MeshSource::Revolved(_) => {
+        MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
             let contact = crate::analysis::swept::grid(job, body).map_err(named)?.map_or(0, |g| g.x.len() * g.y.len());
             let [nodes, cells] = crate::analysis::swept::size(body).map_err(named)?.map(|n| n as u64);
             Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact as u64 })

@@ -1,6 +1,6 @@
 //! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
 
-use super::{Element, Kind, Section};
+use super::{Element, Kind, Path, Section};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ const PARTS: usize = 512;
 impl Focus {
     /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` is the place of the contact, `corners` are those of singular
     /// stresses.
-    fn lines(&self, breaks: &[f64], at: f64, corners: &[f64]) -> Vec<f64> {
+    pub(super) fn lines(&self, breaks: &[f64], at: f64, corners: &[f64]) -> Vec<f64> {
         let size = |x: f64| {
             let contact = self.size + GROWTH * ((x - at).abs() - self.reach).max(0.0);
             let corner = corners.iter().map(|c| self.corner + GROWTH * (x - c).abs());
@@ -55,16 +55,16 @@ impl Focus {
 }
 
 /// A structured section on lines of r and y.
-struct Lines<'a> {
-    r: &'a [f64],
-    y: &'a [f64],
+pub(super) struct Lines<'a> {
+    pub r: &'a [f64],
+    pub y: &'a [f64],
 }
 
 impl Lines<'_> {
     /// The section of the cells for whose centre `inside` holds, its nodes at `place` of those of the lines. `tread` says which upper edges are of
     /// the running line,
     /// given the radius and the y of their middle.
-    fn section(
+    pub(super) fn section(
         &self,
         inside: impl Fn(f64, f64) -> bool,
         place: impl Fn([f64; 2]) -> [f64; 2],
@@ -209,7 +209,7 @@ pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
     let depth = c.outer_radius - c.inner_radius;
     let place = |[r, y]: [f64; 2]| [c.inner_radius + (r - c.inner_radius) * (1.0 - c.drop(y) / depth), y];
     let section = Lines { r: &r, y: &y }.section(|_, _| true, place, |_, _| true);
-    section.check()?;
+    section.check(Path::Axle)?;
     Ok(section)
 }
 
@@ -244,6 +244,6 @@ pub fn w920s(contact_offset: f64, focus: Focus) -> Result<Section> {
     };
     let mut section = Lines { r: &r, y: &y }.section(inside, |at| at, |r, _| r == TREAD);
     section.groups.retain(|name, _| name == "inner");
-    section.check()?;
+    section.check(Path::Axle)?;
     Ok(section)
 }

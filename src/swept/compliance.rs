@@ -8,13 +8,16 @@
 
 use super::envelope::Factor;
 use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, LOADS};
-use super::Forms;
+use super::{Forms, Path};
 use crate::{Error, Result};
 
-/// Orders up to which each is summed by itself.
+/// Orders up to which each is summed by itself; along a line, waves over the height of the section, k h. What bends and twists in the large goes with k⁻⁴
+/// there, and is much.
 const SINGLE: usize = 12;
-/// Half of a block of orders over its first order: blocks grow with the order.
+const SINGLE_WAVES: f64 = 3.0;
+/// Half of a block of orders over its first order, round an axle and along a line: blocks grow with the order.
 const SPREAD: usize = 8;
+const SPREAD_WAVES: usize = 16;
 
 /// Orders at which waves are so short against the distance d to the next edge that they are those of a half-space: n d/R.
 const SHORT: f64 = 10.0;
@@ -33,12 +36,20 @@ pub struct Constant<'f> {
     pub blocks: Vec<(usize, usize)>,
 }
 
-/// The blocks of orders up to `last`.
-fn blocks(last: usize) -> Vec<(usize, usize)> {
-    let mut all: Vec<(usize, usize)> = (0..=SINGLE.min(last)).map(|n| (n, 1)).collect();
-    let mut first = SINGLE + 1;
+/// The blocks of orders of `forms` up to `last`.
+fn blocks(forms: &Forms, last: usize) -> Vec<(usize, usize)> {
+    let (single, spread) = match forms.path {
+        Path::Axle => (SINGLE, SPREAD),
+        Path::Line(_) => {
+            let z = forms.section.nodes.iter().map(|x| x[0]);
+            let height = z.clone().fold(f64::NEG_INFINITY, f64::max) - z.fold(f64::INFINITY, f64::min);
+            ((SINGLE_WAVES / (height * forms.path.wavenumber(1))).ceil() as usize, SPREAD_WAVES)
+        }
+    };
+    let mut all: Vec<(usize, usize)> = (0..=single.min(last)).map(|n| (n, 1)).collect();
+    let mut first = single + 1;
     while first <= last {
-        let half = first / SPREAD;
+        let half = first / spread;
         all.push((first + half, 2 * half + 1));
         first += 2 * half + 1;
     }
@@ -60,12 +71,12 @@ impl<'f> Constant<'f> {
             )));
         }
         let last = ((SHORT * radius / room).ceil() as usize).max(FEWEST);
-        Ok(Self { forms, patches: patches.to_vec(), radius, blocks: blocks(last) })
+        Ok(Self { forms, patches: patches.to_vec(), radius, blocks: blocks(forms, last) })
     }
 
     /// The sum with the orders up to `last` in place of those by itself.
     pub fn up_to(self, last: usize) -> Self {
-        Self { blocks: blocks(last), ..self }
+        Self { blocks: blocks(self.forms, last), ..self }
     }
 
     fn half_space(&self, patch: Patch) -> HalfSpaceLoad {

@@ -4,23 +4,25 @@
 
 use super::envelope::Factor;
 use super::numbering::reverse_cuthill_mckee;
-use super::{Element, Section};
+use super::track::{Added, Track};
+use super::{Path, Section};
 use crate::fem::Material;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
 use std::collections::BTreeSet;
-use std::f64::consts::PI;
 
 /// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
 type Strains = [[f64; 3]; 6];
 
-/// K_n = K0 + n K1 + n² K2 and M of a section, for all n.
+/// K_n = K0 + n K1 + n² K2 and M of a section, for all n; along a line with the wavenumber k in place of n, and metres in place of radians.
 #[derive(Debug, Clone)]
 pub struct Forms {
     /// The section.
     pub section: Section,
     /// Its material.
     pub material: Material,
+    /// What the section is swept along.
+    pub path: Path,
     /// Number of each node among those that are free to move.
     place: Vec<Option<usize>>,
     pairs: Pairs,
@@ -28,6 +30,22 @@ pub struct Forms {
     stiffness: [Vec<[[f64; 3]; 3]>; 3],
     /// ∫ρ N_a N_b r dr dy at each pair, kg per radian.
     mass: Vec<f64>,
+    /// Springs and dashpots of a track at each pair; the springs are part of K0. Nothing without one.
+    track: Vec<Springs>,
+}
+
+/// Springs, N/m², and dashpots, N·s/m², between (U, V, W) of two nodes, each metre of a line.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Springs {
+    pub stiffness: [[f64; 3]; 3],
+    pub viscosity: [[f64; 3]; 3],
+}
+
+impl Springs {
+    /// These times a factor.
+    pub fn times(&self, factor: f64) -> Self {
+        Self { stiffness: scaled(&self.stiffness, factor), viscosity: scaled(&self.viscosity, factor) }
+    }
 }
 
 /// Pairs (a, b ≤ a) of free nodes that share an element, by rows.
@@ -65,18 +83,9 @@ const SHIFT: f64 = 0.1;
 /// Part of the shift at which a motion of the whole body yields.
 const ALMOST_FREE: f64 = 1e-5;
 
-/// ∫cos² nθ dθ all round, which is that of sin² too; of order 0, which has no angle, 2π.
-pub fn round(n: usize) -> f64 {
-    match n {
-        0 => 2.0 * PI,
-        _ => PI,
-    }
-}
-
 impl Forms {
-    /// The forms of a section of a material that is clamped at the nodes of the groups `fixed`.
+    /// The forms of a section of a body of revolution, of a material, that is clamped at the nodes of the groups `fixed`.
     pub fn new(section: Section, material: Material, fixed: &[String]) -> Result<Self> {
-        section.check()?;
         let mut free = vec![true; section.nodes.len()];
         for name in fixed {
             let Some(nodes) = section.groups.get(name) else {
@@ -88,13 +97,57 @@ impl Forms {
             };
             nodes.iter().for_each(|&k| free[k] = false);
         }
-        let (place, pairs) = number(&section, &free);
+        Self::made(section, material, Path::Axle, &free, &[])
+    }
+
+    /// The forms of a section of a material along a line of the period `period`, m, free or on a track; the section is turned by `tilt`, rad, from y
+    /// to z, against the upright one.
+    pub fn along(
+        mut section: Section,
+        material: Material,
+        period: f64,
+        track: Option<&Track>,
+        tilt: f64,
+    ) -> Result<Self> {
+        let added = track.map(|t| t.added(&mut section, tilt)).transpose()?;
+        let links: Vec<[usize; 2]> = added.iter().flat_map(|a| a.blocks.iter().map(|b| [b.0, b.1])).collect();
+        let free = vec![true; section.nodes.len()];
+        let mut forms = Self::made(section, material, Path::Line(period), &free, &links)?;
+        if let Some(added) = added {
+            forms.lay(&added);
+        }
+        Ok(forms)
+    }
+
+    fn made(section: Section, material: Material, path: Path, free: &[bool], links: &[[usize; 2]]) -> Result<Self> {
+        section.check(path)?;
+        let (place, pairs) = number(&section, free, links);
         let empty = vec![[[0.0; 3]; 3]; pairs.columns.len()];
         let mass = vec![0.0; pairs.columns.len()];
-        let mut forms =
-            Self { section, material, place, pairs, stiffness: [empty.clone(), empty.clone(), empty], mass };
+        let stiffness = [empty.clone(), empty.clone(), empty];
+        let mut forms = Self { section, material, path, place, pairs, stiffness, mass, track: Vec::new() };
         forms.assemble();
         Ok(forms)
+    }
+
+    /// Adds springs, dashpots and mass of a track.
+    fn lay(&mut self, added: &Added) {
+        self.track = vec![Springs::default(); self.pairs.columns.len()];
+        for (a, b, springs) in &added.blocks {
+            let Some(k) = self.pair(*a, *b) else { continue };
+            for c in 0..3 {
+                for d in 0..3 {
+                    self.stiffness[0][k][c][d] += springs.stiffness[c][d];
+                    self.track[k].stiffness[c][d] += springs.stiffness[c][d];
+                    self.track[k].viscosity[c][d] += springs.viscosity[c][d];
+                }
+            }
+        }
+        if let Some((sleeper, mass)) = added.mass {
+            if let Some(k) = self.pair(sleeper, sleeper) {
+                self.mass[k] += mass;
+            }
+        }
     }
 
     /// Number of amplitudes that are free.
@@ -102,10 +155,12 @@ impl Forms {
         3 * self.pairs.rows()
     }
 
-    /// A shift below all eigenvalues, 1/s²: minus the square of a part of the velocity of sound over the largest radius.
+    /// A shift below all eigenvalues, 1/s²: minus the square of a part of the velocity of sound over the largest radius, or the height along a line.
     pub fn shift(&self) -> f64 {
-        let radius = self.section.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
-        -(SHIFT / radius).powi(2) * self.material.young / self.material.density
+        let range = |(low, high): (f64, f64), x: &[f64; 2]| (low.min(x[0]), high.max(x[0]));
+        let (low, high) = self.section.nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+        let size = if self.path == Path::Axle { high } else { high - low };
+        -(SHIFT / size).powi(2) * self.material.young / self.material.density
     }
 
     /// First amplitude of a node; none where it is clamped.
@@ -118,17 +173,18 @@ impl Forms {
         for element in &self.section.elements {
             for shape in element.kind.points() {
                 let (r, jacobian) = self.section.at(element, &shape);
-                let weight = jacobian.determinant * shape.weight * r;
+                let weight = jacobian.determinant * shape.weight * self.path.measure(r);
+                let over = (self.path == Path::Axle).then_some(1.0 / r);
                 let strains: Vec<[Strains; 2]> = shape
                     .value
                     .iter()
                     .zip(&shape.slope)
-                    .map(|(&value, &slope)| strains(value, jacobian.slope(slope), r))
+                    .map(|(&value, &slope)| strains(value, jacobian.slope(slope), over))
                     .collect();
                 let stresses = strains.iter().map(|both| both.map(|b| stress(&b, lambda, shear)));
                 for (i, stress) in stresses.enumerate() {
                     for j in 0..strains.len() {
-                        let Some(k) = self.pair(element, i, j) else { continue };
+                        let Some(k) = self.pair(element.nodes[i], element.nodes[j]) else { continue };
                         let [zero, one] = &strains[j];
                         add(&mut self.stiffness[0][k], &stress[0], zero, weight);
                         add(&mut self.stiffness[1][k], &stress[0], one, weight);
@@ -141,9 +197,9 @@ impl Forms {
         }
     }
 
-    /// The pair of two nodes of an element in the lower triangle.
-    fn pair(&self, element: &Element, i: usize, j: usize) -> Option<usize> {
-        let (a, b) = (self.place[element.nodes[i]]?, self.place[element.nodes[j]]?);
+    /// The pair of two nodes in the lower triangle.
+    fn pair(&self, a: usize, b: usize) -> Option<usize> {
+        let (a, b) = (self.place[a]?, self.place[b]?);
         if b <= a {
             self.pairs.find(a, b)
         } else {
@@ -151,9 +207,9 @@ impl Forms {
         }
     }
 
-    /// K_n − σM at a pair, of the whole circle.
+    /// K_n − σM at a pair, of the whole way.
     fn block(&self, n: usize, sigma: f64, k: usize) -> [[f64; 3]; 3] {
-        let (w, x) = (round(n), n as f64);
+        let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
         std::array::from_fn(|c| {
             std::array::from_fn(|d| {
                 let [zero, one, two] = [0, 1, 2].map(|p| self.stiffness[p][k][c][d]);
@@ -183,7 +239,7 @@ impl Forms {
 
     /// M x of columns at the order n, `[order, k]`.
     pub fn mass(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
-        self.product(x, |k| scaled(&IDENTITY, round(n) * self.mass[k]))
+        self.product(x, |k| scaled(&IDENTITY, self.path.whole(n) * self.mass[k]))
     }
 
     /// Of columns at the order n, at 1 rad/s of rotation: (K_σ − K_c) x with the prestress `sigma`. K_c alone without it.
@@ -191,11 +247,24 @@ impl Forms {
         let bracket = brackets(n);
         self.product(x, |k| {
             let (section, angle) = sigma.map_or((0.0, 0.0), |s| (s.along_section[k], s.along_angle[k]));
-            let around = scaled(&bracket, round(n) * (angle - self.mass[k]));
-            let mut block = scaled(&IDENTITY, round(n) * section);
+            let around = scaled(&bracket, self.path.whole(n) * (angle - self.mass[k]));
+            let mut block = scaled(&IDENTITY, self.path.whole(n) * section);
             block.iter_mut().flatten().zip(around.iter().flatten()).for_each(|(b, a)| *b += a);
             block
         })
+    }
+
+    /// M x of columns at the order n with (U, W) of x alone, or with V alone, each metre of a line.
+    pub fn mass_of(&self, along: bool, x: MatRef<'_, f64>) -> Mat<f64> {
+        let part = Mat::from_fn(x.nrows(), x.ncols(), |i, k| if (i % 3 == 1) == along { x[(i, k)] } else { 0.0 });
+        self.product(part.as_ref(), |k| scaled(&IDENTITY, self.mass[k]))
+    }
+
+    /// Springs and dashpots of the track times columns at the order n, `[order, k]`; none without a track.
+    pub fn track(&self, n: usize, x: MatRef<'_, f64>) -> Option<[Mat<f64>; 2]> {
+        let whole = self.path.whole(n);
+        let of = |part: fn(&Springs) -> &[[f64; 3]; 3]| self.product(x, |k| scaled(part(&self.track[k]), whole));
+        (!self.track.is_empty()).then(|| [of(|s| &s.stiffness), of(|s| &s.viscosity)])
     }
 
     /// M x of columns with U and V of x exchanged, and with U, V as V, −U at the order 0: φᵀ of it is ∫ρ(U_j V_k + V_j U_k), or ∫ρ(U_j V_k − V_j
@@ -237,7 +306,7 @@ impl Forms {
         for element in &self.section.elements {
             for shape in element.kind.points() {
                 let (r, jacobian) = self.section.at(element, &shape);
-                let weight = round(0) * self.material.density * r * r * jacobian.determinant * shape.weight;
+                let weight = self.path.whole(0) * self.material.density * r * r * jacobian.determinant * shape.weight;
                 for (&node, value) in element.nodes.iter().zip(&shape.value) {
                     if let Some(k) = self.amplitude(node) {
                         load[(k, 0)] += weight * value;
@@ -263,7 +332,7 @@ impl Forms {
                 let mut stressed = [0.0; 6];
                 for (i, &node) in element.nodes.iter().enumerate() {
                     let Some(k) = self.amplitude(node) else { continue };
-                    let [zero, _] = strains(shape.value[i], slopes[i], r);
+                    let [zero, _] = strains(shape.value[i], slopes[i], Some(1.0 / r));
                     let of_node = stress(&zero, lambda, shear);
                     for (s, row) in stressed.iter_mut().zip(&of_node) {
                         *s += (0..3).map(|c| row[c] * u[k + c]).sum::<f64>();
@@ -273,7 +342,7 @@ impl Forms {
                 let weight = jacobian.determinant * shape.weight * r;
                 for i in 0..slopes.len() {
                     for j in 0..slopes.len() {
-                        let Some(k) = self.pair(element, i, j) else { continue };
+                        let Some(k) = self.pair(element.nodes[i], element.nodes[j]) else { continue };
                         let (a, b) = (slopes[i], slopes[j]);
                         let along = rr * a[0] * b[0] + yy * a[1] * b[1] + ry * (a[0] * b[1] + a[1] * b[0]);
                         out.along_section[k] += weight * along;
@@ -298,20 +367,20 @@ fn brackets(n: usize) -> [[f64; 3]; 3] {
     [[n * n + 1.0, 2.0 * n, 0.0], [2.0 * n, n * n + 1.0, 0.0], [0.0, 0.0, n * n]]
 }
 
-/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y: what does not go with n, and what
-/// does.
-fn strains(value: f64, [along_r, along_y]: [f64; 2], r: f64) -> [Strains; 2] {
-    let over = value / r;
+/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y, and 1/r round an axle: what does not
+/// go with n, and what does.
+fn strains(value: f64, [along_r, along_y]: [f64; 2], over: Option<f64>) -> [Strains; 2] {
+    let (bent, wave) = (value * over.unwrap_or(0.0), value * over.unwrap_or(1.0));
     [
         [
             [along_r, 0.0, 0.0],
-            [over, 0.0, 0.0],
+            [bent, 0.0, 0.0],
             [0.0, 0.0, along_y],
-            [0.0, along_r - over, 0.0],
+            [0.0, along_r - bent, 0.0],
             [along_y, 0.0, along_r],
             [0.0, along_y, 0.0],
         ],
-        [[0.0; 3], [0.0, over, 0.0], [0.0; 3], [-over, 0.0, 0.0], [0.0; 3], [0.0, 0.0, -over]],
+        [[0.0; 3], [0.0, wave, 0.0], [0.0; 3], [-wave, 0.0, 0.0], [0.0; 3], [0.0, 0.0, -wave]],
     ]
 }
 
@@ -335,9 +404,12 @@ fn add(block: &mut [[f64; 3]; 3], stress: &Strains, strain: &Strains, weight: f6
     }
 }
 
-/// Numbers of the free nodes of a section, and the pairs of them that share an element.
-fn number(section: &Section, free: &[bool]) -> (Vec<Option<usize>>, Pairs) {
+/// Numbers of the free nodes of a section, and the pairs of them that share an element or are among `links`.
+fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option<usize>>, Pairs) {
     let mut near = vec![BTreeSet::new(); section.nodes.len()];
+    links.iter().for_each(|[a, b]| {
+        near[*a].insert(*b);
+    });
     for element in &section.elements {
         for &a in element.nodes.iter().filter(|&&a| free[a]) {
             near[a].extend(element.nodes.iter().copied().filter(|&b| free[b]));

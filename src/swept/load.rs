@@ -4,7 +4,7 @@
 //! the body)
 //! have the number 3m + c; they are forces and moments on the circle, and the same means ⟨ω π_m, u_c⟩ are taken of displacements.
 
-use super::Forms;
+use super::{Forms, Path};
 use faer::Mat;
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -81,8 +81,9 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// ∫ over x at the place y of ω times what [`Round`] names, of the order `n` on the rolling radius `radius`, m.
-    fn round(&self, n: usize, radius: f64, y: f64) -> Round {
+    /// ∫ over x at the place y of ω times what [`Round`] names, of the order `n` on the rolling radius `radius`, m, or on a straight line of the
+    /// period 2π `radius`.
+    fn round(&self, n: usize, (radius, path): (f64, Path), y: f64) -> Round {
         let b = self.radius;
         let c = (b * b - y * y).max(0.0).sqrt();
         let n = n as f64;
@@ -93,9 +94,12 @@ impl Patch {
         for i in 0..steps {
             let phi = PI * i as f64 / steps as f64;
             let x = c * phi.sin();
-            let theta = (x / radius).asin();
             let weight = unit * phi.cos().powi(2);
-            let ((sin, cos), (tilt, along)) = ((n * theta).sin_cos(), theta.sin_cos());
+            let (theta, (tilt, along)) = match path {
+                Path::Axle => ((x / radius).asin(), (x / radius).asin().sin_cos()),
+                Path::Line(_) => (x / radius, (0.0, 1.0)),
+            };
+            let (sin, cos) = (n * theta).sin_cos();
             round.cos += weight * cos;
             round.x_sin += weight * x * sin;
             round.cos_along += weight * cos * along;
@@ -133,7 +137,7 @@ pub struct LineLoad {
 }
 
 impl LineLoad {
-    /// The loads of the order `n` on `forms`, whose rolling radius is `radius`, m.
+    /// The loads of the order `n` on `forms`, whose rolling radius is `radius`, m; along a line its period over 2π.
     pub fn new(forms: &Forms, patch: Patch, n: usize, radius: f64) -> Self {
         let section = &forms.section;
         let mut nodes = Vec::new();
@@ -152,7 +156,7 @@ impl LineLoad {
             for (y, step) in points(low, high, 2) {
                 let s = place(y);
                 let values = [0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s];
-                let means = patch.round(n, radius, y).means(n);
+                let means = patch.round(n, (radius, forms.path), y).means(n);
                 for (node, value) in of_edge.iter_mut().zip(values) {
                     for (k, load) in node.iter_mut().enumerate() {
                         let factor = if k < 6 { 1.0 } else { y };
@@ -288,13 +292,13 @@ mod tests {
         // ∫ω cos kx dx = (3/2b³) c J1(kc)/k; on a large radius nθ = kx. J1(1.2) = 0.498289057567216, J1(30) = −0.118751062616623.
         for (k, y, bessel) in [(0.75, 1.2, 0.498_289_057_567_216), (18.75, 1.2, -0.118_751_062_616_623)] {
             let wanted = 1.5 / 8.0 * 1.6 * bessel / k;
-            let round = patch.round((k * 1e6) as usize, 1e6, y);
+            let round = patch.round((k * 1e6) as usize, (1e6, Path::Axle), y);
             assert!((round.cos - wanted).abs() < 1e-10, "{} {wanted}", round.cos);
             assert!((round.cos_along - wanted).abs() < 1e-10 && round.sin_tilt.abs() < 1e-5);
         }
         let sum = |f: &dyn Fn(f64) -> f64| points(-2.0, 2.0, 4).into_iter().map(|(y, w)| w * f(y)).sum::<f64>();
-        let total = sum(&|y| patch.round(0, 1e6, y).cos);
-        let second = sum(&|y| y * y * patch.round(0, 1e6, y).cos);
+        let total = sum(&|y| patch.round(0, (1e6, Path::Axle), y).cos);
+        let second = sum(&|y| y * y * patch.round(0, (1e6, Path::Axle), y).cos);
         assert!((total - 1.0).abs() < 1e-13 && (second - patch.moments()[8]).abs() < 1e-13, "{total} {second}");
         // Both ways to the transform and its slope.
         for s in [0.0249, 0.0251] {

@@ -10,27 +10,38 @@
 //!
 //! Nothing here knows MPI, PETSc or contact: it is plain dense and sparse algebra for one rank.
 
+mod beam;
 mod builtin;
 pub mod compliance;
+mod ends;
 mod envelope;
 mod forms;
 mod krylov;
 mod load;
 pub mod modes;
 mod numbering;
+mod path;
+mod rail;
 mod rotation;
 mod section;
 mod shape;
+mod track;
+pub mod waves;
 mod turn;
 
+pub use beam::Beam;
 pub use builtin::{cylinder, w920s, BuiltIn, Cylinder, Focus};
 pub use compliance::Constant;
+pub use ends::Ends;
 pub use forms::{Forms, Prestress};
 pub use load::{LineLoad, Patch, Square, FAMILY, LOADS};
 pub use modes::{Modes, Seen};
+pub use path::Path;
+pub use rail::Rail;
 pub use rotation::{blocks, RotationBlocks};
 pub use section::{Element, Section};
 pub use shape::Kind;
+pub use track::{Layer, Sleeper, Track};
 pub use turn::{both_turned, turned};
 
 #[cfg(test)]

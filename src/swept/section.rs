@@ -1,6 +1,7 @@
 //! The mesh of a section.
 
-use super::Kind;
+use super::shape::GAUSS_3;
+use super::{Kind, Path};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
@@ -13,7 +14,8 @@ pub struct Element {
     pub nodes: Vec<usize>,
 }
 
-/// A section of a body of revolution in lower form: nodes (r, y), m, with r the distance from the axle and y = 0 at the contact point.
+/// A section in lower form: nodes (r, y), m. Of a body of revolution r is the distance from the axle and y = 0 at the contact point; of one along a
+/// line r is z, and both are 0 at the contact point.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Section {
     /// Nodes (r, y), m.
@@ -54,6 +56,28 @@ impl Section {
         self
     }
 
+    /// Area, m².
+    pub fn area(&self) -> f64 {
+        let of = |e: &Element| e.kind.points().iter().map(|s| self.at(e, s).1.determinant * s.weight).sum::<f64>();
+        self.elements.iter().map(of).sum()
+    }
+
+    /// The edges of elements whose nodes are all in a group: first, last and middle node.
+    pub fn edges(&self, group: &str) -> Vec<[usize; 3]> {
+        let inside = |k: usize| self.groups.get(group).is_some_and(|g| g.binary_search(&k).is_ok());
+        let of = |e: &Element| e.kind.edges().iter().map(|edge| edge.map(|k| e.nodes[k])).collect::<Vec<_>>();
+        self.elements.iter().flat_map(of).filter(|edge| edge.iter().all(|&k| inside(k))).collect()
+    }
+
+    /// Values of the shape functions of an edge's first, last and middle node, and the length, m, at its integration points.
+    pub(super) fn along(&self, edge: &[usize; 3]) -> [([f64; 3], f64); 3] {
+        GAUSS_3.map(|(s, weight)| {
+            let slopes = [s - 0.5, s + 0.5, -2.0 * s];
+            let tangent = [0, 1].map(|c| edge.iter().zip(slopes).map(|(&k, d)| d * self.nodes[k][c]).sum::<f64>());
+            ([0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s], weight * tangent[0].hypot(tangent[1]))
+        })
+    }
+
     /// The radius and the Jacobian at a point of an element.
     pub(super) fn at(&self, element: &Element, shape: &super::shape::Shape) -> (f64, Jacobian) {
         let mut j = [[0.0; 2]; 2];
@@ -71,15 +95,15 @@ impl Section {
         (r, Jacobian { determinant, inverse })
     }
 
-    /// An error that names the element if one is inverted or reaches the axle.
-    pub fn check(&self) -> Result<()> {
+    /// An error that names the element if one is inverted or, round an axle, reaches it.
+    pub fn check(&self, path: Path) -> Result<()> {
         for (number, element) in self.elements.iter().enumerate() {
             for shape in element.kind.points() {
                 let (r, jacobian) = self.at(element, &shape);
-                if !(jacobian.determinant > 0.0) || !(r > 0.0) {
+                if !(jacobian.determinant > 0.0) || (path == Path::Axle && !(r > 0.0)) {
                     return Err(Error::Input(format!(
-                        "element {} of the section, at r = {r:.6} m: found the Jacobian {:.3e}, expected r and Jacobian > 0; \
-                         the section must lie beside the axle and its elements must not be inverted",
+                        "element {} of the section, at r = {r:.6} m: found the Jacobian {:.3e}, expected Jacobian > 0 and, round an axle, r > 0; \
+                         elements must not be inverted, and the section must lie beside the axle",
                         number + 1,
                         jacobian.determinant
                     )));

@@ -7,6 +7,8 @@ use crate::fem::Material;
 use faer::Mat;
 use std::f64::consts::PI;
 
+mod straight;
+
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
 const COARSE: Focus = Focus { size: 0.03, reach: 0.0, corner: 0.003, largest: 0.03 };

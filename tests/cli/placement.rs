@@ -186,7 +186,7 @@ fn sweeps_move_the_wheel() {
         json!({ "keys": { "contact.placement.lateral": [-0.006, -0.004, 0.2], "contact.friction": [0.35] } });
     let folder = Folder::with(job.to_string());
     let ran = folder.call(2, "run", &[]);
-    assert!(ran.out.contains("placement"), "{}", ran.out);
+    assert!(ran.err.contains("contact.placement"), "{} {}", ran.out, ran.err);
     let own = numbers(&folder, "stability/force");
     let swept = numbers(&folder, "sweep/force");
     let apart = |point: usize| (0..3).map(|c| (swept[3 * point + c] - own[c]).abs()).fold(0.0, f64::max);

@@ -29,6 +29,9 @@ pub struct Body {
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
     #[serde(default)]
     pub fixed: Vec<String>,
+    /// What a rail (`mesh.extruded`) lies on, with its damping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub track: Option<super::Track>,
     /// Whether the body turns: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s. Default: `"rolling"` for a supported
     /// body whose axle is known (the built-in cylinder has one) in a job with contact and `analyses.modes`, else `"none"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -96,6 +99,7 @@ impl Body {
                 room: 0.5 * c.thickness - c.contact_offset.abs(),
             }),
             Some(MeshSource::Revolved(r)) => Some(r.running()),
+            Some(MeshSource::Extruded(e)) => Some(e.running()),
             _ => None,
         }
     }
@@ -161,6 +165,8 @@ pub enum MeshSource {
     File(PathBuf),
     /// A body of revolution swept from a section: no mesh of three dimensions.
     Revolved(super::Revolved),
+    /// A straight body along x swept from a section: a rail, which lies on the `track`.
+    Extruded(super::Extruded),
 }
 
 /// Annular cylinder with its axis along y, crowned or plain, meshed finely at the contact and coarsely far away.

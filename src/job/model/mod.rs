@@ -5,6 +5,7 @@ mod analyses;
 mod body;
 mod contact;
 mod placement;
+mod rail;
 mod swept;
 
 use schemars::JsonSchema;
@@ -19,6 +20,7 @@ pub use analyses::*;
 pub use body::*;
 pub use contact::*;
 pub use placement::*;
+pub use rail::*;
 pub use swept::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
@@ -169,7 +171,7 @@ impl Job {
 
     /// Whether a body is swept from a section.
     pub fn is_swept(&self) -> bool {
-        self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_))))
+        self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_) | MeshSource::Extruded(_))))
     }
 
     /// Where the wheel is on the rail, of a job with profiles.

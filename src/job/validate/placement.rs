@@ -80,8 +80,18 @@ fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
                 faults.push(format!("{path}.mesh.revolved: a rail does not turn; the wheel is the upper body"));
             }
         }
+        Some(MeshSource::Extruded(extruded)) => {
+            if extruded.contact_offset != 0.0 {
+                faults.push(format!(
+                    "{path}.mesh.extruded.contact_offset: given beside contact.placement, from which the place of the contact follows; leave it out"
+                ));
+            }
+            if path.ends_with("upper") {
+                faults.push(format!("{path}.mesh.extruded: the wheel is the upper body, and a rail the lower one"));
+            }
+        }
         Some(_) => faults.push(format!(
-            "{path}.mesh: given beside {path}.profile; a wheel on a rail by their profiles is swept from sections (mesh.revolved), or of half-spaces without meshes"
+            "{path}.mesh: given beside {path}.profile; a wheel on a rail by their profiles is swept from sections (mesh.revolved, mesh.extruded), or of half-spaces without meshes"
         )),
     }
 }

@@ -35,13 +35,11 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
 
 /// Adds the faults of a contact with swept bodies, or of one that asks for them.
 pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
-    let swept: Vec<(&str, &Revolved)> = job
+    let swept: Vec<(&str, Running)> = job
         .bodies()
         .into_iter()
-        .filter_map(|(name, b)| match &b.mesh {
-            Some(MeshSource::Revolved(r)) => Some((name, r)),
-            _ => None,
-        })
+        .filter(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_) | MeshSource::Extruded(_))))
+        .filter_map(|(name, b)| Some((name, b.running()?)))
         .collect();
     if contact.placement.is_some() {
         // Its rules are with the profiles.
@@ -51,7 +49,7 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     let spacing = contact.patch.and_then(|p| p.spacing);
     if swept.len() < job.bodies().len() {
         if hybrid || !swept.is_empty() {
-            faults.push("contact.compliance: \"hybrid\" is for two bodies with mesh.revolved, and they need it; sweep both bodies or none".into());
+            faults.push("contact.compliance: \"hybrid\" is for two bodies with mesh.revolved or mesh.extruded, and they need it; sweep both bodies or none".into());
         }
         if spacing.is_some() {
             faults.push(
@@ -64,7 +62,9 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         return;
     }
     if !hybrid {
-        faults.push("contact.compliance: expected \"hybrid\" with bodies that are swept (mesh.revolved)".into());
+        faults.push(
+            "contact.compliance: expected \"hybrid\" with bodies that are swept (mesh.revolved, mesh.extruded)".into(),
+        );
     }
     let Some(patch) = contact.patch else {
         faults.push("contact.patch: missing; swept bodies need it, e.g. {\"half_length\": 0.007, \"half_width\": 0.007, \"spacing\": 0.001} (m)".into());
@@ -80,8 +80,7 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             }
         }
     }
-    for (name, revolved) in swept {
-        let running = revolved.running();
+    for (name, running) in swept {
         if patch.half_length >= 0.5 * running.radius {
             faults.push(format!(
                 "contact.patch.half_length: found {} m, expected less than half the rolling radius of bodies.{name} ({} m)",

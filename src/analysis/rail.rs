@@ -1,0 +1,202 @@
+//! A rail, as a job gives it.
+
+use super::report::Summary;
+use crate::body::rail::{Making, Rail as RailBody};
+use crate::fem::Material;
+use crate::job::{self, Extruded, Job, MeshSource, RailSection};
+use crate::parallel::World;
+use crate::swept::waves::Damping;
+use crate::swept::{Beam, Ends, Layer, Rail, Sleeper, Track};
+use crate::{Error, Result};
+use std::f64::consts::PI;
+
+/// Part by which the point receptance of the rail that is modelled may differ from that of an infinite one.
+const OFF: f64 = 0.05;
+/// Frequencies at which this is looked at, over the lowest that is asked for.
+const LOOKED_AT: [f64; 7] = [1.0, 1.15, 1.3, 1.6, 2.0, 3.0, 5.0];
+/// Orders of a beam for each metre: waves down to a quarter of a metre.
+const ORDERS: f64 = 8.0;
+/// Lengths that are tried, each so many times the one before, to say which would do.
+const LONGER: f64 = 1.25;
+const LONGEST: f64 = 120.0;
+
+/// Where the contact is on a rail.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct At {
+    /// To the right of the middle of the upright section, m.
+    pub y: f64,
+    /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface.
+    pub tilt: Option<f64>,
+}
+
+/// The rail of a body.
+pub fn extruded(body: &job::Body) -> Option<&Extruded> {
+    match &body.mesh {
+        Some(MeshSource::Extruded(extruded)) => Some(extruded),
+        _ => None,
+    }
+}
+
+/// Its section, with the contact point at y, m, on the head.
+fn section(extruded: &Extruded, y: f64) -> Result<Rail> {
+    match extruded.section {
+        RailSection::Rail60E1 => Rail::new(y),
+    }
+}
+
+/// Height of the surface over its tangent at the contact point, m, at the distance y, m, along the tangent.
+pub fn height(extruded: &Extruded, y: f64) -> Result<f64> {
+    Ok(section(extruded, extruded.contact_offset)?.height(y))
+}
+
+/// Nodes and elements of its section, as the modes see it.
+pub fn size(extruded: &Extruded) -> Result<[usize; 2]> {
+    let section = section(extruded, extruded.contact_offset)?.for_modes()?;
+    Ok([section.nodes.len(), section.elements.len()])
+}
+
+/// What a rail of the mass `mass`, kg/m, lies on.
+fn laid(track: &job::Track, mass: f64) -> Track {
+    let layer = |of: &job::Layer, mass: f64| {
+        let [vertical, lateral] = [of.vertical, of.lateral].map(|k| k / track.spacing);
+        Layer::with_loss([vertical, lateral, lateral], of.loss_factor, mass)
+    };
+    let sleeper = track.sleeper.as_ref().map(|s| {
+        let mass = s.mass / track.spacing;
+        Sleeper { mass, ballast: layer(&s.ballast, mass) }
+    });
+    Track { pad: layer(&track.pad, mass), sleeper }
+}
+
+/// The absorbing ends of a rail of the length `period`, m.
+fn ends(track: &job::Track, period: f64) -> Option<Ends> {
+    let job::Ends { length, damping } = track.ends;
+    (length > 0.0 && damping > 0.0).then_some(Ends { period, length, damping })
+}
+
+/// The rail `name` with the contact at a place of its head, or where the job says, on the lines `grid` of the contact, m.
+pub fn make<'w>(
+    world: &'w World,
+    job: &Job,
+    (name, body): (&str, &job::Body),
+    at: Option<At>,
+    grid: Option<[&[f64]; 2]>,
+) -> Result<RailBody<'w>> {
+    let missing = || Error::Defect("a rail is asked for of a body that is none".into());
+    let extruded = extruded(body).ok_or_else(missing)?;
+    let track = body.track.clone().unwrap_or_default();
+    let m = body.elastic()?;
+    let material = Material { young: m.young, poisson: m.poisson, density: m.density };
+    let at = at.unwrap_or(At { y: extruded.contact_offset, tilt: None });
+    let beams = [0, 2].map(|direction| (direction, Rail::beam(material, direction == 2, track.loss_factor)));
+    let laid = laid(&track, beams[0].1.density * beams[0].1.area);
+    let period = extruded.length;
+    if let Some(lowest) = lowest(job) {
+        let whole = Ends { period, length: track.ends.length.max(f64::MIN_POSITIVE), damping: track.ends.damping };
+        long_enough(&beams, &laid, whole, lowest)
+            .map_err(|e| e.context(format!("bodies.{name}.mesh.extruded.length")))?;
+    }
+    let making = Making {
+        section: section(extruded, at.y)?,
+        material,
+        period,
+        track: laid,
+        damping: Damping { loss: track.loss_factor, ends: ends(&track, period) },
+        tilt: at.tilt,
+        grid,
+    };
+    RailBody::new(world, name, making)
+}
+
+/// The rail of [`make`], told in the summary.
+pub(super) fn told<'w>(
+    (world, summary): (&'w World, &mut Summary),
+    job: &Job,
+    body: (&str, &job::Body),
+    (at, grid): (Option<At>, Option<[&[f64]; 2]>),
+) -> Result<RailBody<'w>> {
+    let rail = make(world, job, body, at, grid)?;
+    let (unknowns, mass) = (rail.unknowns(), rail.mass());
+    summary.line(format!("body {}: rail, {unknowns} unknowns of each order, {mass:.2} kg/m", body.0));
+    Ok(rail)
+}
+
+/// The lowest frequency that a job asks for a motion of the rail at, Hz.
+fn lowest(job: &Job) -> Option<f64> {
+    let frequencies = job.analyses.receptance.as_ref()?.frequency.numbers().ok()?;
+    frequencies.into_iter().filter(|f| *f > 0.0).min_by(f64::total_cmp)
+}
+
+/// Largest part by which the point receptances of beams like the rail are off those of infinite ones from the frequency `lowest`, Hz, on.
+fn off(beams: &[(usize, Beam)], track: &Track, ends: &Ends, lowest: f64) -> f64 {
+    let mut worst = 0.0_f64;
+    for omega in LOOKED_AT.map(|part| 2.0 * PI * lowest * part) {
+        for (direction, beam) in beams {
+            let foundation = track.stiffness(omega, *direction);
+            let infinite = beam.infinite(omega, foundation);
+            let finite = beam.finite(omega, foundation, ends, (ORDERS * ends.period) as usize);
+            worst = worst.max((finite / infinite - 1.0).norm());
+        }
+    }
+    worst
+}
+
+/// An error that says how long a rail has to be if it is too short for the frequency `lowest`, Hz.
+fn long_enough(beams: &[(usize, Beam)], track: &Track, ends: Ends, lowest: f64) -> Result<()> {
+    let found = off(beams, track, &ends, lowest);
+    if found <= OFF {
+        return Ok(());
+    }
+    let mut longer = ends;
+    while longer.period < LONGEST {
+        longer.period *= LONGER;
+        longer.length *= LONGER;
+        if off(beams, track, &longer, lowest) <= OFF {
+            return Err(Error::Job(format!(
+                "found {} m, too short for motions at {lowest} Hz: the receptance of a beam like the rail is {:.0} % off that of an infinite one; \
+                 expected {:.1} m with track.ends.length {:.1} m, or higher frequencies",
+                ends.period,
+                100.0 * found,
+                longer.period,
+                longer.length
+            )));
+        }
+    }
+    Err(Error::Job(format!(
+        "found {} m, too short for motions at {lowest} Hz: the receptance of a beam like the rail is {:.0} % off that of an infinite one, and no length up to \
+         {LONGEST} m with ends that grow alike will do; ask for higher frequencies, or damp the ends less (track.ends.damping)",
+        ends.period,
+        100.0 * found
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+
+    fn found(track: &job::Track, period: f64, lowest: f64) -> (f64, Result<()>) {
+        let beams = [0, 2].map(|direction| (direction, Rail::beam(STEEL, direction == 2, track.loss_factor)));
+        let laid = laid(track, 60.2);
+        let ends = Ends { period, length: track.ends.length, damping: track.ends.damping };
+        (off(&beams, &laid, &ends, lowest), long_enough(&beams, &laid, ends, lowest))
+    }
+
+    #[test]
+    fn a_rail_that_is_too_short_is_told_how_long_it_has_to_be() {
+        let usual = job::Track::default();
+        assert!(found(&usual, 14.0, 300.0).1.is_ok());
+        let short = job::Track { ends: job::Ends { length: 2.0, damping: 6000.0 }, ..usual };
+        let (off, error) = found(&short, 5.0, 300.0);
+        let message = error.unwrap_err().to_string();
+        assert!(off > OFF && message.contains("expected"), "{off} {message}");
+        // What it says will do.
+        let number = |before: &str| -> f64 {
+            let rest = &message[message.find(before).unwrap() + before.len()..];
+            rest[..rest.find(" m").unwrap()].parse().unwrap()
+        };
+        let long = job::Track { ends: job::Ends { length: number("track.ends.length "), damping: 6000.0 }, ..short };
+        assert!(found(&long, number("expected "), 300.0).0 < 1.1 * OFF, "{message}");
+    }
+}

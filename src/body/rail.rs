@@ -1,0 +1,213 @@
+//! A rail: a section swept along x, on pads, with absorbing ends. Modes and statics come order by order of its period, the orders spread over the ranks;
+//! damping couples all modes of a family.
+
+use super::clusters;
+use super::half_space::HalfSpace;
+use super::hybrid::Hybrid;
+use super::modes::Extent;
+use super::{Body, Kind, ModeName, Steps, TraceModes};
+use crate::fem::Material;
+use crate::parallel::World;
+use crate::swept::modes::{below, by_orders, limit_of, of_order};
+use crate::swept::waves::{self, Damping, Member, Wave};
+use crate::swept::{turned, Forms, LineLoad, Seen, Track, FAMILY, LOADS};
+use crate::{Error, Result};
+use faer::Mat;
+use std::f64::consts::PI;
+
+/// Modes computed beyond the wanted ones, to see where the last cluster ends.
+const BEYOND: usize = 4;
+
+/// What a rail is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Making<'a> {
+    /// The section, with the contact point on its head.
+    pub section: crate::swept::Rail,
+    /// Its material.
+    pub material: Material,
+    /// Length after which it repeats itself, m.
+    pub period: f64,
+    /// What it lies on.
+    pub track: Track,
+    /// Its damping beside that of the track.
+    pub damping: Damping,
+    /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface at the contact point.
+    pub tilt: Option<f64>,
+    /// Lines of the contact grid along x and y, m, where there is a contact.
+    pub grid: Option<[&'a [f64]; 2]>,
+}
+
+/// A rail.
+pub struct Rail<'w> {
+    world: &'w World,
+    name: String,
+    section: crate::swept::Rail,
+    /// Meshed for the modes, in the frame of the surface at the contact point.
+    forms: Forms,
+    track: Track,
+    damping: Damping,
+    period: f64,
+    /// Angle of the contact's frame against that of the surface, rad.
+    tilt: f64,
+    contact: Hybrid,
+}
+
+impl<'w> Rail<'w> {
+    /// The rail `name`, the same on every rank.
+    pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
+        let Making { section, material, period, track, damping, tilt, grid } = making;
+        let angle = section.contact().angle;
+        let forms = Forms::along(section.for_modes()?, material, period, Some(&track), angle)
+            .map_err(|e| e.context(format!("bodies.{name}")))?;
+        let half_space = HalfSpace { young: material.young, poisson: material.poisson };
+        Ok(Self {
+            world,
+            name: name.into(),
+            section,
+            forms,
+            track,
+            damping,
+            period,
+            tilt: tilt.map_or(0.0, |t| t - angle),
+            contact: Hybrid::new(half_space, grid),
+        })
+    }
+
+    /// Amplitudes of an order.
+    pub fn unknowns(&self) -> usize {
+        self.forms.order()
+    }
+
+    /// Mass of each metre, kg/m.
+    pub fn mass(&self) -> f64 {
+        self.forms.section.area() * self.forms.material.density
+    }
+
+    /// What takes the place of the rolling radius of a body of revolution: order n has the wavenumber n over it.
+    fn radius(&self) -> f64 {
+        self.period / (2.0 * PI)
+    }
+
+    /// Collective: number of modes below ω = `limit`, rad/s.
+    fn below(&self, limit: f64) -> Result<usize> {
+        let world = self.world;
+        let size = |found: &usize| *found;
+        let all = by_orders(world.size, size, |orders| {
+            let n = orders[world.rank];
+            let mine = world.agree(below(&self.forms, n, limit))?;
+            let all = world.all_gather(&[(Seen::families(n) * mine) as u64]);
+            Ok(all.into_iter().map(|found| found as usize).collect())
+        })?;
+        Ok(all.iter().sum())
+    }
+
+    /// Collective: what contact and damping see of all modes up to ω = `limit`, rad/s.
+    fn up_to(&self, limit: f64, steps: &mut Steps) -> Result<Vec<Wave>> {
+        let (world, forms) = (self.world, &self.forms);
+        let circle = self.contact.circle();
+        let size = |wave: &Wave| wave.omega.len();
+        by_orders(world.size, size, |orders| {
+            let n = orders[world.rank];
+            steps(orders[0], orders[0] + world.size);
+            let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.radius()), patch));
+            let contact = line.as_ref().map(|(line, patch)| (line, *patch));
+            let mine = of_order(forms, n, limit).map(|modes| Wave::of(forms, modes, contact));
+            Wave::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))
+        })
+    }
+
+    /// ψ̂ of a mode in the frame of the contact, 1/√kg and 1/(√kg m).
+    fn seen(&self, all: &[Wave], (wave, index, family): Member) -> [f64; LOADS] {
+        let wave = &all[wave];
+        let seen = wave.contact[index];
+        let own = std::array::from_fn(|k| if wave.order == 0 || FAMILY[k] == family { seen[k] } else { 0.0 });
+        turned(own, self.tilt)
+    }
+}
+
+/// Modes of all orders and families, ascending, those of a pair beside each other.
+fn members(all: &[Wave]) -> Vec<Member> {
+    let mut list: Vec<Member> = Vec::new();
+    for (of, wave) in all.iter().enumerate() {
+        for index in 0..wave.omega.len() {
+            list.extend((0..Seen::families(wave.order)).map(|family| (of, index, family)));
+        }
+    }
+    list.sort_by(|a, b| all[a.0].omega[a.1].total_cmp(&all[b.0].omega[b.1]));
+    list
+}
+
+fn frequencies(all: &[Wave], list: &[Member]) -> Vec<f64> {
+    list.iter().map(|m| all[m.0].omega[m.1]).collect()
+}
+
+impl Body for Rail<'_> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn kind(&self) -> Kind {
+        Kind::Swept
+    }
+
+    fn rows(&self) -> usize {
+        self.contact.rows()
+    }
+
+    fn factorise(&mut self) -> Result<Option<String>> {
+        let Some(circle) = self.contact.circle() else { return Ok(None) };
+        let section = self.section.for_loads(circle.radius)?;
+        let angle = self.section.contact().angle;
+        let forms = Forms::along(section, self.forms.material, self.period, Some(&self.track), angle)?;
+        let made = self.contact.make(self.world, &forms, self.radius(), self.tilt);
+        made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
+    }
+
+    fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
+        self.contact.compliance(self.world, &self.name)
+    }
+
+    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
+        let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
+        let (all, keep) = match extent {
+            Extent::MaxFrequency(f) => {
+                let all = self.up_to(2.0 * PI * f, steps).map_err(named)?;
+                let keep = members(&all).len();
+                (all, keep)
+            }
+            Extent::Count(count) => {
+                let mut wanted = count + BEYOND;
+                loop {
+                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit)).map_err(named)?;
+                    let all = self.up_to(limit, steps).map_err(named)?;
+                    if let Some(keep) = clusters::cut(&frequencies(&all, &members(&all)), count) {
+                        break (all, keep);
+                    }
+                    wanted += wanted / 4 + BEYOND;
+                }
+            }
+        };
+        let mut list = members(&all);
+        list.truncate(keep);
+        let omega = frequencies(&all, &list);
+        let seen: Vec<[f64; LOADS]> = list.iter().map(|&m| self.seen(&all, m)).collect();
+        let rows = self.contact.of_modes(&omega, &seen);
+        let root = self.world.is_root();
+        Ok(TraceModes {
+            residual: list.iter().map(|m| all[m.0].residual[m.1]).collect(),
+            rows: root.then_some(rows),
+            damping: root.then(|| waves::damping(&self.forms, &all, &list, &self.damping)),
+            reach: match extent {
+                Extent::MaxFrequency(f) => 2.0 * PI * f,
+                Extent::Count(_) => omega.last().copied().unwrap_or(0.0),
+            },
+            omega,
+            rotation: None,
+            names: list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect(),
+        })
+    }
+
+    fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
+        self.contact.response(self.world, &self.name, forces)
+    }
+}

@@ -1,0 +1,166 @@
+//! A rail and the track it lies on.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A straight body along x, swept from a section. Needs `contact.compliance` `"hybrid"`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Extruded {
+    /// The section, by the name of a built-in one.
+    pub section: RailSection,
+    /// Length of rail that is modelled, the contact in its middle, m; it repeats itself beyond.
+    #[serde(default = "length")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub length: f64,
+    /// Distance of the contact point from the middle of the head, towards +y, m. The frame of the contact is that of the surface there.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m"))]
+    pub contact_offset: f64,
+}
+
+/// A built-in section of a rail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum RailSection {
+    /// The rail 60E1 of EN 13674-1.
+    #[serde(rename = "60E1")]
+    Rail60E1,
+}
+
+/// What a rail lies on, the same all along: pads on the ground, or on sleepers on ballast, spread evenly; and what absorbs at the ends of the rail.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Track {
+    /// The pad of each sleeper, under all of the foot.
+    #[serde(default)]
+    pub pad: Layer,
+    /// Distance of the sleepers, m.
+    #[serde(default = "spacing")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub spacing: f64,
+    /// Sleepers. Without them the pads lie on the ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sleeper: Option<Sleeper>,
+    /// Loss factor of the rail itself.
+    #[serde(default = "loss_factor")]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub loss_factor: f64,
+    /// Absorbing ends.
+    #[serde(default)]
+    pub ends: Ends,
+}
+
+/// Springs and dashpots under one sleeper. The dashpots are viscous, c = ηk/ω with ω = √(k/m) where the mass on them resonates: that of the rail between
+/// two sleepers on the pads, that of the sleeper on the ballast.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Vertical stiffness, N/m.
+    #[serde(default = "vertical")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N/m"))]
+    pub vertical: f64,
+    /// Lateral and longitudinal stiffness, N/m.
+    #[serde(default = "lateral")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N/m"))]
+    pub lateral: f64,
+    /// Loss factor η.
+    #[serde(default = "layer_loss")]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub loss_factor: f64,
+}
+
+/// A sleeper, which moves without turning, on ballast.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sleeper {
+    /// Mass that moves with one rail, kg.
+    #[serde(default = "sleeper_mass")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "kg"))]
+    pub mass: f64,
+    /// The ballast under it.
+    #[serde(default)]
+    pub ballast: Layer,
+}
+
+/// Damping by the mass at either end of the rail, which grows with the square of the distance from where it begins, so that waves do not come back.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ends {
+    /// Length of either end, m; 0 for none.
+    #[serde(default = "end_length")]
+    #[schemars(range(min = 0.0), extend("unit" = "m"))]
+    pub length: f64,
+    /// Its largest value, 1/s.
+    #[serde(default = "end_damping")]
+    #[schemars(range(min = 0.0), extend("unit" = "1/s"))]
+    pub damping: f64,
+}
+
+impl Default for Layer {
+    fn default() -> Self {
+        Self { vertical: vertical(), lateral: lateral(), loss_factor: layer_loss() }
+    }
+}
+
+impl Default for Ends {
+    fn default() -> Self {
+        Self { length: end_length(), damping: end_damping() }
+    }
+}
+
+impl Default for Track {
+    fn default() -> Self {
+        Self {
+            pad: Layer::default(),
+            spacing: spacing(),
+            sleeper: None,
+            loss_factor: loss_factor(),
+            ends: Ends::default(),
+        }
+    }
+}
+
+impl Extruded {
+    /// The dimensions at the contact: of 60E1 arcs of 300 mm, then 80 mm, up to the corners.
+    pub fn running(&self) -> super::Running {
+        let offset = self.contact_offset.abs();
+        let crown = if offset < 10.228e-3 { 0.3 } else { 0.08 };
+        super::Running { radius: f64::INFINITY, crown: Some(crown), width: 0.072, room: 26.0265e-3 - offset }
+    }
+}
+
+fn length() -> f64 {
+    14.0
+}
+
+fn spacing() -> f64 {
+    0.6
+}
+
+fn loss_factor() -> f64 {
+    0.02
+}
+
+fn vertical() -> f64 {
+    120e6
+}
+
+fn lateral() -> f64 {
+    40e6
+}
+
+fn layer_loss() -> f64 {
+    0.2
+}
+
+fn sleeper_mass() -> f64 {
+    300.0
+}
+
+fn end_length() -> f64 {
+    5.0
+}
+
+fn end_damping() -> f64 {
+    6000.0
+}

@@ -1,0 +1,152 @@
+//! Modes of a rail, order by order of its period, and the damping between all of them.
+
+use super::modes::Modes;
+use super::{Ends, Forms, LineLoad, Patch, LOADS};
+use crate::{Error, Result};
+use faer::Mat;
+
+/// What contact and damping see of the modes of an order: numbers alone, for all ranks. For n ≥ 1 each stands for two, one of either family.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wave {
+    /// Number n of waves on the period.
+    pub order: usize,
+    /// Angular frequencies, rad/s, ascending, `[m]`.
+    pub omega: Vec<f64>,
+    /// Relative residuals, `[m]`.
+    pub residual: Vec<f64>,
+    /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circle of the contact, of the family that each of the nine loads moves, `[m]`.
+    pub contact: Vec<[f64; LOADS]>,
+    /// φᵀKφ of the springs of the track, 1/s², `[m]`.
+    pub springs: Vec<f64>,
+    /// φᵀCφ of its dashpots, 1/s, `[m, m]`.
+    pub dashpots: Mat<f64>,
+    /// Amplitudes, 1/√kg, `[amplitudes, m]`.
+    pub vectors: Mat<f64>,
+}
+
+/// Damping of a rail beside its track's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Damping {
+    /// Loss factor of the rail: what it stores at a mode's own frequency ω dissipates c = ηk/ω.
+    pub loss: f64,
+    /// Absorbing ends.
+    pub ends: Option<Ends>,
+}
+
+/// A mode: index of its order in a list of [`Wave`], index there, family.
+pub type Member = (usize, usize, usize);
+
+impl Wave {
+    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one.
+    pub fn of(forms: &Forms, modes: Modes, contact: Option<(&LineLoad, Patch)>) -> Self {
+        let Modes { order, omega, vectors, residual } = modes;
+        let m = omega.len();
+        let mean = |k: usize| {
+            contact.map_or([0.0; LOADS], |(line, patch)| {
+                let (means, moments) = (line.means(vectors.col(k)), patch.moments());
+                std::array::from_fn(|c| means[c] / moments[c])
+            })
+        };
+        let contact = (0..m).map(mean).collect();
+        let (springs, dashpots) = match forms.track(order, vectors.as_ref()) {
+            None => (vec![0.0; m], Mat::zeros(m, m)),
+            Some([springs, dashpots]) => {
+                ((0..m).map(|k| vectors.col(k).transpose() * springs.col(k)).collect(), vectors.transpose() * dashpots)
+            }
+        };
+        Self { order, omega, residual, contact, springs, dashpots, vectors }
+    }
+
+    /// As one list of numbers.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let (m, rows) = (self.omega.len(), self.vectors.nrows());
+        let mut list = vec![self.order as f64, m as f64, rows as f64];
+        list.extend(self.omega.iter().chain(&self.residual).chain(&self.springs).chain(self.contact.as_flattened()));
+        for matrix in [&self.dashpots, &self.vectors] {
+            matrix.col_iter().for_each(|c| list.extend(c.iter()));
+        }
+        list
+    }
+
+    /// All those of lists put one after the other, by orders.
+    pub fn from_numbers(mut numbers: &[f64]) -> Result<Vec<Self>> {
+        let mut all = Vec::new();
+        while !numbers.is_empty() {
+            let [m, rows] = [1, 2].map(|k| numbers.get(k).map_or(0, |m| *m as usize));
+            let length = 3 + (3 + LOADS + m + rows) * m;
+            if numbers.len() < length {
+                return Err(Error::Defect(format!("waves of an order: {} numbers of {length}", numbers.len())));
+            }
+            let (mine, rest) = numbers.split_at(length);
+            let (list, matrices) = mine[3..].split_at((3 + LOADS) * m);
+            let (dashpots, vectors) = matrices.split_at(m * m);
+            all.push(Self {
+                order: mine[0] as usize,
+                omega: list[..m].to_vec(),
+                residual: list[m..2 * m].to_vec(),
+                springs: list[2 * m..3 * m].to_vec(),
+                contact: list[3 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
+                dashpots: Mat::from_fn(m, m, |i, j| dashpots[i + m * j]),
+                vectors: Mat::from_fn(rows, m, |i, j| vectors[i + rows * j]),
+            });
+            numbers = rest;
+        }
+        all.sort_by_key(|s| s.order);
+        Ok(all)
+    }
+}
+
+/// Whether (U, W) of a mode goes with cos kx, and the sign with which V does; 0 where V goes with sin kx. An order without waves has its one family
+/// constant along the rail.
+fn shape(order: usize, family: usize) -> (bool, f64) {
+    match (order, family) {
+        (0, _) => (true, 1.0),
+        (_, 0) => (true, 0.0),
+        _ => (false, -1.0),
+    }
+}
+
+/// ΦᵀCΦ, 1/s, `[members, members]`, of modes `list` of `waves` of `forms`.
+pub fn damping(forms: &Forms, waves: &[Wave], list: &[Member], given: &Damping) -> Mat<f64> {
+    let mut c = Mat::zeros(list.len(), list.len());
+    for (i, &(a, k, family)) in list.iter().enumerate() {
+        for (j, &(b, l, other)) in list.iter().enumerate() {
+            if (a, family) == (b, other) {
+                c[(i, j)] = 0.5 * (waves[a].dashpots[(k, l)] + waves[a].dashpots[(l, k)]);
+            }
+        }
+        let (omega, springs) = (waves[a].omega[k], waves[a].springs[k]);
+        if omega > 0.0 {
+            c[(i, i)] += given.loss * (omega * omega - springs).max(0.0) / omega;
+        }
+    }
+    let Some(ends) = &given.ends else { return c };
+    let first: Vec<usize> = waves
+        .iter()
+        .scan(0, |sum, w| {
+            *sum += w.omega.len();
+            Some(*sum - w.omega.len())
+        })
+        .collect();
+    let count = waves.iter().map(|w| w.omega.len()).sum();
+    let mut all = Mat::<f64>::zeros(forms.order(), count);
+    for (wave, &at) in waves.iter().zip(&first) {
+        all.as_mut().subcols_mut(at, wave.omega.len()).copy_from(&wave.vectors);
+    }
+    let [across, along] = [false, true].map(|v| all.transpose() * forms.mass_of(v, all.as_ref()));
+    for (i, &(a, k, family)) in list.iter().enumerate() {
+        for (j, &(b, l, other)) in list.iter().enumerate() {
+            let at = (first[a] + k, first[b] + l);
+            let (m, n) = (waves[a].order, waves[b].order);
+            let ((cos, sign), (also, turn)) = (shape(m, family), shape(n, other));
+            // Ends are alike on either side: cosines and sines do not meet.
+            if cos == also {
+                c[(i, j)] += across[at] * if cos { ends.cosines(m, n) } else { ends.sines(m, n) };
+            }
+            if (sign == 0.0) == (turn == 0.0) {
+                c[(i, j)] += along[at] * if sign == 0.0 { ends.sines(m, n) } else { sign * turn * ends.cosines(m, n) };
+            }
+        }
+    }
+    c
+}
