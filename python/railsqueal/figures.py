@@ -40,10 +40,15 @@ def of(result: Result) -> list[Figure]:
 
 
 def placement(result: Result) -> list[Figure]:
-    """Where wheel and rail touch."""
+    """Where wheel and rail touch, and the creepages that follow."""
     wanted = (("contact_angle", 1e3, "mrad"), ("rolling_radius", 1e3, "mm"), ("wheel_y", 1e3, "mm"), ("rail_y", 1e3, "mm"), ("speed", 1, "m/s"))
     found = [(name, factor, unit) for name, factor, unit in wanted if f"placement/{name}" in result]
-    return [Figure("placement", name.replace("_", " "), factor * result.number(f"placement/{name}"), unit) for name, factor, unit in found]
+    made = [Figure("placement", name.replace("_", " "), factor * result.number(f"placement/{name}"), unit) for name, factor, unit in found]
+    if "placement/creepage" in result:
+        names = (("longitudinal creepage", 100, "%"), ("lateral creepage", 100, "%"), ("spin", 1, "1/m"))
+        values = result.array("placement/creepage")
+        made += [Figure("placement", name, factor * float(value), unit, 1e-3) for (name, factor, unit), value in zip(names, values)]
+    return made
 
 
 def steady(result: Result) -> list[Figure]:

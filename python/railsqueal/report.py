@@ -186,7 +186,8 @@ def computed(job: dict[str, Any]) -> list[Row]:
     contact = lookup(job, "contact", {})
     if isinstance(contact, dict):
         for name, value in contact.items():
-            if name not in ("points", "patch"):
+            # The creepages of a wheel on a rail follow from its placement and are among the figures.
+            if name not in ("points", "patch") and not (name == "creepage" and contact.get("placement")):
                 rows.append((f"contact: {name.replace('_', ' ')}", value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)))
     analyses = [name for name, given in (lookup(job, "analyses", {}) or {}).items() if given is not None]
     rows.append(("analyses", ", ".join(name.replace("_", " ") for name in analyses)))

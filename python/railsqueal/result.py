@@ -1,6 +1,7 @@
 """Opening of results: complete files, and what a stopped run has left. Every fault names the file and the dataset."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -27,10 +28,11 @@ class Result:
         self.path = Path(path)
         self._derived: dict[str, Any] = {}
         self.stopped = not self.path.exists() and bool(segments(self.path))
-        files = segments(self.path) if self.stopped else [self.path]
+        self._paths = segments(self.path) if self.stopped else [self.path]
         self._files: list[Any] = []
         try:
-            for file in files:
+            # A run may leave more segments than files can be open: the first one has the job and the model, all others the same tables.
+            for file in dict.fromkeys([self._paths[0], self._paths[-1]]):
                 self._files.append(h5py.File(file))
         except OSError as error:
             self.close()
@@ -59,10 +61,16 @@ class Result:
         dataset = self._dataset(name)
         try:
             if self.stopped and name.startswith("transient/"):
-                return np.concatenate([file[name][()] for file in self._files if name in file])
+                return np.concatenate(list(self._pieces(name)))
             return dataset[()]
         except OSError as error:
             raise ResultError(f"{self.path}: cannot read {name}: {error}; bring the file back from a copy, or run the job again") from error
+
+    def _pieces(self, name: str) -> Iterator[NDArray[Any]]:
+        for path in self._paths:
+            with h5py.File(path) as file:
+                if name in file:
+                    yield file[name][()]
 
     def _dataset(self, name: str) -> Any:
         holders = [file for file in self._files if name in file]

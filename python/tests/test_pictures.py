@@ -12,6 +12,9 @@ from railsqueal import Result, ResultError
 from railsqueal.pictures import Canvas, draw, sweep, transient as drawn
 from railsqueal.tables import Sweep
 
+# Per inch: coarse pictures are quick.
+DOTS = 40
+
 
 def swept(path: Path, first: list[float], second: list[float], failed: int) -> Path:
     """A sweep over friction and load with a failed point; the growth rate is friction − 0.3 + load / 1e6."""
@@ -34,7 +37,7 @@ def swept(path: Path, first: list[float], second: list[float], failed: int) -> P
 
 def test_names_and_formats(cylinders: Path, tmp_path: Path) -> None:
     with Result(cylinders) as result:
-        made = draw(result, Canvas(tmp_path, result.stem, ["png", "svg", "pdf"]))
+        made = draw(result, Canvas(tmp_path, result.stem, ["png", "svg", "pdf"], DOTS))
         assert {p.suffix for p in made} == {".png", ".svg", ".pdf", ".md"} and all(p.stat().st_size > 0 for p in made)
         assert {p.stem for p in made} == {f"two-cylinders-{name}" for name in ("contact-line", "contact-map", "frequencies")}
         with pytest.raises(ResultError, match="gif.*png, pdf, svg"):
@@ -43,7 +46,7 @@ def test_names_and_formats(cylinders: Path, tmp_path: Path) -> None:
 
 def test_a_stopped_run_is_drawn(transient: Callable[..., Path], tmp_path: Path) -> None:
     with Result(transient(segments=2)) as result:
-        made = draw(result, Canvas(tmp_path / "out", result.stem))
+        made = draw(result, Canvas(tmp_path / "out", result.stem, resolution=DOTS))
         assert [p.name for p in made] == ["run-growth.png", "run-spectrogram.png"]
 
 
@@ -57,7 +60,7 @@ def test_cells_of_a_map_are_the_values_that_were_computed(tmp_path: Path) -> Non
         centres, width = load.cells()
         assert not load.even and centres.tolist() == [0, 1, 2] and width < 1
         assert [load.tick(v) for v in load.levels] == ["40", "70", "1000"]
-        assert [p.name for p in draw(result, Canvas(tmp_path, "s"))] == ["s-sweep-map.png"]
+        assert [p.name for p in draw(result, Canvas(tmp_path, "s", resolution=DOTS))] == ["s-sweep-map.png"]
 
 
 def test_a_branch_that_ends_has_no_frequency() -> None:
