@@ -150,7 +150,8 @@ def draw(axis: Axes, surface: Surface, shape: Floats, largest: float | None = No
     colours[:, :3] *= light[:, None]
     flat = quads @ camera[:2].T
     # Edges in the colour of the faces hide the seams between them.
-    axis.add_collection(PolyCollection(flat[order], facecolors=colours[order], edgecolors=colours[order], linewidths=0.3))
+    faces = PolyCollection(flat[order], facecolors=colours[order], edgecolors=colours[order], linewidths=0.3, rasterized=True)
+    axis.add_collection(faces)
     axis.set_aspect("equal")
     axis.set_xlim(float(flat[..., 0].min()), float(flat[..., 0].max()))
     axis.set_ylim(float(flat[..., 1].min()), float(flat[..., 1].max()))

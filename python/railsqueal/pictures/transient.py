@@ -48,7 +48,8 @@ def growth(result: Result, history: History, moving: growing.Signal, span: float
     """The motion, its envelope beside the linear analysis, and what sticks."""
     t, (factor, name) = history.time, shown(moving)
     figure, (whole, log, sticking) = plt.subplots(3, 1, figsize=(8, 8.4), sharex=True, height_ratios=[2, 2, 1], layout="constrained")
-    whole.plot(t, factor * moving.value, color=BLUE, linewidth=0.3)
+    # Hundreds of thousands of points are dots in PDF and SVG too.
+    whole.plot(t, factor * moving.value, color=BLUE, linewidth=0.3, rasterized=True)
     whole.set_ylabel(name.replace(" of ", "\nof ", 1))
     whole.set_title(heading(result) + ("the run was stopped: as far as it came" if result.stopped else "growth"))
     middle, peak = growing.envelope(moving, 2 * span)
@@ -69,7 +70,7 @@ def growth(result: Result, history: History, moving: growing.Signal, span: float
     for set_formatter in (log.yaxis.set_major_formatter, log.yaxis.set_minor_formatter):
         set_formatter("{x:g}")
     log.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
-    sticking.plot(t, history.stick_share, color=GREY, linewidth=0.3)
+    sticking.plot(t, history.stick_share, color=GREY, linewidth=0.3, rasterized=True)
     sticking.set_ylabel("share of nodes\nin stick")
     sticking.set_xlabel("time / s")
     legend(figure, [log])
