@@ -6,8 +6,8 @@
 mod cli;
 
 use clap::Parser;
-use cli::args::{default_output, Changes, Cli, Command};
-use cli::{launch, probe, versions};
+use cli::args::{completion, default_job, default_output, manual, Changes, Cli, Command};
+use cli::{init, launch, probe, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::{self, foresee, Meshes, RunOptions, Summary};
@@ -44,16 +44,25 @@ fn start() -> i32 {
         }
         Err(help) => return text(&help.to_string()),
     };
+    // What one process does the others leave to it.
+    let idle = !speaks && cli.command.as_ref().is_some_and(Command::is_of_one);
     match cli.command {
         _ if cli.version => text(&versions::text()),
+        _ if idle => 0,
         Some(Command::Probe { file, head }) => {
             probe::child(&file, head);
             0
         }
         Some(Command::Schema) => text(&format!("{:#}\n", job::schema())),
+        Some(Command::Completion { shell }) => text(&completion(shell)),
+        Some(Command::Man) => text(&manual()),
+        Some(Command::Init { example, output }) => {
+            said(init::write(example, &output.unwrap_or_else(|| default_job(example))).and_then(|text| print(&text)))
+        }
+        Some(Command::Plot { .. } | Command::Report { .. } | Command::Compare { .. }) => report(&results::hand_over()),
         None => {
             if speaks {
-                eprintln!("railsqueal: error: say what to do: run, check or schema (railsqueal --help)");
+                eprintln!("railsqueal: error: say what to do: init, check, run, report or another command (railsqueal --help)");
             }
             2
         }
@@ -107,7 +116,7 @@ fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
             })
         }
         Command::Check { job, changes } => check(&world, &job, &changes),
-        Command::Schema | Command::Probe { .. } => Ok(()),
+        _ => Ok(()),
     });
     match result {
         Ok(()) => 0,

@@ -13,6 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 from program import ROOT
+from railsqueal import Result
 
 PROGRAM = os.environ.get("FAULTS_PROGRAM", str(ROOT / "target/release/railsqueal"))
 TIMES = float(os.environ.get("FAULTS", "1"))
@@ -53,8 +54,8 @@ def spoken(done, what):
 
 
 def transient(path):
-    with h5py.File(path) as file:
-        return {name: item[()] for name, item in file["transient"].items() if isinstance(item, h5py.Dataset)}
+    with Result(path) as result:
+        return {name: result[name] for name in result.names("transient") if name.count("/") == 1}
 
 
 def same(one, two):

@@ -6,7 +6,7 @@ import tempfile
 import time
 from pathlib import Path
 
-import h5py
+from railsqueal import Result
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "target" / "validation"
@@ -28,11 +28,8 @@ def run(job, sets, ranks=2, only=None, reuse=None, output=None, groups=("contact
         seconds = time.monotonic() - begun
         if done.returncode:
             raise SystemExit(f"{' '.join(command)}\nended with {done.returncode}:\n{done.stderr}")
-        tables = {}
-        with h5py.File(output) as file:
-            wanted = lambda name: name.split("/")[0] in groups  # noqa: E731
-            keep = lambda name, item: tables.__setitem__(name, item[()]) if hasattr(item, "shape") and wanted(name) else None  # noqa: E731
-            file.visititems(keep)
+        with Result(output) as result:
+            tables = {name: result[name] for group in groups for name in result.names(group)}
     print(f"   {job}, {', '.join(f'{k.split(chr(46))[-1]} {v}' for k, v in sets.items() if 'upper' not in k)}: {seconds:.0f} s", flush=True)
     return tables, seconds
 

@@ -1,6 +1,6 @@
 //! Arguments.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 
 /// Exit codes, shown by `--help`.
@@ -66,8 +66,62 @@ pub enum Command {
         #[command(flatten)]
         changes: Changes,
     },
+    /// Write a job to begin with: NAME.json, and the meshes it needs
+    Init {
+        /// What kind of job
+        #[arg(value_name = "NAME")]
+        example: Example,
+        /// Job file [default: NAME.json in this folder]
+        #[arg(short, long, value_name = "FILE.json")]
+        output: Option<PathBuf>,
+    },
+    /// Draw pictures of a result, of a stopped run as far as it came
+    Plot {
+        /// Result file
+        #[arg(value_name = "FILE.h5")]
+        file: PathBuf,
+        /// Folder of the pictures [default: beside the file]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Modes drawn for each body [default: 12]
+        #[arg(long, value_name = "N")]
+        modes: Option<usize>,
+        /// png, pdf, svg, or several: png,pdf [default: png]
+        #[arg(long, value_name = "LIST")]
+        format: Option<String>,
+    },
+    /// Write one HTML file with figures, tables, pictures, warnings and provenance of a result, and tables as CSV beside it
+    Report {
+        /// Result file
+        #[arg(value_name = "FILE.h5")]
+        file: PathBuf,
+        /// Folder of the report [default: beside the file]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Say what differs between two results; exit code 0 if they agree, 1 if not, 2 if they cannot be compared
+    Compare {
+        /// Result file
+        #[arg(value_name = "A.h5")]
+        one: PathBuf,
+        /// Another one
+        #[arg(value_name = "B.h5")]
+        other: PathBuf,
+        /// Relative difference that counts as none [default: 1e-6]
+        #[arg(long, value_name = "T")]
+        tolerance: Option<f64>,
+    },
     /// Print the JSON Schema of the job file
     Schema,
+    /// Print what completes the command line in a shell
+    #[command(hide = true)]
+    Completion {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page
+    #[command(hide = true)]
+    Man,
     /// Read a result file and say nothing: whether that can be done without harm
     #[command(hide = true)]
     Probe {
@@ -77,6 +131,56 @@ pub enum Command {
         #[arg(long)]
         head: bool,
     },
+}
+
+impl Command {
+    /// Whether one process does it, however many were started.
+    pub fn is_of_one(&self) -> bool {
+        matches!(self, Self::Init { .. } | Self::Plot { .. } | Self::Report { .. } | Self::Compare { .. })
+    }
+}
+
+/// Jobs to begin with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Example {
+    /// Two crowned cylinders: modes and steady rolling
+    TwoCylinders,
+    /// Meshes from Gmsh files
+    OwnMesh,
+    /// Stability over friction and creepage
+    Sweep,
+    /// An unstable mode in time, until its limit cycle, with its sound
+    Squeal,
+    /// A wheel on a rail by their profiles
+    WheelOnRailContact,
+}
+
+/// The job file of an example when none is named: in this folder, by the example's name.
+pub fn default_job(example: Example) -> PathBuf {
+    let name = example.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
+    PathBuf::from(name).with_extension("json")
+}
+
+/// The script that completes the command line in a shell.
+pub fn completion(shell: clap_complete::Shell) -> String {
+    use clap::CommandFactory;
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "railsqueal", &mut text);
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+/// The manual page, with a part for each subcommand that is shown; for troff.
+pub fn manual() -> String {
+    use clap::CommandFactory;
+    let mut text = Vec::new();
+    // Writing into memory does not fail.
+    let _ = clap_mangen::Man::new(Cli::command()).render(&mut text);
+    for command in Cli::command().get_subcommands().filter(|c| !c.is_hide_set()) {
+        let page = clap_mangen::Man::new(command.clone().disable_help_flag(true));
+        text.extend(format!(".SH \"railsqueal {}\"\n", command.get_name()).bytes());
+        let _ = page.render_description_section(&mut text).and_then(|()| page.render_options_section(&mut text));
+    }
+    String::from_utf8_lossy(&text).into_owned()
 }
 
 /// What the command line changes in the job.
@@ -109,6 +213,24 @@ mod tests {
     fn the_result_lies_beside_the_job() {
         assert_eq!(default_output(Path::new("a/b.json")), Path::new("a/b.h5"));
         assert_eq!(default_output(Path::new("b")), Path::new("b.h5"));
+    }
+
+    #[test]
+    fn a_job_of_an_example_has_its_name() {
+        assert_eq!(default_job(Example::WheelOnRailContact), Path::new("wheel-on-rail-contact.json"));
+    }
+
+    #[test]
+    fn the_manual_and_the_completion_know_every_command_that_is_shown() {
+        use clap::CommandFactory;
+        let (manual, bash) = (manual(), completion(clap_complete::Shell::Bash));
+        for command in Cli::command().get_subcommands() {
+            let name = command.get_name();
+            let section = format!(".SH \"railsqueal {name}\"");
+            assert_eq!(manual.contains(&section), !command.is_hide_set(), "{name}");
+            assert!(command.is_hide_set() || bash.contains(&format!("railsqueal,{name})")), "{name}");
+        }
+        assert!(manual.contains("Exit codes"));
     }
 
     #[test]

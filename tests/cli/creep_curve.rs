@@ -58,7 +58,7 @@ fn points_equal_single_runs() {
     let python = if std::path::Path::new(&venv).exists() { venv } else { "python3".into() };
     let result = folder.text("1.h5");
     finish(Command::new(&python).args([&format!("{root}/tests/python/documented.py"), &result])).good();
-    let drawn = finish(Command::new(&python).args([&format!("{root}/scripts/pictures"), &result]));
+    let drawn = finish(Command::new(format!("{root}/scripts/plot")).arg(&result));
     assert!(drawn.good().out.contains("1-creep-curve.png") && folder.path("1-creep-curve.png").exists(), "{drawn:?}");
 }
 

@@ -426,9 +426,8 @@ fn complex_modes_are_motions_of_the_bodies() {
         folder.call(ranks, "run", &[]).good();
         assert!(folder.listing().contains(&"job.modes.vtkhdf".to_string()), "{:?}", folder.listing());
         if ranks == 2 {
-            let pictures = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/pictures");
-            let ran =
-                finish(std::process::Command::new(python()).args([pictures, &folder.text("job.h5"), "--modes", "1"]));
+            let plot = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/plot");
+            let ran = finish(std::process::Command::new(plot).args([&folder.text("job.h5"), "--modes", "1"]));
             assert!(ran.good().out.contains("job-complex-modes.png"), "{ran:?}");
         }
         check_modes(&folder, &job);

@@ -91,8 +91,8 @@ fn a_squealing_wheel_is_heard_in_the_band_of_its_mode_and_a_continued_run_sounds
     let venv = format!("{root}/.venv/bin/python");
     let python = if std::path::Path::new(&venv).exists() { venv } else { "python3".into() };
     finish(Command::new(&python).args([&format!("{root}/tests/python/documented.py"), &whole])).good();
-    let drawn = finish(Command::new(&python).args([&format!("{root}/scripts/pictures"), &whole]));
-    assert!(drawn.good().out.contains("whole.sound_power.png"), "{drawn:?}");
+    let drawn = finish(Command::new(format!("{root}/scripts/plot")).arg(&whole));
+    assert!(drawn.good().out.contains("whole-sound-power.png"), "{drawn:?}");
 }
 
 #[test]

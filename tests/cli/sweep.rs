@@ -132,7 +132,7 @@ fn a_point_that_fails_leaves_the_others() {
     let python = if std::path::Path::new(&venv).exists() { venv } else { "python3".into() };
     let result = folder.text("job.h5");
     finish(Command::new(&python).args([&format!("{root}/tests/python/documented.py"), &result])).good();
-    let drawn = finish(Command::new(&python).args([&format!("{root}/scripts/pictures"), &result]));
+    let drawn = finish(Command::new(format!("{root}/scripts/plot")).arg(&result));
     for picture in ["job-sweep-map.png", "job-receptance.png"] {
         assert!(drawn.good().out.contains(picture) && folder.path(picture).exists(), "{drawn:?}");
     }

@@ -9,7 +9,9 @@ import h5py
 import numpy as np
 from documented import undocumented
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkFiltersCore import vtkAppendFilter
+from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkThreshold
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter, vtkMeshQuality
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
@@ -60,6 +62,19 @@ def read(path, step=None):
 
 def arrays(data):
     return {data.GetArrayName(i): vtk_to_numpy(data.GetArray(i)) for i in range(data.GetNumberOfArrays())}
+
+
+def threshold(data):
+    """Cells of which all points have a state from 0 to 2."""
+    chosen = vtkThreshold()
+    chosen.SetInputData(data)
+    chosen.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, "state")
+    chosen.SetLowerThreshold(0)
+    chosen.SetUpperThreshold(2)
+    chosen.SetThresholdFunction(vtkThreshold.THRESHOLD_BETWEEN)
+    chosen.AllScalarsOn()
+    chosen.Update()
+    return chosen.GetOutput().GetNumberOfCells()
 
 
 def check_volume(grid):
@@ -129,6 +144,13 @@ def main():
             seen |= here
     assert np.all(data["pressure"][~seen] == 0) and np.all(data["traction"][~seen] == 0)
     assert np.all(data["state"][~seen] == -1)
+
+    # The four nodes are the corners of one face of each body: what docs/output.md says of the contact in ParaView shows it, and of the bodies themselves nothing.
+    assert threshold(grid) == 0
+    surface = vtkGeometryFilter()
+    surface.SetInputData(grid)
+    surface.Update()
+    assert threshold(surface.GetOutput()) == 2
 
     cells = arrays(grid.GetCellData())
     assert set(np.unique(cells["body"])) == {1, 2}

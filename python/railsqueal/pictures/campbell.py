@@ -1,37 +1,45 @@
 """Campbell diagram: frequencies of the waves of bodies that rotate, over the angular velocity."""
 
+from pathlib import Path
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
-from style import save
+
+from ..result import Floats, Result
+from ..tables import Modes
+from .style import Canvas
 
 # Modes drawn, and angular velocities of a line.
 MODES, POINTS = 16, 41
 COLOURS = plt.get_cmap("tab10")
 
 
-def pictures(results, out):
-    bodies = [b for b in ("lower", "upper") if f"reduced/{b}/gyroscopic" in results and f"modes/{b}/wave_frequency" in results]
+def pictures(result: Result, canvas: Canvas) -> list[Path]:
+    bodies = [b for b in ("lower", "upper") if f"reduced/{b}/gyroscopic" in result and f"modes/{b}/wave_frequency" in result]
     if not bodies:
         return []
-    figure, axes = plt.subplots(2, len(bodies), figsize=(5.2 * len(bodies), 7.4), squeeze=False, sharex="col", layout="constrained")
+    figure, axes = plt.subplots(2, len(bodies), figsize=(5.2 * len(bodies), 7.8), squeeze=False, sharex="col", layout="constrained")
     for pair, body in zip(axes.T, bodies):
-        diagram(pair, results, body)
+        diagram(pair, result, body)
     figure.suptitle("waves of the bodies that rotate, seen from beside them", fontsize=11)
-    return [save(figure, out / f"{results.stem}-campbell.png")]
+    return canvas.save(figure, "campbell")
 
 
-def diagram(axes, results, body):
+def diagram(axes: Any, result: Result, body: str) -> None:
     """Frequencies above, and below how far they are from those at rest."""
-    omega, gyroscopic, stiffness = (results[f"reduced/{body}/{name}"] for name in ("omega", "gyroscopic", "rotation_stiffness"))
-    speed = abs(float(results[f"modes/{body}/angular_velocity"]))
-    diameters = np.round(results[f"modes/{body}/diameters"]).astype(int)
+    omega, gyroscopic, stiffness = (result.array(f"reduced/{body}/{name}") for name in ("omega", "gyroscopic", "rotation_stiffness"))
+    modes = Modes.of(result, body)
+    assert modes.diameters is not None and modes.wave_frequency is not None
+    speed = abs(modes.angular_velocity)
+    diameters = np.round(modes.diameters).astype(int)
     speeds = np.linspace(0.0, 2.0 * speed, POINTS)
     lines = followed([frequencies(omega, s * gyroscopic, s**2 * stiffness) for s in speeds])[:, :MODES]
-    waves = np.sort(results[f"modes/{body}/wave_frequency"])
+    waves = np.sort(modes.wave_frequency)
     # The run is the middle one of the angular velocities.
     here = lines[POINTS // 2]
     run = np.array([waves[np.argmin(np.abs(waves - f))] for f in here])
-    drawn = set()
+    drawn: set[int] = set()
     for k in range(lines.shape[1]):
         n = int(diameters[k])
         label = None if n in drawn else f"n = {n}"
@@ -45,10 +53,10 @@ def diagram(axes, results, body):
     axes[1].set_ylabel("frequency less that at rest, Hz")
     handles, labels = axes[1].get_legend_handles_labels()
     order = np.argsort(labels)
-    axes[1].legend([handles[i] for i in order], [labels[i] for i in order], ncol=2)
+    axes[1].legend([handles[i] for i in order], [labels[i] for i in order], ncols=5, loc="upper center", bbox_to_anchor=(0.5, -0.16))
 
 
-def followed(steps):
+def followed(steps: list[Floats]) -> Floats:
     """Frequencies of each step in the order of the waves, which may cross: where the last two steps point to."""
     lines = [steps[0]]
     for step in steps[1:]:
@@ -59,9 +67,9 @@ def followed(steps):
     return np.array(lines)
 
 
-def frequencies(omega, gyroscopic, stiffness):
+def frequencies(omega: Floats, gyroscopic: Floats, stiffness: Floats) -> Floats:
     """Of q̈ + G q̇ + (ω² + K) q = 0, rising, Hz."""
     m = len(omega)
     companion = np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(omega**2) - stiffness, -gyroscopic]])
     values = np.linalg.eigvals(companion).imag
-    return np.sort(values[values > 0]) / (2 * np.pi)
+    return np.asarray(np.sort(values[values > 0]) / (2 * np.pi))

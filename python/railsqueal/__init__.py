@@ -1,0 +1,33 @@
+"""Result files of railsqueal: open one, take its tables as arrays and its fields on the mesh, draw, report, compare and export them.
+
+    from railsqueal import Result, ComplexModes, Fields
+
+    with Result("curve.h5") as result:
+        modes = ComplexModes.of(result)
+        print([modes.name(k) for k in modes.unstable])
+    with Fields("curve.free_modes.vtkhdf") as fields:
+        shape = fields.field("shape", step=0)      # [points, 3]
+
+Units are SI, shapes those of docs/output.md. What is wrong with a file is a `ResultError` in words.
+"""
+
+from .errors import ResultError
+from .mesh import Fields, Mesh
+from .result import Result, lookup
+from .tables import ComplexModes, ContactGrid, CreepCurve, History, Modes, Provenance, Receptances, Sweep
+
+__all__ = [
+    "ComplexModes",
+    "ContactGrid",
+    "CreepCurve",
+    "Fields",
+    "History",
+    "Mesh",
+    "Modes",
+    "Provenance",
+    "Receptances",
+    "Result",
+    "ResultError",
+    "Sweep",
+    "lookup",
+]

@@ -1,0 +1,117 @@
+"""The command line: `python -m railsqueal COMMAND FILE.h5`. Exit codes are those of the solver: 0 done, 2 usage, 3 input, 6 writing."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from . import compare, export, report, sound
+from .errors import INPUT, USAGE, ResultError
+from .result import Result
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs a command; its exit code."""
+    given = parser().parse_args(arguments)
+    try:
+        return int(given.run(given))
+    except ResultError as error:
+        print(f"railsqueal: error: {error}", file=sys.stderr)
+        return error.code
+    except BrokenPipeError:
+        # A reader that has seen enough (`| head`) is no error.
+        sys.stderr.close()
+        return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands with their options."""
+    top = argparse.ArgumentParser(prog="railsqueal", description="Result files of railsqueal.")
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(name: str, run: object, help: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(name, help=help, description=help)
+        made.set_defaults(run=run)
+        return made
+
+    one = command("plot", plot, "Pictures of a result, of a stopped run as far as it came.")
+    one.add_argument("file", type=Path, metavar="FILE.h5")
+    one.add_argument("--out", type=Path, metavar="DIR", help="folder of the pictures (default: beside the file)")
+    one.add_argument("--modes", type=int, default=12, metavar="N", help="modes drawn for each body (default 12)")
+    one.add_argument("--format", default="png", metavar="LIST", help="png, pdf, svg, or several: png,pdf (default png)")
+
+    one = command("report", reported, "One HTML file with figures, tables, pictures, warnings and provenance, and tables as CSV beside it.")
+    one.add_argument("file", type=Path, metavar="FILE.h5")
+    one.add_argument("--out", type=Path, metavar="DIR", help="folder of the report (default: beside the file)")
+
+    codes = "Exit code 0 if they agree, 1 if not, 2 if they cannot be compared."
+    one = command("compare", compared, f"What differs between two results: keys of the job, figures, tables. {codes}")
+    one.add_argument("one", type=Path, metavar="A.h5")
+    one.add_argument("other", type=Path, metavar="B.h5")
+    one.add_argument("--tolerance", type=float, default=1e-6, metavar="T", help="relative difference that counts as none (default 1e-6)")
+
+    one = command("sound", heard, "The motion of a point as a sound file.")
+    one.add_argument("file", type=Path, metavar="FILE.h5")
+    one.add_argument("--point", metavar="NAME", help="name of the point (default: the first)")
+    one.add_argument("--out", type=Path, metavar="FILE.wav", help="sound file (default: beside the result)")
+
+    one = command("export", exported, "Fields or a sequence on the joined mesh, for programs that do not read VTKHDF.")
+    one.add_argument("file", type=Path, metavar="FILE", help="FILE.h5 or one of its .vtkhdf sequences")
+    one.add_argument("--format", choices=("vtu", "xdmf"), default="vtu", help="vtu: a file a step and a .pvd; xdmf: one and its .h5 (default vtu)")
+    one.add_argument("--out", type=Path, metavar="DIR", help="folder (default: beside the file)")
+    return top
+
+
+def said(paths: list[Path]) -> int:
+    """Prints what was written."""
+    for path in paths:
+        print(path)
+    return 0
+
+
+def plot(given: argparse.Namespace) -> int:
+    """Pictures."""
+    from .pictures import Canvas, draw  # matplotlib takes a second, which the other commands need not wait
+
+    with Result(given.file) as result:
+        canvas = Canvas(given.out or given.file.parent, result.stem, given.format.split(","))
+        made = draw(result, canvas, given.modes)
+    if not made:
+        words = "no contact, no modes, no receptances, no sweep, no creep curve and no transient"
+        raise ResultError(f"{given.file} holds {words}: nothing to draw", INPUT)
+    return said(made)
+
+
+def reported(given: argparse.Namespace) -> int:
+    """The report."""
+    with Result(given.file) as result:
+        return said(report.write(result, given.out or given.file.parent))
+
+
+def compared(given: argparse.Namespace) -> int:
+    """The comparison."""
+    if not given.tolerance >= 0:
+        raise ResultError(f"--tolerance: expected a number of at least 0, found {given.tolerance}", USAGE)
+    try:
+        with Result(given.one) as one, Result(given.other) as other:
+            text, same = compare.text(one, other, given.tolerance)
+    except ResultError as error:
+        # As diff has it: 1 is a difference, 2 that there is nothing to compare.
+        raise ResultError(str(error), USAGE) from error
+    print(text)
+    return 0 if same else 1
+
+
+def heard(given: argparse.Namespace) -> int:
+    """The sound."""
+    with Result(given.file) as result:
+        print(sound.write(result, given.point, given.out))
+    return 0
+
+
+def exported(given: argparse.Namespace) -> int:
+    """The export."""
+    return said(export.write(given.file, given.out or given.file.parent, given.format))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,179 @@
+"""The figures by which a result is told to others: the report lists them, the comparison sets those of two results side by side."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import growth
+from .result import Result
+from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, History, Modes, Receptances, Sweep
+
+# Modes of each body, and eigenvalues, that count as figures.
+MODES, EIGENVALUES = 6, 6
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A number with its name and unit; `scale` is what a difference is relative to, where the number itself may be near 0."""
+
+    group: str
+    name: str
+    value: float
+    unit: str = ""
+    scale: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """The number with its unit."""
+        if not np.isfinite(self.value):
+            return "none"
+        number = f"{self.value:.0f}" if self.unit == "" and self.value == round(self.value) else f"{self.value:.6g}"
+        return f"{number} {self.unit}".strip()
+
+
+def of(result: Result) -> list[Figure]:
+    """All figures of a result, analysis by analysis."""
+    made: list[Figure] = []
+    for part in (placement, steady, modes, stability, creep_curve, receptances, transient, sound_power, sweep):
+        made += part(result)
+    return made
+
+
+def placement(result: Result) -> list[Figure]:
+    """Where wheel and rail touch, and the creepages that follow."""
+    wanted = (("contact_angle", 1e3, "mrad"), ("rolling_radius", 1e3, "mm"), ("wheel_y", 1e3, "mm"), ("rail_y", 1e3, "mm"), ("speed", 1, "m/s"))
+    found = [(name, factor, unit) for name, factor, unit in wanted if f"placement/{name}" in result]
+    made = [Figure("placement", name.replace("_", " "), factor * result.number(f"placement/{name}"), unit) for name, factor, unit in found]
+    if "placement/creepage" in result:
+        names = (("longitudinal creepage", 100, "%"), ("lateral creepage", 100, "%"), ("spin", 1, "1/m"))
+        values = result.array("placement/creepage")
+        made += [Figure("placement", name, factor * float(value), unit, 1e-3) for (name, factor, unit), value in zip(names, values)]
+    return made
+
+
+def steady(result: Result) -> list[Figure]:
+    """Steady rolling."""
+    if not ContactGrid.present(result):
+        return []
+    grid, name = ContactGrid.of(result), "steady rolling"
+    size = float(np.linalg.norm(grid.force))
+    made = [Figure(name, f"force {axis} on body 1", float(f), "N", size) for axis, f in zip("xyz", grid.force)]
+    made.append(Figure(name, "friction over normal force", float(np.hypot(*grid.force[:2]) / max(-grid.force[2], 1e-300))))
+    made.append(Figure(name, "moment about the normal", grid.moment_z, "N m", size * float(np.sqrt(grid.weight[grid.closed].sum()))))
+    made.append(Figure(name, "approach", 1e6 * grid.approach, "µm"))
+    made.append(Figure(name, "largest pressure", 1e-6 * float(grid.pressure.max()), "MPa"))
+    made.append(Figure(name, "closed nodes", float(grid.closed.sum())))
+    made.append(Figure(name, "share of the contact that sticks", grid.stick_share, "", 1.0))
+    return made
+
+
+def modes(result: Result) -> list[Figure]:
+    """First modes of each body."""
+    made = []
+    for body in Modes.bodies(result):
+        table = Modes.of(result, body)
+        made.append(Figure(f"modes of the {body} body", "modes computed", float(len(table.frequency))))
+        # Rigid-body motions have the frequency 0 but for rounding.
+        scale = float(table.frequency.max(initial=0.0))
+        made += [Figure(f"modes of the {body} body", f"mode {k + 1}", float(f), "Hz", 1e-3 * scale) for k, f in enumerate(table.frequency[:MODES])]
+    return made
+
+
+def stability(result: Result) -> list[Figure]:
+    """Unstable modes, or the least stable ones."""
+    if not ComplexModes.present(result):
+        return []
+    table, name = ComplexModes.of(result), "stability"
+    made = [Figure(name, "eigenvalues listed", float(len(table.eigenvalue))), Figure(name, "unstable", float(len(table.unstable)))]
+    for place in range(min(EIGENVALUES, len(table.eigenvalue))):
+        source = f" ({table.source[place]})" if len(set(table.source)) > 1 else ""
+        made.append(Figure(name, f"frequency {place + 1}{source}", float(table.frequency[place]), "Hz"))
+        # A growth rate is known relative to the eigenvalue, not to itself.
+        size = 1e-3 * float(abs(table.eigenvalue[place]))
+        made.append(Figure(name, f"growth rate {place + 1}{source}", float(table.growth_rate[place]), "1/s", size))
+    return made
+
+
+def creep_curve(result: Result) -> list[Figure]:
+    """Largest friction of a creep curve."""
+    if not CreepCurve.present(result):
+        return []
+    curve = CreepCurve.of(result)
+    name = f"creep curve, {curve.key}"
+    made = [Figure(name, "points", float(len(curve.creepage))), Figure(name, "failed points", float((curve.status != 0).sum()))]
+    size = np.hypot(curve.force[:, 0], curve.force[:, 1])
+    if np.isfinite(size).any():
+        at = int(np.nanargmax(size))
+        made += [Figure(name, "largest friction", float(size[at]), "N"), Figure(name, "creepage of the largest friction", float(curve.creepage[at]))]
+    if curve.eigenvalue is not None:
+        made.append(Figure(name, "unstable points", float((curve.eigenvalue.real > 0).sum())))
+    return made
+
+
+def receptances(result: Result) -> list[Figure]:
+    """Highest peaks of the normal receptance."""
+    if not Receptances.present(result):
+        return []
+    table, made = Receptances.of(result), []
+    for body, h in table.bodies.items():
+        size = np.abs(h[:, 2, 2])
+        made.append(Figure("receptance", f"highest normal peak, {body}", 1e9 * float(size.max()), "nm/N"))
+        made.append(Figure("receptance", f"its frequency, {body}", float(table.frequency[int(size.argmax())]), "Hz"))
+    return made
+
+
+def transient(result: Result) -> list[Figure]:
+    """Forces, motion and stick of the last quarter, and the growth before it."""
+    if not History.present(result):
+        return []
+    history, name = History.of(result), "transient"
+    late = slice(3 * len(history.time) // 4, None)
+    moving = growth.signal(history)
+    span = growth.period(moving)
+    phase = growth.exponential(*growth.envelope(moving, 2 * span))
+    size = float(np.linalg.norm(history.force[late].mean(axis=0)))
+    made = [Figure(name, "simulated time", float(history.time[-1]), "s")]
+    made += [Figure(name, f"mean force {axis}, last quarter", float(f), "N", size) for axis, f in zip("xyz", history.force[late].mean(axis=0))]
+    made.append(Figure(name, "largest normal force", float(-history.force[:, 2].min()), "N"))
+    made.append(Figure(name, "share of nodes in stick, last quarter", float(history.stick_share[late].mean()), "", 1.0))
+    made.append(Figure(name, "least number of closed nodes", float(history.closed.min())))
+    made.append(Figure(name, "frequency of the cycle, last half", 1 / span, "Hz"))
+    if phase:
+        made.append(Figure(name, "growth rate, fitted", phase.rate, "1/s"))
+        made.append(Figure(name, "fitted from", phase.begin, "s"))
+        made.append(Figure(name, "fitted to", phase.end, "s"))
+        rate = growth.linear(result, growth.frequency(moving, phase.begin, phase.end))
+        if rate is not None:
+            made.append(Figure(name, "growth rate, linear analysis of that mode", rate, "1/s"))
+    if history.velocity is not None:
+        for k, point in enumerate(history.points):
+            v = history.velocity[late, k]
+            rms = float(np.sqrt(((v - v.mean(axis=0)) ** 2).sum(axis=1).mean()))
+            made.append(Figure(name, f"rms velocity of {point}, last quarter", 1e3 * rms, "mm/s"))
+    return made
+
+
+def sound_power(result: Result) -> list[Figure]:
+    """Sound power of the bodies."""
+    path = "transient/sound_power"
+    bodies = [body for body in BODIES.values() if f"{path}/{body}/total_level_a" in result]
+    wanted = (("total_level", "dB"), ("total_level_a", "dB(A)"))
+    return [Figure("sound power", f"{body} body", result.number(f"{path}/{body}/{name}"), unit) for body in bodies for name, unit in wanted]
+
+
+def sweep(result: Result) -> list[Figure]:
+    """What a sweep found."""
+    if not Sweep.present(result):
+        return []
+    table, name = Sweep.of(result), "sweep"
+    made = [Figure(name, "points", float(len(table.status))), Figure(name, "failed points", float((table.status != 0).sum()))]
+    made.append(Figure(name, "unstable points", float((table.growth_rate > 0).sum())))
+    if np.isfinite(table.growth_rate).any():
+        at = int(np.nanargmax(table.growth_rate))
+        made.append(Figure(name, "largest growth rate", float(table.growth_rate[at]), "1/s", 1e-3 * 2 * np.pi * float(table.frequency[at])))
+        made.append(Figure(name, "its frequency", float(table.frequency[at]), "Hz"))
+        for key in table.keys:
+            if table.values[key].dtype.kind == "f":
+                units = result.units(f"sweep/values/{key}")
+                made.append(Figure(name, f"its {key}", float(table.values[key][at]), "" if units == "1" else units))
+    return made

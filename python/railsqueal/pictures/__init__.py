@@ -1,0 +1,27 @@
+"""Pictures of a result: each module draws one subject, and nothing where the result has it not."""
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")  # no screen is needed
+
+from ..errors import WRITING, ResultError  # noqa: E402
+from ..result import Result  # noqa: E402
+from . import campbell, contact, creep_curve, modes, placement, receptance, style, sweep, transient  # noqa: E402
+from .style import Canvas  # noqa: E402
+
+__all__ = ["Canvas", "draw"]
+
+
+def draw(result: Result, canvas: Canvas, count: int = 12) -> list[Path]:
+    """Draws all that the result has, `count` modes of each body, and says which files were written."""
+    style.apply()
+    try:
+        canvas.directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ResultError(f"cannot write to {canvas.directory}: {error}", WRITING) from error
+    made = contact.pictures(result, canvas) + modes.pictures(result, canvas, count)
+    for subject in (campbell, receptance, sweep, placement, creep_curve, transient):
+        made += subject.pictures(result, canvas)
+    return made

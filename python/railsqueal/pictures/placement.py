@@ -1,0 +1,53 @@
+"""A wheel on a rail: both lines with the point of contact, and the gap of the undeformed bodies with the contact in it."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..result import Result
+from ..tables import ContactGrid
+from .contact import painted
+from .style import BLUE, GREY, ORANGE, RED, Canvas
+
+MM, MICRO = 1e3, 1e6
+# Half of the width shown around the contact, mm.
+REACH = 45
+
+
+def pictures(result: Result, canvas: Canvas) -> list[Path]:
+    if "placement/rail_line" not in result:
+        return []
+    grid = ContactGrid.of(result) if ContactGrid.present(result) else None
+    figure, axes = plt.subplots(1, 2 if grid else 1, figsize=(9.6 if grid else 5.6, 4.2), layout="constrained", squeeze=False)
+    section = axes[0, 0]
+    rail, wheel = MM * result.array("placement/rail_line"), MM * result.array("placement/wheel_line")
+    _, y, z = MM * result.array("placement/origin")
+    section.plot(*rail.T, color=GREY, label="rail")
+    section.plot(*wheel.T, color=BLUE, label="wheel")
+    tilt = result.number("placement/tilt")
+    normal = 12 * np.array([np.sin(tilt), -np.cos(tilt)])
+    section.annotate("", xy=(y + normal[0], z + normal[1]), xytext=(y, z), arrowprops={"arrowstyle": "->", "color": RED})
+    section.plot(y, z, "o", color=RED, markersize=4)
+    section.set_xlim(y - REACH, y + REACH)
+    near = np.concatenate([rail[abs(rail[:, 0] - y) < REACH, 1], wheel[abs(wheel[:, 0] - y) < REACH, 1]])
+    # z points down.
+    section.set_ylim(near.max() + 3, near.min() - 15)
+    section.set_aspect("equal")
+    section.set_xlabel("y in the track / mm")
+    section.set_ylabel("z in the track (down) / mm")
+    angle, radius = MM * result.number("placement/contact_angle"), MM * result.number("placement/rolling_radius")
+    section.set_title(f"contact angle {angle:.1f} mrad, rolling radius {radius:.2f} mm")
+    section.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    if grid:
+        detail = axes[0, 1]
+        gap, approach = MICRO * grid.gap0, MICRO * grid.approach
+        levels = approach * np.array([0.25, 0.5, 1, 2, 4])
+        painted(detail, grid, np.where(grid.pressure > 0, 1.0, np.nan), colour=ORANGE)
+        lines = detail.contour(MM * grid.x, MM * grid.y, gap, levels=levels, colors=GREY, linewidths=0.8)
+        detail.clabel(lines, fmt="%.0f µm", fontsize=7)
+        detail.set_aspect("equal")
+        detail.set_xlabel("x / mm (rolls to the left)")
+        detail.set_ylabel("y / mm")
+        detail.set_title(f"gap, and the contact under {approach:.1f} µm of approach")
+    return canvas.save(figure, "placement")

@@ -1,0 +1,44 @@
+"""Receptances of the contact point of each body: amplitude and phase over frequency."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..result import Result, lookup
+from ..tables import Receptances
+from .style import BLUE, GREEN, ORANGE, PURPLE, Canvas, heading, legend
+
+CURVES = [(2, 2, "normal n by n", BLUE), (1, 1, "lateral y by y", ORANGE), (0, 0, "longitudinal x by x", GREEN)]
+CROSS = (1, 2, "lateral y by normal n", PURPLE)
+SPREAD = {"uniform": ", force spread evenly", "pressure": ", force spread as the pressure"}
+
+
+def pictures(result: Result, canvas: Canvas) -> list[Path]:
+    if not Receptances.present(result):
+        return []
+    table = Receptances.of(result)
+    bodies = list(table.bodies.items())
+    if len(bodies) == 2 and np.allclose(bodies[0][1], bodies[1][1], rtol=1e-9, atol=0):
+        bodies = [("either", bodies[0][1])]
+    size = (5.6 * len(bodies), 6.8)
+    figure, axes = plt.subplots(2, len(bodies), sharex=True, sharey="row", squeeze=False, figsize=size, height_ratios=[1.7, 1], layout="constrained")
+    spread = SPREAD.get(lookup(result.job, "analyses.receptance.spread"), "")
+    figure.suptitle(heading(result) + f"receptance of the contact point{spread}", fontsize=10)
+    for column, (name, h) in enumerate(bodies):
+        upper, lower = axes[:, column]
+        # A cross term that symmetry forbids is rounding.
+        shown = CURVES + ([CROSS] if np.abs(h[:, 1, 2]).max() > 1e-6 * np.abs(h[:, 2, 2]).max() else [])
+        for a, b, label, color in shown:
+            value, dashes = h[:, a, b], "-" if a == b else "--"
+            upper.plot(table.frequency, 1e9 * np.abs(value), label=label, color=color, linewidth=1.2, linestyle=dashes)
+            lower.plot(table.frequency, np.degrees(np.angle(value)), color=color, linewidth=1.2, linestyle=dashes)
+        upper.set_yscale("log")
+        upper.set_title(f"{name} body")
+        lower.set_xlabel("frequency f / Hz")
+        lower.set_yticks([-180, -90, 0, 90, 180])
+        lower.set_ylim(-195, 195)
+    axes[0, 0].set_ylabel("amplitude |H| / (nm/N)")
+    axes[1, 0].set_ylabel("phase / °")
+    legend(figure, list(axes[0]), columns=4 if len(bodies) > 1 else 2)
+    return canvas.save(figure, "receptance")

@@ -1,0 +1,382 @@
+"""The tables of a result, one class for each analysis, in SI units and with the shapes of docs/output.md.
+
+Each `of(result)` raises `ResultError` if the result has no such analysis; `present(result)` says whether it has.
+"""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import ResultError
+from .result import Complexes, Floats, Integers, Result
+
+
+BODIES = {1: "lower", 2: "upper"}
+OPEN, STICK, SLIP = 0, 1, 2
+
+
+class Table:
+    """What all tables share."""
+
+    needs: ClassVar[str]
+    analysis: ClassVar[str]
+
+    @classmethod
+    def present(cls, result: Result) -> bool:
+        """Whether the result holds this table."""
+        return cls.needs in result
+
+    @classmethod
+    def expect(cls, result: Result) -> None:
+        """`ResultError` if it does not."""
+        if not cls.present(result):
+            raise ResultError(f"{result.path} has no /{cls.needs}: its job has no analyses.{cls.analysis}, or the run ended before it")
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Free-interface modes of one body."""
+
+    body: str
+    frequency: Floats  # [m], Hz
+    residual: Floats  # [m]
+    angular_velocity: float  # rad/s; 0 of a body that does not rotate
+    diameters: Floats | None  # [m], nodal diameters at rest; of bodies that rotate
+    wave_frequency: Floats | None  # [m], Hz
+    wave_diameters: Floats | None  # [m], positive where the wave travels with the rotation
+
+    @classmethod
+    def of(cls, result: Result, body: str) -> Self:
+        """The modes of the `lower` or the `upper` body."""
+        path = f"modes/{body}"
+        if f"{path}/frequency" not in result:
+            raise ResultError(f"{result.path} has no modes of the body {body!r}; it has those of {', '.join(cls.bodies(result)) or 'none'}")
+        speed = result.number(f"{path}/angular_velocity") if f"{path}/angular_velocity" in result else 0.0
+        frequency = result.array(f"{path}/frequency")
+        residual = result.optional(f"{path}/residual")
+        return cls(
+            body,
+            frequency,
+            np.full(len(frequency), np.nan) if residual is None else residual,
+            speed,
+            result.optional(f"{path}/diameters"),
+            result.optional(f"{path}/wave_frequency"),
+            result.optional(f"{path}/wave_diameters"),
+        )
+
+    @staticmethod
+    def bodies(result: Result) -> list[str]:
+        """Bodies that have modes."""
+        return [body for body in BODIES.values() if f"modes/{body}/frequency" in result]
+
+
+@dataclass(frozen=True)
+class ComplexModes(Table):
+    """Eigenvalues of steady sliding or rolling, by falling growth rate; one of each conjugate pair."""
+
+    needs: ClassVar[str] = "stability/eigenvalue"
+    analysis: ClassVar[str] = "stability"
+
+    eigenvalue: Complexes  # [e], 1/s
+    frequency: Floats  # [e], Hz
+    growth_rate: Floats  # [e], 1/s
+    damping_ratio: Floats  # [e]
+    source: list[str]  # [e], reduced or full
+    participation: Floats | None  # [e, m], shares of the free-interface modes by elastic energy
+    mode_body: Integers | None  # [m], 1 lower, 2 upper
+    mode_frequency: Floats | None  # [m], Hz
+    diameters: Floats | None  # [e, 2], nodal diameters of the motion of both bodies; where one rotates
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The eigenvalues of a result."""
+        cls.expect(result)
+        value = result.complexes("stability/eigenvalue")
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ratio = -value.real / np.abs(value)
+        return cls(
+            value,
+            value.imag / (2 * np.pi),
+            value.real.copy(),
+            ratio,
+            result.texts("stability/source") if "stability/source" in result else ["reduced"] * len(value),
+            result.optional("stability/participation"),
+            result.integers("stability/mode_body") if "stability/mode_body" in result else None,
+            result.optional("stability/mode_frequency"),
+            result.optional("stability/diameters"),
+        )
+
+    @property
+    def unstable(self) -> Integers:
+        """Places of the eigenvalues that grow."""
+        return np.flatnonzero(self.growth_rate > 0)
+
+    def name(self, place: int) -> str:
+        """Frequency, nodal diameters where the bodies rotate, and the free modes that make most of it."""
+        words = [f"{self.frequency[place]:.1f} Hz"]
+        if self.diameters is not None:
+            shown = [f"{BODIES[b + 1]} {n:+.1f}" for b, n in enumerate(self.diameters[place]) if np.isfinite(n)]
+            words.append("nodal diameters " + ", ".join(shown))
+        made = self.made_of(place)
+        if made:
+            words.append(made)
+        return "; ".join(words)
+
+    def made_of(self, place: int, most: int = 2) -> str:
+        """Free modes with the largest shares, e.g. `51 % upper mode 1, 49 % lower mode 1`; shares below 10 % are left out."""
+        if self.participation is None or self.mode_body is None:
+            return ""
+        share = self.participation[place]
+        number = np.empty(len(share), dtype=int)
+        for body in BODIES:
+            own = np.flatnonzero(self.mode_body == body)
+            number[own] = np.arange(1, len(own) + 1)
+        largest = [k for k in np.argsort(-share, kind="stable")[:most] if share[k] >= 0.1]
+        return ", ".join(f"{100 * share[k]:.0f} % {BODIES[int(self.mode_body[k])]} mode {number[k]}" for k in largest)
+
+
+@dataclass(frozen=True)
+class ContactGrid(Table):
+    """The contact in steady rolling on its grid: fields are [ny, nx] and [ny, nx, 2]."""
+
+    needs: ClassVar[str] = "contact/pressure"
+    analysis: ClassVar[str] = "steady"
+
+    x: Floats  # [nx], m
+    y: Floats  # [ny], m
+    pressure: Floats  # Pa
+    traction: Floats  # Pa, on body 1
+    creep: Floats  # m/s
+    state: Integers  # 0 open, 1 stick, 2 slip
+    weight: Floats  # m², area of each node
+    gap0: Floats  # m, of the undeformed bodies
+    force: Floats  # [3], N, on body 1
+    moment_z: float  # N m
+    approach: float  # m
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The contact of a result."""
+        cls.expect(result)
+        x, y = result.array("contact/x"), result.array("contact/y")
+        if "contact/shape" in result:
+            nx, ny = (int(n) for n in result["contact/shape"])
+        else:
+            nx, ny = len(np.unique(x)), len(np.unique(y))
+        if nx * ny != len(x):
+            raise ResultError(f"{result.path}: /contact has {len(x)} nodes, which is no grid of {nx} x {ny}")
+
+        def field(name: str, *more: int) -> Floats:
+            if f"contact/{name}" not in result:
+                return np.full((ny, nx, *more), np.nan)
+            return result.array(f"contact/{name}").reshape(ny, nx, *more)
+
+        def number(name: str) -> float:
+            return result.number(f"contact/{name}") if f"contact/{name}" in result else float("nan")
+
+        return cls(
+            x.reshape(ny, nx)[0],
+            y.reshape(ny, nx)[:, 0],
+            field("pressure"),
+            field("traction", 2),
+            field("creep", 2),
+            result.integers("contact/state").reshape(ny, nx),
+            field("weight"),
+            field("gap0"),
+            result.array("contact/force"),
+            number("moment_z"),
+            number("approach"),
+        )
+
+    @property
+    def closed(self) -> NDArray[np.bool_]:
+        """[ny, nx]: nodes in contact."""
+        return np.asarray(self.state != OPEN)
+
+    @property
+    def stick_share(self) -> float:
+        """Share of the area in contact that sticks; NaN where nothing touches."""
+        area = self.weight[self.closed].sum()
+        return float(self.weight[self.state == STICK].sum() / area) if area > 0 else float("nan")
+
+
+@dataclass(frozen=True)
+class History(Table):
+    """A transient, step by step."""
+
+    needs: ClassVar[str] = "transient/time"
+    analysis: ClassVar[str] = "transient"
+
+    time: Floats  # [s], s
+    force: Floats  # [s, 3], N, on body 1
+    closed: Integers  # [s]
+    stick: Integers  # [s], those of the closed nodes that stick
+    points: list[str]  # [k], names
+    velocity: Floats | None  # [s, k, 3], m/s
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The history of a result, of a stopped run as far as it came."""
+        cls.expect(result)
+        has_points = "transient/point_velocity" in result and "transient/points/name" in result
+        history = cls(
+            result.array("transient/time"),
+            result.array("transient/force"),
+            result.integers("transient/closed"),
+            result.integers("transient/stick"),
+            result.texts("transient/points/name") if has_points else [],
+            result.array("transient/point_velocity") if has_points else None,
+        )
+        if len(history.time) < 2:
+            raise ResultError(f"{result.path}: the transient has {len(history.time)} steps, too few to show: let the run go on")
+        return history
+
+    @property
+    def step(self) -> float:
+        """Time between two rows, s."""
+        return float(self.time[1] - self.time[0])
+
+    @property
+    def stick_share(self) -> Floats:
+        """[s]: share of the closed nodes that stick."""
+        return np.asarray(self.stick / np.maximum(self.closed, 1))
+
+
+@dataclass(frozen=True)
+class Receptances(Table):
+    """Receptances of the contact point; directions (x, y, n into the body) in lower form."""
+
+    needs: ClassVar[str] = "receptance/frequency"
+    analysis: ClassVar[str] = "receptance"
+
+    frequency: Floats  # [f], Hz, rising
+    bodies: dict[str, Complexes]  # name: [f, 3, 3], m/N
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The receptances of a result, by rising frequency."""
+        cls.expect(result)
+        frequency = result.array("receptance/frequency")
+        order = np.argsort(frequency, kind="stable")
+        names = [n for n in BODIES.values() if f"receptance/{n}" in result]
+        return cls(frequency[order], {n: result.complexes(f"receptance/{n}")[order] for n in names})
+
+
+def numbers_or_words(values: NDArray[Any]) -> NDArray[Any]:
+    """Values of a swept key: doubles, or texts."""
+    if values.dtype.kind in "fiu":
+        return values.astype(np.float64)
+    return np.array([w.decode() if isinstance(w, bytes) else str(w) for w in values], dtype=object)
+
+
+@dataclass(frozen=True)
+class Sweep(Table):
+    """Points of a sweep, in the order of the grid; numbers of a point that failed are NaN."""
+
+    needs: ClassVar[str] = "sweep/keys"
+    analysis: ClassVar[str] = "sweep"
+
+    keys: list[str]  # [k]
+    values: dict[str, NDArray[Any]]  # key: [s]
+    shape: list[int]  # values along the keys of a grid, or one number where lists run side by side
+    status: Integers  # [s], 0 computed
+    message: list[str]  # [s]
+    unstable: Integers  # [s]
+    growth_rate: Floats  # [s], 1/s
+    frequency: Floats  # [s], Hz
+    sticking: Integers  # [s]
+    eigenvalue: Complexes  # [e], 1/s
+    offset: Integers  # [s + 1]
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The sweep of a result."""
+        cls.expect(result)
+        keys = result.texts("sweep/keys")
+        values = {key: np.asarray(result[f"sweep/values/{key}"]) for key in keys}
+        return cls(
+            keys,
+            {key: numbers_or_words(v) for key, v in values.items()},
+            [int(n) for n in result["sweep/shape"]],
+            result.integers("sweep/status"),
+            result.texts("sweep/message") if "sweep/message" in result else [],
+            result.integers("sweep/unstable"),
+            result.array("sweep/growth_rate"),
+            result.array("sweep/frequency"),
+            result.integers("sweep/sticking"),
+            result.complexes("sweep/eigenvalue"),
+            result.integers("sweep/offset"),
+        )
+
+    def spectrum(self, point: int) -> Complexes:
+        """Eigenvalues of a point, by falling growth rate."""
+        return self.eigenvalue[self.offset[point] : self.offset[point + 1]]
+
+    @property
+    def moving(self) -> list[int]:
+        """Places of the keys that have more than one value; empty where lists run side by side."""
+        return [i for i, n in enumerate(self.shape) if n > 1] if len(self.shape) == len(self.keys) else []
+
+
+@dataclass(frozen=True)
+class CreepCurve(Table):
+    """Steady rolling over one creepage; NaN at points that failed."""
+
+    needs: ClassVar[str] = "creep_curve/force"
+    analysis: ClassVar[str] = "creep_curve"
+
+    key: str  # longitudinal, lateral or spin
+    creepage: Floats  # [c]
+    force: Floats  # [c, 3], N, on body 1
+    stick_share: Floats  # [c]
+    status: Integers  # [c], 0 computed
+    eigenvalue: Complexes | None  # [c], 1/s, the one with the largest growth rate
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The creep curve of a result."""
+        cls.expect(result)
+        key = next((k for k in ("longitudinal", "lateral", "spin") if f"creep_curve/{k}" in result), None)
+        if key is None:
+            raise ResultError(f"{result.path}: /creep_curve does not say which creepage changes; it has {', '.join(result.names('creep_curve'))}")
+        stable = "creep_curve/eigenvalue" in result
+        return cls(
+            key,
+            result.array(f"creep_curve/{key}"),
+            result.array("creep_curve/force"),
+            result.array("creep_curve/stick_share"),
+            result.integers("creep_curve/status"),
+            result.complexes("creep_curve/eigenvalue") if stable else None,
+        )
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a result comes from; what the file does not say is empty."""
+
+    command: list[str]
+    versions: dict[str, str]
+    ranks: int
+    inputs: dict[str, str]  # name of the input file: SHA-256
+    stages: dict[str, float]  # name: s
+    date: str
+    warnings: list[str]
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The provenance of a result."""
+        def texts(name: str) -> list[str]:
+            return result.texts(f"provenance/{name}") if f"provenance/{name}" in result else []
+
+        times = result.array("provenance/stage_times").tolist() if "provenance/stage_times" in result else []
+        return cls(
+            texts("command"),
+            dict(zip(texts("version_names"), texts("versions"))),
+            int(result.number("provenance/ranks")) if "provenance/ranks" in result else 0,
+            dict(zip(texts("input_files"), texts("input_sha256"))),
+            dict(zip(texts("stage_names"), times)),
+            (texts("date") or [""])[0],
+            texts("warnings"),
+        )

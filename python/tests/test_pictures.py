@@ -1,0 +1,87 @@
+"""Pictures: their names and formats, and that they show nothing that was not computed."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from conftest import dataset
+
+from railsqueal import Result, ResultError
+from railsqueal.pictures import Canvas, draw, sweep, transient as drawn
+from railsqueal.tables import Sweep
+
+# Per inch: coarse pictures are quick.
+DOTS = 40
+
+
+def swept(path: Path, first: list[float], second: list[float], failed: int) -> Path:
+    """A sweep over friction and load with a failed point; the growth rate is friction − 0.3 + load / 1e6."""
+    a, b = (v.reshape(-1) for v in np.meshgrid(first, second, indexing="ij"))
+    growth = a - 0.3 + b / 1e6
+    growth[failed] = np.nan
+    with h5py.File(path, "w") as file:
+        dataset(file, "sweep/keys", ["contact.friction", "contact.normal_load"], "-")
+        dataset(file, "sweep/values/contact.friction", a)
+        dataset(file, "sweep/values/contact.normal_load", b, "N")
+        dataset(file, "sweep/shape", [len(first), len(second)])
+        dataset(file, "sweep/status", np.where(np.arange(len(a)) == failed, 4, 0))
+        dataset(file, "sweep/growth_rate", growth, "1/s")
+        for name in ("frequency", "unstable", "sticking"):
+            dataset(file, f"sweep/{name}", np.zeros(len(a)))
+        dataset(file, "sweep/eigenvalue", np.zeros(0, complex))
+        dataset(file, "sweep/offset", np.zeros(len(a) + 1, int))
+    return path
+
+
+def test_names_and_formats(cylinders: Path, tmp_path: Path) -> None:
+    with Result(cylinders) as result:
+        made = draw(result, Canvas(tmp_path, result.stem, ["png", "svg", "pdf"], DOTS))
+        assert {p.suffix for p in made} == {".png", ".svg", ".pdf", ".md"} and all(p.stat().st_size > 0 for p in made)
+        assert {p.stem for p in made} == {f"two-cylinders-{name}" for name in ("contact-line", "contact-map", "frequencies")}
+        with pytest.raises(ResultError, match="gif.*png, pdf, svg"):
+            Canvas(tmp_path, "a", ["gif"])
+
+
+def test_a_stopped_run_is_drawn(transient: Callable[..., Path], tmp_path: Path) -> None:
+    with Result(transient(segments=2)) as result:
+        made = draw(result, Canvas(tmp_path / "out", result.stem, resolution=DOTS))
+        assert [p.name for p in made] == ["run-growth.png", "run-spectrogram.png"]
+
+
+def test_cells_of_a_map_are_the_values_that_were_computed(tmp_path: Path) -> None:
+    with Result(swept(tmp_path / "s.h5", [0.1, 0.2, 0.3], [40e3, 70e3, 1e6], failed=4)) as result:
+        table = Sweep.of(result)
+        friction, load = (sweep.Key(result, table, key) for key in table.keys)
+        centres, width = friction.cells()
+        assert friction.even and centres == pytest.approx([0.1, 0.2, 0.3]) and width == pytest.approx(0.1)
+        # 70 kN and 1 MN: to scale, a cell would reach half a meganewton beyond what was computed.
+        centres, width = load.cells()
+        assert not load.even and centres.tolist() == [0, 1, 2] and width < 1
+        assert [load.tick(v) for v in load.levels] == ["40", "70", "1000"]
+        assert [p.name for p in draw(result, Canvas(tmp_path, "s", resolution=DOTS))] == ["s-sweep-map.png"]
+
+
+def test_a_branch_that_ends_has_no_frequency() -> None:
+    spectra = [np.array([1j, 5j]), np.array([1.01j]), np.array([1.02j])]
+    branches = sweep.tracked(spectra)
+    assert len(branches) == 2
+    ended = next(b for b in branches if np.isnan(b[1]))
+    assert np.isnan(ended.imag[1:]).all() and np.isnan(ended.real[1:]).all() and ended[0] == 5j
+
+
+def test_labels_stand_apart() -> None:
+    wanted = np.array([0.0, 0.1, 5.0, 0.05, 5.0, 9.0])
+    placed = sweep.spread(wanted, 1.0)
+    assert np.diff(np.sort(placed)).min() >= 1.0 - 1e-12
+    # In the order of what they name, each cluster about its own mean; what stands alone stays.
+    assert np.array_equal(np.argsort(placed, kind="stable"), np.argsort(wanted, kind="stable"))
+    assert placed[5] == 9.0 and placed[[0, 1, 3]].mean() == pytest.approx(0.05)
+
+
+def test_a_coarse_stride_is_said() -> None:
+    when = 2e-4 * np.arange(100)
+    assert drawn.coarse(when, 16e-4, 1e-5) == ""
+    said = drawn.coarse(when, 8e-4, 1e-5)
+    assert "4.0 in a period" in said and "contact_stride of at most 10" in said

@@ -1,0 +1,95 @@
+"""The report, its tables, and the comparison of two results."""
+
+import csv
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import h5py
+import pytest
+
+from railsqueal import Result, compare, figures, report
+from railsqueal.__main__ import main
+
+
+class Reader(HTMLParser):
+    """Checks that tags close in order, and collects what the page loads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.loaded: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.loaded += [value or "" for name, value in attrs if name == "src" or (tag == "link" and name == "href")]
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_the_report_is_one_page_that_loads_nothing(cylinders: Path, tmp_path: Path) -> None:
+    marked = tmp_path / "two.h5"
+    shutil.copy(cylinders, marked)
+    with h5py.File(marked, "a") as file:
+        file["provenance/job"] = '{"title": "a < b & c", "analyses": {"steady": {}}}'
+        file["provenance/warnings"] = ["the contact is <coarse>"]
+    with Result(marked) as result:
+        page, *tables = report.write(result, tmp_path / "out")
+        text = page.read_text(encoding="utf-8")
+        reader = Reader()
+        reader.feed(text)
+        assert reader.open == [] and len(reader.loaded) == 2 and all(s.startswith("data:image/png;base64,") for s in reader.loaded)
+        assert "a &lt; b &amp; c" in text and "the contact is &lt;coarse&gt;" in text
+        force = next(f for f in figures.of(result) if f.name == "force y on body 1")
+        assert force.text in text and force.value == result.array("contact/force")[1]
+        assert [t.name for t in tables] == ["two-modes.csv", "two-unstable.csv", "two-forces.csv"]
+        rows = {t.stem.split("-")[1]: list(csv.DictReader(t.open(encoding="utf-8"))) for t in tables}
+        # To the last bit.
+        assert [float(r["frequency_Hz"]) for r in rows["modes"] if r["body"] == "upper"] == result["modes/upper/frequency"].tolist()
+        assert float(rows["forces"][0]["force_y_N"]) == result["contact/force"][1]
+        assert len(rows["unstable"]) == (result["stability/growth_rate"] > 0).sum()
+
+
+def changed(path: Path, to: Path, name: str, factor: float) -> Path:
+    shutil.copy(path, to)
+    with h5py.File(to, "a") as file:
+        file[name][...] = factor * file[name][()]
+    return to
+
+
+def test_results_are_compared(cylinders: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(cylinders), str(cylinders)]) == 0
+    assert "the results agree" in capsys.readouterr().out
+    # A force is a figure, the gap only in a table.
+    for name in ("contact/force", "contact/gap"):
+        other = changed(cylinders, tmp_path / "other.h5", name, 1 + 1e-4)
+        assert main(["compare", str(cylinders), str(other)]) == 1
+        said = capsys.readouterr().out
+        assert re.search(rf"{name}: 1\.0e-04", said) and "the results differ" in said
+        assert main(["compare", str(cylinders), str(other), "--tolerance", "1e-3"]) == 0
+    capsys.readouterr()
+    assert main(["compare", str(cylinders), str(tmp_path / "none.h5")]) == 2
+    assert "none.h5" in capsys.readouterr().err
+
+
+def test_keys_of_the_job_that_differ() -> None:
+    one, other = compare.keys({"a": {"b": 1, "c": []}, "d": None}), compare.keys({"a": {"b": 2, "c": []}})
+    assert one == {"a.b": "1", "a.c": "[]", "d": "null"} and one["a.b"] != other["a.b"]
+
+
+def test_a_force_that_is_rounding_does_not_differ() -> None:
+    small, other = (figures.Figure("g", "force x", value, "N", 7e4) for value in (1e-9, -3e-9))
+    assert compare.difference(small, other) < 1e-12
+    assert compare.difference(*(figures.Figure("g", "approach", v) for v in (1.0, 1.1))) == pytest.approx(0.1 / 1.1)
+
+
+def test_wrong_usage_and_unreadable_files_have_their_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for command in (["plot"], ["report"], ["sound"]):
+        assert main([*command, str(tmp_path / "none.h5")]) == 3
+        assert "railsqueal: error:" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as ended:
+        main(["plot"])
+    assert ended.value.code == 2

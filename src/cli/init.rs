@@ -1,0 +1,72 @@
+//! `init`: a job to begin with, and what it needs, as the project's own jobs are.
+
+use super::args::Example;
+use railsqueal::{Error, Result};
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// A file that an example consists of, beside its job.
+struct Companion {
+    name: &'static str,
+    /// How the job of the project names it; the written job names it by `name`.
+    named: &'static str,
+    content: &'static [u8],
+}
+
+/// Meshes of the example with meshes from files.
+const MESHES: [Companion; 2] = [
+    Companion {
+        name: "block-lower.msh",
+        named: "../meshes/block-lower.msh",
+        content: include_bytes!("../../meshes/block-lower.msh"),
+    },
+    Companion {
+        name: "block-upper-binary.msh",
+        named: "../meshes/block-upper-binary.msh",
+        content: include_bytes!("../../meshes/block-upper-binary.msh"),
+    },
+];
+
+/// The job of an example, and what lies beside it.
+fn files(example: Example) -> (&'static str, &'static [Companion]) {
+    match example {
+        Example::TwoCylinders => (include_str!("../../jobs/two-cylinders.json"), &[]),
+        Example::OwnMesh => (include_str!("../../jobs/blocks.json"), &MESHES),
+        Example::Sweep => (include_str!("../../jobs/sweep-curve.json"), &[]),
+        Example::Squeal => (include_str!("../../jobs/squeal.json"), &[]),
+        Example::WheelOnRailContact => (include_str!("../../jobs/wheel-on-rail-contact.json"), &[]),
+    }
+}
+
+/// Writes the example to `job`, and says what was written and what to do with it. Files that are there stay: `Error::Job`.
+pub fn write(example: Example, job: &Path) -> Result<String> {
+    let (text, companions) = files(example);
+    let folder = job.parent().unwrap_or(Path::new(""));
+    let mut wanted: Vec<(PathBuf, Vec<u8>)> = vec![(job.into(), text.into())];
+    for companion in companions {
+        let named = String::from_utf8_lossy(&wanted[0].1).replace(companion.named, companion.name);
+        wanted[0].1 = named.into_bytes();
+        wanted.push((folder.join(companion.name), companion.content.into()));
+    }
+    if let Some((path, _)) = wanted.iter().find(|(path, _)| path.exists()) {
+        return Err(Error::Job(format!(
+            "{}: is there already, and is not replaced; name another job with --output",
+            path.display()
+        )));
+    }
+    for (path, content) in &wanted {
+        let failed = |e: std::io::Error| match e.kind() {
+            ErrorKind::AlreadyExists => {
+                Error::Job(format!("{}: is there already, and is not replaced", path.display()))
+            }
+            _ => Error::Io(format!("cannot write {}: {e}", path.display())),
+        };
+        let mut file = OpenOptions::new().write(true).create_new(true).open(path).map_err(failed)?;
+        file.write_all(content).map_err(failed)?;
+    }
+    let mut said: String = wanted.iter().map(|(path, _)| format!("wrote {}\n", path.display())).collect();
+    let (job, result) = (job.display(), super::args::default_output(job));
+    said += &format!("next: railsqueal check {job}, railsqueal run {job}, railsqueal report {}\n", result.display());
+    Ok(said)
+}

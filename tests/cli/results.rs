@@ -1,0 +1,102 @@
+//! What is done with results, and jobs to begin with: the report, the comparison, pictures of a stopped run, `init`.
+
+use super::program::*;
+use super::transient::sliding;
+use serde_json::json;
+use std::process::Command;
+
+const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/two-cylinders.h5");
+
+/// The package of this checkout and the Python of its tests, wherever the program was built.
+fn program(arguments: &[&str]) -> Ran {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let mut command = Command::new(PROGRAM);
+    command.env("OPENBLAS_NUM_THREADS", "1").env("PYTHONPATH", format!("{root}/python"));
+    let venv = format!("{root}/.venv/bin/python");
+    if std::path::Path::new(&venv).exists() {
+        command.env("RAILSQUEAL_PYTHON", venv);
+    }
+    finish(command.args(arguments))
+}
+
+#[test]
+fn jobs_to_begin_with_are_valid_and_replace_nothing() {
+    for name in ["two-cylinders", "own-mesh", "sweep", "squeal", "wheel-on-rail-contact"] {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let init = || finish(Command::new(PROGRAM).current_dir(&folder).args(["init", name]));
+        let job = format!("{name}.json");
+        let said = init();
+        assert!(said.good().out.contains(&format!("railsqueal check {job}")), "{}", said.out);
+        let path = folder.path().join(&job);
+        // What the job names lies beside it.
+        assert!(program(&["check", &path.display().to_string()]).good().out.contains("estimated memory"), "{name}");
+        std::fs::write(&path, "mine").expect("write");
+        init().failed(2, &[&job, "is there already"]);
+        assert_eq!(std::fs::read_to_string(&path).expect("job"), "mine");
+    }
+}
+
+/// A mesh of the user's own stays, and then no job is written either.
+#[test]
+fn a_mesh_that_is_there_stays() {
+    let folder = Folder::with("{}");
+    std::fs::write(folder.path("block-lower.msh"), "mine").expect("write");
+    let job = folder.text("own.json");
+    program(&["init", "own-mesh", "--output", &job]).failed(2, &["block-lower.msh", "is there already"]);
+    assert_eq!(folder.listing(), ["block-lower.msh", "job.json"]);
+}
+
+#[test]
+fn a_report_is_one_page_with_tables_beside_it() {
+    let folder = Folder::with("{}");
+    let out = folder.text("out");
+    let ran = program(&["report", GOLDEN, "--out", &out]);
+    ran.good();
+    let names = ["report.html", "modes.csv", "unstable.csv", "forces.csv"].map(|n| format!("two-cylinders-{n}"));
+    assert_eq!(ran.out.lines().filter_map(|l| l.rsplit('/').next()).collect::<Vec<_>>(), names);
+    let page = std::fs::read_to_string(folder.path("out").join(&names[0])).expect("page");
+    assert!(page.starts_with("<!DOCTYPE html>") && page.matches("data:image/png;base64,").count() == 2);
+    program(&["report", &folder.text("none.h5")]).failed(3, &["none.h5"]);
+}
+
+#[test]
+fn results_are_compared() {
+    let folder = Folder::with("{}");
+    let other = folder.path("other.h5");
+    std::fs::copy(GOLDEN, &other).expect("copy");
+    let compare = |more: &[&str]| program(&[&["compare", GOLDEN, &folder.text("other.h5")], more].concat());
+    assert!(compare(&[]).good().out.contains("the results agree"));
+    // The file is locked as long as anything of it is open.
+    {
+        let file = hdf5::File::open_rw(&other).expect("file");
+        let approach = file.dataset("contact/approach").expect("approach");
+        let before: f64 = approach.read_scalar().expect("read");
+        approach.write_scalar(&(before * (1.0 + 1e-4))).expect("write");
+    }
+    let differs = compare(&[]);
+    assert!(differs.code == Some(1) && differs.out.contains("* approach"), "{differs:?}");
+    compare(&["--tolerance", "1e-3"]).good();
+    program(&["compare", GOLDEN, &folder.text("none.h5")]).failed(2, &["none.h5"]);
+}
+
+#[test]
+fn without_python_it_is_said_what_to_install() {
+    let ran = finish(Command::new(PROGRAM).env("RAILSQUEAL_PYTHON", "/bin/false").args(["report", GOLDEN]));
+    ran.failed(2, &["/bin/false", "pip install", "RAILSQUEAL_PYTHON"]);
+}
+
+#[test]
+fn a_stopped_run_is_drawn_as_far_as_it_came() {
+    let job = sliding(json!({ "duration": 0.1, "segment": 200, "contact_stride": 10 }));
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &["--wall-time", "1e-3"]).failed(5, &["stopped by the limit of wall time"]);
+    assert!(!folder.path("job.h5").exists());
+    let ran = program(&["plot", &folder.text("job.h5"), "--format", "svg"]);
+    assert!(ran.good().out.contains("job-growth.svg") && folder.path("job-growth.svg").exists(), "{ran:?}");
+}
+
+#[test]
+fn a_shell_and_man_are_told_of_the_commands() {
+    assert!(program(&["completion", "bash"]).good().out.contains("wheel-on-rail-contact"));
+    assert!(program(&["man"]).good().out.starts_with(".ie"));
+}
