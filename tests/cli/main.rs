@@ -10,6 +10,7 @@ mod matrices;
 mod placement;
 mod points;
 mod program;
+mod rail;
 mod reuse;
 mod rotation;
 mod runs;
