@@ -10,6 +10,7 @@ mod matrices;
 mod placement;
 mod points;
 mod program;
+mod rail;
 mod results;
 mod reuse;
 mod rotation;

@@ -128,6 +128,7 @@ fn the_jobs_of_the_project_are_valid() {
         "sweep-curve.json",
         "wheel-on-rail-contact.json",
         "swept-curve.json",
+        "rail-receptance.json",
         "creep-curve.json",
     ] {
         let path = format!("{}/jobs/{name}", env!("CARGO_MANIFEST_DIR"));

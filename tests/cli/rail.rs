@@ -1,0 +1,86 @@
+//! A rail on its track, in whole runs.
+
+use super::program::*;
+use num_complex::Complex;
+use serde_json::{json, Value};
+
+fn numbers(folder: &Folder, name: &str) -> Vec<f64> {
+    let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// `jobs/rail-receptance.json` to lower frequencies on a coarser contact.
+fn rail(frequency: Value) -> Value {
+    let mut job = job("rail-receptance.json");
+    job["contact"]["patch"] = json!({ "half_length": 0.009, "half_width": 0.009, "spacing": 0.003 });
+    job["analyses"] = json!({ "modes": { "max_frequency": 2500 }, "receptance": { "frequency": frequency } });
+    job
+}
+
+/// The infinite Timoshenko beam on pads of 200 MN/m² with the loss factor 0.2, |α| in 1e-10 m/N and phase: 139 and −81° at 300 Hz, 25.7 and −123° at
+/// 500 Hz, 7.60 and −116° at 1000 Hz, of another program. What the contact yields by itself under the pressure is added, the same at all frequencies and
+/// about 0.6(1−ν²)/(Ea) of Hertz.
+#[test]
+fn the_rail_has_the_receptance_of_a_beam() {
+    let folder = Folder::with(rail(json!([300, 500, 1000])).to_string());
+    let ran = folder.call(2, "run", &[]);
+    ran.good();
+    assert!(ran.out.contains("body lower: rail"), "{}", ran.out);
+    let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+    let found: Vec<Complex<f64>> = file.dataset("receptance/lower").and_then(|d| d.read_raw()).expect("receptance");
+    let wanted = [(139.0, -81.0), (25.7, -123.0), (7.60, -116.0_f64)]
+        .map(|(size, phase)| Complex::from_polar(1e-10 * size, phase.to_radians()));
+    let normal: Vec<Complex<f64>> = (0..3).map(|f| found[9 * f + 8]).collect();
+    let own = (normal[2] - wanted[2]).re;
+    assert!((2e-10..6e-10).contains(&own), "{own:e}");
+    for (f, w) in normal.iter().zip(wanted) {
+        let ratio = (f - own) / w;
+        assert!((ratio.norm() - 1.0).abs() < 0.04 && ratio.arg().abs() < 0.06, "{ratio}");
+    }
+    // Laterally the head rolls as well: more than the beam's 6e-9 m/N of bending alone, and behind the force.
+    assert!(found[4].norm() > 1e-8 && found[4].im < 0.0, "{}", found[4]);
+    // Reciprocity, and no coupling of a symmetric rail's lateral and vertical motion.
+    assert!(
+        (found[5] - found[7]).norm() < 1e-9 * found[4].norm() && found[5].norm() < 1e-3 * found[4].norm(),
+        "{} {}",
+        found[5],
+        found[7]
+    );
+    let damping = numbers(&folder, "reduced/lower/damping");
+    let n = damping.len().isqrt();
+    assert_eq!(n, numbers(&folder, "modes/lower/frequency").len());
+    assert!((0..n).all(|k| damping[k * n + k] > 0.0));
+    // The damping matrix comes with the reduced model.
+    let earlier = folder.text("job.h5");
+    folder.call(1, "run", &["--output", &folder.text("two.h5"), "--reuse", &earlier]).good();
+    let file = hdf5::File::open(folder.path("two.h5")).expect("result file");
+    let again: Vec<Complex<f64>> = file.dataset("receptance/lower").and_then(|d| d.read_raw()).expect("receptance");
+    assert!(found.iter().zip(&again).all(|(a, b)| (a - b).norm() < 1e-9 * found[8].norm()));
+}
+
+#[test]
+fn what_a_rail_cannot_be_is_refused() {
+    let mut too_short = rail(json!([300]));
+    too_short["bodies"]["lower"]["mesh"]["extruded"]["length"] = json!(5.0);
+    too_short["bodies"]["lower"]["track"]["ends"] = json!({ "length": 2.0 });
+    let folder = Folder::with(too_short.to_string());
+    folder
+        .call(1, "run", &[])
+        .failed(2, &["bodies.lower.mesh.extruded.length", "found 5 m", "300 Hz", "track.ends.length"]);
+    for (key, value, says) in [
+        ("rotation", json!("rolling"), "a rail does not turn"),
+        ("fixed", json!(["foot"]), "bodies.lower.fixed"),
+        ("damping", json!({ "beta": 1e-6 }), "bodies.lower.damping"),
+        ("track", json!({ "ends": { "length": 7 } }), "bodies.lower.track.ends.length"),
+        ("mesh", json!({ "extruded": { "section": "60E1", "contact_offset": 0.03 } }), "contact_offset"),
+    ] {
+        let mut job = rail(json!([300]));
+        job["bodies"]["lower"][key] = value;
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "check", &[]).failed(2, &[says]);
+    }
+    let mut wheel = rail(json!([300]));
+    wheel["bodies"]["upper"]["track"] = json!({});
+    let folder = Folder::with(wheel.to_string());
+    folder.call(1, "check", &[]).failed(2, &["bodies.upper.track"]);
+}
