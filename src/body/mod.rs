@@ -24,6 +24,7 @@ pub use trace::{Side, Trace};
 
 use crate::mesh::distribute::MeshPart;
 use crate::petsc::csr::DistCsr;
+use crate::swept::OutlineModes;
 use crate::Result;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
@@ -118,6 +119,8 @@ pub enum Capability {
     Modes,
     /// Motions that can be shown on a mesh.
     Fields,
+    /// A surface that moves in its modes, and so radiates sound.
+    Surface,
     /// The matrices of all degrees of freedom.
     FullSystem,
 }
@@ -127,7 +130,7 @@ impl Kind {
     pub fn can(self, what: Capability) -> bool {
         match self {
             Kind::Elements => true,
-            Kind::Swept => matches!(what, Capability::Modes | Capability::Grid),
+            Kind::Swept => matches!(what, Capability::Modes | Capability::Grid | Capability::Surface),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
             // A rigid body has all its modes, none, and touches wherever the other one does.
             Kind::Rigid => matches!(what, Capability::Modes | Capability::Grid),
@@ -170,6 +173,12 @@ pub trait Body {
     /// The modes at all degrees of freedom, after [`Body::modes`] or [`Fields::replace_shapes`], where they are kept.
     fn shapes(&self) -> Option<&BodyModes> {
         None
+    }
+
+    /// What the air sees of its modes, after [`Body::modes`], of a body that is swept from a section. An error where the section has no outline that
+    /// could radiate.
+    fn outline(&self) -> Result<Option<&OutlineModes>> {
+        Ok(None)
     }
 
     /// Its motions on a mesh, where it has one.
