@@ -28,7 +28,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("contact", &["dense", "friction", "grid", "model"]),
     ("stability", &["dense", "parallel", "progress", "job", "petsc", "eigen", "body", "model", "contact"]),
     ("transient", &["dense", "friction", "grid", "model", "contact"]),
-    ("sound", &["parallel", "mesh", "fem", "body"]),
+    ("sound", &["parallel", "mesh", "fem", "swept", "body"]),
     ("output", &["input", "parallel", "friction", "job", "mesh", "grid", "model", "contact", "stability", "transient"]),
     (
         "analysis",

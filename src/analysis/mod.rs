@@ -85,7 +85,7 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
         ("stability.full", a.stability.as_ref().is_some_and(|s| s.full.is_some()), Capability::FullSystem),
         ("transient", a.transient.is_some(), Capability::Modes),
         ("transient.points", transient(&|t| !t.points.is_empty()), Capability::Fields),
-        ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Fields),
+        ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Surface),
         ("transient.body_stride", transient(&|t| t.body_stride > 0), Capability::Fields),
     ];
     all.into_iter().filter(|w| w.1).map(|(key, _, what)| (key, what)).collect()
@@ -99,6 +99,7 @@ fn capable(job: &Job) -> Result<()> {
             Capability::Grid => "meshes with a contact surface",
             Capability::Modes => "modes",
             Capability::Fields => "meshes",
+            Capability::Surface => "surfaces that radiate sound",
             Capability::FullSystem => "matrices",
         };
         for (name, body) in job.bodies() {

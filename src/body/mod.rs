@@ -28,6 +28,7 @@ pub use trace::{Side, Trace};
 
 use crate::mesh::distribute::MeshPart;
 use crate::petsc::csr::DistCsr;
+use crate::swept::OutlineModes;
 use crate::Result;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
@@ -126,6 +127,8 @@ pub enum Capability {
     Modes,
     /// Motions that can be shown on a mesh.
     Fields,
+    /// A surface that moves in its modes, and so radiates sound.
+    Surface,
     /// The matrices of all degrees of freedom.
     FullSystem,
 }
@@ -135,7 +138,7 @@ impl Kind {
     pub fn can(self, what: Capability) -> bool {
         match self {
             Kind::Elements => true,
-            Kind::Swept => matches!(what, Capability::Modes | Capability::Grid),
+            Kind::Swept => matches!(what, Capability::Modes | Capability::Grid | Capability::Surface),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
             // A rigid body and a half-space have all their modes, none; a rigid body touches wherever the other one does.
             Kind::Rigid | Kind::HalfSpace => matches!(what, Capability::Modes | Capability::Grid),
@@ -177,6 +180,12 @@ pub trait Body {
     /// The modes at all degrees of freedom, after [`Body::modes`] or [`Fields::replace_shapes`], where they are kept.
     fn shapes(&self) -> Option<&BodyModes> {
         None
+    }
+
+    /// What the air sees of its modes, after [`Body::modes`], of a body that is swept from a section. An error where the section has no outline that
+    /// could radiate.
+    fn outline(&self) -> Result<Option<&OutlineModes>> {
+        Ok(None)
     }
 
     /// Its motions on a mesh, where it has one.

@@ -12,8 +12,10 @@ use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
 use crate::swept::{turned, BuiltIn, Forms, LineLoad, Prestress, Seen, FAMILY, LOADS};
+use crate::swept::{OrderModes, Outline, OutlineModes};
 use crate::{Error, Result};
 use faer::Mat;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
@@ -47,6 +49,8 @@ pub struct Swept<'w> {
     rotates: bool,
     tilt: f64,
     contact: Hybrid,
+    /// What meets the air, or why that cannot be said; with the modes, once they are known.
+    outline: Result<OutlineModes>,
 }
 
 impl<'w> Swept<'w> {
@@ -55,7 +59,12 @@ impl<'w> Swept<'w> {
         let forms = Forms::new(making.section.for_modes()?, making.material, making.fixed)
             .map_err(|e| e.context(format!("bodies.{name}")))?;
         let half_space = HalfSpace { young: making.material.young, poisson: making.material.poisson };
+        let groups = making.fixed.iter().filter_map(|name| forms.section.groups.get(name));
+        let clamped: Vec<usize> = groups.flatten().copied().collect();
+        let bare = |outline: Outline| OutlineModes { outline, orders: Vec::new(), count: 0 };
+        let outline = forms.section.outline(&clamped).map(bare).map_err(|e| e.context(format!("bodies.{name}")));
         Ok(Self {
+            outline,
             world,
             name: name.into(),
             making: making.section,
@@ -103,7 +112,9 @@ impl<'w> Swept<'w> {
             steps(orders[0], orders[0] + world.size);
             let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.making.radius()), patch));
             let contact = line.as_ref().map(|(line, patch)| (line, *patch));
-            let mine = of_order(forms, n, limit).map(|modes| Seen::of(forms, &modes, contact, prestress));
+            let nodes = self.outline.as_ref().map_or(&[][..], |o| &o.outline.nodes);
+            let seen = |modes| Seen::of(forms, &modes, contact, prestress).with_outline(forms, &modes, nodes);
+            let mine = of_order(forms, n, limit).map(seen);
             Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))
         })
     }
@@ -159,6 +170,22 @@ fn names(all: &[Seen], list: &[Member]) -> Vec<ModeName> {
     list.iter().map(|m| named[&m.of.order][m.index].clone()).collect()
 }
 
+/// The modes of `list` on the outline, by orders.
+fn on_outline(list: &[Member]) -> Vec<OrderModes> {
+    let mut orders: BTreeMap<usize, (&Seen, Vec<Vec<(usize, usize)>>)> = BTreeMap::new();
+    for (place, mode) in list.iter().enumerate() {
+        let families = vec![Vec::new(); Seen::families(mode.of.order)];
+        orders.entry(mode.of.order).or_insert((mode.of, families)).1[mode.family].push((mode.index, place));
+    }
+    let of = |(order, (seen, families)): (usize, (&Seen, Vec<Vec<(usize, usize)>>))| {
+        // A cut never goes through a pair: either family has the same modes.
+        let kept: Vec<usize> = families[0].iter().map(|m| m.0).collect();
+        let motion = Mat::from_fn(seen.outline.nrows(), kept.len(), |i, j| seen.outline[(i, kept[j])]);
+        OrderModes { order, motion, places: families.iter().map(|f| f.iter().map(|m| m.1).collect()).collect() }
+    };
+    orders.into_iter().map(of).collect()
+}
+
 /// ΦᵀGΦ, Φᵀ(K_σ − K_c)Φ and ΦᵀMD′Φ of the modes, at 1 rad/s.
 fn rotation(list: &[Member]) -> ModalRotation {
     let between = |value: &dyn Fn(&Member, &Member) -> f64| {
@@ -191,6 +218,10 @@ impl Body for Swept<'_> {
 
     fn kind(&self) -> Kind {
         Kind::Swept
+    }
+
+    fn outline(&self) -> Result<Option<&OutlineModes>> {
+        self.outline.as_ref().map(Some).map_err(Error::clone)
     }
 
     fn rows(&self) -> usize {
@@ -233,6 +264,9 @@ impl Body for Swept<'_> {
         };
         let mut list = members(&all);
         list.truncate(keep);
+        if let Ok(outline) = &mut self.outline {
+            (outline.orders, outline.count) = (on_outline(&list), list.len());
+        }
         let omega: Vec<f64> = list.iter().map(Member::omega).collect();
         let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.tilt)).collect();
         let rows = self.contact.of_modes(&omega, &seen);
@@ -271,7 +305,24 @@ mod tests {
         };
         let contact = (0..m).map(|k| std::array::from_fn(|c| (1 + k + c) as f64)).collect();
         let shares = (0..m).map(|k| if k % 2 == 0 { [0.1, 0.2, 0.7] } else { [0.6, 0.3, 0.1] }).collect();
-        Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], shares, contact, rotation }
+        let outline = Mat::from_fn(2, m, |i, j| (10 * order + 2 * j + i) as f64);
+        Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], shares, contact, rotation, outline }
+    }
+
+    /// What the air sees of the modes that are kept, by orders, with their places in the list; and the way between ranks.
+    #[test]
+    fn modes_on_the_outline_know_their_places() {
+        let all = [seen(0, &[5.0, 9.0]), seen(2, &[4.0, 9.0])];
+        let numbers: Vec<f64> = all.iter().flat_map(Seen::to_numbers).collect();
+        assert_eq!(Seen::from_numbers(&numbers).expect("modes"), all);
+        let mut list = members(&all);
+        list.truncate(3);
+        let found = on_outline(&list);
+        assert_eq!((found[0].order, found[0].places.clone()), (0, vec![vec![2]]));
+        assert_eq!((found[1].order, found[1].places.clone()), (2, vec![vec![0], vec![1]]));
+        assert_eq!((found[0].motion.ncols(), found[0].motion[(1, 0)]), (1, 1.0));
+        assert_eq!((found[1].motion.ncols(), found[1].motion[(0, 0)]), (1, 20.0));
+        assert_eq!(on_outline(&members(&all))[1].motion[(1, 1)], 23.0);
     }
 
     /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple

@@ -8,6 +8,7 @@
 pub mod bands;
 pub mod power;
 pub mod radiators;
+pub mod revolved;
 pub mod spectrum;
 pub mod surface;
 
@@ -37,6 +38,17 @@ pub fn level(power: f64) -> f64 {
     10.0 * (power / 1e-12).log10()
 }
 
+/// Distance at which the pressure beside a track is measured, m (ISO 3095).
+const DISTANCE: f64 = 7.5;
+
+/// Sound pressure level, dB re 20 µPa, 7.5 m from a source on hard ground with the power level `power` (dB re 1 pW) that radiates alike in all
+/// directions above
+/// it: its power goes through half a sphere, p² = ρc W/(2πd²).
+pub fn pressure_level(air: Air, power: f64) -> f64 {
+    let square = air.density * air.speed * 1e-12 / (2.0 * std::f64::consts::PI * DISTANCE * DISTANCE);
+    power + 10.0 * (square / (20e-6f64 * 20e-6)).log10()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,5 +59,9 @@ mod tests {
         let found = Air { density: 1.2, speed: 343.0 }.wave_number(171.5);
         assert!((found - std::f64::consts::PI).abs() < 1e-14, "{found}");
         assert!((level(1.0) - 120.0).abs() < 1e-12 && level(0.0) == f64::NEG_INFINITY);
+        // The text book's −20 lg d − 8 dB, in air of 400 N·s/m³.
+        let air = Air { density: 400.0 / 340.0, speed: 340.0 };
+        let wanted = 100.0 - 20.0 * 7.5f64.log10() - 10.0 * (2.0 * std::f64::consts::PI).log10();
+        assert!((pressure_level(air, 100.0) - wanted).abs() < 1e-9);
     }
 }

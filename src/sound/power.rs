@@ -12,10 +12,61 @@ pub struct Radiation {
     bands: Bands,
     /// Frequencies of `resistance`, Hz, ascending.
     grid: Vec<f64>,
-    /// Radiation resistances, N·s/m per kg, `[m, m]` each.
-    resistance: Vec<Mat<f64>>,
+    /// Radiation resistances at each frequency.
+    resistance: Vec<Scaled>,
     /// ρc ∫ φ_n,i φ_n,j dS, the same unit, `[m, m]`.
     piston: Mat<f64>,
+}
+
+/// A resistance R = D C D with ones in the diagonal of C. Between two frequencies the logarithm of D is a cubic of that of the frequency, mode by
+/// mode, which keeps the
+/// powers of the frequency that small bodies have, and C is linear: what comes out has no negative eigenvalues, as R has none.
+#[derive(Debug, Clone)]
+struct Scaled {
+    /// Logarithm of the diagonal of D, in (N·s/m per kg)^½, and its slope over the logarithm of the frequency, `[m]`.
+    size: Vec<[f64; 2]>,
+    /// C, `[m, m]`.
+    coherence: Mat<f64>,
+}
+
+/// What does not radiate at all has a logarithm all the same.
+const NOTHING: f64 = 1e-200;
+
+impl Scaled {
+    fn new(m: usize, values: &[f64]) -> Self {
+        let size: Vec<f64> = (0..m).map(|i| values[i + m * i].max(NOTHING).sqrt()).collect();
+        let coherence = Mat::from_fn(m, m, |i, j| values[i + m * j] / (size[i] * size[j]));
+        Self { coherence, size: size.into_iter().map(|d| [d.ln(), 0.0]).collect() }
+    }
+
+    /// The slopes of all, at the logarithms `x` of their frequencies: those of parabolas through neighbours, at the ends of lines.
+    fn slopes(all: &mut [Self], x: &[f64]) {
+        for g in 0..all.len() {
+            let (before, after) = (g.saturating_sub(1), (g + 1).min(all.len() - 1));
+            for i in 0..all[g].size.len() {
+                let value = |g: usize| all[g].size[i][0];
+                let line = |a: usize, b: usize| if a == b { 0.0 } else { (value(b) - value(a)) / (x[b] - x[a]) };
+                let slope = match (before == g, after == g) {
+                    (false, false) => {
+                        let share = (x[after] - x[g]) / (x[after] - x[before]);
+                        share * line(before, g) + (1.0 - share) * line(g, after)
+                    }
+                    _ => line(before, after),
+                };
+                all[g].size[i][1] = slope;
+            }
+        }
+    }
+
+    /// D x with D at the part `t` of the way from `self` to `other`, whose logarithms of the frequency are `apart` from each other.
+    fn times(&self, other: &Self, (t, apart): (f64, f64), x: &[Complex64]) -> Vec<Complex64> {
+        let s = 1.0 - t;
+        let between = |(a, b): (&[f64; 2], &[f64; 2])| {
+            let values = s * s * (1.0 + 2.0 * t) * a[0] + t * t * (1.0 + 2.0 * s) * b[0];
+            (values + apart * s * t * (s * a[1] - t * b[1])).exp()
+        };
+        self.size.iter().zip(&other.size).map(between).zip(x).map(|(d, x)| d * x).collect()
+    }
 }
 
 /// The patches are at most this part of the wave length. The resistance of a ring with up to six nodal diameters is then within 0.09 dB of that of
@@ -61,22 +112,27 @@ impl Radiation {
         radiators.square().col_iter().flat_map(|c| c.iter().map(move |v| factor * v)).collect()
     }
 
-    /// Of `m` modes, from all [`Radiation::resistances`] and [`Radiation::of_plane_waves`].
-    pub fn new(bands: Bands, m: usize, resistances: &[f64], plane: &[f64]) -> Self {
-        let of = |values: &[f64]| Mat::from_fn(m, m, |i, j| values[i + m * j]);
-        let resistance = resistances.chunks_exact((m * m).max(1)).map(of).collect();
-        Self { bands, grid: bands.grid(), resistance, piston: of(plane) }
+    /// In `bands`, from all resistances at the frequencies of `grid` (Hz, ascending, from the beginning of the bands to their end), N·s/m per kg,
+    /// `[frequencies × m × m]`, and those
+    /// of plane waves, `[m × m]`.
+    pub fn new(bands: Bands, grid: Vec<f64>, resistances: &[f64], plane: &[f64]) -> Self {
+        let m = plane.len().isqrt();
+        let mut resistance: Vec<Scaled> = resistances.chunks_exact((m * m).max(1)).map(|v| Scaled::new(m, v)).collect();
+        Scaled::slopes(&mut resistance, &grid.iter().map(|f| f.ln()).collect::<Vec<f64>>());
+        Self { bands, grid, resistance, piston: Mat::from_fn(m, m, |i, j| plane[i + m * j]) }
     }
 
-    /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R linear between the frequencies
-    /// at which it is known; and that of plane waves.
-    fn of(&self, f: f64, x: &[Complex64]) -> [f64; 2] {
+    /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R between those at the frequencies
+    /// where it is known; and that of plane waves.
+    pub(super) fn of(&self, f: f64, x: &[Complex64]) -> [f64; 2] {
         let last = self.grid.len() - 2;
         let g = self.grid.partition_point(|&a| a <= f).saturating_sub(1).min(last);
-        let t = ((f - self.grid[g]) / (self.grid[g + 1] - self.grid[g])).clamp(0.0, 1.0);
-        let low = form(&self.resistance[g], x);
-        let high = form(&self.resistance[g + 1], x);
-        [(1.0 - t) * low + t * high, form(&self.piston, x)]
+        let apart = (self.grid[g + 1] / self.grid[g]).ln();
+        let t = ((f / self.grid[g]).ln() / apart).clamp(0.0, 1.0);
+        let (low, high) = (&self.resistance[g], &self.resistance[g + 1]);
+        let scaled = low.times(high, (t, apart), x);
+        let power = (1.0 - t) * form(&low.coherence, &scaled) + t * form(&high.coherence, &scaled);
+        [power, form(&self.piston, x)]
     }
 }
 
@@ -190,8 +246,7 @@ mod tests {
     fn radiation(radiators: &Radiators, bands: Bands) -> Radiation {
         let parts = [0, 1].map(|part| Radiation::resistances(radiators, &bands, AIR, 0.1, part, 2));
         let all: Vec<f64> = parts[0].iter().zip(&parts[1]).map(|(a, b)| a + b).collect();
-        let m = radiators.square().nrows();
-        Radiation::new(bands, m, &all, &Radiation::of_plane_waves(radiators, AIR))
+        Radiation::new(bands, bands.grid(), &all, &Radiation::of_plane_waves(radiators, AIR))
     }
 
     /// A small piston of 1 cm² with one mode of unit displacement.

@@ -8,7 +8,8 @@ use crate::output::{Entry, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::sound::bands::resolving_time;
-use crate::sound::{level, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
+use crate::sound::{level, pressure_level, revolved, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
+use crate::swept::OutlineModes;
 use crate::{Error, Result};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -36,7 +37,9 @@ pub struct Sound<'a> {
 
 /// Radiation of the modes of a body.
 struct Given {
-    /// At the frequencies of the bands, N·s/m per kg, `[frequencies × m × m]`.
+    /// Frequencies at which it is known, Hz.
+    grid: Vec<f64>,
+    /// At these, N·s/m per kg, `[frequencies × m × m]`.
     resistances: Vec<f64>,
     /// That of plane waves, `[m × m]`.
     plane: Vec<f64>,
@@ -124,16 +127,33 @@ impl<'a> Sound<'a> {
     /// Collective: how the modes radiate.
     fn radiate(&mut self, world: &World, inputs: &Inputs<'_>) -> Result<()> {
         for b in self.bodies(inputs) {
-            let (body, modes) = (inputs.bodies.fields(b)?, inputs.bodies.shapes_of(b)?);
-            let [size, coarsest] = self.patch_sizes(body.diameter());
-            let radiators = surface::radiators(world, body, modes, size);
-            // Each rank takes some of the frequencies.
-            let (rank, ranks) = (world.rank, world.size);
-            let some = Radiation::resistances(&radiators, &self.bands, self.air, coarsest, rank, ranks);
-            let resistances = world.sum_all(&some);
-            self.given.insert(b, Given { resistances, plane: Radiation::of_plane_waves(&radiators, self.air) });
+            let outline = inputs.bodies.unique.get(b).map_or(Ok(None), |body| body.outline())?;
+            let given = match outline {
+                Some(modes) => self.of_section(world, modes)?,
+                None => self.of_mesh(world, inputs, b)?,
+            };
+            self.given.insert(b, given);
         }
         Ok(())
+    }
+
+    /// Collective: how the modes of a swept body radiate. Each rank takes some of the frequencies.
+    fn of_section(&self, world: &World, modes: &OutlineModes) -> Result<Given> {
+        let radiators = revolved::Radiators::new(modes, self.air);
+        let grid = radiators.frequencies(&self.bands);
+        let some = world.agree(radiators.resistances(&grid, world.rank, world.size))?;
+        Ok(Given { resistances: world.sum_all(&some), plane: radiators.of_plane_waves(&self.bands)?, grid })
+    }
+
+    /// Collective: how the modes of a body of finite elements radiate. Each rank takes some of the frequencies.
+    fn of_mesh(&self, world: &World, inputs: &Inputs<'_>, b: usize) -> Result<Given> {
+        let (body, modes) = (inputs.bodies.fields(b)?, inputs.bodies.shapes_of(b)?);
+        let [size, coarsest] = self.patch_sizes(body.diameter());
+        let radiators = surface::radiators(world, body, modes, size);
+        let (rank, ranks) = (world.rank, world.size);
+        let some = Radiation::resistances(&radiators, &self.bands, self.air, coarsest, rank, ranks);
+        let plane = Radiation::of_plane_waves(&radiators, self.air);
+        Ok(Given { grid: self.bands.grid(), resistances: world.sum_all(&some), plane })
     }
 
     /// The bodies whose sound is wanted, by their index in `Bodies::unique`.
@@ -147,18 +167,15 @@ impl<'a> Sound<'a> {
 
     /// The radiation as tables of the first segment.
     pub fn kept(&self) -> Vec<Table> {
-        let table = |b: usize, name: &str, text: &str, values: &[f64]| {
-            Table::list(&format!("/checkpoint/sound/{b}/{name}"), "N s/m/kg", text, values)
+        let table = |b: usize, name: &str, units: &str, text: &str, values: &[f64]| {
+            Table::list(&format!("/checkpoint/sound/{b}/{name}"), units, text, values)
         };
         let of = |(&b, given): (&usize, &Given)| {
+            let text = "Radiation resistances of the modes at these frequencies.";
             [
-                table(
-                    b,
-                    "resistance",
-                    "Radiation resistances of the modes at the frequencies of the bands.",
-                    &given.resistances,
-                ),
-                table(b, "plane", "Those of plane waves.", &given.plane),
+                table(b, "frequency", "Hz", "Frequencies at which the radiation is known.", &given.grid),
+                table(b, "resistance", "N s/m/kg", text, &given.resistances),
+                table(b, "plane", "N s/m/kg", "Those of plane waves.", &given.plane),
             ]
         };
         self.given.iter().flat_map(of).collect()
@@ -167,15 +184,17 @@ impl<'a> Sound<'a> {
     /// On rank 0: takes the radiation from the first segment; false where it is of no use.
     fn restore(&mut self, inputs: &Inputs<'_>) -> Result<bool> {
         let file = inputs.segments()?.open_first()?;
-        let count = self.bands.grid().len();
         for b in self.bodies(inputs) {
             let list = |name: &str| file.numbers(&format!("/checkpoint/sound/{b}/{name}")).map(|(_, v)| v);
-            let (resistances, plane) = (list("resistance")?, list("plane")?);
+            let (grid, resistances, plane) = (list("frequency")?, list("resistance")?, list("plane")?);
             let m = inputs.modes[b].omega.len();
-            if plane.len() != m * m || resistances.len() != count * m * m {
+            // Of the same bands, whose ends are the first and the last frequency.
+            let ends = [(grid.first(), self.bands.begin()), (grid.last(), self.bands.end())];
+            let same = ends.into_iter().all(|(found, end)| found.is_some_and(|f| (f / end - 1.0).abs() < 1e-9));
+            if !same || grid.len() < 2 || plane.len() != m * m || resistances.len() != grid.len() * m * m {
                 return Ok(false);
             }
-            self.given.insert(b, Given { resistances, plane });
+            self.given.insert(b, Given { grid, resistances, plane });
         }
         Ok(true)
     }
@@ -197,7 +216,8 @@ impl<'a> Sound<'a> {
                 parts.push((place.name, place.body, first..first + m));
             }
             if let Some(given) = self.given.get(&place.body) {
-                radiation.insert(place.body, Radiation::new(self.bands, m, &given.resistances, &given.plane));
+                let found = Radiation::new(self.bands, given.grid.clone(), &given.resistances, &given.plane);
+                radiation.insert(place.body, found);
             }
             first += m;
         }
@@ -214,7 +234,7 @@ impl<'a> Sound<'a> {
             })?;
             let mut tables = self.shared(&welch, pieces, powers.first());
             for ((place, ..), power) in parts.iter().zip(&powers) {
-                tables.extend(results(place, power));
+                tables.extend(results(place, self.air, power));
                 let found = power.third_octaves();
                 let [linear, weighted] = found.total();
                 let loudest =
@@ -222,8 +242,9 @@ impl<'a> Sound<'a> {
                 run.summary.value(
                     &format!("sound power of {place}"),
                     format!(
-                        "{weighted:.1} dB(A), {linear:.1} dB re 1 pW; most in the third octave of {} Hz",
-                        loudest.map_or(0.0, |b| self.bands.nominal()[b])
+                        "{weighted:.1} dB(A), {linear:.1} dB re 1 pW; most in the third octave of {} Hz; at 7.5 m {:.1} dB(A)",
+                        loudest.map_or(0.0, |b| self.bands.nominal()[b]),
+                        pressure_level(self.air, weighted)
                     ),
                 );
             }
@@ -334,7 +355,7 @@ impl<'a> Sound<'a> {
 }
 
 /// What belongs to one body.
-fn results(place: &str, power: &PowerSpectrum<'_>) -> Vec<Table> {
+fn results(place: &str, air: Air, power: &PowerSpectrum<'_>) -> Vec<Table> {
     let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
         Table::list(&format!("/transient/sound_power/{place}/{name}"), units, text, values)
     };
@@ -356,6 +377,11 @@ fn results(place: &str, power: &PowerSpectrum<'_>) -> Vec<Table> {
         list("density", "W/Hz", "Sound power per hertz at each line.", power.density()),
         total("total_level", "Sound power level of all third octaves, re 1 pW.", linear),
         total("total_level_a", "The same, A-weighted.", weighted),
+        total(
+            "pressure_level_a",
+            "A-weighted sound pressure level at 7.5 m over hard ground, re 20 µPa, if all directions were alike.",
+            pressure_level(air, weighted),
+        ),
         list("power", "W", "Sound power in each third octave.", found.power),
     ]
 }
