@@ -103,8 +103,8 @@ impl Hybrid {
         Ok(Some(text))
     }
 
-    /// The modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, at the contact rows, 1/√kg, `[3n, m]`. What of the compliance is theirs is
-    /// kept.
+    /// The modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, at the contact rows, 1/√kg, `[3n, m]`. What of the compliance is theirs
+    /// is kept.
     pub fn of_modes(&mut self, omega: &[f64], seen: &[[f64; LOADS]]) -> Mat<f64> {
         self.modal = [[0.0; LOADS]; LOADS];
         for (w, psi) in omega.iter().zip(seen).filter(|(w, _)| **w > 0.0) {
@@ -123,8 +123,8 @@ impl Hybrid {
         self.constant.as_ref().ok_or_else(missing)
     }
 
-    /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left of it without the modes has to be
-    /// positive.
+    /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left of it without the modes has to
+    /// be positive.
     pub fn compliance(&self, world: &World, name: &str) -> Result<Option<Mat<f64>>> {
         let constant = self.constant(name)?;
         world.on_root(|| {

@@ -1,5 +1,5 @@
-//! A rail: a section swept along x, on pads, with absorbing ends. Modes and statics come order by order of its period, the orders spread over the ranks;
-//! damping couples all modes of a family.
+//! A rail: a section swept along x, on pads, with absorbing ends. Modes and statics come order by order of its period, the orders spread over the
+//! ranks; damping couples all modes of a family.
 
 use super::clusters;
 use super::half_space::HalfSpace;

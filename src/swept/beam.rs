@@ -1,5 +1,5 @@
-//! A Timoshenko beam on what carries a rail: its point receptance in closed form, and that of a piece of it with absorbing ends. The rail's own figures
-//! are compared with it, and it tells how long a rail has to be.
+//! A Timoshenko beam on what carries a rail: its point receptance in closed form, and that of a piece of it with absorbing ends. The rail's own
+//! figures are compared with it, and it tells how long a rail has to be.
 
 use super::{Ends, Path, Track};
 use faer::linalg::solvers::Solve;

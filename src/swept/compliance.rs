@@ -11,10 +11,10 @@ use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, LOADS};
 use super::{Forms, Path};
 use crate::{Error, Result};
 
-/// Orders up to which each is summed by itself; along a line, waves over the height of the section, k h. What bends and twists in the large goes with k⁻⁴
-/// there, and is much.
+/// Orders up to which each is summed by itself; along a line, waves over the height of the section, k h. What bends and twists in the large goes with
+/// k⁻⁴ there, and is much.
 const SINGLE: usize = 12;
-const SINGLE_WAVES: f64 = 3.0;
+const SINGLE_WAVES: f64 = 4.0;
 /// Half of a block of orders over its first order, round an axle and along a line: blocks grow with the order.
 const SPREAD: usize = 8;
 const SPREAD_WAVES: usize = 16;

@@ -1,7 +1,8 @@
 //! The section of the rail 60E1: structured 9-node quadrilaterals in three blocks, foot, web and head, mapped onto its outline.
 //!
 //! The head runs on arcs of 300, 80 and 13 mm that meet tangentially 20.456 mm and 52.053 mm apart, with sides of 1:20 (EN 13674-1). The rest of the
-//! outline is that of the program Rolland (M. Mantel, github mantelmax/rolland, BSD-3-Clause), made symmetric; y to the right, z up from the foot, mm.
+//! outline is that of the program Rolland (M. Mantel, github mantelmax/rolland, BSD-3-Clause), made symmetric; y to the right, z up from the foot,
+//! mm.
 
 use super::builtin::{Focus, Lines};
 use super::{Beam, Path, Section};
@@ -137,8 +138,8 @@ fn web(z: f64) -> f64 {
     1e-3 * (within[1][0] + part * (within[0][0] - within[1][0]))
 }
 
-/// A block that is symmetric about y = 0: its lines of the mesh reach from −`half` to `half`; lower and upper side are given for s ≥ 0, its right side
-/// from 0, below, to 1, m.
+/// A block that is symmetric about y = 0: its lines of the mesh reach from −`half` to `half`; lower and upper side are given for s ≥ 0, its right
+/// side from 0, below, to 1, m.
 struct Block<'b> {
     half: f64,
     lower: &'b dyn Fn(f64) -> [f64; 2],
@@ -214,7 +215,8 @@ impl Rail {
         Ok(Self { along: y.signum() * start })
     }
 
-    /// The beam that it is, vertically or laterally: figures of EN 13674-1, and parts that shear of D. J. Thompson, Railway Noise and Vibration, 2009.
+    /// The beam that it is, vertically or laterally: figures of EN 13674-1, and parts that shear of D. J. Thompson, Railway Noise and Vibration,
+    /// 2009.
     pub fn beam(material: Material, lateral: bool, loss: f64) -> Beam {
         let (inertia, sheared) = if lateral { (5.127e-6, 0.538) } else { (3.037e-5, 0.393) };
         let Material { young, density, .. } = material;

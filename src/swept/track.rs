@@ -17,7 +17,8 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// The layer of this stiffness, N/m², whose dashpots have the loss factor `loss` where each direction with the mass `mass`, kg/m, on it resonates.
+    /// The layer of this stiffness, N/m², whose dashpots have the loss factor `loss` where each direction with the mass `mass`, kg/m, on it
+    /// resonates.
     pub fn with_loss(stiffness: [f64; 3], loss: f64, mass: f64) -> Self {
         Self { stiffness, viscosity: stiffness.map(|s| loss * (s * mass).sqrt()) }
     }
@@ -67,7 +68,8 @@ pub(super) struct Added {
 }
 
 impl Track {
-    /// What it adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its group `foot`. A sleeper becomes another node.
+    /// What it adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its group `foot`. A sleeper becomes another
+    /// node.
     pub(super) fn added(&self, section: &mut Section, tilt: f64) -> Result<Added> {
         let edges = section.edges("foot");
         let length: f64 = edges.iter().flat_map(|e| section.along(e)).map(|(_, step)| step).sum();

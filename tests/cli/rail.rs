@@ -18,8 +18,8 @@ fn rail(frequency: Value) -> Value {
 }
 
 /// The infinite Timoshenko beam on pads of 200 MN/m² with the loss factor 0.2, |α| in 1e-10 m/N and phase: 139 and −81° at 300 Hz, 25.7 and −123° at
-/// 500 Hz, 7.60 and −116° at 1000 Hz, of another program. What the contact yields by itself under the pressure is added, the same at all frequencies and
-/// about 0.6(1−ν²)/(Ea) of Hertz.
+/// 500 Hz, 7.60 and −116° at 1000 Hz, of another program. What the contact yields by itself under the pressure is added, the same at all frequencies
+/// and about 0.6(1−ν²)/(Ea) of Hertz.
 #[test]
 fn the_rail_has_the_receptance_of_a_beam() {
     let folder = Folder::with(rail(json!([300, 500, 1000])).to_string());

@@ -50,8 +50,8 @@ pub struct Track {
     pub ends: Ends,
 }
 
-/// Springs and dashpots under one sleeper. The dashpots are viscous, c = ηk/ω with ω = √(k/m) where the mass on them resonates: that of the rail between
-/// two sleepers on the pads, that of the sleeper on the ballast.
+/// Springs and dashpots under one sleeper. The dashpots are viscous, c = ηk/ω with ω = √(k/m) where the mass on them resonates: that of the rail
+/// between two sleepers on the pads, that of the sleeper on the ballast.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {

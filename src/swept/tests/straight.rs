@@ -154,9 +154,9 @@ fn apart(a: &Square, b: &Square) -> [f64; 2] {
     [of(0, 0), across]
 }
 
-/// To 1 pm/N in the orders, in the length of the rail, and in the mesh along x and the normal. Laterally the head of a rail on pads yields by 61 nm/N,
-/// most of it by rolling; of that the mesh of the foot and web leaves 5e-4. Along x a rail on pads of 67 MN/m² moves as a whole over some ten metres:
-/// coth(λL/2)/(2√(EA s)), λ = √(s/EA), is what its length is seen by.
+/// To 1 pm/N in the orders, in the length of the rail, and in the mesh along x and the normal. Laterally the head of a rail on pads yields by 61
+/// nm/N, most of it by rolling; of that the mesh of the foot and web leaves 5e-4. Along x a rail on pads of 67 MN/m² moves as a whole over some ten
+/// metres: coth(λL/2)/(2√(EA s)), λ = √(s/EA), is what its length is seen by.
 #[test]
 fn the_contact_on_the_rail_yields_as_it_must() {
     let [usual, wide] = at_contact(0.01, &[5e-3, 7.5e-3], 3.0, 14.0, None)[..] else { panic!() };
@@ -190,7 +190,8 @@ fn the_contact_on_the_rail_yields_as_it_must() {
     assert!(across < 1e-12 && along.abs() < 1e-12, "length: {along:e} {across:e}");
 }
 
-/// The rail on pads against the infinite beam, vertically; up to 1.5 kHz the section is a beam. The rail is some 700 modes to 6.5 kHz; here to 3.5 kHz.
+/// The rail on pads against the infinite beam, vertically; up to 1.5 kHz the section is a beam. The rail is some 700 modes to 6.5 kHz; here to 3.5
+/// kHz.
 #[test]
 fn the_rail_on_pads_responds_as_a_beam() {
     let (period, patch) = (14.0, Patch { radius: 5e-3 });
