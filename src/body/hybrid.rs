@@ -91,13 +91,16 @@ impl Hybrid {
         );
         if let Some(wide) = made.get(1) {
             // Displacements of the middle under forces.
-            let apart = (0..9).map(|k| (wide[k / 3][k % 3] - a[k / 3][k % 3]).abs()).fold(0.0, f64::max);
+            let off = |c: usize, d: usize| (wide[c][d] - a[c][d]).abs();
+            let largest = |all: &[(usize, usize)]| all.iter().map(|&(c, d)| off(c, d)).fold(0.0, f64::max);
+            let (normal, along) = (largest(&[(0, 2), (1, 2), (2, 2)]), largest(&[(0, 0), (0, 1), (1, 1)]));
             let own = 0.6 / (self.half_space.plane() * circle.radius);
             text += &format!(
-                ", good to {:.1} pm/N or {:.2} % of the contact's own compliance{}",
-                pico(apart),
-                100.0 * apart / own,
-                if apart > LARGE * own { ", which is much: the surface is not that of a half-space" } else { "" }
+                ", good to {:.1} pm/N along n or by forces along it, {:.2} % of the contact's own compliance, {:.1} pm/N along x and y{}",
+                pico(normal),
+                100.0 * normal / own,
+                pico(along),
+                if normal > LARGE * own { ", which is much: the surface is not that of a half-space" } else { "" }
             );
         }
         Ok(Some(text))
