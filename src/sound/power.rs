@@ -246,7 +246,6 @@ mod tests {
     fn radiation(radiators: &Radiators, bands: Bands) -> Radiation {
         let parts = [0, 1].map(|part| Radiation::resistances(radiators, &bands, AIR, 0.1, part, 2));
         let all: Vec<f64> = parts[0].iter().zip(&parts[1]).map(|(a, b)| a + b).collect();
-        let m = radiators.square().nrows();
         Radiation::new(bands, bands.grid(), &all, &Radiation::of_plane_waves(radiators, AIR))
     }
 
