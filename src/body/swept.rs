@@ -15,7 +15,7 @@ use crate::swept::{turned, BuiltIn, Forms, LineLoad, Prestress, Seen, FAMILY, LO
 use crate::swept::{OrderModes, Outline, OutlineModes};
 use crate::{Error, Result};
 use faer::Mat;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
@@ -172,16 +172,17 @@ fn names(all: &[Seen], list: &[Member]) -> Vec<ModeName> {
 
 /// The modes of `list` on the outline, by orders.
 fn on_outline(list: &[Member]) -> Vec<OrderModes> {
-    let mut orders: BTreeMap<usize, (&Seen, Vec<Vec<(usize, usize)>>)> = BTreeMap::new();
-    for (place, mode) in list.iter().enumerate() {
-        let families = vec![Vec::new(); Seen::families(mode.of.order)];
-        orders.entry(mode.of.order).or_insert((mode.of, families)).1[mode.family].push((mode.index, place));
-    }
-    let of = |(order, (seen, families)): (usize, (&Seen, Vec<Vec<(usize, usize)>>))| {
+    let orders: BTreeSet<usize> = list.iter().map(|m| m.of.order).collect();
+    let of = |order: usize| {
+        let mine = |family| list.iter().enumerate().filter(move |(_, m)| m.of.order == order && m.family == family);
         // A cut never goes through a pair: either family has the same modes.
-        let kept: Vec<usize> = families[0].iter().map(|m| m.0).collect();
-        let motion = Mat::from_fn(seen.outline.nrows(), kept.len(), |i, j| seen.outline[(i, kept[j])]);
-        OrderModes { order, motion, places: families.iter().map(|f| f.iter().map(|m| m.1).collect()).collect() }
+        let kept: Vec<&Member> = mine(0).map(|(_, mode)| mode).collect();
+        let rows = kept.first().map_or(0, |mode| mode.of.outline.nrows());
+        OrderModes {
+            order,
+            motion: Mat::from_fn(rows, kept.len(), |i, j| kept[j].of.outline[(i, kept[j].index)]),
+            places: (0..Seen::families(order)).map(|f| mine(f).map(|(place, _)| place).collect()).collect(),
+        }
     };
     orders.into_iter().map(of).collect()
 }

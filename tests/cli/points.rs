@@ -273,7 +273,7 @@ fn what_matrices_cannot_give_is_refused() {
         &|job| job["analyses"]["transient"]["points"] = json!([{ "name": "a", "body": "upper", "at": [0, 0, 0] }]),
         &["analyses.transient.points: needs meshes", upper],
     );
-    refused(&|job| job["analyses"]["transient"]["sound_power"] = json!({}), &["sound_power: needs meshes", upper]);
+    refused(&|job| job["analyses"]["transient"]["sound_power"] = json!({}), &["sound_power: needs surfaces", upper]);
     refused(&|job| job["analyses"]["transient"]["body_stride"] = json!(10), &["body_stride: needs meshes", upper]);
     refused(
         &|job| job["contact"]["points"][0].as_object_mut().unwrap().retain(|k, _| k != "force"),

@@ -197,8 +197,8 @@ fn swept_wheels_are_heard() {
             power[own] > 0.9 * power.iter().sum::<f64>() && power[own] > 0.0,
             "{body}: {power:?} W at {centres:?} Hz"
         );
-        // Wheels of the radius 0.5 m and 0.1 m thick, that air flows around: less than in baffles, where it is 0.98.
-        assert!(sigma[own] > 0.2 && sigma[own] < 0.9, "{body}: {sigma:?}");
+        // Wheels of the radius 0.5 m: about one at 422 Hz, as long as the wave is against them (0.98 in baffles); air flows around them at 200 Hz.
+        assert!(sigma[own] > 0.9 && sigma[own] < 1.2 && sigma[0] < 0.1, "{body}: {sigma:?}");
         levels.push(of("total_level_a")[0]);
         let pressure = of("pressure_level_a")[0];
         assert!((levels[levels.len() - 1] - pressure - 25.36).abs() < 0.01, "{pressure} dB(A) at 7.5 m");
