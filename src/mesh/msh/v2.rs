@@ -29,16 +29,10 @@ impl Raw {
         while done < total {
             let at = c.pos();
             // In binary files elements of a type come together, with one head for all.
-            let (mut tag, mut kind, mut together, mut labels) = (0, 0, 1, 0);
-            if c.binary {
-                kind = c.int("an element type")?;
-                together = c.tag("the number of elements of a type")?;
-                labels = c.int("the number of tags of an element")?;
-            } else {
-                tag = c.tag("an element number")?;
-                kind = c.int("an element type")?;
-                labels = c.int("the number of tags of an element")?;
-            }
+            let mut tag = if c.binary { 0 } else { c.tag("an element number")? };
+            let kind = c.int("an element type")?;
+            let together = if c.binary { c.tag("the number of elements of a type")? } else { 1 };
+            let labels = c.int("the number of tags of an element")?;
             if together == 0 || together > total - done || !(0..=1000).contains(&labels) {
                 return Err(c.error_at(
                     at,
