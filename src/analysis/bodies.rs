@@ -244,8 +244,8 @@ impl<'p> Bodies<'p> {
                 sums.push((file.path.display().to_string(), sha256(&file.path)?));
             }
             let Some(place) = self.places.iter().find(|p| p.name == name) else { continue };
-            if let Some(MeshSource::File(path)) = &body.mesh {
-                sums.push((path.display().to_string(), sha256(path)?));
+            if let Some(MeshSource::File(file)) = &body.mesh {
+                sums.push((file.path().display().to_string(), sha256(file.path())?));
             }
             // A section is all in the job.
             if !place.checksum.is_empty() {

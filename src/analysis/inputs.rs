@@ -20,7 +20,7 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
     for job in std::iter::once(job).chain(points) {
         for (name, body) in job.bodies() {
             if let Some(MeshSource::File(file)) = &body.mesh {
-                all.push((format!("bodies.{name}.mesh.file"), file.clone()));
+                all.push((format!("bodies.{name}.mesh.file"), file.path().clone()));
             }
             if let Some(m) = &body.matrices {
                 for (key, file) in

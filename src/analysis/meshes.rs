@@ -1,12 +1,11 @@
 //! The meshes of a job's bodies, built or read.
 
 use crate::grid::ContactGrid;
-use crate::job::{self, Job, MeshSource};
+use crate::job::{self, Job, MeshFile, MeshSource};
 use crate::mesh::cylinder::{self, CylinderSpec};
-use crate::mesh::{msh, Mesh};
+use crate::mesh::{msh, CellKind, Mesh};
 use crate::{Error, Result};
 use std::cell::RefCell;
-use std::path::PathBuf;
 use std::rc::Rc;
 
 /// A mesh in lower form, with its contact grid where the job has a contact.
@@ -18,8 +17,8 @@ pub struct Meshed {
     pub grid: Option<ContactGrid>,
 }
 
-/// A mesh file as a job takes it: its path, whether it is the upper body, whether there is a contact.
-type Key = (PathBuf, bool, bool);
+/// A mesh file as a job takes it, whether it is the upper body, whether there is a contact.
+type Key = (MeshFile, bool, bool);
 
 /// Reads each mesh file once: what was read to plan a run is there when its bodies are built. For rank 0.
 #[derive(Debug, Default)]
@@ -44,12 +43,12 @@ impl Meshes {
             MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
                 Err(Error::Defect("a mesh is asked for of a body that is swept".into()))
             }
-            MeshSource::File(path) => {
-                let key = (path.clone(), name == "upper", job.contact.is_some());
+            MeshSource::File(file) => {
+                let key = (file.clone(), name == "upper", job.contact.is_some());
                 if let Some((_, read)) = self.files.borrow().iter().find(|(k, _)| *k == key) {
                     return Ok(read.clone());
                 }
-                let mesh = msh::read(path)?;
+                let mesh = read(file).map_err(named)?;
                 // Files hold a body where it is.
                 let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2)?;
                 self.files.borrow_mut().push((key, read.clone()));
@@ -62,6 +61,25 @@ impl Meshes {
     pub fn forget(&self) {
         self.files.borrow_mut().clear();
     }
+}
+
+/// The mesh of a file as it lies there, in m.
+fn read(file: &MeshFile) -> Result<Mesh> {
+    let mut mesh = msh::read(file.path())?;
+    let linear = mesh.cells.iter().filter(|c| c.kind == CellKind::Tet4).count();
+    if linear > 0 && !file.linear_tetrahedra() {
+        return Err(Error::Input(format!(
+            "{}: {linear} of {} cells are 4-node tetrahedra, which lock: they are far too stiff in bending, frequencies and contact are wrong; \
+             expected tetrahedra of 10 nodes (gmsh -order 2), or mesh.file = {{\"path\": …, \"linear_tetrahedra\": true}} to take them all the same",
+            file.path().display(),
+            mesh.cells.len()
+        )));
+    }
+    let scale = file.scale();
+    if scale != 1.0 {
+        mesh.nodes.iter_mut().flatten().for_each(|v| *v *= scale);
+    }
+    Ok(mesh)
 }
 
 /// The built-in cylinder as the job describes it, with the patch of its contact.
@@ -110,5 +128,21 @@ mod tests {
         assert!(first.iter().zip(&second).all(|(a, b)| Rc::ptr_eq(a, b)));
         meshes.forget();
         assert_eq!(all().expect_err("no file").exit_code(), 3);
+    }
+
+    /// Tetrahedra of four nodes are refused unless they are asked for; a file's unit.
+    #[test]
+    fn linear_tetrahedra_are_asked_for_and_lengths_have_a_unit() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/msh/tet4-4.1.msh");
+        let error = read(&MeshFile::Path(path.clone())).expect_err("they lock");
+        assert_eq!(error.exit_code(), 3);
+        for word in ["tet4-4.1.msh", "lock", "10 nodes", "linear_tetrahedra"] {
+            assert!(error.message().contains(word), "{word} not in: {error}");
+        }
+        let keys = job::MeshFileKeys { path, scale: 1e-3, linear_tetrahedra: true };
+        let mesh = read(&MeshFile::Keys(keys)).expect("they are asked for");
+        assert!((mesh.volume() / 6e-12 - 1.0).abs() < 1e-12, "{} m³", mesh.volume());
+        // A tetrahedron has some 6 edges, of which 5 or 6 cells share each.
+        assert!((5.0..12.0).contains(&mesh.neighbours()), "{}", mesh.neighbours());
     }
 }

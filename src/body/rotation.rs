@@ -184,10 +184,12 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
     let second = axis.turned(first);
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f64>();
     for facet in part.boundary() {
-        let x = facet.map(|n| part.coords[n as usize]);
-        let centre: [f64; 3] = std::array::from_fn(|c| 0.25 * x.iter().map(|p| p[c]).sum::<f64>());
-        let diagonals =
-            [[2, 0], [3, 1]].map(|[a, b]: [usize; 2]| -> [f64; 3] { std::array::from_fn(|c| x[a][c] - x[b][c]) });
+        let cell = part.cells.get(facet.cell as usize);
+        let x: Vec<[f64; 3]> = cell.facet_corners(facet.face as usize).map(|n| part.coords[n as usize]).collect();
+        let centre: [f64; 3] = std::array::from_fn(|c| x.iter().map(|p| p[c]).sum::<f64>() * (1.0 / x.len() as f64));
+        // The diagonals of a quadrilateral, two sides of a triangle.
+        let diagonals = [[2, 0], [x.len() - 1, 1]]
+            .map(|[a, b]: [usize; 2]| -> [f64; 3] { std::array::from_fn(|c| x[a][c] - x[b][c]) });
         let [p, q] = diagonals;
         let normal: [f64; 3] =
             std::array::from_fn(|c| 0.5 * (p[(c + 1) % 3] * q[(c + 2) % 3] - p[(c + 2) % 3] * q[(c + 1) % 3]));
@@ -195,7 +197,7 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
         let w = axis.velocity(centre);
         through = through.max(dot(w, normal).abs() / area);
         fastest = fastest.max(dot(w, w).sqrt());
-        if facet.iter().all(|&n| body.dofs.local[n as usize] == crate::fem::dofs::FIXED) {
+        if part.cells.facet(facet).all(|n| body.dofs.local[n as usize] == crate::fem::dofs::FIXED) {
             let r = axis.outward(centre);
             let angle = dot(r, second).atan2(dot(r, first));
             held[0] += area;

@@ -103,8 +103,8 @@ impl<'a> Assembly<'a> {
         for cell in part.cells.iter() {
             let x = cell.places(&part.coords);
             for p in cell.kind.mass_rule() {
-                let shape = cell.kind.shape(p.at);
-                let volume = p.weight * quality::determinant(&quality::jacobian(&x, &shape));
+                let shape = &p.shape;
+                let volume = p.weight * quality::determinant(&quality::jacobian(&x, shape));
                 let place = std::array::from_fn(|c| x.iter().zip(&shape.values).map(|(x, n)| n * x[c]).sum());
                 let force = force(place).map(|f| f * volume);
                 for (&node, value) in cell.nodes.iter().zip(&shape.values) {

@@ -45,10 +45,10 @@ impl ContactGrid {
         };
         let wrong = |what: String| {
             Error::Input(format!(
-                "group \"{group}\" is no rectilinear grid in x and y: {what}; expected structured quadrilaterals with edges along x and y (in plan)"
+                "group \"{group}\" is no rectilinear grid in x and y: {what}; expected structured quadrilaterals of 4 or 9 nodes with edges along x and y (in plan)"
             ))
         };
-        let corners = quadrilaterals(mesh, facets).map_err(wrong)?;
+        let corners = rectangles(mesh, facets).map_err(wrong)?;
         let mut nodes: Vec<u32> = corners.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -120,7 +120,7 @@ impl ContactGrid {
         if let Some(k) = mesh.cells.sharing(facets).iter().position(|&n| n > 1) {
             return Err(Error::Input(format!(
                 "group \"{group}\": the facet at {} lies between two cells; expected facets on the boundary",
-                place(corners[k][0])
+                place(mesh.cells.facet(facets[k]).next().unwrap_or_default())
             )));
         }
         let z = at.iter().map(|&n| mesh.nodes[n as usize][2]).collect();
@@ -151,16 +151,28 @@ impl ContactGrid {
     }
 }
 
-/// Nodes of facets that are all quadrilaterals without nodes on their edges; else what is wrong.
-fn quadrilaterals(mesh: &Mesh, facets: &[Facet]) -> std::result::Result<Vec<[u32; 4]>, String> {
-    let corners = |f: &Facet| {
-        let cell = mesh.cells.get(f.cell as usize);
-        let face = &cell.kind.faces()[f.face as usize];
-        match face.kind {
-            FacetKind::Quad4 => Ok(std::array::from_fn(|k| cell.nodes[face.nodes[k] as usize])),
-        }
-    };
-    facets.iter().map(corners).collect()
+/// Rectangles that facets are divided into, corners outward: a quadrilateral of four nodes is one, one of nine is four. Else what is wrong.
+fn rectangles(mesh: &Mesh, facets: &[Facet]) -> std::result::Result<Vec<[u32; 4]>, String> {
+    let mut all = Vec::with_capacity(facets.len());
+    for &facet in facets {
+        let kind = mesh.cells.get(facet.cell as usize).kind.faces()[facet.face as usize].kind;
+        let nodes: Vec<u32> = mesh.cells.facet(facet).collect();
+        let divided: &[[usize; 4]] = match kind {
+            FacetKind::Quad4 => &[[0, 1, 2, 3]],
+            FacetKind::Quad9 => &[[0, 4, 8, 7], [4, 1, 5, 8], [8, 5, 2, 6], [7, 8, 6, 3]],
+            FacetKind::Tri3 | FacetKind::Tri6 | FacetKind::Quad8 => {
+                let [x, y, z] = mesh.nodes[nodes[0] as usize];
+                let why = if kind == FacetKind::Quad8 {
+                    ", which has no node in its middle (27-node hexahedra and 18-node wedges have)"
+                } else {
+                    ""
+                };
+                return Err(format!("the facet at ({x:.6e}, {y:.6e}, {z:.6e}) m is a {}{why}", kind.name()));
+            }
+        };
+        all.extend(divided.iter().map(|piece| piece.map(|k| nodes[k])));
+    }
+    Ok(all)
 }
 
 #[cfg(test)]

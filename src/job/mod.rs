@@ -125,7 +125,7 @@ impl Job {
                     let default = if graded { c.element_size.max(0.25 * c.thickness) } else { c.element_size };
                     c.max_element_size.get_or_insert(default);
                 }
-                Some(MeshSource::File(file)) => absolute(file),
+                Some(MeshSource::File(file)) => absolute(file.path_mut()),
             }
         }
     }

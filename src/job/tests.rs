@@ -448,7 +448,20 @@ fn another_form_of_the_mesh_takes_the_place_of_the_first() {
     let job = read(job.to_string().as_bytes(), &[]).unwrap();
     let file = &job.bodies.lower.as_ref().unwrap().mesh;
     let expected = std::env::current_dir().unwrap().join("folder/meshes/ring.msh");
-    assert_eq!(*file, Some(MeshSource::File(expected)), "relative to the job file, and absolute from then on");
+    assert_eq!(
+        *file,
+        Some(MeshSource::File(MeshFile::Path(expected))),
+        "relative to the job file, and absolute from then on"
+    );
+    let mut job: Value = serde_json::from_slice(ANNULUS).unwrap();
+    job["bodies"]["lower"]["mesh"] = json!({"file": {"path": "meshes/ring.msh", "scale": 1e-3}});
+    let long = read(job.to_string().as_bytes(), &[]).unwrap();
+    let Some(MeshSource::File(file)) = &long.bodies.lower.as_ref().unwrap().mesh else { panic!("no file") };
+    let expected = std::env::current_dir().unwrap().join("folder/meshes/ring.msh");
+    assert_eq!((file.path(), file.scale(), file.linear_tetrahedra()), (&expected, 1e-3, false));
+    job["bodies"]["lower"]["mesh"] = json!({"file": {"path": "ring.msh", "scale": 0, "unit": "mm"}});
+    let wrong = read(job.to_string().as_bytes(), &[]).unwrap_err().to_string();
+    says(&wrong, &["bodies.lower.mesh.file.scale: found 0", "bodies.lower.mesh.file.unit: unknown key"]);
     let both = read(ANNULUS, &["bodies.lower.mesh.file=x.msh"]).unwrap_err().to_string();
     says(&both, &["give exactly one of the keys \"cylinder\", \"file\", \"revolved\"; found 2"]);
 }

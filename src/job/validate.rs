@@ -66,7 +66,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
         }
         Some(MeshSource::Revolved(r)) => swept::check_body(path, body, r, faults),
         Some(MeshSource::Extruded(e)) => rail::check_body(path, body, e, faults),
-        Some(MeshSource::File(file)) if file.as_os_str().is_empty() => {
+        Some(MeshSource::File(file)) if file.path().as_os_str().is_empty() => {
             faults.push(format!("{path}.mesh.file: the file name is empty"));
         }
         Some(MeshSource::File(_)) => {}

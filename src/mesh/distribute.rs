@@ -33,8 +33,8 @@ pub struct MeshPart {
 }
 
 impl MeshPart {
-    /// Boundary facets of which this rank has the corner with the lowest number, as local nodes, outward: each facet is on one rank.
-    pub fn boundary(&self) -> Vec<[u32; 4]> {
+    /// Boundary facets of which this rank has the corner with the lowest number, in the order of their local nodes: each facet is on one rank.
+    pub fn boundary(&self) -> Vec<Facet> {
         let part = self;
         let mut open: HashMap<FacetKey, Facet> = HashMap::new();
         for (i, cell) in part.cells.iter().enumerate() {
@@ -47,14 +47,11 @@ impl MeshPart {
             }
         }
         // All cells at an owned node are here, so its facets are known to be on the boundary; others may only seem so.
-        let lowest = |f: &[u32; 4]| f.iter().copied().min_by_key(|&n| part.node_ids[n as usize]);
-        let nodes = |f: Facet| {
-            let mut nodes = part.cells.facet(f);
-            std::array::from_fn(|_| nodes.next().unwrap_or_default())
-        };
-        let mut facets: Vec<[u32; 4]> =
-            open.into_values().map(nodes).filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
-        facets.sort_unstable();
+        let corners = |f: &Facet| part.cells.get(f.cell as usize).facet_corners(f.face as usize);
+        let lowest = |f: &Facet| corners(f).min_by_key(|&n| part.node_ids[n as usize]);
+        let mut facets: Vec<Facet> =
+            open.into_values().filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
+        facets.sort_unstable_by(|a, b| part.cells.facet(*a).cmp(part.cells.facet(*b)));
         facets
     }
 }
@@ -70,9 +67,7 @@ fn node_graph(mesh: &Mesh) -> (Vec<usize>, Vec<u32>) {
     let n = mesh.nodes.len();
     let pairs = || {
         let at = |nodes: &[u32], i: u8| nodes[i as usize] as usize;
-        mesh.cells
-            .iter()
-            .flat_map(move |c| c.kind.topology().edges.iter().map(move |&[a, b]| (at(c.nodes, a), at(c.nodes, b))))
+        mesh.cells.iter().flat_map(move |c| c.kind.links().iter().map(move |&[a, b]| (at(c.nodes, a), at(c.nodes, b))))
     };
     let mut start = vec![0usize; n + 1];
     for (a, b) in pairs() {

@@ -33,6 +33,34 @@ impl Mesh {
         self.cells.iter().map(|c| quality::volume(c.kind, &c.places(&self.nodes))).sum()
     }
 
+    /// Mean number of nodes that a node shares a cell with, itself included: blocks in a row of the stiffness.
+    pub fn neighbours(&self) -> f64 {
+        // The cells at each node, in compressed rows.
+        let mut start = vec![0usize; self.nodes.len() + 1];
+        self.cells.all_nodes().for_each(|n| start[n as usize + 1] += 1);
+        for i in 0..self.nodes.len() {
+            start[i + 1] += start[i];
+        }
+        let mut next = start.clone();
+        let mut at = vec![0u32; start[self.nodes.len()]];
+        for (c, cell) in self.cells.iter().enumerate() {
+            for &n in cell.nodes {
+                at[next[n as usize]] = c as u32;
+                next[n as usize] += 1;
+            }
+        }
+        let mut seen = vec![u32::MAX; self.nodes.len()];
+        let mut count = 0u64;
+        for node in 0..self.nodes.len() {
+            for &c in &at[start[node]..start[node + 1]] {
+                for &n in self.cells.get(c as usize).nodes {
+                    count += u64::from(std::mem::replace(&mut seen[n as usize], node as u32) != node as u32);
+                }
+            }
+        }
+        count as f64 / self.nodes.len().max(1) as f64
+    }
+
     /// The mesh mirrored in the plane z = 0. Nodes and cells keep their numbers; the nodes of the cells are reordered so that Jacobians stay
     /// positive. Twice gives the same mesh again.
     pub fn reflected(&self) -> Mesh {

@@ -22,19 +22,23 @@ pub fn determinant(j: &[[f64; 3]; 3]) -> f64 {
         + j[0][2] * (j[1][0] * j[2][1] - j[1][1] * j[2][0])
 }
 
-/// Smallest and largest Jacobian determinant over the nodes and the centre of a cell with nodes at `x` (m, `[nodes][3]`), m³.
+/// Smallest and largest Jacobian determinant of a cell with nodes at `x` (m, `[nodes][3]`), m³: over its nodes, its centre and, but of the eight-node
+/// hexahedron, the points of the rule for its stiffness.
 pub fn jacobian_range(kind: CellKind, x: &[[f64; 3]]) -> [f64; 2] {
-    kind.reference_nodes().iter().chain([&kind.centre()]).fold(
-        [f64::INFINITY, f64::NEG_INFINITY],
-        |[low, high], &at| {
-            let det = determinant(&jacobian(x, &kind.shape(at)));
-            // Not a number anywhere, not a number in all.
-            [if det < low || det.is_nan() { det } else { low }, high.max(det)]
-        },
-    )
+    kind.checked_shapes().iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], shape| {
+        let det = determinant(&jacobian(x, shape));
+        // Not a number anywhere, not a number in all.
+        [if det < low || det.is_nan() { det } else { low }, high.max(det)]
+    })
+}
+
+/// Node of a cell with nodes at `x` (m, `[nodes][3]`) where its Jacobian determinant is smallest: where to look if it is inverted.
+pub fn worst_node(kind: CellKind, x: &[[f64; 3]]) -> usize {
+    let det = |i: usize| determinant(&jacobian(x, &kind.checked_shapes()[i]));
+    (0..kind.nodes()).min_by(|&a, &b| det(a).total_cmp(&det(b))).unwrap_or(0)
 }
 
 /// Volume of a cell with nodes at `x` (m, `[nodes][3]`), m³.
 pub fn volume(kind: CellKind, x: &[[f64; 3]]) -> f64 {
-    kind.stiffness_rule().iter().map(|p| p.weight * determinant(&jacobian(x, &kind.shape(p.at)))).sum()
+    kind.volume_rule().iter().map(|p| p.weight * determinant(&jacobian(x, &p.shape))).sum()
 }

@@ -88,10 +88,9 @@ impl Piece {
         let owned = part.cells.iter().zip(&part.cell_owned).filter(|(_, &own)| own).map(|(cell, _)| cell);
         for cell in owned {
             let cell_type = cell.kind.topology();
-            for &place in cell_type.vtk_order {
+            for (place, &image) in cell_type.mirror.iter().enumerate() {
                 // Reflection turns a cell inside out; the mirrored order turns it back.
-                let place = if body.upper { cell_type.mirror[place as usize] } else { place };
-                let node = cell.nodes[place as usize];
+                let node = cell.nodes[if body.upper { image as usize } else { place }];
                 let point = &mut point_of_node[node as usize];
                 if *point < 0 {
                     *point = self.body_of_point.len() as i64;

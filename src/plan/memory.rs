@@ -12,8 +12,6 @@ use crate::job::{contact_radius, Compliance, EigenSolver, Job, LinearSolver, Mod
 const FACTOR: f64 = 125.0;
 /// What a factorisation takes more on many ranks than on one, as a share; half of it on two.
 const FACTOR_SPREAD: f64 = 0.2;
-/// Neighbours of a node of a hexahedral mesh, itself included.
-const NEIGHBOURS: f64 = 27.0;
 /// Bytes of an entry of a distributed matrix: value and column.
 const ENTRY: f64 = 16.0;
 /// More modes than this are found in slices.
@@ -40,13 +38,13 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
     let mut on_root = vec![("meshes before distribution", bodies.iter().map(mesh_bytes).sum())];
     if elements {
         shared.push(("distributed meshes", unique.iter().map(mesh_bytes).sum()));
-        let matrices = |b: &BodySize| 2.0 * b.dofs as f64 * 3.0 * NEIGHBOURS * ENTRY;
+        let matrices = |b: &BodySize| 2.0 * b.dofs as f64 * 3.0 * b.neighbours * ENTRY;
         shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
         let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
         let solver = |b: &BodySize| match direct {
             true => FACTOR * spread * (b.dofs as f64).powf(4.0 / 3.0),
             // Complex hierarchy of multigrid and vectors of the iteration, from a run of 1.08 million degrees of freedom on two ranks (8.7 GB in all).
-            false => 4.0 * b.dofs as f64 * 3.0 * NEIGHBOURS * ENTRY,
+            false => 4.0 * b.dofs as f64 * 3.0 * b.neighbours * ENTRY,
         };
         shared.push((if direct { "factorisation" } else { "multigrid" }, unique.iter().map(solver).sum()));
     }
@@ -229,7 +227,8 @@ mod tests {
         let sets = sets.map(str::to_owned);
         let bytes = include_bytes!("../../jobs/curve.json");
         let job = Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap();
-        let body = |name| BodySize { name, nodes: 42_540, cells: 36_000, dofs: 127_620, contact_nodes: 225 };
+        let body =
+            |name| BodySize { name, nodes: 42_540, cells: 36_000, neighbours: 27.0, dofs: 127_620, contact_nodes: 225 };
         let need = Plan::new(&job, vec![body("lower"), body("upper")], 1).root();
         assert!(need > 4.8e9 && need < 1.2 * 4.8e9, "{need:e}");
     }

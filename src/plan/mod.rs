@@ -10,7 +10,7 @@ pub use limit::Limit;
 use crate::analysis::meshes::{cylinder_spec, Meshes};
 use crate::body::matrix_market;
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
-use crate::mesh::cylinder;
+use crate::mesh::{cylinder, CellKind};
 use crate::{Error, Result};
 use std::fmt;
 
@@ -21,13 +21,18 @@ pub struct BodySize {
     pub name: &'static str,
     /// Nodes of its mesh.
     pub nodes: u64,
-    /// Hexahedra of its mesh.
+    /// Cells of its mesh.
     pub cells: u64,
+    /// Mean number of nodes that a node shares a cell with, itself included.
+    pub neighbours: f64,
     /// Degrees of freedom before supports are taken off.
     pub dofs: u64,
     /// Nodes of its contact grid; 0 without contact.
     pub contact_nodes: u64,
 }
+
+/// Neighbours of a node within a mesh of eight-node hexahedra, itself included.
+const HEXAHEDRAL: f64 = 27.0;
 
 /// The plan of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +60,14 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
     let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
     if let Some(m) = &body.matrices {
         let dofs = matrix_market::read(&m.stiffness)?.n as u64;
-        return Ok(BodySize { name, nodes: 0, cells: 0, dofs, contact_nodes: m.contacts.len() as u64 });
+        return Ok(BodySize {
+            name,
+            nodes: 0,
+            cells: 0,
+            neighbours: HEXAHEDRAL,
+            dofs,
+            contact_nodes: m.contacts.len() as u64,
+        });
     }
     if body.profile.is_some() {
         let contact_nodes = crate::analysis::placed::Placed::of(job)?.nodes() as u64;
@@ -63,7 +75,7 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             Some(_) => crate::analysis::swept::size(body).map_err(named)?.map(|n| n as u64),
             None => [0, 0],
         };
-        return Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes });
+        return Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes });
     }
     match body.elements()?.0 {
         MeshSource::Cylinder(c) => {
@@ -74,22 +86,26 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
                 .as_ref()
                 .and_then(|k| k.patch)
                 .map_or(0.0, |p| across(p.half_length) * across(p.half_width));
-            Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact as u64 })
+            Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
             let contact = crate::analysis::swept::grid(job, body).map_err(named)?.map_or(0, |g| g.x.len() * g.y.len());
             let [nodes, cells] = crate::analysis::swept::size(body).map_err(named)?.map(|n| n as u64);
-            Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact as u64 })
+            Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
-        MeshSource::File(path) => {
+        MeshSource::File(file) => {
             let read = meshes.of(job, name, body)?;
             let mesh = &read.mesh;
             for group in &body.fixed {
-                mesh.require_group(group, &format!("bodies.{name}.fixed: {}", path.display()))?;
+                mesh.require_group(group, &format!("bodies.{name}.fixed: {}", file.path().display()))?;
             }
             let contact = read.grid.as_ref().map_or(0, |g| g.nodes.len() as u64);
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
-            Ok(BodySize { name, nodes, cells, dofs: 3 * nodes, contact_nodes: contact })
+            let neighbours = match mesh.cells.iter().all(|c| c.kind == CellKind::Hex8) {
+                true => HEXAHEDRAL,
+                false => mesh.neighbours(),
+            };
+            Ok(BodySize { name, nodes, cells, neighbours, dofs: 3 * nodes, contact_nodes: contact })
         }
     }
 }
@@ -181,7 +197,7 @@ impl fmt::Display for Plan {
             }
             writeln!(
                 f,
-                "  {:<6} {nodes} nodes, {cells} hexahedra, {dofs} degrees of freedom less the supports{contact}",
+                "  {:<6} {nodes} nodes, {cells} cells, {dofs} degrees of freedom less the supports{contact}",
                 b.name
             )?;
         }

@@ -79,7 +79,7 @@ fn check_says_what_would_be_computed_and_writes_nothing() {
         for part in [
             "\"friction\": 0.45",
             "\"linear\": \"mumps\"",
-            "hexahedra",
+            " cells, ",
             "degrees of freedom",
             "49 contact nodes",
             "steady rolling: normal load 70000 N, friction 0.45",

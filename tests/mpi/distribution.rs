@@ -40,7 +40,7 @@ fn cube() -> Mesh {
 }
 
 /// Checks the parts against the mesh, which every rank holds.
-fn check(world: &World, mesh: &Mesh) -> MeshPart {
+pub fn check(world: &World, mesh: &Mesh) -> MeshPart {
     let part = distribute(world, world.is_root().then_some(mesh)).expect("a distribution");
     let n = mesh.nodes.len();
     assert_eq!(part.ranges.len(), world.size + 1);

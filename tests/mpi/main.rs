@@ -6,10 +6,13 @@ use std::io::Write;
 use std::process::{exit, Command};
 
 mod bodies;
+#[path = "../cells/mod.rs"]
+mod cells;
 #[path = "../dense/mod.rs"]
 mod dense;
 mod distribution;
 mod elasticity;
+mod elements;
 mod residual;
 mod rotation;
 mod stability;
@@ -26,6 +29,11 @@ const TESTS: &[Test] = &[
     ("elasticity::cantilever", elasticity::cantilever),
     ("elasticity::convergence_order", elasticity::convergence_order),
     ("elasticity::ghost_values", elasticity::ghost_values),
+    ("elements::patch_test", elements::patch_test),
+    ("elements::convergence_order", elements::convergence_order),
+    ("elements::modes_of_an_annulus", elements::modes_of_an_annulus),
+    ("elements::radiators_of_any_faces", elements::radiators_of_any_faces),
+    ("elements::mixed_cells_are_distributed", elements::mixed_cells_are_distributed),
     ("distribution::a_wheel_is_divided_evenly", distribution::a_wheel_is_divided_evenly),
     ("distribution::one_cell", distribution::one_cell),
     ("distribution::no_cells", distribution::no_cells),

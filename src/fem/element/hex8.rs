@@ -5,7 +5,7 @@
 use super::{inverse, strain_column, stress_of, to_space, Element, PointStress};
 use crate::fem::Material;
 use crate::mesh::quality::{determinant, jacobian};
-use crate::mesh::reference::HEX_CORNERS;
+use crate::mesh::reference::{Point, HEX_CORNERS};
 use crate::mesh::CellKind;
 
 /// Number of displacement degrees of freedom of the element.
@@ -20,9 +20,9 @@ struct GaussPoint {
     columns: [[f64; 6]; 33],
 }
 
-fn gauss_point(x: &[[f64; 3]], xi: [f64; 3], centre_inv: &[[f64; 3]; 3], centre_det: f64) -> GaussPoint {
-    let shape = CellKind::Hex8.shape(xi);
-    let j = jacobian(x, &shape);
+fn gauss_point(x: &[[f64; 3]], point: &Point, centre_inv: &[[f64; 3]; 3], centre_det: f64) -> GaussPoint {
+    let (shape, xi) = (&point.shape, point.at);
+    let j = jacobian(x, shape);
     let det = determinant(&j);
     let inv = inverse(&j, det);
     let mut columns = [[0.0; 6]; 33];
@@ -50,7 +50,8 @@ fn gauss(x: &[[f64; 3]]) -> [GaussPoint; 8] {
     let j0 = jacobian(x, &CellKind::Hex8.shape([0.; 3]));
     let det0 = determinant(&j0);
     let inv0 = inverse(&j0, det0);
-    HEX_CORNERS.map(|c| c.map(|v| v * (1. / 3f64.sqrt()))).map(|xi| gauss_point(x, xi, &inv0, det0))
+    let rule = CellKind::Hex8.stiffness_rule();
+    std::array::from_fn(|g| gauss_point(x, &rule[g], &inv0, det0))
 }
 
 /// Condensed stiffness and the operator that recovers the incompatible amplitudes: `amplitudes[9] = recover[9][24] · u`.

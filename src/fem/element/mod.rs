@@ -1,11 +1,13 @@
 //! Elements: what stiffness and stress are in a cell of each kind.
 
 mod hex8;
+mod isoparametric;
 #[cfg(test)]
 mod tests;
 
 use super::Material;
 use crate::mesh::CellKind;
+use isoparametric::Isoparametric;
 
 /// Stress at a point of a cell.
 pub struct PointStress {
@@ -31,8 +33,18 @@ pub trait Element: Sync {
 
 /// The element of a kind of cell.
 pub fn element(kind: CellKind) -> &'static dyn Element {
+    static ALL: [Isoparametric; CellKind::ALL.len()] = {
+        let mut all = [const { Isoparametric(CellKind::Tet4) }; CellKind::ALL.len()];
+        let mut i = 0;
+        while i < all.len() {
+            all[i] = Isoparametric(CellKind::ALL[i]);
+            i += 1;
+        }
+        all
+    };
     match kind {
         CellKind::Hex8 => &hex8::Hex8,
+        _ => &ALL[kind as usize],
     }
 }
 

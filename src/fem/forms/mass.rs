@@ -19,12 +19,10 @@ impl Form for Mass {
         let (kind, n) = (cell.kind, cell.kind.nodes());
         out.fill(0.0);
         for p in kind.mass_rule() {
-            let shape = kind.shape(p.at);
-            let w = self.density * p.weight * determinant(&jacobian(x, &shape));
-            for a in 0..n {
-                for b in 0..n {
-                    out[n * a + b] += w * shape.values[a] * shape.values[b];
-                }
+            let w = self.density * p.weight * determinant(&jacobian(x, &p.shape));
+            let values = &p.shape.values[..n];
+            for (row, a) in out.chunks_exact_mut(n).zip(values) {
+                row.iter_mut().zip(values).for_each(|(to, b)| *to += w * a * b);
             }
         }
     }

@@ -14,8 +14,8 @@ fn points(cell: Cell<'_>, x: &[[f64; 3]], density: f64, axis: &Axis, mut take: i
     let n = cell.kind.nodes();
     let mut along = vec![0.0; n];
     for p in cell.kind.mass_rule() {
-        let shape = cell.kind.shape(p.at);
-        let j = jacobian(x, &shape);
+        let shape = &p.shape;
+        let j = jacobian(x, shape);
         let det = determinant(&j);
         let inv = inverse(&j, det);
         let place = std::array::from_fn(|c| (0..n).map(|a| shape.values[a] * x[a][c]).sum());

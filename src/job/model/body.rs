@@ -160,13 +160,69 @@ pub struct MatrixContact {
 pub enum MeshSource {
     /// The built-in annular cylinder.
     Cylinder(Cylinder),
-    /// A Gmsh MSH 4.1 file (ASCII or binary) in metres, relative to the job file: the body in its place, the contact point at the
+    /// A Gmsh file, MSH 4.1 or 2.2 (ASCII or binary), relative to the job file: the body in its place, the contact point at the
     /// origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
-    File(PathBuf),
+    File(MeshFile),
     /// A body of revolution swept from a section: no mesh of three dimensions.
     Revolved(super::Revolved),
     /// A straight body along x swept from a section: a rail, which lies on the `track`.
     Extruded(super::Extruded),
+}
+
+/// A mesh file: its path, or its path and how to take it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MeshFile {
+    /// Path of a file in metres.
+    Path(PathBuf),
+    /// Path and more.
+    Keys(MeshFileKeys),
+}
+
+/// A mesh file and how to take it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshFileKeys {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// Length of the file's unit, m: 0.001 for a mesh in millimetres.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub scale: f64,
+    /// Takes 4-node tetrahedra all the same, although they lock: they are far too stiff in bending, and in shear.
+    #[serde(default)]
+    pub linear_tetrahedra: bool,
+}
+
+impl MeshFile {
+    /// Its path.
+    pub fn path(&self) -> &PathBuf {
+        match self {
+            MeshFile::Path(path) => path,
+            MeshFile::Keys(keys) => &keys.path,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn path_mut(&mut self) -> &mut PathBuf {
+        match self {
+            MeshFile::Path(path) => path,
+            MeshFile::Keys(keys) => &mut keys.path,
+        }
+    }
+
+    /// Length of the file's unit, m.
+    pub fn scale(&self) -> f64 {
+        match self {
+            MeshFile::Path(_) => 1.0,
+            MeshFile::Keys(keys) => keys.scale,
+        }
+    }
+
+    /// Whether 4-node tetrahedra are taken.
+    pub fn linear_tetrahedra(&self) -> bool {
+        matches!(self, MeshFile::Keys(keys) if keys.linear_tetrahedra)
+    }
 }
 
 /// Annular cylinder with its axis along y, crowned or plain, meshed finely at the contact and coarsely far away.

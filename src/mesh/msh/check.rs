@@ -2,8 +2,8 @@
 
 use super::cursor::Cursor;
 use super::sections::Raw;
-use crate::mesh::quality::jacobian_range;
-use crate::mesh::{facet_key, Cells, FacetKey, Mesh};
+use crate::mesh::quality::{jacobian_range, worst_node};
+use crate::mesh::{facet_key, Cells, Facet, FacetKey, Mesh};
 use crate::{Error, Result};
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,10 +13,10 @@ const COINCIDENT: f64 = 1e-10;
 impl Raw {
     /// Checks what was read and makes the mesh of it; nodes keep their order, unused ones are dropped.
     pub fn mesh(self, c: &Cursor, name: &str) -> Result<Mesh> {
-        if self.cell_blocks.is_empty() {
+        if self.cells().next().is_none() {
             return Err(c.error_at(
                 self.elements_at,
-                "no hexahedra; expected 8-node hexahedra of a volume (if there are physical groups, Gmsh saves only what is in one)",
+                "no cells; expected tetrahedra, hexahedra, wedges or pyramids of a volume (if there are physical groups, Gmsh saves only what is in one)",
             ));
         }
         let index =
@@ -65,37 +65,93 @@ impl Raw {
             keys.push(facet_key(corners));
         }
         let mut mesh = Mesh { nodes, cells, groups: BTreeMap::new() };
-        self.check_cells(&mesh, name)?;
+        self.check_cells(&mesh, &tags, name)?;
         check_nodes(&mesh, &tags, name)?;
+        self.check_joints(&mesh, name)?;
         self.group(&mut mesh, &keys, name)?;
         Ok(mesh)
     }
 
-    /// Refuses inverted cells.
-    fn check_cells(&self, mesh: &Mesh, name: &str) -> Result<()> {
+    /// Refuses inverted cells; `tags` are those of the nodes.
+    fn check_cells(&self, mesh: &Mesh, tags: &[u64], name: &str) -> Result<()> {
         let (mut wrong, mut inside_out) = (0usize, 0usize);
         let mut first = None;
         for (cell, (kind, tag, _)) in mesh.cells.iter().zip(self.cells()) {
-            let [low, high] = jacobian_range(kind, &cell.places(&mesh.nodes));
+            let places = cell.places(&mesh.nodes);
+            let [low, high] = jacobian_range(kind, &places);
             if low > 0.0 {
                 continue;
             }
             wrong += 1;
             inside_out += usize::from(high < 0.0);
-            first.get_or_insert((kind, tag, low, high));
+            first.get_or_insert_with(|| (kind, tag, [low, high], cell.nodes[worst_node(kind, &places)] as usize));
         }
-        let Some((kind, tag, low, high)) = first else { return Ok(()) };
+        let Some((kind, tag, [low, high], node)) = first else { return Ok(()) };
+        let [x, y, z] = mesh.nodes[node];
         let hint = if inside_out == mesh.cells.len() {
             " All are inside out: the mesh is left-handed, mirrored perhaps; reverse it in Gmsh (Mesh.reverse) or renumber the nodes of its elements."
         } else {
             ""
         };
         Err(Error::Input(format!(
-            "{name}: {} {tag} is inverted or flat: its Jacobian determinant runs from {low:.3e} to {high:.3e} m³ (nodes and centre); expected above 0. \
-             {wrong} of {} cells are so.{hint}",
+            "{name}: {} {tag} is inverted or flat: its Jacobian determinant runs from {low:.3e} to {high:.3e} m³, least at its node {} at \
+             ({x:.6}, {y:.6}, {z:.6}) m; expected above 0. {wrong} of {} cells are so.{hint}",
             kind.topology().name,
+            tags[node],
             mesh.cells.len()
         )))
+    }
+
+    /// Refuses cells of different kinds that lie against each other without being joined: faces with the same corners and other nodes between them, and
+    /// quadrilaterals against triangles. Nothing else would show such a crack.
+    fn check_joints(&self, mesh: &Mesh, name: &str) -> Result<()> {
+        if mesh.cells.blocks().windows(2).all(|b| b[0].kind == b[1].kind) {
+            return Ok(());
+        }
+        let what = |f: Facet| {
+            let (kind, tag, _) = self.cells().nth(f.cell as usize)?;
+            Some(format!("{} {tag}", kind.topology().name))
+        };
+        let apart = |a: Facet, b: Facet, why: &str| {
+            let place = mesh.cells.facet(a).next().map_or([0.0; 3], |n| mesh.nodes[n as usize]);
+            let [a, b] = [a, b].map(|f| what(f).unwrap_or_default());
+            Err(Error::Input(format!(
+                "{name}: {a} and {b} lie against each other at {place:?} m and are not joined: {why}"
+            )))
+        };
+        let mut open: HashMap<FacetKey, Facet> = HashMap::new();
+        for (i, cell) in mesh.cells.iter().enumerate() {
+            for face in 0..cell.kind.faces().len() {
+                let here = Facet { cell: i as u32, face: face as u8 };
+                let Some(there) = open.remove(&cell.facet_key(face)) else {
+                    open.insert(cell.facet_key(face), here);
+                    continue;
+                };
+                let sorted = |f: Facet| {
+                    let mut nodes: Vec<u32> = mesh.cells.facet(f).collect();
+                    nodes.sort_unstable();
+                    nodes
+                };
+                if sorted(here) != sorted(there) {
+                    return apart(there, here, "one has nodes between the corners of the face that the other has not; expected cells of the same order");
+                }
+            }
+        }
+        let open_kind = |f: &Facet| mesh.cells.get(f.cell as usize).kind.faces()[f.face as usize].kind.corners();
+        let triples = open
+            .iter()
+            .filter(|(_, f)| open_kind(f) == 4)
+            .flat_map(|(key, &f)| (0..4).map(move |out| (facet_key((0..4).filter(|&k| k != out).map(|k| key[k])), f)));
+        let triples: HashMap<FacetKey, Facet> = triples.collect();
+        let against = open.iter().filter_map(|(key, &triangle)| Some((triangle, *triples.get(key)?)));
+        match against.min() {
+            Some((triangle, quadrilateral)) => {
+                let why =
+                    "a quadrilateral face against a triangular one; expected pyramids between hexahedra and tetrahedra";
+                apart(quadrilateral, triangle, why)
+            }
+            None => Ok(()),
+        }
     }
 
     /// Sorts the boundary facets, given by their corners, into their groups.

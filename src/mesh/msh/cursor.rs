@@ -150,6 +150,23 @@ impl<'a> Cursor<'a> {
         parse(token).ok_or_else(|| self.wrong(token, &format!("{what}, an integer")))
     }
 
+    /// A count on a line of its own, text in binary files too.
+    pub fn line_count(&mut self, what: &str) -> Result<u64> {
+        let at = self.pos;
+        let Some(line) = self.filled_line() else { return Err(self.truncated(what)) };
+        line.parse().map_err(|_| self.error_at(at, format!("found {}; expected {what}", quote(line.as_bytes()))))
+    }
+
+    /// A number of a node or element above 0. In binary files 4 bytes.
+    pub fn tag(&mut self, what: &str) -> Result<u64> {
+        if !self.binary {
+            return self.size(what);
+        }
+        let at = self.pos;
+        let value = self.int(what)?;
+        u64::try_from(value).map_err(|_| self.error_at(at, format!("found {value}; expected {what}, not negative")))
+    }
+
     /// A size or tag. In binary files 8 bytes.
     pub fn size(&mut self, what: &str) -> Result<u64> {
         if self.binary {

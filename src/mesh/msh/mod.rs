@@ -1,10 +1,12 @@
-//! Gmsh MSH 4.1 reader, ASCII and binary: cells and the physical groups of their boundary facets.
+//! Reader of Gmsh's MSH 4.1 and 2.2, ASCII and binary: cells and the physical groups of their boundary facets.
 //!
 //! Format: Gmsh reference manual, "MSH file format". Every error names the file and the line (ASCII) or byte offset (binary).
 
 mod check;
 mod cursor;
 mod sections;
+mod v2;
+mod v4;
 
 use super::Mesh;
 use crate::{Error, Result};
@@ -16,8 +18,9 @@ use std::path::Path;
 /// ([`Mesh::reflected`]).
 pub fn read(path: &Path) -> Result<Mesh> {
     let name = path.display().to_string();
-    let data = crate::input::read(path)
-        .map_err(|e| Error::Input(format!("mesh file {name} cannot be read: {e}; expected a Gmsh MSH 4.1 file")))?;
+    let data = crate::input::read(path).map_err(|e| {
+        Error::Input(format!("mesh file {name} cannot be read: {e}; expected a Gmsh MSH file, version 4.1 or 2.2"))
+    })?;
     parse(&data, &name)
 }
 

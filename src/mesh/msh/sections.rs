@@ -1,4 +1,4 @@
-//! Sections of an MSH file.
+//! Sections of an MSH file, and what they have in common in all versions.
 
 use super::cursor::Cursor;
 use crate::mesh::{CellKind, FacetKind};
@@ -50,6 +50,8 @@ pub(super) struct Raw {
     pub cell_blocks: Vec<CellBlock>,
     pub facets: Vec<Facet>,
     seen: [bool; 3],
+    /// Version 2.2, not 4.1.
+    old: bool,
     /// Places of `$Nodes` and `$Elements`, for errors about their content.
     pub nodes_at: usize,
     pub elements_at: usize,
@@ -76,6 +78,15 @@ const FORMAT: usize = 0;
 const NODES: usize = 1;
 const ELEMENTS: usize = 2;
 
+/// An element type of Gmsh, and what it is here.
+pub(super) struct ElementType {
+    pub nodes: usize,
+    pub dim: i32,
+    pub name: &'static str,
+    cell: Option<CellKind>,
+    facet: Option<FacetKind>,
+}
+
 impl Raw {
     /// Kind, tag and nodes in Gmsh's order of every cell.
     pub fn cells(&self) -> impl Iterator<Item = (CellKind, u64, &[u64])> {
@@ -97,14 +108,24 @@ impl Raw {
             match line.as_str() {
                 "$MeshFormat" => self.format(c)?,
                 "$PhysicalNames" => self.physical_names(c)?,
-                "$Entities" => self.entities(c)?,
+                "$Entities" if !self.old => self.entities(c)?,
                 "$Nodes" => {
                     self.nodes_at = at;
-                    self.nodes(c)?;
+                    self.once(c, NODES, "$Nodes")?;
+                    if self.old {
+                        self.nodes_2(c)?;
+                    } else {
+                        self.nodes_4(c)?;
+                    }
                 }
                 "$Elements" => {
                     self.elements_at = at;
-                    self.elements(c)?;
+                    self.once(c, ELEMENTS, "$Elements")?;
+                    if self.old {
+                        self.elements_2(c)?;
+                    } else {
+                        self.elements_4(c)?;
+                    }
                 }
                 other if other.starts_with('$') && !other.starts_with("$End") => {
                     c.skip_past(&format!("$End{}", &other[1..]))?;
@@ -124,6 +145,7 @@ impl Raw {
         Ok(())
     }
 
+    /// Refuses a section that was there before.
     fn once(&mut self, c: &Cursor, section: usize, name: &str) -> Result<()> {
         if std::mem::replace(&mut self.seen[section], true) {
             return Err(c.error(format!("a second section {name}; expected one")));
@@ -142,14 +164,18 @@ impl Raw {
                 format!("found {:?}; expected version, file type and data size, such as \"4.1 0 8\"", clip(&line)),
             ));
         };
-        if version != "4.1" {
-            return Err(c.error_at(
-                at,
-                format!(
-                    "MSH version {:?}; expected 4.1: save with Mesh.MshFileVersion = 4.1 or gmsh -format msh41",
-                    clip(version)
-                ),
-            ));
+        match version {
+            "4.1" => {}
+            "2.2" => self.old = true,
+            _ => {
+                return Err(c.error_at(
+                    at,
+                    format!(
+                        "MSH version {:?}; expected 4.1 or 2.2: save with Mesh.MshFileVersion = 4.1 or gmsh -format msh41",
+                        clip(version)
+                    ),
+                ));
+            }
         }
         if size != "8" {
             return Err(c.error_at(at, format!("data size {:?}; expected 8 (bytes)", clip(size))));
@@ -168,6 +194,52 @@ impl Raw {
             _ => return Err(c.error_at(at, format!("file type {:?}; expected 0 (ASCII) or 1 (binary)", clip(kind)))),
         }
         c.expect("$EndMeshFormat")
+    }
+
+    /// What an element of type `number`, in the surface `entity` if it is a facet, is; `at` is its place.
+    pub fn element_type(&self, c: &Cursor, at: usize, number: i32, entity: i32) -> Result<ElementType> {
+        let Some(&(_, nodes, dim, name)) = TYPES.iter().find(|t| t.0 == number) else {
+            let text = format!("element type {number}; expected {} (and {} on the boundary)", cells(), facets());
+            return Err(c.error_at(at, text));
+        };
+        let cell = CellKind::of_gmsh(number);
+        let facet = FacetKind::ALL.into_iter().find(|f| f.gmsh() == number);
+        if dim == 3 && cell.is_none() {
+            return Err(c.error_at(at, format!("elements of type {number}, {name}; expected {}", cells())));
+        }
+        if dim == 2 && facet.is_none() && self.surfaces.contains_key(&entity) {
+            let text = format!(
+                "elements of type {number}, {name}, in a physical group; expected {} on the boundary",
+                facets()
+            );
+            return Err(c.error_at(at, text));
+        }
+        Ok(ElementType { nodes, dim, name, cell, facet })
+    }
+
+    /// Makes room for `count` elements.
+    pub fn reserve(&mut self, of: &ElementType, count: usize) {
+        if let Some(kind) = of.cell {
+            let nodes = Vec::with_capacity(count * of.nodes);
+            self.cell_blocks.push(CellBlock { kind, tags: Vec::with_capacity(count), nodes });
+        }
+    }
+
+    /// Takes an element in the surface `entity` with its nodes in Gmsh's order.
+    pub fn take(&mut self, of: &ElementType, entity: i32, tag: u64, nodes: &[u64]) {
+        if let Some(kind) = of.cell {
+            if self.cell_blocks.last().is_none_or(|b| b.kind != kind) {
+                self.cell_blocks.push(CellBlock { kind, tags: Vec::new(), nodes: Vec::new() });
+            }
+            if let Some(block) = self.cell_blocks.last_mut() {
+                block.tags.push(tag);
+                block.nodes.extend_from_slice(nodes);
+            }
+        } else if let Some(kind) = of.facet {
+            let mut corners = [0; 4];
+            corners.iter_mut().zip(nodes).for_each(|(to, from)| *to = *from);
+            self.facets.push(Facet { kind, surface: entity, tag, corners });
+        }
     }
 
     fn physical_names(&mut self, c: &mut Cursor) -> Result<()> {
@@ -197,149 +269,6 @@ impl Raw {
                 self.names.insert((dim, tag), name.to_string());
             }
         }
-    }
-
-    fn entities(&mut self, c: &mut Cursor) -> Result<()> {
-        let mut counts = [0u64; 4];
-        for n in &mut counts {
-            *n = c.size("the number of entities")?;
-        }
-        for (dim, &n) in counts.iter().enumerate() {
-            for _ in 0..n {
-                let tag = c.int("the tag of an entity")?;
-                for _ in 0..if dim == 0 { 3 } else { 6 } {
-                    c.double("the extent of an entity")?;
-                }
-                let groups = c.size("the number of physical groups of an entity")?;
-                for _ in 0..groups {
-                    let group = c.int("the tag of a physical group")?;
-                    if dim == 2 {
-                        // A negative tag reverses the orientation, which is found from the cells here.
-                        self.surfaces.entry(tag).or_default().push(group.saturating_abs());
-                    }
-                }
-                if dim > 0 {
-                    for _ in 0..c.size("the number of bounding entities")? {
-                        c.int("the tag of a bounding entity")?;
-                    }
-                }
-            }
-        }
-        c.expect("$EndEntities")
-    }
-
-    fn nodes(&mut self, c: &mut Cursor) -> Result<()> {
-        self.once(c, NODES, "$Nodes")?;
-        let at = c.pos();
-        let [blocks, total] = [c.size("the number of node blocks")?, c.size("the number of nodes")?];
-        c.size("the smallest node tag")?;
-        c.size("the largest node tag")?;
-        // A wrong count must not reserve memory that the file cannot fill.
-        let room = (total as usize).min(c.left() / 8);
-        self.tags.reserve(room);
-        self.coords.reserve(room);
-        for _ in 0..blocks {
-            let dim = c.int("the dimension of a node block")?;
-            c.int("the entity of a node block")?;
-            let parametric = c.int("the parametric flag of a node block")?;
-            let n = c.size("the number of nodes of a block")?;
-            let parameters = if parametric != 0 { dim.clamp(0, 3) } else { 0 };
-            for _ in 0..n {
-                self.tags.push(c.size("a node tag")?);
-                c.end_of_line("a node tag")?;
-            }
-            for _ in 0..n {
-                self.coords.push([c.double("a coordinate")?, c.double("a coordinate")?, c.double("a coordinate")?]);
-                for _ in 0..parameters {
-                    c.double("a node parameter")?;
-                }
-                c.end_of_line("the coordinates of a node")?;
-            }
-        }
-        if self.tags.len() as u64 != total {
-            return Err(c.error_at(at, format!("{total} nodes announced, {} found", self.tags.len())));
-        }
-        c.expect("$EndNodes")
-    }
-
-    fn elements(&mut self, c: &mut Cursor) -> Result<()> {
-        self.once(c, ELEMENTS, "$Elements")?;
-        let start = c.pos();
-        let [blocks, total] = [c.size("the number of element blocks")?, c.size("the number of elements")?];
-        c.size("the smallest element tag")?;
-        c.size("the largest element tag")?;
-        let mut count = 0u64;
-        for _ in 0..blocks {
-            let at = c.pos();
-            let dim = c.int("the dimension of an element block")?;
-            let entity = c.int("the entity of an element block")?;
-            let kind = c.int("the type of an element block")?;
-            let n = c.size("the number of elements of a block")?;
-            let Some(&(_, nodes, type_dim, name)) = TYPES.iter().find(|t| t.0 == kind) else {
-                return Err(c.error_at(
-                    at,
-                    format!("element type {kind}; expected {} (and {} on the boundary)", cells(), facets()),
-                ));
-            };
-            if type_dim != dim {
-                return Err(c.error_at(
-                    at,
-                    format!(
-                        "a block of {name} elements in an entity of dimension {dim}; expected dimension {type_dim}"
-                    ),
-                ));
-            }
-            let cell = CellKind::of_gmsh(kind);
-            if dim == 3 && cell.is_none() {
-                return Err(c.error_at(at, format!("{n} elements of type {kind}, {name}; expected {}", cells())));
-            }
-            let facet = FacetKind::ALL.into_iter().find(|f| f.gmsh() == kind);
-            if dim == 2 && facet.is_none() && self.surfaces.contains_key(&entity) {
-                return Err(c.error_at(
-                    at,
-                    format!(
-                        "{n} elements of type {kind}, {name}, in a physical group; expected {} on the boundary",
-                        facets()
-                    ),
-                ));
-            }
-            count = count.saturating_add(n);
-            // A wrong count must not reserve memory that the file cannot fill.
-            let room = (n as usize).min(c.left() / (2 * (nodes + 1)));
-            let (mut tags, mut cell_nodes) = (Vec::new(), Vec::new());
-            if cell.is_some() {
-                tags.reserve(room);
-                cell_nodes.reserve(room * nodes);
-            }
-            for _ in 0..n {
-                let tag = c.size("an element tag")?;
-                if cell.is_some() {
-                    tags.push(tag);
-                    for _ in 0..nodes {
-                        cell_nodes.push(c.size("a node tag of an element")?);
-                    }
-                } else {
-                    let mut corners = [0; 4];
-                    for k in 0..nodes {
-                        let node = c.size("a node tag of an element")?;
-                        if let Some(corner) = corners.get_mut(k) {
-                            *corner = node;
-                        }
-                    }
-                    if let Some(kind) = facet {
-                        self.facets.push(Facet { kind, surface: entity, tag, corners });
-                    }
-                }
-                c.end_of_line("an element")?;
-            }
-            if let (Some(kind), false) = (cell, tags.is_empty()) {
-                self.cell_blocks.push(CellBlock { kind, tags, nodes: cell_nodes });
-            }
-        }
-        if count != total {
-            return Err(c.error_at(start, format!("{total} elements announced, {count} found")));
-        }
-        c.expect("$EndElements")
     }
 }
 

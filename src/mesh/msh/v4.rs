@@ -1,0 +1,113 @@
+//! Nodes, elements and entities of an MSH 4.1 file.
+
+use super::cursor::Cursor;
+use super::sections::Raw;
+use crate::Result;
+
+impl Raw {
+    /// Reads `$Entities`.
+    pub fn entities(&mut self, c: &mut Cursor) -> Result<()> {
+        let mut counts = [0u64; 4];
+        for n in &mut counts {
+            *n = c.size("the number of entities")?;
+        }
+        for (dim, &n) in counts.iter().enumerate() {
+            for _ in 0..n {
+                let tag = c.int("the tag of an entity")?;
+                for _ in 0..if dim == 0 { 3 } else { 6 } {
+                    c.double("the extent of an entity")?;
+                }
+                let groups = c.size("the number of physical groups of an entity")?;
+                for _ in 0..groups {
+                    let group = c.int("the tag of a physical group")?;
+                    if dim == 2 {
+                        // A negative tag reverses the orientation, which is found from the cells here.
+                        self.surfaces.entry(tag).or_default().push(group.saturating_abs());
+                    }
+                }
+                if dim > 0 {
+                    for _ in 0..c.size("the number of bounding entities")? {
+                        c.int("the tag of a bounding entity")?;
+                    }
+                }
+            }
+        }
+        c.expect("$EndEntities")
+    }
+
+    /// Reads `$Nodes`.
+    pub fn nodes_4(&mut self, c: &mut Cursor) -> Result<()> {
+        let at = c.pos();
+        let [blocks, total] = [c.size("the number of node blocks")?, c.size("the number of nodes")?];
+        c.size("the smallest node tag")?;
+        c.size("the largest node tag")?;
+        // A wrong count must not reserve memory that the file cannot fill.
+        let room = (total as usize).min(c.left() / 8);
+        self.tags.reserve(room);
+        self.coords.reserve(room);
+        for _ in 0..blocks {
+            let dim = c.int("the dimension of a node block")?;
+            c.int("the entity of a node block")?;
+            let parametric = c.int("the parametric flag of a node block")?;
+            let n = c.size("the number of nodes of a block")?;
+            let parameters = if parametric != 0 { dim.clamp(0, 3) } else { 0 };
+            for _ in 0..n {
+                self.tags.push(c.size("a node tag")?);
+                c.end_of_line("a node tag")?;
+            }
+            for _ in 0..n {
+                self.coords.push([c.double("a coordinate")?, c.double("a coordinate")?, c.double("a coordinate")?]);
+                for _ in 0..parameters {
+                    c.double("a node parameter")?;
+                }
+                c.end_of_line("the coordinates of a node")?;
+            }
+        }
+        if self.tags.len() as u64 != total {
+            return Err(c.error_at(at, format!("{total} nodes announced, {} found", self.tags.len())));
+        }
+        c.expect("$EndNodes")
+    }
+
+    /// Reads `$Elements`.
+    pub fn elements_4(&mut self, c: &mut Cursor) -> Result<()> {
+        let start = c.pos();
+        let [blocks, total] = [c.size("the number of element blocks")?, c.size("the number of elements")?];
+        c.size("the smallest element tag")?;
+        c.size("the largest element tag")?;
+        let mut count = 0u64;
+        for _ in 0..blocks {
+            let at = c.pos();
+            let dim = c.int("the dimension of an element block")?;
+            let entity = c.int("the entity of an element block")?;
+            let kind = c.int("the type of an element block")?;
+            let n = c.size("the number of elements of a block")?;
+            let wanted = self.element_type(c, at, kind, entity)?;
+            if wanted.dim != dim {
+                return Err(c.error_at(
+                    at,
+                    format!(
+                        "a block of {} elements in an entity of dimension {dim}; expected dimension {}",
+                        wanted.name, wanted.dim
+                    ),
+                ));
+            }
+            count = count.saturating_add(n);
+            // A wrong count must not reserve memory that the file cannot fill.
+            self.reserve(&wanted, (n as usize).min(c.left() / (2 * (wanted.nodes + 1))));
+            let mut nodes = vec![0; wanted.nodes];
+            for _ in 0..n {
+                let tag = c.size("an element tag")?;
+                for node in &mut nodes {
+                    *node = c.size("a node tag of an element")?;
+                }
+                self.take(&wanted, entity, tag, &nodes);
+                c.end_of_line("an element")?;
+            }
+        }
+        if count != total {
+            return Err(c.error_at(start, format!("{total} elements announced, {count} found")));
+        }
+        c.expect("$EndElements")
+    }
+}
