@@ -218,8 +218,9 @@ pub(super) fn summarise(
 /// A criterion in words.
 fn cause(c: &Criterion) -> String {
     format!(
-        "damping {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
+        "damping {:+.3}, motion across {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
         c.damping,
+        c.across,
         c.growth_rate,
         c.coupling,
         1e12 * c.compliance.norm(),

@@ -7,10 +7,11 @@
 //! σ = −c/2 + κ Im H/(2ω_k|H|²),   Δω = κ Re H/(2ω_k|H|²).
 //!
 //! At constant friction the mode grows only where κ < 0 (ψ_n and ψ_t so that friction takes more than the pressure gives) and H has a phase, which a
-//! rail gives and a rigid counter-body does not. It follows from the linearised system of [`super::reduced`] with the contact taken as a point.
+//! rail gives and a rigid counter-body does not. Motion across the sliding turns the friction and so is damped by c_s = Σ μp/|ṡ|: a second row with the
+//! creep u_s + f_s/(λc_s), which takes from what κ gives. It follows from the linearised system of [`super::reduced`] with the contact taken as a point.
 
 use super::reduced::{participation, Eigenpair};
-use crate::contact::{LinearContact, Tangent};
+use crate::contact::{LinearContact, Slip, Tangent};
 use crate::model::ModalPair;
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
@@ -29,36 +30,61 @@ pub struct Criterion {
     pub modes: Vec<usize>,
     /// −c/2, the part of the growth rate that damping takes, 1/s: the mean of a pair.
     pub damping: f64,
+    /// What motion across the sliding takes of the growth rate, 1/s.
+    pub across: f64,
     /// κ, 1/kg: the sum over a pair.
     pub coupling: f64,
     /// H at the frequency of the eigenvalue, m/N.
     pub compliance: C,
-    /// The growth rate that these make, 1/s.
+    /// The growth rate that all these make, 1/s.
     pub growth_rate: f64,
 }
 
-/// The contact as a point: how its normal force is spread, and how displacements are averaged.
+/// A closed node of the contact taken as a point.
+struct Node {
+    /// Row of its normal; those of x and y come before it.
+    row: usize,
+    /// Traction (x, y) per pressure.
+    friction: [f64; 2],
+    /// Direction across the sliding.
+    across: [f64; 2],
+    /// Share of the normal force.
+    force: f64,
+    /// Weight of the displacement along the normal.
+    motion: f64,
+}
+
+/// The contact as a point: forces along the normal with their friction, and across the sliding.
 struct Point {
-    /// (row of the normal, traction (x, y) per pressure) of the closed nodes.
-    nodes: Vec<(usize, [f64; 2])>,
-    /// Shares of the normal force, Σ = 1.
-    force: Vec<f64>,
-    /// Weights of the displacement, Σ = 1.
-    motion: Vec<f64>,
-    /// Compliance of what is left without modes, m/N.
-    compliance: f64,
+    nodes: Vec<Node>,
+    /// Compliance of what is left without modes: (normal, across) by both forces, m/N.
+    compliance: [[f64; 2]; 2],
+    /// c_s, N·s/m.
+    creep: f64,
+}
+
+/// What a point sees of a free mode, 1/√kg: the motion along the normal and across, and the work of both forces on it.
+#[derive(Clone, Copy)]
+struct Seen {
+    motion: [f64; 2],
+    work: [f64; 2],
 }
 
 impl Point {
-    fn new(bodies: &ModalPair, contact: &LinearContact) -> Result<Self> {
+    fn new(bodies: &ModalPair, slips: &[(usize, &Slip)]) -> Result<Self> {
         let s = bodies.residual.as_ref();
-        let nodes: Vec<(usize, [f64; 2])> =
-            contact.nodes.iter().map(|n| (3 * n.node + 2, n.tangent.friction())).collect();
+        let mut nodes: Vec<Node> = Vec::new();
+        for &(node, slip) in slips {
+            let [x, y] = slip.direction;
+            let friction = slip.direction.map(|t| -slip.friction * t);
+            nodes.push(Node { row: 3 * node + 2, friction, across: [-y, x], force: 0.0, motion: 0.0 });
+        }
+        // Displacement at a row by tractions and a pressure at a node.
+        let by = |row: usize, n: &Node, [x, y]: [f64; 2], p: f64| {
+            x * s[(row, n.row - 2)] + y * s[(row, n.row - 1)] + p * s[(row, n.row)]
+        };
         let k = nodes.len();
-        let local = Mat::from_fn(k, k, |i, j| {
-            let (row, (column, t)) = (nodes[i].0, nodes[j]);
-            s[(row, column)] + t[0] * s[(row, column - 2)] + t[1] * s[(row, column - 1)]
-        });
+        let local = Mat::from_fn(k, k, |i, j| by(nodes[i].row, &nodes[j], nodes[j].friction, 1.0));
         let spread = |matrix: Mat<f64>| -> Vec<f64> {
             matrix.partial_piv_lu().solve(Mat::from_fn(k, 1, |_, _| 1.0)).col(0).iter().copied().collect()
         };
@@ -69,33 +95,55 @@ impl Point {
                 "criterion: the residual compliance of the closed nodes is not positive".into(),
             ));
         }
-        let share = |v: Vec<f64>| v.into_iter().map(|v| v / total).collect();
-        Ok(Self { nodes, force: share(force), motion: share(motion), compliance: 1.0 / total })
+        for (n, (force, motion)) in nodes.iter_mut().zip(force.into_iter().zip(motion)) {
+            (n.force, n.motion) = (force / total, motion / total);
+        }
+        let along = |i: &Node, n: &Node, t: [f64; 2], p: f64| {
+            i.across[0] * by(i.row - 2, n, t, p) + i.across[1] * by(i.row - 1, n, t, p)
+        };
+        let sum = |of: &dyn Fn(&Node, &Node) -> f64| -> f64 {
+            nodes.iter().map(|i| nodes.iter().map(|j| j.force * of(i, j)).sum::<f64>()).sum()
+        };
+        let compliance = [
+            [1.0 / total, sum(&|i, j| i.motion * by(i.row, j, j.across, 0.0))],
+            [sum(&|i, j| i.force * along(i, j, j.friction, 1.0)), sum(&|i, j| i.force * along(i, j, j.across, 0.0))],
+        ];
+        let creep = slips.iter().map(|(_, s)| s.across[1] / s.across[0]).sum();
+        Ok(Self { nodes, compliance, creep })
     }
 
-    /// ψ_n and f of a free mode, 1/√kg.
-    fn seen(&self, bodies: &ModalPair, k: usize) -> [f64; 2] {
+    fn seen(&self, bodies: &ModalPair, k: usize) -> Seen {
         let psi = bodies.modes.col(k);
-        let mut seen = [0.0; 2];
-        for ((&(row, t), force), motion) in self.nodes.iter().zip(&self.force).zip(&self.motion) {
-            seen[0] += motion * psi[row];
-            seen[1] += force * (psi[row] + t[0] * psi[row - 2] + t[1] * psi[row - 1]);
+        let mut seen = Seen { motion: [0.0; 2], work: [0.0; 2] };
+        for n in &self.nodes {
+            let along = |[x, y]: [f64; 2]| x * psi[n.row - 2] + y * psi[n.row - 1];
+            seen.motion[0] += n.motion * psi[n.row];
+            seen.work[0] += n.force * (psi[n.row] + along(n.friction));
+            seen.motion[1] += n.force * along(n.across);
         }
+        seen.work[1] = seen.motion[1];
         seen
     }
 }
 
 /// The closed form for the `pairs` of bodies that slide all over the contact, in their order; none where part of it sticks.
 pub fn criteria(bodies: &ModalPair, contact: &LinearContact, pairs: &[Eigenpair]) -> Result<Vec<Criterion>> {
-    if contact.nodes.iter().any(|n| matches!(n.tangent, Tangent::Stick { .. })) || contact.nodes.is_empty() {
+    let mut slips = Vec::new();
+    for n in &contact.nodes {
+        match &n.tangent {
+            Tangent::Slip(slip) => slips.push((n.node, slip)),
+            _ => return Ok(Vec::new()),
+        }
+    }
+    if slips.is_empty() {
         return Ok(Vec::new());
     }
-    let point = Point::new(bodies, contact)?;
-    let seen: Vec<[f64; 2]> = (0..bodies.omega.len()).map(|k| point.seen(bodies, k)).collect();
-    pairs.iter().map(|pair| of_pair(bodies, &seen, point.compliance, pair)).collect()
+    let point = Point::new(bodies, &slips)?;
+    let seen: Vec<Seen> = (0..bodies.omega.len()).map(|k| point.seen(bodies, k)).collect();
+    pairs.iter().map(|pair| of_pair(bodies, &point, &seen, pair)).collect()
 }
 
-fn of_pair(bodies: &ModalPair, seen: &[[f64; 2]], local: f64, pair: &Eigenpair) -> Result<Criterion> {
+fn of_pair(bodies: &ModalPair, point: &Point, seen: &[Seen], pair: &Eigenpair) -> Result<Criterion> {
     let m = bodies.omega.len();
     let share = participation(bodies, pair);
     let first = (0..m).max_by(|&a, &b| share[a].total_cmp(&share[b])).unwrap_or(0);
@@ -111,32 +159,56 @@ fn of_pair(bodies: &ModalPair, seen: &[[f64; 2]], local: f64, pair: &Eigenpair) 
         C::new(bodies.stiffness.get(i, j) - inertia, omega * bodies.damping.get(i, j))
     };
     let matrix = Mat::from_fn(rest.len(), rest.len(), |a, b| dynamic(rest[a], rest[b]));
-    let driven = Mat::from_fn(rest.len(), 1, |a, _| C::from(seen[rest[a]][1]));
+    let driven = Mat::from_fn(rest.len(), 2, |a, c| C::from(seen[rest[a]].work[c]));
     let moved = matrix.partial_piv_lu().solve(driven);
-    let compliance = rest.iter().enumerate().map(|(a, &k)| moved[(a, 0)] * seen[k][0]).sum::<C>() + local;
+    let mut h = [[C::default(); 2]; 2];
+    for (r, row) in h.iter_mut().enumerate() {
+        for (c, v) in row.iter_mut().enumerate() {
+            let modal = rest.iter().enumerate().map(|(a, &k)| moved[(a, c)] * seen[k].motion[r]).sum::<C>();
+            *v = modal + point.compliance[r][c];
+        }
+    }
+    // Without friction that turns nothing is done across.
+    let creep = if point.creep > 0.0 { (C::i() * omega * point.creep).inv() } else { C::from(f64::INFINITY) };
+    let alone = [[h[0][0].inv(), C::default()], [C::default(); 2]];
+    let (a, b, c, d) = (h[0][0], h[0][1], h[1][0], h[1][1] + creep);
+    let determinant = a * d - b * c;
+    let both = match determinant.is_finite() {
+        true => [[d / determinant, -b / determinant], [-c / determinant, a / determinant]],
+        false => alone,
+    };
+    let growth = |inverse: &[[C; 2]; 2]| grown(bodies, seen, &own, inverse, pair.value);
+    let growth_rate = growth(&both)?;
+    Ok(Criterion {
+        damping: -0.5 * own.iter().map(|&k| bodies.damping.get(k, k)).sum::<f64>() / own.len() as f64,
+        across: growth_rate - growth(&alone)?,
+        coupling: own.iter().map(|&k| seen[k].motion[0] * seen[k].work[0]).sum(),
+        compliance: h[0][0],
+        growth_rate,
+        modes: own,
+    })
+}
 
-    // λ² + Cλ + K + f ψ_nᵀ/H of the own modes, as a companion matrix in units of ω.
-    let n = own.len();
+/// Growth rate of the modes `own` on a contact with the compliance's `inverse`: that of the eigenvalue nearest to `value`.
+fn grown(bodies: &ModalPair, seen: &[Seen], own: &[usize], inverse: &[[C; 2]; 2], value: C) -> Result<f64> {
+    let (n, omega) = (own.len(), value.im.abs());
+    let coupled = |a: &Seen, b: &Seen| -> C {
+        (0..2).map(|r| (0..2).map(|c| inverse[r][c] * a.work[r] * b.motion[c]).sum::<C>()).sum()
+    };
+    // λ² + Cλ + K + (work)ᵀH⁻¹(motion), as a companion matrix in units of ω.
     let companion = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => C::default(),
         (true, false) => C::from(f64::from(u8::from(i == j - n))),
         (false, true) => {
             let (a, b) = (own[i - n], own[j]);
-            let coupled = C::from(seen[a][1] * seen[b][0]) / compliance;
-            -(C::from(bodies.stiffness.get(a, b)) + coupled) / (omega * omega)
+            -(coupled(&seen[a], &seen[b]) + bodies.stiffness.get(a, b)) / (omega * omega)
         }
         (false, false) => C::from(-bodies.damping.get(own[i - n], own[j - n]) / omega),
     });
     let values = companion.eigenvalues().map_err(|e| Error::NotConverged(format!("criterion: {e:?}")))?;
-    let wanted = C::new(pair.value.re, omega) / omega;
+    let wanted = C::new(value.re, omega) / omega;
     let nearest = values.into_iter().min_by(|a, b| (a - wanted).norm().total_cmp(&(b - wanted).norm()));
-    Ok(Criterion {
-        damping: -0.5 * own.iter().map(|&k| bodies.damping.get(k, k)).sum::<f64>() / n as f64,
-        coupling: own.iter().map(|&k| seen[k][0] * seen[k][1]).sum(),
-        compliance,
-        growth_rate: nearest.map_or(f64::NAN, |v| v.re * omega),
-        modes: own,
-    })
+    Ok(nearest.map_or(f64::NAN, |v| v.re * omega))
 }
 
 #[cfg(test)]
@@ -144,7 +216,7 @@ mod tests {
     use super::super::reduced::eigenpairs;
     use super::*;
     use crate::body::ReducedBody;
-    use crate::contact::{LinearNode, Slip};
+    use crate::contact::LinearNode;
 
     /// A wheel of one mode on a rail of one mode, at one contact that slides along y at constant friction 0.3; on either side of the rail's resonance
     /// and on a rail at rest.
@@ -180,7 +252,7 @@ mod tests {
             let first_order = c.damping + c.coupling * c.compliance.im / (2.0 * 2200.0 * c.compliance.norm_sqr());
             assert!((c.growth_rate - grown).abs() < 0.03 * (grown - c.damping).abs(), "{c:?} {grown}");
             assert!((first_order - grown).abs() < 0.1 * (grown - c.damping).abs(), "{first_order} {grown} {omega}");
-            assert!((c.damping + 0.25).abs() < 1e-15);
+            assert!((c.damping + 0.25).abs() < 1e-15 && c.across == 0.0, "{c:?}");
             signs.push((c.coupling.signum(), c.compliance.im.signum()));
         }
         // A rail's mode always lags: only the sign of κ decides; the wheel sees μτ·ψ_t of either sign.

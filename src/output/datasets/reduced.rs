@@ -44,6 +44,10 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
         let by_rows = |m: &Mat<f64>| -> Vec<f64> {
             (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
         };
+        if body.reach.is_finite() && body.omega.last().is_some_and(|last| body.reach > *last) {
+            let text = "Angular frequency up to which the modes are known, beyond the last one.";
+            tables.push(Table::list(&path("reach"), "rad/s", text, vec![body.reach]));
+        }
         let text = "Angular frequencies of the free-interface modes, ascending.";
         tables.push(Table::list(&path("omega"), "rad/s", text, body.omega.clone()));
         tables.push(Table::list(&path("residual"), "1", "Relative residual of each mode.", residual));
@@ -159,7 +163,11 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         modes.push((frequency, line(&path("residual"))?));
         parts.push(match job.analyses.modes {
             Some(_) => {
-                let reach = omega.last().copied().unwrap_or(0.0);
+                let last = omega.last().copied().unwrap_or(0.0);
+                let reach = match reader.has(&path("reach")) {
+                    true => line(&path("reach"))?.first().copied().unwrap_or(last),
+                    false => last,
+                };
                 let rotation = match reader.has(&path("gyroscopic")) {
                     true => {
                         let modal = |what: &str| square(&path(what), omega.len());

@@ -158,6 +158,7 @@ pub fn causes(all: &[Criterion]) -> Vec<Table> {
             all.iter().map(|c| c.modes.first().map_or(-1, |&k| k as i64)).collect::<Vec<i64>>(),
         ),
         list("damping", "1/s", "Part of the growth rate that the mode's own damping makes.", &|c| c.damping),
+        list("across", "1/s", "Part of it by motion across the sliding, which turns the friction.", &|c| c.across),
         list(
             "coupling",
             "1/kg",
