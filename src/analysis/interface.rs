@@ -36,7 +36,7 @@ pub(super) fn steady_rolling<'a>(
     let job::Steady { tolerance, max_iterations } = wanted.cloned().unwrap_or_default();
     SteadyProblem {
         interface,
-        compliance: pair.influence(),
+        compliance: pair.at_rest(),
         friction: contact.friction.clone(),
         speed: contact.speed,
         creepage: creepage(contact),
@@ -86,7 +86,7 @@ pub(super) fn steady_sliding<'a>(
     }
     Ok(SlidingProblem {
         interface,
-        compliance: pair.influence(),
+        compliance: pair.at_rest(),
         friction: contact.friction.clone(),
         speed: contact.speed,
         creepage: creepage(contact),

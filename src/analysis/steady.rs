@@ -11,8 +11,9 @@ use super::steps::Needs;
 use crate::contact::SteadySolution;
 use crate::grid::Interface;
 use crate::job::{self, Compliance, Job};
+use crate::model::ModalPair;
 use crate::output::datasets::contact::tables;
-use crate::output::{contact_fields, PointField, ResultFile};
+use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
 use crate::{Error, Result};
 
@@ -49,6 +50,12 @@ pub fn run(
         }
         run.file.tables(tables(s, solution, !contact.friction.is_constant()));
         summarise(contact, solution, &mut run.summary);
+        if let Some([x, y, n]) = model.on_root().and_then(|r| deflection(&r.interface, &r.pair, solution)) {
+            let text = format!("x {:.1}, y {:.1}, n {:.1} µm, part of the placement", 1e6 * x, 1e6 * y, 1e6 * n);
+            run.summary.value("bodies give way by", text);
+            let text = "What the bodies give way by under the load at the middle of the contact (x, y, n), upper against lower; the placement has it already.";
+            run.file.tables([Table::list("/contact/deflection", "m", text, vec![x, y, n])]);
+        }
     }
     if contact.compliance == Compliance::Fe && run.job.output.fields {
         run.progress.stage("fields in the bodies");
@@ -122,4 +129,16 @@ fn summarise(contact: &job::Contact, r: &SteadySolution, summary: &mut Summary) 
     }
     summary.value("contact nodes closed / in stick", format!("{closed} / {stick}"));
     summary.value("residual, iterations", format!("{:.1e}, {}", r.residual, r.iterations));
+}
+
+/// What the bodies give way by at the middle of the contact, where their placement has it already.
+fn deflection(interface: &Interface, pair: &ModalPair, solution: &SteadySolution) -> Option<[f64; 3]> {
+    let of = |i: usize| {
+        let [x, y] = solution.traction[i];
+        [x, y, solution.pressure[i]].map(|v| v * interface.weight[i])
+    };
+    let reaction: Vec<f64> = (0..interface.len()).flat_map(of).collect();
+    let moved = pair.deflection(&reaction)?;
+    let middle = interface.x.len() / 2 + interface.x.len() * (interface.y.len() / 2);
+    Some(std::array::from_fn(|c| moved[3 * middle + c]))
 }

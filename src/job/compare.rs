@@ -40,6 +40,7 @@ pub fn fe_inputs(job: &Job) -> Value {
             speed: None,
             angular_speed: None,
             creepage: GivenCreepage::default(),
+            loaded: true,
             ..placement.clone()
         });
         inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);

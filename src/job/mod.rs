@@ -113,11 +113,12 @@ impl Job {
             }
             match &mut body.mesh {
                 None => {}
-                Some(MeshSource::Revolved(revolved)) => {
-                    if matches!(revolved.section, Section::W920S) && body.damping == Damping::default() {
-                        body.damping = Damping::of_steel_wheels();
-                    }
+                Some(MeshSource::Revolved(Revolved { section: Section::W920S, .. }))
+                    if body.damping == Damping::default() =>
+                {
+                    body.damping = Damping::of_steel_wheels();
                 }
+                Some(MeshSource::Revolved(_)) => {}
                 Some(MeshSource::Extruded(_)) => {
                     body.track.get_or_insert_default();
                 }

@@ -234,7 +234,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("bodies.lower.fixed=[\"inner\",\"inner\"]".into(), vec!["fixed.1", "twice"]),
         ("bodies.lower.fixed=[\"contact\"]".into(), vec!["cannot be clamped"]),
         ("bodies.lower.fixed=[]".into(), vec!["bodies.lower.fixed: no fixed support", "static problem"]),
-        ("bodies.lower.mesh={}".into(), vec!["mesh: give exactly one of the keys \"cylinder\", \"file\", \"revolved\"; found 0"]),
+        ("bodies.lower.mesh={}".into(), vec!["mesh: give exactly one of the keys \"cylinder\", \"file\", \"revolved\", \"extruded\"; found 0"]),
         ("bodies.lower.mesh=5".into(), vec!["mesh: found the number 5, expected an object with one of the keys"]),
         ("contact.speed=0".into(), vec!["contact.speed: found 0, expected a number > 0 (m/s)"]),
         ("contact.friction=-0.1".into(), vec!["contact.friction: found -0.1, expected a number ≥ 0"]),
@@ -463,7 +463,7 @@ fn another_form_of_the_mesh_takes_the_place_of_the_first() {
     let wrong = read(job.to_string().as_bytes(), &[]).unwrap_err().to_string();
     says(&wrong, &["bodies.lower.mesh.file.scale: found 0", "bodies.lower.mesh.file.unit: unknown key"]);
     let both = read(ANNULUS, &["bodies.lower.mesh.file=x.msh"]).unwrap_err().to_string();
-    says(&both, &["give exactly one of the keys \"cylinder\", \"file\", \"revolved\"; found 2"]);
+    says(&both, &["give exactly one of the keys \"cylinder\", \"file\", \"revolved\", \"extruded\"; found 2"]);
 }
 
 #[test]

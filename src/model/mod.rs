@@ -5,6 +5,7 @@ mod pair;
 mod receptance;
 mod rotating;
 
+use crate::body::half_space::HalfSpace;
 use crate::body::{ModeName, ReducedBody, Side};
 use crate::grid::Interface;
 use crate::job::{self, Job};
@@ -92,7 +93,15 @@ impl ReducedModel {
             rotation[1] = rotation[0].clone();
         }
         let place = [0, if alike { 0 } else { 1 }];
-        Ok(Self { own, rotation, at_rest, ..Self::new(interface, bodies, place)? })
+        let mut model = Self { own, rotation, at_rest, ..Self::new(interface, bodies, place)? };
+        if job.is_loaded() {
+            let [lower, upper] = given.map(|body| {
+                let m = body.ok_or_else(missing)?.elastic()?;
+                HalfSpace { young: m.young, poisson: m.poisson }.compliance(&model.interface.x, &model.interface.y)
+            });
+            model.pair.local = Some(combined_compliance(lower?.as_ref(), upper?.as_ref())?);
+        }
+        Ok(model)
     }
 
     /// Puts `bodies` together, `place` naming the lower and the upper one.

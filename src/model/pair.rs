@@ -13,6 +13,8 @@ use faer::{Mat, MatRef};
 pub struct ModalPair {
     /// W = C1 + E C2 E, m/N, `[3n, 3n]`; its transpose where bodies rotate, see [`influence`](Self::influence).
     pub compliance: Mat<f64>,
+    /// What of W a state of rest sees where the bodies are placed as they are under the load: that of half-spaces, m/N, `[3n, 3n]`.
+    pub local: Option<Mat<f64>>,
     /// Residual S = W − Ψ K⁻¹ Ψᵀ, m/N, `[3n, 3n]`.
     pub residual: Mat<f64>,
     /// Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m1 + m2]`.
@@ -71,7 +73,19 @@ impl ModalPair {
             Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
         let compliance = if turning.is_some() { compliance.transpose().to_owned() } else { compliance };
         let names = [lower.names.clone(), upper.names.clone()];
-        Ok(Self { compliance, residual, modes, omega, stiffness, damping, turning, lower_modes: m1, names, reach })
+        Ok(Self {
+            compliance,
+            local: None,
+            residual,
+            modes,
+            omega,
+            stiffness,
+            damping,
+            turning,
+            lower_modes: m1,
+            names,
+            reach,
+        })
     }
 
     /// W, m/N, `[3n, 3n]`: symmetric of bodies at rest; that of bodies that rotate is not, since damping acts on what only turns, and is kept by rows.
@@ -80,6 +94,19 @@ impl ModalPair {
             Some(_) => self.compliance.transpose(),
             None => self.compliance.as_ref(),
         }
+    }
+
+    /// The influence matrix of a state of rest: W, or what of it acts beside the deflection that the placement has already.
+    pub fn at_rest(&self) -> MatRef<'_, f64> {
+        self.local.as_ref().map_or(self.influence(), Mat::as_ref)
+    }
+
+    /// What the bodies give way by at the contact rows under the reactions `reaction`, N, `[3n]`, and has no part in a state of rest, m, `[3n]`; none
+    /// where all has.
+    pub fn deflection(&self, reaction: &[f64]) -> Option<Vec<f64>> {
+        let local = self.local.as_ref()?;
+        let force = faer::ColRef::from_slice(reaction);
+        Some((self.influence() * force - local * force).iter().copied().collect())
     }
 
     /// Makes the compliance anew from the residual and the modes, which have changed.
@@ -126,6 +153,7 @@ impl ModalPair {
         let list = |of: &dyn Fn(&ModalPair) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
         Self {
             compliance: broadcast(world, root.map(|p| &p.compliance)),
+            local: Some(broadcast(world, root.and_then(|p| p.local.as_ref()))).filter(|m| m.nrows() > 0),
             residual: broadcast(world, root.map(|p| &p.residual)),
             modes: broadcast(world, root.map(|p| &p.modes)),
             omega: list(&|p| p.omega.clone()),

@@ -252,7 +252,7 @@ mod tests {
             let first_order = c.damping + c.coupling * c.compliance.im / (2.0 * 2200.0 * c.compliance.norm_sqr());
             assert!((c.growth_rate - grown).abs() < 0.03 * (grown - c.damping).abs(), "{c:?} {grown}");
             assert!((first_order - grown).abs() < 0.1 * (grown - c.damping).abs(), "{first_order} {grown} {omega}");
-            assert!((c.damping + 0.25).abs() < 1e-15 && c.across == 0.0, "{c:?}");
+            assert!((c.damping + 0.25).abs() < 1e-15 && c.across.abs() < 1e-12, "{c:?}");
             signs.push((c.coupling.signum(), c.compliance.im.signum()));
         }
         // A rail's mode always lags: only the sign of κ decides; the wheel sees μτ·ψ_t of either sign.

@@ -39,6 +39,12 @@ impl History {
         Ok(Self { points: points.iter().map(|p| (p[0], p[1])).collect() })
     }
 
+    /// The same with a constant added.
+    pub fn plus(mut self, value: f64) -> Self {
+        self.points.iter_mut().for_each(|p| p.1 += value);
+        self
+    }
+
     /// The value at time `t`, s; outside the table that of its end.
     pub fn at(&self, t: f64) -> f64 {
         let after = self.points.partition_point(|p| p.0 <= t);

@@ -192,3 +192,36 @@ fn sweeps_move_the_wheel() {
     let apart = |point: usize| (0..3).map(|c| (swept[3 * point + c] - own[c]).abs()).fold(0.0, f64::max);
     assert!(apart(1) < 1e-6 * 6e4 && apart(0) > 10.0 && swept[6].is_nan(), "{own:?} {swept:?}");
 }
+
+/// Where the placement is that under the load, the forces are those of half-spaces, whatever the rail gives way by, and a transient begins at rest.
+#[test]
+fn a_rail_that_gives_way_has_the_forces_of_half_spaces() {
+    let mut job = job("wheel-on-rail.json");
+    job["analyses"] =
+        json!({ "modes": { "max_frequency": 300 }, "steady": {}, "transient": { "duration": 2e-3, "step": 1e-5 } });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(2, "run", &[]);
+    assert!(ran.good().out.contains("bodies give way by"), "{}", ran.out);
+    let force = numbers(&folder, "contact/force");
+    let deflection = numbers(&folder, "contact/deflection");
+    // 61 and 31 nm/N along y of rail and wheel, under 21 kN.
+    assert!(
+        (deflection[1].abs() - 92.2e-9 * force[1].abs()).abs() < 0.1e-3 && deflection[2] > 0.1e-3,
+        "{deflection:?}"
+    );
+    let history = numbers(&folder, "transient/force");
+    let moved = history.chunks_exact(3).map(|f| (0..3).map(|c| (f[c] - force[c]).abs()).fold(0.0, f64::max));
+    let moved = moved.fold(0.0, f64::max);
+    assert!(moved < 1e-4 * force[2].abs(), "{moved}");
+    for body in ["lower", "upper"] {
+        let keys = job["bodies"][body].as_object_mut().expect("a body");
+        keys.remove("mesh");
+        keys.remove("fixed");
+    }
+    job["contact"]["compliance"] = json!("half_space");
+    job["analyses"] = json!({ "steady": {} });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let alone = numbers(&folder, "contact/force");
+    assert!((0..3).all(|c| (force[c] - alone[c]).abs() < 1e-5 * force[2].abs()), "{force:?} {alone:?}");
+}

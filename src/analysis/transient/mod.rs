@@ -21,6 +21,7 @@ use crate::body::TraceModes;
 use crate::contact::points::{bear_load, linearised, reactions};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
+use crate::grid::Interface;
 use crate::job::{self, Direction, Hold, Job, StabilityState, StartState, TransientSolver};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
@@ -177,18 +178,27 @@ fn advance(
     let (root, segments) = (inputs.model.root()?, inputs.segments()?);
     let wanted = inputs.wanted;
     let at_points = at_points(inputs, root)?;
+    // The settings follow from the state of rest, whose approach is held; a resumed run finds the same again.
+    let rest = match &at_points {
+        Some(_) => None,
+        None => Some(Rest::of(inputs, root)?),
+    };
+    let interface = rest.as_ref().map_or_else(|| root.interface.clone(), |rest| rest.interface(&root.interface));
     let model = match &at_points {
         Some(points) => points.model(&root.pair),
-        None => Model::of(&root.pair, &root.interface),
+        None => Model::of(&root.pair, &interface),
     };
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
     scheme.check(model.omega)?;
     let identity = checkpoint::identity(&model);
     let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
-    // The settings follow from the state of rest, whose approach is held; a resumed run finds the same again.
-    let (rest, approach) = match &at_points {
-        Some(points) => points.at_rest(&model),
-        None => at_rest(inputs, root, &model)?,
+    let (rest, approach, deflected) = match (&at_points, &rest) {
+        (Some(points), _) => {
+            let (rest, approach) = points.at_rest(&model);
+            (rest, approach, [0.0; 2])
+        }
+        (None, Some(rest)) => (rest.state(&model), rest.approach, rest.slopes(&root.interface)),
+        (None, None) => return Err(Error::Defect("a transient without a state of rest".into())),
     };
     let settings = Settings {
         scheme,
@@ -198,7 +208,7 @@ fn advance(
             TransientSolver::FixedPoint => ContactSolver::FixedPoint,
         },
         tolerance: wanted.tolerance,
-        drive: drive(wanted, inputs.contact, approach)?,
+        drive: drive(wanted, inputs.contact, approach, deflected)?,
     };
     let total = wanted.steps();
     let mut stepper;
@@ -296,8 +306,49 @@ fn start_state(job: &Job, wanted: &job::Transient) -> StartState {
     })
 }
 
-/// The state of rest and its approach.
-fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Result<(State, f64)> {
+/// The state of rest.
+struct Rest {
+    /// Reactions, N, `[3n]`.
+    reaction: Vec<f64>,
+    /// Coefficients of friction, `[n]`.
+    friction: Vec<f64>,
+    /// m.
+    approach: f64,
+    /// What of the displacements the placement has already, m, `[3n]`.
+    deflection: Option<Vec<f64>>,
+}
+
+impl Rest {
+    fn of(inputs: &Inputs<'_>, root: &ReducedModel) -> Result<Self> {
+        let (reaction, friction, approach) = at_rest(inputs, root)?;
+        let deflection = root.pair.deflection(&reaction);
+        Ok(Self { reaction, friction, approach, deflection })
+    }
+
+    /// The interface of bodies without load, whose gap becomes that of `placed` ones under it.
+    fn interface(&self, placed: &Interface) -> Interface {
+        match &self.deflection {
+            Some(moved) => placed.with_gap((0..placed.len()).map(|i| placed.gap[i] - moved[3 * i + 2]).collect()),
+            None => placed.clone(),
+        }
+    }
+
+    /// ∂/∂x of the deflection along x and y.
+    fn slopes(&self, interface: &Interface) -> [f64; 2] {
+        let Some(moved) = &self.deflection else { return [0.0; 2] };
+        // The deflection goes with x and y, no higher: any line along x will do.
+        let (nx, x) = (interface.x.len(), &interface.x);
+        let length = x[nx - 1] - x[0];
+        [0, 1].map(|c| (moved[3 * (nx - 1) + c] - moved[c]) / length)
+    }
+
+    fn state(&self, model: &Model<'_>) -> State {
+        State::at_rest(model, &self.reaction, self.approach).remembering(&self.friction)
+    }
+}
+
+/// Reactions, coefficients of friction and approach of the state of rest.
+fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel) -> Result<(Vec<f64>, Vec<f64>, f64)> {
     let contact = inputs.contact;
     let histories = inputs.wanted.histories.clone().unwrap_or_default();
     // A history says what holds at the start too.
@@ -353,7 +404,7 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel, model: &Model<'_>) -> Resul
     let reaction: Vec<f64> = (0..interface.len())
         .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
         .collect();
-    Ok((State::at_rest(model, &reaction, approach).remembering(&friction), approach))
+    Ok((reaction, friction, approach))
 }
 
 /// The contact points of the job, under its load or their given forces; none of a job with a grid.
@@ -422,11 +473,11 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
 pub fn check(wanted: &job::Transient, contact: &job::Contact) -> Result<()> {
     Scheme { step: wanted.step, theta: wanted.theta }.check(&[])?;
     sound::check(wanted)?;
-    drive(wanted, contact, 0.0).map(|_| ())
+    drive(wanted, contact, 0.0, [0.0; 2]).map(|_| ())
 }
 
-/// What is prescribed in time.
-fn drive(wanted: &job::Transient, contact: &job::Contact, approach: f64) -> Result<Drive> {
+/// What is prescribed in time; `deflected` are the derivatives along x of a deflection that is part of the placement: its material passes too.
+fn drive(wanted: &job::Transient, contact: &job::Contact, approach: f64, deflected: [f64; 2]) -> Result<Drive> {
     let histories = wanted.histories.clone().unwrap_or_default();
     let history = |key: &str, table: &Option<Vec<[f64; 2]>>, constant: f64, factor: f64| -> Result<History> {
         let Some(points) = table else { return Ok(History::constant(constant * factor)) };
@@ -447,8 +498,10 @@ fn drive(wanted: &job::Transient, contact: &job::Contact, approach: f64) -> Resu
     Ok(Drive {
         normal,
         tangential: [
-            Tangential::Creep(history("longitudinal", &histories.longitudinal, c.longitudinal, v)?),
-            Tangential::Creep(history("lateral", &histories.lateral, c.lateral, v)?),
+            Tangential::Creep(
+                history("longitudinal", &histories.longitudinal, c.longitudinal, v)?.plus(-v * deflected[0]),
+            ),
+            Tangential::Creep(history("lateral", &histories.lateral, c.lateral, v)?.plus(-v * deflected[1])),
         ],
         spin: history("spin", &histories.spin, c.spin, v)?,
         speed: v,

@@ -179,6 +179,11 @@ impl Job {
         self.contact.as_ref()?.placement.as_ref()
     }
 
+    /// Whether the contact is where bodies that yield as a whole are under the load.
+    pub fn is_loaded(&self) -> bool {
+        self.is_swept() && self.placement().is_some_and(|p| p.loaded)
+    }
+
     /// Distance of the nodes of the contact grid, m, where the job says it.
     pub fn contact_spacing(&self) -> Option<f64> {
         let of_patch = self.contact.as_ref().and_then(|c| c.patch).and_then(|p| p.spacing);

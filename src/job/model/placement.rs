@@ -83,6 +83,10 @@ pub struct Placement {
     /// The point of contact, instead of shift and roll.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<GivenContact>,
+    /// Whether this is the position under the load: what bodies that are swept give way by, a rail by a millimetre, then does not move the contact. Else
+    /// that of bodies without load.
+    #[serde(default = "yes")]
+    pub loaded: bool,
     /// Speed along the track. Default: `contact.speed`, in the place of which the mean of the speeds comes with which both materials pass the contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
@@ -140,6 +144,10 @@ pub enum TrackSide {
     Left,
     /// The right-hand wheel and rail.
     Right,
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn standard_gauge() -> f64 {

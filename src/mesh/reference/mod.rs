@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn rules_are_exact() {
         let factorial = |n: u32| (1..=n).product::<u32>() as f64;
-        let line = |n: u32| if n % 2 == 0 { 2.0 / f64::from(n + 1) } else { 0.0 };
+        let line = |n: u32| if n.is_multiple_of(2) { 2.0 / f64::from(n + 1) } else { 0.0 };
         let exact = |kind: CellKind, [i, j, k]: [u32; 3]| match kind.linear() {
             CellKind::Tet4 => factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 3),
             CellKind::Wedge6 => factorial(i) * factorial(j) / factorial(i + j + 2) * line(k),
