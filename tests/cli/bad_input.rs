@@ -133,7 +133,7 @@ fn wrong_mesh_files() {
     job["bodies"]["lower"]["mesh"]["file"] = json!("lower.msh");
     let cases: [(String, &[&str]); 4] = [
         (mesh[..mesh.len() / 2].to_string(), &["lower.msh"]),
-        (mesh.replacen("4.1 0 8", "2.2 0 8", 1), &["lower.msh", "2.2", "4.1"]),
+        (mesh.replacen("4.1 0 8", "4.0 0 8", 1), &["lower.msh", "4.0", "4.1", "2.2"]),
         (mesh.replace("\"base\"", "\"floor\""), &["bodies.lower.fixed", "\"base\"", "\"floor\""]),
         (String::new(), &["lower.msh"]),
     ];
