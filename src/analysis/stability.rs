@@ -36,7 +36,11 @@ pub(super) fn run(
         let found = examined.analyse()?;
         let smallest = memory::smallest(&contact.friction, |law| examined.sharpness(law))?;
         let sensitivities = sensitivity::wanted(&examined, &found, root)?;
-        let criteria = criteria(&root.pair, &found.contact, listed(&found.spectrum))?;
+        // Points apart from each other are not one.
+        let criteria = match root.interface.are_points() {
+            true => Vec::new(),
+            false => criteria(&root.pair, &found.contact, listed(&found.spectrum))?,
+        };
         Ok((found, (smallest, sensitivities, criteria)))
     })?;
     let (found, (smallest, sensitivities, criteria)) =

@@ -71,7 +71,8 @@ struct Seen {
 }
 
 impl Point {
-    fn new(bodies: &ModalPair, slips: &[(usize, &Slip)]) -> Result<Self> {
+    /// None where the contact does not yield by itself.
+    fn new(bodies: &ModalPair, slips: &[(usize, &Slip)]) -> Option<Self> {
         let s = bodies.residual.as_ref();
         let mut nodes: Vec<Node> = Vec::new();
         for &(node, slip) in slips {
@@ -91,9 +92,7 @@ impl Point {
         let (force, motion) = (spread(local.clone()), spread(local.transpose().to_owned()));
         let total: f64 = force.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
-            return Err(Error::NotConverged(
-                "criterion: the residual compliance of the closed nodes is not positive".into(),
-            ));
+            return None;
         }
         for (n, (force, motion)) in nodes.iter_mut().zip(force.into_iter().zip(motion)) {
             (n.force, n.motion) = (force / total, motion / total);
@@ -109,7 +108,7 @@ impl Point {
             [sum(&|i, j| i.force * along(i, j, j.friction, 1.0)), sum(&|i, j| i.force * along(i, j, j.across, 0.0))],
         ];
         let creep = slips.iter().map(|(_, s)| s.across[1] / s.across[0]).sum();
-        Ok(Self { nodes, compliance, creep })
+        Some(Self { nodes, compliance, creep })
     }
 
     fn seen(&self, bodies: &ModalPair, k: usize) -> Seen {
@@ -126,7 +125,8 @@ impl Point {
     }
 }
 
-/// The closed form for the `pairs` of bodies that slide all over the contact, in their order; none where part of it sticks.
+/// The closed form for the `pairs` of bodies that slide all over the contact, in their order; none where part of it sticks, or where it does not yield by
+/// itself.
 pub fn criteria(bodies: &ModalPair, contact: &LinearContact, pairs: &[Eigenpair]) -> Result<Vec<Criterion>> {
     let mut slips = Vec::new();
     for n in &contact.nodes {
@@ -138,7 +138,7 @@ pub fn criteria(bodies: &ModalPair, contact: &LinearContact, pairs: &[Eigenpair]
     if slips.is_empty() {
         return Ok(Vec::new());
     }
-    let point = Point::new(bodies, &slips)?;
+    let Some(point) = Point::new(bodies, &slips) else { return Ok(Vec::new()) };
     let seen: Vec<Seen> = (0..bodies.omega.len()).map(|k| point.seen(bodies, k)).collect();
     pairs.iter().map(|pair| of_pair(bodies, &point, &seen, pair)).collect()
 }
