@@ -259,7 +259,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ),
         (
             "bodies.lower.damping={\"modal\":{}}".into(),
-            vec!["damping.modal: give exactly one of the keys \"by_mode\", \"by_frequency\"; found 0"],
+            vec!["damping.modal: give exactly one of the keys \"by_mode\", \"by_frequency\", \"by_diameter\"; found 0"],
         ),
         ("bodies.lower.damping={\"modal\":{\"by_mode\":[]}}".into(), vec!["modal.by_mode: the list is empty"]),
         (
