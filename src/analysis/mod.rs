@@ -102,11 +102,15 @@ fn capable(job: &Job) -> Result<()> {
             Capability::Surface => "surfaces that radiate sound",
             Capability::FullSystem => "matrices",
         };
-        for (name, body) in job.bodies() {
+        let sounding = job.analyses.transient.as_ref().and_then(|t| t.sound_power.as_ref()).map(|s| &s.bodies);
+        let asked =
+            |name: &str| what != Capability::Surface || sounding.is_none_or(|all| all.iter().any(|b| b.name() == name));
+        for (name, body) in job.bodies().into_iter().filter(|(name, _)| asked(name)) {
             let (kind, is) = match body.matrices {
                 Some(_) => (Kind::Matrices, "is given by matrices"),
                 None if half_space => (Kind::HalfSpace, "is a half-space"),
                 None if body.is_half_space() => (Kind::HalfSpace, "is a half-space"),
+                None if body.track.is_some() => (Kind::Rail, "is a rail"),
                 None if job.is_swept() => (Kind::Swept, "is swept from a section"),
                 None => (Kind::Elements, "is of finite elements"),
             };

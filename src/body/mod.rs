@@ -108,8 +108,10 @@ pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
 pub enum Kind {
     /// Finite elements on a mesh.
     Elements,
-    /// Finite elements on a section that is swept.
+    /// Finite elements on a section that is turned about an axle.
     Swept,
+    /// Finite elements on a section that is drawn along a line.
+    Rail,
     /// Matrices from another program.
     Matrices,
     /// An elastic half-space.
@@ -140,6 +142,7 @@ impl Kind {
             Kind::Elements => true,
             Kind::Swept => matches!(what, Capability::Modes | Capability::Grid | Capability::Surface),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
+            Kind::Rail => matches!(what, Capability::Modes | Capability::Grid),
             // A rigid body and a half-space have all their modes, none; a rigid body touches wherever the other one does.
             Kind::Rigid | Kind::HalfSpace => matches!(what, Capability::Modes | Capability::Grid),
         }

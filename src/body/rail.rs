@@ -147,7 +147,7 @@ impl Body for Rail<'_> {
     }
 
     fn kind(&self) -> Kind {
-        Kind::Swept
+        Kind::Rail
     }
 
     fn rows(&self) -> usize {

@@ -246,3 +246,13 @@ pub enum BodyName {
     /// Body 2.
     Upper,
 }
+
+impl BodyName {
+    /// The name as in the job.
+    pub fn name(self) -> &'static str {
+        match self {
+            BodyName::Lower => "lower",
+            BodyName::Upper => "upper",
+        }
+    }
+}

@@ -6,7 +6,7 @@ mod receptance;
 mod rotating;
 
 use crate::body::half_space::HalfSpace;
-use crate::body::{ModeName, ReducedBody, Side};
+use crate::body::{ReducedBody, Side};
 use crate::grid::Interface;
 use crate::job::{self, Job};
 use crate::parallel::World;
@@ -14,7 +14,7 @@ use crate::{Error, Result};
 use faer::Mat;
 
 pub use crate::body::rotation::{ModalRotation, Turning};
-pub use crate::body::{ModalMatrix, TraceModes};
+pub use crate::body::{ModalMatrix, ModeName, TraceModes};
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;

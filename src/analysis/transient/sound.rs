@@ -2,7 +2,7 @@
 
 use super::Inputs;
 use crate::analysis::run::Run;
-use crate::job::{self, BodyName, SoundPower};
+use crate::job::{self, SoundPower};
 use crate::output::datasets::record::SOUND;
 use crate::output::{Entry, Segments, Table};
 use crate::parallel::World;
@@ -70,13 +70,6 @@ fn begin(wanted: &job::Transient, sound: &SoundPower) -> f64 {
     sound.from.unwrap_or(0.5 * wanted.duration)
 }
 
-fn name(body: BodyName) -> &'static str {
-    match body {
-        BodyName::Lower => "lower",
-        BodyName::Upper => "upper",
-    }
-}
-
 /// The third octaves that are wanted, of modes that reach `reach` (Hz).
 fn bands_within(wanted: &SoundPower, reach: f64) -> Result<Bands> {
     if let Some(f) = wanted.max_frequency.filter(|f| *f > reach) {
@@ -109,7 +102,7 @@ impl<'a> Sound<'a> {
                 "{KEY}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse"
             )));
         }
-        let places = inputs.bodies.places.iter().filter(|p| wanted.bodies.iter().any(|&b| name(b) == p.name));
+        let places = inputs.bodies.places.iter().filter(|p| wanted.bodies.iter().any(|&b| b.name() == p.name));
         let highest = |b: usize| inputs.modes[b].omega.last().map_or(0.0, |w| w / (2.0 * PI));
         let reach = places.map(|p| highest(p.body)).fold(f64::INFINITY, f64::min);
         let mut sound = Self::of(wanted, bands_within(wanted, reach)?, inputs.wanted.step);
@@ -162,7 +155,7 @@ impl<'a> Sound<'a> {
     }
 
     fn wants(&self, place: &str) -> bool {
-        self.wanted.bodies.iter().any(|&b| name(b) == place)
+        self.wanted.bodies.iter().any(|&b| b.name() == place)
     }
 
     /// The radiation as tables of the first segment.

@@ -1,10 +1,9 @@
 //! The group `/reduced`: the reduced model, for later runs whose bodies are the same.
 
 use super::super::{sha256, Reader, Table, Values};
-use crate::body::ModeName;
 use crate::grid::Interface;
 use crate::job::{differences, fe_inputs, Job};
-use crate::model::{AtContact, ModalRotation, ReducedModel, TraceModes};
+use crate::model::{AtContact, ModalRotation, ModeName, ReducedModel, TraceModes};
 use crate::{Error, Result};
 use faer::Mat;
 use serde_json::Value;
