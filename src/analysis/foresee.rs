@@ -48,6 +48,7 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     }
     if job.placement().is_some() {
         let placed = super::placed::Placed::of(job)?;
+        placed.refuse_sections(job)?;
         report = if wanted(job) { foreseen(job, &placed.interface()?)? } else { report };
         report.lines.splice(0..0, placed.lines());
         report.warnings.splice(0..0, placed.warnings());

@@ -96,6 +96,21 @@ impl Placed {
         self.gap.refuse_edge(closed)
     }
 
+    /// An error where a section of `job` cannot be touched where the wheel stands.
+    pub fn refuse_sections(&self, job: &Job) -> Result<()> {
+        let [lower, upper] = self.placed.seats(&self.frame)?;
+        let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+        for (name, body) in job.bodies() {
+            let checked = match &body.mesh {
+                Some(MeshSource::Extruded(rail)) => rail::touched(rail, lower.y),
+                Some(_) => super::swept::touched(body, upper, track),
+                None => Ok(()),
+            };
+            checked.map_err(|e| e.context(format!("bodies.{name}")))?;
+        }
+        Ok(())
+    }
+
     /// The `contact` of a job with the creepages of this wheel.
     fn filled(contact: &job::Contact, [longitudinal, lateral, spin, speed]: [f64; 4]) -> job::Contact {
         let track =

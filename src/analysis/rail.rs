@@ -44,6 +44,11 @@ fn section(extruded: &Extruded, y: f64) -> Result<Rail> {
     }
 }
 
+/// An error where the head of a rail cannot be touched at y, m.
+pub(super) fn touched(extruded: &Extruded, y: f64) -> Result<()> {
+    section(extruded, y).map(|_| ())
+}
+
 /// Height of the surface over its tangent at the contact point, m, at the distance y, m, along the tangent.
 pub fn height(extruded: &Extruded, y: f64) -> Result<f64> {
     Ok(section(extruded, extruded.contact_offset)?.height(y))

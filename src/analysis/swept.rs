@@ -37,6 +37,11 @@ fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Buil
     }
 }
 
+/// An error where the wheel `body` cannot be touched at a seat.
+pub(super) fn touched(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<()> {
+    section_at(body, seat, side)?.for_modes().map(|_| ())
+}
+
 /// A body of a section, with lines of the contact grid and the tilt of its frame.
 fn made<'p>(
     (world, summary): (&'p World, &mut Summary),

@@ -154,7 +154,14 @@ fn a_wheel_on_a_stiff_rail_is_stable() {
 #[test]
 fn sections_on_a_placement_are_checked() {
     type Change = fn(&mut Value);
-    let cases: [(Change, &[&str]); 5] = [
+    let cases: [(Change, &[&str]); 6] = [
+        (
+            |j| {
+                j["bodies"]["lower"]["mesh"] = json!({ "extruded": { "section": "60E1" } });
+                j["contact"]["placement"]["lateral"] = json!(0.010);
+            },
+            &["bodies.lower", "60E1", "expected a place on"],
+        ),
         (
             |j| j["bodies"]["upper"]["mesh"]["revolved"]["contact_offset"] = json!(0.01),
             &["bodies.upper.mesh.revolved.contact_offset", "the place of the contact follows"],
