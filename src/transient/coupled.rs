@@ -2,15 +2,56 @@
 
 use super::model::Model;
 use super::scheme::Scheme;
-use crate::dense::{add_columns, dot};
+use crate::dense::{add_columns, add_symmetric, dot};
 use crate::model::{ModalMatrix, Turning};
 use crate::{Error, Result};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 
-/// Square matrices along the diagonal, one for each body, column by column.
+/// A square matrix by what a product with it needs.
 #[derive(Debug, Clone)]
-struct Blocks(Vec<(usize, Vec<f64>)>);
+enum Block {
+    /// The diagonal; zeros for a body that has no such matrix.
+    Diagonal(Vec<f64>),
+    /// Columns of a symmetric matrix, of which a product reads half.
+    Symmetric(Vec<f64>),
+    /// Columns.
+    Full(Vec<f64>),
+}
+
+/// Square matrices along the diagonal, one for each body.
+#[derive(Debug, Clone)]
+struct Blocks(Vec<(usize, Block)>);
+
+/// Largest difference of mirrored entries of a block taken as symmetric, relative to its largest entry: the rounding of an inverse.
+const ROUNDING: f64 = 1e-12;
+
+impl Block {
+    /// The matrix of order `n` with these columns.
+    fn new(n: usize, mut columns: Vec<f64>) -> Self {
+        let (mut largest, mut apart, mut off) = (0.0f64, 0.0f64, 0.0f64);
+        for j in 0..n {
+            largest = largest.max(columns[n * j + j].abs());
+            for i in 0..j {
+                let (above, below) = (columns[n * j + i], columns[n * i + j]);
+                off = off.max(above.abs()).max(below.abs());
+                apart = apart.max((above - below).abs());
+            }
+        }
+        if off == 0.0 {
+            return Block::Diagonal(columns.into_iter().step_by(n + 1).collect());
+        }
+        if apart > ROUNDING * largest.max(off) {
+            return Block::Full(columns);
+        }
+        for j in 0..n {
+            for i in 0..j {
+                columns[n * i + j] = 0.5 * (columns[n * i + j] + columns[n * j + i]);
+            }
+        }
+        Block::Symmetric(columns)
+    }
+}
 
 impl Blocks {
     /// Blocks of the `orders` with the entries `at(i, j)` of the whole matrix.
@@ -18,7 +59,7 @@ impl Blocks {
         let mut first = 0;
         let mut blocks = Vec::new();
         for &n in orders {
-            blocks.push((n, (0..n * n).map(|k| at(first + k % n, first + k / n)).collect()));
+            blocks.push((n, Block::new(n, (0..n * n).map(|k| at(first + k % n, first + k / n)).collect())));
             first += n;
         }
         Self(blocks)
@@ -29,7 +70,12 @@ impl Blocks {
         let mut out = vec![0.0; x.len()];
         let mut first = 0;
         for (n, block) in &self.0 {
-            add_columns(block, *n, &x[first..first + n], &mut out[first..first + n]);
+            let (x, out) = (&x[first..first + n], &mut out[first..first + n]);
+            match block {
+                Block::Diagonal(d) => out.iter_mut().zip(d).zip(x).for_each(|((o, d), x)| *o = d * x),
+                Block::Symmetric(columns) => add_symmetric(columns, *n, x, out),
+                Block::Full(columns) => add_columns(columns, *n, x, out),
+            }
             first += n;
         }
         out
@@ -44,12 +90,12 @@ pub(super) struct Coupled {
     inverse: Blocks,
     /// K.
     stiffness: Blocks,
-    /// C + θhK.
-    rate: Blocks,
     /// The symmetric stiffness that stores energy.
     elastic: Blocks,
-    /// The damping that takes energy, and what turns with the bodies.
-    turning: Turning,
+    /// The damping that takes energy.
+    dissipation: Blocks,
+    /// D′ of bodies that rotate.
+    derivative: Option<Blocks>,
     /// θh²γ times the skew part of A⁻¹; none where that is symmetric.
     lag: Option<Blocks>,
     /// L of the symmetric part of A⁻¹ = L Lᵀ of each body.
@@ -95,20 +141,23 @@ impl Coupled {
             h,
             theta,
             stiffness: Blocks::from_fn(&orders, |i, j| k.get(i, j)),
-            rate: Blocks::from_fn(&orders, |i, j| c.get(i, j) + theta * h * k.get(i, j)),
             elastic: Blocks::from_fn(&orders, |i, j| k.get(i, j) - circulating.as_ref().map_or(0.0, |m| m.get(i, j))),
             lag: skew.then(|| Blocks::from_fn(&orders, |i, j| gain * (inverse.get(i, j) - inverse.get(j, i)))),
             inverse: Blocks::from_fn(&orders, |i, j| inverse.get(i, j)),
-            turning,
+            dissipation: Blocks::from_fn(&orders, |i, j| turning.dissipation.get(i, j)),
+            derivative: turning.derivative.as_ref().map(|d| Blocks::from_fn(&orders, |i, j| d.get(i, j))),
             factors,
         })
     }
 
-    /// Change of the velocities in a step under the modal forces `force`, from `q` and `v`, `[m]`.
+    /// Change of the velocities in a step under the modal forces `force`, from `q` and `v`, `[m]`: as hθC = A − I − h²θ²K, it is
+    /// h A⁻¹ (f − K q + v/(hθ)) − v/θ.
     pub(super) fn change(&self, mut force: Vec<f64>, q: &[f64], v: &[f64]) -> Vec<f64> {
-        let (elastic, damped) = (self.stiffness.times(q), self.rate.times(v));
-        force.iter_mut().zip(elastic.iter().zip(&damped)).for_each(|(f, (k, c))| *f = self.h * (*f - k - c));
-        self.inverse.times(&force)
+        let elastic = self.stiffness.times(q);
+        force.iter_mut().zip(elastic.iter().zip(v)).for_each(|(f, (k, v))| *f = self.h * (*f - k) + v / self.theta);
+        let mut change = self.inverse.times(&force);
+        change.iter_mut().zip(v).for_each(|(c, v)| *c -= v / self.theta);
+        change
     }
 
     /// A⁻¹ x.
@@ -147,8 +196,8 @@ impl Coupled {
         };
         let mut moved = mean(0.5, before.1, after.1);
         let mut rate = mean(self.theta, before.1, after.1);
-        let Some(derivative) = &self.turning.derivative else {
-            return (self.h * dot(&moved, &self.turning.dissipation.times(&rate)), 0.0);
+        let Some(derivative) = &self.derivative else {
+            return (self.h * dot(&moved, &self.dissipation.times(&rate)), 0.0);
         };
         let turned = derivative.times(&mean(0.5, before.0, after.0));
         moved.iter_mut().zip(&turned).for_each(|(m, t)| *m += t);
@@ -158,7 +207,7 @@ impl Coupled {
             let turned = derivative.times(&mean(self.theta, before.0, after.0));
             rate.iter_mut().zip(&turned).for_each(|(r, t)| *r += t);
         }
-        let force = self.turning.dissipation.times(&rate);
+        let force = self.dissipation.times(&rate);
         (self.h * dot(&moved, &force), self.h * dot(&turned, &force))
     }
 }

@@ -31,6 +31,7 @@ mod parts;
 pub mod points;
 pub mod problem;
 pub mod scheme;
+mod shapes;
 pub mod start;
 pub mod stepper;
 #[cfg(test)]
@@ -44,4 +45,4 @@ pub use newton::Memory;
 pub use points::PointModel;
 pub use problem::{ContactSolver, Effort, StepProblem, StepSolution};
 pub use scheme::Scheme;
-pub use stepper::{Posed, Settings, State, Stepper};
+pub use stepper::{Posed, Report, Settings, State, Stepper};

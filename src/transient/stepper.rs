@@ -11,6 +11,7 @@ use super::model::{Impact, Model};
 use super::newton::Memory;
 use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::{Modal, Scheme};
+use super::shapes::Shapes;
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
@@ -80,8 +81,8 @@ pub struct Stepper<'a> {
     working: Working,
     outside: Outside,
     memory: Memory,
-    /// Normal rows of Ψ, `[n][m]`.
-    normal_rows: Vec<f64>,
+    /// Ψ.
+    shapes: Shapes,
     /// Modal reactions of the present state, where they are at hand.
     modal_now: Option<Vec<f64>>,
     /// Reactions on the core and their responses at the end of the last steps, the last one first.
@@ -135,10 +136,7 @@ impl<'a> Stepper<'a> {
                 (s.gap[line + b] - s.gap[line + a]) / (s.x[b] - s.x[a])
             })
             .collect();
-        let normal_rows = (0..n)
-            .flat_map(|i| (0..model.omega.len()).map(move |k| (i, k)))
-            .map(|(i, k)| model.modes[(3 * i + 2, k)])
-            .collect();
+        let shapes = Shapes::new(model.modes);
         let mut new = Self {
             feet: feet(&s.x, travel),
             model,
@@ -162,7 +160,7 @@ impl<'a> Stepper<'a> {
             outside: Outside::default(),
             memory: Memory::default(),
             past: Vec::new(),
-            normal_rows,
+            shapes,
             modal_now: None,
             met: Met::default(),
             posed: Vec::new(),
@@ -254,16 +252,17 @@ impl<'a> Stepper<'a> {
 
     fn one(&mut self) -> Result<()> {
         let (h, theta) = (self.settings.scheme.step, self.settings.scheme.theta);
-        let m = self.model.omega.len();
+        let rank = self.shapes.rank();
         let t = self.time();
         // The modal reactions at the beginning of the step: kept from the one before where there was one.
         let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.core_reaction()));
         let (q_free, v_free) = self.modal.free(&self.state.q, &self.state.v, &old_modal);
         // As the contact sees them.
         let q_seen = match self.modal.lag(&old_modal) {
-            Some(lag) => q_free.iter().zip(lag).map(|(q, l)| q + l).collect(),
-            None => q_free.clone(),
+            Some(lag) => self.shapes.seen(&q_free.iter().zip(lag).map(|(q, l)| q + l).collect::<Vec<f64>>()),
+            None => self.shapes.seen(&q_free),
         };
+        let v_seen = if self.impact == Impact::Rigid { self.shapes.seen(&v_free) } else { Vec::new() };
         let drive = &self.settings.drive;
         let mut total = [None; 3];
         let mut creep = [0.0; 2];
@@ -291,7 +290,7 @@ impl<'a> Stepper<'a> {
             let ws = &self.working;
             let core = ws.core;
             let rows = ws.rows();
-            let free = product(MatRef::from_row_major_slice(&ws.psi, rows, m), &q_seen);
+            let free = product(MatRef::from_row_major_slice(&ws.psi, rows, rank), &q_seen);
             let mut b = free[..3 * core].to_vec();
             for a in 0..core {
                 let i = ws.nodes[a];
@@ -306,7 +305,7 @@ impl<'a> Stepper<'a> {
                 b[3 * a + 2] = match self.impact {
                     Impact::Compliant => gap,
                     Impact::Rigid if gap > 0.0 => f64::INFINITY,
-                    Impact::Rigid => theta * h * (dot(&ws.psi[m * (3 * a + 2)..][..m], &v_free) - rate),
+                    Impact::Rigid => theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate),
                 };
             }
             let before = self.remembered();
@@ -330,7 +329,7 @@ impl<'a> Stepper<'a> {
             let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
             self.modal.add(&modal, &mut q, &mut v);
-            let entering = self.entering(&solution, (&response, &free), &q, approach);
+            let entering = self.entering(&solution, (&response, &free), &self.shapes.seen(&q), approach);
             if entering.is_empty() {
                 self.met.nodes = self.working.nodes[..core].to_vec();
                 self.met.slip = (0..core)
@@ -441,8 +440,9 @@ impl<'a> Stepper<'a> {
 
     /// Ψᵀ R of the reactions on the core, N/√kg, `[m]`.
     fn modal_reaction(&self, reaction: &[f64]) -> Vec<f64> {
-        let m = self.model.omega.len();
-        product(MatRef::from_column_major_slice(&self.working.psi[..m * reaction.len()], m, reaction.len()), reaction)
+        let rank = self.shapes.rank();
+        let psi = &self.working.psi[..rank * reaction.len()];
+        self.shapes.spread(product(MatRef::from_column_major_slice(psi, rank, reaction.len()), reaction))
     }
 
     fn core_reaction(&self) -> Vec<f64> {
@@ -471,7 +471,7 @@ impl<'a> Stepper<'a> {
 }
 
 /// A x.
-fn product(a: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
+pub(super) fn product(a: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; a.nrows()];
     if !x.is_empty() && !out.is_empty() {
         let column = MatMut::from_column_major_slice_mut(&mut out, a.nrows(), 1);

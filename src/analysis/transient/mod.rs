@@ -1,5 +1,6 @@
 //! The analysis `transient`: rolling contact in time, from a state of rest and its perturbation, written in segments.
 
+mod account;
 mod fields;
 pub mod kept;
 mod points;
@@ -34,6 +35,7 @@ use crate::stability::reduced::{sharpness, Eigenpair};
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, PointModel, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
+use account::Account;
 use faer::MatRef;
 use num_complex::Complex64;
 use points::Located;
@@ -116,7 +118,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
     let wish = || inputs.stop.signalled();
     let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound.as_ref(), elsewhere, run.progress);
     let done = world.on_root_heeding(wish, work)?;
-    if let Some((effort, steps, seconds)) = &done {
+    if let Some((effort, steps, seconds, account)) = &done {
         let pair = &inputs.model.root()?.pair;
         let per = |n: usize| n as f64 / (*steps).max(1) as f64;
         run.summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
@@ -134,6 +136,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
                 ),
             );
         }
+        account.report(&points.names, &mut run.summary)?;
         run.file.tables(points.tables());
         run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
         let segments = inputs.segments()?;
@@ -167,14 +170,14 @@ fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progr
     }
 }
 
-/// On rank 0: all steps; returns effort, number of steps and time.
+/// On rank 0: all steps; returns effort, number of steps, time and what is to be said of them.
 fn advance(
     inputs: &Inputs<'_>,
     points: &Points,
     sound: Option<&Sound<'_>>,
     elsewhere: &dyn Fn() -> bool,
     progress: &mut Progress,
-) -> Result<(Effort, u64, f64)> {
+) -> Result<(Effort, u64, f64, Account)> {
     let (root, segments) = (inputs.model.root()?, inputs.segments()?);
     let wanted = inputs.wanted;
     let at_points = at_points(inputs, root)?;
@@ -235,6 +238,7 @@ fn advance(
     let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, Sound::stride), &stepper.state().reaction);
     let mut effort = Effort::default();
     let first = stepper.state().step;
+    let mut account = Account::new(wanted.step, first, total);
     let begun = Instant::now();
     if !inputs.options.resume {
         let mut tables = checkpoint::tables(stepper.state(), &identity, inputs.job)?;
@@ -251,6 +255,7 @@ fn advance(
         let result = stepper.advance();
         if result.is_ok() {
             recorder.take(&stepper);
+            account.take(stepper.state().step, stepper.report(), stepper.state().energy.kinetic, recorder.velocities());
             effort += stepper.report().effort;
         }
         let step = stepper.state().step;
@@ -294,7 +299,7 @@ fn advance(
         }
     }
     segments.complete(total)?;
-    Ok((effort, total - first, begun.elapsed().as_secs_f64()))
+    Ok((effort, total - first, begun.elapsed().as_secs_f64(), account))
 }
 
 /// The state of rest that is wanted: the one that stability is examined about, where the job does not say.

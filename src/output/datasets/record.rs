@@ -62,6 +62,8 @@ pub struct Recorder<'a> {
     points: &'a Points,
     /// Displacements of the points beyond the modes at the last step, m, `[3 points]`.
     beyond: Vec<f64>,
+    /// Velocities of the points at the last step, m/s, `[3 points]`.
+    velocities: Vec<f64>,
     /// Time step, s.
     step: f64,
     contact_stride: u64,
@@ -140,6 +142,7 @@ impl<'a> Recorder<'a> {
         Self {
             points,
             beyond: points.residual(reaction),
+            velocities: vec![0.0; 3 * p],
             step: wanted.step,
             contact_stride: u64::from(wanted.contact_stride),
             modal_stride: u64::from(wanted.modal_stride),
@@ -183,6 +186,7 @@ impl<'a> Recorder<'a> {
                 u[k] += now;
                 v[k] += (now - then) / self.step;
             }
+            self.velocities.clone_from(&v);
             rows.extend([u, v]);
             self.beyond = beyond;
         }
@@ -211,6 +215,11 @@ impl<'a> Recorder<'a> {
             let rows = [vec![time], state.q.clone(), state.reaction.clone()];
             self.bodies.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
         }
+    }
+
+    /// Velocities (x, y, z) of the points at the step taken last, m/s, `[3 points]`.
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocities
     }
 
     /// Whether anything was taken since the last segment.

@@ -22,7 +22,7 @@ pub(super) struct Working {
     pub(super) w: Operator,
     /// Rows of W of the other nodes here, columns of the core nodes, `[3 core][rows − 3 core]`.
     pub(super) around: Vec<f64>,
-    /// Rows of Ψ: three of each full node, then the normal one of each other, `[rows][m]`.
+    /// Rows of Ψ by what the contact sees of the modes: three of each full node, then the normal one of each other, `[rows][r]`.
     pub(super) psi: Vec<f64>,
     /// Foot of each core node with its line of the grid.
     pub(super) feet: Vec<(usize, Foot)>,
@@ -55,7 +55,7 @@ pub(super) struct Outside {
     /// Reactions on the core, N, `[3 core]`.
     reaction: Vec<f64>,
     shift: f64,
-    /// Largest change of a gap that a unit of each modal displacement and of each reaction on the core makes out there, `[m]` and
+    /// Largest change of a gap that a unit of what is seen of the modes and of each reaction on the core makes out there, `[r]` and
     /// `[3 core]`.
     reach: [Vec<f64>; 2],
 }
@@ -131,8 +131,7 @@ impl Stepper<'_> {
                     elastic[c] += col[3 * j + c] * r[c];
                 }
             }
-            let gap =
-                s.gap[i] + shift + elastic.iter().sum::<f64>() + dot(&self.normal_rows[q.len() * i..][..q.len()], q);
+            let gap = s.gap[i] + shift + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), q);
             nearest = nearest.min(gap);
             if gap < limit {
                 entering.push(i);
@@ -145,20 +144,19 @@ impl Stepper<'_> {
         entering
     }
 
-    /// The node that is nearest to the other body at the modal displacements `q`, without reactions.
+    /// The node that is nearest to the other body, without reactions, where `q` is seen of the modes, `[r]`.
     pub(super) fn nearest(&self, q: &[f64]) -> usize {
         let s = self.model.interface;
-        let gap = |i: usize| s.gap[i] + dot(&self.normal_rows[q.len() * i..][..q.len()], q);
+        let gap = |i: usize| s.gap[i] + dot(self.shapes.row(3 * i + 2), q);
         (0..s.len()).min_by(|&a, &b| gap(a).total_cmp(&gap(b))).unwrap_or(0)
     }
 
     /// What can move the gaps of the nodes outside the working set, which are not looked at yet.
     fn around(&self) -> Outside {
         let ws = &self.working;
-        let m = self.model.omega.len();
-        let mut reach = [vec![0.0f64; m], vec![0.0f64; 3 * ws.core]];
+        let mut reach = [vec![0.0f64; self.shapes.rank()], vec![0.0f64; 3 * ws.core]];
         for i in (0..ws.place.len()).filter(|&i| ws.place[i] == usize::MAX) {
-            let row = &self.normal_rows[m * i..][..m];
+            let row = self.shapes.row(3 * i + 2);
             reach[0].iter_mut().zip(row).for_each(|(r, v)| *r = r.max(v.abs()));
             let col = self.model.residual.col(3 * i + 2);
             for (r, &j) in reach[1].chunks_exact_mut(3).zip(&ws.nodes) {
@@ -180,7 +178,6 @@ impl Stepper<'_> {
     pub(super) fn gather(&mut self, mut core: Vec<usize>) -> Result<()> {
         let s = self.model.interface;
         let (nx, ny) = (s.x.len(), s.y.len());
-        let m = self.model.omega.len();
         core.sort_unstable();
         core.dedup();
         let mut place = vec![usize::MAX; s.len()];
@@ -230,8 +227,8 @@ impl Stepper<'_> {
                 .collect()
         };
         let (w, around) = (Operator::new(columns(&rows[..3 * core.len()])), columns(&rows[3 * core.len()..]));
-        let modes = self.model.modes;
-        let psi: Vec<f64> = rows.iter().flat_map(|&row| (0..m).map(move |k| modes[(row, k)])).collect();
+        let psi: Vec<f64> = rows.iter().flat_map(|&row| self.shapes.row(row).iter().copied()).collect();
+        let seen = self.shapes.seen(&self.state.q);
         // Displacements of the present state: Ψ q + S R.
         let loaded: Vec<usize> = (0..self.state.reaction.len()).filter(|&k| self.state.reaction[k] != 0.0).collect();
         let u = rows
@@ -240,7 +237,7 @@ impl Stepper<'_> {
             .map(|(a, &row)| {
                 let column = self.model.residual.col(row);
                 let elastic: f64 = loaded.iter().map(|&k| column[k] * self.state.reaction[k]).sum();
-                elastic + dot(&psi[m * a..][..m], &self.state.q)
+                elastic + dot(&psi[seen.len() * a..][..seen.len()], &seen)
             })
             .collect();
         let core = core.len();
