@@ -20,7 +20,7 @@ use faer::{Accum, Mat, Par};
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, Stencil};
-use railsqueal::friction::FrictionLaw;
+use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 use railsqueal::model::ModalPair;
@@ -176,9 +176,9 @@ fn nodal(s: &Interface, pressure: &[f64], traction: &[[f64; 2]]) -> Vec<f64> {
     (0..s.len()).flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * s.weight[i])).collect()
 }
 
-/// Steady rolling with stick and slip on half-spaces, quiet and shaken.
+/// Steady rolling with stick and slip on half-spaces, quiet and shaken, with constant friction and friction that falls.
 fn half_spaces() {
-    let (load, mu, speed) = (70e3, 0.3, 10.0);
+    let (load, speed) = (70e3, 10.0);
     let s = Interface::paraboloid(15, 15, [7e-3; 2], [4.0; 2]).expect("interface");
     let n = s.len();
     let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).expect("compliance");
@@ -203,27 +203,30 @@ fn half_spaces() {
     };
     let creepage = Creepage { lateral: 0.006, ..Creepage::default() };
     let statics = model.statics();
-    let steady = SteadyProblem {
-        interface: &s,
-        compliance: statics.as_ref(),
-        friction: FrictionLaw::Constant(mu),
-        speed,
-        creepage,
-        load: NormalLoad::Force(load),
-        stencil: Stencil::Edge,
-        tolerance: 1e-9,
-        max_iterations: 200,
-    };
-    let rest = steady.solve().expect("steady state");
-    let reaction = nodal(&s, &rest.pressure, &rest.traction);
-    for (energy, name) in [(0.0, "steady rolling"), (0.1, "strongly shaken")] {
-        let settings = settings(FrictionLaw::Constant(mu), rest.approach, creepage, speed);
-        let start = State::at_rest(&model, &reaction, rest.approach).shaken(1, energy);
-        let mut stepper = Stepper::new(model.clone(), settings, start).expect("stepper");
-        for _ in 0..500 {
-            stepper.advance().expect("step");
+    let falling = FrictionLaw::from(Exponential::new(0.35, 0.25, 0.2));
+    for (friction, name) in [(FrictionLaw::Constant(0.3), "constant friction"), (falling, "falling friction")] {
+        let steady = SteadyProblem {
+            interface: &s,
+            compliance: statics.as_ref(),
+            friction: friction.clone(),
+            speed,
+            creepage,
+            load: NormalLoad::Force(load),
+            stencil: Stencil::Edge,
+            tolerance: 1e-9,
+            max_iterations: 200,
+        };
+        let rest = steady.solve().expect("steady state");
+        let reaction = nodal(&s, &rest.pressure, &rest.traction);
+        for (energy, moves) in [(0.0, "steady rolling"), (0.1, "strongly shaken")] {
+            let settings = settings(friction.clone(), rest.approach, creepage, speed);
+            let start = State::at_rest(&model, &reaction, rest.approach).remembering(&rest.friction).shaken(1, energy);
+            let mut stepper = Stepper::new(model.clone(), settings, start).expect("stepper");
+            for _ in 0..500 {
+                stepper.advance().expect("step");
+            }
+            measure(&mut stepper, 3000, &format!("half-spaces, {count} modes, {moves}, {name}"));
         }
-        measure(&mut stepper, 3000, &format!("half-spaces, {count} modes, {name}"));
     }
 }
 

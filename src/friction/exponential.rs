@@ -20,6 +20,11 @@ impl Falling for Exponential {
         -(-v / self.decay_velocity).exp() / self.decay_velocity
     }
 
+    fn left_with_slope(&self, v: f64) -> (f64, f64) {
+        let left = self.left(v);
+        (left, -left / self.decay_velocity)
+    }
+
     fn shape(&self) -> String {
         format!(" over {} m/s", self.decay_velocity)
     }

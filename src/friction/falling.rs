@@ -8,6 +8,11 @@ pub(super) trait Falling {
     /// Its derivative by `v`, s/m.
     fn left_slope(&self, v: f64) -> f64;
 
+    /// Both of them.
+    fn left_with_slope(&self, v: f64) -> (f64, f64) {
+        (self.left(v), self.left_slope(v))
+    }
+
     /// How it falls, as the end of a sentence with its comma or space.
     fn shape(&self) -> String;
 
@@ -85,6 +90,12 @@ macro_rules! falling {
 
             fn slope(&self, v: f64) -> f64 {
                 (self.at_rest - self.kinetic) * self.left_slope(v)
+            }
+
+            fn with_slope(&self, v: f64) -> (f64, f64) {
+                let (left, slope) = self.left_with_slope(v);
+                let difference = self.at_rest - self.kinetic;
+                (self.kinetic + difference * left, difference * slope)
             }
 
             fn scale(&mut self, factor: f64) {

@@ -36,6 +36,11 @@ trait Law: Remembers + std::fmt::Display {
     /// dμ/dv, s/m.
     fn slope(&self, v: f64) -> f64;
 
+    /// Both of them.
+    fn with_slope(&self, v: f64) -> (f64, f64) {
+        (self.coefficient(v), self.slope(v))
+    }
+
     /// The largest coefficient.
     fn largest(&self) -> f64 {
         self.coefficient(0.0)
@@ -112,6 +117,15 @@ impl FrictionLaw {
         match self {
             Self::Constant(_) => 0.0,
             Self::Varying(varying) => varying.law().slope(v),
+        }
+    }
+
+    /// μ and dμ/dv at the sliding velocity `v` ≥ 0, m/s.
+    #[inline]
+    pub fn with_slope(&self, v: f64) -> (f64, f64) {
+        match self {
+            Self::Constant(mu) => (*mu, 0.0),
+            Self::Varying(varying) => varying.law().with_slope(v),
         }
     }
 
@@ -192,6 +206,7 @@ fn check(law: &FrictionLaw, at_rest: f64, fast: f64) {
         let h = 1e-6;
         let d = (law.coefficient(v + h) - law.coefficient(v - h)) / (2.0 * h);
         assert!((law.slope(v) - d).abs() < 1e-8, "at {v}: {} against {d}", law.slope(v));
+        assert_eq!(law.with_slope(v), (law.coefficient(v), law.slope(v)), "at {v}");
         assert!((law.scaled(1.7).coefficient(v) - 1.7 * law.coefficient(v)).abs() < 1e-15, "scaled, at {v}");
     }
 }

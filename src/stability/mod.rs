@@ -4,6 +4,7 @@ pub mod criterion;
 pub mod dense;
 mod equilibrium;
 pub mod full;
+pub mod point;
 pub mod reduced;
 pub mod sensitivity;
 
@@ -52,11 +53,16 @@ pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearCo
     }
     let pairs = eigenpairs(pair, contact, stability.tolerance)?;
     let all = pairs.iter().map(|p| p.value).collect();
+    let kept = kept(stability, pairs, limit);
+    Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
+}
+
+/// Those of `pairs` that are listed: up to the frequency `limit`, Hz, and the damping ratio, and all that grow.
+pub fn kept(stability: &job::Stability, pairs: Vec<Eigenpair>, limit: f64) -> Vec<Eigenpair> {
     // What the full system has within its wedge must find its partner, at the edge as well.
     let least = stability.full.as_ref().map_or(0.0, |f| 1.5 * f.damping_ratio);
     let ratio = stability.damping_ratio.max(least);
     let listed = |e: &Eigenpair| ratio >= 1.0 || e.damping_ratio().abs() <= ratio || grows(e.value, e.backward_error);
     // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
-    let kept = pairs.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit && listed(e)).collect();
-    Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
+    pairs.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit && listed(e)).collect()
 }

@@ -1,16 +1,18 @@
 //! Newton's method on the natural map of a step, its linear systems solved in parts.
 //!
-//! At a node that slips the direction d of t − ρ u says what the traction does: along d it follows the pressure, t = μ p, across
-//! it the creep turns it: with e ⟂ d and a = μ q/|t − ρ u| the row of the map is (1 − a) δt_e + a ρ δu_e. So only one tangential
-//! unknown is left at a node that slips, two where it sticks, and their operator Eᵀ W_tt E + diag((1 − a)/(a ρ)) is symmetric and positive
-//! definite: conjugate gradients solve it. Normal unknowns feel the ones across the creep only through W_nt, which is
-//! small for bodies that are nearly alike; the part of W_nt that friction multiplies is in the inverse of
-//! W_nn + μ W_nt d, which is kept while the nodes are the same. Friction that depends on the velocity would tie the traction along d to
-//! all others and is not treated here, nor are tangential forces. What is neglected is made good by the next iteration, whose
-//! residual comes from a product with all of W; so single precision is enough here.
+//! At a node that slips the direction d of t − ρ u says what the traction does: along d it follows the pressure, t = μ p, across it the creep turns
+//! it: with e ⟂ d and a = μ q/|t − ρ u| the row of the map is (1 − a) δt_e + a ρ δu_e. So only one tangential unknown is left at a node that slips,
+//! two where it sticks, and their operator Eᵀ W_tt E + diag((1 − a)/(a ρ)) is symmetric and positive definite: conjugate gradients solve it. Normal
+//! unknowns feel the ones across the creep only through W_nt, which is small for bodies that are nearly alike; the part of W_nt that friction
+//! multiplies is in the inverse of W_nn + μ W_nt d, which is kept while the nodes are the same. Friction that depends on the velocity ties the
+//! traction along d to the motion along it, t = μ p − (p dμ/d|u|) d·u, and so to all others. Where a step is well-posed that is a contraction, much
+//! of it where the coefficient is remembered over more than a step: it is followed in turn with the unknowns across. Tangential forces are not
+//! treated here. What is neglected is made good by the next iteration, whose residual comes from a product with all of W; so single precision is
+//! enough here.
 
 use super::problem::{node, Effort, StepProblem, StepSolution};
 use crate::contact::law::{across, Augmentation, Status, Tangent};
+use crate::dense::dot;
 use normal::{Normal, Wanted};
 use tangential::Tangential;
 
@@ -52,6 +54,8 @@ struct Node {
     /// (1 − a)/(a ρ), m/N; 0 where it sticks.
     soft: f64,
     mu: f64,
+    /// −p dμ/d|u| where it slips, N/m: traction along d per motion along d.
+    feed: f64,
 }
 
 /// The map at an iterate.
@@ -75,7 +79,7 @@ struct Iterate {
 
 /// Solves to the largest residual `target`, N, from the reactions `x` and their response `y` = W x where it is known (to
 /// rounding), and the shift of the gaps. The last reactions and shift where the method stalls or the problem is not for it. No tangential
-/// totals may be prescribed, and the friction must be constant.
+/// totals may be prescribed.
 pub(super) fn solve(
     p: &StepProblem<'_>,
     target: f64,
@@ -161,20 +165,22 @@ fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
             let mut u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c]);
             u[2] += now.shift;
             let at = node(r, &u);
-            let found = p.project(i, rho[i], &at);
+            let (friction, slope) = p.coefficient_with_slope(i, at.creep);
+            let found = at.project(rho[i], friction);
             let f = found.map(&at);
             let tangential = f[0] * f[0] + f[1] * f[1];
             square += tangential + f[2] * f[2];
             largest = largest.max(tangential).max(f[2] * f[2]);
-            let (mut d, mut soft, mut mu) = ([1.0, 0.0], 0.0, 0.0);
+            let (mut d, mut soft, mut mu, mut feed) = ([1.0, 0.0], 0.0, 0.0, 0.0);
             let mut status = found.status;
             if let (Status::Stick | Status::Slip, Tangent::Slip(slip)) = (status, found.tangent(&at, 0.0)) {
                 // Without friction nothing is left to turn: a row t_e = 0 is as good.
                 let creep = slip.across[1].max(1e-9 * rho[i].tangential);
                 (d, soft, mu) = (slip.direction.map(|t| -t), slip.across[0] / creep, slip.friction);
+                feed = -found.pressure * slope;
                 status = Status::Slip;
             }
-            Node { status, d, soft, mu }
+            Node { status, d, soft, mu, feed }
         })
         .collect();
     // The larger of NaN and a number is the number: it must not pass for a small residual.
@@ -275,7 +281,17 @@ impl Operators {
             }
         }
         tangential.subtract(nodes, &along, pressure, &mut rhs);
-        let found = tangential.solve(nodes, &soft, &rhs, forcing, effort);
+        let mut found = tangential.solve(nodes, &soft, &rhs, forcing, effort);
+        if nodes.iter().any(|n| n.feed != 0.0) {
+            let feed: Vec<f32> = nodes.iter().map(|n| (n.feed * unit) as f32).collect();
+            tangential.feed(
+                nodes,
+                &feed,
+                (&mut along, &mut found, pressure),
+                (&soft, dot(&rhs, &rhs).sqrt(), forcing),
+                effort,
+            );
+        }
         for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
             let (d, along) = match node.status {
                 Status::Stick => (tangential.direction(i), found[k + i]),

@@ -123,7 +123,7 @@ impl StepProblem<'_> {
         let target = self.tolerance * scale;
         let mut guess = guess.to_vec();
         let mut shift = shift;
-        let simple = self.total[..2] == [None; 2] && shift[..2] == [0.0; 2] && self.friction.is_constant();
+        let simple = self.total[..2] == [None; 2] && shift[..2] == [0.0; 2];
         if solver == ContactSolver::Newton && simple && memory.by_parts() {
             let known = (guess.clone(), response.map(<[f64]>::to_vec));
             match parts::solve(self, target, known, shift[2], &mut memory.parts, effort) {
@@ -275,6 +275,20 @@ impl StepProblem<'_> {
             Some(before) => self.friction.renewed(before, v),
             None => self.friction.coefficient(v),
         }
+    }
+
+    /// The coefficient of node `i` as [`StepProblem::coefficient`] has it, and its slope by the displacement over the step, 1/m.
+    #[inline(always)]
+    pub(super) fn coefficient_with_slope(&self, i: usize, d: [f64; 2]) -> (f64, f64) {
+        if let FrictionLaw::Constant(mu) = self.friction {
+            return (*mu, 0.0);
+        }
+        let v = size(d) / self.step;
+        let (mu, slope) = match self.before.get(i) {
+            Some(before) => self.friction.renewed_with_slope(before, v),
+            None => self.friction.with_slope(v),
+        };
+        (mu, slope / self.step)
     }
 
     /// The projections of node `i` with the parameters `rho`, N, m.

@@ -7,12 +7,25 @@
 mod fastsim;
 mod kalker;
 mod laws;
+mod linearised;
 
 pub use fastsim::fastsim;
 pub use kalker::{coefficients, Coefficients};
 pub use laws::{linear, polach, shen_hedrick_elkins};
+pub use linearised::LinearForce;
 
 use super::interface::Creepage;
+
+/// A law of total forces: (x, y) on body 1, N.
+pub type Law = fn(&Ellipse, &Creepage) -> [f64; 2];
+
+/// The laws with their names in result files and in sentences.
+pub const LAWS: [(&str, &str, Law); 4] = [
+    ("linear", "Kalker's linear theory", linear),
+    ("shen_hedrick_elkins", "Shen, Hedrick and Elkins", shen_hedrick_elkins),
+    ("polach", "Polach", polach),
+    ("fastsim", "FASTSIM", fastsim),
+];
 
 /// An elliptic contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +40,8 @@ pub struct Ellipse {
     pub friction: f64,
     /// Shear modulus of both bodies together, 1/G = (1/G1 + 1/G2)/2, Pa.
     pub shear: f64,
+    /// Contact modulus of both bodies, 1/E* = Σ (1 − ν²)/E, Pa.
+    pub plane: f64,
     /// Kalker's coefficients.
     pub kalker: Coefficients,
 }
@@ -49,8 +64,25 @@ impl Ellipse {
         // 1/2G each.
         let shear = 1.0 / (soft[0] + soft[1]);
         let poisson = shear * (materials[0].1 * soft[0] + materials[1].1 * soft[1]);
+        let plane = 1.0 / materials.map(|(young, poisson)| (1.0 - poisson * poisson) / young).iter().sum::<f64>();
         let kalker = coefficients(poisson, a / b)?;
-        (load > 0.0).then_some(Self { a, b, load, friction, shear, kalker })
+        (load > 0.0).then_some(Self { a, b, load, friction, shear, plane, kalker })
+    }
+
+    /// The ellipse of the same bodies under another normal force `load`, N: its half-axes go with the cube root of it.
+    pub fn under(&self, load: f64) -> Self {
+        let factor = (load / self.load).cbrt();
+        Self { a: factor * self.a, b: factor * self.b, load, ..*self }
+    }
+
+    /// Stiffness of Hertz' contact, N/m: the force goes with δ^(3/2), so that dP/dδ = 3P/2δ, and δ = 3P K(e)/(2π E* max(a, b)) (K. L. Johnson,
+    /// *Contact Mechanics* (1985), eq. 4.26c), where the arithmetic-geometric mean M gives the elliptic integral as K(e) = π max(a, b)/2M(a, b).
+    pub fn normal_stiffness(&self) -> f64 {
+        let (mut a, mut b) = (self.a, self.b);
+        for _ in 0..60 {
+            (a, b) = (0.5 * (a + b), (a * b).sqrt());
+        }
+        2.0 * self.plane * a
     }
 
     /// The forces (x, y) of the linear theory, N.
@@ -80,6 +112,7 @@ mod tests {
             load: 70e3,
             friction: 0.3,
             shear: young / (2.0 * (1.0 + poisson)),
+            plane: young / (2.0 * (1.0 - poisson * poisson)),
             kalker: coefficients(poisson, 1.0).unwrap(),
         }
     }
@@ -87,8 +120,6 @@ mod tests {
     pub(super) fn creepage(longitudinal: f64, lateral: f64, spin: f64) -> Creepage {
         Creepage { longitudinal, lateral, spin }
     }
-
-    type Law = fn(&Ellipse, &Creepage) -> [f64; 2];
 
     /// Each law has the slope of the linear theory at rest, is odd, is mirrored with the creepages, and slides in the end with all of μN against
     /// the creep.
@@ -142,5 +173,28 @@ mod tests {
         assert!((found.a - a).abs() < 1e-3 * a && (found.b - b).abs() < 1e-3 * b, "{found:?}");
         let g = [205e9 / 2.6, 70e9 / 2.4];
         assert!((found.shear - 2.0 / (1.0 / g[0] + 1.0 / g[1])).abs() < 1.0);
+    }
+
+    /// Of a circle 2aE*; of an ellipse the slope of Hertz' force over his approach, by the integral K(e) itself.
+    #[test]
+    fn the_stiffness_is_that_of_hertz() {
+        let round = benchmark();
+        assert!((round.normal_stiffness() / (2.0 * round.a * round.plane) - 1.0).abs() < 1e-14);
+        let approach = |e: &Ellipse| {
+            let (long, short) = (e.a.max(e.b), e.a.min(e.b));
+            let n = 2000;
+            let k: f64 = (0..n)
+                .map(|i| (f64::from(i) + 0.5) * std::f64::consts::FRAC_PI_2 / f64::from(n))
+                .map(|t| (1.0 - (1.0 - (short / long).powi(2)) * t.sin().powi(2)).sqrt().recip())
+                .sum();
+            let k = k * std::f64::consts::FRAC_PI_2 / f64::from(n);
+            1.5 * e.load * k / (std::f64::consts::PI * e.plane * long)
+        };
+        for (a, b) in [(3e-3, 9e-3), (8e-3, 2e-3)] {
+            let e = Ellipse { a, b, ..round };
+            let [more, less] = [1.001, 0.999].map(|f| e.under(f * e.load));
+            let slope = (more.load - less.load) / (approach(&more) - approach(&less));
+            assert!((e.normal_stiffness() / slope - 1.0).abs() < 1e-6, "{a} {b}: {slope:e}");
+        }
     }
 }

@@ -13,6 +13,9 @@ use crate::transient::problem::Effort;
 /// residual of the linear system falls by.
 const TURN: [f64; 2] = [0.005, 1.0];
 
+/// Turns in which tractions follow the motion along the slip, at the most.
+const TURNS: usize = 8;
+
 /// The tangential operator on k nodes, in units of that of W. e = (−d_y, d_x) is the direction across d.
 pub(super) struct Tangential {
     /// Components x and y of the direction d of each node.
@@ -21,7 +24,8 @@ pub(super) struct Tangential {
     tangential: Vec<f32>,
     /// W from all normal components to the one across d at a node, `[k]`, node after node, then to the ones along, `[2k][k]`.
     coupling: Vec<f32>,
-    /// Whether the columns across and along d of a node are made: the ones where it is closed, the others where it sticks.
+    /// Whether the columns across and along d of a node are made: the ones where it is closed, the others where it sticks, or its motion along d
+    /// feeds its traction.
     made: [Vec<bool>; 2],
 }
 
@@ -98,10 +102,69 @@ impl Tangential {
         conjugate_gradients(&rhs[..size], &scale[..size], forcing, apply, effort)
     }
 
+    /// Follows the tractions `along` and the unknowns `found`, which were solved for with a right-hand side of the norm `rhs` and are right where
+    /// they do not feed the former, to where `along` has grown by `feed` (1, in the unit of W) times the motion along d at the nodes that slip.
+    pub fn feed(
+        &self,
+        nodes: &[Node],
+        feed: &[f32],
+        (along, found, pressure): (&mut [f32], &mut [f32], &[f32]),
+        (soft, rhs, forcing): (&[f32], f32, f32),
+        effort: &mut Effort,
+    ) {
+        let k = nodes.len();
+        let (base, still) = (along.to_vec(), vec![0.0f32; k]);
+        let norm = |v: &[f32]| dot(v, v).sqrt();
+        // Motion along d, to which unknowns and tractions add as they change.
+        let mut moved = vec![0.0f32; k];
+        Arch::new().dispatch(Pressed { w: self, nodes, pressure, out: &mut moved });
+        self.add_motion(along, found, &mut moved);
+        // What has changed since the unknowns were solved for.
+        let mut pending = vec![0.0f32; k];
+        for _ in 0..TURNS {
+            let mut change = vec![0.0f32; k];
+            for i in (0..k).filter(|&i| nodes[i].status == Status::Slip) {
+                change[i] = base[i] + feed[i] * moved[i] - along[i];
+                along[i] += change[i];
+                pending[i] += change[i];
+            }
+            if norm(&change) > forcing * (norm(along) + norm(found)) {
+                self.add_motion(&change, &[], &mut moved);
+                continue;
+            }
+            // What they do to the unknowns matters where it is more than what is left of these anyway.
+            let mut more = vec![0.0f32; 2 * k];
+            self.subtract(nodes, &pending, &still, &mut more);
+            let share = forcing * rhs / norm(&more);
+            if !(share < 0.5) {
+                break;
+            }
+            let step = self.solve(nodes, soft, &more, share, effort);
+            found.iter_mut().zip(&step).for_each(|(f, m)| *f += m);
+            self.add_motion(&change, &step, &mut moved);
+            pending.fill(0.0);
+        }
+    }
+
+    /// Adds the motion along d at nodes that slip, under tractions `along` at these and the unknowns `found`, as far as there are any.
+    fn add_motion(&self, along: &[f32], found: &[f32], out: &mut [f32]) {
+        let k = along.len();
+        add_columns(&self.tangential[2 * k * k + k..], 2 * k, along, out);
+        if let Some(across) = found.get(..k) {
+            add_columns(&self.tangential[k..], 2 * k, across, out);
+        }
+        // Along d the unknowns of nodes in stick.
+        if let Some(stuck) = found.get(k..2 * k) {
+            add_columns(&self.tangential[2 * k * k + k..], 2 * k, stuck, out);
+        }
+    }
+
     /// Makes the columns that are needed and not made.
     fn complete(&mut self, w: &Operator, nodes: &[Node]) {
+        let feeds = nodes.iter().any(|n| n.feed != 0.0);
         for (i, node) in nodes.iter().enumerate() {
-            let needed = [node.status != Status::Open, node.status == Status::Stick];
+            let fed = feeds && node.status == Status::Slip;
+            let needed = [node.status != Status::Open, node.status == Status::Stick || fed];
             self.columns(w, i, [0, 1].map(|c| needed[c] && !self.made[c][i]));
         }
     }
@@ -210,6 +273,26 @@ impl WithSimd for Subtract<'_> {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Motion along d of the nodes that slip, under changes of the pressures.
+struct Pressed<'a> {
+    w: &'a Tangential,
+    nodes: &'a [Node],
+    pressure: &'a [f32],
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Pressed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let k = self.nodes.len();
+        for (i, _) in self.nodes.iter().enumerate().filter(|(_, n)| n.status == Status::Slip) {
+            self.out[i] = dot(&self.w.coupling[k * (k + i)..][..k], self.pressure);
         }
     }
 }
