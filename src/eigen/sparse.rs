@@ -153,6 +153,55 @@ impl Moving for Sliding<'_> {
     }
 }
 
+/// What of a body with rigid motions is elastic: takes the rigid part out of motions.
+pub trait Elastic {
+    /// Collective: X without its rigid part, `[n_local, columns]` column by column.
+    fn deform(&self, x: &mut [f64], columns: usize);
+}
+
+/// Factors of K − σM for one shift after another, on what is elastic.
+struct SlidingElastic<'a> {
+    sliding: Sliding<'a>,
+    elastic: &'a dyn Elastic,
+}
+
+impl Shifted for SlidingElastic<'_> {
+    fn sigma(&self) -> f64 {
+        self.sliding.sigma()
+    }
+
+    fn solve(&mut self, x: &mut [f64], columns: usize) -> Result<()> {
+        self.sliding.solve(x, columns)?;
+        self.elastic.deform(x, columns);
+        Ok(())
+    }
+
+    fn below(&self) -> u64 {
+        self.sliding.below()
+    }
+}
+
+impl Moving for SlidingElastic<'_> {
+    fn move_to(&mut self, sigma: f64) -> Result<()> {
+        self.sliding.move_to(sigma)
+    }
+}
+
+/// Collective: the `count` lowest elastic pairs of K x = λ M x. `first` is the inverse of K on what is `elastic`, and says that its rigid motions lie
+/// below the shift 0.
+pub fn elastic_modes(
+    pencil: &Matrices,
+    first: &mut dyn Shifted,
+    elastic: &dyn Elastic,
+    count: usize,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
+    match count > SLICED {
+        true => lowest(pencil, first, &mut SlidingElastic { sliding: Sliding::new(pencil), elastic }, count, progress),
+        false => nearest(pencil, first, count, progress),
+    }
+}
+
 /// More pairs than this are sought by spectrum slicing.
 pub const SLICED: usize = 150;
 
