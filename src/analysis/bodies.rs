@@ -270,7 +270,7 @@ pub(super) fn needs_elements(job: &Job) -> bool {
 fn refuse_unborne(job: &Job, body: &FeBody) -> Result<()> {
     match job.static_load().filter(|_| !body.supported) {
         Some(what) => Err(Error::Job(format!(
-            "bodies.{0}.supports: they leave {1} rigid motions free, but {what} is a static problem whose load nothing bears; clamp a group \
+            "bodies.{0}.supports: rigid motions left free: {1}, but {what} is a static problem whose load nothing bears; clamp a group \
              (bodies.{0}.fixed), or add springs in the directions that are missing",
             body.name,
             body.rigid.len()

@@ -2,9 +2,8 @@
 
 use super::clusters;
 use super::fe::{BodyModes, FeBody};
-use super::rigid_motions::RigidMotions;
 use super::statics::Statics;
-use crate::eigen::sparse::{self, Elastic, Method, ModesOptions};
+use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::eigen::Modes;
 use crate::parallel::World;
 use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
@@ -49,6 +48,10 @@ pub fn compute(
         )));
     }
     let pencil = sparse::Matrices::new(world, &body.operators.stiffness, &body.operators.mass);
+    let pencil = match method {
+        Method::Blocks => pencil.knowing(&body.rigid.shapes),
+        Method::Slepc => pencil,
+    };
     let rigid = body.rigid.len();
     let mut wanted = (count.max(rigid) + BEYOND).min(order);
     loop {
@@ -58,9 +61,7 @@ pub fn compute(
                 sparse::modes(petsc, factor, &pencil, &options, progress).map_err(named)?
             }
             (Statics::Balanced(balanced), Method::Blocks) => {
-                let elastic = Deforming { world, rigid: &body.rigid };
-                let beyond = wanted - rigid;
-                sparse::elastic_modes(&pencil, &mut **balanced, &elastic, beyond, progress).map_err(named)?
+                sparse::beside_known(&pencil, &mut **balanced, wanted - rigid, progress).map_err(named)?
             }
             (Statics::Balanced(_), Method::Slepc) => beside(petsc, body, &pencil, wanted, progress).map_err(named)?,
             (Statics::Iterative(_), _) => return Err(Error::Defect("modes without a factorisation".into())),
@@ -85,17 +86,6 @@ pub fn compute(
         let mut vectors = found.vectors;
         vectors.truncate(keep);
         return Ok(BodyModes { omega: omega[..keep].to_vec(), residual: found.residuals[..keep].to_vec(), vectors });
-    }
-}
-
-struct Deforming<'a> {
-    world: &'a World,
-    rigid: &'a RigidMotions,
-}
-
-impl Elastic for Deforming<'_> {
-    fn deform(&self, x: &mut [f64], columns: usize) {
-        self.rigid.deform(self.world, x, columns);
     }
 }
 

@@ -48,6 +48,7 @@ const TESTS: &[Test] = &[
     ("supports::a_free_bar_is_balanced", supports::a_free_bar_is_balanced),
     ("supports::what_supports_leave_free", supports::what_supports_leave_free),
     ("supports::half_of_a_block", supports::half_of_a_block),
+    ("supports::a_swept_ring_on_springs", supports::a_swept_ring_on_springs),
     ("surface::the_boundary_is_found_once", surface::the_boundary_is_found_once),
     ("rotation::an_annulus_splits_its_pairs", rotation::an_annulus_splits_its_pairs),
     ("rotation::fixed_and_turning_frame_agree", rotation::fixed_and_turning_frame_agree),

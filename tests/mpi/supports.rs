@@ -16,6 +16,7 @@ use railsqueal::job::{Absorbing, Component, Dampings, Per, Stiffnesses, Support}
 use railsqueal::mesh::Mesh;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
+use railsqueal::swept::{self, cylinder, Cylinder, EdgeSprings, Focus, Forms};
 use std::f64::consts::PI;
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
@@ -278,7 +279,11 @@ pub fn what_supports_leave_free(world: &World) {
     assert_eq!(free(&["left"], &[]), 0);
     assert_eq!(free(&[], &[clamped(&[X, Y, Z])]), 0);
     assert_eq!(free(&[], &[clamped(&[X])]), 3, "motions in the plane");
-    assert_eq!(free(&[], &[clamped(&[Y])]), 4, "x, z, the rotations about y and about the line through the face along z");
+    assert_eq!(
+        free(&[], &[clamped(&[Y])]),
+        4,
+        "x, z, the rotations about y and about the line through the face along z"
+    );
     assert_eq!(free(&[], &[clamped(&[X, Y])]), 1, "along z");
     assert_eq!(free(&[], &[Support { symmetry: true, ..on("right") }]), 3);
     assert_eq!(free(&[], &[spring(Stiffnesses { normal: 1e3, ..Stiffnesses::default() })]), 3);
@@ -313,4 +318,46 @@ pub fn half_of_a_block(world: &World) {
         let nearest = all.iter().map(|v| (v / w - 1.0).abs()).fold(f64::INFINITY, f64::min);
         assert!(nearest < 1e-9, "{w} rad/s is none of {all:?}");
     }
+}
+
+/// A swept ring on soft springs moves as a rigid one: along its axle, across it, and round it.
+pub fn a_swept_ring_on_springs(_: &World) {
+    let (inner, outer, width) = (0.1, 0.3, 0.1);
+    let ring = Cylinder {
+        inner_radius: inner,
+        outer_radius: outer,
+        thickness: width,
+        crown_radius: None,
+        contact_offset: 0.0,
+    };
+    let focus = Focus { size: 0.03, reach: 0.0, corner: 0.03, largest: 0.03 };
+    let section = cylinder(&ring, focus).expect("a section");
+    let mass = STEEL.density * PI * (outer * outer - inner * inner) * width;
+    let (across, along) = (2e6, 1e6);
+    let springs = |stiffness: [f64; 3], per_area: bool| EdgeSprings { group: "inner".into(), stiffness, per_area };
+    let lowest = |n: usize, springs: &[EdgeSprings]| -> Vec<f64> {
+        let forms = Forms::sprung(section.clone(), STEEL, &[], springs).expect("forms");
+        swept::modes::of_order(&forms, n, 2.0 * PI * 300.0).expect("modes").omega
+    };
+    let all = springs([across, along, 0.0], false);
+    let zero = lowest(0, std::slice::from_ref(&all));
+    let polar = 0.5 * mass * (outer * outer + inner * inner);
+    let mut exact = [along / mass, across * inner * inner / polar];
+    exact.sort_by(f64::total_cmp);
+    for (w, squared) in zero.iter().zip(exact) {
+        near(w * w, squared, 1e-3, "order 0 of a ring on springs");
+    }
+    let one = lowest(1, &[all]);
+    // The section is its own mirror image: moving across does not tilt it.
+    let tilt = (0.25 * (outer * outer + inner * inner) + width * width / 12.0) * mass;
+    let tilting = 0.5 * along * inner * inner + across * width * width / 12.0;
+    let mut exact = [across / mass, tilting / tilt];
+    exact.sort_by(f64::total_cmp);
+    for (w, squared) in one.iter().zip(exact) {
+        near(w * w, squared, 1e-3, "order 1 of a ring on springs");
+    }
+    // Springs along the normal of the bore resist half of what both directions do, and nothing along the axle.
+    let area = 2.0 * PI * inner * width;
+    let radial = lowest(1, &[springs([0.0, 0.0, across / area], true)]);
+    assert!(radial.iter().any(|w| (w * w * mass / (0.5 * across) - 1.0).abs() < 1e-3), "{radial:?}");
 }

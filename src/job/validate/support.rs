@@ -7,14 +7,16 @@ pub fn check(path: &str, body: &Body, faults: &mut Vec<String>) {
     for (i, support) in body.supports.iter().enumerate() {
         check_one(&format!("{path}.supports.{i}"), support, faults);
     }
-    if !matches!(body.mesh, Some(MeshSource::Cylinder(_) | MeshSource::File(_))) && !body.supports.is_empty() {
+    let swept = matches!(body.mesh, Some(MeshSource::Revolved(_)));
+    if !swept && !body.is_meshed() && !body.supports.is_empty() {
         return faults.push(format!(
-            "{path}.supports: only for a body with a mesh of three dimensions (mesh.file or mesh.cylinder); leave it out"
+            "{path}.supports: only for a body with mesh.file, mesh.cylinder or mesh.revolved; leave it out"
         ));
     }
-    if !body.rotates() {
+    if !swept && !body.rotates() {
         return;
     }
+    let why = if swept { "the body is swept".to_string() } else { format!("{path}.rotation turns the body") };
     for (i, support) in body.supports.iter().enumerate() {
         let [x, _, z, _] = support.springs();
         let uneven = (x - z).abs() / x.max(z).max(f64::MIN_POSITIVE);
@@ -26,8 +28,8 @@ pub fn check(path: &str, body: &Body, faults: &mut Vec<String>) {
             _ => continue,
         };
         faults.push(format!(
-            "{path}.supports.{i}: found {found}, but {path}.rotation turns the body; expected springs that are of revolution about its axle, \
-             with stiffness.x = stiffness.z, or rotation \"none\""
+            "{path}.supports.{i}: found {found}, but {why}; expected springs that are of revolution about its axle, with stiffness.x = stiffness.z{}",
+            if swept { "" } else { ", or rotation \"none\"" }
         ));
     }
 }
