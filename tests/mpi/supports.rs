@@ -90,7 +90,7 @@ pub fn a_block_on_springs(world: &World) {
         damping: Some(Dampings { x: c, ..Dampings::default() }),
         ..on("left")
     };
-    let fe = body(world, &mesh, STEEL, &[], &[springs.clone()]);
+    let fe = body(world, &mesh, STEEL, &[], std::slice::from_ref(&springs));
     assert!(fe.supported && fe.rigid.is_empty());
     let found = modes(world, fe, 6, sparse::Method::Blocks);
     // Motions along a with the rotation that they take with them: the face lies at half the length from the middle.
