@@ -86,7 +86,8 @@ impl<'p> Bodies<'p> {
         let same = given.len() == 2 && {
             let described = given[0].1.material == given[1].1.material
                 && given[0].1.rotation == given[1].1.rotation
-                && same_groups(&given[0].1.fixed, &given[1].1.fixed);
+                && same_groups(&given[0].1.fixed, &given[1].1.fixed)
+                && given[0].1.supports == given[1].1.supports;
             let meshes = world.is_root() && meshed.as_ref().is_some_and(|m| m[0].mesh.identical(&m[1].mesh));
             world.broadcast(vec![u8::from(described && meshes)]) == [1]
         };
@@ -114,7 +115,9 @@ impl<'p> Bodies<'p> {
             }
             let mine = meshed.as_ref().map(|m| &m[i]);
             let grid = mine.and_then(|m| m.grid.as_ref()).filter(|_| !job.analyses.on_contact().is_empty());
-            let fe = FeBody::new(world, name, mine.map(|m| &m.mesh), grid, material_of(body)?, &body.fixed)?;
+            let held = (&body.fixed[..], &body.supports[..]);
+            let fe = FeBody::held(world, name, mine.map(|m| &m.mesh), grid, material_of(body)?, held)?;
+            refuse_unborne(job, &fe)?;
             let volume = assembly::volume(world, &fe.part);
             summary.line(format!(
                 "body {name}: {} nodes, {} degrees of freedom, volume {volume:.6e} m³, mass {:.6e} kg",
@@ -122,6 +125,7 @@ impl<'p> Bodies<'p> {
                 fe.dofs.total(),
                 volume * fe.material.density
             ));
+            fe.effect.lines.iter().for_each(|line| summary.line(format!("body {name}: {line}")));
             let method = match job.solver.linear {
                 LinearSolver::Mumps => Method::Direct,
                 LinearSolver::Gamg => Method::Iterative,
@@ -260,6 +264,19 @@ impl<'p> Bodies<'p> {
 pub(super) fn needs_elements(job: &Job) -> bool {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
     !job.by_matrices() && (job.analyses.modes.is_some() || !half_space)
+}
+
+/// Refuses a static load on a body that supports leave free to move away from it.
+fn refuse_unborne(job: &Job, body: &FeBody) -> Result<()> {
+    match job.static_load().filter(|_| !body.supported) {
+        Some(what) => Err(Error::Job(format!(
+            "bodies.{0}.supports: rigid motions left free: {1}, but {what} is a static problem whose load nothing bears; clamp a group \
+             (bodies.{0}.fixed), or add springs in the directions that are missing",
+            body.name,
+            body.rigid.len()
+        ))),
+        None => Ok(()),
+    }
 }
 
 fn same_groups(a: &[String], b: &[String]) -> bool {

@@ -10,7 +10,7 @@ use crate::job::{self, Job, MeshSource, Section};
 use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
-use crate::swept::{BuiltIn, Cylinder};
+use crate::swept::{BuiltIn, Cylinder, EdgeSprings};
 use crate::{Error, Result};
 
 /// The section of a body, whose contact is where its mesh says it.
@@ -49,12 +49,23 @@ fn made<'p>(
     section: BuiltIn,
     (grid, tilt): (Option<[&[f64]; 2]>, f64),
 ) -> Result<Swept<'p>> {
+    let (material, springs) = (material_of(body)?, springs(body));
     let making =
-        Making { section, material: material_of(body)?, fixed: &body.fixed, rotates: body.rotates(), grid, tilt };
+        Making { section, material, fixed: &body.fixed, springs: &springs, rotates: body.rotates(), grid, tilt };
     let swept = Swept::new(world, name, making)?;
     let (unknowns, mass) = (swept.unknowns(), swept.mass());
     summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, mass {mass:.6e} kg"));
     Ok(swept)
+}
+
+/// The springs of revolution that a body stands on.
+fn springs(body: &job::Body) -> Vec<EdgeSprings> {
+    let one = |support: &job::Support| {
+        let [across, along, _, normal] = support.springs();
+        let per_area = support.per == job::Per::Area;
+        EdgeSprings { group: support.group.clone(), stiffness: [across, along, normal], per_area }
+    };
+    body.supports.iter().map(one).collect()
 }
 
 /// The wheel `body` of a placement, on the same grid on every rank.
@@ -108,6 +119,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
             a.mesh == b.mesh
                 && a.material == b.material
                 && a.fixed == b.fixed
+                && a.supports == b.supports
                 && a.rotation == b.rotation
                 && a.track == b.track
         }

@@ -5,6 +5,7 @@ use super::modes::{self, Extent};
 use super::nearest::Nearest;
 use super::order::Order;
 use super::residual::{self, NodeMotion};
+use super::rigid_motions;
 use super::rotation::{self, ModalRotation, RotationForms};
 use super::statics::Statics;
 use super::trace::Trace;
@@ -151,10 +152,15 @@ impl Body for Elements<'_> {
             }
             None => None,
         };
+        let damping = self.fe.effect.damping.as_ref().map(|c| {
+            let images = rigid_motions::images(world, c, &found.vectors);
+            rigid_motions::products(world, &found.vectors, &images)
+        });
+        let damping = damping.filter(|_| world.is_root());
         self.shapes = Some(found);
         let orders = rotation.as_ref().map(ModalRotation::diameters).unwrap_or_default();
         let names = ModeName::of_orders(&orders);
-        Ok(TraceModes { omega, residual, rows, damping: None, reach, rotation, names })
+        Ok(TraceModes { omega, residual, rows, damping, reach, rotation, names })
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
@@ -191,6 +197,10 @@ impl FullSystem for Elements<'_> {
 
     fn mass(&self) -> &DistCsr {
         self.fe.mass()
+    }
+
+    fn damping(&self) -> Option<&DistCsr> {
+        FullSystem::damping(&self.fe)
     }
 
     fn trace(&self) -> &Trace {

@@ -1,12 +1,15 @@
 //! A finite-element body: its share of the mesh, its matrices, and what contact asks of them.
 
+use super::rigid_motions::RigidMotions;
 use super::statics::Statics;
+use super::supports::{Effect, Supported};
 use super::trace::Trace;
 use super::FullSystem;
 use crate::fem::assembly::Operators;
 use crate::fem::dofs::{DofMap, FIXED};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
+use crate::job::Support;
 use crate::mesh::distribute::{distribute, MeshPart};
 use crate::mesh::Mesh;
 use crate::parallel::World;
@@ -29,7 +32,11 @@ pub struct FeBody {
     pub operators: Operators,
     /// Its contact rows; none where it has no contact surface.
     pub trace: Trace,
-    /// True if some node is supported.
+    /// What its supports do beside stiffness and mass.
+    pub effect: Effect,
+    /// The rigid motions that its supports leave free.
+    pub rigid: RigidMotions,
+    /// True if no rigid motion is free.
     pub supported: bool,
     ghosts: Exchange,
     node_ghosts: Exchange,
@@ -56,22 +63,38 @@ impl FeBody {
         material: Material,
         fixed: &[String],
     ) -> Result<Self> {
+        Self::held(world, name, mesh, grid, material, (fixed, &[]))
+    }
+
+    /// Collective: [`FeBody::new`] with the `supports` of a job beside the clamped groups.
+    pub fn held(
+        world: &World,
+        name: &str,
+        mesh: Option<&Mesh>,
+        grid: Option<&ContactGrid>,
+        material: Material,
+        (fixed, supports): (&[String], &[Support]),
+    ) -> Result<Self> {
         world.on_root(|| match mesh {
             Some(m) => fixed.iter().try_for_each(|g| m.require_group(g, &format!("bodies.{name}.fixed: the mesh"))),
             None => Err(Error::Defect("no mesh on rank 0".into())),
         })?;
         let part = distribute(world, mesh)?;
         let dofs = DofMap::new(world, &part, fixed);
-        let operators =
-            Operators::new(world, &part, &dofs, &material).map_err(|e| e.context(format!("body \"{name}\"")))?;
+        let named = |e: Error| e.context(format!("body \"{name}\""));
+        let mut operators = Operators::new(world, &part, &dofs, &material).map_err(named)?;
+        let body = Supported { name, mesh, part: &part, dofs: &dofs, material };
+        let effect = body.hold(world, supports, &mut operators)?;
+        let rigid = RigidMotions::new(world, &part, &dofs, &operators, &effect).map_err(named)?;
         let ghosts = Exchange::new(world, &dofs.ranges, &columns(&part, &dofs));
         // Local ghosts are ascending, so are the exchange's: the fetched values are in the order of `node_ids`.
         let node_ghosts = Exchange::new(world, &part.ranges, &part.node_ids);
-        let nodes = part.ranges[world.size];
-        let supported = dofs.total() < 3 * nodes;
+        let supported = rigid.is_empty();
         let first = world.on_root(|| grid.map_or(Ok(Vec::new()), |grid| contact_dofs(name, grid, &part, &dofs)))?;
         let trace = Trace::of_nodes(world, &dofs.ranges, first.as_deref())?;
-        Ok(Self { name: name.into(), part, dofs, material, operators, trace, supported, ghosts, node_ghosts })
+        world.agree(contact_is_free(name, &trace, &effect))?;
+        let name = name.into();
+        Ok(Self { name, part, dofs, material, operators, trace, effect, rigid, supported, ghosts, node_ghosts })
     }
 
     /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
@@ -122,6 +145,7 @@ impl FeBody {
         if let Some(first) = first {
             (0..3).for_each(|c| u[c * owned + first + c] = 1.0);
         }
+        u.chunks_exact_mut(owned.max(1)).for_each(|u| self.effect.clear(&self.dofs, u));
         statics.solve(&mut u, 3)?;
         let rows = self.trace.gather(world, 3, |c| &u[c * owned..(c + 1) * owned]);
         Ok([0, 1, 2].map(|c| rows.as_ref().map_or(Vec::new(), |rows| rows.col(c).iter().copied().collect())))
@@ -152,7 +176,7 @@ impl FeBody {
         self.trace.gather(world, modes.vectors.len(), |k| &modes.vectors[k])
     }
 
-    /// Shift σ, 1/s², of the shift-invert transformation: 0 for a supported body; for a free one negative and small
+    /// Shift σ, 1/s², of the shift-invert transformation where a factor of K − σM is made: 0 for a supported body; for a free one negative and small
     /// against its first elastic ω², so that K − σM is positive definite.
     pub fn shift(&self, world: &World) -> f64 {
         if self.supported {
@@ -172,6 +196,16 @@ impl FeBody {
             world.max(top) + world.max(bottom)
         };
         (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+/// Refuses single components clamped at the contact.
+fn contact_is_free(name: &str, trace: &Trace, effect: &Effect) -> Result<()> {
+    match trace.dofs().iter().any(|d| effect.held.binary_search(d).is_ok()) {
+        true => Err(Error::Job(format!(
+            "bodies.{name}.supports: a clamp or a plane of symmetry holds a node of the contact surface; their groups must not touch the contact patch"
+        ))),
+        false => Ok(()),
     }
 }
 
@@ -204,6 +238,10 @@ impl FullSystem for FeBody {
 
     fn mass(&self) -> &DistCsr {
         &self.operators.mass
+    }
+
+    fn damping(&self) -> Option<&DistCsr> {
+        self.effect.damping.as_ref()
     }
 
     fn trace(&self) -> &Trace {

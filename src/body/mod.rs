@@ -1,6 +1,7 @@
 //! What a body gives to contact, whatever it is made of.
 
 pub mod align;
+pub mod balanced;
 pub mod clusters;
 pub mod elements;
 pub mod fe;
@@ -17,8 +18,10 @@ pub mod order;
 pub mod rail;
 pub mod residual;
 pub mod rigid;
+pub mod rigid_motions;
 pub mod rotation;
 pub mod statics;
+pub mod supports;
 pub mod swept;
 pub mod trace;
 

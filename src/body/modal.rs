@@ -67,6 +67,20 @@ impl ModalMatrix {
         }
     }
 
+    /// The matrix plus a diagonal, `[m]`.
+    pub fn with_diagonal(mut self, diagonal: &[f64]) -> Self {
+        match &mut self {
+            ModalMatrix::Diagonal(own) => own.iter_mut().zip(diagonal).for_each(|(o, d)| *o += d),
+            ModalMatrix::Blocks(blocks) => {
+                let mut rest = diagonal.iter();
+                for b in blocks {
+                    (0..b.nrows()).zip(&mut rest).for_each(|(i, d)| b[(i, i)] += d);
+                }
+            }
+        }
+        self
+    }
+
     /// Entry (i, j).
     pub fn get(&self, i: usize, j: usize) -> f64 {
         match self {

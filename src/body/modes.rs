@@ -4,6 +4,7 @@ use super::clusters;
 use super::fe::{BodyModes, FeBody};
 use super::statics::Statics;
 use crate::eigen::sparse::{self, Method, ModesOptions};
+use crate::eigen::Modes;
 use crate::parallel::World;
 use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::session::Petsc;
@@ -20,10 +21,8 @@ pub enum Extent {
 
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
 const BEYOND: usize = 3;
-/// Eigenvalues smaller than this part of the shift of a free body are its rigid-body motions.
-const RIGID: f64 = 1e-6;
 
-/// Collective: the modes of `body`, computed by `method`. `statics` holds the factorisation of K − σM with σ = [`FeBody::shift`].
+/// Collective: the modes of `body`, computed by `method`. `statics` holds its factorisation. Rigid motions that are free come first, exactly at 0.
 pub fn compute(
     petsc: &Petsc,
     body: &FeBody,
@@ -48,20 +47,27 @@ pub fn compute(
             body.name
         )));
     }
-    let shift = body.shift(world);
-    let Statics::Direct(factor) = statics else {
-        return Err(Error::Defect("modes without a factorisation".into()));
-    };
     let pencil = sparse::Matrices::new(world, &body.operators.stiffness, &body.operators.mass);
-    let mut wanted = (count + BEYOND).min(order);
+    let pencil = match method {
+        Method::Blocks => pencil.knowing(&body.rigid.shapes),
+        Method::Slepc => pencil,
+    };
+    let rigid = body.rigid.len();
+    let mut wanted = (count.max(rigid) + BEYOND).min(order);
     loop {
-        let options = ModesOptions { sigma: shift, count: wanted, method, prefix: format!("{}_", body.name) };
-        let found = sparse::modes(petsc, factor, &pencil, &options, progress).map_err(named)?;
-        let omega: Vec<f64> = found
-            .lambda
-            .iter()
-            .map(|&l| if l.abs() <= RIGID * shift.abs() { 0.0 } else { l.max(0.0).sqrt() })
-            .collect();
+        let mut found = match (&mut *statics, method) {
+            (Statics::Direct(factor), _) => {
+                let options = ModesOptions { sigma: 0.0, count: wanted, method, prefix: format!("{}_", body.name) };
+                sparse::modes(petsc, factor, &pencil, &options, progress).map_err(named)?
+            }
+            (Statics::Balanced(balanced), Method::Blocks) => {
+                sparse::beside_known(&pencil, &mut **balanced, wanted - rigid, progress).map_err(named)?
+            }
+            (Statics::Balanced(_), Method::Slepc) => beside(petsc, body, &pencil, wanted, progress).map_err(named)?,
+            (Statics::Iterative(_), _) => return Err(Error::Defect("modes without a factorisation".into())),
+        };
+        complete(world, body, &mut found);
+        let omega: Vec<f64> = found.lambda.iter().map(|&l| l.max(0.0).sqrt()).collect();
         let keep = match clusters::cut(&omega, count) {
             Some(end) => end,
             None if omega.len() >= order => omega.len(),
@@ -81,6 +87,39 @@ pub fn compute(
         vectors.truncate(keep);
         return Ok(BodyModes { omega: omega[..keep].to_vec(), residual: found.residuals[..keep].to_vec(), vectors });
     }
+}
+
+/// Collective: the elastic ones of the `count` lowest modes by SLEPc, which takes a factor of K − σM below all of them: the rigid ones come first and go.
+fn beside(
+    petsc: &Petsc,
+    body: &FeBody,
+    pencil: &sparse::Matrices,
+    count: usize,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
+    let world = petsc.world();
+    let sigma = body.shift(world);
+    let shifted = body.operators.stiffness.minus_scaled(sigma, &body.operators.mass);
+    let mut factor = Factor::new(world, &shifted, FactorOptions::new(Symmetry::Positive), "K - σM")?;
+    let options = ModesOptions { sigma, count, method: Method::Slepc, prefix: format!("{}_", body.name) };
+    let mut found = sparse::modes(petsc, &mut factor, pencil, &options, progress)?;
+    let rigid = body.rigid.len().min(found.lambda.len());
+    found.lambda.drain(..rigid);
+    found.residuals.drain(..rigid);
+    found.vectors.drain(..rigid);
+    Ok(found)
+}
+
+/// Collective: puts the rigid motions before the elastic modes, which are freed of what rounding has left of them, and clears what is clamped.
+fn complete(world: &World, body: &FeBody, found: &mut Modes) {
+    for vector in &mut found.vectors {
+        body.rigid.deform(world, vector, 1);
+        body.effect.clear(&body.dofs, vector);
+    }
+    let rigid = body.rigid.len();
+    found.lambda.splice(..0, std::iter::repeat_n(0.0, rigid));
+    found.residuals.splice(..0, std::iter::repeat_n(0.0, rigid));
+    found.vectors.splice(..0, body.rigid.shapes.iter().cloned());
 }
 
 /// Collective: number of eigenvalues below `limit` (1/s²), from the inertia of K − limit·M (Sylvester's law).

@@ -176,6 +176,14 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
     let part = &body.part;
     let (mut through, mut fastest) = (0.0f64, 0.0f64);
     let mut held = vec![0.0; 1 + 2 * HARMONICS];
+    let mut sprung = held.clone();
+    let count = |amount: f64, angle: f64, sums: &mut Vec<f64>| {
+        sums[0] += amount;
+        for n in 1..=HARMONICS {
+            sums[2 * n - 1] += amount * (n as f64 * angle).cos();
+            sums[2 * n] += amount * (n as f64 * angle).sin();
+        }
+    };
     // A direction across the axis from which angles are counted, and the one beyond it.
     let e = axis.direction;
     let across = axis.turned(if e[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] });
@@ -200,17 +208,32 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
         if part.cells.facet(facet).all(|n| body.dofs.local[n as usize] == crate::fem::dofs::FIXED) {
             let r = axis.outward(centre);
             let angle = dot(r, second).atan2(dot(r, first));
-            held[0] += area;
-            for n in 1..=HARMONICS {
-                held[2 * n - 1] += area * (n as f64 * angle).cos();
-                held[2 * n] += area * (n as f64 * angle).sin();
+            count(area, angle, &mut held);
+        }
+    }
+    for springs in &body.effect.springs {
+        let first_dof = body.dofs.begin();
+        for (node, place) in part.coords[..part.owned].iter().enumerate() {
+            let first_of = body.dofs.local[node];
+            if first_of == crate::fem::dofs::FIXED {
+                continue;
             }
+            // What a unit displacement of all nodes along x, y and z would make there: the stiffness that stands on the node.
+            let stands = |c: u64| {
+                let (columns, values) = springs.row((first_of + c - first_dof) as usize);
+                let alike = columns.iter().zip(values).filter(|(column, _)| *column % 3 == (first_of + c) % 3);
+                alike.map(|(_, v)| v).sum::<f64>()
+            };
+            let r = axis.outward(*place);
+            count((0..3).map(stands).sum(), dot(r, second).atan2(dot(r, first)), &mut sprung);
         }
     }
     let through = world.max(through) / world.max(fastest).max(f64::MIN_POSITIVE);
-    let held = world.sum_all(&held);
-    let uneven = (1..=HARMONICS).map(|n| held[2 * n - 1].hypot(held[2 * n])).fold(0.0, f64::max)
-        / held[0].max(f64::MIN_POSITIVE);
+    let [held, sprung] = [held, sprung].map(|sums| world.sum_all(&sums));
+    let unevenness = |sums: &[f64]| {
+        (1..=HARMONICS).map(|n| sums[2 * n - 1].hypot(sums[2 * n])).fold(0.0, f64::max) / sums[0].max(f64::MIN_POSITIVE)
+    };
+    let (uneven, loose) = (unevenness(&held), unevenness(&sprung));
     let refused = |what: &str, measure: f64, most: f64| {
         Err(Error::Job(format!(
             "bodies.{}.rotation: the {what} is not of revolution about the axis through {:?} m along {:?}: found {measure:.3}, expected at most {most}; \
@@ -221,7 +244,10 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
     if through > THROUGH {
         return refused("surface (velocity of the material through it, over its largest)", through, THROUGH);
     }
-    if body.supported && (held[0] == 0.0 || uneven > UNEVEN) {
+    if loose > UNEVEN {
+        return refused("stiffness of the springs (its largest harmonic over the angle)", loose, UNEVEN);
+    }
+    if body.supported && ((held[0] == 0.0 && sprung[0] == 0.0) || uneven > UNEVEN) {
         return refused(
             "support (largest harmonic of its area over the angle)",
             if held[0] == 0.0 { 1.0 } else { uneven },

@@ -1,11 +1,12 @@
 //! Static solves with the stiffness of a body, by the method the job selects.
 
+use super::balanced::Balanced;
 use super::fe::FeBody;
 use crate::fem::dofs::FIXED;
 use crate::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
 use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::session::Petsc;
-use crate::Result;
+use crate::{Error, Result};
 use faer::Mat;
 use std::rc::Rc;
 
@@ -16,28 +17,35 @@ const MAX_ITERATIONS: usize = 1000;
 
 /// Solver of K u = f for one body.
 pub enum Statics<'p> {
-    /// Factorisation of K, or of K − σM for a body without supports.
+    /// Factorisation of K.
     Direct(Factor<'p>),
+    /// Inertia relief, of a body with free rigid motions.
+    Balanced(Box<Balanced<'p>>),
     /// Conjugate gradients with algebraic multigrid.
     Iterative(Iterative<'p>),
 }
 
 impl<'p> Statics<'p> {
-    /// Collective: factorises K − σM with σ = [`FeBody::shift`].
+    /// Collective: factorises K, or what takes its place where rigid motions are free.
     pub fn direct(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
         let world = petsc.world();
-        let (k, m) = (&body.operators.stiffness, &body.operators.mass);
-        let options = FactorOptions::new(Symmetry::Positive);
+        let k = &body.operators.stiffness;
         let name = format!("stiffness of body {}", body.name);
-        let shift = body.shift(world);
-        if shift == 0.0 {
-            return Ok(Statics::Direct(Factor::new(world, k, options, &name)?));
+        if !body.rigid.is_empty() {
+            return Ok(Statics::Balanced(Box::new(Balanced::new(world, k, &body.rigid, &name)?)));
         }
-        Ok(Statics::Direct(Factor::new(world, &k.minus_scaled(shift, m), options, &name)?))
+        Ok(Statics::Direct(Factor::new(world, k, FactorOptions::new(Symmetry::Positive), &name)?))
     }
 
     /// Collective: sets up multigrid on K with the rigid-body motions as near-null space.
     pub fn iterative(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
+        if !body.rigid.is_empty() {
+            return Err(Error::Job(format!(
+                "solver.linear: found \"gamg\", but the supports of body \"{}\" leave {} rigid motions free; hold the body, or take \"mumps\"",
+                body.name,
+                body.rigid.len()
+            )));
+        }
         let free = |&n: &usize| body.dofs.local[n] != FIXED;
         let at: Vec<[f64; 3]> = (0..body.part.owned).filter(free).map(|n| body.part.coords[n]).collect();
         let prefix = format!("{}_", body.name);
@@ -59,6 +67,7 @@ impl<'p> Statics<'p> {
     pub fn solve(&mut self, f: &mut [f64], count: usize) -> Result<()> {
         match self {
             Statics::Direct(factor) => factor.solve(f, count),
+            Statics::Balanced(balanced) => balanced.solve(f, count),
             Statics::Iterative(solver) => solver.solve(f, count),
         }
     }
@@ -67,9 +76,9 @@ impl<'p> Statics<'p> {
     /// rank's degrees of freedom, `[owned, count]` column by column. A factorisation needs no start and keeps to no tolerance.
     pub fn improve(&mut self, u: &mut [f64], loads: &[f64], count: usize, tolerance: f64) -> Result<()> {
         match self {
-            Statics::Direct(factor) => {
+            Statics::Direct(_) | Statics::Balanced(_) => {
                 u.copy_from_slice(loads);
-                factor.solve(u, count)
+                self.solve(u, count)
             }
             Statics::Iterative(solver) => solver.improve(u, loads, count, tolerance),
         }
@@ -78,7 +87,7 @@ impl<'p> Statics<'p> {
     /// Iterations of the iterative solver so far.
     pub fn iterations(&self) -> usize {
         match self {
-            Statics::Direct(_) => 0,
+            Statics::Direct(_) | Statics::Balanced(_) => 0,
             Statics::Iterative(solver) => solver.effort().0,
         }
     }
@@ -88,6 +97,7 @@ impl<'p> Statics<'p> {
     pub fn inverse_block(&mut self, rows: &[u64], progress: &mut dyn FnMut(usize, usize)) -> Result<Mat<f64>> {
         match self {
             Statics::Direct(factor) => factor.inverse_block(rows),
+            Statics::Balanced(balanced) => balanced.inverse_block(rows),
             Statics::Iterative(solver) => solver.inverse_block(rows, progress),
         }
     }
@@ -95,12 +105,17 @@ impl<'p> Statics<'p> {
     /// What the summary says of it.
     pub fn describe(&self) -> String {
         match self {
-            Statics::Direct(factor) => {
-                let s = factor.statistics();
-                let (entries, memory) = (s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3);
-                format!("factor of {entries:.1} M entries, {memory:.2} GB on all ranks")
+            Statics::Direct(factor) => of_factor(factor),
+            Statics::Balanced(balanced) => {
+                format!("{}; {} rigid motions are free", of_factor(balanced.factor()), balanced.rigid().len())
             }
             Statics::Iterative(_) => "conjugate gradients with multigrid".into(),
         }
     }
+}
+
+fn of_factor(factor: &Factor) -> String {
+    let s = factor.statistics();
+    let (entries, memory) = (s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3);
+    format!("factor of {entries:.1} M entries, {memory:.2} GB on all ranks")
 }

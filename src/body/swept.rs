@@ -11,7 +11,7 @@ use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
-use crate::swept::{turned, BuiltIn, Forms, LineLoad, Prestress, Seen, FAMILY, LOADS};
+use crate::swept::{turned, BuiltIn, EdgeSprings, Forms, LineLoad, Prestress, Seen, FAMILY, LOADS};
 use crate::swept::{OrderModes, Outline, OutlineModes};
 use crate::{Error, Result};
 use faer::Mat;
@@ -30,6 +30,8 @@ pub struct Making<'a> {
     pub material: Material,
     /// Groups of the section that are clamped.
     pub fixed: &'a [String],
+    /// Springs at its edges.
+    pub springs: &'a [EdgeSprings],
     /// Whether it rotates.
     pub rotates: bool,
     /// Lines of the contact grid along x and y, m, where there is a contact.
@@ -46,6 +48,7 @@ pub struct Swept<'w> {
     /// Meshed for the modes.
     forms: Forms,
     fixed: Vec<String>,
+    springs: Vec<EdgeSprings>,
     rotates: bool,
     tilt: f64,
     contact: Hybrid,
@@ -56,7 +59,7 @@ pub struct Swept<'w> {
 impl<'w> Swept<'w> {
     /// The body `name`, the same on every rank.
     pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
-        let forms = Forms::new(making.section.for_modes()?, making.material, making.fixed)
+        let forms = Forms::sprung(making.section.for_modes()?, making.material, making.fixed, making.springs)
             .map_err(|e| e.context(format!("bodies.{name}")))?;
         let half_space = HalfSpace { young: making.material.young, poisson: making.material.poisson };
         let groups = making.fixed.iter().filter_map(|name| forms.section.groups.get(name));
@@ -70,6 +73,7 @@ impl<'w> Swept<'w> {
             making: making.section,
             forms,
             fixed: making.fixed.to_vec(),
+            springs: making.springs.to_vec(),
             rotates: making.rotates,
             tilt: making.tilt,
             contact: Hybrid::new(half_space, making.grid),
@@ -231,7 +235,8 @@ impl Body for Swept<'_> {
 
     fn factorise(&mut self) -> Result<Option<String>> {
         let Some(circle) = self.contact.circle() else { return Ok(None) };
-        let forms = Forms::new(self.making.for_loads(circle.radius)?, self.forms.material, &self.fixed)?;
+        let section = self.making.for_loads(circle.radius)?;
+        let forms = Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?;
         let made = self.contact.make(self.world, &forms, self.making.radius(), self.tilt);
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }

@@ -30,6 +30,10 @@ pub trait Pencil {
     fn stiffness(&self, x: &[f64], y: &mut [f64], columns: usize);
     /// Collective: Y = M X, both `[n_local, columns]` column by column.
     fn mass(&self, x: &[f64], y: &mut [f64], columns: usize);
+    /// Eigenvectors that are known beforehand and not sought, orthonormal in M, `[n_local, known]`.
+    fn known(&self) -> MatRef<'_, f64> {
+        MatRef::from_column_major_slice(&[], self.n_local(), 0)
+    }
 }
 
 /// The inverse of K − σM.
@@ -53,8 +57,7 @@ pub fn nearest(
         return Ok(Modes::default());
     }
     enough(count, pencil.order())?;
-    let nothing = MatRef::from_column_major_slice(&[], pencil.n_local(), 0);
-    let found = lanczos::run(pencil, shifted, nothing, Goal::Nearest(count), Sizes::of(count), progress)?;
+    let found = lanczos::run(pencil, shifted, pencil.known(), Goal::Nearest(count), Sizes::of(count), progress)?;
     if found.theta.len() < count {
         return Err(Error::NotConverged(format!(
             "only {} of {count} modes have finite frequency: the mass matrix is singular",

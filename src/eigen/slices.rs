@@ -145,7 +145,17 @@ impl<'a> Slices<'a> {
         let above = (self.pencil.order() - shifted.below()) as usize;
         let ahead = ahead.min(above);
         if missing + ahead > 0 {
-            let deflated = columns(&self.vectors[self.beyond * n..], n, self.lambda.len() - self.beyond);
+            let known = self.pencil.known();
+            let before = self.lambda.len() - self.beyond;
+            // Beside what was found beyond the last shift what was known at the start, which is mostly nothing.
+            let both: Vec<f64> = match known.ncols() {
+                0 => Vec::new(),
+                _ => known.col_iter().flat_map(|c| c.iter()).chain(&self.vectors[self.beyond * n..]).copied().collect(),
+            };
+            let deflated = match known.ncols() {
+                0 => columns(&self.vectors[self.beyond * n..], n, before),
+                more => columns(&both, n, more + before),
+            };
             let (done, count, progress) = (self.lambda.len(), self.count, &mut *self.progress);
             let mut told = |converged: usize, wanted: usize| match count {
                 Some(count) => progress((done + converged).min(count), count),

@@ -5,6 +5,7 @@ use crate::parallel::World;
 use crate::petsc::csr::{DistCsr, Operator};
 use crate::petsc::{eps, Factor, FactorOptions, Petsc, Symmetry};
 use crate::{Error, Result};
+use faer::MatRef;
 use std::cell::OnceCell;
 
 /// Who computes.
@@ -38,12 +39,20 @@ pub struct Matrices<'a> {
     ready: OnceCell<Operator<'a>>,
     mass: Operator<'a>,
     matrix: &'a DistCsr,
+    /// Local rows of what is known beforehand, column by column, and the number of columns.
+    known: (Vec<f64>, usize),
 }
 
 impl<'a> Matrices<'a> {
     /// Collective: K and M made ready for products.
     pub fn new(world: &'a World, stiffness: &'a DistCsr, mass: &'a DistCsr) -> Self {
-        Self { world, stiffness, ready: OnceCell::new(), mass: mass.operator(world), matrix: mass }
+        let (mass, matrix) = (mass.operator(world), mass);
+        Self { world, stiffness, ready: OnceCell::new(), mass, matrix, known: (Vec::new(), 0) }
+    }
+
+    /// The same with eigenvectors that are known beforehand, orthonormal in M, this rank's rows of each.
+    pub fn knowing(self, vectors: &[Vec<f64>]) -> Self {
+        Self { known: (vectors.concat(), vectors.len()), ..self }
     }
 }
 
@@ -67,6 +76,10 @@ impl Pencil for Matrices<'_> {
 
     fn mass(&self, x: &[f64], y: &mut [f64], columns: usize) {
         self.mass.apply_block(self.world, x, y, columns);
+    }
+
+    fn known(&self) -> MatRef<'_, f64> {
+        MatRef::from_column_major_slice(&self.known.0, self.n_local(), self.known.1)
     }
 }
 
@@ -150,6 +163,19 @@ impl Moving for Sliding<'_> {
                 Ok(())
             }
         }
+    }
+}
+
+/// Collective: the `count` lowest pairs beside those that `pencil` knows, which lie below the shift of `first`, as that says.
+pub fn beside_known(
+    pencil: &Matrices,
+    first: &mut dyn Shifted,
+    count: usize,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
+    match count > SLICED {
+        true => lowest(pencil, first, &mut Sliding::new(pencil), count, progress),
+        false => nearest(pencil, first, count, progress),
     }
 }
 

@@ -6,6 +6,7 @@ pub mod element;
 pub mod forms;
 pub mod rotation;
 pub mod stress;
+pub mod surface;
 
 /// Isotropic linear elastic material.
 #[derive(Debug, Clone, Copy, PartialEq)]

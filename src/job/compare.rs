@@ -17,6 +17,9 @@ pub fn fe_inputs(job: &Job) -> Value {
         if let Some(axle) = b.axle().filter(|_| b.rotates()) {
             body["axle"] = json!(axle);
         }
+        if !b.supports.is_empty() {
+            body["supports"] = json!(b.supports);
+        }
         if let Some(track) = &b.track {
             body["track"] = json!(track);
         }

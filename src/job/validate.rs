@@ -6,6 +6,7 @@ use super::transient::{Hold, SoundPower, Transient};
 mod matrices;
 mod placement;
 mod rail;
+mod support;
 mod swept;
 
 /// All faults of a job that fits the schema; empty if it makes sense.
@@ -43,6 +44,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
         }
     }
     check_rotation(path, body, faults);
+    support::check(path, body, faults);
     if body.track.is_some() && !matches!(body.mesh, Some(MeshSource::Extruded(_))) {
         faults.push(format!("{path}.track: only for a rail, a body with mesh.extruded; leave it out"));
     }
@@ -75,11 +77,13 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
 
 /// Faults of supports that are not among the `groups` of the built-in body `what`.
 fn check_groups(path: &str, body: &Body, what: &str, groups: &[&str], faults: &mut Vec<String>) {
-    for (i, group) in body.fixed.iter().enumerate().filter(|(_, g)| !groups.contains(&g.as_str())) {
+    let fixed = body.fixed.iter().enumerate().map(|(i, g)| (format!("fixed.{i}"), g));
+    let supported = body.supports.iter().enumerate().map(|(i, s)| (format!("supports.{i}.group"), &s.group));
+    for (key, group) in fixed.chain(supported).filter(|(_, g)| !groups.contains(&g.as_str())) {
         let names: Vec<String> = groups.iter().map(|g| g.to_string()).collect();
         let near = super::schema::nearest(group, &names).map(|n| format!("; did you mean \"{n}\"?"));
         faults.push(format!(
-            "{path}.fixed.{i}: {what} has no group \"{group}\"{} Its groups are {}",
+            "{path}.{key}: {what} has no group \"{group}\"{} Its groups are {}",
             near.unwrap_or_else(|| ".".into()),
             super::schema::quoted(&names)
         ));
@@ -100,7 +104,7 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
     if file && body.axle_distance.is_none() {
         faults.push(format!("{path}.axle_distance: missing; a mesh file does not say where the axle is, and {path}.rotation needs it (m)"));
     }
-    if body.fixed.is_empty() && body.matrices.is_none() {
+    if !body.is_held() && body.matrices.is_none() {
         faults.push(format!("{path}.fixed: no fixed support, but {path}.rotation turns the body on its axle; name a group to clamp, e.g. [\"inner\"]"));
     }
     if let Some(Rotation::Speed(speed)) = body.rotation {
@@ -330,13 +334,20 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
         match &job.contact {
             None => faults.push(format!("contact: missing; analyses.{analysis} needs it")),
             Some(contact) if contact.compliance.of_bodies() => {
-                let held = |b: &Body| {
-                    !b.fixed.is_empty() || b.is_half_space() || matches!(b.mesh, Some(MeshSource::Extruded(_)))
-                };
-                for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b)) {
+                let held =
+                    |b: &Body| b.is_held() || b.is_half_space() || matches!(b.mesh, Some(MeshSource::Extruded(_)));
+                for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b) && !b.is_meshed()) {
                     faults.push(format!(
                         "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static problem; name a group to clamp, e.g. [\"inner\"]"
                     ));
+                }
+                for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b) && b.is_meshed()) {
+                    if let Some(what) = job.static_load() {
+                        faults.push(format!(
+                            "bodies.{name}.fixed: no fixed support, but {what} is a static problem whose load nothing bears; name a group to clamp, \
+                             e.g. [\"inner\"], or hang the body on springs (bodies.{name}.supports)"
+                        ));
+                    }
                 }
             }
             Some(_) => {}

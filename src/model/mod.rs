@@ -127,21 +127,20 @@ fn given(job: &Job) -> [Option<&job::Body>; 2] {
     [job.bodies.lower.as_ref(), job.bodies.upper.as_ref()]
 }
 
-/// Damping of modes with the angular frequencies `omega`, rad/s, and the names, where they are known, of the body on a side of `job`: that of its `own` matrix, or by the coefficients that
-/// the job gives; none of a body that the job does not give.
+/// Damping of modes with the angular frequencies `omega`, rad/s, and the names, where they are known, of the body on a side of `job`: by the coefficients
+/// that the job gives, beside that of its `own` matrix, which a body by matrices, a rail and supports bring; none of a body that the job does not give.
 fn damping_of(
     job: &Job,
     side: Side,
     (omega, names): (&[f64], &[ModeName]),
     own: Option<&ModalMatrix>,
 ) -> Result<ModalMatrix> {
-    match (given(job)[side.index()], own) {
-        (Some(body), Some(own)) => Ok(own.scaled(body.damping_factor())),
-        (Some(body), None) => {
-            Ok(damping(&body.damping, (omega, names), &format!("bodies.{}.damping", side.name()))?.into())
-        }
-        (None, _) => Ok(vec![0.0; omega.len()].into()),
-    }
+    let Some(body) = given(job)[side.index()] else { return Ok(vec![0.0; omega.len()].into()) };
+    let modal = damping(&body.damping, (omega, names), &format!("bodies.{}.damping", side.name()))?;
+    Ok(match own {
+        Some(own) => own.scaled(body.damping_factor()).with_diagonal(&modal),
+        None => modal.into(),
+    })
 }
 
 /// What of a reduced model stays when damping changes, on every rank.

@@ -1,4 +1,4 @@
-//! Direct solver for complex symmetric matrices aK + bM of real K and M: MUMPS through PETSc.
+//! Direct solver for complex symmetric matrices aK + bM + … of real ones: MUMPS through PETSc.
 
 use super::csr::DistCsr;
 use super::handle::{read, vector, write, Handle};
@@ -30,19 +30,14 @@ pub struct ComplexFactor<'p> {
 }
 
 impl<'p> ComplexFactor<'p> {
-    /// Collective: factorises aK + bM (`factors` = [a, b]), K and M symmetric with the same ranges. `prefix` is that of the PETSc options, `name`
+    /// Collective: factorises a sum of symmetric matrices with the same ranges, each with its factor. `prefix` is that of the PETSc options, `name`
     /// stands for the matrix in messages.
-    pub fn new(
-        petsc: &'p Petsc<'p>,
-        k: &DistCsr,
-        m: &DistCsr,
-        factors: [Complex<f64>; 2],
-        prefix: &str,
-        name: &str,
-    ) -> Result<Self> {
-        let pattern = k.minus_scaled(1.0, m);
+    pub fn new(petsc: &'p Petsc<'p>, terms: &[(&DistCsr, Complex<f64>)], prefix: &str, name: &str) -> Result<Self> {
+        let missing = || Error::Defect("a factorisation of no matrix".into());
+        let Some((first, others)) = terms.split_first() else { return Err(missing()) };
+        let pattern = others.iter().fold(first.0.clone(), |sum, (matrix, _)| sum.minus_scaled(1.0, matrix));
         let value =
-            |row: usize, _: usize, column: u64| factors[0] * k.get(row, column) + factors[1] * m.get(row, column);
+            |row: usize, _: usize, column: u64| terms.iter().map(|(matrix, f)| f * matrix.get(row, column)).sum();
         let matrix = super::aij::assembled_with(petsc, &pattern, 1, value)?;
         // PETSc passes MUMPS its ordering by the option only. SCOTCH (3) is used where MUMPS has it, else MUMPS chooses.
         petsc.default_option(&format!("{prefix}mat_mumps_icntl_7"), "3")?;
@@ -58,8 +53,14 @@ impl<'p> ComplexFactor<'p> {
         // SAFETY: a live matrix, a string that ends in zero, a valid output.
         let factor =
             Handle::create(petsc, &doing, |f| unsafe { sys::MatGetFactor(matrix.raw(), c"mumps".as_ptr(), kind, f) })?;
-        let made =
-            Self { petsc, factor, _matrix: matrix, n_local: k.n_local(), order: k.order(), name: name.to_owned() };
+        let made = Self {
+            petsc,
+            factor,
+            _matrix: matrix,
+            n_local: pattern.n_local(),
+            order: pattern.order(),
+            name: name.to_owned(),
+        };
         // SAFETY: a structure of numbers, for which zeros are valid.
         let info: sys::MatFactorInfo = unsafe { std::mem::zeroed() };
         let f = made.factor.raw();

@@ -182,6 +182,26 @@ impl DistCsr {
         sum
     }
 
+    /// Uncouples the degrees of freedom `held` (global, ascending, those of all rows and columns of this rank among them): their rows and columns
+    /// become 0, their diagonal is multiplied by `diagonal`.
+    pub fn hold(&mut self, rank: usize, held: &[u64], diagonal: f64) {
+        if held.is_empty() {
+            return;
+        }
+        let first = self.ranges[rank];
+        let is_held = |dof: u64| held.binary_search(&dof).is_ok();
+        for i in 0..self.n_local() {
+            let row = first + i as u64;
+            let whole = is_held(row);
+            for k in self.indptr[i]..self.indptr[i + 1] {
+                let column = self.cols[k];
+                if whole || is_held(column) {
+                    self.values[k] *= if row == column { diagonal } else { 0.0 };
+                }
+            }
+        }
+    }
+
     /// Collective: the whole matrix, `[n, n]` on rank 0, `None` elsewhere.
     pub fn gather(&self, world: &World) -> Option<Mat<f64>> {
         let rows: Vec<u64> =

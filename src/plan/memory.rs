@@ -2,7 +2,7 @@
 
 use super::BodySize;
 use crate::eigen::quadratic::BLOCK;
-use crate::job::{contact_radius, Compliance, EigenSolver, Job, LinearSolver, Modes, ModesExtent};
+use crate::job::{self, contact_radius, Compliance, EigenSolver, Job, LinearSolver, Modes, ModesExtent};
 
 // Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
 // Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
@@ -40,6 +40,15 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         shared.push(("distributed meshes", unique.iter().map(mesh_bytes).sum()));
         let matrices = |b: &BodySize| 2.0 * b.dofs as f64 * 3.0 * b.neighbours * ENTRY;
         shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
+        let absorbs = |name: &str| {
+            let found = job.bodies().into_iter().find(|(n, _)| *n == name);
+            found.is_some_and(|(_, b)| b.supports.iter().any(|s| s.absorbing.is_some()))
+        };
+        let damping: f64 =
+            unique.iter().filter(|b| absorbs(b.name)).map(|b| b.dofs as f64 * b.neighbours * ENTRY).sum();
+        if damping > 0.0 {
+            shared.push(("damping matrices", damping));
+        }
         let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
         let solver = |b: &BodySize| match direct {
             true => FACTOR * spread * (b.dofs as f64).powf(4.0 / 3.0),
@@ -110,7 +119,9 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
         if i > 0 && alike {
             continue;
         }
-        let numbers = if i > 0 && damping[i] != damping[0] { 2.0 } else { 1.0 };
+        // Dashpots of supports make it complex, as does damping that is unlike that of the other body.
+        let dashpots = job.bodies().get(i).is_some_and(|(_, b)| b.supports.iter().any(job::Support::damps));
+        let numbers = if dashpots || (i > 0 && damping[i] != damping[0]) { 2.0 } else { 1.0 };
         factors += numbers * FACTOR * spread * n.powf(4.0 / 3.0);
         let rows = 3.0 * closed_nodes(job, body.contact_nodes as f64);
         // What is given in the space of the modes: damping of each, or rotation, which has its image of each beside it; loads and responses.

@@ -99,6 +99,10 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             for group in &body.fixed {
                 mesh.require_group(group, &format!("bodies.{name}.fixed: {}", file.path().display()))?;
             }
+            for (i, support) in body.supports.iter().enumerate() {
+                let key = format!("bodies.{name}.supports.{i}.group: {}", file.path().display());
+                mesh.require_group(&support.group, &key)?;
+            }
             let contact = read.grid.as_ref().map_or(0, |g| g.nodes.len() as u64);
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
             let neighbours = match mesh.cells.iter().all(|c| c.kind == CellKind::Hex8) {

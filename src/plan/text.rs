@@ -2,7 +2,7 @@
 
 use super::{models, BodySize};
 use crate::analysis::steps::{steps, Earlier, Step};
-use crate::job::{Compliance, Contact, Job, LinearSolver, Load, ModesExtent};
+use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, ModesExtent};
 
 /// What a run of `job` computes, in order, one line each.
 pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
@@ -27,6 +27,16 @@ fn modes(job: &Job, once: &str) -> Option<String> {
         ModesExtent::Count(n) => format!("modes: the {n} lowest of each body{once}"),
         ModesExtent::MaxFrequency(f) => format!("modes: all of each body up to {f} Hz{once}"),
     })
+}
+
+/// What supports add to the matrices of the bodies, in words.
+fn supports(job: &Job) -> String {
+    let of = |(name, body): (&str, &job::Body)| {
+        let groups: Vec<&str> = body.supports.iter().map(|s| s.group.as_str()).collect();
+        let damping = if body.supports.iter().any(job::Support::damps) { ", with a damping matrix" } else { "" };
+        (!groups.is_empty()).then(|| format!("; {name} on supports at {}{damping}", groups.join(", ")))
+    };
+    job.bodies().into_iter().filter_map(of).collect()
 }
 
 /// What is given of the contact.
@@ -59,7 +69,7 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
         Step::Bodies if job.placement().is_some() => Some("the wheel on the rail: gap and creepages".into()),
         Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),
-        Step::Bodies => Some("meshes, distributed; stiffness and mass".into()),
+        Step::Bodies => Some(format!("meshes, distributed; stiffness and mass{}", supports(job))),
         Step::Solvers if job.is_swept() => {
             contact.map(|_| format!("statics of each body{once} under loads at the contact, by orders"))
         }

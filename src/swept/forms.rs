@@ -4,6 +4,7 @@
 
 use super::envelope::Factor;
 use super::numbering::reverse_cuthill_mckee;
+use super::springs::EdgeSprings;
 use super::track::{Added, Track};
 use super::{Path, Section};
 use crate::fem::Material;
@@ -30,7 +31,7 @@ pub struct Forms {
     stiffness: [Vec<[[f64; 3]; 3]>; 3],
     /// ∫ρ N_a N_b r dr dy at each pair, kg per radian.
     mass: Vec<f64>,
-    /// Springs and dashpots of a track at each pair; the springs are part of K0. Nothing without one.
+    /// Springs and dashpots of a track, or at edges, at each pair; the springs are part of K0. Nothing without them.
     track: Vec<Springs>,
 }
 
@@ -86,6 +87,12 @@ const ALMOST_FREE: f64 = 1e-5;
 impl Forms {
     /// The forms of a section of a body of revolution, of a material, that is clamped at the nodes of the groups `fixed`.
     pub fn new(section: Section, material: Material, fixed: &[String]) -> Result<Self> {
+        Self::sprung(section, material, fixed, &[])
+    }
+
+    /// The same that stands on `springs`, too.
+    pub fn sprung(section: Section, material: Material, fixed: &[String], springs: &[EdgeSprings]) -> Result<Self> {
+        let blocks = springs.iter().map(|s| s.blocks(&section)).collect::<Result<Vec<_>>>()?.concat();
         let mut free = vec![true; section.nodes.len()];
         for name in fixed {
             let Some(nodes) = section.groups.get(name) else {
@@ -97,7 +104,9 @@ impl Forms {
             };
             nodes.iter().for_each(|&k| free[k] = false);
         }
-        Self::made(section, material, Path::Axle, &free, &[])
+        let mut forms = Self::made(section, material, Path::Axle, &free, &[])?;
+        forms.lay(&Added { blocks, mass: None });
+        Ok(forms)
     }
 
     /// The forms of a section of a material along a line of the period `period`, m, free or on a track; the section is turned by `tilt`, rad, from y
@@ -130,8 +139,11 @@ impl Forms {
         Ok(forms)
     }
 
-    /// Adds springs, dashpots and mass of a track.
+    /// Adds springs, dashpots and mass of a track, or springs at edges.
     fn lay(&mut self, added: &Added) {
+        if added.blocks.is_empty() {
+            return;
+        }
         self.track = vec![Springs::default(); self.pairs.columns.len()];
         for (a, b, springs) in &added.blocks {
             let Some(k) = self.pair(*a, *b) else { continue };

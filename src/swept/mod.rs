@@ -26,6 +26,7 @@ mod rail;
 mod rotation;
 mod section;
 mod shape;
+mod springs;
 mod track;
 mod turn;
 pub mod waves;
@@ -43,6 +44,7 @@ pub use rail::Rail;
 pub use rotation::{blocks, RotationBlocks};
 pub use section::{Element, Section};
 pub use shape::Kind;
+pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
 pub use turn::{both_turned, turned};
 

@@ -56,6 +56,18 @@ fn wrong_types_and_values() {
 }
 
 #[test]
+fn a_load_that_nothing_bears() {
+    let mut job = small();
+    job["bodies"]["lower"]["fixed"] = json!([]);
+    job["bodies"]["lower"]["supports"] = json!([{ "group": "inner", "stiffness": { "x": 1e8, "z": 1e8 } }]);
+    let parts =
+        ["bodies.lower.supports: rigid motions left free: 1", "analyses.steady is a static problem", "add springs"];
+    refused(job.to_string(), &[], 2, &parts);
+    job["bodies"]["lower"]["supports"] = json!([]);
+    refused(job.to_string(), &[], 2, &["bodies.lower.fixed: no fixed support", "hang the body on springs"]);
+}
+
+#[test]
 fn not_a_number() {
     let text = small().to_string().replace("205000000000.0", "NaN");
     assert!(text.contains("NaN"));

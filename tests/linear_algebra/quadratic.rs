@@ -241,7 +241,7 @@ fn complex_factor(world: &World) {
     let (k, m) = brick(world, 4);
     let scale = k.max_abs(world) / m.max_abs(world);
     let factors = [Complex::new(1.0, 0.1), Complex::new(-0.3 * scale, 0.05 * scale)];
-    let mut factor = ComplexFactor::new(&petsc, &k, &m, factors, "test_", "aK + bM").unwrap();
+    let mut factor = ComplexFactor::new(&petsc, &[(&k, factors[0]), (&m, factors[1])], "test_", "aK + bM").unwrap();
     let (n, first) = (k.n_local(), k.ranges[world.rank]);
     for count in [1, 3, 70] {
         let value =
@@ -267,6 +267,7 @@ fn singular(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let k = diagonal(world, ranges(world, 12, false), |i| if i == 5 { 0.0 } else { 1.0 });
     let factors = [Complex::new(1.0, 0.5), Complex::new(0.0, 0.0)];
-    let error = ComplexFactor::new(&petsc, &k, &k, factors, "test_", "a matrix").err().expect("singular");
+    let error =
+        ComplexFactor::new(&petsc, &[(&k, factors[0]), (&k, factors[1])], "test_", "a matrix").err().expect("singular");
     assert!(error.exit_code() == 4 && error.message().contains("a matrix"), "{error}");
 }

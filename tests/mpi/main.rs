@@ -16,6 +16,7 @@ mod elements;
 mod residual;
 mod rotation;
 mod stability;
+mod supports;
 mod surface;
 
 /// A test is called on all ranks of a world and panics when it fails.
@@ -41,6 +42,13 @@ const TESTS: &[Test] = &[
     ("distribution::no_mesh", distribution::no_mesh),
     ("residual::contact_forces_move_a_node", residual::contact_forces_move_a_node),
     ("residual::nothing_is_left_by_all_modes", residual::nothing_is_left_by_all_modes),
+    ("supports::a_block_on_springs", supports::a_block_on_springs),
+    ("supports::a_bar_with_a_mass", supports::a_bar_with_a_mass),
+    ("supports::a_rod_that_absorbs", supports::a_rod_that_absorbs),
+    ("supports::a_free_bar_is_balanced", supports::a_free_bar_is_balanced),
+    ("supports::what_supports_leave_free", supports::what_supports_leave_free),
+    ("supports::half_of_a_block", supports::half_of_a_block),
+    ("supports::a_swept_ring_on_springs", supports::a_swept_ring_on_springs),
     ("surface::the_boundary_is_found_once", surface::the_boundary_is_found_once),
     ("rotation::an_annulus_splits_its_pairs", rotation::an_annulus_splits_its_pairs),
     ("rotation::fixed_and_turning_frame_agree", rotation::fixed_and_turning_frame_agree),
@@ -51,6 +59,7 @@ const TESTS: &[Test] = &[
     ("rotation::what_is_not_of_revolution_is_refused", rotation::what_is_not_of_revolution_is_refused),
     ("stability::unlike_bodies", stability::unlike_bodies),
     ("stability::friction_that_remembers", stability::friction_that_remembers),
+    ("stability::bodies_on_dashpots", stability::bodies_on_dashpots),
     ("stability::bodies_that_rotate", stability::bodies_that_rotate),
     ("stability::unlike_damping", stability::unlike_damping),
     ("stability::mirror_images", stability::mirror_images),

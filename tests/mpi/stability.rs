@@ -16,6 +16,7 @@ use railsqueal::fem::rotation::Axis;
 use railsqueal::fem::Material;
 use railsqueal::friction::Relaxation;
 use railsqueal::grid::ContactGrid;
+use railsqueal::job::{Dampings, Stiffnesses, Support};
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
 use railsqueal::progress::Progress;
@@ -25,6 +26,7 @@ use railsqueal::stability::full::{
     spectrum, Coupling, DampedBody, Damping, FullBodies, FullOptions, FullSpectrum, Spin,
 };
 use std::f64::consts::PI;
+use std::ops::AddAssign;
 use std::rc::Rc;
 
 type C = Complex<f64>;
@@ -33,6 +35,16 @@ const SPEED: f64 = 8.0;
 
 /// A block under the plane z = 0, held at its lower face, with the contact surface on top.
 pub fn body(world: &World, name: &str, layers: usize, young: f64) -> FeBody {
+    supported(world, (name, layers, young), &["foot".into()], &[])
+}
+
+/// The same, held otherwise.
+fn supported(
+    world: &World,
+    (name, layers, young): (&str, usize, f64),
+    fixed: &[String],
+    supports: &[Support],
+) -> FeBody {
     let depth = 0.05 * layers as f64;
     let mut mesh = block([4, 3, layers], [0.2, 0.15, depth], |x| x);
     for p in &mut mesh.nodes {
@@ -50,7 +62,8 @@ pub fn body(world: &World, name: &str, layers: usize, young: f64) -> FeBody {
     group(&mut mesh, "foot", &face(0));
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
     let material = Material { young, poisson: 0.3, density: 7800.0 };
-    FeBody::new(world, name, world.is_root().then_some(&mesh), grid.as_ref(), material, &["foot".into()]).unwrap()
+    let mesh = world.is_root().then_some(&mesh);
+    FeBody::held(world, name, mesh, grid.as_ref(), material, (fixed, supports)).unwrap()
 }
 
 /// Six closed nodes in the middle of the 5 × 4 grid; forces, directions and velocities differ from node to node.
@@ -134,6 +147,9 @@ fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearC
                 mass[at] = mb[(i, j)];
                 damp[at] = damping[b].alpha * mb[(i, j)] + damping[b].beta * kb[(i, j)];
             }
+        }
+        if let Some(own) = &bodies[b].effect.damping {
+            damp.as_mut().submatrix_mut(first[b], first[b], sizes[b], sizes[b]).add_assign(dense(world, own));
         }
         let modal = &places[b].modal;
         let (_, phi) = dense_modes(world, bodies[b], modal.len());
@@ -430,6 +446,27 @@ pub fn modal_against_rayleigh_damping(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let upper = DampedBody { body: 1, modal: loss(&omega, 0.02), ..DampedBody::default() };
     compare(world, &bodies, [DampedBody::rayleigh(0, damping), upper], &contact());
+}
+
+/// Springs and dashpots under the foot of one body, an end that absorbs under that of the other: damping that no modes are diagonal in.
+pub fn bodies_on_dashpots(world: &World) {
+    let springs = Support {
+        group: "foot".into(),
+        stiffness: Some(Stiffnesses { x: 4e9, y: 5e9, z: 8e9, normal: 1e9 }),
+        damping: Some(Dampings { x: 3e4, z: 6e4, ..Dampings::default() }),
+        ..Support::default()
+    };
+    let absorbing = Support {
+        group: "foot".into(),
+        absorbing: Some(railsqueal::job::Absorbing { depth: 0.08, rate: 4e3 }),
+        ..Support::default()
+    };
+    let bodies = [
+        supported(world, ("lower", 1, 205e9), &[], &[springs]),
+        supported(world, ("upper", 2, 180e9), &["foot".into()], &[absorbing]),
+    ];
+    let damping = Damping { alpha: 50.0, beta: 2e-7 };
+    compare(world, &bodies, [0, 1].map(|b| DampedBody::rayleigh(b, damping)), &contact());
 }
 
 /// Bodies that rotate, one of them against the other and with its modes damped: the inverse knows what the modes see of it, the eigenpairs all.

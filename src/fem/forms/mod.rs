@@ -1,9 +1,13 @@
 //! Forms: what is integrated over the cells. One file each; [`crate::fem::assembly::Assembly`] assembles any of them.
 
+mod absorbing;
+mod foundation;
 mod mass;
 mod rotation;
 mod stiffness;
 
+pub use absorbing::Absorbing;
+pub use foundation::{Foundation, SurfaceForm};
 pub use mass::Mass;
 pub use rotation::{Convected, Gyroscopic, Prestress};
 pub use stiffness::Stiffness;

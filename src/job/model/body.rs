@@ -29,6 +29,10 @@ pub struct Body {
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
     #[serde(default)]
     pub fixed: Vec<String>,
+    /// What else holds a body with a mesh, or goes with it, at named groups: single components clamped, planes of symmetry, springs and dashpots,
+    /// masses, ends that absorb.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub supports: Vec<super::Support>,
     /// What a rail (`mesh.extruded`) lies on, with its damping.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub track: Option<super::Track>,
@@ -78,6 +82,16 @@ impl Body {
     /// Whether the body turns about its axle.
     pub fn rotates(&self) -> bool {
         !matches!(self.rotation, None | Some(Rotation::Named(RotationName::None)))
+    }
+
+    /// Whether it is of finite elements in three dimensions.
+    pub fn is_meshed(&self) -> bool {
+        matches!(self.mesh, Some(MeshSource::Cylinder(_) | MeshSource::File(_)))
+    }
+
+    /// Whether the job names something that holds the body, be it not in all directions.
+    pub fn is_held(&self) -> bool {
+        !self.fixed.is_empty() || self.supports.iter().any(super::Support::holds)
     }
 
     /// Distance of the axle from the contact point, m, where it is known.

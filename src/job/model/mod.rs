@@ -6,6 +6,7 @@ mod body;
 mod contact;
 mod placement;
 mod rail;
+mod support;
 mod swept;
 
 use schemars::JsonSchema;
@@ -21,6 +22,7 @@ pub use body::*;
 pub use contact::*;
 pub use placement::*;
 pub use rail::*;
+pub use support::*;
 pub use swept::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.

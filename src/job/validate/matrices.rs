@@ -11,6 +11,7 @@ pub(super) fn check_body(path: &str, body: &Body, matrices: &Matrices, faults: &
         ("material", body.material.is_some()),
         ("damping", body.damping != Damping::default()),
         ("fixed", !body.fixed.is_empty()),
+        ("supports", !body.supports.is_empty()),
         ("rotation", body.rotates()),
     ];
     for (key, _) in others.into_iter().filter(|(_, is)| *is) {

@@ -28,6 +28,11 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
             check_groups(path, body, "W920S", &RING_GROUPS[..1], faults);
         }
     }
+    if let Some(i) = body.supports.iter().position(|s| s.group == "outer") {
+        faults.push(format!(
+            "{path}.supports.{i}.group: \"outer\" is the running line, which cannot be supported; take another group"
+        ));
+    }
     if body.fixed.iter().any(|g| g == "outer") {
         faults.push(format!("{path}.fixed: \"outer\" is the running line, which cannot be clamped; fix another group"));
     }

@@ -43,6 +43,8 @@ pub(super) struct Part<'a> {
     pub stiffness: Operator<'a>,
     pub mass: Operator<'a>,
     pub damping: Damping,
+    /// Damping matrix that the body brings with it, beside `damping`.
+    pub own: Option<Operator<'a>>,
     pub modal: Option<ModalTerms>,
     turning: Option<Turning<'a>>,
     /// Index in the list of finite-element bodies: equal for mirror images.
@@ -74,6 +76,7 @@ impl<'a> Part<'a> {
         let mut rows: Vec<_> = body.trace().own().iter().filter_map(in_contact).collect();
         rows.sort_by_key(|r| r.0);
         let (stiffness, mass) = (body.stiffness().operator(world), body.mass().operator(world));
+        let own = body.damping().map(|c| c.operator(world));
         let modal = match (place.modal.is_empty() && place.spin.is_none(), modes.get(index)) {
             (true, _) => None,
             (_, None) => return Err(Error::Defect("full stability: no modes to damp or to turn".into())),
@@ -90,7 +93,7 @@ impl<'a> Part<'a> {
         let turning = place.spin.as_ref().map(|spin| Turning::new(world, spin));
         let first = earlier.iter().map(Part::len).sum();
         let side = Side::BOTH[earlier.len().min(1)];
-        Ok(Self { body, side, stiffness, mass, damping, modal, turning, index, rows, first })
+        Ok(Self { body, side, stiffness, mass, damping, own, modal, turning, index, rows, first })
     }
 
     /// Its local unknowns.
@@ -113,7 +116,8 @@ impl<'a> Part<'a> {
         let k = self.stiffness.matrix().norm_inf(world);
         let m = self.mass.matrix().norm_inf(world);
         let modal = self.modal.as_ref().map_or([0.0; 2], |d| d.norms(world));
-        [k + modal[0], self.damping.alpha.abs() * m + self.damping.beta.abs() * k + modal[1], m]
+        let own = self.own.as_ref().map_or(0.0, |c| c.matrix().norm_inf(world));
+        [k + modal[0], self.damping.alpha.abs() * m + self.damping.beta.abs() * k + own + modal[1], m]
     }
 
     /// This rank's rows of it in vectors of `n` rows each.
@@ -129,6 +133,7 @@ impl<'a> Part<'a> {
             1 => vec![(&self.mass, alpha), (&self.stiffness, beta)],
             _ => vec![(&self.mass, 1.0)],
         };
+        terms.extend(self.own.as_ref().filter(|_| power == 1).map(|c| (c, 1.0)));
         terms.extend(self.turning.as_ref().and_then(|t| t.term(power)));
         let mut out = u.zeros();
         for (matrix, factor) in terms.into_iter().filter(|t| t.1 != 0.0) {
@@ -181,7 +186,8 @@ impl<'a> Part<'a> {
         };
         let Damping { alpha, beta } = self.damping;
         let rayleigh = alpha * form(&self.mass) + beta * form(&self.stiffness);
-        rayleigh + self.modal.as_ref().map_or(0.0, |d| d.power(world, &u))
+        let own = self.own.as_ref().map_or(0.0, form);
+        rayleigh + own + self.modal.as_ref().map_or(0.0, |d| d.power(world, &u))
     }
 
     /// Collective: amplitudes Bᵀu of its modal terms of each of the vectors `x` of `n` rows; empty where it has none.

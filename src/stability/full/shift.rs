@@ -55,7 +55,9 @@ impl<'a> System<'a> {
         }
         let mut bodies: Vec<ShiftedBody> = Vec::new();
         for group in groups {
-            let real = (self.parts[group[0]].damping == damping).then_some(s);
+            let first = &self.parts[group[0]];
+            // On the curve of the shifts K − sM is all there is only where Rayleigh's damping is.
+            let real = (first.damping == damping && first.own.is_none()).then_some(s);
             bodies.push(self.invert(group, sigma, real)?);
         }
         let mut receptance = vec![C::default(); m * m];
@@ -131,7 +133,9 @@ impl<'a> System<'a> {
             }
             None => {
                 let (a, b) = (1.0 + sigma * beta, sigma * sigma + sigma * alpha);
-                Inverse::Complex(ComplexFactor::new(self.petsc, k, mass, [a, b], "stability_", &name)?)
+                let mut terms = vec![(k, a), (mass, b)];
+                terms.extend(part.own.as_ref().map(|c| (c.matrix(), sigma)));
+                Inverse::Complex(ComplexFactor::new(self.petsc, &terms, "stability_", &name)?)
             }
         };
         ShiftedBody::new(inverse, loads, count, group)
