@@ -6,7 +6,7 @@ use crate::fem::Material;
 use crate::job::{self, Extruded, Job, MeshSource, RailSection};
 use crate::parallel::World;
 use crate::swept::waves::Damping;
-use crate::swept::{Beam, Ends, Layer, Rail, Sleeper, Track};
+use crate::swept::{Bays, Beam, Ends, Layer, Rail, Sleeper, Track};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -73,6 +73,14 @@ fn laid(track: &job::Track, mass: f64) -> Track {
     Track { pad: layer(&track.pad, mass), sleeper }
 }
 
+/// Where pads and sleepers of `laid` stand on a rail of the length `period`, m; none where they are spread evenly.
+fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<Bays> {
+    let length = track.pad_length?;
+    let count = (period / track.spacing).round() as usize;
+    let (pad, sleeper) = (laid.pad, laid.sleeper);
+    Some(Bays { count, spacing: period / count.max(1) as f64, length, position: track.position, pad, sleeper })
+}
+
 /// The absorbing ends of a rail of the length `period`, m.
 fn ends(track: &job::Track, period: f64) -> Option<Ends> {
     let job::Ends { length, damping } = track.ends;
@@ -102,11 +110,14 @@ pub fn make<'w>(
         long_enough(&beams, &laid, whole, lowest)
             .map_err(|e| e.context(format!("bodies.{name}.mesh.extruded.length")))?;
     }
+    let bays = bays(&track, &laid, period);
     let making = Making {
         section: section(extruded, at.y)?,
         material,
         period,
-        track: laid,
+        // Sleepers that stand apart are no part of the section.
+        track: if bays.is_some() { Track { sleeper: None, ..laid } } else { laid },
+        bays,
         damping: Damping { loss: track.loss_factor, ends: ends(&track, period) },
         tilt: at.tilt,
         grid,

@@ -14,6 +14,17 @@ const WIDER: f64 = 1.5;
 /// A difference between both circles of more than this part of the contact's own compliance is called large.
 const LARGE: f64 = 0.01;
 
+/// Σ ψ̂ψ̂ᵀ/ω²: what modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, have of the compliance.
+pub(super) fn statics(omega: &[f64], seen: &[[f64; LOADS]]) -> Square {
+    let mut sum = [[0.0; LOADS]; LOADS];
+    for (w, psi) in omega.iter().zip(seen).filter(|(w, _)| **w > 0.0) {
+        for (row, a) in sum.iter_mut().zip(psi) {
+            row.iter_mut().zip(psi).for_each(|(m, b)| *m += a * b / (w * w));
+        }
+    }
+    sum
+}
+
 /// The contact rows of a body, on every rank.
 #[derive(Debug, Clone)]
 pub struct Hybrid {
@@ -22,6 +33,8 @@ pub struct Hybrid {
     half_space: HalfSpace,
     /// What is added to the half-space, m/N and so on, once it is made.
     constant: Option<Square>,
+    /// What is added to that by what the section's forms do not know.
+    beside: Square,
     /// Modal part of it, once modes are known.
     modal: Square,
 }
@@ -30,7 +43,8 @@ impl Hybrid {
     /// That of a body of the material of `half_space` with the lines of its contact grid, m, where there is a contact.
     pub fn new(half_space: HalfSpace, grid: Option<[&[f64]; 2]>) -> Self {
         let grid = grid.map_or([Vec::new(), Vec::new()], |lines| lines.map(<[f64]>::to_vec));
-        Self { grid, half_space, constant: None, modal: [[0.0; LOADS]; LOADS] }
+        let none = [[0.0; LOADS]; LOADS];
+        Self { grid, half_space, constant: None, beside: none, modal: none }
     }
 
     /// Number of contact rows, 3n.
@@ -109,21 +123,22 @@ impl Hybrid {
     /// The modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, at the contact rows, 1/√kg, `[3n, m]`. What of the compliance is theirs
     /// is kept.
     pub fn of_modes(&mut self, omega: &[f64], seen: &[[f64; LOADS]]) -> Mat<f64> {
-        self.modal = [[0.0; LOADS]; LOADS];
-        for (w, psi) in omega.iter().zip(seen).filter(|(w, _)| **w > 0.0) {
-            for (row, a) in self.modal.iter_mut().zip(psi) {
-                row.iter_mut().zip(psi).for_each(|(m, b)| *m += a * b / (w * w));
-            }
-        }
+        self.modal = statics(omega, seen);
         Mat::from_fn(self.rows(), seen.len(), |i, k| {
             let pi = self.factors(i / 3);
             (0..3).map(|m| pi[m] * seen[k][3 * m + i % 3]).sum()
         })
     }
 
-    fn constant(&self, name: &str) -> Result<&Square> {
+    /// What the body yields at its contact beside what the forms of its section say, m/N and so on; the last one given counts.
+    pub fn add(&mut self, beside: Square) {
+        self.beside = beside;
+    }
+
+    fn constant(&self, name: &str) -> Result<Square> {
         let missing = || Error::Defect(format!("body \"{name}\" has no compliance: it is not factorised"));
-        self.constant.as_ref().ok_or_else(missing)
+        let constant = self.constant.as_ref().ok_or_else(missing)?;
+        Ok(std::array::from_fn(|i| std::array::from_fn(|j| constant[i][j] + self.beside[i][j])))
     }
 
     /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left of it without the modes has to
@@ -134,7 +149,7 @@ impl Hybrid {
             let c = self.half_space.compliance(&self.grid[0], &self.grid[1])?;
             let pi = self.loads();
             let square = |of: &Square| Mat::from_fn(LOADS, LOADS, |i, j| of[i][j]);
-            let c = c + &pi * square(constant) * pi.transpose();
+            let c = c + &pi * square(&constant) * pi.transpose();
             let residual = &c - &pi * square(&self.modal) * pi.transpose();
             residual.llt(faer::Side::Lower).map_err(|_| {
                 Error::NotConverged(format!(

@@ -3,14 +3,14 @@
 
 use super::clusters;
 use super::half_space::HalfSpace;
-use super::hybrid::Hybrid;
+use super::hybrid::{statics, Hybrid};
 use super::modes::Extent;
 use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
 use crate::swept::waves::{self, Damping, Member, Wave};
-use crate::swept::{turned, Forms, LineLoad, Seen, Track, FAMILY, LOADS};
+use crate::swept::{turned, Bays, Forms, LineLoad, Seen, Square, Track, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -27,8 +27,10 @@ pub struct Making<'a> {
     pub material: Material,
     /// Length after which it repeats itself, m.
     pub period: f64,
-    /// What it lies on.
+    /// What it lies on, spread evenly.
     pub track: Track,
+    /// Where its pads and sleepers stand, if they stand apart; its `track` is then the pads alone.
+    pub bays: Option<Bays>,
     /// Its damping beside that of the track.
     pub damping: Damping,
     /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface at the contact point.
@@ -45,6 +47,7 @@ pub struct Rail<'w> {
     /// Meshed for the modes, in the frame of the surface at the contact point.
     forms: Forms,
     track: Track,
+    bays: Option<Bays>,
     damping: Damping,
     period: f64,
     /// Angle of the contact's frame against that of the surface, rad.
@@ -55,7 +58,7 @@ pub struct Rail<'w> {
 impl<'w> Rail<'w> {
     /// The rail `name`, the same on every rank.
     pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
-        let Making { section, material, period, track, damping, tilt, grid } = making;
+        let Making { section, material, period, track, bays, damping, tilt, grid } = making;
         let angle = section.contact().angle;
         let forms = Forms::along(section.for_modes()?, material, period, Some(&track), angle)
             .map_err(|e| e.context(format!("bodies.{name}")))?;
@@ -66,6 +69,7 @@ impl<'w> Rail<'w> {
             section,
             forms,
             track,
+            bays,
             damping,
             period,
             tilt: tilt.map_or(0.0, |t| t - angle),
@@ -88,6 +92,12 @@ impl<'w> Rail<'w> {
         self.period / (2.0 * PI)
     }
 
+    /// Modes of an order that are motions of the track alone: sleepers that are spread evenly have their three at every order, however short its
+    /// waves. Orders without others end the list.
+    fn idle(&self) -> usize {
+        self.track.motions()
+    }
+
     /// Collective: number of modes below ω = `limit`, rad/s.
     fn below(&self, limit: f64) -> Result<usize> {
         let world = self.world;
@@ -95,6 +105,7 @@ impl<'w> Rail<'w> {
         let all = by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
             let mine = world.agree(below(&self.forms, n, limit))?;
+            let mine = if mine > self.idle() { mine } else { 0 };
             let all = world.all_gather(&[(Seen::families(n) * mine) as u64]);
             Ok(all.into_iter().map(|found| found as usize).collect())
         })?;
@@ -105,7 +116,7 @@ impl<'w> Rail<'w> {
     fn up_to(&self, limit: f64, steps: &mut Steps) -> Result<Vec<Wave>> {
         let (world, forms) = (self.world, &self.forms);
         let circle = self.contact.circle();
-        let size = |wave: &Wave| wave.omega.len();
+        let size = |wave: &Wave| wave.omega.len().saturating_sub(self.idle());
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
             steps(orders[0], orders[0] + world.size);
@@ -122,6 +133,34 @@ impl<'w> Rail<'w> {
         let seen = wave.contact[index];
         let own = std::array::from_fn(|k| if wave.order == 0 || FAMILY[k] == family { seen[k] } else { 0.0 });
         turned(own, self.tilt)
+    }
+
+    /// Collective: the modes of the rail on its bays, from those on even pads, and what its compliance has beside that on even pads.
+    fn on_bays(
+        &mut self,
+        bays: &Bays,
+        all: &[Wave],
+        list: &[Member],
+        seen: &[[f64; LOADS]],
+    ) -> Result<(Vec<f64>, Vec<[f64; LOADS]>, Option<Mat<f64>>)> {
+        let world = self.world;
+        let angle = self.section.contact().angle;
+        let laid = world.on_root(|| {
+            let damping = waves::damping(&self.forms, all, list, &self.damping);
+            let laid = bays.lay((&self.forms, angle), all, list, &damping)?;
+            let before = Mat::from_fn(list.len(), LOADS, |i, c| seen[i][c]);
+            Ok((laid.shares.transpose() * before, laid.omega, laid.damping))
+        })?;
+        let omega = world.broadcast(laid.as_ref().map_or(Vec::new(), |l| l.1.clone()));
+        let numbers =
+            laid.as_ref().map(|l| (0..l.0.nrows()).flat_map(|i| (0..LOADS).map(move |c| l.0[(i, c)])).collect());
+        let numbers: Vec<f64> = world.broadcast(numbers.unwrap_or_default());
+        let moved: Vec<[f64; LOADS]> = numbers.chunks_exact(LOADS).map(|row| std::array::from_fn(|c| row[c])).collect();
+        let mut beside: Square = statics(&omega, &moved);
+        let even = statics(&frequencies(all, list), seen);
+        beside.iter_mut().flatten().zip(even.iter().flatten()).for_each(|(b, e)| *b -= e);
+        self.contact.add(beside);
+        Ok((omega, moved, laid.map(|l| l.2)))
     }
 }
 
@@ -191,16 +230,23 @@ impl Body for Rail<'_> {
         list.truncate(keep);
         let omega = frequencies(&all, &list);
         let seen: Vec<[f64; LOADS]> = list.iter().map(|&m| self.seen(&all, m)).collect();
-        let rows = self.contact.of_modes(&omega, &seen);
         let root = self.world.is_root();
+        let reach = match extent {
+            Extent::MaxFrequency(f) => 2.0 * PI * f,
+            Extent::Count(_) => omega.last().copied().unwrap_or(0.0),
+        };
+        if let Some(bays) = self.bays {
+            let (omega, seen, damping) = self.on_bays(&bays, &all, &list, &seen)?;
+            let rows = root.then_some(self.contact.of_modes(&omega, &seen));
+            // They are waves of many orders each, and solved densely.
+            return Ok(TraceModes { rows, damping, reach, omega, ..TraceModes::default() });
+        }
+        let rows = self.contact.of_modes(&omega, &seen);
         Ok(TraceModes {
             residual: list.iter().map(|m| all[m.0].residual[m.1]).collect(),
             rows: root.then_some(rows),
             damping: root.then(|| waves::damping(&self.forms, &all, &list, &self.damping)),
-            reach: match extent {
-                Extent::MaxFrequency(f) => 2.0 * PI * f,
-                Extent::Count(_) => omega.last().copied().unwrap_or(0.0),
-            },
+            reach,
             omega,
             rotation: None,
             names: list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect(),

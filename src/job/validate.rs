@@ -19,6 +19,7 @@ pub fn validate(job: &Job) -> Vec<String> {
         check_body(&format!("bodies.{name}"), body, &mut faults);
     }
     check_rotating(job, &mut faults);
+    rail::check_modes(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
         return faults;

@@ -117,7 +117,9 @@ impl ReducedModel {
     /// Both bodies with the damping and the rotation of another `job` on them.
     pub fn pair_of(&self, job: &Job) -> Result<ModalPair> {
         let mut pair = self.pair.clone();
-        adapt(&mut pair, job, &self.own, &self.rotation)?;
+        if adapt(&mut pair, job, &self.own, &self.rotation)? {
+            pair.renew_compliance();
+        }
         Ok(pair)
     }
 }
@@ -183,20 +185,24 @@ impl SharedModel {
         Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own, rotation })
     }
 
-    /// Both bodies with the damping and the rotation of `job`.
+    /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of before: stability has no use
+    /// for it, and it takes longer than all else here.
     pub fn pair(&mut self, job: &Job) -> Result<&ModalPair> {
-        adapt(&mut self.pair, job, &self.own, &self.rotation)?;
+        let changed = adapt(&mut self.pair, job, &self.own, &self.rotation)?;
+        if changed && self.pair.local.is_none() {
+            self.pair.renew_compliance();
+        }
         Ok(&self.pair)
     }
 }
 
-/// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them.
+/// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them. Whether W is another one then.
 fn adapt(
     pair: &mut ModalPair,
     job: &Job,
     own: &[Option<ModalMatrix>; 2],
     rotation: &[Option<ModalRotation>; 2],
-) -> Result<()> {
+) -> Result<bool> {
     let (lower, upper) = pair.omega.split_at(pair.lower_modes);
     let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
         let damping = damping_of(job, side, (omega, &pair.names[side.index()]), own[side.index()].as_ref())?;
@@ -204,13 +210,12 @@ fn adapt(
         Ok(Dynamics::new(omega, damping, rotation))
     });
     let (lower, upper): (Dynamics, Dynamics) = (lower?, upper?);
-    pair.stiffness = lower.stiffness.joined(&upper.stiffness);
+    let stiffness = lower.stiffness.joined(&upper.stiffness);
+    let changed = rotation.iter().any(Option::is_some) && stiffness != pair.stiffness;
+    pair.stiffness = stiffness;
     pair.damping = lower.damping.joined(&upper.damping);
     pair.turning = Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
-    if rotation.iter().any(Option::is_some) {
-        pair.renew_compliance();
-    }
-    Ok(())
+    Ok(changed)
 }
 
 /// Collective: a matrix of rank 0 on every rank.

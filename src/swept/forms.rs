@@ -279,6 +279,31 @@ impl Forms {
         (!self.track.is_empty()).then(|| [of(|s| &s.stiffness), of(|s| &s.viscosity)])
     }
 
+    /// Springs and dashpots of the track times columns with (U, W) of x alone, or with V alone, each metre of a line, `[order, k]`; 0 without a track.
+    pub(super) fn track_of(&self, along: bool, x: MatRef<'_, f64>) -> [Mat<f64>; 2] {
+        let part = Mat::from_fn(x.nrows(), x.ncols(), |i, k| if (i % 3 == 1) == along { x[(i, k)] } else { 0.0 });
+        let of =
+            |of: fn(&Springs) -> [[f64; 3]; 3]| self.product(part.as_ref(), |k| self.track.get(k).map_or(NOTHING, of));
+        [of(|s| s.stiffness), of(|s| s.viscosity)]
+    }
+
+    /// First amplitude of each node under the foot, and its share in the mean over the foot.
+    pub(super) fn foot(&self) -> Vec<(usize, f64)> {
+        let edges = self.section.edges("foot");
+        let length: f64 = edges.iter().flat_map(|e| self.section.along(e)).map(|(_, step)| step).sum();
+        let of = |edge: &[usize; 3]| {
+            let all = self.section.along(edge);
+            edge.iter()
+                .enumerate()
+                .filter_map(|(i, &node)| {
+                    let share = all.iter().map(|(values, step)| values[i] * step).sum::<f64>() / length;
+                    Some((self.amplitude(node)?, share))
+                })
+                .collect::<Vec<_>>()
+        };
+        edges.iter().flat_map(of).collect()
+    }
+
     /// M x of columns with U and V of x exchanged, and with U, V as V, −U at the order 0: φᵀ of it is ∫ρ(U_j V_k + V_j U_k), or ∫ρ(U_j V_k − V_j
     /// U_k), all round.
     pub fn exchanged(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
@@ -367,6 +392,7 @@ impl Forms {
     }
 }
 
+const NOTHING: [[f64; 3]; 3] = [[0.0; 3]; 3];
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 fn scaled(block: &[[f64; 3]; 3], factor: f64) -> [[f64; 3]; 3] {

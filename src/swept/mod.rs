@@ -10,6 +10,7 @@
 //!
 //! Nothing here knows MPI, PETSc or contact: it is plain dense and sparse algebra for one rank.
 
+mod bays;
 mod beam;
 mod builtin;
 pub mod compliance;
@@ -31,6 +32,7 @@ mod track;
 mod turn;
 pub mod waves;
 
+pub use bays::{Bays, Laid};
 pub use beam::Beam;
 pub use builtin::{cylinder, w920s, BuiltIn, Cylinder, Focus};
 pub use compliance::Constant;

@@ -7,6 +7,7 @@ use crate::fem::Material;
 use faer::Mat;
 use std::f64::consts::PI;
 
+mod bays;
 mod straight;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.

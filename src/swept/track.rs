@@ -55,7 +55,7 @@ fn turned([vertical, longitudinal, lateral]: [f64; 3], tilt: f64) -> [[f64; 3]; 
 }
 
 /// Springs and dashpots of a layer.
-fn block(layer: &Layer, tilt: f64) -> Springs {
+pub(super) fn block(layer: &Layer, tilt: f64) -> Springs {
     Springs { stiffness: turned(layer.stiffness, tilt), viscosity: turned(layer.viscosity, tilt) }
 }
 
@@ -68,6 +68,11 @@ pub(super) struct Added {
 }
 
 impl Track {
+    /// Motions of its own at each order: those of the sleepers.
+    pub fn motions(&self) -> usize {
+        self.sleeper.map_or(0, |_| 3)
+    }
+
     /// What it adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its group `foot`. A sleeper becomes another
     /// node.
     pub(super) fn added(&self, section: &mut Section, tilt: f64) -> Result<Added> {

@@ -98,7 +98,7 @@ impl Wave {
 
 /// Whether (U, W) of a mode goes with cos kx, and the sign with which V does; 0 where V goes with sin kx. An order without waves has its one family
 /// constant along the rail.
-fn shape(order: usize, family: usize) -> (bool, f64) {
+pub(super) fn shape(order: usize, family: usize) -> (bool, f64) {
     match (order, family) {
         (0, _) => (true, 1.0),
         (_, 0) => (true, 0.0),

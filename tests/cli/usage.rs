@@ -129,6 +129,7 @@ fn the_jobs_of_the_project_are_valid() {
         "wheel-on-rail-contact.json",
         "swept-curve.json",
         "rail-receptance.json",
+        "rail-bays.json",
         "creep-curve.json",
         "sprung-ring.json",
     ] {

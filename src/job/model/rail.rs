@@ -27,7 +27,7 @@ pub enum RailSection {
     Rail60E1,
 }
 
-/// What a rail lies on, the same all along: pads on the ground, or on sleepers on ballast, spread evenly; and what absorbs at the ends of the rail.
+/// What a rail lies on: pads on the ground, or on sleepers on ballast, spread evenly or standing apart; and what absorbs at the ends of the rail.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Track {
@@ -38,6 +38,15 @@ pub struct Track {
     #[serde(default = "spacing")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub spacing: f64,
+    /// Length of each pad along the rail, m. With it pads and sleepers stand apart, one each `spacing`; without it they are spread evenly along the
+    /// track.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub pad_length: Option<f64>,
+    /// With `pad_length`: distance from the middle of a pad to the contact, along +x, m.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m"))]
+    pub position: f64,
     /// Sleepers. Without them the pads lie on the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sleeper: Option<Sleeper>,
@@ -113,6 +122,8 @@ impl Default for Track {
         Self {
             pad: Layer::default(),
             spacing: spacing(),
+            pad_length: None,
+            position: 0.0,
             sleeper: None,
             loss_factor: loss_factor(),
             ends: Ends::default(),

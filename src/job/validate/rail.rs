@@ -2,6 +2,48 @@
 
 use super::super::model::*;
 
+/// Part of a bay by which a number of bays may be off a whole one.
+const WHOLE: f64 = 1e-6;
+
+/// Adds the faults of pads that stand apart.
+fn check_bays(path: &str, track: &Track, extruded: &Extruded, faults: &mut Vec<String>) {
+    let Some(length) = track.pad_length else {
+        if track.position != 0.0 {
+            faults.push(format!(
+                "{path}.track.position: found {} m without {path}.track.pad_length: pads that are spread evenly are the same everywhere; leave it out",
+                track.position
+            ));
+        }
+        return;
+    };
+    if length > track.spacing {
+        faults.push(format!(
+            "{path}.track.pad_length: found {length} m, expected at most {path}.track.spacing ({} m)",
+            track.spacing
+        ));
+    }
+    let bays = extruded.length / track.spacing;
+    if (bays - bays.round()).abs() > WHOLE || bays < 0.5 {
+        faults.push(format!(
+            "{path}.mesh.extruded.length: found {} m, expected a whole number of bays of {path}.track.spacing ({} m), as \
+             pads stand apart, for example {:.4} m",
+            extruded.length,
+            track.spacing,
+            bays.ceil() * track.spacing
+        ));
+    }
+}
+
+/// Adds the fault of pads that stand apart in a job without the modes that they act through.
+pub fn check_modes(job: &Job, faults: &mut Vec<String>) {
+    let apart = |body: &Body| body.track.as_ref().is_some_and(|t| t.pad_length.is_some());
+    for (name, _) in job.bodies().into_iter().filter(|(_, b)| apart(b) && job.analyses.modes.is_none()) {
+        faults.push(format!(
+            "analyses.modes: missing; bodies.{name}.track.pad_length acts on the modes, e.g. {{\"max_frequency\": 4000}}"
+        ));
+    }
+}
+
 /// Adds the faults of a rail.
 pub fn check_body(path: &str, body: &Body, extruded: &Extruded, faults: &mut Vec<String>) {
     let key = format!("{path}.mesh.extruded");
@@ -24,5 +66,35 @@ pub fn check_body(path: &str, body: &Body, extruded: &Extruded, faults: &mut Vec
             "{path}.track.ends.length: found {} m, expected less than half of {key}.length ({} m): there are two ends, and plain rail between them",
             track.ends.length, extruded.length
         ));
+    }
+    check_bays(path, &track, extruded, faults);
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::job::Job;
+    use std::path::Path;
+
+    const BAYS: &[u8] = include_bytes!("../../../jobs/rail-bays.json");
+
+    /// What the job says to a change of it.
+    fn says(set: &str) -> String {
+        Job::from_bytes(BAYS, Path::new("job.json"), &[set.to_string()], None).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn pads_that_stand_apart_have_their_bays() {
+        assert!(Job::from_bytes(BAYS, Path::new("job.json"), &[], None).is_ok());
+        let short = says("bodies.lower.mesh.extruded.length=28.5");
+        assert!(
+            short.contains("bodies.lower.mesh.extruded.length: found 28.5 m") && short.contains("28.8000 m"),
+            "{short}"
+        );
+        let long = says("bodies.lower.track.pad_length=0.7");
+        assert!(long.contains("bodies.lower.track.pad_length: found 0.7 m, expected at most"), "{long}");
+        let even = says("bodies.lower.track.pad_length=null");
+        assert!(even.contains("bodies.lower.track.position: found 0.3 m without"), "{even}");
+        let modes = says("analyses.modes=null");
+        assert!(modes.contains("bodies.lower.track.pad_length acts on the modes"), "{modes}");
     }
 }

@@ -6,7 +6,7 @@ use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 /// The material of section 5 of the rail's figures: E = 210 GPa, G = 80.77 GPa, ρ = 7860 kg/m³.
-const RAIL_STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+pub(super) const RAIL_STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 /// A square bar of the side `side`, m, of `cells` elements each way, about its middle.
 fn bar(side: f64, cells: usize) -> Section {
@@ -104,12 +104,18 @@ fn a_contact_beside_the_head_is_refused() {
 }
 
 /// The tracks of the tests: pads of 120 MN/m and 40 MN/m every 0.6 m, loss factor 0.2.
-fn pads() -> Track {
+pub(super) fn pads() -> Track {
     Track { pad: Layer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 60.2), sleeper: None }
 }
 
 /// Receptance at the contact, (x, y, n), m/N, from modes and A.
-fn receptance(waves: &[Wave], list: &[waves::Member], c: &Mat<f64>, a: &Square, f: f64) -> [[Complex<f64>; 3]; 3] {
+pub(super) fn receptance(
+    waves: &[Wave],
+    list: &[waves::Member],
+    c: &Mat<f64>,
+    a: &Square,
+    f: f64,
+) -> [[Complex<f64>; 3]; 3] {
     let w = 2.0 * PI * f;
     let seen = |&(i, k, family): &waves::Member, d: usize| match waves[i].order == 0 || FAMILY[d] == family {
         true => waves[i].contact[k][d],
