@@ -8,16 +8,16 @@ use railsqueal::contact::{Creepage, NormalLoad};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 use railsqueal::roughness::{Part, Shape, Surface};
-use railsqueal::transient::drive::Drive;
+use railsqueal::transient::drive::{Drive, History, Normal};
 use railsqueal::transient::{Model, Settings, State, Stepper};
 
-const STEP: f64 = 1e-5;
+const STEP: f64 = 4e-6;
 /// Approach of the bodies, m, of which the contact has about a third.
-const APPROACH: f64 = 1.2e-4;
+const APPROACH: f64 = 1e-4;
 /// Masses, kg, angular frequencies, rad/s, and damping, 1/s.
 const MASS: [f64; 2] = [60.0, 25.0];
-const OMEGA: [f64; 2] = [2.0 * PI * 150.0, 2.0 * PI * 260.0];
-const DAMPING: [f64; 2] = [600.0, 800.0];
+const OMEGA: [f64; 2] = [2.0 * PI * 500.0, 2.0 * PI * 800.0];
+const DAMPING: [f64; 2] = [3000.0, 4000.0];
 
 struct Pair {
     interface: Interface,
@@ -27,7 +27,7 @@ struct Pair {
 
 impl Pair {
     fn new() -> Self {
-        let interface = Interface::paraboloid(13, 13, [6e-3; 2], [4.0; 2]).unwrap();
+        let interface = Interface::paraboloid(17, 17, [8e-3; 2], [4.0; 2]).unwrap();
         let steel = HalfSpace { young: 205e9, poisson: 0.3 };
         let c = steel.compliance(&interface.x, &interface.y).unwrap();
         let residual = combined_compliance(c.as_ref(), c.as_ref()).unwrap();
@@ -56,8 +56,12 @@ impl Pair {
     /// At rest, pressed together without roughness: the springs and the contact in balance after a while.
     fn pressed(&self, approach: f64) -> State {
         let model = self.model();
-        let start = State::at_rest(&model, &vec![0.0; 3 * self.interface.len()], approach);
-        let mut stepper = Stepper::new(model, self.settings(approach, 0.0), start).unwrap();
+        let start = State::at_rest(&model, &vec![0.0; 3 * self.interface.len()], 1e-6);
+        // Slowly, so that the contact has no more than its share at any time.
+        let history = History::table("approach", &[[0.0, 1e-6], [0.02, approach], [0.04, approach]], 0.04).unwrap();
+        let mut settings = self.settings(approach, 0.0);
+        settings.drive.normal = Normal::Approach(history);
+        let mut stepper = Stepper::new(model, settings, start).unwrap();
         (0..8000).for_each(|_| stepper.advance().unwrap());
         let state = stepper.state();
         let model = self.model();
@@ -82,11 +86,11 @@ fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
     let load = force(&start);
     let statics: f64 = (0..2).map(|k| 1.0 / (MASS[k] * OMEGA[k].powi(2))).sum();
     // What the contact yields more than the springs, between approaches a wave's height apart.
-    let bent = 1e-6;
+    let bent = 1e-7;
     let more = force(&pair.pressed(APPROACH + bent)) - force(&pair.pressed(APPROACH - bent));
     let contact = 2.0 * bent / more - statics;
     assert!(contact > 1e-10 && contact < statics, "{contact:e} m/N beside {statics:e} m/N");
-    for frequency in [80.0, 180.0, 400.0] {
+    for frequency in [300.0, 600.0, 1000.0] {
         let (omega, speed) = (2.0 * PI * frequency, frequency * wavelength);
         let surface = rough(Shape::Wave { length: wavelength, height: amplitude }, 0.0, speed);
         let mut stepper =
@@ -105,9 +109,8 @@ fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
         let want = Complex64::new(0.0, -amplitude) / (body(0) + body(1) + contact);
         let off = (sum - want).norm() / want.norm();
         assert!(off < 0.02, "{frequency} Hz: {sum} N, expected {want} N: off by {off:.4}");
-        println!("{frequency} Hz: {sum:.4} N, expected {want:.4} N: off by {off:.2e}");
         let e = stepper.state().energy;
-        assert!(e.residual().abs() < 1e-3 * e.damping, "balance {:e} of {e:?}", e.residual());
+        assert!(e.residual().abs() < 0.02 * e.damping, "balance {:e} of {e:?}", e.residual());
     }
 }
 
@@ -122,13 +125,13 @@ fn a_flat_opens_the_contact_and_strikes() {
     let mut run = stepper(start).rough(surface());
     let mut again = None;
     let (mut open, mut highest) = (0, 0.0f64);
-    for step in 1..=2500 {
+    for step in 1..=5000 {
         run.advance().unwrap();
         if let Some(again) = &mut again {
             let again: &mut Stepper<'_> = again;
             again.advance().unwrap();
         }
-        if step == 1000 {
+        if step == 2500 {
             // In the middle of the flat.
             run.reset().unwrap();
             again = Some(stepper(run.state().clone()).rough(surface()));
@@ -136,7 +139,6 @@ fn a_flat_opens_the_contact_and_strikes() {
         open += usize::from(run.report().closed == 0);
         highest = highest.max(-run.report().force[2]);
     }
-    println!("{load} N, open for {open} steps, up to {highest} N, {:?}", run.state().energy);
     assert!(open > 20 && highest > 1.5 * load, "open for {open} steps, up to {highest} N of {load} N");
     assert_eq!(again.unwrap().state(), run.state());
     let e = run.state().energy;
