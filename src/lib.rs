@@ -27,6 +27,7 @@ pub mod petsc;
 pub mod placement;
 pub mod plan;
 pub mod progress;
+pub mod roughness;
 pub mod sound;
 pub mod stability;
 pub mod swept;

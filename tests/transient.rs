@@ -14,6 +14,7 @@ use railsqueal::transient::drive::{Drive, History, Normal, Tangential};
 use railsqueal::transient::{ContactSolver, Model, Scheme, Settings, State, Stepper};
 
 mod rotated;
+mod rough;
 mod turning;
 
 const PI: f64 = std::f64::consts::PI;

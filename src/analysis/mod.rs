@@ -68,7 +68,7 @@ pub struct RunOptions {
 pub fn check(job: &Job) -> Result<()> {
     capable(job)?;
     match (&job.analyses.transient, &job.contact) {
-        (Some(wanted), Some(contact)) => transient::check(wanted, contact),
+        (Some(wanted), Some(contact)) => transient::check(job, wanted, contact),
         _ => Ok(()),
     }
 }

@@ -96,12 +96,19 @@ impl Job {
         let graded = self.contact.is_some();
         // A section and a profile have no mesh that could be shown.
         self.output.fields &= !self.is_swept() && self.placement().is_none();
+        // Absolute, so that the resolved job means the same file wherever it is kept.
+        let absolute = |file: &mut std::path::PathBuf| {
+            let path = folder.join(&*file);
+            *file = std::path::absolute(&path).unwrap_or(path);
+        };
+        if let Some(rough) = self.contact.as_mut().and_then(|c| c.roughness.as_mut()) {
+            for part in rough.lower.iter_mut().chain(&mut rough.upper) {
+                if let RoughnessPart::File(file) = part {
+                    absolute(&mut file.path);
+                }
+            }
+        }
         for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
-            // Absolute, so that the resolved job means the same file wherever it is kept.
-            let absolute = |file: &mut std::path::PathBuf| {
-                let path = folder.join(&*file);
-                *file = std::path::absolute(&path).unwrap_or(path);
-            };
             if let Some(m) = &mut body.matrices {
                 [Some(&mut m.mass), m.damping.as_mut(), Some(&mut m.stiffness)]
                     .into_iter()

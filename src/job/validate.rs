@@ -7,6 +7,7 @@ mod matrices;
 mod placement;
 mod rail;
 mod support;
+mod roughness;
 mod swept;
 
 /// All faults of a job that fits the schema; empty if it makes sense.
@@ -22,12 +23,14 @@ pub fn validate(job: &Job) -> Vec<String> {
     rail::check_modes(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
+        roughness::check(job, &mut faults);
         return faults;
     }
     if let Some(contact) = &job.contact {
         check_contact(job, contact, &mut faults);
     }
     placement::check(job, &mut faults);
+    roughness::check(job, &mut faults);
     check_analyses(job, &mut faults);
     faults
 }

@@ -15,14 +15,17 @@ use super::shapes::Shapes;
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
+use crate::roughness::Surface;
 use crate::{Error, Result};
 
 mod found;
+mod passing;
 mod remembered;
 mod working;
 
 use found::{End, Met};
 pub use found::{Fields, Posed, Report};
+use passing::Passing;
 use working::{Outside, Working};
 
 /// Steps that the first guess of the next one is extrapolated from.
@@ -77,6 +80,8 @@ pub struct Stepper<'a> {
     feet: Vec<Option<Foot>>,
     /// ∂x g0, `[n]`.
     slope: Vec<f64>,
+    /// The gap with the roughness that passes.
+    passing: Passing,
     state: State,
     working: Working,
     outside: Outside,
@@ -139,6 +144,7 @@ impl<'a> Stepper<'a> {
         let shapes = Shapes::new(model.modes);
         let mut new = Self {
             feet: feet(&s.x, travel),
+            passing: Passing::smooth(s),
             model,
             settings,
             impact,
@@ -174,6 +180,12 @@ impl<'a> Stepper<'a> {
             *e = Energy { kinetic, elastic, start: kinetic + elastic, ..Energy::default() };
         }
         Ok(new)
+    }
+
+    /// The same on rough surfaces.
+    pub fn rough(mut self, surface: Surface) -> Self {
+        self.passing = Passing::rough(self.model.interface, surface);
+        self
     }
 
     /// Forgets everything that is not part of the state, so that a run continued from here goes on in the same way.
@@ -254,6 +266,7 @@ impl<'a> Stepper<'a> {
         let (h, theta) = (self.settings.scheme.step, self.settings.scheme.theta);
         let rank = self.shapes.rank();
         let t = self.time();
+        self.passing.go(self.model.interface, self.state.step, h);
         // The modal reactions at the beginning of the step: kept from the one before where there was one.
         let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.core_reaction()));
         let (q_free, v_free) = self.modal.free(&self.state.q, &self.state.v, &old_modal);
@@ -301,11 +314,14 @@ impl<'a> Stepper<'a> {
                 for c in 0..2 {
                     b[3 * a + c] += h * rigid[c] - foot[c];
                 }
-                let gap = b[3 * a + 2] + self.model.interface.gap[i] - approach;
+                let gap = b[3 * a + 2] + self.passing.after[i] - approach;
                 b[3 * a + 2] = match self.impact {
                     Impact::Compliant => gap,
                     Impact::Rigid if gap > 0.0 => f64::INFINITY,
-                    Impact::Rigid => theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate),
+                    Impact::Rigid => {
+                        let rate = rate + self.passing.raised(i) / h;
+                        theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate)
+                    }
                 };
             }
             let before = self.remembered();
@@ -381,10 +397,11 @@ impl<'a> Stepper<'a> {
                 e.friction -= mean[c] * slip;
                 e.drive -= mean[c] * (slip - (u[3 * a + c] - self.working.u[3 * a + c]));
             }
-            e.drive += mean[2] * sunk;
+            let nearer = sunk + self.passing.raised(i);
+            e.drive += mean[2] * nearer;
             e.rolling -= mean[2] * self.settings.drive.speed * h * self.slope[i];
             if self.impact == Impact::Rigid {
-                e.impact -= mean[2] * (u[3 * a + 2] - self.working.u[3 * a + 2] - sunk);
+                e.impact -= mean[2] * (u[3 * a + 2] - self.working.u[3 * a + 2] - nearer);
             }
             let r = &reaction[3 * i..3 * i + 3];
             let [x, y] = self.model.interface.point(i);

@@ -132,6 +132,7 @@ fn the_jobs_of_the_project_are_valid() {
         "rail-bays.json",
         "creep-curve.json",
         "sprung-ring.json",
+        "rough-cylinders.json",
     ] {
         let path = format!("{}/jobs/{name}", env!("CARGO_MANIFEST_DIR"));
         assert!(railsqueal(1, &["check", &path]).good().out.contains("estimated memory"), "{name}");

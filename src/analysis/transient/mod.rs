@@ -4,6 +4,7 @@ mod account;
 mod fields;
 pub mod kept;
 mod points;
+mod roughness;
 mod sound;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
@@ -139,6 +140,10 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
         account.report(&points.names, &mut run.summary)?;
         run.file.tables(points.tables());
         run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
+        let interface = &inputs.model.root()?.interface;
+        if let Some(surface) = roughness::surface(inputs.job, [&interface.x, &interface.y])? {
+            run.file.tables(roughness::tables(&surface, &interface.y, wanted.duration));
+        }
         let segments = inputs.segments()?;
         run.file.append(segments.clone(), "/transient");
     }
@@ -193,7 +198,8 @@ fn advance(
     };
     let scheme = Scheme { step: wanted.step, theta: wanted.theta };
     scheme.check(model.omega)?;
-    let identity = checkpoint::identity(&model);
+    let surface = roughness::surface(inputs.job, [&interface.x, &interface.y])?;
+    let identity = roughness::identity(checkpoint::identity(&model), surface.as_ref());
     let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
     let (rest, approach, deflected) = match (&at_points, &rest) {
         (Some(points), _) => {
@@ -214,20 +220,27 @@ fn advance(
         drive: drive(wanted, inputs.contact, approach, deflected)?,
     };
     let total = wanted.steps();
+    let begin = |state: State| -> Result<Stepper<'_>> {
+        let stepper = Stepper::new(model, settings, state)?;
+        Ok(match surface {
+            Some(surface) => stepper.rough(surface),
+            None => stepper,
+        })
+    };
     let mut stepper;
     match resumed {
         Some(found) => {
             if found.identity != identity {
                 progress.note(
-                    "warning: the reduced model differs in rounding from that of the run to be continued; the results do too",
+                    "warning: the reduced model differs in rounding from that of the run to be continued, or a file of its roughness has changed; the results do too",
                 );
             }
-            stepper = Stepper::new(model, settings, found.state)?;
+            stepper = begin(found.state)?;
             segments.go_on(inputs.job.to_json())?;
         }
         None => {
             let (start, moved) = perturbed(inputs, root, rest)?;
-            stepper = Stepper::new(model, settings, start)?;
+            stepper = begin(start)?;
             if moved {
                 stepper.settle().map_err(|e| e.context("analyses.transient: the start"))?;
             }
@@ -475,9 +488,10 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
 }
 
 /// What can be refused before anything is meshed.
-pub fn check(wanted: &job::Transient, contact: &job::Contact) -> Result<()> {
+pub fn check(job: &Job, wanted: &job::Transient, contact: &job::Contact) -> Result<()> {
     Scheme { step: wanted.step, theta: wanted.theta }.check(&[])?;
     sound::check(wanted)?;
+    roughness::check(job)?;
     drive(wanted, contact, 0.0, [0.0; 2]).map(|_| ())
 }
 

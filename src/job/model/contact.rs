@@ -35,6 +35,9 @@ pub struct Contact {
     /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and creepages follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<super::Placement>,
+    /// Roughness of the running surfaces, in `analyses.transient`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roughness: Option<super::Roughness>,
     /// Contact points of bodies given by matrices, all closed and sliding. They take the place of load, speed, creepage and
     /// patch.
     #[serde(default, skip_serializing_if = "Option::is_none")]

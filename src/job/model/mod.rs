@@ -7,6 +7,7 @@ mod contact;
 mod placement;
 mod rail;
 mod support;
+mod roughness;
 mod swept;
 
 use schemars::JsonSchema;
@@ -23,6 +24,7 @@ pub use contact::*;
 pub use placement::*;
 pub use rail::*;
 pub use support::*;
+pub use roughness::*;
 pub use swept::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
@@ -208,6 +210,17 @@ impl Job {
             },
             Some(Rotation::Speed(omega)) => omega,
         }
+    }
+
+    /// Circumference of the body `name`, m, if it is a wheel whose radius is known.
+    pub fn circumference(&self, name: &str) -> Option<f64> {
+        let bodies = self.bodies();
+        let (_, body) = bodies.iter().find(|(n, _)| *n == name)?;
+        let radius = match self.placement() {
+            Some(p) => (name == "upper").then_some(p.radius),
+            None => body.axle(),
+        };
+        radius.map(|r| 2.0 * std::f64::consts::PI * r)
     }
 
     /// The resolved job as JSON: every default filled in.

@@ -51,6 +51,8 @@ impl Working {
 pub(super) struct Outside {
     /// Smallest gap at the time of the last look, m; none where there was no look yet.
     gap: Option<f64>,
+    /// Gaps of the undeformed bodies then, m, `[n]`.
+    undeformed: Vec<f64>,
     q: Vec<f64>,
     /// Reactions on the core, N, `[3 core]`.
     reaction: Vec<f64>,
@@ -65,7 +67,7 @@ impl Stepper<'_> {
     pub(super) fn foot_value(&self, a: usize) -> [f64; 2] {
         let ws = &self.working;
         let (line, foot) = ws.feet[a];
-        let (x, gap) = (&self.model.interface.x, &self.model.interface.gap);
+        let (x, gap) = (&self.model.interface.x, &self.passing.before);
         let at = |jx: usize| ws.place[line + jx];
         let (left, travel) = match foot {
             Foot::Node(jx) => return [0, 1].map(|c| ws.u[3 * at(jx) + c]),
@@ -103,10 +105,11 @@ impl Stepper<'_> {
     ) -> Vec<usize> {
         let s = self.model.interface;
         let ws = &self.working;
+        let gap = &self.passing.after;
         let shift = solution.shift[2] - approach;
         let limit = -1e-12 * (shift.abs() + s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())));
         let mut entering: Vec<usize> = (ws.core..ws.nodes.len())
-            .filter(|&a| s.gap[ws.nodes[a]] + shift + free[ws.normal(a)] + response[ws.normal(a)] < limit)
+            .filter(|&a| gap[ws.nodes[a]] + shift + free[ws.normal(a)] + response[ws.normal(a)] < limit)
             .map(|a| ws.nodes[a])
             .collect();
         if !entering.is_empty() {
@@ -116,9 +119,12 @@ impl Stepper<'_> {
         let moved = |reach: &[f64], now: &[f64], then: &[f64]| -> f64 {
             reach.iter().zip(now).zip(then).map(|((r, a), b)| r * (a - b).abs()).sum()
         };
-        if let Some(gap) = o.gap {
-            let by = moved(&o.reach[0], q, &o.q) + moved(&o.reach[1], &solution.reaction, &o.reaction);
-            if gap > by + (shift - o.shift).abs() {
+        if let Some(then) = o.gap {
+            let passed = (0..s.len()).filter(|&i| ws.place[i] == usize::MAX).map(|i| (gap[i] - o.undeformed[i]).abs());
+            let by = moved(&o.reach[0], q, &o.q)
+                + moved(&o.reach[1], &solution.reaction, &o.reaction)
+                + passed.fold(0.0, f64::max);
+            if then > by + (shift - o.shift).abs() {
                 return entering;
             }
         }
@@ -131,13 +137,14 @@ impl Stepper<'_> {
                     elastic[c] += col[3 * j + c] * r[c];
                 }
             }
-            let gap = s.gap[i] + shift + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), q);
-            nearest = nearest.min(gap);
-            if gap < limit {
+            let now = gap[i] + shift + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), q);
+            nearest = nearest.min(now);
+            if now < limit {
                 entering.push(i);
             }
         }
         o.gap = Some(nearest);
+        o.undeformed.clone_from(gap);
         o.q = q.to_vec();
         o.reaction = solution.reaction.clone();
         o.shift = shift;
@@ -147,7 +154,7 @@ impl Stepper<'_> {
     /// The node that is nearest to the other body, without reactions, where `q` is seen of the modes, `[r]`.
     pub(super) fn nearest(&self, q: &[f64]) -> usize {
         let s = self.model.interface;
-        let gap = |i: usize| s.gap[i] + dot(self.shapes.row(3 * i + 2), q);
+        let gap = |i: usize| self.passing.after[i] + dot(self.shapes.row(3 * i + 2), q);
         (0..s.len()).min_by(|&a, &b| gap(a).total_cmp(&gap(b))).unwrap_or(0)
     }
 
