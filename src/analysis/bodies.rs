@@ -82,6 +82,9 @@ impl<'p> Bodies<'p> {
         let given = job.bodies();
         let meshed = world
             .on_root(|| given.iter().map(|(name, body)| meshes.of(job, name, body)).collect::<Result<Vec<_>>>())?;
+        for remark in meshed.iter().flatten().flat_map(|m| &m.remarks) {
+            progress.note(remark);
+        }
         // Two bodies that are mirror images are one in lower form: same mesh, material and supports.
         let same = given.len() == 2 && {
             let described = given[0].1.material == given[1].1.material

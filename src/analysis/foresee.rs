@@ -8,6 +8,7 @@ use crate::body::half_space::HalfSpace;
 use crate::contact::foreseen::Foreseen;
 use crate::grid::Interface;
 use crate::job::{Job, Load};
+use crate::mesh::attitude::Attitude;
 use crate::mesh::quality;
 use crate::{Error, Result};
 use std::rc::Rc;
@@ -67,11 +68,9 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         let found = meshes.of(job, name, body)?;
         let material = body.elastic()?;
         let mesh = &found.mesh;
-        let mut volume = 0.0;
         let mut worst = (f64::INFINITY, 0);
         for (number, cell) in mesh.cells.iter().enumerate() {
             let x: Vec<[f64; 3]> = cell.nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
-            volume += quality::volume(cell.kind, &x);
             let [low, high] = quality::jacobian_range(cell.kind, &x);
             if !(low / high >= worst.0) {
                 worst = (low / high, number);
@@ -85,12 +84,9 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
                 worst.0
             )));
         }
-        let size = |c: usize| {
-            let at = || mesh.nodes.iter().map(|p| p[c]);
-            at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
-        };
-        let mass = volume * material.density;
-        let extent = [0, 1, 2].map(size);
+        let attitude = Attitude::of(mesh);
+        let mass = attitude.volume * material.density;
+        let extent = [0, 1, 2].map(|c| attitude.high[c] - attitude.low[c]);
         report.lines.push(format!(
             "body {name}: {:.4} x {:.4} x {:.4} m, {mass:.4e} kg, smallest over largest Jacobian of an element {:.2}",
             extent[0], extent[1], extent[2], worst.0
@@ -101,6 +97,9 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
                 extent[0].max(extent[2])
             ));
         }
+        let lies = super::lies::of(job, name, body, &found, &attitude)?;
+        report.lines.extend(lies.lines);
+        report.warnings.extend(lies.warnings);
         meshed.push(found);
     }
     if let ([Some(lower), Some(upper)], true) =

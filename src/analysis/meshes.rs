@@ -1,9 +1,9 @@
 //! The meshes of a job's bodies, built or read.
 
 use crate::grid::ContactGrid;
-use crate::job::{self, Job, MeshFile, MeshSource};
+use crate::job::{self, Job, MeshFile, MeshSource, Motion};
 use crate::mesh::cylinder::{self, CylinderSpec};
-use crate::mesh::{msh, CellKind, Mesh};
+use crate::mesh::{file, motion, CellKind, Mesh};
 use crate::{Error, Result};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,6 +15,8 @@ pub struct Meshed {
     pub mesh: Mesh,
     /// The grid of its group `contact`.
     pub grid: Option<ContactGrid>,
+    /// What was left out of its file, or taken for something else.
+    pub remarks: Vec<String>,
 }
 
 /// A mesh file as a job takes it, whether it is the upper body, whether there is a contact.
@@ -30,15 +32,15 @@ impl Meshes {
     /// The mesh of the body `name` of a job; that of a file is kept.
     pub fn of(&self, job: &Job, name: &str, body: &job::Body) -> Result<Rc<Meshed>> {
         let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
-        let on_grid = |mesh: Mesh, contact: bool| {
+        let on_grid = |mesh: Mesh, contact: bool, remarks: Vec<String>| {
             let grid = contact.then(|| ContactGrid::from_mesh(&mesh, "contact")).transpose().map_err(named)?;
-            Ok(Rc::new(Meshed { mesh, grid }))
+            Ok(Rc::new(Meshed { mesh, grid, remarks }))
         };
         match body.elements()?.0 {
             MeshSource::Cylinder(c) => {
                 let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
                 let contact = mesh.groups.contains_key("contact");
-                on_grid(mesh, contact)
+                on_grid(mesh, contact, Vec::new())
             }
             MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
                 Err(Error::Defect("a mesh is asked for of a body that is swept".into()))
@@ -48,9 +50,9 @@ impl Meshes {
                 if let Some((_, read)) = self.files.borrow().iter().find(|(k, _)| *k == key) {
                     return Ok(read.clone());
                 }
-                let mesh = read(file).map_err(named)?;
+                let (mesh, remarks) = read(file).map_err(named)?;
                 // Files hold a body where it is.
-                let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2)?;
+                let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2, remarks)?;
                 self.files.borrow_mut().push((key, read.clone()));
                 Ok(read)
             }
@@ -63,9 +65,12 @@ impl Meshes {
     }
 }
 
-/// The mesh of a file as it lies there, in m.
-fn read(file: &MeshFile) -> Result<Mesh> {
-    let mut mesh = msh::read(file.path())?;
+/// No body is longer, m: where one is, its file is in another unit.
+const LONGEST: f64 = 500.0;
+
+/// The mesh of a file where the job puts it, in m, and remarks on what was read.
+fn read(file: &MeshFile) -> Result<(Mesh, Vec<String>)> {
+    let (mut mesh, remarks) = file::read(file.path())?;
     let linear = mesh.cells.iter().filter(|c| c.kind == CellKind::Tet4).count();
     if linear > 0 && !file.linear_tetrahedra() {
         return Err(Error::Input(format!(
@@ -79,7 +84,30 @@ fn read(file: &MeshFile) -> Result<Mesh> {
     if scale != 1.0 {
         mesh.nodes.iter_mut().flatten().for_each(|v| *v *= scale);
     }
-    Ok(mesh)
+    for step in file.transform() {
+        mesh.nodes.iter_mut().for_each(|x| *x = moved(*x, step));
+    }
+    let length = |c: usize| {
+        let at = || mesh.nodes.iter().map(|p| p[c]);
+        at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
+    };
+    let longest = (0..3).map(length).fold(0.0, f64::max);
+    if longest > LONGEST {
+        return Err(Error::Input(format!(
+            "{}: the mesh is {longest:.4} m long, with the file's unit taken for {scale} m; expected less than {LONGEST} m. Is it in millimetres? Give \
+             mesh.file = {{\"path\": …, \"scale\": 0.001}}",
+            file.path().display()
+        )));
+    }
+    Ok((mesh, remarks))
+}
+
+/// A point behind a step of a transform, m.
+fn moved(x: [f64; 3], step: &Motion) -> [f64; 3] {
+    match step {
+        Motion::Translate(by) => [0, 1, 2].map(|c| x[c] + by[c]),
+        Motion::Rotate(turn) => motion::rotated(x, turn.about, turn.axis, turn.angle),
+    }
 }
 
 /// The built-in cylinder as the job describes it, with the patch of its contact.
@@ -139,10 +167,20 @@ mod tests {
         for word in ["tet4-4.1.msh", "lock", "10 nodes", "linear_tetrahedra"] {
             assert!(error.message().contains(word), "{word} not in: {error}");
         }
-        let keys = job::MeshFileKeys { path, scale: 1e-3, linear_tetrahedra: true };
-        let mesh = read(&MeshFile::Keys(keys)).expect("they are asked for");
+        let keys = job::MeshFileKeys { path, scale: 1e-3, linear_tetrahedra: true, transform: Vec::new() };
+        let mesh = read(&MeshFile::Keys(keys.clone())).expect("they are asked for").0;
         assert!((mesh.volume() / 6e-12 - 1.0).abs() < 1e-12, "{} m³", mesh.volume());
         // A tetrahedron has some 6 edges, of which 5 or 6 cells share each.
         assert!((5.0..12.0).contains(&mesh.neighbours()), "{}", mesh.neighbours());
+        // In the order of the list: the block of 0.3 x 0.2 x 0.1 mm is turned about y first, and moved then.
+        let turn = job::Turn { axis: [0.0, 1.0, 0.0], angle: std::f64::consts::FRAC_PI_2, about: [0.0; 3] };
+        let transform = vec![Motion::Rotate(turn), Motion::Translate([1.0, 0.0, -2.0])];
+        let moved = read(&MeshFile::Keys(job::MeshFileKeys { transform, ..keys.clone() })).expect("elsewhere").0;
+        assert!(mesh.nodes.iter().zip(&moved.nodes).all(|(a, b)| *b == [a[2] + 1.0, a[1], -a[0] - 2.0]));
+        assert!((moved.volume() / 6e-12 - 1.0).abs() < 1e-9 && moved.cells == mesh.cells);
+        let error = read(&MeshFile::Keys(job::MeshFileKeys { scale: 3e3, ..keys })).expect_err("a unit of 3 km");
+        for word in ["tet4-4.1.msh", "900.0 m", "millimetres", "scale"] {
+            assert!(error.exit_code() == 3 && error.message().contains(word), "{word} not in: {error}");
+        }
     }
 }

@@ -8,6 +8,7 @@ pub mod foresee;
 mod full_stability;
 mod inputs;
 mod interface;
+mod lies;
 mod memory;
 pub(crate) mod meshes;
 mod modes;

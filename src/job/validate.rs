@@ -75,7 +75,16 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
         Some(MeshSource::File(file)) if file.path().as_os_str().is_empty() => {
             faults.push(format!("{path}.mesh.file: the file name is empty"));
         }
-        Some(MeshSource::File(_)) => {}
+        Some(MeshSource::File(file)) => check_transform(path, file, faults),
+    }
+}
+
+/// Faults of the steps that bring a mesh to its place.
+fn check_transform(path: &str, file: &MeshFile, faults: &mut Vec<String>) {
+    for (i, step) in file.transform().iter().enumerate() {
+        if matches!(step, Motion::Rotate(turn) if turn.axis.iter().all(|&a| a == 0.0)) {
+            faults.push(format!("{path}.mesh.file.transform.{i}.rotate.axis: found 0, 0, 0; expected a direction"));
+        }
     }
 }
 

@@ -105,10 +105,15 @@ impl Cells {
         self.blocks.iter().flat_map(|b| b.nodes.iter().copied())
     }
 
+    /// Gives their nodes other numbers.
+    pub fn renumber(&mut self, number: impl Fn(u32) -> u32) {
+        self.blocks.iter_mut().flat_map(|b| &mut b.nodes).for_each(|n| *n = number(*n));
+    }
+
     /// These cells with other numbers for their nodes.
     pub fn renumbered(&self, number: impl Fn(u32) -> u32) -> Cells {
         let mut cells = self.clone();
-        cells.blocks.iter_mut().flat_map(|b| &mut b.nodes).for_each(|n| *n = number(*n));
+        cells.renumber(number);
         cells
     }
 

@@ -1,9 +1,14 @@
-//! Meshes: built-in cylinder or Gmsh file, cells of any kind, groups by name, partition and distribution.
+//! Meshes: built-in cylinder or file of Gmsh, Abaqus or CalculiX, cells of any kind, groups by name, partition and distribution.
 
+pub mod attitude;
 pub mod cells;
 pub mod cylinder;
 pub mod distribute;
+pub mod file;
+pub mod inp;
 pub mod kind;
+mod listed;
+pub mod motion;
 pub mod msh;
 pub mod quality;
 pub mod reference;

@@ -2,7 +2,7 @@
 
 use super::{models, BodySize};
 use crate::analysis::steps::{steps, Earlier, Step};
-use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, ModesExtent};
+use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, MeshSource, ModesExtent};
 
 /// What a run of `job` computes, in order, one line each.
 pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
@@ -69,6 +69,9 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
         Step::Bodies if job.placement().is_some() => Some("the wheel on the rail: gap and creepages".into()),
         Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),
+        Step::Bodies if job.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::File(_)))) => {
+            Some(format!("mesh files, read once by rank 0, distributed; stiffness and mass{}", supports(job)))
+        }
         Step::Bodies => Some(format!("meshes, distributed; stiffness and mass{}", supports(job))),
         Step::Solvers if job.is_swept() => {
             contact.map(|_| format!("statics of each body{once} under loads at the contact, by orders"))

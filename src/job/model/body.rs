@@ -174,8 +174,8 @@ pub struct MatrixContact {
 pub enum MeshSource {
     /// The built-in annular cylinder.
     Cylinder(Cylinder),
-    /// A Gmsh file, MSH 4.1 or 2.2 (ASCII or binary), relative to the job file: the body in its place, the contact point at the
-    /// origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
+    /// A file of Gmsh, MSH 4.1 or 2.2 (ASCII or binary), or of Abaqus or CalculiX (`.inp`), relative to the job file: the body in its place, the
+    /// contact point at the origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
     File(MeshFile),
     /// A body of revolution swept from a section: no mesh of three dimensions.
     Revolved(super::Revolved),
@@ -206,6 +206,34 @@ pub struct MeshFileKeys {
     /// Takes 4-node tetrahedra all the same, although they lock: they are far too stiff in bending, and in shear.
     #[serde(default)]
     pub linear_tetrahedra: bool,
+    /// Brings the mesh to its place, step by step in this order, after `scale`: the contact point to the origin, the axle along y.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub transform: Vec<Motion>,
+}
+
+/// A step that moves a mesh.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum Motion {
+    /// Moves it by this, m.
+    Translate(#[schemars(extend("unit" = "m"))] [f64; 3]),
+    /// Turns it about an axis.
+    Rotate(Turn),
+}
+
+/// A rotation of a mesh.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Turn {
+    /// Direction of the axis, of any length but 0.
+    pub axis: [f64; 3],
+    /// Angle, rad, right-handed about the axis.
+    #[schemars(extend("unit" = "rad"))]
+    pub angle: f64,
+    /// A point of the axis, m.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m"))]
+    pub about: [f64; 3],
 }
 
 impl MeshFile {
@@ -230,6 +258,14 @@ impl MeshFile {
         match self {
             MeshFile::Path(_) => 1.0,
             MeshFile::Keys(keys) => keys.scale,
+        }
+    }
+
+    /// The steps that bring it to its place.
+    pub fn transform(&self) -> &[Motion] {
+        match self {
+            MeshFile::Path(_) => &[],
+            MeshFile::Keys(keys) => &keys.transform,
         }
     }
 

@@ -2,15 +2,15 @@
 //!
 //! Format: Gmsh reference manual, "MSH file format". Every error names the file and the line (ASCII) or byte offset (binary).
 
-mod check;
 mod cursor;
 mod sections;
 mod v2;
 mod v4;
 
+use super::listed::Origin;
 use super::Mesh;
 use crate::{Error, Result};
-use cursor::Cursor;
+use cursor::{Cursor, Source};
 use sections::Raw;
 use std::path::Path;
 
@@ -18,16 +18,30 @@ use std::path::Path;
 /// ([`Mesh::reflected`]).
 pub fn read(path: &Path) -> Result<Mesh> {
     let name = path.display().to_string();
-    let data = crate::input::read(path).map_err(|e| {
+    let mut file = crate::input::open(path).map_err(|e| {
         Error::Input(format!("mesh file {name} cannot be read: {e}; expected a Gmsh MSH file, version 4.1 or 2.2"))
     })?;
-    parse(&data, &name)
+    of_source(&mut file, &name)
 }
 
 /// Reads a mesh from the bytes of a file; `name` stands in messages.
 pub fn parse(data: &[u8], name: &str) -> Result<Mesh> {
-    let mut raw = Raw::default();
-    let mut cursor = Cursor::new(data, name);
-    raw.sections(&mut cursor)?;
-    raw.mesh(&cursor, name)
+    of_source(&mut std::io::Cursor::new(data), name)
+}
+
+fn of_source(source: &mut dyn Source, name: &str) -> Result<Mesh> {
+    let mut cursor = Cursor::new(source, name)?;
+    let listed = Raw::default().read(&mut cursor)?;
+    // The mesh has no node sets, which alone give rise to remarks.
+    Ok(listed.mesh(&cursor)?.0)
+}
+
+impl Origin for Cursor<'_> {
+    fn error(&self, at: u64, what: String) -> Error {
+        self.error_at(at, what)
+    }
+
+    fn merge(&self) -> &'static str {
+        "Gmsh: removeDuplicateNodes, or fragment the volumes"
+    }
 }

@@ -1,6 +1,7 @@
 //! Sections of an MSH file, and what they have in common in all versions.
 
 use super::cursor::Cursor;
+use crate::mesh::listed::Listed;
 use crate::mesh::{CellKind, FacetKind};
 use crate::Result;
 use std::collections::HashMap;
@@ -39,39 +40,16 @@ const TYPES: [(i32, usize, i32, &str); 30] = [
     (92, 64, 3, "64-node hexahedron"),
 ];
 
-/// What a file holds, as read; nodes by their tags in the file.
+/// What is read so far.
 #[derive(Default)]
 pub(super) struct Raw {
-    pub names: HashMap<(i32, i32), String>,
+    names: HashMap<(i32, i32), String>,
     /// Physical groups of each surface.
     pub surfaces: HashMap<i32, Vec<i32>>,
-    pub tags: Vec<u64>,
-    pub coords: Vec<[f64; 3]>,
-    pub cell_blocks: Vec<CellBlock>,
-    pub facets: Vec<Facet>,
+    pub listed: Listed,
     seen: [bool; 3],
     /// Version 2.2, not 4.1.
     old: bool,
-    /// Places of `$Nodes` and `$Elements`, for errors about their content.
-    pub nodes_at: usize,
-    pub elements_at: usize,
-}
-
-/// Cells of one kind.
-pub(super) struct CellBlock {
-    pub kind: CellKind,
-    pub tags: Vec<u64>,
-    /// Nodes in Gmsh's order, cell by cell.
-    pub nodes: Vec<u64>,
-}
-
-/// A facet on a surface of the model.
-pub(super) struct Facet {
-    pub kind: FacetKind,
-    pub surface: i32,
-    pub tag: u64,
-    /// Tags of its corners, the first `kind.corners()` of these.
-    pub corners: [u64; 4],
 }
 
 const FORMAT: usize = 0;
@@ -88,18 +66,28 @@ pub(super) struct ElementType {
 }
 
 impl Raw {
-    /// Kind, tag and nodes in Gmsh's order of every cell.
-    pub fn cells(&self) -> impl Iterator<Item = (CellKind, u64, &[u64])> {
-        self.cell_blocks.iter().flat_map(|b| {
-            b.tags.iter().zip(b.nodes.chunks_exact(b.kind.nodes())).map(|(&tag, nodes)| (b.kind, tag, nodes))
-        })
+    /// Reads a file.
+    pub fn read(mut self, c: &mut Cursor) -> Result<Listed> {
+        let elements_at = self.sections(c)?;
+        if self.listed.cells.is_empty() {
+            return Err(c.error_at(
+                elements_at,
+                "no cells; expected tetrahedra, hexahedra, wedges or pyramids of a volume (if there are physical groups, Gmsh saves only what is in one)",
+            ));
+        }
+        for (surface, groups) in self.surfaces {
+            let title = |g: &i32| self.names.get(&(2, *g)).cloned().unwrap_or_else(|| g.to_string());
+            self.listed.surfaces.insert(surface, groups.iter().map(title).collect());
+        }
+        Ok(self.listed)
     }
 
-    /// Reads all sections.
-    pub fn sections(&mut self, c: &mut Cursor) -> Result<()> {
+    /// Reads all sections; the place of the elements.
+    fn sections(&mut self, c: &mut Cursor) -> Result<u64> {
+        let mut elements_at = 0;
         loop {
             let at = c.pos();
-            let Some(line) = c.filled_line() else { break };
+            let Some(line) = c.filled_line()? else { break };
             if !self.seen[FORMAT] && line != "$MeshFormat" {
                 return Err(
                     c.error_at(at, format!("found {:?}; expected $MeshFormat: not a Gmsh MSH file", clip(&line)))
@@ -110,17 +98,22 @@ impl Raw {
                 "$PhysicalNames" => self.physical_names(c)?,
                 "$Entities" if !self.old => self.entities(c)?,
                 "$Nodes" => {
-                    self.nodes_at = at;
                     self.once(c, NODES, "$Nodes")?;
                     if self.old {
                         self.nodes_2(c)?;
                     } else {
                         self.nodes_4(c)?;
                     }
+                    self.listed.number(c)?;
                 }
                 "$Elements" => {
-                    self.elements_at = at;
+                    elements_at = at;
                     self.once(c, ELEMENTS, "$Elements")?;
+                    if !self.seen[NODES] {
+                        return Err(
+                            c.error_at(at, "$Elements before $Nodes; expected the nodes first, as Gmsh writes them")
+                        );
+                    }
                     if self.old {
                         self.elements_2(c)?;
                     } else {
@@ -142,7 +135,7 @@ impl Raw {
                 return Err(c.error(format!("the file ends without {name}; it may be empty or truncated")));
             }
         }
-        Ok(())
+        Ok(elements_at)
     }
 
     /// Refuses a section that was there before.
@@ -156,7 +149,7 @@ impl Raw {
     fn format(&mut self, c: &mut Cursor) -> Result<()> {
         self.once(c, FORMAT, "$MeshFormat")?;
         let at = c.pos();
-        let line = c.line().unwrap_or_default();
+        let line = c.line()?.unwrap_or_default();
         let words: Vec<&str> = line.split_whitespace().collect();
         let [version, kind, size] = words[..] else {
             return Err(c.error_at(
@@ -197,7 +190,7 @@ impl Raw {
     }
 
     /// What an element of type `number`, in the surface `entity` if it is a facet, is; `at` is its place.
-    pub fn element_type(&self, c: &Cursor, at: usize, number: i32, entity: i32) -> Result<ElementType> {
+    pub fn element_type(&self, c: &Cursor, at: u64, number: i32, entity: i32) -> Result<ElementType> {
         let Some(&(_, nodes, dim, name)) = TYPES.iter().find(|t| t.0 == number) else {
             let text = format!("element type {number}; expected {} (and {} on the boundary)", cells(), facets());
             return Err(c.error_at(at, text));
@@ -217,36 +210,21 @@ impl Raw {
         Ok(ElementType { nodes, dim, name, cell, facet })
     }
 
-    /// Makes room for `count` elements.
-    pub fn reserve(&mut self, of: &ElementType, count: usize) {
+    /// Takes an element, of which `place` is number and place in the file, in the surface `entity` with its nodes in Gmsh's order.
+    pub fn take(&mut self, c: &Cursor, of: &ElementType, entity: i32, place: [u64; 2], nodes: &[u64]) -> Result<()> {
         if let Some(kind) = of.cell {
-            let nodes = Vec::with_capacity(count * of.nodes);
-            self.cell_blocks.push(CellBlock { kind, tags: Vec::with_capacity(count), nodes });
-        }
-    }
-
-    /// Takes an element in the surface `entity` with its nodes in Gmsh's order.
-    pub fn take(&mut self, of: &ElementType, entity: i32, tag: u64, nodes: &[u64]) {
-        if let Some(kind) = of.cell {
-            if self.cell_blocks.last().is_none_or(|b| b.kind != kind) {
-                self.cell_blocks.push(CellBlock { kind, tags: Vec::new(), nodes: Vec::new() });
-            }
-            if let Some(block) = self.cell_blocks.last_mut() {
-                block.tags.push(tag);
-                block.nodes.extend_from_slice(nodes);
-            }
+            self.listed.cell(kind, place, kind.topology().gmsh_order, nodes, c)?;
         } else if let Some(kind) = of.facet {
-            let mut corners = [0; 4];
-            corners.iter_mut().zip(nodes).for_each(|(to, from)| *to = *from);
-            self.facets.push(Facet { kind, surface: entity, tag, corners });
+            self.listed.facet(kind, entity, place, nodes);
         }
+        Ok(())
     }
 
     fn physical_names(&mut self, c: &mut Cursor) -> Result<()> {
         // Text in binary files too.
         loop {
             let at = c.pos();
-            let Some(line) = c.filled_line() else {
+            let Some(line) = c.filled_line()? else {
                 return Err(c.error("the file ends here; expected $EndPhysicalNames. It may be truncated"));
             };
             if line == "$EndPhysicalNames" {

@@ -1,7 +1,7 @@
 //! Nodes and elements of an MSH 2.2 file.
 
 use super::cursor::Cursor;
-use super::sections::{CellBlock, Raw};
+use super::sections::Raw;
 use crate::Result;
 use std::collections::HashSet;
 
@@ -11,11 +11,11 @@ impl Raw {
         let total = c.line_count("the number of nodes")?;
         // A wrong count must not reserve memory that the file cannot fill.
         let room = (total as usize).min(c.left() / 8);
-        self.tags.reserve(room);
-        self.coords.reserve(room);
+        self.listed.reserve_nodes(room);
         for _ in 0..total {
-            self.tags.push(c.tag("a node tag")?);
-            self.coords.push([c.double("a coordinate")?, c.double("a coordinate")?, c.double("a coordinate")?]);
+            let (at, tag) = (c.pos(), c.tag("a node tag")?);
+            let coords = [c.double("a coordinate")?, c.double("a coordinate")?, c.double("a coordinate")?];
+            self.listed.node(tag, at, coords);
             c.end_of_line("the coordinates of a node")?;
         }
         c.expect("$EndNodes")
@@ -40,14 +40,15 @@ impl Raw {
                 ));
             }
             let mut nodes = Vec::new();
-            for _ in 0..together {
+            for k in 0..together {
+                let at = if k == 0 { at } else { c.pos() };
                 if c.binary {
                     tag = c.tag("an element number")?;
                 }
                 let mut group = 0;
-                for k in 0..labels {
+                for l in 0..labels {
                     let label = c.int("a tag of an element")?;
-                    if k == 0 {
+                    if l == 0 {
                         // A negative one reverses the orientation, which is found from the cells here.
                         group = label.saturating_abs();
                     }
@@ -63,29 +64,14 @@ impl Raw {
                 if wanted.dim == 3 {
                     volumes.insert(group);
                 }
-                self.take(&wanted, group, tag, &nodes);
+                self.take(c, &wanted, group, [tag, at], &nodes)?;
                 c.end_of_line("an element")?;
             }
             done += together;
         }
         if volumes.len() > 1 {
-            self.keep_first();
+            self.listed.keep_first();
         }
         c.expect("$EndElements")
-    }
-
-    /// Drops cells that occurred before with the same nodes.
-    fn keep_first(&mut self) {
-        let mut seen = HashSet::new();
-        for block in std::mem::take(&mut self.cell_blocks) {
-            let mut kept = CellBlock { kind: block.kind, tags: Vec::new(), nodes: Vec::new() };
-            for (&tag, nodes) in block.tags.iter().zip(block.nodes.chunks_exact(block.kind.nodes())) {
-                if seen.insert(nodes.to_vec()) {
-                    kept.tags.push(tag);
-                    kept.nodes.extend_from_slice(nodes);
-                }
-            }
-            self.cell_blocks.push(kept);
-        }
     }
 }

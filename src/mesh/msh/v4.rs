@@ -43,8 +43,7 @@ impl Raw {
         c.size("the largest node tag")?;
         // A wrong count must not reserve memory that the file cannot fill.
         let room = (total as usize).min(c.left() / 8);
-        self.tags.reserve(room);
-        self.coords.reserve(room);
+        self.listed.reserve_nodes(room);
         for _ in 0..blocks {
             let dim = c.int("the dimension of a node block")?;
             c.int("the entity of a node block")?;
@@ -52,19 +51,22 @@ impl Raw {
             let n = c.size("the number of nodes of a block")?;
             let parameters = if parametric != 0 { dim.clamp(0, 3) } else { 0 };
             for _ in 0..n {
-                self.tags.push(c.size("a node tag")?);
+                let at = c.pos();
+                self.listed.tags.push(c.size("a node tag")?);
+                self.listed.node_at.push(at);
                 c.end_of_line("a node tag")?;
             }
             for _ in 0..n {
-                self.coords.push([c.double("a coordinate")?, c.double("a coordinate")?, c.double("a coordinate")?]);
+                let coords = [c.double("a coordinate")?, c.double("a coordinate")?, c.double("a coordinate")?];
+                self.listed.coords.push(coords);
                 for _ in 0..parameters {
                     c.double("a node parameter")?;
                 }
                 c.end_of_line("the coordinates of a node")?;
             }
         }
-        if self.tags.len() as u64 != total {
-            return Err(c.error_at(at, format!("{total} nodes announced, {} found", self.tags.len())));
+        if self.listed.tags.len() as u64 != total {
+            return Err(c.error_at(at, format!("{total} nodes announced, {} found", self.listed.tags.len())));
         }
         c.expect("$EndNodes")
     }
@@ -93,15 +95,13 @@ impl Raw {
                 ));
             }
             count = count.saturating_add(n);
-            // A wrong count must not reserve memory that the file cannot fill.
-            self.reserve(&wanted, (n as usize).min(c.left() / (2 * (wanted.nodes + 1))));
             let mut nodes = vec![0; wanted.nodes];
             for _ in 0..n {
-                let tag = c.size("an element tag")?;
+                let (at, tag) = (c.pos(), c.size("an element tag")?);
                 for node in &mut nodes {
                     *node = c.size("a node tag of an element")?;
                 }
-                self.take(&wanted, entity, tag, &nodes);
+                self.take(c, &wanted, entity, [tag, at], &nodes)?;
                 c.end_of_line("an element")?;
             }
         }

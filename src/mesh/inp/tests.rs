@@ -1,0 +1,251 @@
+//! Input files against Gmsh files of the same meshes, against what the manuals say, and wrong ones.
+
+use super::{parse, read};
+use crate::mesh::{msh, CellKind, Facet, Mesh};
+use std::path::{Path, PathBuf};
+
+fn data(folder: &str, file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(folder).join(file)
+}
+
+fn of(text: &str) -> crate::Result<(Mesh, Vec<String>)> {
+    parse(text.as_bytes(), "cube.inp")
+}
+
+/// Groups as sorted facets, of some names.
+fn facets(mesh: &Mesh, name: &str) -> Vec<Facet> {
+    let mut facets = mesh.groups.get(name).cloned().unwrap_or_default();
+    facets.sort_unstable();
+    facets
+}
+
+/// Gmsh wrote the same meshes in both formats: cells in our order of nodes and groups are the same, places of nodes to the digits that it wrote.
+#[test]
+fn a_mesh_is_the_same_from_both_formats() {
+    for kind in ["tet4", "tet10", "wedge6", "wedge15", "hex8", "hex20"] {
+        let expected = msh::read(&data("msh", &format!("{kind}-4.1.msh"))).expect(kind);
+        let (found, _) = read(&data("inp", &format!("{kind}.inp"))).unwrap_or_else(|e| panic!("{e}"));
+        assert!(found.cells == expected.cells && found.nodes.len() == expected.nodes.len(), "{kind}");
+        let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-14;
+        assert!(found.nodes.iter().flatten().zip(expected.nodes.iter().flatten()).all(same), "{kind}");
+        for group in ["bottom", "top"] {
+            assert!(!facets(&expected, group).is_empty());
+            assert_eq!(facets(&found, group), facets(&expected, group), "{kind}, {group}");
+        }
+    }
+}
+
+const NODES: &str = "*NODE, NSET=All\n1, 0, 0, 0\n2, 1., 0.\n3, 1.0E0, 1.D0, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
+    11, 0, 0, 2\n12, 1, 0, 2\n13, 1, 1, 2\n14, 0, 1, 2\n";
+const ELEMENTS: &str = "*ELEMENT, TYPE=C3D8R, ELSET=Lower\n1, 1, 2, 3, 4,\n5, 6, 7, 8\n*Element, type=c3d8i, elset=Upper\n2, 5,6,7,8, 11,12,13,14\n";
+
+/// Two cubes on top of each other with sets and surfaces of all kinds.
+#[test]
+fn sets_and_surfaces_are_groups() {
+    let text = format!(
+        "*Heading\n a cube\n** a comment\n{NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3,\n4\n*nset, nset=Ring, generate\n11, 14, 1\n\
+         *NSET, NSET=Both\nfoot, ring\n*NSET, NSET=Edge\n1, 2\n*ELSET, ELSET=Whole, GENERATE\n1, 2\n*SURFACE, NAME=\"Top Side\", TYPE=ELEMENT\nUpper, S2\n\
+         *SURFACE, NAME=Side\nWHOLE, S3\n1, S4\n*SURFACE, NAME=Skin\nWhole\n*SURFACE, TYPE=NODE, NAME=Below\nFoot, 1.0\n\
+         *MATERIAL, NAME=Steel\n*ELASTIC\n210e9, 0.3\n*SOLID SECTION, ELSET=Whole,\nMATERIAL=Steel\n*STEP\n*FREQUENCY\n10\n*NSET, NSET=None\n99\n*END STEP\n"
+    );
+    let (mesh, remarks) = of(&text).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((mesh.nodes.len(), mesh.cells.len()), (12, 2));
+    assert!((mesh.volume() - 2.0).abs() < 1e-14);
+    let f = |cell, face| Facet { cell, face };
+    let expected = [
+        ("foot", vec![f(0, 0)]),
+        ("ring", vec![f(1, 1)]),
+        ("both", vec![f(0, 0), f(1, 1)]),
+        ("top side", vec![f(1, 1)]),
+        ("side", vec![f(0, 2), f(0, 3), f(1, 2)]),
+        ("skin", vec![f(0, 0), f(0, 2), f(0, 3), f(0, 4), f(0, 5), f(1, 1), f(1, 2), f(1, 3), f(1, 4), f(1, 5)]),
+        ("below", vec![f(0, 0)]),
+    ];
+    for (name, faces) in &expected {
+        assert_eq!(facets(&mesh, name), *faces, "{name}");
+    }
+    // A set of all nodes and one of an edge are no groups; nothing in a step is looked at.
+    assert_eq!(mesh.groups.len(), expected.len(), "{:?}", mesh.groups.keys());
+    let said = remarks.join("\n");
+    for words in [
+        "cube.inp, line 17: 1 elements C3D8R with reduced integration",
+        "line 1: *HEADING is left out",
+        "*MATERIAL is left out: the material comes from the job",
+        "*STEP is left out",
+        "the node set \"edge\" holds no whole face",
+    ] {
+        assert!(said.contains(words), "{words} not in:\n{said}");
+    }
+    let crlf = of(&text.replace('\n', "\r\n")).expect("with carriage returns").0;
+    assert_eq!(crlf, mesh);
+}
+
+/// A part, moved by (10, 0, 0) first and turned by a quarter about the axis from (10, 0, 0) along z then: from x = 10 … 11 to y = 0 … 1.
+#[test]
+fn an_instance_is_moved_and_turned() {
+    let text = format!(
+        "*PART, NAME=Cubes\n{NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3, 4\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Cubes-1, PART=Cubes\n10, 0, 0\n\
+         10, 0, 0, 10, 0, 1, 90\n*END INSTANCE\n*NSET, NSET=Ring, INSTANCE=Cubes-1\n11, 12, 13, 14\n*ELSET, ELSET=Up, INSTANCE=cubes-1\n2\n\
+         *SURFACE, NAME=Top\nup, S2\n*SURFACE, NAME=Bottom\nCubes-1.Lower, S1\n*SURFACE, NAME=Side\ncubes-1.1, S3\n*END ASSEMBLY\n"
+    );
+    let (mesh, _) = of(&text).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(mesh.nodes[1], [10.0, 1.0, 0.0]);
+    assert_eq!(mesh.nodes[2], [9.0, 1.0, 0.0]);
+    for (name, face) in [("foot", [0, 0]), ("ring", [1, 1]), ("top", [1, 1]), ("bottom", [0, 0]), ("side", [0, 2])] {
+        assert_eq!(facets(&mesh, name), [Facet { cell: face[0], face: face[1] as u8 }], "{name}");
+    }
+    // Two instances at one place share no node.
+    let twice = text.replace(
+        "*END INSTANCE\n",
+        "*END INSTANCE\n*INSTANCE, NAME=Cubes-2, PART=Cubes\n10, 0, 0\n10, 0, 0, 10, 0, 1, 90\n*END INSTANCE\n",
+    );
+    let error = of(&twice).expect_err("not joined").to_string();
+    for words in
+        ["1 of the instance cubes-1", "1 of the instance cubes-2", "same place", "along a seam", "2 pieces", "tied"]
+    {
+        assert!(error.contains(words), "{words} not in: {error}");
+    }
+    let apart = twice.replacen("\n10, 0, 0\n10", "\n50, 0, 0\n10", 1);
+    let error = of(&apart).expect_err("in pieces").to_string();
+    assert!(error.contains("2 pieces") && error.contains("1 of the instance cubes-2"), "{error}");
+}
+
+#[test]
+fn files_include_files_and_no_circles() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+    std::fs::create_dir(folder.path().join("parts")).expect("a folder");
+    write("all.inp", "*HEADING\n*INCLUDE, INPUT=parts/nodes.inc\n*NSET, NSET=Foot\n1,2,3,4\n");
+    write("parts/nodes.inc", &format!("{NODES}*INCLUDE, INPUT=elements.inc\n"));
+    write("parts/elements.inc", ELEMENTS);
+    let (mesh, remarks) = read(&folder.path().join("all.inp")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(mesh.cells.len() == 2 && mesh.groups.contains_key("foot"));
+    assert!(remarks.iter().any(|r| r.contains("elements.inc, line 1: 1 elements C3D8R")), "{remarks:?}");
+    write("parts/elements.inc", &format!("{ELEMENTS}*INCLUDE, INPUT=../all.inp\n"));
+    let error = read(&folder.path().join("all.inp")).expect_err("a circle").to_string();
+    assert!(error.contains("elements.inc, line 6") && error.contains("circle"), "{error}");
+    write("all.inp", "*HEADING\n*INCLUDE, INPUT=no-such.inc\n");
+    let error = read(&folder.path().join("all.inp")).expect_err("no such file").to_string();
+    assert!(error.contains("all.inp, line 2") && error.contains("no-such.inc"), "{error}");
+}
+
+#[test]
+fn wrong_files_are_refused_with_the_place() {
+    let whole = format!("{NODES}{ELEMENTS}");
+    let more = |text: &str| format!("{whole}{text}");
+    let cases: [(String, &[&str]); 26] = [
+        (String::new(), &["cube.inp, line 1", "keyword"]),
+        ("$MeshFormat\n".into(), &["line 1", "expected a keyword"]),
+        (NODES.into(), &["no solid elements", "C3D20R"]),
+        (whole.replace("7, 1, 1, 1", "7, 1, one, 1"), &["line 8", "one", "coordinates"]),
+        (whole.replace("7, 1, 1, 1", "7, 1, inf, 1"), &["line 8", "coordinates"]),
+        (whole.replace("7, 1, 1, 1", "0, 1, 1, 1"), &["line 8", "number of a node"]),
+        (whole.replace("7, 1, 1, 1", "6, 1, 1, 1"), &["line 8", "a second node 6"]),
+        (whole.replace("5,6,7,8, 11", "5,6,7,99, 11"), &["line 18", "hexahedron 2", "node 99"]),
+        (whole.replace("2, 5,6,7,8", "1, 5,6,7,8"), &["line 18", "a second element 1"]),
+        (whole.replace("13,14\n", "13,14, 15\n"), &["line 18", "8 nodes"]),
+        (whole.replace(",13,14\n", "\n"), &["line 18", "6 of its 8 nodes"]),
+        (whole.replace("c3d8i", "S4R"), &["line 17", "S4R", "C3D10M"]),
+        (whole.replace(", type=c3d8i", ""), &["line 17", "TYPE"]),
+        (
+            whole.replace("5,6,7,8, 11,12,13,14", "11,12,13,14, 5,6,7,8"),
+            &["line 18", "hexahedron 2 is inverted", "1 of 2"],
+        ),
+        (more("*TIE, NAME=T\na, b\n"), &["line 19", "*\"TIE\"", "not understood"]),
+        (more("*NGEN\n1, 9, 1\n"), &["line 19", "NGEN"]),
+        (more("*NSET, NSET=A\n1, 99\n"), &["line 19", "node 99"]),
+        (more("*NSET, NSET=A\nB\n"), &["line 19", "no node set \"b\""]),
+        (more("*NSET, NSET=A\nB\n*NSET, NSET=B\nA\n"), &["node sets within node sets"]),
+        (more("*NSET, NSET=A, GENERATE\n4, 1, 1\n"), &["line 20", "first, last"]),
+        (more("*ELSET, ELSET=A, GENERATE\n1, 4000000000, 0\n"), &["line 20", "first, last"]),
+        (more("*SURFACE, NAME=A\nUpper, S7\n"), &["line 20", "S1 to S6"]),
+        (more("*SURFACE, NAME=A\nNo, S1\n"), &["line 20", "no element set \"no\""]),
+        (more("*SURFACE, NAME=A, TYPE=CUTTING SURFACE\n1\n"), &["line 19", "cutting surface"]),
+        (more("*PART, NAME=P\n*END PART\n*INSTANCE, NAME=I, PART=Q\n"), &["line 21", "\"q\""]),
+        (more("*INCLUDE\n"), &["line 19", "INPUT"]),
+    ];
+    for (text, words) in cases {
+        let error = of(&text).expect_err(words[0]);
+        assert_eq!(error.exit_code(), 3, "{error}");
+        for word in words {
+            assert!(
+                error.message().starts_with("cube.inp, line ") && error.message().contains(word),
+                "{word} not in: {error}"
+            );
+        }
+    }
+    let tet = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n*SURFACE,NAME=A\n1,S5\n";
+    let error = of(tet).expect_err("four faces").to_string();
+    assert!(error.contains("line 9") && error.contains("S5") && error.contains("4-node tetrahedron"), "{error}");
+}
+
+/// Sets that double with every level end with an error, and soon; so do ranges beyond all numbers.
+#[test]
+fn nothing_is_read_for_ever() {
+    let mut text = format!("{NODES}{ELEMENTS}*NSET, NSET=s0\n1,2,3,4\n");
+    for i in 1..40 {
+        text += &format!("*NSET, NSET=s{i}\ns{}\n*NSET, NSET=s{i}\ns{}\n", i - 1, i - 1);
+    }
+    let error = of(&text).expect_err("2^39 sets").to_string();
+    assert!(error.contains("do they hold each other"), "{error}");
+    let (mesh, _) = of(&format!(
+        "{NODES}{ELEMENTS}*NSET, NSET=Far, GENERATE\n1, 4294967295, 1\n*NSET, NSET=foot, GENERATE\n1,4,1\n"
+    ))
+    .expect("a range");
+    assert!(mesh.groups.contains_key("foot") && !mesh.groups.contains_key("far"));
+}
+
+/// Some thousand mutations, the same in every run: no panic, and every error names file and line.
+#[test]
+fn damaged_files_never_panic_and_errors_name_the_line() {
+    let mut state = 20_240_611u64;
+    let mut random = |n: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % n
+    };
+    let sets = format!(
+        "*PART, NAME=P\n{NODES}{ELEMENTS}*NSET, NSET=Foot, GENERATE\n1, 4, 1\n*END PART\n*INSTANCE, NAME=I, PART=P\n1, 2, 3\n0, 0, 0, 0, 1, 0, 30\n\
+         *END INSTANCE\n*ELSET, ELSET=E, INSTANCE=I\n1\n*SURFACE, NAME=S\nE, S1\n*SURFACE, NAME=N, TYPE=NODE\nI.Foot\n*STEP\n*END STEP\n"
+    );
+    let file = |name: &str| std::fs::read(data("inp", name)).expect(name);
+    let seeds = [sets.into_bytes(), file("wedge15.inp"), file("hex20.inp"), file("tet10.inp")];
+    let rounds = std::env::var("RAILSQUEAL_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(1000);
+    let (mut accepted, mut refused) = (0, 0);
+    for seed in &seeds {
+        for _ in 0..rounds {
+            let mut damaged = seed.clone();
+            for _ in 0..1 + random(4) {
+                let at = random(damaged.len());
+                match random(5) {
+                    0 => damaged[at] ^= 1 << random(8),
+                    1 => damaged[at] = b"*,=\n0123456789.eS-"[random(18)],
+                    2 => drop(damaged.drain(at..(at + 1 + random(9)).min(damaged.len()))),
+                    3 => damaged.truncate(at.max(1)),
+                    // A piece of the file twice.
+                    _ => {
+                        let piece = damaged[at..(at + random(60)).min(damaged.len())].to_vec();
+                        damaged.splice(at..at, piece);
+                    }
+                }
+            }
+            match parse(&damaged, "damaged.inp") {
+                Ok((mesh, _)) => {
+                    accepted += 1;
+                    assert!(mesh.cells.all_nodes().all(|n| (n as usize) < mesh.nodes.len()));
+                    let there = |f: &Facet| {
+                        (f.cell as usize) < mesh.cells.len()
+                            && (f.face as usize) < mesh.cells.get(f.cell as usize).kind.faces().len()
+                    };
+                    assert!(mesh.groups.values().flatten().all(there));
+                    assert!(mesh.cells.iter().all(|c| CellKind::ALL.contains(&c.kind)));
+                }
+                Err(error) => {
+                    refused += 1;
+                    assert_eq!(error.exit_code(), 3, "{error}");
+                    assert!(error.message().starts_with("damaged.inp, line "), "{error}");
+                }
+            }
+        }
+    }
+    assert!(accepted > rounds / 20 && refused > rounds, "{accepted} accepted, {refused} refused");
+}
