@@ -17,6 +17,9 @@ use std::rc::Rc;
 const THROUGH: f64 = 0.05;
 /// Largest share of a support that varies with the angle, likewise.
 const UNEVEN: f64 = 0.05;
+/// Rounds in which the stress of a free body that rotates is found at the most, and change of what is left of the forces, over them, after which it is known.
+const ROUNDS: usize = 60;
+const BALANCED: f64 = 1e-11;
 /// Harmonics of the angle that a support is examined for.
 const HARMONICS: usize = 8;
 
@@ -126,18 +129,35 @@ impl RotationForms {
 }
 
 /// Collective: the displacement of the nodes of `body` by the centrifugal forces about `axis` at 1 rad/s, m, `[nodes]`. `statics` holds the factorisation of
-/// its stiffness. The body must be supported.
+/// its stiffness, of a free body that of K − σM. The forces on a free body balance; its displacement is known but for motions as a whole, which cause no stress.
 pub fn centrifugal(world: &World, body: &FeBody, statics: &mut Statics, axis: Axis) -> Result<Vec<[f64; 3]>> {
-    if !body.supported {
-        return Err(Error::Job(format!(
-            "bodies.{}.rotation: the body is free; a body that rotates needs a support, the bore on its axle for instance",
-            body.name
-        )));
-    }
     let density = body.material.density;
-    let mut u = Assembly::new(world, &body.part, &body.dofs)?.load(|x| axis.outward(x).map(|r| density * r));
+    let load = Assembly::new(world, &body.part, &body.dofs)?.load(|x| axis.outward(x).map(|r| density * r));
+    let mut u = load.clone();
     statics.solve(&mut u, 1)?;
-    Ok(body.at_nodes(world, &u))
+    if body.supported {
+        return Ok(body.at_nodes(world, &u));
+    }
+    // f − K u loses σ/(σ − ω²) of its elastic part with each round; what stays is what does not balance, by the facets of the mesh.
+    let stiffness = body.operators.stiffness.operator(world);
+    let size = |v: &[f64]| world.sum(v.iter().map(|v| v * v).sum()).sqrt();
+    let mut rest = load.clone();
+    for _ in 0..ROUNDS {
+        let mut next = vec![0.0; load.len()];
+        stiffness.apply(world, &u, &mut next);
+        next.iter_mut().zip(&load).for_each(|(r, f)| *r = f - *r);
+        let changed = size(&rest.iter().zip(&next).map(|(a, b)| a - b).collect::<Vec<f64>>());
+        if changed <= BALANCED * size(&load) {
+            return Ok(body.at_nodes(world, &u));
+        }
+        rest.copy_from_slice(&next);
+        statics.solve(&mut next, 1)?;
+        u.iter_mut().zip(next).for_each(|(u, r)| *u += r);
+    }
+    Err(Error::NotConverged(format!(
+        "bodies.{}.rotation: the stress by the centrifugal forces was not found in {ROUNDS} rounds",
+        body.name
+    )))
 }
 
 /// Collective: ΦᵀAΦ on every rank.

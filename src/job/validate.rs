@@ -117,9 +117,6 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
     if file && body.axle_distance.is_none() {
         faults.push(format!("{path}.axle_distance: missing; a mesh file does not say where the axle is, and {path}.rotation needs it (m)"));
     }
-    if !body.is_held() && body.matrices.is_none() {
-        faults.push(format!("{path}.fixed: no fixed support, but {path}.rotation turns the body on its axle; name a group to clamp, e.g. [\"inner\"]"));
-    }
     if let Some(Rotation::Speed(speed)) = body.rotation {
         if !speed.is_finite() {
             faults.push(format!("{path}.rotation: found {speed}, expected a finite angular velocity (rad/s)"));

@@ -67,8 +67,12 @@ pub fn travelling(rotation: &ModalRotation, modal: &[Complex<f64>]) -> f64 {
     }
 }
 
-/// The waves of an undamped body with the modes `omega` (rad/s) that rotates with the angular velocity `speed`, rad/s; ascending. An error where rotation
-/// leaves no stiffness.
+/// Motions of a free body as a whole that do not oscillate have eigenvalues below this part of the highest frequency, by rounding, or this part of Ω, where the mesh is not
+/// quite of revolution. The precession of the axis has Ω times a ratio of moments of inertia, 1 for a sphere, 2 for a disc.
+const STILL: [f64; 2] = [1e-6, 0.02];
+
+/// The waves of an undamped body with the modes `omega` (rad/s; 0 for those of a free body as a whole) that rotates with the angular velocity `speed`, rad/s; ascending, as
+/// many as modes: of those as a whole the precession of the axis oscillates, the others have the frequency 0. An error where rotation leaves no stiffness.
 pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<Wave>> {
     let m = omega.len();
     let Dynamics { stiffness, damping: gyroscopic, .. } =
@@ -85,7 +89,12 @@ pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<
     let eigen = companion.eigen().map_err(|e| failed(format!("{e:?}")))?;
     let values = eigen.S().column_vector();
     let mut found = Vec::new();
-    for k in (0..2 * m).filter(|&k| values[k].im > 0.0) {
+    let rigid = omega.iter().filter(|w| **w == 0.0).count();
+    let least = if rigid > 0 { STILL[0].max(STILL[1] * speed.abs() / unit) } else { 0.0 };
+    let still = (0..2 * m).filter(|&k| values[k].norm() <= least).count();
+    let whole = rigid.min(still / 2);
+    found.resize(whole, Wave { frequency: 0.0, diameters: 0.0 });
+    for k in (0..2 * m).filter(|&k| values[k].im > 0.0 && values[k].norm() > least) {
         let modal: Vec<Complex<f64>> = (0..m).map(|i| eigen.U()[(i, k)]).collect();
         let frequency = values[k].im * unit / (2.0 * std::f64::consts::PI);
         found.push(Wave { frequency, diameters: travelling(rotation, &modal) });

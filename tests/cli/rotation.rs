@@ -224,6 +224,6 @@ fn rotation_that_makes_no_sense_is_refused() {
     );
     refused(&["bodies.upper.rotation=true"], &["bodies.upper.rotation: found", "a number"]);
     refused(&["bodies.upper.axle_distance=0.4"], &["bodies.upper.axle_distance", "only for a body with a mesh file"]);
-    refused(&["bodies.upper.fixed=[]"], &["bodies.upper.fixed", "bodies.upper.rotation"]);
+    refused(&["bodies.upper.fixed=[]"], &["bodies.upper.fixed", "no fixed support", "static problem"]);
     refused(&["analyses.modes=null", "analyses.stability=null", "analyses.steady={}"], &["analyses.modes: missing"]);
 }

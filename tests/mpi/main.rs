@@ -56,6 +56,7 @@ const TESTS: &[Test] = &[
         "rotation::prestress_of_a_free_wheel_balances_rigid_rotations",
         rotation::prestress_of_a_free_wheel_balances_rigid_rotations,
     ),
+    ("rotation::a_free_wheel_precesses", rotation::a_free_wheel_precesses),
     ("rotation::what_is_not_of_revolution_is_refused", rotation::what_is_not_of_revolution_is_refused),
     ("stability::unlike_bodies", stability::unlike_bodies),
     ("stability::friction_that_remembers", stability::friction_that_remembers),

@@ -196,7 +196,37 @@ pub fn prestress_of_a_free_wheel_balances_rigid_rotations(world: &World) {
     assert!((by_stress[(4, 4)] / convected[(4, 4)] - 1.0).abs() < 1e-9, "{} {}", by_stress[(4, 4)], convected[(4, 4)]);
 }
 
-/// An axis beside the wheel's own, a support on one side of it, and a wheel without support.
+/// A wheel that nothing holds: of its six motions as a whole only the precession of the axis oscillates, with Ω I_p/I_t, and the pairs of its elastic modes split.
+pub fn a_free_wheel_precesses(world: &World) {
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let speed = 20.0;
+    let free = Elements::new(&petsc, annulus(world, 0.05, ""), Method::Direct);
+    let mut body = free.rotating(Axis::below(RADIUS)).unwrap();
+    body.factorise().unwrap();
+    let modes = body.modes(Extent::Count(10), &mut |_, _| {}).unwrap();
+    assert_eq!(modes.omega[..6], [0.0; 6]);
+    let rotation = modes.rotation.as_ref().unwrap();
+    let found = waves(&modes.omega, rotation, speed).unwrap();
+    assert_eq!(found.len(), modes.omega.len());
+    assert!(found[..5].iter().all(|w| w.frequency == 0.0) && found[5].frequency > 0.0, "{found:?}");
+    // 6 (R² + r²) / (3 (R² + r²) + h²) of a ring of height h.
+    let square = RADIUS * RADIUS + 0.1 * 0.1;
+    let ratio = 6.0 * square / (3.0 * square + 0.1 * 0.1);
+    let precession = found[5].frequency * 2.0 * PI / speed;
+    assert!((precession / ratio - 1.0).abs() < 5e-3, "{precession} of the speed, expected {ratio}");
+    assert!((found[5].diameters.abs() - 1.0).abs() < 0.01, "{:?}", found[5]);
+    // The material does not feel a motion of the whole, whatever its rotation makes of it: K D′u = 0, so D′u has no part in elastic modes.
+    for (i, j) in (6..modes.omega.len()).flat_map(|i| (0..6).map(move |j| (i, j))) {
+        let felt = rotation.derivative[(i, j)];
+        assert!(felt.abs() < 2e-3, "{felt} of motion {j} in mode {i}");
+    }
+    // The first elastic pair, of two nodal diameters: ω0 ± gΩ.
+    let g = 0.5 * rotation.gyroscopic[(6, 7)].abs();
+    let half = PI * (found[7].frequency - found[6].frequency) / speed;
+    assert!(g > 1.0 && (half / g - 1.0).abs() < 1e-3, "{found:?}, g = {g}");
+}
+
+/// An axis beside the wheel's own, and a support on one side of it.
 pub fn what_is_not_of_revolution_is_refused(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let refused = |fixed: &str, distance: f64, parts: &[&str]| {
