@@ -179,7 +179,7 @@ mod tests {
         assert!(mesh.nodes.iter().zip(&moved.nodes).all(|(a, b)| *b == [a[2] + 1.0, a[1], -a[0] - 2.0]));
         assert!((moved.volume() / 6e-12 - 1.0).abs() < 1e-9 && moved.cells == mesh.cells);
         let error = read(&MeshFile::Keys(job::MeshFileKeys { scale: 3e3, ..keys })).expect_err("a unit of 3 km");
-        for word in ["tet4-4.1.msh", "900.0 m", "millimetres", "scale"] {
+        for word in ["tet4-4.1.msh", "900.0000 m", "millimetres", "scale"] {
             assert!(error.exit_code() == 3 && error.message().contains(word), "{word} not in: {error}");
         }
     }

@@ -238,11 +238,6 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("bodies.lower.supports=[{\"group\":\"inner\"}]".into(), vec!["supports.0: nothing is given for the group \"inner\"", "absorbing"]),
         ("bodies.lower.supports=[{\"group\":\"contact\",\"mass\":1}]".into(), vec!["supports.0.group: the contact surface cannot be supported"]),
         ("bodies.lower.supports=[{\"group\":\"inner\",\"mass\":-1}]".into(), vec!["supports.0.mass: found -1, expected a number ≥ 0 (kg)"]),
-        ("bodies.lower.supports=[{\"group\":\"inner\",\"mass\":1}]".into(), vec!["supports.0: found a mass, but bodies.lower.rotation turns the body"]),
-        (
-            "bodies.lower.supports=[{\"group\":\"inner\",\"stiffness\":{\"x\":1e6,\"z\":2e6}}]".into(),
-            vec!["stiffnesses along x and z that differ by 0.500 of the larger one", "of revolution"],
-        ),
         (
             "bodies.lower.supports=[{\"group\":\"inner\",\"stiffness\":{\"x\":1},\"loss_factor\":0.1}]".into(),
             vec!["supports.0.loss_frequency: missing"],
@@ -316,6 +311,16 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("output.fields=1".into(), vec!["output.fields: found the number 1, expected true or false"]),
     ] {
         says(&refused(&[&set]), &parts);
+    }
+    for (supports, parts) in [
+        ("\"mass\":1", vec!["supports.0: found a mass, but bodies.lower.rotation turns the body"]),
+        (
+            "\"stiffness\":{\"x\":1e6,\"z\":2e6}",
+            vec!["stiffnesses along x and z that differ by 0.500 of the larger one", "of revolution"],
+        ),
+    ] {
+        let set = format!("bodies.lower.supports=[{{\"group\":\"inner\",{supports}}}]");
+        says(&refused(&["bodies.lower.rotation=rolling", &set]), &parts);
     }
     let cylinder = "bodies.lower.mesh.cylinder";
     for (set, parts) in [

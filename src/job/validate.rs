@@ -6,8 +6,8 @@ use super::transient::{Hold, SoundPower, Transient};
 mod matrices;
 mod placement;
 mod rail;
-mod support;
 mod roughness;
+mod support;
 mod swept;
 
 /// All faults of a job that fits the schema; empty if it makes sense.

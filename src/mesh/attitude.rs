@@ -85,7 +85,7 @@ mod tests {
             crown_radius: None,
             contact_offset: 0.0,
             element_size: 0.04,
-            growth: 1.0,
+            growth: 1.3,
             max_element_size: None,
             patch_half_length: 0.0,
             patch_half_width: 0.0,

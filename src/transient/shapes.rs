@@ -6,6 +6,9 @@
 use crate::dense::wide_dot;
 use faer::{Mat, MatRef};
 
+/// What is left of columns by rounding, relative to the largest of them.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 /// Ψ = B Cᵀ of N rows and m modes.
 #[derive(Debug, Clone)]
 pub(super) struct Shapes {
@@ -61,7 +64,7 @@ fn factors(modes: MatRef<'_, f64>, limit: usize) -> Option<[Vec<Vec<f64>>; 2]> {
     let mut left = modes.to_owned();
     let m = left.ncols();
     let mut sizes: Vec<f64> = (0..m).map(|k| size(left.col_as_slice(k))).collect();
-    let floor = f64::EPSILON * sizes.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let floor = ROUNDING * sizes.iter().fold(0.0, |a: f64, b| a.max(*b));
     let (mut basis, mut mix) = (Vec::new(), Vec::new());
     loop {
         let pivot = (0..m).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b])).filter(|&k| !(sizes[k] <= floor));

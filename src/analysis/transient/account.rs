@@ -115,7 +115,8 @@ impl Account {
     /// The law of the motion while it is small: until the kinetic energy is a tenth of its largest, or, where it falls from the start, until it is a
     /// thousandth. None where that is too little to say.
     fn growth(&self) -> Option<Growth> {
-        let mean: Vec<f64> = self.kinetic.iter().map(|(sum, n)| sum / (*n).max(1) as f64).collect();
+        let whole = self.kinetic.iter().filter(|(_, n)| *n == self.part);
+        let mean: Vec<f64> = whole.map(|(sum, n)| sum / *n as f64).collect();
         let largest = mean.iter().copied().fold(0.0, f64::max);
         let falls = mean.first().is_some_and(|first| *first > 0.5 * largest);
         let inside = |e: &&f64| if falls { **e > 1e-3 * largest } else { **e < 0.1 * largest };

@@ -6,8 +6,8 @@ mod body;
 mod contact;
 mod placement;
 mod rail;
-mod support;
 mod roughness;
+mod support;
 mod swept;
 
 use schemars::JsonSchema;
@@ -23,8 +23,8 @@ pub use body::*;
 pub use contact::*;
 pub use placement::*;
 pub use rail::*;
-pub use support::*;
 pub use roughness::*;
+pub use support::*;
 pub use swept::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.

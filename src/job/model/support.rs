@@ -16,7 +16,7 @@ pub struct Support {
     /// Whether the group is a plane of symmetry, across x, y or z: the displacement across it is held.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub symmetry: bool,
-    /// Springs.
+    /// Springs to the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Stiffnesses>,
     /// Viscous dashpots beside the springs.
@@ -69,15 +69,15 @@ pub enum Per {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stiffnesses {
-    /// Along x.
+    /// Stiffness along x.
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("unit" = "N/m"))]
     pub x: f64,
-    /// Along y.
+    /// Stiffness along y.
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("unit" = "N/m"))]
     pub y: f64,
-    /// Along z.
+    /// Stiffness along z.
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("unit" = "N/m"))]
     pub z: f64,
@@ -91,15 +91,15 @@ pub struct Stiffnesses {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Dampings {
-    /// Along x.
+    /// Damping along x.
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("unit" = "N·s/m"))]
     pub x: f64,
-    /// Along y.
+    /// Damping along y.
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("unit" = "N·s/m"))]
     pub y: f64,
-    /// Along z.
+    /// Damping along z.
     #[serde(default)]
     #[schemars(range(min = 0.0), extend("unit" = "N·s/m"))]
     pub z: f64,
