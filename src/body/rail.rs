@@ -136,13 +136,7 @@ impl<'w> Rail<'w> {
     }
 
     /// Collective: the modes of the rail on its bays, from those on even pads, and what its compliance has beside that on even pads.
-    fn on_bays(
-        &mut self,
-        bays: &Bays,
-        all: &[Wave],
-        list: &[Member],
-        seen: &[[f64; LOADS]],
-    ) -> Result<(Vec<f64>, Vec<[f64; LOADS]>, Option<Mat<f64>>)> {
+    fn on_bays(&mut self, bays: &Bays, all: &[Wave], list: &[Member], seen: &[[f64; LOADS]]) -> Result<OnBays> {
         let world = self.world;
         let angle = self.section.contact().angle;
         let laid = world.on_root(|| {
@@ -160,8 +154,18 @@ impl<'w> Rail<'w> {
         let even = statics(&frequencies(all, list), seen);
         beside.iter_mut().flatten().zip(even.iter().flatten()).for_each(|(b, e)| *b -= e);
         self.contact.add(beside);
-        Ok((omega, moved, laid.map(|l| l.2)))
+        Ok(OnBays { omega, seen: moved, damping: laid.map(|l| l.2) })
     }
+}
+
+/// The modes of a rail on pads that stand apart.
+struct OnBays {
+    /// Angular frequencies, rad/s, `[m]`.
+    omega: Vec<f64>,
+    /// What the contact sees of them, `[m]`, as [`Rail::seen`].
+    seen: Vec<[f64; LOADS]>,
+    /// Their damping matrix, 1/s, `[m, m]`; on rank 0.
+    damping: Option<Mat<f64>>,
 }
 
 /// Modes of all orders and families, ascending, those of a pair beside each other.
@@ -236,7 +240,7 @@ impl Body for Rail<'_> {
             Extent::Count(_) => omega.last().copied().unwrap_or(0.0),
         };
         if let Some(bays) = self.bays {
-            let (omega, seen, damping) = self.on_bays(&bays, &all, &list, &seen)?;
+            let OnBays { omega, seen, damping } = self.on_bays(&bays, &all, &list, &seen)?;
             let rows = root.then_some(self.contact.of_modes(&omega, &seen));
             // They are waves of many orders each, and solved densely.
             return Ok(TraceModes { rows, damping, reach, omega, ..TraceModes::default() });

@@ -40,7 +40,7 @@ impl Line {
             (i.div_euclid(n) as f64 * period, i.rem_euclid(n) as usize)
         };
         let around = -wrapped..kept as i64 + wrapped + 1;
-        let (at, height) = around.map(|i| turn(i)).map(|(way, k)| (at[k] + way, height[k])).unzip();
+        let (at, height) = around.map(turn).map(|(way, k)| (at[k] + way, height[k])).unzip();
         Ok(Self { period: Some(period), ..Self::through(at, height)? })
     }
 

@@ -138,11 +138,7 @@ impl Listed {
         self.index = Index::default();
         let mut number = vec![u32::MAX; self.tags.len()];
         self.cells.all_nodes().for_each(|n| number[n as usize] = 0);
-        let mut count = 0;
-        for new in number.iter_mut().filter(|n| **n == 0) {
-            *new = count;
-            count += 1;
-        }
+        number.iter_mut().filter(|n| **n == 0).zip(0..).for_each(|(new, count)| *new = count);
         for facet in self.facets.iter_mut().filter(|f| self.surfaces.contains_key(&f.surface)) {
             for corner in &mut facet.corners[..facet.kind.corners()] {
                 let (name, place) = (facet.kind.name(), [facet.tag, facet.at]);
