@@ -130,6 +130,7 @@ fn the_jobs_of_the_project_are_valid() {
         "swept-curve.json",
         "rail-receptance.json",
         "rail-bays.json",
+        "wheel-on-rail-squeal.json",
         "creep-curve.json",
         "sprung-ring.json",
         "rough-cylinders.json",

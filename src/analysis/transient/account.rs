@@ -133,6 +133,10 @@ impl Account {
         let slope = moment / square;
         let apart = |(i, l): (usize, &f64)| (l - level - slope * (i as f64 - centre)).powi(2);
         let apart = (logs.iter().enumerate().map(apart).sum::<f64>() / count as f64).sqrt();
+        // What is no exponential has no rate.
+        if apart > 0.1 * (slope * count as f64).abs() {
+            return None;
+        }
         let begin = self.first as f64 * self.step;
         Some(Growth { rate: slope / width, apart, span: [begin, begin + count as f64 * width] })
     }
@@ -218,6 +222,10 @@ mod tests {
         let growth = account.growth().unwrap();
         assert!((growth.rate + 3.0).abs() < 1e-9 && (growth.span[0] - 0.01).abs() < 1e-12, "{growth:?}");
         assert!(lines(&[7.0; 100], 1e-4).unwrap().is_empty());
+        // A cycle that has been reached does not grow.
+        let mut cycle = Account::new(1e-4, 0, 5000);
+        (1..=5000u64).for_each(|n| cycle.take(n, &report([0.0; 3], 0), 1.0 + 0.5 * (-0.01 * n as f64).exp(), &[]));
+        assert_eq!(cycle.growth(), None);
         // Too short to say anything of growth; and nothing at all.
         let mut short = Account::new(1e-4, 0, 3);
         short.take(1, &report([0.0; 3], 0), 1.0, &[]);
