@@ -358,7 +358,7 @@ fn resummed(text: &str) -> String {
 fn a_step_that_does_not_converge_ends_the_run_with_its_state_saved() {
     let (folder, model) = prepared();
     let output = folder.text("run.h5");
-    // A load that all but vanishes, and less than rounding leaves of it on the way: at 70 kN twice as much as is left is asked for, at 40 kN half of it.
+    // A load that all but vanishes, and less than rounding leaves of it on the way: at 70 kN more than is left is asked for, at 30 kN less.
     let load = "analyses.transient.histories.normal_load=[[0, 7e4], [0.01, 7e4], [0.02, 1e-3], [0.3, 1e-3]]";
     let law = r#"contact.friction={"exponential": {"static": 0.31, "kinetic": 0.3, "decay_velocity": 0.5}}"#;
     let sets = ["--set", load, "--set", law, "--set", "analyses.transient.tolerance=7e-17", "--reuse", &model];
