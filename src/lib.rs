@@ -9,6 +9,7 @@
 
 pub mod analysis;
 pub mod body;
+pub mod case;
 pub mod contact;
 mod dense;
 pub mod eigen;
@@ -30,6 +31,7 @@ pub mod progress;
 pub mod roughness;
 pub mod sound;
 pub mod stability;
+pub mod summary;
 pub mod swept;
 pub mod transient;
 

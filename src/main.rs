@@ -10,13 +10,15 @@ use cli::args::{completion, default_job, default_output, manual, Changes, Cli, C
 use cli::{init, launch, probe, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
-use railsqueal::analysis::{self, foresee, Meshes, RunOptions, Summary};
+use railsqueal::analysis::{self, RunOptions};
+use railsqueal::case::{foresee, Meshes};
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::output::job_of_run;
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
 use railsqueal::plan::{self, Limit, Plan};
 use railsqueal::progress::Progress;
+use railsqueal::summary::Summary;
 use railsqueal::{Error, Result};
 use std::io::{ErrorKind, Write};
 use std::path::Path;

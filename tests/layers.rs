@@ -31,6 +31,27 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("transient", &["dense", "friction", "grid", "roughness", "model", "contact"]),
     ("sound", &["parallel", "mesh", "fem", "swept", "body"]),
     ("output", &["input", "parallel", "friction", "job", "mesh", "grid", "model", "contact", "stability", "transient"]),
+    ("summary", &["job"]),
+    (
+        "case",
+        &[
+            "parallel",
+            "progress",
+            "job",
+            "mesh",
+            "grid",
+            "petsc",
+            "eigen",
+            "fem",
+            "placement",
+            "swept",
+            "body",
+            "model",
+            "contact",
+            "output",
+            "summary",
+        ],
+    ),
     (
         "analysis",
         &[
@@ -54,9 +75,11 @@ const ROOMS: &[(&str, &[&str])] = &[
             "transient",
             "sound",
             "output",
+            "summary",
+            "case",
         ],
     ),
-    ("plan", &["job", "mesh", "body", "eigen", "analysis"]),
+    ("plan", &["job", "mesh", "body", "eigen", "case", "analysis"]),
 ];
 
 /// Files that may use less than their room.

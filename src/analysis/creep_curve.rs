@@ -1,10 +1,9 @@
 //! The analysis `creep_curve`: steady rolling over the values of one creepage, each from the solution before.
 
-use super::interface::{at_rest, creepage, steady_rolling};
 use super::memory;
 use super::reduction::Reduction;
-use super::report::Summary;
 use super::run::Run;
+use crate::case::interface::{at_rest, creepage, steady_rolling};
 use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, Ellipse};
 use crate::contact::{Continuation, SteadyProblem, SteadySolution};
 use crate::grid::Interface;
@@ -12,6 +11,7 @@ use crate::job::{self, CreepCurve, Job};
 use crate::model::{ModalPair, ReducedModel};
 use crate::output::datasets::creep_curve::{tables, Baseline, Point};
 use crate::stability::{grows, spectrum};
+use crate::summary::Summary;
 use crate::{Error, Result};
 
 /// Collective: the creep curve, tables under `/creep_curve`. A point that fails has its exit code and message there, the others go on.

@@ -1,8 +1,8 @@
 //! Steady rolling of finite-element bodies whose compliance is not made: a static solve of the bodies for each set of reactions.
 
-use super::bodies::Bodies;
 use super::run::Run;
 use crate::body::Fields;
+use crate::case::bodies::Bodies;
 use crate::contact::kernel;
 use crate::contact::{DeferredSteady, SteadyProblem, SteadySolution};
 use crate::grid::ContactGrid;

@@ -1,9 +1,8 @@
 //! The full analysis of a job: from the reduced spectrum to the full one, compared.
 
-use super::bodies::{self, Bodies};
-use super::report::Summary;
 use super::run::Run;
 use crate::body::{FullSystem, ModeName};
+use crate::case::bodies::{self, Bodies};
 use crate::contact::LinearContact;
 use crate::job;
 use crate::model::{self, ModalPair};
@@ -16,6 +15,7 @@ use crate::stability::full::{
 };
 use crate::stability::reduced::shares as shares_of;
 use crate::stability::{grows, Spectrum};
+use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
 use std::rc::Rc;
@@ -104,7 +104,7 @@ fn by_shifts(
         damping_ratio: wanted.damping_ratio,
         count: wanted.count as usize,
         tolerance: wanted.tolerance,
-        method: super::modes::method(run.job),
+        method: crate::case::bodies::eigen_method(run.job),
     };
     let system = FullBodies { bodies: &systems, modes: &modes, places: &places };
     spectrum(run.petsc, system, contact, &guide, &options, run.progress)

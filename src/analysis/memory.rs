@@ -1,11 +1,11 @@
 //! How long the memory of friction must be for a contact to be well-posed: said where it is long enough, refused where it is not.
 
-use super::report::Summary;
 use crate::contact::{SlidingProblem, SteadyProblem};
 use crate::friction::FrictionLaw;
 use crate::model::ModalPair;
 use crate::output::{ResultFile, Table};
 use crate::stability::reduced::sharpness;
+use crate::summary::Summary;
 use crate::{Error, Result};
 
 /// Place of the law in a job.

@@ -1,22 +1,14 @@
 //! From a job to results: the driver, then one file per analysis.
 
-pub(crate) mod bodies;
 mod complex_modes;
 mod creep_curve;
 mod deferred;
-pub mod foresee;
 mod full_stability;
 mod inputs;
-mod interface;
-mod lies;
 mod memory;
-pub(crate) mod meshes;
 mod modes;
-pub(crate) mod placed;
-pub(crate) mod rail;
 mod receptance;
 pub mod reduction;
-mod report;
 mod reuse;
 mod run;
 mod sensitivity;
@@ -26,22 +18,21 @@ pub(crate) mod steps;
 mod stock;
 mod stop;
 mod sweep;
-pub(crate) mod swept;
 mod transient;
 
 use crate::body::{Capability, Kind};
+use crate::case::{placed, Meshes};
 use crate::job::{Compliance, Job};
 use crate::output::{companion, Provenance, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::{Error, Result};
 use std::path::PathBuf;
 use steps::{steps, Earlier};
 use stock::Stock;
 use stop::Stop;
 
-pub use meshes::Meshes;
-pub use report::Summary;
 pub use run::Run;
 
 /// What the command line adds to the job.

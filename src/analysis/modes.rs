@@ -1,24 +1,15 @@
 //! The analysis `modes`: free-interface modes of each body.
 
-use super::bodies::Bodies;
-use super::report::Summary;
 use super::run::Run;
 use crate::body::modes::Extent;
 use crate::body::{Kind, ModeName, TraceModes};
-use crate::eigen::sparse::Method;
-use crate::job::{EigenSolver, Job, ModesExtent};
+use crate::case::bodies::Bodies;
+use crate::job::{Job, ModesExtent};
 use crate::model::{waves, ModalRotation, Wave};
 use crate::output::{companion, write_modes, Table};
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::Result;
-
-/// Who computes the modes of the job.
-pub(super) fn method(job: &Job) -> Method {
-    match job.solver.eigen {
-        EigenSolver::Blocks => Method::Blocks,
-        EigenSolver::Slepc => Method::Slepc,
-    }
-}
 
 /// Collective: modes of each of [`Bodies::unique`]; none where the job asks for none.
 pub fn compute_all(job: &Job, bodies: &mut Bodies, progress: &mut Progress) -> Result<Vec<TraceModes>> {

@@ -1,8 +1,8 @@
 //! The analysis `receptance`: displacement of each body at the contact point per unit force there, over frequency.
 
-use super::interface::{given_forces, steady_rolling, steady_sliding};
 use super::reduction::Reduction;
 use super::run::Run;
+use crate::case::interface::{given_forces, steady_rolling, steady_sliding};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::SteadyProblem;
 use crate::friction::FrictionLaw;

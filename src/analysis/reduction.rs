@@ -1,12 +1,12 @@
 //! The reduced model of a job's bodies: modes and compliance come from the finite elements (or the compliance from half-spaces, which
 //! have no modes); everything after this works on it alone.
 
-use super::bodies::Bodies;
 use super::deferred;
-use super::interface::{half_space, interface_of, near};
 use super::steps::Needs;
 use crate::body::half_space::HalfSpaceBody;
 use crate::body::{Body, TraceModes};
+use crate::case::bodies::Bodies;
+use crate::case::interface::{half_space, interface_of, near};
 use crate::job::{self, Compliance, Job, LinearSolver};
 use crate::model::{AtContact, ReducedModel};
 use crate::parallel::World;

@@ -1,14 +1,14 @@
 //! What every analysis of a run works with.
 
-use super::meshes::Meshes;
-use super::report::Summary;
 use super::stop::Stop;
 use super::RunOptions;
+use crate::case::meshes::Meshes;
 use crate::job::Job;
 use crate::output::{ResultFile, Segments};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::{Error, Result};
 
 /// A run of a job: its input, the libraries it may call, and where results and reports go.

@@ -1,6 +1,5 @@
 //! What would move the eigenvalues of `stability`: their derivatives by what the job gives, the state of rest following it.
 
-use super::report::Summary;
 use super::stability::{mode_name, Examined, Found};
 use crate::body::Side;
 use crate::contact::LinearContact;
@@ -8,6 +7,7 @@ use crate::job::{self, Job};
 use crate::model::{ModalPair, ReducedModel};
 use crate::stability::reduced::Eigenpair;
 use crate::stability::sensitivity::{Derivative, Linearisation, Parameter, Sensitivities};
+use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
 

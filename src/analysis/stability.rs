@@ -1,12 +1,11 @@
 //! The analysis `stability`: which modes grow about steady rolling or sliding, and how fast.
 
-use super::bodies::Bodies;
-use super::interface::{at_rest, given_forces, steady_sliding};
 use super::reduction::Reduction;
-use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
 use super::{complex_modes, full_stability, memory, sensitivity};
+use crate::case::bodies::Bodies;
+use crate::case::interface::{at_rest, given_forces, steady_sliding};
 use crate::contact::points::linearised;
 use crate::contact::LinearContact;
 use crate::friction::FrictionLaw;
@@ -18,6 +17,7 @@ use crate::stability::criterion::{criteria, Criterion};
 use crate::stability::reduced::{participation, sharpness, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
 use crate::stability::{grows, spectrum, Equilibrium, Spectrum};
+use crate::summary::Summary;
 use crate::{Error, Result};
 
 /// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.

@@ -1,13 +1,12 @@
 //! The analysis `steady`: rolling with friction, everything constant in time.
 
-use super::bodies::{Bodies, Place};
 use super::deferred;
-use super::interface::steady_rolling;
-use super::placed;
 use super::reduction::{by_products, Reduction};
-use super::report::Summary;
 use super::run::Run;
 use super::steps::Needs;
+use crate::case::bodies::{Bodies, Place};
+use crate::case::interface::steady_rolling;
+use crate::case::placed;
 use crate::contact::SteadySolution;
 use crate::grid::Interface;
 use crate::job::{self, Compliance, Job};
@@ -15,6 +14,7 @@ use crate::model::ModalPair;
 use crate::output::datasets::contact::tables;
 use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
+use crate::summary::Summary;
 use crate::{Error, Result};
 
 /// What the analysis needs of the bodies: their displacements, for the fields or because their compliance is not made.

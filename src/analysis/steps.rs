@@ -1,8 +1,8 @@
 //! The steps of a run. Every analysis says what it needs; this decides what is made, in which order, and when it is freed.
 //! `railsqueal check` prints the same steps.
 
-use super::bodies::needs_elements;
 use super::{reduction, stability, steady, transient};
+use crate::case::bodies::needs_elements;
 use crate::job::Job;
 
 /// A step of a run.

@@ -1,13 +1,14 @@
 //! What the steps of a run make and later steps take.
 
-use super::bodies::Bodies;
 use super::reduction::Reduction;
 use super::reuse;
 use super::run::Run;
 use super::steps::Step;
 use super::transient::{self, Inputs};
-use super::{creep_curve, foresee, modes, receptance, stability, steady};
+use super::{creep_curve, modes, receptance, stability, steady};
 use crate::body::TraceModes;
+use crate::case::bodies::Bodies;
+use crate::case::foresee;
 use crate::job;
 use crate::output::datasets::reduced::{self, Origin, Reused};
 use crate::output::{sha256, Table};

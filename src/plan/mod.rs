@@ -7,8 +7,8 @@ mod text;
 
 pub use limit::Limit;
 
-use crate::analysis::meshes::{cylinder_spec, Meshes};
 use crate::body::matrix_market;
+use crate::case::meshes::{cylinder_spec, Meshes};
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
 use crate::mesh::{cylinder, CellKind};
 use crate::{Error, Result};
@@ -70,9 +70,9 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
         });
     }
     if body.profile.is_some() {
-        let contact_nodes = crate::analysis::placed::Placed::of(job)?.nodes() as u64;
+        let contact_nodes = crate::case::placed::Placed::of(job)?.nodes() as u64;
         let [nodes, cells] = match &body.mesh {
-            Some(_) => crate::analysis::swept::size(body).map_err(named)?.map(|n| n as u64),
+            Some(_) => crate::case::swept::size(body).map_err(named)?.map(|n| n as u64),
             None => [0, 0],
         };
         return Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes });
@@ -89,8 +89,8 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
-            let contact = crate::analysis::swept::grid(job, body).map_err(named)?.map_or(0, |g| g.x.len() * g.y.len());
-            let [nodes, cells] = crate::analysis::swept::size(body).map_err(named)?.map(|n| n as u64);
+            let contact = crate::case::swept::grid(job, body).map_err(named)?.map_or(0, |g| g.x.len() * g.y.len());
+            let [nodes, cells] = crate::case::swept::size(body).map_err(named)?.map(|n| n as u64);
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::File(file) => {

@@ -2,8 +2,8 @@
 
 pub mod shapes;
 
-use super::bodies::Bodies;
 use crate::body::{Side, TraceModes};
+use crate::case::bodies::Bodies;
 use crate::job::Job;
 use crate::output::datasets::reduced::{load, Origin, Reused};
 use crate::output::Reader;

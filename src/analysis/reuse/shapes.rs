@@ -1,8 +1,8 @@
 //! The whole mode shapes of an earlier run, which it wrote for ParaView: found again on the mesh of this run by their positions.
 
-use crate::analysis::bodies::Bodies;
 use crate::body::fe::BodyModes;
 use crate::body::{Fields, Side};
+use crate::case::bodies::Bodies;
 use crate::model::ReducedModel;
 use crate::output::{companion, Reader, Values};
 use crate::parallel::World;

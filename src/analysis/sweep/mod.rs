@@ -3,13 +3,13 @@
 
 mod outcome;
 
-use super::bodies::Bodies;
-use super::interface::{given_forces, points};
-use super::meshes::Meshes;
 use super::reduction::Reduction;
-use super::report::Summary;
 use super::run::Run;
-use super::{modes, placed, stability};
+use super::{modes, stability};
+use crate::case::bodies::Bodies;
+use crate::case::interface::{given_forces, points};
+use crate::case::meshes::Meshes;
+use crate::case::placed;
 use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, Job, SweepPlan};
 use crate::model::SharedModel;
@@ -17,6 +17,7 @@ use crate::output::datasets::sweep::{tables, Outcome};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::{Error, Result};
 use outcome::{summarise, Packed};
 

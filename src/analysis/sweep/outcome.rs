@@ -1,8 +1,8 @@
 //! What the points of a sweep gave: on its way to rank 0 and in the summary.
 
-use crate::analysis::report::Summary;
 use crate::job::SweepPlan;
 use crate::output::datasets::sweep::Outcome;
+use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
 

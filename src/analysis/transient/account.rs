@@ -1,7 +1,7 @@
 //! What the summary says of a transient: forces, stick, frequencies, growth, motion of the named points.
 
-use crate::analysis::report::Summary;
 use crate::sound::spectrum::Welch;
+use crate::summary::Summary;
 use crate::transient::Report;
 use crate::Result;
 use std::collections::VecDeque;

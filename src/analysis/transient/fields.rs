@@ -2,9 +2,9 @@
 //! statically what the contact forces move beyond them.
 
 use super::Inputs;
-use crate::analysis::bodies::Place;
 use crate::analysis::run::Run;
 use crate::body::ReducedBody;
+use crate::case::bodies::Place;
 use crate::output::datasets::record::BODIES;
 use crate::output::{companion, Entry, FieldKind, FieldSpec, Segments, Sequence, SequenceFile};
 use crate::parallel::World;

@@ -1,10 +1,10 @@
 //! The reduced model in the first segment of a run. Modes computed again have other signs, a pair of equal frequencies other
 //! directions, and on several ranks the factorisations add in another order: a run is continued with the model that it was begun with.
 
-use crate::analysis::bodies::Bodies;
 use crate::analysis::reduction::Reduction;
 use crate::body::align::{turn, turned};
 use crate::body::fe::BodyModes;
+use crate::case::bodies::Bodies;
 use crate::job::Job;
 use crate::output::datasets::reduced::{load, Reused};
 use crate::output::Segments;

@@ -9,17 +9,16 @@ mod sound;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
 
-use super::bodies::Bodies;
-use super::interface::{self, creepage, given_forces, normal_load, steady_sliding};
 use super::memory;
 use super::reduction::Reduction;
-use super::report::Summary;
 use super::run::Run;
 use super::stability::Found;
 use super::steps::Needs;
 use super::stop::Stop;
 use super::RunOptions;
 use crate::body::TraceModes;
+use crate::case::bodies::Bodies;
+use crate::case::interface::{self, creepage, given_forces, normal_load, steady_sliding};
 use crate::contact::points::{bear_load, linearised, reactions};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
@@ -33,6 +32,7 @@ use crate::output::{Segments, Table};
 use crate::progress::Progress;
 use crate::stability::grows;
 use crate::stability::reduced::{sharpness, Eigenpair};
+use crate::summary::Summary;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, PointModel, Scheme, Settings, State, Stepper};
 use crate::{Error, Result};

@@ -1,9 +1,9 @@
 //! Named points of the bodies: nodes of their meshes, with what the modes and the contact forces move there.
 
-use crate::analysis::bodies::Bodies;
 use crate::analysis::reduction::Reduction;
 use crate::body::nearest::Nearest;
 use crate::body::TraceModes;
+use crate::case::bodies::Bodies;
 use crate::job::{self, BodyName};
 use crate::output::datasets::points::Points;
 use crate::{Error, Result};

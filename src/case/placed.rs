@@ -2,7 +2,6 @@
 
 use super::bodies::{material_of, Bodies, Place};
 use super::rail;
-use super::report::Summary;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
 use crate::grid::{ContactGrid, Interface};
@@ -15,6 +14,7 @@ use crate::placement::{
     self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
 };
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::{Error, Result};
 
 /// By how much a grid grows whose border the contact may reach, and how often at the most.
@@ -241,7 +241,7 @@ fn description(given: &job::Placement) -> Placement {
 }
 
 /// Collective: the job with the creepages that follow from its placement; none of a job without one.
-pub(super) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
+pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
     let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
     let found = world.on_root(|| {
         let c = Placed::of(job)?.creepages;
@@ -256,7 +256,7 @@ pub(super) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
 }
 
 /// Collective: the two places of a wheel on a rail.
-pub(super) fn build<'p>(
+pub(crate) fn build<'p>(
     world: &'p World,
     job: &Job,
     progress: &mut Progress,
@@ -324,7 +324,7 @@ fn seats(world: &World, placed: Option<&Placed>) -> Result<[Seat; 2]> {
 }
 
 /// On rank 0: the tables of the placement of `job`, after the contact was found not to reach the end of a profile: `closed` tells its nodes.
-pub(super) fn tables(job: &Job, closed: impl Fn(usize) -> bool) -> Result<Vec<Table>> {
+pub(crate) fn tables(job: &Job, closed: impl Fn(usize) -> bool) -> Result<Vec<Table>> {
     let placed = Placed::of(job)?;
     placed.refuse_edge(closed)?;
     Ok(placed.tables())

@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn a_changed_default_is_told_first() {
-        let bytes = include_bytes!("../../jobs/annulus.json");
+        let bytes = include_bytes!("../jobs/annulus.json");
         let mut job = Job::from_bytes(bytes, Path::new("job.json"), &[], None).unwrap();
         assert_eq!(Summary::of(&job).to_string(), "");
         job.changed_defaults.push("a.b is not given: 2 since format 2, 1 before".into());

@@ -28,7 +28,7 @@ pub fn normal_load(contact: &job::Contact) -> NormalLoad {
 }
 
 /// Steady rolling under the contact of a job; solved as `wanted` says, or by the defaults of a job.
-pub(super) fn steady_rolling<'a>(
+pub(crate) fn steady_rolling<'a>(
     (interface, pair): (&'a Interface, &'a ModalPair),
     contact: &job::Contact,
     wanted: Option<&job::Steady>,
@@ -48,7 +48,7 @@ pub(super) fn steady_rolling<'a>(
 }
 
 /// The contact points of a job; none of a job with a grid.
-pub(super) fn points(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
+pub(crate) fn points(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
     let of = |p: &job::ContactPoint| {
         let d = [0, 1].map(|c| p.direction.get(c).copied().unwrap_or(0.0));
         let direction = d.map(|v| v / d[0].hypot(d[1]));
@@ -58,7 +58,7 @@ pub(super) fn points(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
 }
 
 /// The contact points, where the force of each is given: it does not follow from a load.
-pub(super) fn given_forces(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
+pub(crate) fn given_forces(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
     points(contact).filter(|_| contact.normal_load.is_none() && contact.approach.is_none())
 }
 
@@ -66,7 +66,7 @@ pub(super) fn given_forces(contact: &job::Contact) -> Option<Vec<SlidingPoint>> 
 const AT_REST: f64 = 1e-10;
 
 /// Steady rolling as [`steady_rolling`] has it, solved for as a state of rest.
-pub(super) fn at_rest<'a>(
+pub(crate) fn at_rest<'a>(
     model: (&'a Interface, &'a ModalPair),
     contact: &job::Contact,
     wanted: Option<&job::Steady>,
@@ -76,7 +76,7 @@ pub(super) fn at_rest<'a>(
 }
 
 /// Steady sliding of all of the contact of a job. Of points each has to yield along its normal.
-pub(super) fn steady_sliding<'a>(
+pub(crate) fn steady_sliding<'a>(
     (interface, pair): (&'a Interface, &'a ModalPair),
     contact: &job::Contact,
     direction: Direction,
@@ -100,7 +100,7 @@ pub(super) fn steady_sliding<'a>(
 }
 
 /// On rank 0: the points of the contact, or the grid both bodies share, and the gap between them.
-pub(super) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<Interface> {
+pub(crate) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<Interface> {
     if let Some(points) = points(contact) {
         return contact::points::interface(&points);
     }
@@ -112,7 +112,7 @@ pub(super) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<In
 }
 
 /// The grid that both bodies share and the gap between them. Bodies that overlap are an error: the approach counts from first touch.
-pub(super) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Result<Interface> {
+pub(crate) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Result<Interface> {
     // A thousandth of an element: much less than the grid error, much more than rounding in a mesh file.
     let spacing = lower.x.windows(2).chain(lower.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     ContactGrid::matched(lower, upper, 1e-3 * spacing)?;
@@ -140,7 +140,7 @@ fn half_spaces(bodies: &Bodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
 }
 
 /// The half-space of the material of a body of finite elements.
-pub(super) fn half_space(place: &Place) -> Result<HalfSpace> {
+pub(crate) fn half_space(place: &Place) -> Result<HalfSpace> {
     let missing = || Error::Defect(format!("body {} has no material", place.name));
     let Material { young, poisson, .. } = place.material.ok_or_else(missing)?;
     Ok(HalfSpace { young, poisson })
@@ -148,7 +148,7 @@ pub(super) fn half_space(place: &Place) -> Result<HalfSpace> {
 
 /// On rank 0: compliances near those of the finite-element bodies in both places, m/N, `[3n, 3n]` each: of half-spaces, completed
 /// by the responses `probed` of each of [`Bodies::unique`] to forces on one node.
-pub(super) fn near(bodies: &Bodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
+pub(crate) fn near(bodies: &Bodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
     let mut both = half_spaces(bodies, s)?;
     for (c, place) in both.iter_mut().zip(&bodies.places) {
         kernel::complete(c, &s.x, &s.y, &probed[place.body])?;

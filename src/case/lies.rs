@@ -14,7 +14,7 @@ const AXLE: f64 = 0.01;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Lines and warnings about the body `name`, whose mesh in lower form lies as `attitude` says; an error if its surface does not pass the contact point.
-pub(super) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attitude: &Attitude) -> Result<Report> {
+pub(crate) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attitude: &Attitude) -> Result<Report> {
     let mut report = Report { lines: Vec::new(), warnings: meshed.remarks.clone() };
     if !matches!(body.mesh, Some(MeshSource::File(_))) {
         return Ok(report);

@@ -1,10 +1,10 @@
 //! A rail, as a job gives it.
 
-use super::report::Summary;
 use crate::body::rail::{Making, Rail as RailBody};
 use crate::fem::Material;
 use crate::job::{self, Extruded, Job, MeshSource, RailSection};
 use crate::parallel::World;
+use crate::summary::Summary;
 use crate::swept::waves::Damping;
 use crate::swept::{Bays, Beam, Ends, Layer, Rail, Sleeper, Track};
 use crate::{Error, Result};
@@ -45,7 +45,7 @@ fn section(extruded: &Extruded, y: f64) -> Result<Rail> {
 }
 
 /// An error where the head of a rail cannot be touched at y, m.
-pub(super) fn touched(extruded: &Extruded, y: f64) -> Result<()> {
+pub(crate) fn touched(extruded: &Extruded, y: f64) -> Result<()> {
     section(extruded, y).map(|_| ())
 }
 
@@ -126,7 +126,7 @@ pub fn make<'w>(
 }
 
 /// The rail of [`make`], told in the summary.
-pub(super) fn told<'w>(
+pub(crate) fn told<'w>(
     (world, summary): (&'w World, &mut Summary),
     job: &Job,
     body: (&str, &job::Body),

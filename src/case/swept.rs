@@ -2,7 +2,6 @@
 
 use super::bodies::{material_of, Bodies};
 use super::rail;
-use super::report::Summary;
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
 use crate::grid::ContactGrid;
@@ -10,6 +9,7 @@ use crate::job::{self, Job, MeshSource, Section};
 use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::swept::{BuiltIn, Cylinder, EdgeSprings};
 use crate::{Error, Result};
 
@@ -38,7 +38,7 @@ fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Buil
 }
 
 /// An error where the wheel `body` cannot be touched at a seat.
-pub(super) fn touched(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<()> {
+pub(crate) fn touched(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<()> {
     section_at(body, seat, side)?.for_modes().map(|_| ())
 }
 
@@ -69,7 +69,7 @@ fn springs(body: &job::Body) -> Vec<EdgeSprings> {
 }
 
 /// The wheel `body` of a placement, on the same grid on every rank.
-pub(super) fn wheel<'p>(
+pub(crate) fn wheel<'p>(
     told: (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
     (seat, side): (Seat, job::TrackSide),

@@ -1,22 +1,30 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
 use super::meshes::Meshes;
-use super::modes::method as eigen_method;
-use super::report::Summary;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::matrices::{Matrices, SignedRow};
 use crate::body::matrix_body::MatrixBody;
 use crate::body::rigid::Rigid;
 use crate::body::{Body, Fields, FullSystem, Side};
+use crate::eigen::sparse;
 use crate::fem::rotation::Axis;
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
-use crate::job::{self, Compliance, Job, LinearSolver, MeshSource, Profile};
+use crate::job::{self, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Profile};
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::summary::Summary;
 use crate::{Error, Result};
+
+/// Who computes the modes of the job.
+pub fn eigen_method(job: &Job) -> sparse::Method {
+    match job.solver.eigen {
+        EigenSolver::Blocks => sparse::Method::Blocks,
+        EigenSolver::Slepc => sparse::Method::Slepc,
+    }
+}
 
 /// A place, lower or upper, and the body that fills it.
 pub struct Place {
@@ -36,7 +44,7 @@ pub struct Place {
 
 impl Place {
     /// The place of a body without a mesh, that with the index `body`.
-    pub(super) fn meshless(
+    pub(crate) fn meshless(
         (name, side): (&'static str, Side),
         body: usize,
         grid: Option<ContactGrid>,
@@ -264,7 +272,7 @@ impl<'p> Bodies<'p> {
 }
 
 /// Whether some analysis of the job works on finite elements.
-pub(super) fn needs_elements(job: &Job) -> bool {
+pub(crate) fn needs_elements(job: &Job) -> bool {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
     !job.by_matrices() && (job.analyses.modes.is_some() || !half_space)
 }
@@ -302,7 +310,7 @@ fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
     Matrices::read(name, &given.mass, given.damping.as_deref(), &given.stiffness, contacts)
 }
 
-pub(super) fn material_of(body: &job::Body) -> Result<Material> {
+pub(crate) fn material_of(body: &job::Body) -> Result<Material> {
     let m = body.elastic()?;
     Ok(Material { young: m.young, poisson: m.poisson, density: m.density })
 }

@@ -30,7 +30,7 @@ pub struct Report {
 }
 
 /// On rank 0, before modes and compliance are made: an error if the contact of the `job` on its `bodies` cannot be computed.
-pub(super) fn of_run(job: &Job, bodies: &Bodies) -> Result<Report> {
+pub(crate) fn of_run(job: &Job, bodies: &Bodies) -> Result<Report> {
     match job.contact.as_ref().filter(|_| wanted(job)) {
         Some(contact) => foreseen(job, &interface_of(contact, bodies)?),
         None => Ok(Report::default()),
@@ -128,7 +128,7 @@ fn foreseen(job: &Job, s: &Interface) -> Result<Report> {
 }
 
 /// The contact on a grid.
-pub(super) fn contact(job: &Job, s: &Interface) -> Result<Report> {
+pub(crate) fn contact(job: &Job, s: &Interface) -> Result<Report> {
     let Some(Load::Normal(load)) = job.contact.as_ref().map(|c| c.load()) else { return Ok(Report::default()) };
     let coarse = thinned(s)?;
     // Of the normal compliance, which is all that counts here, both bodies have the sum.

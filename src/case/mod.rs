@@ -1,0 +1,13 @@
+//! The case that a job describes: its two bodies, made from meshes, sections, profiles or matrices, and the contact between them.
+
+pub mod bodies;
+pub mod foresee;
+pub mod interface;
+mod lies;
+pub mod meshes;
+pub mod placed;
+pub mod rail;
+pub mod swept;
+
+pub use bodies::Bodies;
+pub use meshes::Meshes;
