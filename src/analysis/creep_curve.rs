@@ -10,7 +10,7 @@ use crate::grid::Interface;
 use crate::job::{self, CreepCurve, Job};
 use crate::model::{ModalPair, ReducedModel};
 use crate::output::datasets::creep_curve::{tables, Baseline, Point};
-use crate::stability::{grows, spectrum};
+use crate::stability::{grows, least_stable};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
@@ -74,8 +74,8 @@ impl<'a> Curve<'a> {
         if let Some(stability) = &self.job.analyses.stability {
             let (problem, pair) = (continuation.problem(), &self.model.pair);
             memory::refuse_short(&contact.friction, |law| memory::rolling(problem, law, pair))?;
-            let found = spectrum(stability, pair, &problem.contact(&solution))?;
-            point.least_stable = found.eigenpairs.first().map(|e| (e.value, grows(e.value, e.backward_error)));
+            let found = least_stable(stability, pair, &problem.contact(&solution))?;
+            point.least_stable = found.map(|e| (e.value, grows(e.value, e.backward_error)));
         }
         Ok(point)
     }
