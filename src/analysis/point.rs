@@ -2,10 +2,10 @@
 
 use super::stability::{Examined, Found};
 use crate::case::interface::creepage;
-use crate::contact::baseline::{Ellipse, LinearForce, LAWS};
+use crate::contact::baseline::{Ellipse, Law, LinearForce, Place, LAWS};
 use crate::grid::Interface;
 use crate::job::{self, Job, StabilityContact};
-use crate::stability::point::{eigenpairs, partners, Comparison, OfLaw, Place, PointContact};
+use crate::stability::point::{eigenpairs, partners, Comparison, OfLaw, PointContact};
 use crate::stability::{grows, kept, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -38,7 +38,7 @@ pub(super) fn wanted(examined: &Examined, found: &Found) -> Result<Option<Compar
         )
     })?;
     let place = Place::of_pressure(interface, &state.pressure);
-    let of = |(law, (_, _, force)): (usize, &(_, _, crate::contact::baseline::Law))| -> Result<OfLaw> {
+    let of = |(law, (_, _, force)): (usize, &(_, _, Law))| -> Result<OfLaw> {
         let friction = LinearForce::new(force, &ellipse, &creepage(contact), contact.speed, &contact.friction);
         let force = friction.force;
         let point =
