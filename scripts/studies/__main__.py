@@ -3,6 +3,7 @@
 import json
 import sys
 
+import examples
 import faults
 import growth
 import longitudinal
@@ -24,6 +25,7 @@ STUDIES = {
     "transient": transient.against_linear,
     "ranks": ranks.agreement,
     "faults": faults.broken,
+    "examples": examples.worked,
 }
 
 

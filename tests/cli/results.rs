@@ -21,14 +21,18 @@ fn program(arguments: &[&str]) -> Ran {
 
 #[test]
 fn jobs_to_begin_with_are_valid_and_replace_nothing() {
-    for name in ["two-cylinders", "own-mesh", "sweep", "squeal", "wheel-on-rail-contact"] {
+    for name in ["two-cylinders", "own-mesh", "sweep", "squeal", "wheel-on-rail", "wheel-on-rail-contact"] {
         let folder = tempfile::tempdir().expect("temporary folder");
         let init = || finish(Command::new(PROGRAM).current_dir(&folder).args(["init", name]));
         let job = format!("{name}.json");
         let said = init();
         assert!(said.good().out.contains(&format!("railsqueal check {job}")), "{}", said.out);
         let path = folder.path().join(&job);
-        // What the job names lies beside it.
+        // What the job names lies beside it, its schema too.
+        let written: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).expect("job")).expect("JSON");
+        let schema = folder.path().join(written["$schema"].as_str().expect("a schema"));
+        let schema: serde_json::Value = serde_json::from_slice(&std::fs::read(schema).expect("schema")).expect("JSON");
+        assert!(schema["properties"]["bodies"].is_object());
         assert!(program(&["check", &path.display().to_string()]).good().out.contains("estimated memory"), "{name}");
         std::fs::write(&path, "mine").expect("write");
         init().failed(2, &[&job, "is there already"]);
@@ -99,4 +103,22 @@ fn a_stopped_run_is_drawn_as_far_as_it_came() {
 fn a_shell_and_man_are_told_of_the_commands() {
     assert!(program(&["completion", "bash"]).good().out.contains("wheel-on-rail-contact"));
     assert!(program(&["man"]).good().out.starts_with(".ie"));
+}
+
+/// The Python of the tests on a script of theirs.
+fn script(arguments: &[&str]) -> Ran {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let own = format!("{root}/.venv/bin/python");
+    let python = if std::path::Path::new(&own).exists() { own } else { "python3".into() };
+    let mut command = Command::new(python);
+    finish(command.env("OPENBLAS_NUM_THREADS", "1").arg(format!("{root}/tests/python/documents.py")).args(arguments))
+}
+
+/// Links of the pages lead somewhere, and each run that they show is one the program would begin.
+#[test]
+fn pages_show_what_there_is() {
+    for arguments in [&["links"][..], &["check", PROGRAM]] {
+        let ran = script(arguments);
+        assert_eq!(ran.code, Some(0), "{}{}", ran.out, ran.err);
+    }
 }
