@@ -122,3 +122,31 @@ fn pages_show_what_there_is() {
         assert_eq!(ran.code, Some(0), "{}{}", ran.out, ran.err);
     }
 }
+
+/// The macro for ParaView shows the contact that the file has: both bodies' cells between closed nodes. Only where ParaView is installed.
+#[test]
+fn the_macro_shows_the_contact_in_paraview() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    if Command::new("pvpython").arg("--version").output().is_err() {
+        return;
+    }
+    let folder = Folder::with("{}");
+    let result = folder.text("own.h5");
+    let job = format!("{root}/jobs/two-cylinders.json");
+    let size = |body: &str| format!("bodies.{body}.mesh.cylinder.element_size=0.002");
+    let sizes = [size("lower"), size("upper")];
+    let line = ["run", &job, "--only", "steady", "--output", &result, "--set", &sizes[0], "--set", &sizes[1]];
+    program(&line).good();
+    let closed = {
+        let file = hdf5::File::open(&result).expect("result");
+        let shape: Vec<i64> = file.dataset("contact/shape").expect("shape").read_raw().expect("read");
+        let state: Vec<i32> = file.dataset("contact/state").expect("state").read_raw().expect("read");
+        let (nx, ny) = (shape[0] as usize, shape[1] as usize);
+        let closed = |i: usize, j: usize| state[j * nx + i] > 0;
+        let cell = |i: usize, j: usize| closed(i, j) && closed(i + 1, j) && closed(i, j + 1) && closed(i + 1, j + 1);
+        (0..ny - 1).map(|j| (0..nx - 1).filter(|&i| cell(i, j)).count()).sum::<usize>()
+    };
+    let script = format!("{root}/scripts/paraview/contact.py");
+    let ran = finish(Command::new("pvpython").args([&script, &result]));
+    assert!(closed > 0 && ran.good().out.contains(&format!("contact: {} cells", 2 * closed)), "{closed} {}", ran.out);
+}

@@ -41,7 +41,9 @@ def broken_links():
             if re.match(r"[a-z]+:", target):
                 continue
             path, _, anchor = target.partition("#")
-            file = (page.parent / path).resolve() if path else page
+            # The list of what is in the book leads from the root, where the book is made.
+            base = ROOT if page.name == "SUMMARY.md" else page.parent
+            file = (base / path).resolve() if path else page
             name = page.relative_to(ROOT)
             if not file.exists():
                 faults.append(f"{name}: {target}: there is no {path}")
