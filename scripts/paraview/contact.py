@@ -19,7 +19,7 @@ def cells(source):
 
 
 def part(surface, lowest, name):
-    """Cells of the surface whose nodes all have at least this state: 0 open, 1 slip, 2 stick; other nodes have none."""
+    """Cells of the surface whose nodes all have at least this state: 0 open, 1 stick, 2 slip; other nodes have none."""
     chosen = simple.Threshold(registrationName=name, Input=surface)
     chosen.Scalars = ["POINTS", "state"]
     chosen.ThresholdMethod = "Between"

@@ -12,6 +12,7 @@ import ranks
 import report
 import rotation
 import steady
+import tables
 import transient
 from program import KEPT
 
@@ -26,6 +27,7 @@ STUDIES = {
     "ranks": ranks.agreement,
     "faults": faults.broken,
     "examples": examples.worked,
+    "tables": tables.written,
 }
 
 

@@ -15,16 +15,18 @@ PAGES = ROOT / "docs" / "examples"
 WAVES = [(344.4, "n = 2, against"), (357.9, "n = 2, with"), (965.4, "n = 3, against"), (985.4, "n = 3, with")]
 # An eigenvalue this near is that wave, Hz.
 NEAR = 6.0
+# What decays faster, 1/s, is not followed: it is the wave no more.
+LOST = -10.0
 COLOURS = ["#4477aa", "#66ccee", "#cc3311", "#ee7733"]
 
 
 class Point:
-    """A point of a sweep: the values of its keys, and growth rates, 1/s, of the four waves (NaN where an eigenvalue is damped beyond what is listed)."""
+    """A point of a sweep: the values of its keys, and growth rates, 1/s, of the four waves (NaN where it decays too fast to be one)."""
 
     def __init__(self, values, eigenvalues):
         hertz = eigenvalues.imag / (2 * np.pi)
         self.values = values
-        self.growth = [max((e.real for e, f in zip(eigenvalues, hertz) if abs(f - wave) < NEAR), default=np.nan) for wave, _ in WAVES]
+        self.growth = [max((e.real for e, f in zip(eigenvalues, hertz) if abs(f - wave) < NEAR and e.real > LOST), default=np.nan) for wave, _ in WAVES]
         beside = [abs(f - wave) >= NEAR for f in hertz for wave, _ in WAVES]
         apart = np.reshape(beside, (-1, len(WAVES))).all(axis=1)
         self.others = [(e.real, f) for e, f, a in zip(eigenvalues, hertz, apart) if a and e.real > 0]
@@ -56,11 +58,11 @@ def points(job):
 def write(name, head, rows, draw):
     """The table and the picture of an example."""
     put(PAGES / f"{name}.md", name, table([*head, *HEAD], rows))
-    figure, axes = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
+    figure, axes = plt.subplots(figsize=(7.2, 3.4), layout="constrained")
     axes.axhline(0, color="#bbbbbb", linewidth=1)
     draw(axes)
     axes.set_ylabel("growth rate / (1/s)")
-    axes.legend(fontsize="small", frameon=False)
+    axes.legend(fontsize="small", frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     # No date and no random names: the same figures give the same file.
     plt.rcParams["svg.hashsalt"] = name
     figure.savefig(PAGES / f"{name}.svg", metadata={"Date": None})
@@ -83,7 +85,6 @@ def damped_wheel():
         lines(axes, [p.values[0] for p in two], two, waves=(0, 1))
         lines(axes, [p.values[1] for p in three], three, waves=(2, 3))
         axes.set_xlabel("loss factor of the modes with as many nodal diameters")
-        axes.set_xscale("log")
 
     rows = [[f"{p.values[0]:g}", f"{p.values[1]:g}", *p.cells()] for p in found if p in two or p in three or p is found[-1]]
     write("damped-wheel", ["loss factor, n = 2", "n = 3"], rows, draw)

@@ -140,7 +140,7 @@ fn the_macro_shows_the_contact_in_paraview() {
     let closed = {
         let file = hdf5::File::open(&result).expect("result");
         let shape: Vec<i64> = file.dataset("contact/shape").expect("shape").read_raw().expect("read");
-        let state: Vec<i32> = file.dataset("contact/state").expect("state").read_raw().expect("read");
+        let state: Vec<i8> = file.dataset("contact/state").expect("state").read_raw().expect("read");
         let (nx, ny) = (shape[0] as usize, shape[1] as usize);
         let closed = |i: usize, j: usize| state[j * nx + i] > 0;
         let cell = |i: usize, j: usize| closed(i, j) && closed(i + 1, j) && closed(i, j + 1) && closed(i + 1, j + 1);
