@@ -14,6 +14,7 @@ import rotation
 import steady
 import tables
 import transient
+import tutorial
 from program import KEPT
 
 STUDIES = {
@@ -28,6 +29,7 @@ STUDIES = {
     "faults": faults.broken,
     "examples": examples.worked,
     "tables": tables.written,
+    "tutorial": tutorial.performed,
 }
 
 
