@@ -13,10 +13,10 @@ use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::{self, RunOptions, Stop};
 use railsqueal::case::{foresee, Meshes};
 use railsqueal::job::{self, fe_inputs, Job};
+use railsqueal::memory::Limit;
 use railsqueal::output::job_of_run;
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
-use railsqueal::memory::Limit;
 use railsqueal::plan::{self, Plan};
 use railsqueal::progress::Progress;
 use railsqueal::summary::Summary;
@@ -24,6 +24,10 @@ use railsqueal::{Error, Result};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
+
+/// Where there is no memory the process ends with its message and code.
+#[global_allocator]
+static MEMORY: allocator::Exiting = allocator::Exiting;
 
 fn main() {
     std::process::exit(start());

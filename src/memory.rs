@@ -56,7 +56,8 @@ impl Limit {
 /// Asks the system for so many bytes in one piece and gives them back; what it says where it refuses.
 pub fn reserve(bytes: f64) -> Result<(), String> {
     let mut piece: Vec<u8> = Vec::new();
-    piece.try_reserve_exact(bytes.clamp(0.0, isize::MAX as f64) as usize).map_err(|_| {
+    let size = bytes.clamp(0.0, isize::MAX as f64) as usize;
+    allocator::asking(|| piece.try_reserve_exact(size)).map_err(|_| {
         let (process, system) = (Limit::of_process(), Limit::of_system());
         let limit = if process.bytes < system.bytes { process } else { system };
         let (refused, left) = (bytes / 1e6, limit.bytes / 1e6);

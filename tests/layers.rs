@@ -31,7 +31,22 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("stability", &["dense", "parallel", "progress", "job", "petsc", "eigen", "body", "model", "contact"]),
     ("transient", &["dense", "friction", "grid", "roughness", "model", "contact"]),
     ("sound", &["parallel", "mesh", "fem", "swept", "body"]),
-    ("output", &["input", "parallel", "progress", "friction", "job", "mesh", "grid", "model", "contact", "stability", "transient"]),
+    (
+        "output",
+        &[
+            "input",
+            "parallel",
+            "progress",
+            "friction",
+            "job",
+            "mesh",
+            "grid",
+            "model",
+            "contact",
+            "stability",
+            "transient",
+        ],
+    ),
     ("summary", &["job"]),
     (
         "case",

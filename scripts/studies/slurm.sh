@@ -56,7 +56,7 @@ dd if=/dev/urandom of="$key" bs=1024 count=1 status=none
 chmod 400 "$key"
 chmod 755 "$place"
 munged --foreground --force --key-file="$key" --socket="$place/munge.socket" --pid-file="$place/munge.pid" --log-file="$place/munge.log" \
-    --seed-file="$place/munge.seed" &
+    --seed-file="$place/munge.seed" > /dev/null 2>&1 &
 processes+=($!)
 until [ -S "$place/munge.socket" ]; do sleep 0.2; done
 slurmctld -D > /dev/null 2>&1 &
@@ -149,6 +149,7 @@ says "$id" "--resume signal.h5"
 
 say "5. the job's time runs out: the run stops two minutes before, and goes on in the next"
 id=$(submit --time=00:02 "$root/jobs/slurm.sh" job.json --reuse first.h5 --set contact.friction=0.31 --output time.h5)
+until [ "$(segments time)" -ge 1 ]; do sleep 0.2; done
 await "$id" 150 PENDING
 says "$id" "stopped by the limit of wall time"
 scontrol update JobId="$id" TimeLimit=00:20

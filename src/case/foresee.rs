@@ -131,20 +131,33 @@ const MANY: f64 = 1000.0;
 
 /// How many modes are asked for of a body of this volume (m³) with so many nodes, and what they take. Up to a frequency there are, for short waves,
 /// V ω³ (1/c_L³ + 2/c_T³)/6π² of them (P. Debye, *Ann. Phys.* 39 (1912)); the surface, and bending where the body is thin, add to that.
-fn modes(job: &Job, name: &str, body: &crate::job::Body, (volume, nodes): (f64, usize), report: &mut Report) -> Result<()> {
+fn modes(
+    job: &Job,
+    name: &str,
+    body: &crate::job::Body,
+    (volume, nodes): (f64, usize),
+    report: &mut Report,
+) -> Result<()> {
     let Some(wanted) = &job.analyses.modes else { return Ok(()) };
-    let (m, key) = (body.elastic()?, match wanted.extent() {
-        ModesExtent::Count(_) => "count",
-        ModesExtent::MaxFrequency(_) => "max_frequency",
-    });
+    let (m, key) = (
+        body.elastic()?,
+        match wanted.extent() {
+            ModesExtent::Count(_) => "count",
+            ModesExtent::MaxFrequency(_) => "max_frequency",
+        },
+    );
     let count = match wanted.extent() {
         ModesExtent::Count(n) => n as f64,
         ModesExtent::MaxFrequency(f) => {
             let shear = m.young / (2.0 * (1.0 + m.poisson));
-            let [long, trans] = [2.0 * shear * (1.0 - m.poisson) / (1.0 - 2.0 * m.poisson), shear].map(|g| (g / m.density).sqrt());
+            let [long, trans] =
+                [2.0 * shear * (1.0 - m.poisson) / (1.0 - 2.0 * m.poisson), shear].map(|g| (g / m.density).sqrt());
             let omega = std::f64::consts::TAU * f;
-            let count = volume * omega.powi(3) * (long.powi(-3) + 2.0 * trans.powi(-3)) / (6.0 * std::f64::consts::PI.powi(2));
-            report.lines.push(format!("body {name}: {count:.0} modes up to {f} Hz by its volume alone, more where it is thin"));
+            let count =
+                volume * omega.powi(3) * (long.powi(-3) + 2.0 * trans.powi(-3)) / (6.0 * std::f64::consts::PI.powi(2));
+            report
+                .lines
+                .push(format!("body {name}: {count:.0} modes up to {f} Hz by its volume alone, more where it is thin"));
             count
         }
     };

@@ -65,16 +65,22 @@ pub fn deaf(env: Lookup, plugins: &[String]) -> Option<String> {
 pub fn plugins() -> Vec<String> {
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let library = maps.lines().filter_map(|l| Some(&l[l.find('/')?..])).find(|path| path.contains("/libmpi.so"));
-    let names = |folder: &std::path::Path| -> Vec<String> {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let names = entries.map(|e| e.file_name().to_string_lossy().into_owned());
-        names.filter_map(|n| Some(n.strip_prefix("mca_pmix_")?.strip_suffix(".so")?.to_owned())).collect()
-    };
     let Some(place) = library.and_then(|path| std::path::Path::new(path).parent()) else { return Vec::new() };
-    // openmpi, in Debian with the number of its interface behind.
-    let folders = std::fs::read_dir(place).into_iter().flatten().flatten().map(|e| e.path());
-    let of_openmpi = |path: &std::path::PathBuf| path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("openmpi"));
-    folders.filter(of_openmpi).flat_map(|folder| names(&folder)).collect()
+    let mut found = Vec::new();
+    // Beside the library in openmpi, in Debian in openmpi/lib/openmpi3.
+    let mut folders = vec![(place.to_owned(), 0)];
+    while let Some((folder, depth)) = folders.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if let Some(plugin) = name.strip_prefix("mca_pmix_").and_then(|n| n.strip_suffix(".so")) {
+                found.push(plugin.to_owned());
+            }
+            if depth < 3 && (name.starts_with("openmpi") || (depth > 0 && name == "lib")) {
+                folders.push((entry.path(), depth + 1));
+            }
+        }
+    }
+    found
 }
 
 /// `Some` message if the launcher started several processes but MPI made a world of one of each.

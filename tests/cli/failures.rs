@@ -270,7 +270,8 @@ fn factorisations_at_a_shift_that_do_not_fit() {
         let limit = format!("ulimit -v {kilobytes}; exec \"$0\" run \"$1\" --set solver.memory_limit=64e9");
         command.args(["-c", &limit, PROGRAM, &folder.text("job.json")]);
         command.env("OPENBLAS_NUM_THREADS", "1");
-        finish(&mut command).failed(7, &[&["out of memory", "the system refuses", "it needs about"], &parts[..]].concat());
+        finish(&mut command)
+            .failed(7, &[&["out of memory", "the system refuses", "it needs about"], &parts[..]].concat());
         folder.untouched();
     }
 }

@@ -9,6 +9,7 @@ use super::{Entry, Segments};
 use crate::progress::Progress;
 use crate::{Error, Result};
 use hdf5::Dataset;
+use hdf5_chunks::Target;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -31,7 +32,7 @@ pub(crate) fn append_to(path: &Path, segments: &Segments, group: &str, progress:
 /// The main file with the datasets that grow in it, which stay open: a chunk is written when it is full.
 struct Merged<'f> {
     file: &'f hdf5::File,
-    datasets: BTreeMap<String, Dataset>,
+    datasets: BTreeMap<String, Target>,
 }
 
 impl Merged<'_> {
@@ -39,7 +40,8 @@ impl Merged<'_> {
     fn take(&mut self, segments: &Segments, entry: &Entry, group: &str) -> Result<()> {
         let path = segments.path(entry);
         let segment = segments.open(entry)?;
-        let bytes = crate::input::open(&path).map_err(|e| Error::Input(format!("cannot read {}: {e}", path.display())))?;
+        let bytes =
+            crate::input::open(&path).map_err(|e| Error::Input(format!("cannot read {}: {e}", path.display())))?;
         // The first one holds the start alone.
         let names = if segment.has(group) { segment.names(group)? } else { Vec::new() };
         for name in names {
@@ -57,14 +59,13 @@ impl Merged<'_> {
             }
             let Some(to) = self.datasets.get(&at) else { continue };
             let add = || -> hdf5::Result<()> {
-                let mut now = to.shape();
+                let mut now = to.dataset().shape();
                 let start = now[0];
                 now[0] += shape[0];
-                to.resize(now)?;
-                let whole = to.chunk().is_some_and(|chunk| start.is_multiple_of(chunk[0]));
-                match whole && hdf5_chunks::alike(&from, to) {
-                    true => hdf5_chunks::copy(&bytes, &from, to, start),
-                    false => values(&segment, &at)?.write_rows(to, start),
+                to.dataset().resize(now)?;
+                match to.takes(&from, start) {
+                    true => to.copy(&bytes, &from, start),
+                    false => values(&segment, &at)?.write_rows(to.dataset(), start),
                 }
             };
             add().map_err(|e| Error::Io(format!("cannot add {at} of {} to the result file: {e}", path.display())))?;
@@ -81,7 +82,7 @@ impl Merged<'_> {
         let rows = if chunk * row >= CHUNK_LEAST { chunk } else { (CHUNK_BYTES / row.max(1)).max(1) };
         shape[0] = 0;
         let made = Table::new(at, &units, &description, &shape, none).in_chunks(rows).write(self.file);
-        let opened = made.and_then(|()| self.file.dataset(at));
+        let opened = made.and_then(|()| Target::new(self.file.dataset(at)?));
         let dataset = opened.map_err(|e| Error::Io(format!("cannot make {at} in the result file: {e}")))?;
         self.datasets.insert(at.to_owned(), dataset);
         Ok(())

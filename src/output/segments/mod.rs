@@ -5,8 +5,8 @@
 mod manifest;
 mod merge;
 
-pub(super) use merge::append_to;
 pub use manifest::{program, Entry, Part};
+pub(super) use merge::append_to;
 
 use super::partial::{failure, sweep, Partial};
 use super::read::Reader;

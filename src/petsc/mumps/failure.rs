@@ -72,7 +72,11 @@ pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &Failed) -> Resul
         }
     };
     let Failed { what, advice, megabytes, .. } = f;
-    let short = |why| Error::Memory(format!("out of memory in {what}: it needs about {megabytes} MB on one rank in all; {why}. Use {advice}."));
+    let short = |why| {
+        Error::Memory(format!(
+            "out of memory in {what}: it needs about {megabytes} MB on one rank in all; {why}. Use {advice}."
+        ))
+    };
     world.agree(look().map_err(short))
 }
 
