@@ -19,6 +19,7 @@ pub mod friction;
 pub mod grid;
 mod input;
 pub mod job;
+pub mod memory;
 pub mod mesh;
 pub mod model;
 pub mod output;

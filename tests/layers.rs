@@ -11,6 +11,7 @@ const BASE: &[&str] = &["error"];
 const ROOMS: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("input", &[]),
+    ("memory", &[]),
     ("dense", &[]),
     ("quadrature", &[]),
     ("parallel", &[]),
@@ -21,7 +22,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("grid", &["mesh"]),
     ("placement", &["input"]),
     ("roughness", &["input"]),
-    ("petsc", &["parallel"]),
+    ("petsc", &["memory", "parallel"]),
     ("eigen", &["dense", "parallel", "petsc"]),
     ("fem", &["parallel", "quadrature", "mesh", "petsc"]),
     ("swept", &["dense", "quadrature", "fem"]),
@@ -31,7 +32,22 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("stability", &["dense", "parallel", "progress", "job", "petsc", "eigen", "body", "model", "contact"]),
     ("transient", &["dense", "friction", "grid", "roughness", "model", "contact"]),
     ("sound", &["parallel", "quadrature", "mesh", "fem", "swept", "body"]),
-    ("output", &["input", "parallel", "friction", "job", "mesh", "grid", "model", "contact", "stability", "transient"]),
+    (
+        "output",
+        &[
+            "input",
+            "parallel",
+            "progress",
+            "friction",
+            "job",
+            "mesh",
+            "grid",
+            "model",
+            "contact",
+            "stability",
+            "transient",
+        ],
+    ),
     ("summary", &["job"]),
     (
         "case",
@@ -80,7 +96,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "case",
         ],
     ),
-    ("plan", &["job", "mesh", "body", "eigen", "case", "analysis"]),
+    ("plan", &["memory", "job", "mesh", "body", "eigen", "case", "analysis"]),
 ];
 
 /// Files that may use less than their room.

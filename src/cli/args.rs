@@ -14,7 +14,7 @@ Exit codes:
   3  a mesh or another input file is missing or wrong
   4  a solver did not converge
   5  stopped on request or by the time limit; what was computed is kept
-  6  reading or writing failed
+  6  reading or writing failed, or a rank was lost
   7  not enough memory";
 
 /// Rolling contact with friction between finite-element bodies.

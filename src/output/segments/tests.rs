@@ -1,6 +1,7 @@
 //! Segments that are damaged, lost, put in or copied, and runs that come together.
 
 use super::*;
+use crate::progress::Progress;
 use serde_json::json;
 
 fn start(folder: &tempfile::TempDir) -> Segments {
@@ -141,7 +142,7 @@ fn segments_missing_at_the_end_are_made_again() {
     segments.complete(8).expect("all steps");
     let target = folder.path().join("all.h5");
     hdf5::File::create(&target).expect("a file").close().expect("closed");
-    append_to(&target, &segments, "/transient").expect("merged");
+    append_to(&target, &segments, "/transient", &mut Progress::new(false)).expect("merged");
     let (_, times) = Reader::open(&target).expect("open").numbers("/transient/time").expect("times");
     assert_eq!(times, (1..=8).map(f64::from).collect::<Vec<_>>());
     segments.remove();
