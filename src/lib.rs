@@ -29,6 +29,7 @@ pub mod petsc;
 pub mod placement;
 pub mod plan;
 pub mod progress;
+mod quadrature;
 pub mod roughness;
 pub mod sound;
 pub mod stability;

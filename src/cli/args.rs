@@ -151,7 +151,9 @@ pub enum Example {
     Sweep,
     /// An unstable mode in time, until its limit cycle, with its sound
     Squeal,
-    /// A wheel on a rail by their profiles
+    /// A wheel on a rail from drawings: modes, steady rolling and stability
+    WheelOnRail,
+    /// The contact of a wheel and a rail by their profiles
     WheelOnRailContact,
 }
 
