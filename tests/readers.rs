@@ -57,14 +57,18 @@ impl Dice {
 }
 
 /// What became of the files.
-#[derive(Default)]
 struct Count {
+    begun: Instant,
     read: usize,
     refused: usize,
     slowest: Duration,
 }
 
 impl Count {
+    fn new() -> Self {
+        Self { begun: Instant::now(), read: 0, refused: 0, slowest: Duration::ZERO }
+    }
+
     /// Takes the answer about a file; `what` shows it.
     fn take(&mut self, result: Result<(), Error>, codes: &[i32], begun: Instant, what: impl Fn() -> String) {
         self.slowest = self.slowest.max(begun.elapsed());
@@ -80,10 +84,11 @@ impl Count {
 
     fn say(&self, what: &str) {
         println!(
-            "{what}: {} read, {} refused, the slowest in {:.3} s",
+            "{what}: {} read, {} refused, the slowest in {:.3} s, {:.0} a second",
             self.read,
             self.refused,
-            self.slowest.as_secs_f64()
+            self.slowest.as_secs_f64(),
+            (self.read + self.refused) as f64 / self.begun.elapsed().as_secs_f64()
         );
     }
 }
@@ -98,7 +103,7 @@ fn jobs() {
     let mut paths: Vec<PathBuf> = entries.filter(|p| p.extension().is_some_and(|e| e == "json")).collect();
     paths.sort();
     let texts: Vec<Vec<u8>> = paths.iter().map(|p| std::fs::read(p).expect("a job")).collect();
-    let (mut dice, mut count) = (Dice(4), Count::default());
+    let (mut dice, mut count) = (Dice(4), Count::new());
     for round in 0..rounds(1000, 1) {
         let mut bytes = texts[round % texts.len()].clone();
         dice.harm(&mut bytes);
@@ -133,7 +138,7 @@ fn matrices() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("harmed.mtx");
-    let (mut dice, mut count) = (Dice(5), Count::default());
+    let (mut dice, mut count) = (Dice(5), Count::new());
     for round in 0..rounds(1000, 1) {
         let mut bytes = seeds[round % seeds.len()].clone();
         dice.harm(&mut bytes);
@@ -168,7 +173,7 @@ fn segments() {
     let mut files: Vec<PathBuf> = std::fs::read_dir(&place).expect("segments").flatten().map(|e| e.path()).collect();
     files.sort();
     let whole: Vec<Vec<u8>> = files.iter().map(|f| std::fs::read(f).expect("a file")).collect();
-    let (mut dice, mut count) = (Dice(6), Count::default());
+    let (mut dice, mut count) = (Dice(6), Count::new());
     for _ in 0..rounds(300, 10) {
         let which = dice.below(files.len());
         let mut bytes = whole[which].clone();

@@ -19,7 +19,9 @@ pub(crate) fn append_to(path: &Path, segments: &Segments, group: &str, progress:
     let failure = |e: hdf5::Error| Error::Io(format!("cannot write {}: {e}", path.display()));
     let file = hdf5::File::with_options().with_fapl(strong).open_rw(path).map_err(failure)?;
     let mut merged = Merged { file: &file, datasets: BTreeMap::new() };
-    let entries = segments.entries();
+    let mut entries = segments.entries();
+    // The first one holds the start alone, and the reduced model, which may be large.
+    entries.retain(|entry| entry.last > 0);
     for (number, entry) in entries.iter().enumerate() {
         merged.take(segments, entry, group)?;
         progress.step("segments", number + 1, entries.len());
@@ -42,9 +44,7 @@ impl Merged<'_> {
         let segment = segments.open(entry)?;
         let bytes =
             crate::input::open(&path).map_err(|e| Error::Input(format!("cannot read {}: {e}", path.display())))?;
-        // The first one holds the start alone.
-        let names = if segment.has(group) { segment.names(group)? } else { Vec::new() };
-        for name in names {
+        for name in segment.names(group)? {
             let at = format!("{group}/{name}");
             let from = segment.dataset(&at)?;
             let (shape, steps) = (from.shape(), entry.last - entry.first + 1);
