@@ -847,7 +847,7 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
         compare("place", step, &found, spectra);
         // Damping, with the state kept.
         let found = here.by_damping(&b);
-        for k in [0, LOWER.len() + 1] {
+        for k in 0..b.omega.len() {
             let step = 1e-4;
             let spectra = steps(step).map(|by| {
                 let mut damped = b.clone();

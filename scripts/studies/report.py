@@ -57,6 +57,18 @@ def growth(rows):
     return "\n".join(parts)
 
 
+def one_point(rows):
+    names = {"linear": "Kalker, linear", "shen_hedrick_elkins": "Shen, Hedrick, Elkins", "polach": "Polach", "fastsim": "FASTSIM"}
+    shown = lambda value: "–" if value is None else f"{value:+.2f}"  # noqa: E731
+    cells = []
+    for r in rows:
+        first = [f"{100 * r['lateral']:+g} %", f"{100 * r['stick']:.0f} %"]
+        for i, frequency in enumerate(r["frequency"]):
+            cells.append([*(first if i == 0 else [""] * 2), f"{frequency:.1f}", shown(r["patch"][i]), *(shown(r["laws"][law][i]) for law in names)])
+        cells.append(["", "", "unstable", r["unstable_patch"], *(r["unstable"][law] for law in names)])
+    return table(["lateral creepage", "nodes in stick", "Hz", "patch, 1/s", *(f"{name}, 1/s" for name in names.values())], cells)
+
+
 def longitudinal(rows):
     heights = ["–" if m is None else f"{m[1]:.0f} Hz" for m in rows[-1]["modes"]]
     cells = [[f"{1e3 * r['size']:g}", r["closed"], *("–" if m is None else f"{m[0]:.3f}" for m in r["modes"]), r["unstable"]] for r in rows]
@@ -115,6 +127,12 @@ SECTIONS = {
         "`jobs/curve.json` on other meshes and with other numbers of modes, with wheels that turn and at rest: every unstable mode, or the least stable one where there is none. "
         "The distance between the first frequencies of the two cylinders, on which the growth depends, is 1.0369 Hz by `docs/reference/crowned_modes.csv`.",
         growth,
+    ),
+    "one_point": (
+        "One point in place of the patch",
+        "`jobs/curve.json` with `analyses.stability.contact = \"point\"`: growth rates of the unstable modes, or of the three least stable ones, with the discretised contact and with one point on Hertz' spring, by "
+        "each law of point contact; – where no mode with a damping ratio below 0.3 moves alike. Below them how many are unstable in all.",
+        one_point,
     ),
     "longitudinal": (
         "Longitudinal sliding",
