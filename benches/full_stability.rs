@@ -1,7 +1,7 @@
 //! Stability of the full finite-element system of `jobs/curve.json` on some 100 thousand degrees of freedom: 20 eigenvalues about
 //! 2 kHz, one shift. Prints wall and CPU time of the inverse and of the eigensolver, the largest memory, and the eigenvalues.
 //!
-//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--slepc] [--export FILE]`; `--slepc` takes SLEPc's method of single vectors; with `--export` the matrices K, C and M of the same problem, multipliers
+//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--speed Ω] [--slepc] [--export FILE]`; `--speed` turns the wheels, rad/s; `--slepc` takes SLEPc's method of single vectors; with `--export` the matrices K, C and M of the same problem, multipliers
 //! in units of the largest stiffness, are written one after the other in PETSc's binary format (complex scalars, 32-bit indices) for
 //! `benches/peers/slepc4py_pep.py`. Runs on one rank.
 

@@ -128,7 +128,7 @@ SECTIONS = {
     "rotation": (
         "Wheels that turn",
         "Every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of wheels that turn (`\"rolling\"`) and of wheels at rest (`\"none\"`). "
-        "V = 0 is the limit at the sliding velocity of 10 m/s: 1 mm/s with as much more creepage. A pair of n nodal diameters splits into two waves, each of which has about half of the pair's growth. "
+        "V = 0 is the limit at the sliding velocity of 10 m/s: 0.125 m/s, 0.25 rad/s, with a creepage of 0.8. A pair of n nodal diameters splits into two waves, each of which has about half of the pair's growth. "
         "Circles turn, crosses are at rest.",
         rotation,
     ),
