@@ -71,6 +71,24 @@ impl Error {
         }
     }
 
+    /// All errors among these as one, each of them once, with the exit code of the first; `Ok` where there is none.
+    pub fn all(results: impl IntoIterator<Item = Result<()>>) -> Result<()> {
+        let mut found: Vec<Error> = Vec::new();
+        for error in results.into_iter().filter_map(|r| r.err()) {
+            if found.iter().all(|e| e.message() != error.message()) {
+                found.push(error);
+            }
+        }
+        match &found[..] {
+            [] => Ok(()),
+            [one] => Err(one.clone()),
+            [first, ..] => {
+                let texts: Vec<&str> = found.iter().map(|e| e.message()).collect();
+                Err(Error::from_code(first.exit_code(), format!("{} faults:\n  {}", found.len(), texts.join("\n  "))))
+            }
+        }
+    }
+
     /// The same error with a further line: what to do about it.
     pub fn with(self, line: impl fmt::Display) -> Self {
         Error::from_code(self.exit_code(), format!("{}\n  {line}", self.message()))
@@ -79,5 +97,19 @@ impl Error {
     /// The same error with `what` put before its message: the place in the run where it happened.
     pub fn context(self, what: impl fmt::Display) -> Self {
         Error::from_code(self.exit_code(), format!("{what}: {}", self.message()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_come_together_each_once() {
+        let job = |text: &str| Err(Error::Job(text.into()));
+        assert!(Error::all([Ok(()), Ok(())]).is_ok());
+        assert_eq!(Error::all([Ok(()), job("a"), job("a")]).map_err(|e| e.to_string()), Err("a".into()));
+        let both = Error::all([Err(Error::Input("a".into())), job("b"), Ok(())]).expect_err("two");
+        assert_eq!((both.exit_code(), both.message()), (3, "2 faults:\n  a\n  b"));
     }
 }

@@ -7,22 +7,27 @@ mod cli;
 
 use clap::Parser;
 use cli::args::{completion, default_job, default_output, manual, Changes, Cli, Command};
-use cli::{init, launch, probe, results, versions};
+use cli::{init, launch, neighbour, probe, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
-use railsqueal::analysis::{self, RunOptions};
+use railsqueal::analysis::{self, RunOptions, Stop};
 use railsqueal::case::{foresee, Meshes};
 use railsqueal::job::{self, fe_inputs, Job};
+use railsqueal::memory::Limit;
 use railsqueal::output::job_of_run;
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
-use railsqueal::plan::{self, Limit, Plan};
+use railsqueal::plan::{self, Plan};
 use railsqueal::progress::Progress;
 use railsqueal::summary::Summary;
 use railsqueal::{Error, Result};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
+
+/// Where there is no memory the process ends with its message and code.
+#[global_allocator]
+static MEMORY: allocator::Exiting = allocator::Exiting;
 
 fn main() {
     std::process::exit(start());
@@ -69,7 +74,8 @@ fn start() -> i32 {
             2
         }
         Some(command) => {
-            if let Some(message) = launch::mute(&launch::environment) {
+            let refused = launch::mute(&launch::environment);
+            if let Some(message) = refused.or_else(|| launch::deaf(&launch::environment, &launch::plugins())) {
                 if speaks {
                     report(&Error::Job(message));
                 }
@@ -83,6 +89,11 @@ fn start() -> i32 {
 
 /// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code.
 fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
+    // Signals count from here on, whatever is being done when they come.
+    let stop = match &command {
+        Command::Run { wall_time, .. } => Some(Stop::listen(Instant::now(), *wall_time, speaks)),
+        _ => None,
+    };
     // Threads of the dense algebra exist beside the one that calls MPI.
     let Some((universe, _)) = mpi::initialize_with_threading(mpi::Threading::Funneled) else {
         return report(&Error::Defect("MPI was initialised already".into()));
@@ -114,7 +125,9 @@ fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
                     versions: versions::versions(),
                     wall_time,
                 };
-                run(&world, &job, &options, &petsc)
+                let stop = stop.as_ref().ok_or_else(|| Error::Defect("a run that no signal stops".into()))?;
+                neighbour::watch(&world);
+                run(&world, &job, &options, &petsc, stop)
             })
         }
         Command::Check { job, changes } => check(&world, &job, &changes),
@@ -154,7 +167,7 @@ fn all_arrive(farewell: &SimpleCommunicator) -> bool {
     }
 }
 
-fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Result<()> {
+fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &Stop) -> Result<()> {
     if options.wall_time.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
         return Err(Error::Job("--wall-time: expected a number of seconds > 0".into()));
     }
@@ -169,7 +182,7 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Resu
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
     let session = Petsc::start(world, &petsc_options, petsc)?;
     let mut progress = Progress::new(world.is_root());
-    let summary = analysis::run(&session, job, options, &meshes, &mut progress)?;
+    let summary = analysis::run(&session, job, options, &analysis::Around { meshes: &meshes, stop }, &mut progress)?;
     let unused = session.unused_options()?;
     // Rank 0 knows of failures of parts of the work.
     world.on_root(|| {
@@ -185,12 +198,14 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String]) -> Resu
 
 fn check(world: &World, path: &Path, changes: &Changes) -> Result<()> {
     let job = read(world, path, changes, || job::read_file(path))?;
-    analysis::check(&job)?;
     let meshes = Meshes::default();
-    let (here, plan) = plan_of(world, &job, &meshes)?;
+    // What the analyses cannot do, and what is wrong with the bodies, all together.
+    let (capable, planned) = (analysis::check(&job), plan_of(world, &job, &meshes));
+    Error::all([capable, planned.as_ref().map(drop).map_err(Error::clone)])?;
+    let (here, plan) = planned?;
     world.on_root(|| {
         let plan = plan.ok_or_else(|| Error::Defect("no plan on rank 0".into()))?;
-        let limit = Limit::of(&job);
+        let limit = Limit::or_system(job.solver.memory_limit);
         let mut summary = Summary::of(&job);
         // Meshes that do not fit are not made.
         let foreseen = plan
@@ -216,10 +231,15 @@ fn check(world: &World, path: &Path, changes: &Changes) -> Result<()> {
 fn refuse_what_does_not_fit(world: &World, job: &Job, meshes: &Meshes, reduced: bool) -> Result<()> {
     let (here, plan) = plan_of(world, job, meshes)?;
     let plan = plan.filter(|_| !reduced);
-    world.agree(plan.map_or(Ok(()), |plan| plan.fits(here, &Limit::of(job))))?;
+    let given = job.solver.memory_limit;
+    let fits = |plan: &Plan| {
+        plan.fits(here, &Limit::or_system(given))?;
+        given.map_or_else(|| plan.fits_process(&Limit::of_process()), |_| Ok(()))
+    };
+    world.agree(plan.as_ref().map_or(Ok(()), fits))?;
     let models = || job.sweep.as_ref().map(plan::models).unwrap_or_default();
     world.on_root(|| {
-        let fits = |p: &Job| Plan::of_point(p, plan::sizes(p, meshes)?, world.size).fits(here, &Limit::of(job));
+        let fits = |p: &Job| fits(&Plan::of_point(p, plan::sizes(p, meshes)?, world.size));
         let new = |p: &&Job| !reduced || fe_inputs(p) != fe_inputs(job);
         models().into_iter().filter(new).try_for_each(|p| fits(p).map_err(|e| e.context("analyses.sweep")))
     })?;
@@ -231,9 +251,13 @@ fn refuse_what_does_not_fit(world: &World, job: &Job, meshes: &Meshes, reduced: 
 
 /// Collective: number of ranks on the node of this rank, and on rank 0 the plan of the job.
 fn plan_of(world: &World, job: &Job, meshes: &Meshes) -> Result<(usize, Option<Plan>)> {
-    job::range(job)?;
     let here = world.comm.split_shared(0).size() as usize;
-    Ok((here, world.on_root(|| Ok(Plan::new(job, plan::sizes(job, meshes)?, world.size)))?))
+    let plan = world.on_root(|| {
+        let sizes = plan::sizes(job, meshes);
+        Error::all([job::range(job).map(drop), sizes.as_ref().map(drop).map_err(Error::clone)])?;
+        Ok(Plan::new(job, sizes?, world.size))
+    })?;
+    Ok((here, plan))
 }
 
 /// Collective: the job, whose `bytes` rank 0 reads, understood by all. `path` names it.

@@ -101,6 +101,13 @@ impl World {
         out
     }
 
+    /// Collective: sum over the ranks on this rank's node.
+    pub fn sum_on_node(&self, value: f64) -> f64 {
+        let mut out = 0.0;
+        self.comm.split_shared(self.rank as i32).all_reduce_into(&value, &mut out, SystemOperation::sum());
+        out
+    }
+
     /// Collective: sum over the ranks.
     pub fn sum_u64(&self, value: u64) -> u64 {
         let mut out = 0;

@@ -319,7 +319,7 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
     file.attach(write_modes(world, &companion(path, "free_modes.vtkhdf"), true, &bodies, &frequencies, |b, k| {
         Ok(u[b].iter().map(|v| v * frequencies[b][k]).collect())
     })?)?;
-    file.finish()?;
+    file.finish(Vec::new)?;
 
     // Reading back, on every rank at once.
     let back = Reader::open(path)?;

@@ -3,6 +3,7 @@
 import json
 import sys
 
+import examples
 import faults
 import growth
 import longitudinal
@@ -12,7 +13,9 @@ import ranks
 import report
 import rotation
 import steady
+import tables
 import transient
+import tutorial
 from program import KEPT
 
 STUDIES = {
@@ -26,6 +29,9 @@ STUDIES = {
     "transient": transient.against_linear,
     "ranks": ranks.agreement,
     "faults": faults.broken,
+    "examples": examples.worked,
+    "tables": tables.written,
+    "tutorial": tutorial.performed,
 }
 
 

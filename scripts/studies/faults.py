@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -100,7 +101,9 @@ def kills():
                     # Ranks whose launcher was killed live a little longer.
                     time.sleep(0.5)
                     continue
-                if process.returncode and "came to its end" not in text:
+                # Ranks whose launcher was killed may come to the end of the run meanwhile.
+                over = "came to its end" in text or ("nothing to continue" in text and output.exists())
+                if process.returncode and not over:
                     raise SystemExit(f"after {count} kills on {ranks} ranks: {process.returncode}:\n{text}")
                 runs += 1
                 if not same(transient(output), whole):
@@ -228,9 +231,27 @@ def jobs():
     return [{"what": "mutated jobs, check", "cases": count, "outcome": f"{text}; the slowest took {slowest:.1f} s"}]
 
 
+def readers():
+    """Harmed files through the readers as a library, a thousand of each times FAULTS: a million with FAULTS=1000."""
+    program = os.environ.get("FAULTS_READERS")
+    command = [program] if program else ["cargo", "test", "--release", "--quiet", "--test", "readers", "--"]
+    count = round(1000 * TIMES)
+    begun = time.monotonic()
+    done = subprocess.run(
+        [*command, "--nocapture", "--test-threads=1"], capture_output=True, text=True, cwd=ROOT, env=os.environ | {"RAILSQUEAL_FUZZ": str(count)}
+    )
+    if done.returncode:
+        raise SystemExit(done.stdout + done.stderr)
+    told = re.findall(r"^(?:test \w+ \.\.\. )?(\w+): (\d+) (read|read or refused), (\d+) (.*)$", done.stdout, re.M)
+    if len(told) != 4:
+        raise SystemExit(f"four readers were to say what they read:\n{done.stdout}")
+    print(f"   {time.monotonic() - begun:.0f} s", flush=True)
+    return [{"what": f"readers, {what}", "cases": int(good) + int(bad), "outcome": f"{good} {how}, {bad} {rest}"} for what, good, how, bad, rest in told]
+
+
 def broken():
     rows = []
-    for study in (jobs, models, segments, kills):
+    for study in (readers, jobs, models, segments, kills):
         rows += study()
         print(f"   {rows[-1]}", flush=True)
     return rows

@@ -77,8 +77,11 @@ def longitudinal(rows):
 
 def rotation(rows):
     listed = lambda pairs: ", ".join(f"{g:.2f} ({f:.1f})" for g, f in pairs) or "–"  # noqa: E731
-    cells = [[r["speed"], listed(r["rolling"]), listed(r["none"])] for r in rows]
-    return table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells)
+    parts = []
+    for job in dict.fromkeys(r["job"] for r in rows):
+        cells = [[f"{r['speed']:g}", listed(r["rolling"]), listed(r["none"])] for r in rows if r["job"] == job]
+        parts.append(f"`jobs/{job}.json`:\n\n" + table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells))
+    return "![growth over the speed](rotation.svg)\n\n" + "\n".join(parts)
 
 
 def ranks(rows):
@@ -142,8 +145,9 @@ SECTIONS = {
     ),
     "rotation": (
         "Wheels that turn",
-        "`jobs/rolling-curve.json`: every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of wheels that turn (`\"rolling\"`) and of wheels at rest (`\"none\"`). "
-        "A pair of n nodal diameters splits into two waves, each of which has about half of the pair's growth.",
+        "Every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of wheels that turn (`\"rolling\"`) and of wheels at rest (`\"none\"`). "
+        "V = 0 is the limit at the sliding velocity of 10 m/s: 0.125 m/s, 0.25 rad/s, with a creepage of 0.8. A pair of n nodal diameters splits into two waves, each of which has about half of the pair's growth. "
+        "Circles turn, crosses are at rest.",
         rotation,
     ),
     "transient": (

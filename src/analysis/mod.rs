@@ -32,9 +32,9 @@ use crate::{Error, Result};
 use std::path::PathBuf;
 use steps::{steps, Earlier};
 use stock::Stock;
-use stop::Stop;
 
 pub use run::Run;
+pub use stop::Stop;
 
 /// What the command line adds to the job.
 #[derive(Debug, Clone)]
@@ -117,28 +117,35 @@ fn capable(job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// Collective: runs the analyses of `job` and writes the result file; `meshes` holds what was read of its mesh files. The summary is the same on
-/// every rank.
+/// What a run finds when it begins.
+#[derive(Clone, Copy)]
+pub struct Around<'r> {
+    /// What was read of the mesh files to plan the run, on rank 0.
+    pub meshes: &'r Meshes,
+    /// When to stop.
+    pub stop: &'r Stop,
+}
+
+/// Collective: runs the analyses of `job` and writes the result file. The summary is the same on every rank.
 pub fn run(
     petsc: &Petsc,
     job: &Job,
     options: &RunOptions,
-    meshes: &Meshes,
+    around: &Around,
     progress: &mut Progress,
 ) -> Result<Summary> {
     let world = petsc.world();
+    let &Around { meshes, stop } = around;
     if let (true, Some(path)) = (job.by_matrices(), &options.reuse) {
         return Err(Error::Job(format!(
             "--reuse {}: bodies given by matrices are reduced anew in each run; leave it out",
             path.display()
         )));
     }
-    let begun = std::time::Instant::now();
     let date = crate::output::utc_now();
     check(job)?;
     world.on_root(|| inputs::stay(job, options))?;
     let segments = world.on_root(|| segments(job, options, progress))?.flatten();
-    let stop = Stop::listen(begun, options.wall_time, world.is_root());
     let file = ResultFile::create(world, &options.output, options.force || options.resume)?;
     let model = companion(&options.output, MODEL);
     if options.reuse.is_none() && !options.resume && model.is_file() {
@@ -151,7 +158,7 @@ pub fn run(
     let filled = placed::filled(world, job)?;
     let given = job;
     let job = filled.as_ref().unwrap_or(job);
-    let mut run = Run { petsc, job, options, meshes, stop: &stop, segments, file, progress, summary: Summary::of(job) };
+    let mut run = Run { petsc, job, options, meshes, stop, segments, file, progress, summary: Summary::of(job) };
 
     let inputs = perform(&mut run).map_err(|e| match run.file.kept() {
         Some(kept) if kept.exists() => {
@@ -161,21 +168,25 @@ pub fn run(
     })?;
 
     let Run { mut file, progress, mut summary, segments, .. } = run;
+    file.merge(progress)?;
     progress.stage("writing results");
-    progress.finish();
-    let provenance = Provenance {
+    let mut provenance = Provenance {
         job: serde_json::to_string_pretty(&given.to_json()).map_err(|e| Error::Defect(format!("resolved job: {e}")))?,
         command: options.command.clone(),
         versions: options.versions.clone(),
         ranks: world.size,
         inputs: inputs.unwrap_or_default(),
-        stages: progress.times().to_vec(),
+        stages: Vec::new(),
         date,
         parts: segments.map(|s| s.parts()).unwrap_or_default(),
         warnings: summary.warnings().to_vec(),
     };
-    file.tables(provenance.tables());
-    file.finish()?;
+    // All is written but how long it took.
+    file.finish(|| {
+        progress.finish();
+        provenance.stages = progress.times().to_vec();
+        provenance.tables()
+    })?;
     summary.line(format!("results: {}", options.output.display()));
     Ok(summary)
 }

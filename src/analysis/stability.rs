@@ -219,7 +219,7 @@ pub(super) fn summarise(
             &format!("{:.3} Hz", e.frequency()),
             format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), partners(model, e)),
         );
-        if let Some(c) = criteria.get(i) {
+        if let Some(c) = criteria.get(i).filter(|c| c.growth_rate.is_finite()) {
             summary.value("  by one mode on the rest", cause(c));
         }
         if let Some(all) = sensitivities.filter(|_| grows(e.value, e.backward_error)) {

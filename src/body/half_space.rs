@@ -244,14 +244,6 @@ mod tests {
         assert!((force + 1.0).abs() < 1e-3, "force through z = {z}: {force}");
     }
 
-    /// Gauss–Legendre points and weights on [−1, 1], 8 points.
-    const GAUSS: [(f64, f64); 4] = [
-        (0.183_434_642_495_649_8, 0.362_683_783_378_362),
-        (0.525_532_409_916_329, 0.313_706_645_877_887_3),
-        (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
-        (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
-    ];
-
     #[test]
     fn rectangle_integrals_equal_numerical_integration_of_point_loads() {
         let m = HalfSpace { young: 3.0, poisson: 0.3 };
@@ -259,7 +251,7 @@ mod tests {
         let sides = [0.4, 0.7];
         for at in [[0.9, 0.3], [-0.6, 0.8], [0.5, -0.9], [-0.7, -0.6], [0.0, 1.1], [1.0, 0.0]] {
             let mut want = [[0.0; 3]; 3];
-            let points = || GAUSS.iter().flat_map(|&(p, w)| [(p, w), (-p, w)]);
+            let points = || crate::quadrature::legendre(8);
             for (px, wx) in points() {
                 for (py, wy) in points() {
                     let (x, y) = (at[0] - 0.5 * sides[0] * px, at[1] - 0.5 * sides[1] * py);

@@ -7,7 +7,7 @@ use super::meshes::{Meshed, Meshes};
 use crate::body::half_space::HalfSpace;
 use crate::contact::foreseen::Foreseen;
 use crate::grid::Interface;
-use crate::job::{Job, Load};
+use crate::job::{Job, Load, ModesExtent};
 use crate::mesh::attitude::Attitude;
 use crate::mesh::quality;
 use crate::{Error, Result};
@@ -63,44 +63,16 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
             _ => Ok(report),
         };
     }
+    let found: Vec<Result<(Rc<Meshed>, Report)>> =
+        job.bodies().into_iter().map(|(name, body)| of_mesh(job, meshes, name, body)).collect();
+    // The faults of both.
+    Error::all(found.iter().map(|f| f.as_ref().map(drop).map_err(Error::clone)))?;
     let mut meshed: Vec<Rc<Meshed>> = Vec::new();
-    for (name, body) in job.bodies() {
-        let found = meshes.of(job, name, body)?;
-        let material = body.elastic()?;
-        let mesh = &found.mesh;
-        let mut worst = (f64::INFINITY, 0);
-        for (number, cell) in mesh.cells.iter().enumerate() {
-            let x: Vec<[f64; 3]> = cell.nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
-            let [low, high] = quality::jacobian_range(cell.kind, &x);
-            if !(low / high >= worst.0) {
-                worst = (low / high, number);
-            }
-        }
-        if !(worst.0 > 0.0) {
-            return Err(Error::Input(format!(
-                "bodies.{name}.mesh: element {} is inverted or degenerate: its smallest Jacobian is {:.3} of its largest, expected more than 0; \
-                 repair the mesh",
-                worst.1 + 1,
-                worst.0
-            )));
-        }
-        let attitude = Attitude::of(mesh);
-        let mass = attitude.volume * material.density;
-        let extent = [0, 1, 2].map(|c| attitude.high[c] - attitude.low[c]);
-        report.lines.push(format!(
-            "body {name}: {:.4} x {:.4} x {:.4} m, {mass:.4e} kg, smallest over largest Jacobian of an element {:.2}",
-            extent[0], extent[1], extent[2], worst.0
-        ));
-        if mass > HEAVY {
-            report.warnings.push(format!(
-                "bodies.{name}: {mass:.1e} kg and {:.1} m long: is the mesh in mm? Lengths are in m",
-                extent[0].max(extent[2])
-            ));
-        }
-        let lies = super::lies::of(job, name, body, &found, &attitude)?;
-        report.lines.extend(lies.lines);
-        report.warnings.extend(lies.warnings);
-        meshed.push(found);
+    for found in found {
+        let (mesh, found) = found?;
+        report.lines.extend(found.lines);
+        report.warnings.extend(found.warnings);
+        meshed.push(mesh);
     }
     if let ([Some(lower), Some(upper)], true) =
         (&meshed.iter().map(|m| m.grid.as_ref()).collect::<Vec<_>>()[..], wanted(job))
@@ -110,6 +82,89 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         report.warnings.extend(found.warnings);
     }
     Ok(report)
+}
+
+/// What the mesh of the body `name` is like: size, mass, worst element, modes, and how it lies.
+fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> Result<(Rc<Meshed>, Report)> {
+    let mut report = Report::default();
+    let found = meshes.of(job, name, body)?;
+    let material = body.elastic()?;
+    let mesh = &found.mesh;
+    let mut worst = (f64::INFINITY, 0);
+    for (number, cell) in mesh.cells.iter().enumerate() {
+        let x: Vec<[f64; 3]> = cell.nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
+        let [low, high] = quality::jacobian_range(cell.kind, &x);
+        if !(low / high >= worst.0) {
+            worst = (low / high, number);
+        }
+    }
+    if !(worst.0 > 0.0) {
+        return Err(Error::Input(format!(
+            "bodies.{name}.mesh: element {} is inverted or degenerate: its smallest Jacobian is {:.3} of its largest, expected more than 0; \
+             repair the mesh",
+            worst.1 + 1,
+            worst.0
+        )));
+    }
+    let attitude = Attitude::of(mesh);
+    let mass = attitude.volume * material.density;
+    let extent = [0, 1, 2].map(|c| attitude.high[c] - attitude.low[c]);
+    report.lines.push(format!(
+        "body {name}: {:.4} x {:.4} x {:.4} m, {mass:.4e} kg, smallest over largest Jacobian of an element {:.2}",
+        extent[0], extent[1], extent[2], worst.0
+    ));
+    if mass > HEAVY {
+        report.warnings.push(format!(
+            "bodies.{name}: {mass:.1e} kg and {:.1} m long: is the mesh in mm? Lengths are in m",
+            extent[0].max(extent[2])
+        ));
+    }
+    modes(job, name, body, (attitude.volume, mesh.nodes.len()), &mut report)?;
+    let lies = super::lies::of(job, name, body, &found, &attitude)?;
+    report.lines.extend(lies.lines);
+    report.warnings.extend(lies.warnings);
+    Ok((found, report))
+}
+
+/// More modes than this are warned of.
+const MANY: f64 = 1000.0;
+
+/// How many modes are asked for of a body of this volume (m³) with so many nodes, and what they take. Up to a frequency there are, for short waves,
+/// V ω³ (1/c_L³ + 2/c_T³)/6π² of them (P. Debye, *Ann. Phys.* 39 (1912)); the surface, and bending where the body is thin, add to that.
+fn modes(
+    job: &Job,
+    name: &str,
+    body: &crate::job::Body,
+    (volume, nodes): (f64, usize),
+    report: &mut Report,
+) -> Result<()> {
+    let Some(wanted) = &job.analyses.modes else { return Ok(()) };
+    let (m, key) = (
+        body.elastic()?,
+        match wanted.extent() {
+            ModesExtent::Count(_) => "count",
+            ModesExtent::MaxFrequency(_) => "max_frequency",
+        },
+    );
+    let count = match wanted.extent() {
+        ModesExtent::Count(n) => n as f64,
+        ModesExtent::MaxFrequency(f) => {
+            let shear = m.young / (2.0 * (1.0 + m.poisson));
+            let [long, trans] =
+                [2.0 * shear * (1.0 - m.poisson) / (1.0 - 2.0 * m.poisson), shear].map(|g| (g / m.density).sqrt());
+            let omega = std::f64::consts::TAU * f;
+            volume * omega.powi(3) * (long.powi(-3) + 2.0 * trans.powi(-3)) / (6.0 * std::f64::consts::PI.powi(2))
+        }
+    };
+    if count > MANY {
+        let bytes = 2.0 * 8.0 * 3.0 * nodes as f64 * count;
+        report.warnings.push(format!(
+            "analyses.modes.{key}: about {count:.0} modes of body {name} take {:.1} GB while they are computed, each some solves with the factor, and each step of \
+             stability grows with the third power of their number: hundreds are usual",
+            bytes / 1e9
+        ));
+    }
+    Ok(())
 }
 
 /// A body above this mass, kg, is hardly a wheel or a rail.
@@ -219,6 +274,20 @@ mod tests {
         let error = report(&["contact.patch.half_length=0.004"]).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(error.to_string().contains("half_length") && error.to_string().contains("enlarge"), "{error}");
+    }
+
+    #[test]
+    fn thousands_of_modes_are_counted_and_warned_of() {
+        let set = |modes: &str| report(&[&format!("analyses.modes={modes}")]).unwrap().warnings;
+        assert_eq!(set("{\"max_frequency\": 5000}"), [] as [String; 0]);
+        assert_eq!(set("{\"count\": 3000}").len(), 2, "of each body");
+        let warnings = set("{\"max_frequency\": 50000}");
+        let count = warnings[0].split("about ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+        // A disc of steel, c_L 5948 and c_T 3179 m/s, less what facets and the crown take.
+        let volume = std::f64::consts::PI * (0.25 - 0.01) * 0.1;
+        let waves = 5948.0f64.powi(-3) + 2.0 * 3179.0f64.powi(-3);
+        let by_hand = volume * (std::f64::consts::TAU * 5e4).powi(3) * waves / (6.0 * std::f64::consts::PI.powi(2));
+        assert!((count / by_hand - 1.0).abs() < 0.05, "{warnings:?}, by hand {by_hand}");
     }
 
     #[test]

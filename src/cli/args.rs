@@ -14,7 +14,7 @@ Exit codes:
   3  a mesh or another input file is missing or wrong
   4  a solver did not converge
   5  stopped on request or by the time limit; what was computed is kept
-  6  reading or writing failed
+  6  reading or writing failed, or a rank was lost
   7  not enough memory";
 
 /// Rolling contact with friction between finite-element bodies.
@@ -151,7 +151,9 @@ pub enum Example {
     Sweep,
     /// An unstable mode in time, until its limit cycle, with its sound
     Squeal,
-    /// A wheel on a rail by their profiles
+    /// A wheel on a rail from drawings: modes, steady rolling and stability
+    WheelOnRail,
+    /// The contact of a wheel and a rail by their profiles
     WheelOnRailContact,
 }
 

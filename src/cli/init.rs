@@ -35,15 +35,25 @@ fn files(example: Example) -> (&'static str, &'static [Companion]) {
         Example::OwnMesh => (include_str!("../../jobs/blocks.json"), &MESHES),
         Example::Sweep => (include_str!("../../jobs/sweep-curve.json"), &[]),
         Example::Squeal => (include_str!("../../jobs/squeal.json"), &[]),
+        Example::WheelOnRail => (include_str!("../../jobs/wheel-on-rail.json"), &[]),
         Example::WheelOnRailContact => (include_str!("../../jobs/wheel-on-rail-contact.json"), &[]),
     }
 }
 
-/// Writes the example to `job`, and says what was written and what to do with it. Files that are there stay: `Error::Job`.
+/// Name of the schema of jobs, beside the written job.
+const SCHEMA: &str = "railsqueal.schema.json";
+
+/// The job with the key that leads editors to its schema: they complete its keys, and show what each is.
+fn with_schema(job: &str) -> String {
+    job.replacen('{', &format!("{{\n  \"$schema\": \"{SCHEMA}\","), 1)
+}
+
+/// Writes the example to `job`, with its schema beside it, and says what was written and what to do with it. Files that are there stay: `Error::Job`
+/// but for the schema, which is the same for all jobs.
 pub fn write(example: Example, job: &Path) -> Result<String> {
     let (text, companions) = files(example);
     let folder = job.parent().unwrap_or(Path::new(""));
-    let mut wanted: Vec<(PathBuf, Vec<u8>)> = vec![(job.into(), text.into())];
+    let mut wanted: Vec<(PathBuf, Vec<u8>)> = vec![(job.into(), with_schema(text).into())];
     for companion in companions {
         let named = String::from_utf8_lossy(&wanted[0].1).replace(companion.named, companion.name);
         wanted[0].1 = named.into_bytes();
@@ -54,6 +64,12 @@ pub fn write(example: Example, job: &Path) -> Result<String> {
             "{}: is there already, and is not replaced; name another job with --output",
             path.display()
         )));
+    }
+    let schema = folder.join(SCHEMA);
+    if !schema.exists() {
+        let text = serde_json::to_string_pretty(&railsqueal::job::schema())
+            .map_err(|e| Error::Defect(format!("schema of the job: {e}")))?;
+        wanted.push((schema, (text + "\n").into()));
     }
     for (path, content) in &wanted {
         let failed = |e: std::io::Error| match e.kind() {

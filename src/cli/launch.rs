@@ -46,6 +46,43 @@ pub fn mute(env: Lookup) -> Option<String> {
     ))
 }
 
+/// `Some` message if srun offers PMI-1 or PMI-2 to an Open MPI whose plugins speak neither: MPI_Init would end the processes in its own words.
+/// `plugins` are the names of its interfaces, none if they are not known.
+pub fn deaf(env: Lookup, plugins: &[String]) -> Option<String> {
+    env("SLURM_STEP_ID")?;
+    let offered = ["PMI_FD", "PMI_RANK"].iter().find(|name| env(name).is_some())?;
+    let other = ["PMIX_NAMESPACE", "OMPI_COMM_WORLD_SIZE"].iter().any(|name| env(name).is_some());
+    if other || plugins.is_empty() || plugins.iter().any(|p| ["s1", "s2", "cray"].contains(&p.as_str())) {
+        return None;
+    }
+    Some(format!(
+        "srun offers PMI-1 or PMI-2 ({offered} is set), and the Open MPI of this program speaks neither.\n  Choose PMIx, srun --mpi=pmix (`srun --mpi=list` \
+         shows what there is), or the mpirun of that library"
+    ))
+}
+
+/// Interfaces that the Open MPI of this process has as plugins: `ext3x`, `s2`, …; none where they are built in, or where it is another MPI.
+pub fn plugins() -> Vec<String> {
+    let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let library = maps.lines().filter_map(|l| Some(&l[l.find('/')?..])).find(|path| path.contains("/libmpi.so"));
+    let Some(place) = library.and_then(|path| std::path::Path::new(path).parent()) else { return Vec::new() };
+    let mut found = Vec::new();
+    // Beside the library in openmpi, in Debian in openmpi/lib/openmpi3.
+    let mut folders = vec![(place.to_owned(), 0)];
+    while let Some((folder, depth)) = folders.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if let Some(plugin) = name.strip_prefix("mca_pmix_").and_then(|n| n.strip_suffix(".so")) {
+                found.push(plugin.to_owned());
+            }
+            if depth < 3 && (name.starts_with("openmpi") || (depth > 0 && name == "lib")) {
+                folders.push((entry.path(), depth + 1));
+            }
+        }
+    }
+    found
+}
+
 /// `Some` message if the launcher started several processes but MPI made a world of one of each.
 pub fn singletons(world_size: usize, env: Lookup) -> Option<String> {
     if world_size != 1 {
@@ -82,6 +119,19 @@ mod tests {
         }
         assert_eq!(mute(&|name: &str| (name == "SLURM_STEP_NUM_TASKS").then(|| "1".to_owned())), None);
         assert_eq!(mute(&|_: &str| None), None);
+    }
+
+    #[test]
+    fn an_interface_that_the_library_does_not_speak_is_refused() {
+        let env = |names: &'static [&'static str]| move |name: &str| names.contains(&name).then(|| "0".to_owned());
+        let plugins = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
+        let pmi2 = env(&["SLURM_STEP_ID", "PMI_FD", "PMI_RANK"]);
+        let text = deaf(&pmi2, &plugins(&["ext3x", "flux"])).unwrap_or_default();
+        assert!(text.contains("--mpi=pmix") && text.contains("PMI_FD"), "{text}");
+        assert_eq!(deaf(&pmi2, &plugins(&["ext3x", "s2"])), None, "it speaks PMI-2");
+        assert_eq!(deaf(&pmi2, &[]), None, "it is not known what it speaks");
+        assert_eq!(deaf(&env(&["SLURM_STEP_ID", "PMI_RANK", "PMIX_NAMESPACE"]), &plugins(&["ext3x"])), None);
+        assert_eq!(deaf(&env(&["PMI_RANK"]), &plugins(&["ext3x"])), None, "no srun");
     }
 
     fn of<'a>(pairs: &'a [(&'a str, &'a str)]) -> impl Fn(&str) -> Option<String> + 'a {

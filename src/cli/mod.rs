@@ -3,6 +3,7 @@
 pub mod args;
 pub mod init;
 pub mod launch;
+pub mod neighbour;
 pub mod probe;
 pub mod results;
 pub mod versions;

@@ -8,6 +8,7 @@ use crate::mesh::reference::Shape;
 use crate::mesh::{Cell, Facet, Mesh};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
+use crate::quadrature::{triangle_6, GAUSS_3};
 use std::collections::HashMap;
 
 /// A point of the rule of a facet.
@@ -118,22 +119,14 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Gauss' rule of three points on [0, 1].
-const LINE: [(f64, f64); 3] =
-    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
-/// Rule of degree 4 on the triangle of 0 and the unit points: coordinate, weight of each of three points (D. A. Dunavant, Int. J. Numer. Meth. Engng 21
-/// (1985) 1129).
-const TRIANGLE: [(f64, f64); 2] =
-    [(0.445_948_490_915_965, 0.111_690_794_839_005_5), (0.091_576_213_509_771, 0.054_975_871_827_661)];
-
 /// Points of the facet in its own coordinates, and their weights: exact for products of two shape functions on a flat facet.
 fn rule(corners: usize) -> Vec<([f64; 2], f64)> {
     match corners {
-        3 => TRIANGLE
-            .iter()
-            .flat_map(|&(a, w)| [[a, a], [1.0 - 2.0 * a, a], [a, 1.0 - 2.0 * a]].map(|at| (at, w)))
-            .collect(),
-        _ => LINE.iter().flat_map(|&(s, a)| LINE.map(|(t, b)| ([s, t], a * b))).collect(),
+        3 => triangle_6(),
+        _ => {
+            let line = GAUSS_3.map(|(s, w)| (0.5 + 0.5 * s, 0.5 * w));
+            line.iter().flat_map(|&(s, a)| line.map(|(t, b)| ([s, t], a * b))).collect()
+        }
     }
 }
 

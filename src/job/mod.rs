@@ -67,6 +67,7 @@ impl Job {
             // The schema is made from the same types, so this is what the schema cannot express.
             Error::Job(format!("{name}: {}: {}", e.path(), e.inner()))
         })?;
+        job.schema = None;
         job.resolve_rotation();
         if let Some(only) = only {
             keep_only(&mut job, only)?;

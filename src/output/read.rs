@@ -4,6 +4,7 @@ use super::checksums::{digest, Pieces};
 use super::provenance::hexadecimal;
 use super::table::SUM;
 use super::values::Values;
+use super::vtkhdf::strong;
 use crate::{Error, Result};
 use hdf5::types::{IntSize, TypeDescriptor, VarLenUnicode};
 use ndarray::s;
@@ -25,7 +26,7 @@ impl Reader {
         if let Err(e) = crate::input::open(path) {
             return Err(Error::Input(format!("cannot read {}: {e}", path.display())));
         }
-        let file = hdf5::File::open(path).map_err(|e| {
+        let file = hdf5::File::with_options().with_fapl(strong).open(path).map_err(|e| {
             Error::Input(format!("{} is no HDF5 file, or a truncated one ({e}); make it again", path.display()))
         })?;
         Ok(Self { file, path: path.to_owned(), pieces: OnceCell::new() })
@@ -101,6 +102,11 @@ impl Reader {
             true => Ok(()),
             false => Err(self.fault(path, "it is damaged: the SHA-256 of its pieces are not those with which they were written; make the file again")),
         }
+    }
+
+    /// A dataset as it lies in the file.
+    pub(super) fn dataset(&self, path: &str) -> Result<hdf5::Dataset> {
+        self.file.dataset(path).map_err(|e| self.fault(path, &e.to_string()))
     }
 
     /// Shape and values of a dataset.
@@ -217,4 +223,21 @@ pub fn survey(path: &Path, head: bool) -> Result<()> {
         some.map_err(|e| reader.fault(shapes, &e.to_string()))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As on a file system where HDF5's lock fails.
+    #[test]
+    fn files_are_read_without_locks() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.h5");
+        hdf5::File::create(&path).and_then(|f| f.close()).expect("a file");
+        let other = std::fs::File::open(&path).expect("open");
+        rustix::fs::flock(&other, rustix::fs::FlockOperation::LockExclusive).expect("a lock");
+        assert!(hdf5::File::open(&path).is_err(), "with a lock of its own HDF5 does not open the file");
+        Reader::open(&path).map(drop).expect("without it does");
+    }
 }

@@ -8,6 +8,7 @@ use super::sequence::SequenceFile;
 use super::table::Table;
 use super::vtkhdf::{skeleton, strong, write_slabs, Piece};
 use crate::parallel::World;
+use crate::progress::Progress;
 use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -111,42 +112,46 @@ impl<'w> ResultFile<'w> {
         self.segments = Some((segments, group.to_owned()));
     }
 
-    /// Collective: writes the tables and gives the file, and those attached, their names.
-    pub fn finish(mut self) -> Result<()> {
+    /// Collective: the file that is being made, begun if it was not.
+    fn begun(&mut self) -> Result<Partial> {
+        if let Some(partial) = self.partial.take() {
+            return Ok(partial);
+        }
+        let partial = Partial::new(self.world, &self.target)?;
+        self.world.on_root(|| skeleton(&partial, None, &[], &[], None))?;
+        Ok(partial)
+    }
+
+    /// Collective: puts the segments of [`ResultFile::append`] together, if there are any.
+    pub fn merge(&mut self, progress: &mut Progress) -> Result<()> {
         let world = self.world;
-        let mut partial = match self.partial.take() {
-            Some(partial) => partial,
-            None => {
-                let partial = Partial::new(world, &self.target)?;
-                world.on_root(|| skeleton(&partial, None, &[], &[], None))?;
-                partial
-            }
-        };
+        if world.max(f64::from(u8::from(self.segments.is_some()))) == 0.0 {
+            return Ok(());
+        }
+        progress.stage("putting the segments together");
+        let partial = self.begun()?;
+        let segments = &self.segments;
+        world.on_root(|| {
+            let Some((segments, group)) = segments else { return Ok(()) };
+            let have = std::fs::metadata(&partial.path).map(|m| m.len()).unwrap_or(0);
+            partial.reserve(have + 2 * segments.bytes() + 65536)?;
+            append_to(&partial.path, segments, group, progress)
+        })?;
+        self.partial = Some(partial);
+        Ok(())
+    }
+
+    /// Collective: writes the tables and, after all others, those that `last` gives on rank 0; then the file, and those attached, get their names.
+    pub fn finish(mut self, last: impl FnOnce() -> Vec<Table>) -> Result<()> {
+        let world = self.world;
+        let mut partial = self.begun()?;
         let tables = &self.tables;
         let attached = &mut self.attached;
         let (segments, kept) = (&self.segments, &self.kept);
         world.on_root(|| {
             let mut seen = BTreeSet::new();
-            for table in tables {
-                if let Some(fault) = table.fault() {
-                    return Err(Error::Defect(fault));
-                }
-                if !seen.insert(&table.path) {
-                    return Err(Error::Defect(format!("table {} is written twice", table.path)));
-                }
-            }
-            let have = std::fs::metadata(&partial.path).map(|m| m.len()).unwrap_or(0);
-            let appended = segments.as_ref().map_or(0, |(s, _)| 2 * s.bytes());
-            partial.reserve(have + appended + tables.iter().map(Table::bytes).sum::<u64>() + 65536)?;
-            let add = || -> hdf5::Result<()> {
-                let file = hdf5::File::with_options().with_fapl(strong).open_rw(&partial.path)?;
-                tables.iter().try_for_each(|table| table.write(&file))?;
-                file.close()
-            };
-            add().map_err(|e| partial.hdf5_error("writing tables", &e))?;
-            if let Some((segments, group)) = segments {
-                append_to(&partial.path, segments, group)?;
-            }
+            add(&partial, tables, &mut seen)?;
+            add(&partial, &last(), &mut seen)?;
             attached.iter_mut().try_for_each(Partial::publish)?;
             partial.publish()?;
             if let Some((segments, _)) = segments {
@@ -164,6 +169,26 @@ impl<'w> ResultFile<'w> {
         })?;
         Ok(())
     }
+}
+
+/// On rank 0: writes tables into the file that is being made, none of them among those `seen` before.
+fn add(partial: &Partial, tables: &[Table], seen: &mut BTreeSet<String>) -> Result<()> {
+    for table in tables {
+        if let Some(fault) = table.fault() {
+            return Err(Error::Defect(fault));
+        }
+        if !seen.insert(table.path.clone()) {
+            return Err(Error::Defect(format!("table {} is written twice", table.path)));
+        }
+    }
+    let have = std::fs::metadata(&partial.path).map(|m| m.len()).unwrap_or(0);
+    partial.reserve(have + tables.iter().map(Table::bytes).sum::<u64>() + 65536)?;
+    let write = || -> hdf5::Result<()> {
+        let file = hdf5::File::with_options().with_fapl(strong).open_rw(&partial.path)?;
+        tables.iter().try_for_each(|table| table.write(&file))?;
+        file.close()
+    };
+    write().map_err(|e| partial.hdf5_error("writing tables", &e))
 }
 
 /// The files that a run with the main file `path` may write, and the folder of its segments.

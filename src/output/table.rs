@@ -18,7 +18,8 @@ pub struct Table {
     pub(super) description: String,
     pub(super) shape: Vec<usize>,
     pub(super) values: Values,
-    pub(super) extendible: bool,
+    /// Whether the first dimension can grow, by chunks of so many rows (0: as the size of a row asks for).
+    pub(super) extendible: Option<usize>,
     pub(super) summed: bool,
 }
 
@@ -32,7 +33,7 @@ impl Table {
             description: description.to_owned(),
             shape: shape.to_vec(),
             values: values.into(),
-            extendible: false,
+            extendible: None,
             summed: false,
         }
     }
@@ -49,8 +50,13 @@ impl Table {
     }
 
     /// Stores the table chunked and compressed whatever its size, with a first dimension that can grow later.
-    pub fn extendible(mut self) -> Self {
-        self.extendible = true;
+    pub fn extendible(self) -> Self {
+        self.in_chunks(0)
+    }
+
+    /// The same in chunks of `rows` rows.
+    pub fn in_chunks(mut self, rows: usize) -> Self {
+        self.extendible = Some(rows);
         self
     }
 
@@ -75,9 +81,9 @@ impl Table {
             Some(format!("table {path} of shape {:?} has {} values", self.shape, self.values.len()))
         } else if self.units.is_empty() || self.description.is_empty() {
             Some(format!("table {path} lacks its unit or its description"))
-        } else if self.extendible && self.summed {
+        } else if self.extendible.is_some() && self.summed {
             Some(format!("table {path} can grow and would not fit its checksum"))
-        } else if self.extendible && self.shape.is_empty() {
+        } else if self.extendible.is_some() && self.shape.is_empty() {
             Some(format!("table {path} is a scalar and cannot grow"))
         } else {
             None
@@ -88,8 +94,11 @@ impl Table {
     pub(super) fn write(&self, file: &File) -> hdf5::Result<()> {
         // What later runs take up are matrices whose digits are noise to a compressor: a fifth less on disk for most of the time of writing.
         let large = !self.summed && self.values.bytes() >= COMPRESS_FROM && !matches!(self.values, Values::Text(_));
-        let layout =
-            if self.extendible || (large && !self.shape.is_empty()) { Layout::Compressed } else { Layout::Whole };
+        let layout = match self.extendible {
+            Some(rows) => Layout::Compressed(rows),
+            None if large && !self.shape.is_empty() => Layout::Compressed(0),
+            None => Layout::Whole,
+        };
         let (group, name) = parent(file, &self.path)?;
         let dataset = self.values.create(&group, &name, &self.shape, layout)?;
         describe(&dataset, &self.units, &self.description)?;

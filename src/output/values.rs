@@ -56,12 +56,14 @@ impl From<&str> for Values {
 pub(super) enum Layout {
     Reserved,
     Whole,
-    /// Chunked and compressed; the first dimension can grow.
-    Compressed,
+    /// Chunked, so many rows each (0: as their size asks for), and compressed; the first dimension can grow.
+    Compressed(usize),
 }
 
-/// Rows of a compressed chunk: about 256 KiB each.
-const CHUNK_BYTES: usize = 1 << 18;
+/// Size of a compressed chunk, about, at the most.
+pub(super) const CHUNK_BYTES: usize = 1 << 18;
+/// Smaller chunks cost more by their number than it costs to make larger ones of them.
+pub(super) const CHUNK_LEAST: usize = 1 << 12;
 
 impl Values {
     /// Number of values.
@@ -178,10 +180,13 @@ fn create<T: hdf5::H5Type>(group: &Group, name: &str, shape: &[usize], layout: L
             builder.no_chunk().alloc_time(Some(AllocTime::Early)).fill_time(FillTime::Never).shape(shape).create(name)
         }
         Layout::Whole => builder.shape(shape).create(name),
-        Layout::Compressed => {
+        Layout::Compressed(rows) => {
             let row = std::mem::size_of::<T>() * shape[1..].iter().product::<usize>();
             let mut chunk = shape.to_vec();
-            chunk[0] = (CHUNK_BYTES / row.max(1)).clamp(1, shape[0].max(1));
+            chunk[0] = match rows {
+                0 => (CHUNK_BYTES / row.max(1)).clamp(1, shape[0].max(1)),
+                rows => rows,
+            };
             chunk.iter_mut().for_each(|c| *c = (*c).max(1));
             let mut extents = hdf5::SimpleExtents::new(shape.iter().copied());
             extents = hdf5::SimpleExtents::from_vec(

@@ -337,9 +337,10 @@ pub(super) fn write_slabs(world: &World, partial: &Partial, slabs: &[Slab]) -> R
     written.and(closed)
 }
 
-/// Files close with everything that is open in them.
+/// Files close with everything that is open in them, and HDF5 does not lock them: Lustre and NFS may have no locks, and it would open nothing there.
+/// None is needed: a file has its name when it is complete, and segments are locked by their manifest.
 pub(super) fn strong(
     plist: &mut hdf5::plist::file_access::FileAccessBuilder,
 ) -> &mut hdf5::plist::file_access::FileAccessBuilder {
-    plist.fclose_degree(hdf5::plist::file_access::FileCloseDegree::Strong)
+    plist.fclose_degree(hdf5::plist::file_access::FileCloseDegree::Strong).file_locking(false)
 }

@@ -2,7 +2,7 @@
 
 use super::csr::DistCsr;
 use super::handle::{read, vector, write, Handle};
-use super::mumps::{failure, Failed};
+use super::mumps::{failure, room, Failed};
 use super::session::{check, Petsc};
 use crate::{Error, Result};
 use mpi::raw::AsRaw;
@@ -68,6 +68,7 @@ impl<'p> ComplexFactor<'p> {
         unsafe {
             check(sys::MatCholeskyFactorSymbolic(f, made._matrix.raw(), std::ptr::null_mut(), &info), &doing)?;
             made.refuse_failure()?;
+            made.refuse_no_room()?;
             check(sys::MatCholeskyFactorNumeric(f, made._matrix.raw(), &info), &doing)?;
         }
         made.refuse_failure()?;
@@ -87,10 +88,18 @@ impl<'p> ComplexFactor<'p> {
 
     fn refuse_failure(&self) -> Result<()> {
         let (code, detail) = (self.infog(1)?, self.infog(2)?);
+        self.failing(|failed| failure(code, detail, failed))
+    }
+
+    fn refuse_no_room(&self) -> Result<()> {
+        // Of the rank that needs most: PETSc shows those of each only where its own options ask for them.
+        self.failing(|failed| room(self.petsc.world(), failed.megabytes, failed))
+    }
+
+    fn failing(&self, judge: impl FnOnce(&Failed) -> Result<()>) -> Result<()> {
         let megabytes = self.infog(16)?.max(0) as u64;
         let what = format!("the complex factorisation of {}", self.name);
-        let failed = Failed { what: &what, matrix: &self.name, entry: 16.0, megabytes, advice: ADVICE };
-        failure(code, detail, &failed)
+        judge(&Failed { what: &what, matrix: &self.name, entry: 16.0, megabytes, advice: ADVICE })
     }
 
     /// Collective: solves for `nrhs` right-hand sides in place. `rhs`: local rows, `[n_local, nrhs]` column by column.

@@ -1,5 +1,7 @@
 //! PETSc and SLEPc from initialisation to the end, their options, and their errors as [`Error`].
 
+use super::handle::Handle;
+use crate::memory::reserve;
 use crate::parallel::World;
 use crate::{Error, Result};
 use petsc_sys as sys;
@@ -47,7 +49,11 @@ impl<'w> Petsc<'w> {
             return Err(Error::Defect("PETSc was started twice".into()));
         }
         match Self::initialise(options, arguments) {
-            Ok(()) => Ok(Self { world, defaults: RefCell::default() }),
+            Ok(()) => {
+                let session = Self { world, defaults: RefCell::default() };
+                session.touch_blas()?;
+                Ok(session)
+            }
             Err(error) => {
                 RUNNING.store(false, Ordering::SeqCst);
                 Err(error)
@@ -98,6 +104,36 @@ impl<'w> Petsc<'w> {
         )?;
         // SAFETY: the handler has the signature asked for, needs no context, and does not unwind.
         check(unsafe { sys::PetscPushErrorHandler(Some(collect), ptr::null_mut()) }, "setting PETSc's error handler")
+    }
+
+    /// Collective: has OpenBLAS take its buffers now, if there is room for them. It takes them at the first product otherwise, and where MUMPS has
+    /// left no memory by then it asks for them again and again, for ever.
+    fn touch_blas(&self) -> Result<()> {
+        /// What OpenBLAS takes for a thread is at most half of this.
+        const BUFFERS: f64 = 256e6;
+        /// Products of smaller matrices get by with the stack.
+        const N: usize = 128;
+        let short = |why| {
+            Error::Memory(format!(
+                "out of memory before anything is computed: {why}; raise the limit, or use fewer ranks on a machine"
+            ))
+        };
+        self.world.agree(reserve(BUFFERS).map_err(short))?;
+        let n = N as sys::PetscInt;
+        let doing = "a first product";
+        // SAFETY: a communicator that always exists, valid outputs; PETSc allocates the values.
+        let matrix = Handle::create(self, doing, |m| unsafe {
+            sys::MatCreateDense(mpi::ffi::RSMPI_COMM_SELF, n, n, n, n, ptr::null_mut(), m)
+        })?;
+        // SAFETY: as above.
+        let make = || Handle::create(self, doing, |v| unsafe { sys::VecCreateMPI(mpi::ffi::RSMPI_COMM_SELF, n, n, v) });
+        let (x, y) = (make()?, make()?);
+        // SAFETY: live objects that fit each other.
+        unsafe {
+            check(sys::MatAssemblyBegin(matrix.raw(), sys::MatAssemblyType_MAT_FINAL_ASSEMBLY), doing)?;
+            check(sys::MatAssemblyEnd(matrix.raw(), sys::MatAssemblyType_MAT_FINAL_ASSEMBLY), doing)?;
+            check(sys::MatMult(matrix.raw(), x.raw(), y.raw()), doing)
+        }
     }
 
     /// The ranks.

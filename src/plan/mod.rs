@@ -1,15 +1,13 @@
 //! What a job would compute, how large it is, and how much memory it needs: `railsqueal check`, and the refusal of a job
 //! that cannot fit before anything is meshed.
 
-mod limit;
 mod memory;
 mod text;
-
-pub use limit::Limit;
 
 use crate::body::matrix_market;
 use crate::case::meshes::{cylinder_spec, Meshes};
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
+use crate::memory::Limit;
 use crate::mesh::{cylinder, CellKind};
 use crate::{Error, Result};
 use std::fmt;
@@ -51,9 +49,12 @@ pub struct Plan {
     pub on_root: Vec<(&'static str, f64)>,
 }
 
-/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; mesh files are read into `meshes`. For one rank.
+/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; mesh files are read into `meshes`. For one rank. An error has the
+/// faults of all bodies.
 pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
-    job.bodies().into_iter().map(|(name, body)| size(job, meshes, name, body)).collect()
+    let all: Vec<_> = job.bodies().into_iter().map(|(name, body)| size(job, meshes, name, body)).collect();
+    Error::all(all.iter().map(|s| s.as_ref().map(drop).map_err(Error::clone)))?;
+    all.into_iter().collect()
 }
 
 fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Result<BodySize> {
@@ -144,6 +145,21 @@ impl Plan {
     /// Estimated peak memory of the node of rank 0, byte, where `ranks_here` of the ranks run.
     pub fn node(&self, ranks_here: usize) -> f64 {
         self.root() + self.per_rank() * ranks_here.saturating_sub(1) as f64
+    }
+
+    /// An error if rank 0 needs more than its process may have.
+    pub fn fits_process(&self, limit: &Limit) -> Result<()> {
+        let need = self.root();
+        match need <= limit.bytes {
+            true => Ok(()),
+            false => Err(Error::Memory(format!(
+                "the job needs about {} in the process of rank 0, but {} leaves {}.\n  Raise it (ulimit -v unlimited), use a larger element_size, or \
+                 more ranks; with solver.memory_limit that limit counts instead",
+                size_text(need),
+                limit.source,
+                size_text(limit.bytes)
+            ))),
+        }
     }
 
     /// An error if the node of rank 0, where `ranks_here` ranks run, has less memory than the plan needs there.
@@ -257,13 +273,16 @@ mod tests {
     #[test]
     fn a_plan_that_does_not_fit_is_a_memory_error_with_both_figures() {
         let plan = plan(&["solver.memory_limit=1e8"], 1);
-        let limit = Limit::of(&job(&["solver.memory_limit=1e8"]));
+        let limit = Limit::or_system(job(&["solver.memory_limit=1e8"]).solver.memory_limit);
         let error = plan.fits(1, &limit).unwrap_err();
         assert_eq!(error.exit_code(), 7);
         for part in ["solver.memory_limit gives 100 MB", "needs about", "factorisation", "element_size"] {
             assert!(error.to_string().contains(part), "{part}: {error}");
         }
         assert!(plan.fits(1, &Limit { bytes: 1e12, source: "a test".into() }).is_ok());
+        let error = plan.fits_process(&Limit { bytes: 1e8, source: "a test".into() }).unwrap_err();
+        assert!(error.exit_code() == 7 && error.to_string().contains("a test leaves 100 MB"), "{error}");
+        assert!(plan.fits_process(&Limit::of_process()).is_ok());
     }
 
     #[test]

@@ -23,7 +23,11 @@ type C = Complex<f64>;
 /// Frequencies this near to each other, relatively, are of one pair.
 const PAIR: f64 = 1e-6;
 
-/// What one free mode, or a pair, does on the rest.
+/// Eigenvalues whose imaginary part is less than this part of them do not oscillate.
+const REAL: f64 = 1e-9;
+
+/// What one free mode, or a pair, does on the rest. Of an eigenvalue that does not oscillate, as friction that falls steeply has them, it is not a number
+/// but for the mode and its damping.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Criterion {
     /// The free mode with the largest share; its partner of the same frequency and body follows.
@@ -153,6 +157,12 @@ fn of_pair(bodies: &ModalPair, point: &Point, seen: &[Seen], pair: &Eigenpair) -
     own.sort_by_key(|&k| k != first);
     let rest: Vec<usize> = (0..m).filter(|k| !own.contains(k)).collect();
     let omega = pair.value.im.abs();
+    let damping = -0.5 * own.iter().map(|&k| bodies.damping.get(k, k)).sum::<f64>() / own.len() as f64;
+    if omega <= REAL * pair.value.norm() {
+        let none = f64::NAN;
+        let compliance = C::new(none, none);
+        return Ok(Criterion { modes: own, damping, across: none, coupling: none, compliance, growth_rate: none });
+    }
 
     let dynamic = |i: usize, j: usize| {
         let inertia = if i == j { omega * omega } else { 0.0 };
@@ -180,7 +190,7 @@ fn of_pair(bodies: &ModalPair, point: &Point, seen: &[Seen], pair: &Eigenpair) -
     let growth = |inverse: &[[C; 2]; 2]| grown(bodies, seen, &own, inverse, pair.value);
     let growth_rate = growth(&both)?;
     Ok(Criterion {
-        damping: -0.5 * own.iter().map(|&k| bodies.damping.get(k, k)).sum::<f64>() / own.len() as f64,
+        damping,
         across: growth_rate - growth(&alone)?,
         coupling: own.iter().map(|&k| seen[k].motion[0] * seen[k].work[0]).sum(),
         compliance: h[0][0],
@@ -217,6 +227,34 @@ mod tests {
     use super::*;
     use crate::body::ReducedBody;
     use crate::contact::LinearNode;
+
+    /// A mode that friction which falls drives harder than it can oscillate: two real eigenvalues, of which there is no such criterion.
+    #[test]
+    fn what_does_not_oscillate_has_none() {
+        let omega = 900.0;
+        let modes = Mat::from_fn(3, 1, |i, _| [0.0, 0.17, 0.0][i]);
+        let compliance = Mat::from_fn(3, 3, |i, j| {
+            let own = if i == j && i == 2 { 1e-9 } else { 0.0 };
+            own + modes[(i, 0)] * modes[(j, 0)] / (omega * omega)
+        });
+        let body = ReducedBody::new(vec![omega], vec![0.5], modes, compliance.clone());
+        let rigid = ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(3, 0), Mat::zeros(3, 3));
+        let pair = ModalPair::new(&rigid, &body).unwrap();
+        let contact = LinearContact {
+            nodes: vec![LinearNode {
+                node: 0,
+                tangent: Tangent::Slip(Slip::steady(6e4, [0.0, -1.0], 0.1, 0.3, -2.0)),
+                convection: Vec::new(),
+            }],
+            ..LinearContact::default()
+        };
+        let growing: Vec<_> =
+            eigenpairs(&pair, &contact, 1e-9).unwrap().into_iter().filter(|e| e.growth_rate() > 0.0).collect();
+        assert!(growing.len() == 2 && growing.iter().all(|e| e.value.im.abs() < 1e-6), "{growing:?}");
+        for c in criteria(&pair, &contact, &growing).unwrap() {
+            assert!(c.modes == [0] && c.damping == -0.25 && c.growth_rate.is_nan() && c.coupling.is_nan(), "{c:?}");
+        }
+    }
 
     /// A wheel of one mode on a rail of one mode, at one contact that slides along y at constant friction 0.3; on either side of the rail's resonance
     /// and on a rail at rest.

@@ -5,24 +5,21 @@
 //! have the number 3m + c; they are forces and moments on the circle, and the same means ⟨ω π_m, u_c⟩ are taken of displacements.
 
 use super::{Forms, Path};
+use crate::quadrature::legendre;
 use faer::Mat;
 use num_complex::Complex;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
-/// Points and weights of Gauss and Legendre on [−1, 1], 8 points, one half of them.
-const GAUSS_8: [(f64, f64); 4] = [
-    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
-    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
-    (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
-    (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
-];
+/// Points in a part of an integral.
+static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| legendre(8));
 
 /// Points and weights for integrals over [a, b] by `panels` equal parts.
 fn points(a: f64, b: f64, panels: usize) -> Vec<(f64, f64)> {
     let half = 0.5 * (b - a) / panels as f64;
     let panel = |k: usize| {
         let middle = a + half * (2 * k + 1) as f64;
-        GAUSS_8.into_iter().flat_map(move |(x, w)| [(middle - half * x, half * w), (middle + half * x, half * w)])
+        RULE.iter().map(move |(x, w)| (middle + half * x, half * w))
     };
     (0..panels).flat_map(panel).collect()
 }

@@ -1,7 +1,7 @@
 //! The mesh of a section.
 
-use super::shape::GAUSS_3;
 use super::{Kind, Path};
+use crate::quadrature::GAUSS_3;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 

@@ -1,5 +1,7 @@
 //! Shape functions and integration points of the elements of a section.
 
+use crate::quadrature::{triangle_7, GAUSS_3};
+
 /// Kinds of elements; nodes are numbered as Gmsh does: corners, then middles of the edges, then the centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -21,13 +23,6 @@ pub struct Shape {
     /// Derivatives along both reference coordinates, `[nodes]`.
     pub slope: Vec<[f64; 2]>,
 }
-
-/// Points and weights of Gauss and Legendre on [−1, 1], exact to degree 5.
-pub(super) const GAUSS_3: [(f64, f64); 3] = [
-    (-0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
-    (0.0, 0.888_888_888_888_889),
-    (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
-];
 
 /// Corners and middles of the edges of the quadrilateral, its centre last.
 const SQUARE: [[f64; 2]; 9] =
@@ -54,7 +49,7 @@ impl Kind {
     /// Shape functions at the integration points.
     pub fn points(self) -> Vec<Shape> {
         match self {
-            Kind::Tri6 => triangle().into_iter().map(|(at, weight)| self.shape(at, weight)).collect(),
+            Kind::Tri6 => triangle_7().into_iter().map(|(at, weight)| self.shape(at, weight)).collect(),
             Kind::Quad8 | Kind::Quad9 => GAUSS_3
                 .iter()
                 .flat_map(|&(a, wa)| GAUSS_3.iter().map(move |&(b, wb)| ([a, b], wa * wb)))
@@ -112,18 +107,6 @@ fn serendipity([p, q]: [f64; 2], [a, b]: [f64; 2]) -> (f64, [f64; 2]) {
     let (f, g) = (1.0 + p * a, 1.0 + q * b);
     let h = p * a + q * b - 1.0;
     (0.25 * f * g * h, [0.25 * p * g * (h + f), 0.25 * q * f * (h + g)])
-}
-
-/// Seven points on the triangle, exact to degree 5 (Radon).
-fn triangle() -> Vec<([f64; 2], f64)> {
-    let root = 15f64.sqrt();
-    let mut points = vec![([1.0 / 3.0; 2], 9.0 / 80.0)];
-    for (a, weight) in [((6.0 - root) / 21.0, (155.0 - root) / 2400.0), ((6.0 + root) / 21.0, (155.0 + root) / 2400.0)]
-    {
-        let b = 1.0 - 2.0 * a;
-        points.extend([[a, a], [b, a], [a, b]].map(|at| (at, weight)));
-    }
-    points
 }
 
 #[cfg(test)]

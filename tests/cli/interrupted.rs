@@ -84,7 +84,7 @@ pub fn signal(name: &str, process: u32) {
 }
 
 /// The process of a rank that `mpirun` started.
-fn rank_of(launcher: u32, rank: usize) -> u32 {
+pub fn rank_of(launcher: u32, rank: usize) -> u32 {
     let children = |e: std::fs::DirEntry| {
         let id: u32 = e.file_name().to_string_lossy().parse().ok()?;
         let stat = std::fs::read_to_string(e.path().join("stat")).ok()?;

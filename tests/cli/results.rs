@@ -21,14 +21,18 @@ fn program(arguments: &[&str]) -> Ran {
 
 #[test]
 fn jobs_to_begin_with_are_valid_and_replace_nothing() {
-    for name in ["two-cylinders", "own-mesh", "sweep", "squeal", "wheel-on-rail-contact"] {
+    for name in ["two-cylinders", "own-mesh", "sweep", "squeal", "wheel-on-rail", "wheel-on-rail-contact"] {
         let folder = tempfile::tempdir().expect("temporary folder");
         let init = || finish(Command::new(PROGRAM).current_dir(&folder).args(["init", name]));
         let job = format!("{name}.json");
         let said = init();
         assert!(said.good().out.contains(&format!("railsqueal check {job}")), "{}", said.out);
         let path = folder.path().join(&job);
-        // What the job names lies beside it.
+        // What the job names lies beside it, its schema too.
+        let written: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).expect("job")).expect("JSON");
+        let schema = folder.path().join(written["$schema"].as_str().expect("a schema"));
+        let schema: serde_json::Value = serde_json::from_slice(&std::fs::read(schema).expect("schema")).expect("JSON");
+        assert!(schema["properties"]["bodies"].is_object());
         assert!(program(&["check", &path.display().to_string()]).good().out.contains("estimated memory"), "{name}");
         std::fs::write(&path, "mine").expect("write");
         init().failed(2, &[&job, "is there already"]);
@@ -99,4 +103,50 @@ fn a_stopped_run_is_drawn_as_far_as_it_came() {
 fn a_shell_and_man_are_told_of_the_commands() {
     assert!(program(&["completion", "bash"]).good().out.contains("wheel-on-rail-contact"));
     assert!(program(&["man"]).good().out.starts_with(".ie"));
+}
+
+/// The Python of the tests on a script of theirs.
+fn script(arguments: &[&str]) -> Ran {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let own = format!("{root}/.venv/bin/python");
+    let python = if std::path::Path::new(&own).exists() { own } else { "python3".into() };
+    let mut command = Command::new(python);
+    finish(command.env("OPENBLAS_NUM_THREADS", "1").arg(format!("{root}/tests/python/documents.py")).args(arguments))
+}
+
+/// Links of the pages lead somewhere, and each run that they show is one the program would begin.
+#[test]
+fn pages_show_what_there_is() {
+    for arguments in [&["links"][..], &["check", PROGRAM]] {
+        let ran = script(arguments);
+        assert_eq!(ran.code, Some(0), "{}{}", ran.out, ran.err);
+    }
+}
+
+/// The macro for ParaView shows the contact that the file has: both bodies' cells between closed nodes. Only where ParaView is installed.
+#[test]
+fn the_macro_shows_the_contact_in_paraview() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    if Command::new("pvpython").arg("--version").output().is_err() {
+        return;
+    }
+    let folder = Folder::with("{}");
+    let result = folder.text("own.h5");
+    let job = format!("{root}/jobs/two-cylinders.json");
+    let size = |body: &str| format!("bodies.{body}.mesh.cylinder.element_size=0.002");
+    let sizes = [size("lower"), size("upper")];
+    let line = ["run", &job, "--only", "steady", "--output", &result, "--set", &sizes[0], "--set", &sizes[1]];
+    program(&line).good();
+    let closed = {
+        let file = hdf5::File::open(&result).expect("result");
+        let shape: Vec<i64> = file.dataset("contact/shape").expect("shape").read_raw().expect("read");
+        let state: Vec<i8> = file.dataset("contact/state").expect("state").read_raw().expect("read");
+        let (nx, ny) = (shape[0] as usize, shape[1] as usize);
+        let closed = |i: usize, j: usize| state[j * nx + i] > 0;
+        let cell = |i: usize, j: usize| closed(i, j) && closed(i + 1, j) && closed(i, j + 1) && closed(i + 1, j + 1);
+        (0..ny - 1).map(|j| (0..nx - 1).filter(|&i| cell(i, j)).count()).sum::<usize>()
+    };
+    let script = format!("{root}/scripts/paraview/contact.py");
+    let ran = finish(Command::new("pvpython").args([&script, &result]));
+    assert!(closed > 0 && ran.good().out.contains(&format!("contact: {} cells", 2 * closed)), "{closed} {}", ran.out);
 }

@@ -51,10 +51,14 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
         run.progress.stage("points of the sweep");
         let mut mine = Packed::default();
         let mut model = model;
-        for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size) {
+        let going = |_: &(usize, &usize)| !run.stop.signalled();
+        for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size).take_while(going) {
             let found = point_of(&points, i).and_then(|point| solve(&mut model, point));
             mine.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
             run.progress.step("points", (done + world.size).min(members.len()), members.len());
+        }
+        if run.stop.wanted(world) {
+            return Err(Error::Stopped("stopped on request among the points of the sweep, which are not kept".into()));
         }
         let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
         world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;

@@ -72,7 +72,7 @@ pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: 
     let growth = |i: &usize| all[*i].eigenvalues.first().map_or(f64::NEG_INFINITY, |l| l.re);
     let worst = (0..all.len()).filter(|&i| all[i].status == 0).max_by(|a, b| growth(a).total_cmp(&growth(b)));
     if let Some(l) = worst.and_then(|i| all[i].eigenvalues.first()) {
-        let frequency = l.im / (2.0 * std::f64::consts::PI);
+        let frequency = l.im.abs() / (2.0 * std::f64::consts::PI);
         summary.value("largest growth rate", format!("{:+.4} 1/s at {frequency:.3} Hz", l.re));
         summary.value("  there", place(worst.unwrap_or_default()));
     }

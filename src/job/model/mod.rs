@@ -32,6 +32,9 @@ pub use swept::*;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "railsqueal job")]
 pub struct Job {
+    /// Where editors find the schema of the job, an address or a file; the program does not look there.
+    #[serde(rename = "$schema", default, skip_serializing)]
+    pub schema: Option<String>,
     /// Format that the job is written for; the present one and all before it are read. Once resolved, the present one.
     #[schemars(range(min = 1, max = FORMAT))]
     pub version: u32,

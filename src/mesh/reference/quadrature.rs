@@ -2,6 +2,7 @@
 
 use super::HEX_CORNERS;
 use crate::mesh::CellKind;
+use crate::quadrature::{triangle_6, GAUSS_2, GAUSS_3};
 
 /// Points and weights.
 pub(super) type Raw = Vec<([f64; 3], f64)>;
@@ -13,8 +14,8 @@ pub(super) fn stiffness(kind: CellKind) -> Raw {
         CellKind::Tet10 => tet_4(),
         CellKind::Pyramid5 => pyramid(2),
         CellKind::Pyramid13 => pyramid(3),
-        CellKind::Wedge6 => wedge(&triangle_3(), &gauss(2)),
-        CellKind::Wedge15 | CellKind::Wedge18 => wedge(&triangle_6(), &gauss(3)),
+        CellKind::Wedge6 => wedge(&triangle_3(), &GAUSS_2),
+        CellKind::Wedge15 | CellKind::Wedge18 => wedge(&triangle_6(), &GAUSS_3),
         // In the order of the corners.
         CellKind::Hex8 => HEX_CORNERS.map(|c| (c.map(|v| v * (1.0 / 3f64.sqrt())), 1.0)).to_vec(),
         CellKind::Hex20 | CellKind::Hex27 => hex_27(),
@@ -28,17 +29,8 @@ pub(super) fn mass(kind: CellKind) -> Raw {
         CellKind::Tet10 => tet_14(),
         // The Jacobian of a distorted cell varies too.
         CellKind::Pyramid5 | CellKind::Pyramid13 => pyramid(3),
-        CellKind::Wedge6 | CellKind::Wedge15 | CellKind::Wedge18 => wedge(&triangle_6(), &gauss(3)),
+        CellKind::Wedge6 | CellKind::Wedge15 | CellKind::Wedge18 => wedge(&triangle_6(), &GAUSS_3),
         CellKind::Hex8 | CellKind::Hex20 | CellKind::Hex27 => hex_27(),
-    }
-}
-
-/// Gauss's rule on [-1, 1] with two or three points.
-fn gauss(n: usize) -> Vec<(f64, f64)> {
-    let (g, h) = (1.0 / 3f64.sqrt(), 0.6f64.sqrt());
-    match n {
-        2 => vec![(-g, 1.0), (g, 1.0)],
-        _ => vec![(-h, 5. / 9.), (0., 8. / 9.), (h, 5. / 9.)],
     }
 }
 
@@ -79,21 +71,6 @@ fn triangle_3() -> Vec<([f64; 2], f64)> {
     [[a, a], [b, a], [a, b]].map(|p| (p, 1.0 / 6.0)).to_vec()
 }
 
-/// Six points in the triangle, exact to degree 4. G. R. Cowper, Int. J. Numer. Meth. Engng 7 (1973) 405–408, in closed form.
-fn triangle_6() -> Vec<([f64; 2], f64)> {
-    let root = 10f64.sqrt();
-    let spread = (38.0 - 44.0 * 0.4f64.sqrt()).sqrt();
-    let part = (213_125.0 - 53_320.0 * root).sqrt();
-    let mut points = Vec::with_capacity(6);
-    for sign in [1.0, -1.0] {
-        let a = (8.0 - root + sign * spread) / 18.0;
-        let w = 0.5 * (620.0 + sign * part) / 3720.0;
-        let b = 1.0 - 2.0 * a;
-        points.extend([[a, a], [b, a], [a, b]].map(|p| (p, w)));
-    }
-    points
-}
-
 /// Four points in the tetrahedron, exact to degree 2.
 fn tet_4() -> Raw {
     let root = 5f64.sqrt();
@@ -119,11 +96,10 @@ fn tet_14() -> Raw {
 
 /// Gauss's rule of 3 × 3 × 3 points.
 fn hex_27() -> Raw {
-    let line = gauss(3);
     let mut points = Vec::with_capacity(27);
-    for &(xi, wx) in &line {
-        for &(eta, wy) in &line {
-            points.extend(line.iter().map(|&(zeta, wz)| ([xi, eta, zeta], wx * wy * wz)));
+    for (xi, wx) in GAUSS_3 {
+        for (eta, wy) in GAUSS_3 {
+            points.extend(GAUSS_3.iter().map(|&(zeta, wz)| ([xi, eta, zeta], wx * wy * wz)));
         }
     }
     points
@@ -133,12 +109,12 @@ fn wedge(triangle: &[([f64; 2], f64)], line: &[(f64, f64)]) -> Raw {
     line.iter().flat_map(|&(z, wz)| triangle.iter().map(move |&([x, y], w)| ([x, y, z], w * wz))).collect()
 }
 
-/// `n` × `n` × `n` points in the pyramid, drawn together towards the apex.
+/// `n` × `n` × `n` points, n = 2 or 3, in the pyramid, drawn together towards the apex.
 fn pyramid(n: usize) -> Raw {
-    let line = gauss(n);
+    let line: &[(f64, f64)] = if n == 2 { &GAUSS_2 } else { &GAUSS_3 };
     let mut points = Vec::with_capacity(n * n * n);
     for (z, wz) in gauss_squared(n) {
-        for &(u, wu) in &line {
+        for &(u, wu) in line {
             points.extend(line.iter().map(|&(v, wv)| ([u * (1.0 - z), v * (1.0 - z), z], wu * wv * wz)));
         }
     }

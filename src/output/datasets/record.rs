@@ -1,5 +1,6 @@
 //! What is kept of the steps until the next segment is written.
 
+use super::super::values::{CHUNK_BYTES, CHUNK_LEAST};
 use super::super::{Table, Values};
 use super::points::Points;
 use crate::grid::Interface;
@@ -20,12 +21,14 @@ struct Column {
     text: &'static str,
     /// Shape of a row.
     row: Vec<usize>,
+    /// Rows of a chunk in the file.
+    chunk: usize,
     values: Values,
 }
 
 impl Column {
     fn numbers(name: &'static str, units: &'static str, row: &[usize], text: &'static str) -> Self {
-        Self { group: "/transient", name, units, text, row: row.to_vec(), values: Values::F64(Vec::new()) }
+        Self { group: "/transient", name, units, text, row: row.to_vec(), chunk: 0, values: Values::F64(Vec::new()) }
     }
 
     fn push(&mut self, row: impl IntoIterator<Item = f64>) {
@@ -36,6 +39,22 @@ impl Column {
             Values::I8(v) => v.extend(row.into_iter().map(|x| x as i8)),
             _ => {}
         }
+    }
+
+    /// In chunks that end where segments of so many steps, a row every `stride` of them, do: such chunks go into the main file as they are.
+    fn within(mut self, segment: u64, stride: u64) -> Self {
+        let bytes = self.values.item_bytes() * self.row.iter().product::<usize>();
+        let most = (CHUNK_BYTES / bytes.max(1)).max(1);
+        self.chunk = match segment.checked_div(stride).filter(|rows| rows * stride == segment) {
+            Some(rows) => {
+                let rows = rows as usize;
+                rows / (rows.div_ceil(most)..rows).find(|k| rows.is_multiple_of(*k)).unwrap_or(rows).max(1)
+            }
+            // Segments of more rows and of less: any place is the begin of a chunk of one row.
+            None if bytes >= CHUNK_LEAST => 1,
+            None => most,
+        };
+        self
     }
 
     fn clear(&mut self) {
@@ -53,7 +72,7 @@ impl Column {
         let mut shape = vec![self.values.len() / size.max(1)];
         shape.extend(&self.row);
         Table::new(&format!("{}/{}", self.group, self.name), self.units, self.text, &shape, self.values.clone())
-            .extendible()
+            .in_chunks(self.chunk)
     }
 }
 
@@ -139,6 +158,9 @@ impl<'a> Recorder<'a> {
             columns.into_iter().map(|c| Column { group, ..c }).collect()
         };
         let (sound, bodies) = (scratch(SOUND, &[]), scratch(BODIES, &[n]));
+        let within = |columns: Vec<Column>, stride: u32| -> Vec<Column> {
+            columns.into_iter().map(|c| c.within(wanted.segment.into(), stride.into())).collect()
+        };
         Self {
             points,
             beyond: points.residual(reaction),
@@ -148,9 +170,9 @@ impl<'a> Recorder<'a> {
             modal_stride: u64::from(wanted.modal_stride),
             sound_stride,
             body_stride: u64::from(wanted.body_stride),
-            steps,
-            contact,
-            modal,
+            steps: within(steps, 1),
+            contact: within(contact, wanted.contact_stride),
+            modal: within(modal, wanted.modal_stride),
             sound,
             bodies,
         }

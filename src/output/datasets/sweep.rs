@@ -104,7 +104,7 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Tab
             leading(o).map_or(f64::NAN, |l| l.re)
         }),
         list("frequency", "Hz", "Frequency of the eigenvalue with the largest growth rate.", &|o| {
-            leading(o).map_or(f64::NAN, |l| l.im / (2.0 * std::f64::consts::PI))
+            leading(o).map_or(f64::NAN, |l| l.im.abs() / (2.0 * std::f64::consts::PI))
         }),
         list("backward_error", "1", "Largest backward error of the eigenpairs.", &|o| o.backward_error),
         count("closed", "Closed contact nodes.", &|o| o.closed),

@@ -3,15 +3,16 @@
 //! what is in each: no segment is opened that is not as it was written.
 
 mod manifest;
+mod merge;
 
 pub use manifest::{program, Entry, Part};
+pub(super) use merge::append_to;
 
 use super::partial::{failure, sweep, Partial};
 use super::read::Reader;
 use super::result::companion;
 use super::table::Table;
-use super::values::Values;
-use super::vtkhdf::{skeleton, strong};
+use super::vtkhdf::skeleton;
 use crate::{Error, Result};
 use manifest::Manifest;
 use serde_json::Value;
@@ -234,33 +235,6 @@ impl Segments {
         let size = |e: &Entry| std::fs::metadata(self.path(e)).map_or(0, |m| m.len() + 4096);
         self.entries().iter().map(size).sum()
     }
-
-    /// Adds the datasets of `group` of all segments to an open file, one after the other along the first dimension. One
-    /// segment at a time is in memory.
-    pub(super) fn append(&self, file: &hdf5::File, group: &str) -> Result<()> {
-        for entry in self.entries() {
-            let path = self.path(&entry);
-            let segment = self.open(&entry)?;
-            // The first one holds the start alone.
-            let names = if segment.has(group) { segment.names(group)? } else { Vec::new() };
-            for name in names {
-                let at = format!("{group}/{name}");
-                let (shape, values) = segment.read(&at)?;
-                let steps = entry.last - entry.first + 1;
-                if name == "time" && shape != [steps as usize] {
-                    let what = format!("{} holds {shape:?} times of {steps} steps", path.display());
-                    return Err(Error::Defect(what));
-                }
-                if values.is_empty() {
-                    continue;
-                }
-                let (units, description) = (segment.attribute(&at, "units")?, segment.attribute(&at, "description")?);
-                add(file, &at, &units, &description, &shape, values)
-                    .map_err(|e| Error::Io(format!("cannot add {at} of {} to the result file: {e}", path.display())))?;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The resolved job of the run with the main file `result`, that of its last part, as the bytes of a job file.
@@ -289,33 +263,6 @@ fn numbered(folder: &Path) -> Result<Vec<u64>> {
 
 fn file_name(number: u64) -> String {
     format!("{number:012}.h5")
-}
-
-fn add(
-    file: &hdf5::File,
-    path: &str,
-    units: &str,
-    description: &str,
-    shape: &[usize],
-    values: Values,
-) -> hdf5::Result<()> {
-    let there = file.dataset(path);
-    let Ok(dataset) = there else {
-        return Table::new(path, units, description, shape, values).extendible().write(file);
-    };
-    let mut now = dataset.shape();
-    let start = now[0];
-    now[0] += shape[0];
-    dataset.resize(now)?;
-    values.write_rows(&dataset, start)
-}
-
-/// On a file opened for writing by rank 0 alone.
-pub(super) fn append_to(path: &Path, segments: &Segments, group: &str) -> Result<()> {
-    let failure = |e: hdf5::Error| Error::Io(format!("cannot write {}: {e}", path.display()));
-    let file = hdf5::File::with_options().with_fapl(strong).open_rw(path).map_err(failure)?;
-    segments.append(&file, group)?;
-    file.close().map_err(failure)
 }
 
 #[cfg(test)]

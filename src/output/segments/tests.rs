@@ -1,6 +1,7 @@
 //! Segments that are damaged, lost, put in or copied, and runs that come together.
 
 use super::*;
+use crate::progress::Progress;
 use serde_json::json;
 
 fn start(folder: &tempfile::TempDir) -> Segments {
@@ -141,7 +142,7 @@ fn segments_missing_at_the_end_are_made_again() {
     segments.complete(8).expect("all steps");
     let target = folder.path().join("all.h5");
     hdf5::File::create(&target).expect("a file").close().expect("closed");
-    append_to(&target, &segments, "/transient").expect("merged");
+    append_to(&target, &segments, "/transient", &mut Progress::new(false)).expect("merged");
     let (_, times) = Reader::open(&target).expect("open").numbers("/transient/time").expect("times");
     assert_eq!(times, (1..=8).map(f64::from).collect::<Vec<_>>());
     segments.remove();
@@ -189,4 +190,41 @@ fn nothing_is_left_of_a_run_that_did_not_begin() {
     let folder = tempfile::tempdir().expect("a folder");
     drop(Segments::claim(&folder.path().join("run.h5"), false).expect("a folder"));
     assert_eq!(std::fs::read_dir(folder.path()).expect("list").count(), 0);
+}
+
+/// Chunks go into the main file as they are, also behind a segment that ended between two of them.
+#[test]
+fn segments_are_put_together_whether_their_chunks_fit_or_not() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
+    segments.begin(json!({})).expect("a run");
+    let step = |last: u64| Table::scalar("/checkpoint/step", "1", "Steps.", last as i64);
+    segments.write(0, &[step(0)]).expect("the start");
+    let row = |k: u64| (0..200).map(move |c| (k as f64 + 0.01 * f64::from(c)).sin());
+    let mut first = 1;
+    // Multiples of ten but for one that was cut short, and what continues it.
+    for last in [10, 20, 27, 30, 40] {
+        let rows = (last - first + 1) as usize;
+        let wide: Vec<f64> = (first..=last).flat_map(row).collect();
+        let times: Vec<f64> = (first..=last).map(|k| k as f64).collect();
+        let wide = Table::new("/transient/wide", "N", "Forces.", &[rows, 200], wide).in_chunks(5);
+        let times = Table::list("/transient/time", "s", "Times.", times).in_chunks(10);
+        segments.write(last, &[step(last), wide, times]).expect("a segment");
+        first = last + 1;
+    }
+    let target = folder.path().join("all.h5");
+    hdf5::File::create(&target).expect("a file").close().expect("closed");
+    append_to(&target, &segments, "/transient", &mut Progress::new(false)).expect("merged");
+    let all = Reader::open(&target).expect("open");
+    assert_eq!(all.numbers("/transient/wide").expect("wide"), (vec![40, 200], (1..=40).flat_map(row).collect()));
+    assert_eq!(all.numbers("/transient/time").expect("times").1, (1..=40).map(|k| k as f64).collect::<Vec<_>>());
+    assert_eq!(all.attribute("/transient/wide", "units").expect("units"), "N");
+    let wide = all.dataset("/transient/wide").expect("wide");
+    assert_eq!((wide.chunk(), wide.num_chunks()), (Some(vec![5, 200]), Some(8)));
+    // The times of ten steps are too few for a chunk of their own.
+    assert!(all.dataset("/transient/time").expect("times").chunk().is_some_and(|chunk| chunk[0] > 1000));
+    // As they lie in the first segment.
+    let segment = segments.open(&segments.entries()[1]).expect("a segment");
+    let sizes = |of: &hdf5::Dataset| (0..2).map(|k| of.chunk_info(k).expect("a chunk").size).collect::<Vec<_>>();
+    assert_eq!(sizes(&wide), sizes(&segment.dataset("/transient/wide").expect("wide")));
 }

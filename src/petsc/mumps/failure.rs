@@ -1,5 +1,7 @@
 //! What the error codes of MUMPS mean (users' guide, section 8), for real and complex factorisations alike.
 
+use crate::memory::{reserve, Limit};
+use crate::parallel::World;
 use crate::{Error, Result};
 
 /// INFOG(1) after a zero pivot.
@@ -49,6 +51,33 @@ pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &Failed) -> Result<()
         -40 => Error::NotConverged(format!("matrix {matrix} is not positive definite (MUMPS error -40)")),
         _ => Error::Defect(format!("MUMPS, {what}: error {code}, {detail}")),
     })
+}
+
+/// Collective: an error where the ranks of a node do not get the memory that the analysis found necessary, `megabytes` on this rank. It is asked for
+/// and given back, before MUMPS takes it piece by piece and the linear algebra beneath it is left without.
+pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &Failed) -> Result<()> {
+    let need = 1e6 * megabytes as f64;
+    let node = world.sum_on_node(need);
+    let look = || {
+        reserve(need)?;
+        let there = Limit::of_system();
+        match node <= there.bytes + Limit::swap() {
+            true => Ok(()),
+            false => Err(format!(
+                "all ranks of this node need {:.0} MB, {} leaves {:.0} MB",
+                node / 1e6,
+                there.source,
+                there.bytes / 1e6
+            )),
+        }
+    };
+    let Failed { what, advice, megabytes, .. } = f;
+    let short = |why| {
+        Error::Memory(format!(
+            "out of memory in {what}: it needs about {megabytes} MB on one rank in all; {why}. Use {advice}."
+        ))
+    };
+    world.agree(look().map_err(short))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ mod failure;
 mod inverse;
 mod solve;
 
-pub(super) use failure::{failure, Failed};
+pub(super) use failure::{failure, room, Failed};
 
 use super::csr::{norm2, DistCsr};
 use super::ordering::nested_dissection;
@@ -101,6 +101,8 @@ impl<'w> Factor<'w> {
     /// Collective: factorises `matrix`. `name` stands for it in messages.
     pub fn new(world: &'w World, matrix: &DistCsr, options: FactorOptions, name: &str) -> Result<Self> {
         let mut factor = Self::analysed(world, matrix, options, name, true)?;
+        let need = factor.id.info[14].max(0) as u64;
+        room(world, need, &factor.failed(&format!("the factorisation of {name}"), name))?;
         if let Err(error) = factor.factorise(matrix, name) {
             // Only the search for pivots can say which rows make a matrix singular.
             if options.kind == Symmetry::Positive && i64::from(factor.id.infog[0]) == SINGULAR {
@@ -348,9 +350,11 @@ impl<'w> Factor<'w> {
     /// INFOG(1) as a result; the same on every rank.
     fn result(&self, name: &str) -> Result<()> {
         let (code, detail) = (i64::from(self.id.infog[0]), i64::from(self.id.infog[1]));
-        let what = format!("the factorisation of {name}");
-        let megabytes = self.statistics.memory_max_mb;
-        failure(code, detail, &Failed { what: &what, matrix: name, entry: 8.0, megabytes, advice: ADVICE })
+        failure(code, detail, &self.failed(&format!("the factorisation of {name}"), name))
+    }
+
+    fn failed<'a>(&self, what: &'a str, matrix: &'a str) -> Failed<'a> {
+        Failed { what, matrix, entry: 8.0, megabytes: self.statistics.memory_max_mb, advice: ADVICE }
     }
 }
 

@@ -1,8 +1,8 @@
 //! The exterior problem of Helmholtz on the outline of a body of revolution, order by order of Fourier.
 
 use super::bessel::bessel;
-use super::gauss::legendre;
 use super::panel::{Integrals, Node, Panel, NODES};
+use crate::quadrature::legendre;
 use crate::sound::Air;
 use crate::{Error, Result};
 use faer::linalg::solvers::{Solve, SolveLstsq};

@@ -10,7 +10,6 @@
 
 mod bessel;
 mod exterior;
-mod gauss;
 mod mesh;
 mod modes;
 mod panel;

@@ -1,7 +1,7 @@
 //! Panels of an outline, and the integrals of rings over them.
 
-use super::gauss::legendre;
 use super::ring::{Layers, Ring};
+use crate::quadrature::legendre;
 use num_complex::Complex64;
 use std::sync::LazyLock;
 

@@ -159,7 +159,7 @@ mod tests {
 
     /// The same integrals by brute force: Gauss's points on intervals that halve towards φ = 0.
     fn brute(ring: &Ring, [r, y]: [f64; 2], k: f64, n: usize) -> [Complex64; 2] {
-        let rule = super::super::gauss::legendre(24);
+        let rule = crate::quadrature::legendre(24);
         let mut sum = [Complex64::default(); 2];
         let mut high = PI;
         for level in 0..46 {

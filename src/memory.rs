@@ -1,8 +1,6 @@
-//! Memory that may be used on a node, from the kernel and the control groups.
+//! Memory that may be used, from the kernel, the control groups and the limits of the process, and whether there is so much of it now.
 
-use crate::job::Job;
-
-/// Memory that may be used on this node, and who says so.
+/// Memory that may be used, and who says so.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
     /// Byte.
@@ -12,12 +10,26 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// The limit that the job sets, or else what the system and the control groups leave.
-    pub fn of(job: &Job) -> Limit {
-        match job.solver.memory_limit {
+    /// On this node: the limit that a job sets, or else what the system and the control groups leave.
+    pub fn or_system(given: Option<f64>) -> Limit {
+        match given {
             Some(bytes) => Limit { bytes, source: "solver.memory_limit".into() },
             None => Limit::of_system(),
         }
+    }
+
+    /// What this process may add to its address space (`ulimit -v`); infinite without such a limit.
+    pub fn of_process() -> Limit {
+        let pages = std::fs::read_to_string("/proc/self/statm").ok();
+        let used = pages.as_deref().and_then(|t| number(t.split(' ').next()?)).unwrap_or(0.0);
+        let most = rustix::process::getrlimit(rustix::process::Resource::As).current;
+        let bytes = most.map_or(f64::INFINITY, |n| (n as f64 - used * rustix::param::page_size() as f64).max(0.0));
+        Limit { bytes, source: "the limit of the address space (ulimit -v)".into() }
+    }
+
+    /// What is free of the swap, byte: a run that needs it is slow, and runs.
+    pub fn swap() -> f64 {
+        std::fs::read_to_string("/proc/meminfo").ok().as_deref().and_then(|t| kibibytes(t, "SwapFree:")).unwrap_or(0.0)
     }
 
     /// The least of the memory the kernel calls available and what is left in the control group of this process and those above it.
@@ -41,13 +53,30 @@ impl Limit {
     }
 }
 
+/// Asks the system for so many bytes in one piece and gives them back; what it says where it refuses.
+pub fn reserve(bytes: f64) -> Result<(), String> {
+    let mut piece: Vec<u8> = Vec::new();
+    let size = bytes.clamp(0.0, isize::MAX as f64) as usize;
+    allocator::asking(|| piece.try_reserve_exact(size)).map_err(|_| {
+        let (process, system) = (Limit::of_process(), Limit::of_system());
+        let limit = if process.bytes < system.bytes { process } else { system };
+        let (refused, left) = (bytes / 1e6, limit.bytes / 1e6);
+        format!("the system refuses {refused:.0} MB; {} leaves {left:.0} MB", limit.source)
+    })
+}
+
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok()
 }
 
 /// MemAvailable of /proc/meminfo, byte.
 fn mem_available(text: &str) -> Option<f64> {
-    let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
+    kibibytes(text, "MemAvailable:")
+}
+
+/// The entry `name` of /proc/meminfo, byte.
+fn kibibytes(text: &str, name: &str) -> Option<f64> {
+    let line = text.lines().find(|l| l.starts_with(name))?;
     let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib * 1024.0)
 }
@@ -94,6 +123,14 @@ mod tests {
         let one = control_groups("12:cpu,cpuacct:/a\n5:memory:/b\n");
         assert_eq!(one[0].1, "/sys/fs/cgroup/memory/b/memory.usage_in_bytes");
         assert_eq!(one.len(), 2);
-        assert!(Limit::of_system().bytes > 0.0);
+        assert!(Limit::of_system().bytes > 0.0 && Limit::of_process().bytes > 0.0);
+    }
+
+    #[test]
+    fn what_the_system_does_not_give_is_an_error() {
+        assert_eq!(reserve(1e6), Ok(()));
+        // More than an address has bits for.
+        let error = reserve(1e18).expect_err("an exabyte");
+        assert!(error.contains("refuses 1000000000000 MB") && error.contains("leaves"), "{error}");
     }
 }

@@ -1,0 +1,77 @@
+//! The system's allocator, with an end in order where it has no memory left: one message and an exit code, in place of an abort.
+
+#![warn(missing_docs, clippy::undocumented_unsafe_blocks)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::io::Write;
+
+/// Exit code of a process that gets no memory.
+const CODE: i32 = 7;
+
+thread_local! {
+    /// Whether this thread only asks.
+    static ASKING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// The system's allocator that ends the process where there is no memory; for `#[global_allocator]`.
+pub struct Exiting;
+
+/// Runs `work`, in which an allocation may fail without ending the process (`Vec::try_reserve`).
+pub fn asking<T>(work: impl FnOnce() -> T) -> T {
+    let before = ASKING.replace(true);
+    let result = work();
+    ASKING.set(before);
+    result
+}
+
+// SAFETY: every call is passed on to the system's allocator as it is.
+unsafe impl GlobalAlloc for Exiting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller's promises are those of the system's allocator.
+        given(unsafe { System.alloc(layout) }, layout.size())
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: as above.
+        given(unsafe { System.alloc_zeroed(layout) }, layout.size())
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: as above.
+        given(unsafe { System.realloc(pointer, layout, size) }, size)
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+fn given(pointer: *mut u8, size: usize) -> *mut u8 {
+    if pointer.is_null() && !ASKING.try_with(Cell::get).unwrap_or(true) {
+        // Nothing is allocated any more.
+        let _ = writeln!(
+            std::io::stderr(),
+            "railsqueal: error: out of memory: the system refuses {} MB; use more ranks on more machines or a coarser mesh, or raise the limit (ulimit -v)",
+            size.div_ceil(1_000_000)
+        );
+        std::process::exit(CODE);
+    }
+    pointer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[global_allocator]
+    static MEMORY: Exiting = Exiting;
+
+    #[test]
+    fn to_ask_ends_nothing() {
+        let mut vector: Vec<u8> = Vec::new();
+        assert!(asking(|| vector.try_reserve_exact(isize::MAX as usize)).is_err());
+        assert!(asking(|| vector.try_reserve_exact(1000)).is_ok() && vector.capacity() >= 1000);
+    }
+}

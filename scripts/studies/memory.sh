@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# The safe layer on PETSc, SLEPc, MUMPS and HDF5 under valgrind, on one rank: scripts/validate memory [CHECK...], some minutes each. What the libraries do
+# among themselves is counted; it fails where an error has a frame of this program in it.
+set -euo pipefail
+. "$(dirname "${BASH_SOURCE[0]}")/../env"
+command -v valgrind > /dev/null || fail "valgrind is not installed"
+cd "$root"
+# shellcheck disable=SC2086
+test=$(cargo test --release ${RAILSQUEAL_CARGO:-} --test linear_algebra --no-run 2>&1 | sed -n 's/.*(\(target.*\))$/\1/p')
+log=$(mktemp -d)
+trap 'rm -rf "$log"' EXIT
+known=()
+for file in /usr/share/openmpi/openmpi-valgrind.supp "$(dirname "$(command -v mpirun)")/../share/openmpi/openmpi-valgrind.supp"; do
+    [ -f "$file" ] && known=(--suppressions="$file") && break
+done
+names=("$@")
+[ ${#names[@]} -gt 0 ] || names=("")
+for name in "${names[@]}"; do
+    OMP_NUM_THREADS=1 mpirun -n 1 valgrind --quiet --track-origins=yes --num-callers=40 --error-limit=no --log-file="$log/%p" "${known[@]}" \
+        "$test" ${name:+"$name"}
+done
+"$python" - "$log" << 'COUNT'
+import collections, pathlib, re, sys
+own, other = collections.Counter(), collections.Counter()
+for path in pathlib.Path(sys.argv[1]).iterdir():
+    # An error is a paragraph: what it is, then its frames, the innermost first, up to where the memory comes from.
+    for block in re.split(r"(?m)^==\d+== *\n", path.read_text(errors="replace")):
+        lines = [re.sub(r"^==\d+== ", "", line) for line in block.splitlines()]
+        frames = [m.group(1) for line in lines if (m := re.match(r"\s+(?:at|by) 0x[0-9A-F]+: (.*)", line))]
+        if not frames:
+            continue
+        what = lines[0].strip()
+        # The program calls all of the libraries: its own are errors within it, or at the pointers that it hands over.
+        first = frames[0]
+        (own if re.match(r"(<?railsqueal|<?linear_algebra|hdf5_chunks|allocator)", first) else other)[f"{what} in {first}"] += 1
+for name, counter in (("of the libraries", other), ("of this program", own)):
+    print(f"errors {name}: {sum(counter.values())}")
+    for text, count in counter.most_common(12):
+        print(f"   {count} x {text}")
+sys.exit(1 if own else 0)
+COUNT

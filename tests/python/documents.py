@@ -1,0 +1,184 @@
+"""The pages of the project: their links lead somewhere, and the commands they show are ones that the program takes.
+
+usage: documents.py links
+       documents.py check PROGRAM      every command line of the program that a page shows is accepted, with `check` in the place of `run`
+       documents.py run PROGRAM        all of them, page by page, each page in a folder of its own
+"""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("*/README.md")])
+# What a page writes in the place of names of the reader's own.
+PLACEHOLDER = re.compile(r"\b(JOB|OLD|FILE|PREFIX|SHELL|DIR|A|B|NAME|N)(\.\w+)?\b")
+# Programs whose lines are tried, behind a launcher or not.
+TRIED = ("railsqueal", "target/release/railsqueal")
+
+
+def anchors(text):
+    """Anchors of the headings of a page, as they are made on the web: lower case, blanks as hyphens, other signs left out."""
+    found = set()
+    for heading in re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S), flags=re.M):
+        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").strip().lower()
+        found.add(re.sub(r"[^\w\- ]", "", plain).replace(" ", "-"))
+    return found | set(re.findall(r'<a (?:id|name)="([^"]+)"', text))
+
+
+def broken_links():
+    """Links of all pages that lead nowhere, one line each."""
+    faults = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)):
+            if re.match(r"[a-z]+:", target):
+                continue
+            path, _, anchor = target.partition("#")
+            # The list of what is in the book leads from the root, where the book is made.
+            base = ROOT if page.name == "SUMMARY.md" else page.parent
+            file = (base / path).resolve() if path else page
+            name = page.relative_to(ROOT)
+            if not file.exists():
+                faults.append(f"{name}: {target}: there is no {path}")
+            elif anchor and file.suffix == ".md" and anchor not in anchors(file.read_text(encoding="utf-8")):
+                faults.append(f"{name}: {target}: {file.name} has no heading for #{anchor}")
+    return faults
+
+
+def blocks(text):
+    """Indented blocks and those between fences that show a shell: lists of lines."""
+    found, block, fence = [], [], None
+    for line in [*text.splitlines(), ""]:
+        if line.startswith("```"):
+            if fence is None:
+                fence = line[3:].strip()
+            else:
+                found.append(block if fence in ("", "sh", "bash") else [])
+                block, fence = [], None
+        elif fence is not None:
+            block.append(line)
+        elif line.startswith("    "):
+            block.append(line[4:])
+        elif line.strip() or not block:
+            found.append(block)
+            block = []
+    return [b for b in found if b]
+
+
+def commands(page):
+    """Command lines of a page and the variables that they use, in order: `(variables, words)`. Comments, remarks behind many blanks, and lines with
+    placeholders are left out."""
+    variables, found = {}, []
+    for block in blocks(page.read_text(encoding="utf-8")):
+        text = re.sub(r"\\\n\s*", " ", "\n".join(block))
+        for value in re.finditer(r'^(\w+)="([^"]*)"', text, flags=re.M):
+            variables[value[1]] = " ".join(value[2].split())
+        for line in text.splitlines():
+            line = re.split(r"\s{4,}|\s+#\s", line.strip())[0]
+            head = re.sub(r"^mpirun -n \d+ ", "", line)
+            if not head.split(" ")[0].endswith(TRIED) and not head.startswith(("scripts/", "python3 meshes/")):
+                continue
+            if "…" in line or PLACEHOLDER.search(re.sub(r"'[^']*'", "", line)):
+                continue
+            for name, value in variables.items():
+                line = line.replace(f"${name}", value)
+            found.append(shlex.split(line, comments=True))
+    return found
+
+
+def of_program(words):
+    """Words behind the program's name; `None` for another program."""
+    names = [k for k, word in enumerate(words) if word in TRIED]
+    return words[names[0] + 1 :] if names else None
+
+
+def as_check(words):
+    """The line with `check` in the place of `run`; `None` where it runs nothing."""
+    if not words or words[0] != "run" or "--resume" in words:
+        return None
+    kept, skip = ["check"], False
+    for word in words[1 : words.index("--") if "--" in words else None]:
+        if skip or word in ("--output", "-o", "--reuse", "--wall-time", "--force"):
+            skip = not skip and word != "--force"
+            continue
+        kept.append(word)
+    return kept
+
+
+def place(folder):
+    """The checkout as a reader sees it, with jobs whose results go beside them into `folder`."""
+    for entry in ROOT.iterdir():
+        if entry.name not in ("jobs", ".git", "target") and not (folder / entry.name).exists():
+            (folder / entry.name).symlink_to(entry)
+    ignore = shutil.ignore_patterns("*.h5", "*.vtkhdf", "*.png", "*.transient")
+    shutil.copytree(ROOT / "jobs", folder / "jobs", ignore=ignore)
+
+
+def tell(words, ran):
+    """A failure, in a few lines."""
+    return f"{shlex.join(words)}\n  exit code {ran.returncode}\n  " + "\n  ".join(ran.stderr.strip().splitlines()[-6:])
+
+
+def checked(program):
+    """What of the commands the program refuses, with what it says. Jobs that a page makes with `init` are made."""
+    faults, tried = [], 0
+    for page in PAGES:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            place(folder)
+            for words in commands(page):
+                words = of_program(words)
+                init = words if words and words[0] in ("init", "check", "schema") else None
+                line = init or as_check(words)
+                if line is None or any(made in word for made in ("ring.msh", "wheel.msh") for word in line):
+                    continue
+                tried += 1
+                ran = subprocess.run([program, *line], cwd=folder, capture_output=True, text=True, check=False)
+                if ran.returncode != 0:
+                    faults.append(f"{page.relative_to(ROOT)}: {tell(line, ran)}")
+    if tried < 20:
+        faults.append(f"only {tried} commands were found: the pages have lost theirs")
+    return faults
+
+
+def performed(program):
+    """What of the commands fails when each is run as the page shows it."""
+    faults = []
+    directory = str(Path(program).resolve().parent)
+    environment = {**os.environ, "PATH": directory + os.pathsep + os.environ["PATH"]}
+    for page in PAGES:
+        if page.name in ("install.md", "performance.md", "CONTRIBUTING.md"):
+            continue  # installs; measures, beside other programs; develops
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            place(folder)
+            for words in commands(page):
+                if words[0] in ("scripts/test", "scripts/validate", "scripts/golden", "scripts/install", "scripts/setup"):
+                    continue
+                words = [directory + "/railsqueal" if w == "target/release/railsqueal" else w for w in words]
+                words = [sys.executable if w == "python3" else w for w in words]
+                begun = time.monotonic()
+                ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+                print(f"{page.relative_to(ROOT)}: {shlex.join(words)} ({time.monotonic() - begun:.0f} s)", flush=True)
+                # `compare` says by 1 that results differ.
+                if ran.returncode not in ((0, 1) if "compare" in words else (0,)):
+                    faults.append(f"{page.relative_to(ROOT)}: {tell(words, ran)}")
+    return faults
+
+
+def main():
+    what = sys.argv[1] if len(sys.argv) > 1 else "links"
+    found = {"links": broken_links, "check": lambda: checked(sys.argv[2]), "run": lambda: performed(sys.argv[2])}[what]()
+    print("\n".join(found))
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()
