@@ -81,10 +81,14 @@ fn main() {
     let solves = found.solves;
     let worst = found.pairs.iter().map(|p| p.residuals.backward_error).fold(0.0, f64::max);
     let changed = found.pairs.iter().map(|p| p.residuals.correction).fold(0.0, f64::max);
-    let lines: Vec<String> =
-        found.pairs.iter().map(|p| format!("  {:.6} {:+.6}i", p.value.re, p.value.im)).collect();
+    let lines: Vec<String> = found.pairs.iter().map(|p| format!("  {:.6} {:+.6}i", p.value.re, p.value.im)).collect();
     if world.is_root() {
-        println!("{} unknowns, {} closed nodes, {} ranks", order(&bodies) + contact.nodes.len(), contact.nodes.len(), world.size);
+        println!(
+            "{} unknowns, {} closed nodes, {} ranks",
+            order(&bodies) + contact.nodes.len(),
+            contact.nodes.len(),
+            world.size
+        );
         println!("inverse      {ready:8.2} s wall {ready_cpu:8.2} s cpu");
         println!("eigensolver  {:8.2} s wall {:8.2} s cpu, {} solves", done - ready, done_cpu - ready_cpu, solves);
         println!("in all       {done:8.2} s wall {done_cpu:8.2} s cpu, backward error {worst:.1e}, correction {changed:.1e}, {}", memory());

@@ -65,17 +65,7 @@ impl<'a> System<'a> {
         let (own, moved) = coupling.largest_memory();
         norms[0] += own[1] / rate + moved[1] / (rate * stiffness) + own[0];
         norms[1] += own[0] + moved[0] / stiffness;
-        Ok(Self {
-            world,
-            petsc,
-            parts,
-            coupling,
-            rate,
-            stiffness,
-            norms,
-            shift: None,
-            sigma: C::default(),
-        })
+        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift: None, sigma: C::default() })
     }
 
     /// Unit of λ, rad/s.
