@@ -25,7 +25,7 @@ const LOOSE: f64 = 3e-2;
 const UNCHANGED: f64 = 3e-8;
 const GOOD: f64 = 1e-10;
 /// Where what is left falls by less in a round, the changes widen the space.
-const SLOW: f64 = 0.2;
+const SLOW: f64 = 0.6;
 /// Most improvements.
 const ROUNDS: usize = 30;
 
