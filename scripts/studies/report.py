@@ -77,10 +77,12 @@ def longitudinal(rows):
 
 def rotation(rows):
     listed = lambda pairs: ", ".join(f"{g:.2f} ({f:.1f})" for g, f in pairs) or "–"  # noqa: E731
-    parts = []
+    tables = {}
     for job in dict.fromkeys(r["job"] for r in rows):
         cells = [[f"{r['speed']:g}", listed(r["rolling"]), listed(r["none"])] for r in rows if r["job"] == job]
-        parts.append(f"`jobs/{job}.json`:\n\n" + table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells))
+        # Jobs with the same figures share a table.
+        tables.setdefault(table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells), []).append(f"`jobs/{job}.json`")
+    parts = [f"{' and '.join(jobs)}:\n\n{text}" for text, jobs in tables.items()]
     return "![growth over the speed](rotation.svg)\n\n" + "\n".join(parts)
 
 

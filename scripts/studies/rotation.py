@@ -51,7 +51,7 @@ def draw(rows):
     matplotlib.rcParams["svg.hashsalt"] = "railsqueal"
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, len(JOBS), figsize=(9, 3.6), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, len(JOBS), figsize=(9, 4.2), sharey=True, layout="constrained")
     bands = [(380, 452, "C0", "about 423 Hz, n = 1"), (452, 520, "C1", "483 Hz, n = 0"), (520, 640, "C2", "about 575 Hz, n = 2")]
     for axis, job in zip(axes, JOBS):
         for low, high, colour, name in bands:
@@ -62,6 +62,6 @@ def draw(rows):
         axis.set(title=f"jobs/{job}.json", xlabel="speed V, m/s")
         axis.grid(alpha=0.3)
     axes[0].set(ylabel="growth, 1/s", ylim=(0, None))
-    axes[0].legend(fontsize=7)
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     figure.savefig(PICTURE, metadata={"Date": None})
     plt.close(figure)
