@@ -809,7 +809,13 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
         let compare = |what: &str, step: f64, found: &[Complex<f64>], spectra: [Vec<Eigenpair>; 4]| {
             for (f, p) in found.iter().zip(&pairs) {
                 let w = difference(p.value, &spectra, step);
-                assert!((f - w).norm() < 1e-5 * w.norm(), "{law} at {eta}, {}, by {what}: {f} against {w}", p.value);
+                // Most modes hardly feel the damping of another one: there the difference is of the size of its rounding.
+                let rounding = if what == "damping" { 1e-14 * p.value.norm() / step } else { 0.0 };
+                assert!(
+                    (f - w).norm() < 1e-5 * w.norm() + rounding,
+                    "{law} at {eta}, {}, by {what}: {f} against {w}",
+                    p.value
+                );
             }
         };
         type Change<'a> = &'a dyn Fn(&mut SteadyProblem, f64);
@@ -847,7 +853,7 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
         compare("place", step, &found, spectra);
         // Damping, with the state kept.
         let found = here.by_damping(&b);
-        for k in [0, LOWER.len() + 1] {
+        for k in 0..b.omega.len() {
             let step = 1e-4;
             let spectra = steps(step).map(|by| {
                 let mut damped = b.clone();

@@ -8,6 +8,7 @@ import faults
 import growth
 import longitudinal
 import modes
+import one_point
 import ranks
 import report
 import rotation
@@ -22,6 +23,7 @@ STUDIES = {
     "finite_elements": steady.finite_elements,
     "modes": modes.annulus,
     "growth": growth.narrow_curve,
+    "one_point": one_point.narrow_curve,
     "longitudinal": longitudinal.sliding,
     "rotation": rotation.narrow_curve,
     "transient": transient.against_linear,

@@ -1,8 +1,8 @@
 //! The analysis `creep_curve`: steady rolling over the values of one creepage, each from the solution before.
 
-use super::memory;
 use super::reduction::Reduction;
 use super::run::Run;
+use super::{memory, point};
 use crate::case::interface::{at_rest, creepage, steady_rolling};
 use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, Ellipse};
 use crate::contact::{Continuation, SteadyProblem, SteadySolution};
@@ -10,7 +10,7 @@ use crate::grid::Interface;
 use crate::job::{self, CreepCurve, Job};
 use crate::model::{ModalPair, ReducedModel};
 use crate::output::datasets::creep_curve::{tables, Baseline, Point};
-use crate::stability::{grows, spectrum};
+use crate::stability::{grows, least_stable};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
@@ -74,8 +74,8 @@ impl<'a> Curve<'a> {
         if let Some(stability) = &self.job.analyses.stability {
             let (problem, pair) = (continuation.problem(), &self.model.pair);
             memory::refuse_short(&contact.friction, |law| memory::rolling(problem, law, pair))?;
-            let found = spectrum(stability, pair, &problem.contact(&solution))?;
-            point.least_stable = found.eigenpairs.first().map(|e| (e.value, grows(e.value, e.backward_error)));
+            let found = least_stable(stability, pair, &problem.contact(&solution))?;
+            point.least_stable = found.map(|e| (e.value, grows(e.value, e.backward_error)));
         }
         Ok(point)
     }
@@ -85,15 +85,7 @@ impl Curve<'_> {
     /// What laws of point contact have for the solution `r` under `contact`, on half-spaces of the bodies' materials, with the coefficient of
     /// friction at the rigid creep of the centre. None where there is no ellipse in the range of their table.
     fn baseline(&self, contact: &job::Contact, r: &SteadySolution) -> Result<Option<Baseline>> {
-        let mut materials = [(0.0, 0.0); 2];
-        for ((_, body), m) in self.job.bodies().into_iter().zip(&mut materials) {
-            let material = body.elastic()?;
-            *m = (material.young, material.poisson);
-        }
-        let s = &self.model.interface;
-        let nodes = (0..s.len()).map(|i| (s.point(i), r.pressure[i] * s.weight[i]));
         let c = creepage(contact);
-        let friction = contact.friction.coefficient(contact.speed * c.longitudinal.hypot(c.lateral));
         let of = |e: Ellipse| Baseline {
             half_axes: [e.a, e.b],
             linear: linear(&e, &c),
@@ -101,7 +93,7 @@ impl Curve<'_> {
             polach: polach(&e, &c),
             fastsim: fastsim(&e, &c),
         };
-        Ok(Ellipse::of_pressure(nodes, friction, materials).map(of))
+        Ok(point::ellipse(self.job, contact, &self.model.interface, &r.pressure)?.map(of))
     }
 }
 

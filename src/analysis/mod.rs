@@ -7,6 +7,7 @@ mod full_stability;
 mod inputs;
 mod memory;
 mod modes;
+mod point;
 mod receptance;
 pub mod reduction;
 mod reuse;

@@ -3,7 +3,7 @@
 use super::reduction::Reduction;
 use super::run::Run;
 use super::steps::Needs;
-use super::{complex_modes, full_stability, memory, sensitivity};
+use super::{complex_modes, full_stability, memory, point, sensitivity};
 use crate::case::bodies::Bodies;
 use crate::case::interface::{at_rest, given_forces, steady_sliding};
 use crate::contact::points::linearised;
@@ -12,7 +12,7 @@ use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job, StabilityState};
 use crate::model::ModalPair;
-use crate::output::datasets::stability::{causes, derivatives, eigenvalues, equilibrium};
+use crate::output::datasets::stability::{causes, derivatives, eigenvalues, equilibrium, of_point};
 use crate::stability::criterion::{criteria, Criterion};
 use crate::stability::reduced::{participation, sharpness, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
@@ -41,10 +41,11 @@ pub(super) fn run(
             true => Vec::new(),
             false => criteria(&root.pair, &found.contact, listed(&found.spectrum))?,
         };
-        Ok((found, (smallest, sensitivities, criteria)))
+        let one_point = point::wanted(&examined, &found)?;
+        Ok((found, (smallest, sensitivities, criteria, one_point)))
     })?;
-    let (found, (smallest, sensitivities, criteria)) =
-        found.map_or((None, (None, None, Vec::new())), |(f, (m, s, c))| (Some(f), (Some(m), s, c)));
+    let (found, (smallest, sensitivities, criteria, one_point)) =
+        found.map_or((None, (None, None, Vec::new(), None)), |(f, (m, s, c, p))| (Some(f), (Some(m), s, c, p)));
     let full = match &stability.full {
         Some(wanted) => {
             shapes.map_err(Clone::clone)?;
@@ -60,6 +61,10 @@ pub(super) fn run(
         let moves = if state.as_ref().is_none_or(|s| s.sliding) { "sliding" } else { "rolling" };
         summarise(spectrum, moves, (&root.pair, sensitivities.as_ref(), &criteria), &mut run.summary);
         run.file.tables(causes(&criteria));
+        if let Some(comparison) = &one_point {
+            run.file.tables(of_point(comparison, spectrum.eigenpairs.len()));
+            point::summarise(comparison, spectrum, told(spectrum), &mut run.summary);
+        }
         if let Some(all) = &sensitivities {
             run.file.tables(derivatives(all, root.pair.omega.len()));
             sensitivity::warn(all, &mut run.summary);
@@ -181,8 +186,13 @@ const LISTED: [usize; 2] = [3, 50];
 
 /// The eigenvalues of which it is told what makes them.
 fn listed(spectrum: &Spectrum) -> &[Eigenpair] {
+    &spectrum.eigenpairs[..told(spectrum).min(LISTED[1])]
+}
+
+/// How many the summary lists.
+fn told(spectrum: &Spectrum) -> usize {
     let unstable = spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
-    &spectrum.eigenpairs[..unstable.clamp(LISTED[0], LISTED[1]).min(spectrum.eigenpairs.len())]
+    unstable.max(LISTED[0]).min(spectrum.eigenpairs.len())
 }
 
 /// What the summary says of a contact that moves as `moves` says, of bodies with their modes and what would move the eigenvalues.
@@ -204,8 +214,7 @@ pub(super) fn summarise(
         if spectrum.limit.is_finite() { format!(" up to {:.0} Hz", spectrum.limit) } else { String::new() },
         spectrum.closed
     ));
-    let most = unstable.len().max(LISTED[0]);
-    for (i, e) in spectrum.eigenpairs.iter().enumerate().take(most) {
+    for (i, e) in spectrum.eigenpairs.iter().enumerate().take(told(spectrum)) {
         summary.value(
             &format!("{:.3} Hz", e.frequency()),
             format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), partners(model, e)),

@@ -73,20 +73,14 @@ impl ClosedInfluence {
     /// Makes the matrix that of `closed`; where the set is the same, only the rows of the candidates `changed`.
     pub fn update(&mut self, c: &Candidates, closed: &[usize], changed: &[usize]) {
         let k = closed.len();
-        let mut kt = match self.kt.take() {
-            Some(kt) if self.closed == closed => kt,
-            _ => {
-                self.closed = closed.to_vec();
-                let mut kt = vec![0.0; 9 * k * k];
-                (0..k).for_each(|i| gather(c, closed, i, &mut kt));
-                self.kt = Some(kt);
-                return;
-            }
-        };
-        for a in changed {
-            if let Ok(i) = closed.binary_search(a) {
-                gather(c, closed, i, &mut kt);
-            }
+        let mut kt = self.kt.take().unwrap_or_default();
+        if self.closed == closed && kt.len() == 9 * k * k {
+            changed.iter().filter_map(|a| closed.binary_search(a).ok()).for_each(|i| gather(c, closed, i, &mut kt));
+        } else {
+            self.closed = closed.to_vec();
+            // In the memory of the one before, all of which is written.
+            kt.resize(9 * k * k, 0.0);
+            (0..k).for_each(|i| gather(c, closed, i, &mut kt));
         }
         self.kt = Some(kt);
     }

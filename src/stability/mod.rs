@@ -6,6 +6,7 @@ mod equilibrium;
 pub mod full;
 pub mod point;
 pub mod reduced;
+pub mod rightmost;
 pub mod sensitivity;
 
 use crate::contact::LinearContact;
@@ -43,26 +44,47 @@ pub struct Spectrum {
 
 /// On rank 0: the eigenvalues about a sliding contact.
 pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
-    let reach = pair.reach;
-    let limit = stability.max_frequency.unwrap_or(reach);
-    if limit > reach * (1.0 + 1e-12) {
-        return Err(Error::Job(format!(
-            "analyses.stability.max_frequency is {limit} Hz, but the modes of the bodies reach {reach:.1} Hz only; \
-             ask for more modes in analyses.modes or for a lower limit"
-        )));
-    }
+    let limit = limit(stability, pair)?;
     let pairs = eigenpairs(pair, contact, stability.tolerance)?;
     let all = pairs.iter().map(|p| p.value).collect();
     let kept = kept(stability, pairs, limit);
     Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
 }
 
-/// Those of `pairs` that are listed: up to the frequency `limit`, Hz, and the damping ratio, and all that grow.
+/// On rank 0: the first of those that [`spectrum`] lists.
+pub fn least_stable(
+    stability: &job::Stability,
+    pair: &ModalPair,
+    contact: &LinearContact,
+) -> Result<Option<Eigenpair>> {
+    let limit = limit(stability, pair)?;
+    rightmost::rightmost(pair, contact, stability.tolerance, |e| listed(stability, e, limit))
+}
+
+/// The highest frequency that is kept, Hz, infinite where the modes are all there are.
+fn limit(stability: &job::Stability, pair: &ModalPair) -> Result<f64> {
+    let reach = pair.reach;
+    let limit = stability.max_frequency.unwrap_or(reach);
+    match limit > reach * (1.0 + 1e-12) {
+        false => Ok(limit),
+        true => Err(Error::Job(format!(
+            "analyses.stability.max_frequency is {limit} Hz, but the modes of the bodies reach {reach:.1} Hz only; \
+             ask for more modes in analyses.modes or for a lower limit"
+        ))),
+    }
+}
+
+/// Those of `pairs` that are listed, by the frequency `limit`, Hz.
 pub fn kept(stability: &job::Stability, pairs: Vec<Eigenpair>, limit: f64) -> Vec<Eigenpair> {
+    pairs.into_iter().filter(|e| listed(stability, e, limit)).collect()
+}
+
+/// Whether an eigenvalue is listed: up to the frequency `limit`, Hz, and the damping ratio, or because it grows.
+fn listed(stability: &job::Stability, e: &Eigenpair, limit: f64) -> bool {
     // What the full system has within its wedge must find its partner, at the edge as well.
     let least = stability.full.as_ref().map_or(0.0, |f| 1.5 * f.damping_ratio);
     let ratio = stability.damping_ratio.max(least);
-    let listed = |e: &Eigenpair| ratio >= 1.0 || e.damping_ratio().abs() <= ratio || grows(e.value, e.backward_error);
+    let damped = ratio < 1.0 && e.damping_ratio().abs() > ratio && !grows(e.value, e.backward_error);
     // A real matrix has its complex eigenvalues in conjugate pairs: one of each says all.
-    pairs.into_iter().filter(|e| e.value.im >= 0.0 && e.frequency() <= limit && listed(e)).collect()
+    e.value.im >= 0.0 && e.frequency() <= limit && !damped
 }

@@ -10,7 +10,7 @@
 //! law: what is left of the bodies' compliance without the modes is not counted again. Creepages other than those of translation stay as they are.
 
 use super::reduced::{Eigenpair, Pencil, Root, Scales};
-use crate::contact::baseline::{Ellipse, LinearForce};
+use crate::contact::baseline::{Ellipse, LinearForce, Place};
 use crate::model::ModalPair;
 use crate::{Error, Result};
 use faer::Mat;
@@ -20,14 +20,6 @@ type C = Complex<f64>;
 
 /// Least |q₁ᴴq₂|²/(|q₁|²|q₂|²) of two modes that are the same.
 const ALIKE: f64 = 0.5;
-
-/// Where the modes are taken: pairs (node, coefficient).
-pub struct Place {
-    /// Mean over the contact; the coefficients add up to 1.
-    pub mean: Vec<(usize, f64)>,
-    /// Mean of the slope ∂/∂x over it, 1/m.
-    pub slope: Vec<(usize, f64)>,
-}
 
 /// A contact of one point about a steady state.
 pub struct PointContact<'a> {

@@ -103,25 +103,10 @@ impl Pencil {
     /// All finite eigenvalues, one of each conjugate pair.
     pub fn roots(&self, tolerance: f64) -> Result<Vec<Root>> {
         let n = self.a.nrows();
-        // A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just
-        // this rate, which the backward error would show.
-        let shift = 0.7390851332151607;
-        let lu = (&self.a - faer::Scale(shift) * &self.e).partial_piv_lu();
-        let inverted = lu.solve(&self.e);
-        if (0..n).any(|i| !inverted[(i, i)].is_finite()) {
-            return Err(Error::NotConverged(
-                "reduced stability: the linearised system is singular at the shift".into(),
-            ));
-        }
-        let eigen = inverted
-            .eigen()
-            .map_err(|e| Error::NotConverged(format!("reduced stability: dense eigenvalues failed: {e:?}")))?;
-        let theta = eigen.S().column_vector();
-        let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
+        let eigen = self.inverted()?.eigen().map_err(failed)?;
+        let theta: Vec<Complex<f64>> = eigen.S().column_vector().iter().copied().collect();
         let norms = (self.a.norm_l2(), self.e.norm_l2());
-        // Infinite eigenvalues of a singular E are left out. The matrix is real: of a conjugate pair one says all.
-        let wanted: Vec<usize> = (0..n).filter(|&k| theta[k].im >= 0.0 && theta[k].norm() > 1e-13 * largest).collect();
-        let values: Vec<Complex<f64>> = wanted.iter().map(|&k| Complex::new(shift, 0.0) + theta[k].inv()).collect();
+        let (wanted, values): (Vec<usize>, Vec<Complex<f64>>) = finite(&theta).unzip();
         let vectors = Mat::from_fn(n, wanted.len(), |i, j| eigen.U()[(i, wanted[j])]);
         let mut roots = Vec::new();
         for ((lambda, residual), x) in values.iter().zip(self.residuals(&values, &vectors)).zip(vectors.col_iter()) {
@@ -141,6 +126,24 @@ impl Pencil {
         Ok(roots)
     }
 
+    /// All finite eigenvalues alone, with Im λ ≥ 0, one of each conjugate pair.
+    pub fn values(&self) -> Result<Vec<Complex<f64>>> {
+        let theta = self.inverted()?.eigenvalues().map_err(failed)?;
+        let values = finite(&theta).map(|(_, value)| value.conj()).collect();
+        Ok(values)
+    }
+
+    /// (A − shift E)⁻¹ E.
+    fn inverted(&self) -> Result<Mat<f64>> {
+        let inverted = (&self.a - faer::Scale(SHIFT) * &self.e).partial_piv_lu().solve(&self.e);
+        match (0..self.a.nrows()).all(|i| inverted[(i, i)].is_finite()) {
+            true => Ok(inverted),
+            false => {
+                Err(Error::NotConverged("reduced stability: the linearised system is singular at the shift".into()))
+            }
+        }
+    }
+
     /// ‖(A − λE) x‖ of each pair of `values` and columns of `vectors`.
     fn residuals(&self, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -> Vec<f64> {
         let images = images([&self.a, &self.e], values, vectors);
@@ -153,6 +156,22 @@ impl Pencil {
         let velocity = pair.modal.iter().map(|q| q * (pair.value / rate));
         pair.modal.iter().copied().chain(velocity).chain(pair.tangential.iter().map(|f| f / force)).collect()
     }
+}
+
+/// A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just this rate, which the backward error
+/// would show.
+const SHIFT: f64 = 0.7390851332151607;
+
+fn failed(e: impl std::fmt::Debug) -> Error {
+    Error::NotConverged(format!("reduced stability: dense eigenvalues failed: {e:?}"))
+}
+
+/// The finite eigenvalues of a pencil, with their places among those, `theta`, of the inverted one: those of a singular E are left out. The matrices
+/// are real: of a conjugate pair one says all, here that with Im λ ≤ 0.
+fn finite(theta: &[Complex<f64>]) -> impl Iterator<Item = (usize, Complex<f64>)> + '_ {
+    let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
+    let kept = move |t: &Complex<f64>| t.im >= 0.0 && t.norm() > 1e-13 * largest;
+    theta.iter().enumerate().filter(move |(_, t)| kept(t)).map(|(k, t)| (k, SHIFT + t.inv()))
 }
 
 /// (A − λE) x of each pair of `values` and columns of `vectors`, for real matrices [A, E].

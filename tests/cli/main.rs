@@ -7,6 +7,7 @@ mod failures;
 mod golden;
 mod interrupted;
 mod matrices;
+mod one_point;
 mod placement;
 mod points;
 mod program;

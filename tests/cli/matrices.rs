@@ -132,7 +132,8 @@ fn a_sweep_finds_the_limits_of_flutter() {
     for ranks in [1, 3] {
         let ran = folder.call(ranks, "run", &["--force"]);
         ran.failed(4, &["the job's own point failed", "analyses.modes.count: 3 modes"]);
-        assert!(ran.out.contains("10 points on 1 reduced model, "), "{}", ran.out);
+        // Below its limit what has no damping neither grows nor decays but for rounding, which is not counted.
+        assert!(ran.out.contains("10 points on 1 reduced model, 6 unstable"), "{}", ran.out);
         let file = hdf5::File::open(folder.path("job.h5")).unwrap();
         let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
         let (growth, frequency) = (read("sweep/growth_rate"), read("sweep/frequency"));

@@ -76,6 +76,53 @@ fn points_equal_single_runs_on_any_number_of_ranks() {
     }
 }
 
+/// From rest to full sliding in small steps every point has its state and its eigenvalues, and fewer and fewer nodes stick. With a second key the map dots what sticks in part.
+#[test]
+fn a_sweep_goes_from_stick_to_full_sliding_without_a_gap() {
+    let range = json!({ "from": 0.0, "to": 0.014, "count": 29 });
+    let mut job = sliding(json!({ "keys": { "contact.creepage.lateral": range } }));
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(0.002);
+    }
+    job["contact"]["creepage"] = json!({});
+    job["analyses"]["modes"]["count"] = json!(8);
+    job["analyses"]["stability"] = json!({});
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(2, "run", &[]);
+    assert!(
+        ran.good().out.contains("29 points on 1 finite-element model") && ran.out.contains("0 failed"),
+        "{}",
+        ran.out
+    );
+    let file = Sweep::open(folder.path("job.h5"));
+    let (sticking, closed) = (file.read::<i64>("sweep/sticking"), file.read::<i64>("sweep/closed"));
+    assert!(closed[0] > 15 && sticking[0] == closed[0] && sticking[28] == 0, "{sticking:?} of {closed:?}");
+    assert!(sticking.windows(2).all(|w| w[1] <= w[0]), "{sticking:?}");
+    let first = sticking.iter().position(|s| *s == 0).expect("full sliding");
+    assert!((10..25).contains(&first), "{sticking:?}");
+    // On this coarse grid the growth rate rises where nodes leave stick, by a large part where the last ones do; while the same number sticks it
+    // hardly moves, on either side.
+    let rates = file.read::<f64>("sweep/growth_rate");
+    let whole = rates[28] - rates[0];
+    assert!(whole > 1.0 && rates.windows(2).all(|w| w[1] > w[0] - 0.01 * whole), "{rates:?}");
+    for (rate, nodes) in rates.windows(2).zip(sticking.windows(2)).filter(|(_, n)| n[0] == n[1]) {
+        assert!((rate[1] - rate[0]).abs() < 0.05 * whole, "{nodes:?} in stick: {rates:?}, {sticking:?}");
+    }
+    let map = json!({ "keys": { "contact.creepage.lateral": [0.002, 0.014], "contact.friction": [0.2, 0.3] } });
+    let base = folder.text("job.h5");
+    let set = format!("analyses.sweep={map}");
+    folder.call(1, "run", &["--reuse", &base, "--set", &set, "--output", &folder.text("map.h5")]).good();
+    let map = Sweep::open(folder.path("map.h5"));
+    assert_eq!(
+        map.read::<i64>("sweep/sticking").iter().map(|s| *s > 0).collect::<Vec<_>>(),
+        [true, true, false, false]
+    );
+    let drawn = finish(
+        std::process::Command::new(format!("{}/scripts/plot", env!("CARGO_MANIFEST_DIR"))).arg(folder.path("map.h5")),
+    );
+    assert!(drawn.good().out.contains("map"), "{drawn:?}");
+}
+
 /// Bodies of revolution that are mirror images of each other, supports and meshes included, are stable at any constant friction
 /// whatever the direction of sliding.
 #[test]

@@ -1,6 +1,7 @@
 //! Usage, help, versions, the schema, `check`, and the launcher.
 
 use super::program::*;
+use serde_json::json;
 use std::process::Command;
 
 #[test]
@@ -124,6 +125,39 @@ fn the_jobs_of_the_project_are_valid() {
     for path in paths {
         let path = path.display().to_string();
         assert!(railsqueal(1, &["check", &path]).good().out.contains("estimated memory"), "{path}");
+    }
+}
+
+/// Each law of friction is taken from a job and has its formula.
+#[test]
+fn every_law_of_friction_can_be_given() {
+    use railsqueal::job::Job;
+    let e = |x: f64| f64::exp(-x);
+    // At 0.2 m/s.
+    for (law, want) in [
+        (json!(0.3), 0.3),
+        (json!({ "exponential": { "static": 0.4, "kinetic": 0.3, "decay_velocity": 0.5 } }), 0.3 + 0.1 * e(0.4)),
+        (json!({ "rational": { "static": 0.4, "kinetic": 0.3, "half_velocity": 0.6 } }), 0.3 + 0.1 * 0.75),
+        (
+            json!({ "double_exponential": {
+                "static": 0.4, "kinetic": 0.2, "share": 0.25, "decay_velocity": 0.1, "second_decay_velocity": 0.4
+            } }),
+            0.2 + 0.2 * (0.25 * e(2.0) + 0.75 * e(0.5)),
+        ),
+        (json!({ "linear": { "static": 0.4, "kinetic": 0.2, "end_velocity": 0.8 } }), 0.35),
+        (json!({ "kraft": { "static": 0.4 } }), 0.4 * (1.0 - 0.5 * e(0.69) - 0.5 * e(34.5))),
+        (json!({ "table": { "points": [[0, 0.4], [0.1, 0.42], [0.5, 0.34]] } }), 0.4),
+    ] {
+        let mut job = small();
+        job["contact"]["friction"] = law.clone();
+        let bytes = job.to_string().into_bytes();
+        let read = Job::from_bytes(&bytes, std::path::Path::new("job.json"), &[], None);
+        let read = read.unwrap_or_else(|e| panic!("{law}: {e}"));
+        let friction = &read.contact.as_ref().expect("the contact").friction;
+        let found = friction.coefficient(0.2);
+        assert!((found - want).abs() < 1e-12, "{law}: {found}, expected {want}");
+        let folder = Folder::with(job.to_string());
+        assert!(folder.call(1, "check", &[]).good().out.contains(&format!("friction {friction}")), "{law}");
     }
 }
 

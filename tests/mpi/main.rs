@@ -51,6 +51,8 @@ const TESTS: &[Test] = &[
     ("supports::a_swept_ring_on_springs", supports::a_swept_ring_on_springs),
     ("surface::the_boundary_is_found_once", surface::the_boundary_is_found_once),
     ("rotation::an_annulus_splits_its_pairs", rotation::an_annulus_splits_its_pairs),
+    ("rotation::further_pairs_are_those_of_their_orders", rotation::further_pairs_are_those_of_their_orders),
+    ("rotation::rigid_motions_on_a_distorted_mesh", rotation::rigid_motions_on_a_distorted_mesh),
     ("rotation::fixed_and_turning_frame_agree", rotation::fixed_and_turning_frame_agree),
     (
         "rotation::prestress_of_a_free_wheel_balances_rigid_rotations",

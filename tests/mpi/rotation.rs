@@ -1,5 +1,6 @@
 //! A wheel that turns: frequencies of its waves against an axisymmetric solution, against the same in a frame that turns with it, and what is refused.
 
+use crate::elasticity::block;
 use faer::Mat;
 use railsqueal::body::elements::{Elements, Method};
 use railsqueal::body::fe::FeBody;
@@ -15,6 +16,8 @@ use railsqueal::model::waves;
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::DistCsr;
 use railsqueal::petsc::Petsc;
+use railsqueal::swept::modes::of_order;
+use railsqueal::swept::{blocks, cylinder, Cylinder, Focus, Forms};
 use std::f64::consts::PI;
 
 const RADIUS: f64 = 0.5;
@@ -86,6 +89,122 @@ pub fn an_annulus_splits_its_pairs(world: &World) {
         // Both waves are raised by the prestress, by far less.
         let raised = 0.5 * (shifts[0] + shifts[1]);
         assert!(raised > 0.0 && raised < 0.01 * split, "n = {n}: {shifts:?} Hz");
+    }
+}
+
+/// All pairs up to the second of two nodal diameters, g and the waves at 20 rad/s, are those of the section of the annulus, where each order is by itself and exact in the angle.
+pub fn further_pairs_are_those_of_their_orders(world: &World) {
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let (axis, speed) = (Axis::below(RADIUS), 20.0);
+    let mut body = Elements::new(&petsc, annulus(world, 0.04, "inner"), Method::Direct).rotating(axis).unwrap();
+    body.factorise().unwrap();
+    let modes = body.modes(Extent::Count(17), &mut |_, _| {}).unwrap();
+    let rotation = modes.rotation.as_ref().unwrap();
+    let diameters = rotation.diameters();
+    let found = waves(&modes.omega, rotation, speed).unwrap();
+    let ring =
+        Cylinder { inner_radius: 0.1, outer_radius: RADIUS, thickness: 0.1, crown_radius: None, contact_offset: 0.0 };
+    let section = cylinder(&ring, Focus { size: 0.03, reach: 0.0, corner: 0.003, largest: 0.03 }).unwrap();
+    let steel = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+    let forms = Forms::new(section, steel, &["inner".to_owned()]).unwrap();
+    let prestress = forms.centrifugal().unwrap();
+    let mut pairs = Vec::new();
+    for n in 1..=4usize {
+        let own = of_order(&forms, n, 2.0 * PI * 2700.0).unwrap();
+        let exact = blocks(&forms, &own, Some(&prestress));
+        for (k, omega) in own.omega.iter().enumerate() {
+            let (g, kappa) = (exact.coupling[(k, k)], exact.stiffness[(k, k)]);
+            // The pair of elements at this frequency, of which their size leaves some percent.
+            let near: Vec<usize> = (0..modes.omega.len())
+                .filter(|&j| (modes.omega[j] / omega - 1.0).abs() < 0.03 && (diameters[j] - n as f64).abs() < 0.1)
+                .collect();
+            let [c, s] = near[..] else { panic!("n = {n}, {omega} rad/s: {near:?} of {:?}", modes.omega) };
+            let seen = 0.5 * rotation.gyroscopic[(c, s)].abs();
+            assert!((seen - g.abs()).abs() < 5e-3 * n as f64, "n = {n}, {omega} rad/s: g = {seen}, by its order {g}");
+            let mean = (omega * omega + speed * speed * (kappa + g * g)).sqrt();
+            let rest = 0.5 * (modes.omega[c] + modes.omega[s]);
+            for sign in [-1.0, 1.0] {
+                let wanted = (mean + sign * g * speed - omega) / (2.0 * PI);
+                let shift = |f: f64| f - rest / (2.0 * PI);
+                let nearest = found.iter().map(|w| shift(w.frequency)).min_by(|a, b| {
+                    let apart = |x: &f64| (x - wanted).abs();
+                    apart(a).total_cmp(&apart(b))
+                });
+                let off = (nearest.unwrap() - wanted).abs();
+                assert!(off < 5e-3 * n as f64 * speed / (2.0 * PI), "n = {n}, {omega} rad/s: {off} Hz off {wanted}");
+            }
+            pairs.push((n, k));
+        }
+    }
+    for further in [(1, 1), (1, 2), (2, 1), (4, 0)] {
+        assert!(pairs.contains(&further), "{further:?} is not among {pairs:?}");
+    }
+}
+
+/// On a mesh that is distorted and nothing like a body of revolution, all to rounding: rigid rotations a × r, b × r across the axis have u_a·G u_b = (a × b)·ê times the polar moment of inertia, translations none; their K_c is the
+/// mass of a × W. D′ of a rigid motion, a × W − ê × u, is one, so that the material does not feel it: K D′u = 0; and D′ between them is what the program makes of G and of the mass.
+pub fn rigid_motions_on_a_distorted_mesh(world: &World) {
+    let skewed = |x: [f64; 3]| {
+        let bend = (31.0 * x[0] + 17.0 * x[1] + 23.0 * x[2]).sin();
+        std::array::from_fn(|c| x[c] + 0.012 * bend * [1.0, -0.7, 0.5][c])
+    };
+    let mut mesh = block([4, 3, 3], [0.2, 0.15, 0.12], skewed);
+    // The surface as well.
+    mesh.nodes.iter_mut().for_each(|p| *p = [p[0] + 0.2 * p[1] * p[2], p[1] - 0.1 * p[0], p[2] + 0.3 * p[0] * p[0]]);
+    let (density, material) = (7800.0, Material { young: 205e9, poisson: 0.3, density: 7800.0 });
+    let body = FeBody::new(world, "block", world.is_root().then_some(&mesh), None, material, &[]).expect("a body");
+    let axis = Axis::below(0.3);
+    let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|c| a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3])
+    };
+    let place = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|c| x[c] - axis.centre[c]) };
+    let of = |f: &dyn Fn([f64; 3]) -> [f64; 3]| -> Vec<f64> {
+        body.part.coords[..body.part.owned].iter().flat_map(|x| f(*x)).collect()
+    };
+    let unit = |k: usize| -> [f64; 3] { std::array::from_fn(|c| f64::from(u8::from(c == k % 3))) };
+    let motion = |k: usize, x: [f64; 3]| if k < 3 { unit(k) } else { cross(unit(k), place(x)) };
+    let carried = |k: usize, x: [f64; 3]| if k < 3 { [0.0; 3] } else { cross(unit(k), axis.velocity(x)) };
+    let felt = |k: usize, x: [f64; 3]| -> [f64; 3] {
+        let (d, t) = (carried(k, x), axis.turned(motion(k, x)));
+        std::array::from_fn(|c| d[c] - t[c])
+    };
+    let rigid: Vec<Vec<f64>> = (0..6).map(|k| of(&|x| motion(k, x))).collect();
+    let moved: Vec<Vec<f64>> = (0..6).map(|k| of(&|x| carried(k, x))).collect();
+    let turned: Vec<Vec<f64>> = (0..6).map(|k| of(&|x| felt(k, x))).collect();
+    let outward = vec![of(&|x| axis.outward(x))];
+    let frame: Vec<Vec<f64>> = (0..6).map(|k| of(&|x| axis.turned(motion(k, x)))).collect();
+    let assembly = Assembly::new(world, &body.part, &body.dofs).unwrap();
+    let mass = &body.operators.mass;
+    let polar = bilinear(world, mass, &outward, &outward)[(0, 0)];
+    let g = bilinear(world, &assembly.assemble(&Gyroscopic { density, axis }), &rigid, &rigid);
+    for i in 0..6 {
+        for j in 0..6 {
+            let sign: f64 = cross(unit(i), unit(j)).iter().zip(axis.direction).map(|(p, q)| p * q).sum();
+            let across = i > 2 && j > 2 && [i, j].iter().all(|k| axis.direction[k % 3] == 0.0);
+            if across || (i < 3 && j < 3) {
+                let wanted = if across { sign * polar } else { 0.0 };
+                assert!((g[(i, j)] - wanted).abs() < 1e-11 * g.norm_max(), "({i}, {j}): {}, {wanted}", g[(i, j)]);
+            }
+        }
+    }
+    let convected = bilinear(world, &assembly.assemble(&Convected { density, axis }), &rigid, &rigid);
+    let wanted = bilinear(world, mass, &moved, &moved);
+    assert!((&convected - &wanted).norm_max() < 1e-11 * wanted.norm_max(), "{convected:?} {wanted:?}");
+    // D′ by G and the turning of the frame, and as it is.
+    let (made, plain) = (bilinear(world, mass, &rigid, &frame), bilinear(world, mass, &rigid, &turned));
+    let skew = |a: &Mat<f64>| faer::Scale(0.5) * (a - a.transpose());
+    let made = faer::Scale(0.5) * &g - skew(&made);
+    assert!((&made - skew(&plain)).norm_max() < 1e-11 * plain.norm_max(), "{made:?} {plain:?}");
+    // K D′u, beside what a motion of that size that is none of the whole would make.
+    let stiffness = &body.operators.stiffness;
+    let operator = stiffness.operator(world);
+    let largest = turned.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
+    for v in turned.iter().chain(&rigid) {
+        let mut force = vec![0.0; v.len()];
+        operator.apply(world, v, &mut force);
+        let worst = world.max(force.iter().fold(0.0f64, |m, f| m.max(f.abs())));
+        let scale = stiffness.norm_inf(world) * world.max(largest).max(1.0);
+        assert!(worst < 1e-13 * scale, "{worst} of {scale}");
     }
 }
 

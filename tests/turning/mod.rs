@@ -247,6 +247,16 @@ fn energy_of_a_wheel_that_turns() {
         assert!(e.friction > 0.0 && e.damping > 0.0);
         assert!(e.residual().abs() < most * e.friction, "θ = {theta}: balance {:e} of {e:?}", e.residual());
     }
+    // What θ takes beside the balance falls with the step.
+    let beside = [1e-5, 5e-6].map(|step| {
+        let mut settings = settings_of(&squeal, step, approach);
+        settings.scheme.theta = 0.52;
+        let mut stepper = Stepper::new(squeal.model(), settings, start.clone()).unwrap();
+        (0..(4e-3 / step) as usize).for_each(|_| stepper.advance().unwrap());
+        stepper.state().energy.residual()
+    });
+    let order = (beside[0] / beside[1]).log2();
+    assert!((order - 1.0).abs() < 0.2, "order {order}: {beside:?}");
     // Free: nothing but the wave.
     let mut settings = settings_of(&squeal, 1e-5, -1.0);
     settings.drive.tangential[1] = Tangential::Creep(History::constant(0.0));

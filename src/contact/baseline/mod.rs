@@ -8,11 +8,13 @@ mod fastsim;
 mod kalker;
 mod laws;
 mod linearised;
+mod place;
 
 pub use fastsim::fastsim;
 pub use kalker::{coefficients, Coefficients};
 pub use laws::{linear, polach, shen_hedrick_elkins};
 pub use linearised::LinearForce;
+pub use place::Place;
 
 use super::interface::Creepage;
 

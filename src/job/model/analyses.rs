@@ -208,6 +208,9 @@ pub struct Stability {
     /// Whether the derivatives of the eigenvalues are computed: by friction, load, speed, creepages, damping of each mode and lateral position of the contact.
     #[serde(default)]
     pub sensitivities: bool,
+    /// What the contact is taken for: the discretised patch, or beside that one point, to see what the patch changes.
+    #[serde(default)]
+    pub contact: StabilityContact,
     /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full: Option<FullStability>,
@@ -221,6 +224,17 @@ impl Stability {
             Direction::Actual => StabilityState::Steady,
         })
     }
+}
+
+/// What the contact is taken for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StabilityContact {
+    /// The discretised patch, each node with its own pressure and friction.
+    #[default]
+    Patch,
+    /// Beside the patch one point on Hertz' spring, with the creep forces of each law of point contact.
+    Point,
 }
 
 /// A state that stability is examined about.

@@ -46,6 +46,9 @@ pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
     if analyses.stability.as_ref().is_some_and(|s| s.state == Some(StabilityState::Steady)) {
         faults.push("analyses.stability.state: found \"steady\", but bodies given by matrices slide at their contact.points; leave it out".into());
     }
+    if analyses.stability.as_ref().is_some_and(|s| s.contact == StabilityContact::Point) {
+        faults.push("analyses.stability.contact: found \"point\", which is taken from the pressure on a patch, but bodies given by matrices touch at contact.points; leave it out".into());
+    }
     let on_contact = analyses.on_contact().first().copied();
     match (&analyses.modes, on_contact) {
         (None, Some(name)) => faults

@@ -1,9 +1,11 @@
 //! The group `/stability`.
 
 use super::super::Table;
+use crate::contact::baseline::LAWS;
 use crate::model::{travelling, ModalPair, ReducedModel};
 use crate::stability::criterion::Criterion;
 use crate::stability::full::FullResult;
+use crate::stability::point::Comparison;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::{Derivative, Parameter, Sensitivities};
 use crate::stability::{Equilibrium, Spectrum};
@@ -173,6 +175,54 @@ pub fn causes(all: &[Criterion]) -> Vec<Table> {
         ),
         list("growth_rate", "1/s", "Growth rate that these make.", &|c| c.growth_rate),
     ]
+}
+
+/// The group `/stability/point`: one point in place of the contact, beside the `listed` eigenvalues of the reduced model.
+pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
+    let e = &all.ellipse;
+    let mut tables = vec![
+        Table::list(
+            "/stability/point/half_axes",
+            "m",
+            "Half-axes along and across the rolling direction of the ellipse with the second moments of the pressure.",
+            vec![e.a, e.b],
+        ),
+        Table::scalar("/stability/point/stiffness", "N/m", "Stiffness of Hertz' contact.", e.normal_stiffness()),
+    ];
+    for of in &all.laws {
+        let (name, words, _) = LAWS[of.law];
+        let path = |what: &str| format!("/stability/point/{name}/{what}");
+        let none = Complex::new(f64::NAN, f64::NAN);
+        let beside: Vec<Complex<f64>> = (0..listed).map(|i| of.of(i).unwrap_or(none)).collect();
+        tables.extend([
+            Table::list(&path("force"), "N", &format!("Friction (x, y) on body 1 by {words}."), of.force.to_vec()),
+            Table::list(
+                &path("eigenvalue"),
+                "1/s",
+                &format!("Eigenvalues with one point and the forces of {words}, by falling growth rate."),
+                of.eigenpairs.iter().map(|p| p.value).collect::<Vec<_>>(),
+            ),
+            Table::list(
+                &path("backward_error"),
+                "1",
+                "Backward error of each eigenpair in the scaled problem.",
+                of.eigenpairs.iter().map(|p| p.backward_error).collect::<Vec<f64>>(),
+            ),
+            Table::list(
+                &path("partner"),
+                "1",
+                "Place in /stability/eigenvalue, from 0, of the mode of the discretised contact that moves alike; -1: none.",
+                of.partners.iter().map(|p| p.map_or(-1, |p| p as i64)).collect::<Vec<i64>>(),
+            ),
+            Table::list(
+                &path("beside"),
+                "1/s",
+                "For each eigenvalue of the reduced model in /stability/eigenvalue its partner here; NaN: none.",
+                beside,
+            ),
+        ]);
+    }
+    tables
 }
 
 /// What the group `/stability` says of the state; with the coefficient of friction where it is `varying`.
