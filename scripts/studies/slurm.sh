@@ -93,7 +93,7 @@ await() {
         state=$(of "$id" JobState)
         for wanted in "$@"; do [ "$state" = "$wanted" ] && return 0; done
         # What was queued again would wait for two minutes.
-        [ "$state" = PENDING ] && scontrol update JobId="$id" StartTime=now 2> /dev/null
+        [ "$state" != PENDING ] || scontrol update JobId="$id" StartTime=now 2> /dev/null || true
         sleep 1
     done
     cat ./*-"$id".log >&2 || true
@@ -146,11 +146,11 @@ says "$id" "--resume signal.h5"
 [ -e signal.h5 ] && [ ! -e signal.transient ] && [ "$before" -ge 3 ] || fail "the run did not go on"
 
 say "5. the job's time runs out: the run stops two minutes before, and goes on in the next"
-id=$(submit --time=00:02 "$root/jobs/slurm.sh" job.json --reuse first.h5 --set contact.friction=0.31 --output time.h5)
+id=$(submit --time=0:02:00 "$root/jobs/slurm.sh" job.json --reuse first.h5 --set contact.friction=0.31 --output time.h5)
 until [ "$(segments time)" -ge 1 ]; do sleep 0.2; done
 await "$id" 150 PENDING
 says "$id" "stopped by the limit of wall time"
-scontrol update JobId="$id" TimeLimit=00:20
+scontrol update JobId="$id" TimeLimit=0:20:00
 await "$id" 300 COMPLETED
 "$python" - << 'SAME'
 import faults
