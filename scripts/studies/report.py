@@ -83,7 +83,7 @@ def rotation(rows):
         # Jobs with the same figures share a table.
         tables.setdefault(table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells), []).append(f"`jobs/{job}.json`")
     parts = [f"{' and '.join(jobs)}:\n\n{text}" for text, jobs in tables.items()]
-    return "![growth over the speed](rotation.svg)\n\n" + "\n".join(parts)
+    return "![growth over the speed](pictures/rotation.svg)\n\n" + "\n".join(parts)
 
 
 def ranks(rows):

@@ -10,7 +10,7 @@ SPEEDS = [1, 2, 3, 5, 7.5, 10, 15, 20, 25, 30]
 JOBS = ("curve", "squeal")
 # The limit of rest: so slow, with the sliding velocity of the job; the creepage is 0.8 then, of at most 1.
 REST = 0.125
-PICTURE = ROOT / "docs/rotation.svg"
+PICTURE = ROOT / "docs/pictures/rotation.svg"
 
 
 def unstable(tables, k):
