@@ -200,7 +200,7 @@ fn under_any_limit_of_the_address_space_a_run_ends() {
     let ends = |kilobytes: u64, given: &[&str]| {
         let mut command = Command::new("timeout");
         let limit = format!("ulimit -v {kilobytes}; exec \"$0\" run \"$@\"");
-        command.args(["60", "sh", "-c", &limit, PROGRAM, &folder.text("job.json"), "--force", "--output", &output]);
+        command.args(["300", "sh", "-c", &limit, PROGRAM, &folder.text("job.json"), "--force", "--output", &output]);
         finish(command.args(given).env("OPENBLAS_NUM_THREADS", "1"))
     };
     // Less than the estimate asks for: at once, with what to raise.
