@@ -92,7 +92,7 @@ mod tests {
 
     fn dataset(file: &hdf5::File, rows: usize, chunk: usize, level: u8) -> Dataset {
         let shape = hdf5::SimpleExtents::from_vec(vec![hdf5::Extent::resizable(rows), hdf5::Extent::fixed(3)]);
-        file.new_dataset::<f64>().chunk(&[chunk, 3]).shuffle().deflate(level).shape(shape).create("x").expect("x")
+        file.new_dataset::<f64>().chunk([chunk, 3]).shuffle().deflate(level).shape(shape).create("x").expect("x")
     }
 
     #[test]
