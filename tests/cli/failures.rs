@@ -209,7 +209,7 @@ fn under_any_limit_of_the_address_space_a_run_ends() {
     assert!(!ran.err.contains("meshing"), "{}", ran.err);
     let mut codes = std::collections::BTreeSet::new();
     // The estimate is passed over.
-    for kilobytes in (500_000..1_200_000).step_by(90_000).chain([3_200_000]) {
+    for kilobytes in [500_000, 650_000, 800_000, 950_000, 1_100_000, 3_200_000] {
         let ran = ends(kilobytes, &["--set", "solver.memory_limit=64e9"]);
         assert!(matches!(ran.code, Some(0 | 7)), "{kilobytes} kB: {ran:?}");
         codes.extend(ran.code);

@@ -60,7 +60,7 @@ impl System<'_> {
         let mut changes = rest;
         self.solve_block(&mut changes, values.len())?;
         let each = values.iter().zip(vectors.chunks_exact(n)).zip(changes.chunks_exact(n)).zip(left);
-        let judge = |(((value, x), change), left): (((&C, &[C]), &[C]), f64)| {
+        let judge = |value: &C, x: &[C], change: &[C], left: f64| {
             let power = value.norm() / self.rate;
             let [k, c, m] = self.norms;
             let size = self.size(x);
@@ -74,6 +74,6 @@ impl System<'_> {
             };
             Judged { residuals, change: change.to_vec() }
         };
-        Ok(each.map(judge).collect())
+        Ok(each.map(|(((value, x), change), left)| judge(value, x, change, left)).collect())
     }
 }
