@@ -6,7 +6,6 @@ mod block;
 mod check;
 mod lanczos;
 mod orthonormal;
-pub mod projection;
 pub mod quadratic;
 mod slices;
 pub mod sparse;

@@ -6,22 +6,23 @@ pub mod coupling;
 pub mod cover;
 mod damping;
 pub(super) mod inverse;
-pub mod pairs;
 mod part;
 pub mod residuals;
 mod shift;
 pub mod system;
+mod turning;
 
 use crate::body::fe::BodyModes;
 use crate::body::FullSystem;
 use crate::contact::LinearContact;
+use crate::eigen::quadratic::{nearest, Wanted, BLOCK};
 use crate::eigen::sparse::Method;
+use crate::petsc::pep::{quadratic, QuadraticOptions};
 use crate::petsc::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use cover::{Disc, Wedge};
 use num_complex::Complex;
-use pairs::Found;
 use residuals::Residuals;
 use system::System;
 
@@ -107,7 +108,7 @@ pub struct FullBodies<'a, 'b> {
     /// The bodies that differ.
     pub bodies: &'b [&'a dyn FullSystem],
     /// Free modes of each of them, whose frequencies the shifts avoid, or none.
-    pub modes: &'b [&'a BodyModes],
+    pub modes: &'b [&'b BodyModes],
     /// The lower and the upper body.
     pub places: &'b [DampedBody; 2],
 }
@@ -133,9 +134,11 @@ pub fn spectrum<'a>(
         });
         let shift = system.shift_to(next.height)?;
         let mut count = next.count;
+        system.solve_for(count, reduced);
         let mut attempt = 0;
         let (disc, found) = loop {
-            let (found, radius, solves) = around(petsc, &mut system, shift, count, options, progress)?;
+            let (found, solves) = around(petsc, &mut system, shift, count, options, progress)?;
+            let radius = found.iter().map(|p| (p.value - shift).norm()).fold(0.0, f64::max) * (1.0 - 1e-9);
             let disc = Disc { centre: shift, radius, found: found.iter().map(|p| p.value).collect() };
             shifts.push(ShiftReport { shift, radius, found: found.len(), solves });
             match wedge.covered(&disc) {
@@ -160,7 +163,7 @@ pub fn spectrum<'a>(
     Ok(FullSpectrum { pairs, shifts })
 }
 
-/// Collective: the eigenpairs around the shift at which the system stands, the radius within which all are known, 1/s, and the solves.
+/// Collective: the eigenpairs around the shift at which the system stands.
 fn around(
     petsc: &Petsc,
     system: &mut System,
@@ -168,17 +171,29 @@ fn around(
     count: usize,
     options: &FullOptions,
     progress: &mut Progress,
-) -> Result<(Vec<FullPair>, f64, usize)> {
+) -> Result<(Vec<FullPair>, usize)> {
+    let rate = system.rate();
+    let (target, tolerance) = (shift / rate, 1e-10);
     let hertz = shift.im / (2.0 * std::f64::consts::PI);
     let mut told = |done, of| progress.step(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
-    let around = system
-        .nearest(petsc, options.method, count, &mut told)
-        .map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
-    let farthest = around.pairs.iter().map(|p| (p.value - shift).norm()).fold(0.0, f64::max);
-    let radius = farthest * (1.0 - 1e-9) - 2.0 * around.moved;
+    let found = match options.method {
+        Method::Blocks => {
+            let start = system.start(BLOCK)?;
+            nearest(system, &start, &Wanted { target, count, tolerance }, &mut told)
+                .map(|found| (found.lambda, found.vectors, found.solves))
+        }
+        Method::Slepc => {
+            let start = system.start(1)?;
+            let wanted = QuadraticOptions { target, count, tolerance, prefix: "stability_".into() };
+            quadratic(petsc, system, &start, &wanted, &mut told)
+                .map(|found| (found.lambda, found.vectors, found.solves))
+        }
+    };
+    let (lambda, vectors, solves) =
+        found.map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
+    let found: Vec<(C, &[C])> = lambda.iter().map(|l| l * rate).zip(vectors.iter().map(Vec::as_slice)).collect();
     let mut pairs = Vec::new();
-    for Found { value, vector, residuals } in &around.pairs {
-        let (value, x, residuals) = (*value, &vector[..], *residuals);
+    for (&(value, x), residuals) in found.iter().zip(system.residuals(&found)?) {
         let worst = residuals.backward_error.max(residuals.constraint);
         if !(worst <= options.tolerance && residuals.correction <= CORRECTION_LIMIT) {
             return Err(Error::NotConverged(format!(
@@ -198,5 +213,5 @@ fn around(
         let stiffening = stiffening.map(|s| s.re);
         pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals });
     }
-    Ok((pairs, radius, around.solves))
+    Ok((pairs, solves))
 }

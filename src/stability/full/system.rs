@@ -32,6 +32,8 @@ pub struct System<'a> {
     pub(super) shift: Option<Shift<'a>>,
     /// λ there, 1/s.
     pub(super) sigma: C,
+    /// What may be left of a solution where corrections are needed for it.
+    pub(super) accuracy: f64,
 }
 
 impl<'a> System<'a> {
@@ -40,7 +42,7 @@ impl<'a> System<'a> {
     pub fn new(
         petsc: &'a Petsc<'a>,
         bodies: &[&'a dyn FullSystem],
-        modes: &[&'a BodyModes],
+        modes: &[&BodyModes],
         places: &[DampedBody; 2],
         coupling: Coupling,
         rate: f64,
@@ -65,17 +67,23 @@ impl<'a> System<'a> {
         let (own, moved) = coupling.largest_memory();
         norms[0] += own[1] / rate + moved[1] / (rate * stiffness) + own[0];
         norms[1] += own[0] + moved[0] / stiffness;
-        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift: None, sigma: C::default() })
+        Ok(Self {
+            world,
+            petsc,
+            parts,
+            coupling,
+            rate,
+            stiffness,
+            norms,
+            shift: None,
+            sigma: C::default(),
+            accuracy: 1e-12,
+        })
     }
 
     /// Unit of λ, rad/s.
     pub fn rate(&self) -> f64 {
         self.rate
-    }
-
-    /// Whether a body rotates: then the inverse is one of a nearby problem.
-    pub(super) fn turns(&self) -> bool {
-        self.parts.iter().any(Part::turns)
     }
 
     /// First local unknown of the pressures.
@@ -154,15 +162,10 @@ impl<'a> System<'a> {
         [0, 1].map(|p| self.parts.get(p).map_or(0.0, |part| part.dissipation(self.world, x)))
     }
 
-    /// What the matrix of this power of λ is multiplied by.
-    fn unit(&self, power: usize) -> f64 {
-        self.rate.powi(power as i32) / self.stiffness
-    }
-
     /// Collective: out = A x with the matrix A of this power of λ, of each of the `columns` vectors.
     pub(super) fn product(&self, power: usize, x: &[C], out: &mut [C], columns: usize) {
         let n = x.len() / columns.max(1);
-        let unit = self.unit(power);
+        let unit = self.rate.powi(power as i32) / self.stiffness;
         out.fill(C::default());
         for part in &self.parts {
             part.multiply(self.world, power, &part.reals(x, n)).add_to(C::from(unit), out, n, part.first);
@@ -230,24 +233,8 @@ impl Quadratic for System<'_> {
         Ok(())
     }
 
-    fn images(&mut self, x: &[C], columns: usize) -> Result<[Vec<C>; 3]> {
-        let n = x.len() / columns.max(1);
-        let mut all = [0, 1, 2].map(|_| vec![C::default(); x.len()]);
-        for part in &self.parts {
-            for ((image, out), power) in part.images(self.world, &part.reals(x, n)).iter().zip(&mut all).zip(0..) {
-                image.add_to(C::from(self.unit(power)), out, n, part.first);
-            }
-        }
-        for (out, power) in all.iter_mut().zip(0..) {
-            for (x, out) in x.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
-                self.add_contact(power, self.unit(power), x, out);
-            }
-        }
-        Ok(all)
-    }
-
     fn solve(&mut self, x: &mut [C], columns: usize) -> Result<()> {
-        self.solve_block(x, columns)
+        self.solve_whole(x, columns)
     }
 }
 
@@ -261,6 +248,6 @@ impl ShellOperator for System<'_> {
     }
 
     fn solve(&mut self, x: &mut [C]) -> Result<()> {
-        self.solve_block(x, 1)
+        self.solve_whole(x, 1)
     }
 }

@@ -1,0 +1,128 @@
+//! Rotation in the full system. The inverse at a shift knows what the modes see of it. The rest is sparse, small, and no matrix of low rank: each solution is
+//! corrected for it.
+
+use super::part::Part;
+use super::system::System;
+use crate::{Error, Result};
+use faer::linalg::solvers::SolveLstsq;
+use faer::Mat;
+use num_complex::Complex;
+
+type C = Complex<f64>;
+
+/// What corrections may leave of an eigenvector: the error of a solution counts by the eigenvalue nearest to the shift, of which there is most in it, and so more in
+/// those far away.
+const CORRECTED: f64 = 1e-9;
+/// Bounds of what they may leave of a solution.
+const ACCURACY: [f64; 2] = [1e-14, 1e-11];
+/// Most corrections of a solution.
+const CORRECTIONS: usize = 20;
+
+/// A column to be corrected: its Krylov space, by GMRES (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 1986).
+struct Column {
+    /// Its place in the block.
+    place: usize,
+    /// |y|.
+    size: f64,
+    basis: Vec<Vec<C>>,
+    /// Columns of the Hessenberg matrix.
+    projected: Vec<Vec<C>>,
+    /// What was left after the last step, over |y|.
+    left: f64,
+}
+
+impl Column {
+    /// Collective: takes in `image`, the operator times the last vector of the basis; returns coordinates of the solution once it is good enough.
+    fn step(&mut self, system: &System, mut image: Vec<C>) -> Option<Vec<C>> {
+        let mut h = vec![C::default(); self.basis.len()];
+        // The second time takes what rounding left.
+        for _ in 0..2 {
+            let own: Vec<C> =
+                self.basis.iter().map(|v| v.iter().zip(&image).map(|(v, w)| v.conj() * w).sum()).collect();
+            for ((h, g), v) in h.iter_mut().zip(system.world.sum_all(&own)).zip(&self.basis) {
+                *h += g;
+                image.iter_mut().zip(v).for_each(|(w, v)| *w -= g * v);
+            }
+        }
+        let size = system.size(&image);
+        h.push(C::from(size));
+        self.projected.push(h);
+        let k = self.projected.len();
+        let matrix = Mat::from_fn(k + 1, k, |i, j| self.projected[j].get(i).copied().unwrap_or_default());
+        let right = Mat::from_fn(k + 1, 1, |i, _| if i == 0 { C::from(1.0) } else { C::default() });
+        let y = matrix.qr().solve_lstsq(&right);
+        let rest = &right - &matrix * &y;
+        let left = rest.norm_l2();
+        if size > 0.0 {
+            image.iter_mut().for_each(|w| *w /= size);
+        }
+        self.basis.push(image);
+        // The operator is nearly one, so the rest is nearly its own correction: what is left then is smaller by as much as this step made it.
+        let done = left * (left / self.left) <= system.accuracy;
+        self.left = left;
+        done.then(|| {
+            (0..=k).map(|i| self.size * (rest[(i, 0)] + if i < k { y[(i, 0)] } else { C::default() })).collect()
+        })
+    }
+}
+
+impl System<'_> {
+    /// How exact solutions have to be for the `count` eigenvalues nearest to the shift, of which `reduced` tell the distances.
+    pub(super) fn solve_for(&mut self, count: usize, reduced: &[C]) {
+        let mut distances: Vec<f64> = reduced.iter().map(|l| (l - self.sigma).norm()).collect();
+        distances.sort_by(f64::total_cmp);
+        let share = match (distances.first(), distances.get(count.min(distances.len()).saturating_sub(1))) {
+            (Some(near), Some(far)) if *far > 0.0 => near / far,
+            _ => 1.0,
+        };
+        self.accuracy = (CORRECTED * share).clamp(ACCURACY[0], ACCURACY[1]);
+    }
+
+    /// Collective: solves for the columns of `x` in place. The inverse P̃⁻¹ stands for all but what the modes do not see of the rotation, E: with y = P̃⁻¹b the solution
+    /// of the whole is that of (1 + P̃⁻¹E) x = y.
+    pub(super) fn solve_whole(&mut self, x: &mut [C], columns: usize) -> Result<()> {
+        self.solve_seen(x, columns)?;
+        if !self.parts.iter().any(Part::turns) {
+            return Ok(());
+        }
+        let n = x.len() / columns.max(1);
+        let start = |(place, y): (usize, &[C])| {
+            let size = self.size(y);
+            let first = y.iter().map(|v| v / size).collect();
+            (size > 0.0).then(|| Column { place, size, basis: vec![first], projected: Vec::new(), left: 1.0 })
+        };
+        let mut open: Vec<Column> = x.chunks_exact(n).enumerate().filter_map(start).collect();
+        for _ in 0..CORRECTIONS {
+            let last: Vec<C> = open.iter().filter_map(|column| column.basis.last()).flatten().copied().collect();
+            let mut images = vec![C::default(); last.len()];
+            for part in &self.parts {
+                part.add_unseen(self.world, self.sigma, 1.0 / self.stiffness, &last, n, &mut images);
+            }
+            self.solve_seen(&mut images, open.len())?;
+            let mut still = Vec::new();
+            for (mut column, (v, w)) in open.into_iter().zip(last.chunks_exact(n).zip(images.chunks_exact(n))) {
+                let image = v.iter().zip(w).map(|(v, w)| v + w).collect();
+                match column.step(self, image) {
+                    None => still.push(column),
+                    Some(coordinates) => {
+                        let x = &mut x[column.place * n..(column.place + 1) * n];
+                        x.fill(C::default());
+                        for (v, c) in column.basis.iter().zip(coordinates) {
+                            x.iter_mut().zip(v).for_each(|(x, v)| *x += c * v);
+                        }
+                    }
+                }
+            }
+            if still.is_empty() {
+                return Ok(());
+            }
+            open = still;
+        }
+        Err(Error::NotConverged(format!(
+            "stability, full system: the solution at {:.1} Hz does not take in the rotation that the modes do not see: {:.1e} of it is left; \
+             ask for more modes in analyses.modes",
+            self.sigma.im / (2.0 * std::f64::consts::PI),
+            open.iter().map(|c| c.left).fold(0.0, f64::max)
+        )))
+    }
+}
