@@ -4,12 +4,16 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from pages import put
 from program import ROOT, both, run
+from report import table
 
 SPEEDS = [1, 2, 3, 5, 7.5, 10, 15, 20, 25, 30]
 JOBS = ("curve", "squeal")
 # The limit of rest: so slow, with the sliding velocity of the job; the creepage is 0.8 then, of at most 1.
 REST = 0.125
+# Speeds that the theory shows; validation has all of them.
+SHOWN = (0, 1, 3, 10, 30)
 PICTURE = ROOT / "docs/pictures/rotation.svg"
 
 
@@ -40,6 +44,10 @@ def narrow_curve():
                             at = speeds.index(row["speed"]) if row["speed"] else 0
                             row[rotation] = unstable(tables, at)
     draw(rows)
+    listed = lambda pairs: ", ".join(f"{g:.2f} ({f:.1f})" for g, f in pairs)  # noqa: E731
+    shown = [r for r in rows if r["job"] == JOBS[0] and r["speed"] in SHOWN]
+    cells = [[f"{r['speed']:g}", listed(r["rolling"]), listed(r["none"])] for r in shown]
+    put(ROOT / "docs/theory.md", "rotation", table(["V, m/s", "wheels that turn", "at rest"], cells))
     return rows
 
 
