@@ -1,7 +1,6 @@
-"""The pages of the project: their links lead somewhere, and the commands they show are ones that the program takes.
+"""The pages of the project: the commands they show are ones that the program takes.
 
-usage: documents.py links
-       documents.py check PROGRAM      every command line of the program that a page shows is accepted, with `check` in the place of `run`
+usage: documents.py check PROGRAM      every command line of the program that a page shows is accepted, with `check` in the place of `run`
        documents.py run PROGRAM        all of them, page by page, each page in a folder of its own
 """
 
@@ -24,35 +23,6 @@ PLACEHOLDER = re.compile(r"\b(JOB|OLD|FILE|PREFIX|SHELL|DIR|A|B|NAME|N)(\.\w+)?\
 MADE = ("ring.msh", "wheel.msh", "wheel.inp")
 # Programs whose lines are tried, behind a launcher or not.
 TRIED = ("railsqueal", "target/release/railsqueal")
-
-
-def anchors(text):
-    """Anchors of the headings of a page, as they are made on the web: lower case, blanks as hyphens, other signs left out."""
-    found = set()
-    for heading in re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S), flags=re.M):
-        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").strip().lower()
-        found.add(re.sub(r"[^\w\- ]", "", plain).replace(" ", "-"))
-    return found | set(re.findall(r'<a (?:id|name)="([^"]+)"', text))
-
-
-def broken_links():
-    """Links of all pages that lead nowhere, one line each."""
-    faults = []
-    for page in PAGES:
-        text = page.read_text(encoding="utf-8")
-        for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)):
-            if re.match(r"[a-z]+:", target):
-                continue
-            path, _, anchor = target.partition("#")
-            # The list of what is in the book leads from the root, where the book is made.
-            base = ROOT if page.name == "SUMMARY.md" else page.parent
-            file = (base / path).resolve() if path else page
-            name = page.relative_to(ROOT)
-            if not file.exists():
-                faults.append(f"{name}: {target}: there is no {path}")
-            elif anchor and file.suffix == ".md" and anchor not in anchors(file.read_text(encoding="utf-8")):
-                faults.append(f"{name}: {target}: {file.name} has no heading for #{anchor}")
-    return faults
 
 
 def blocks(text):
@@ -180,8 +150,8 @@ def performed(program):
 
 
 def main():
-    what = sys.argv[1] if len(sys.argv) > 1 else "links"
-    found = {"links": broken_links, "check": lambda: checked(sys.argv[2]), "run": lambda: performed(sys.argv[2])}[what]()
+    what, program = sys.argv[1:3]
+    found = {"check": checked, "run": performed}[what](program)
     print("\n".join(found))
     sys.exit(1 if found else 0)
 
