@@ -150,7 +150,7 @@ def performed(program):
 
 
 def main():
-    what, program = sys.argv[1:3]
+    what, program = sys.argv[1], str(Path(sys.argv[2]).resolve())
     found = {"check": checked, "run": performed}[what](program)
     print("\n".join(found))
     sys.exit(1 if found else 0)
