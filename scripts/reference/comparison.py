@@ -43,11 +43,13 @@ INTENDED = {
     "modes/*/family": "is new",
     "reduced/*/order": "is new",
     "reduced/*/family": "is new",
+    "transient/sound_power/*/pressure_level_a": "is new",
 }
 # Looser limits, with their reasons: modes are computed to a residual of 1e-9, on which their values at the contact and their shares in complex modes rest; a start in steady rolling has
-# the accuracy of that.
-MODES, STEADY_START = 1e-9, 1e-8
-LIMITS = {"reduced/*/contact_modes": MODES, "stability/participation": MODES, "modes/*/residual": MODES, "reduced/*/residual": MODES}
+# the accuracy of that. Between the frequencies where radiation is known it was interpolated on a line, and is now in proportion, over the logarithm: the two per cent between them are the error of
+# the lines on the wide bands of these cases.
+MODES, STEADY_START, SOUND = 1e-9, 1e-8, 3e-2
+LIMITS = {"transient/sound_power/*": SOUND, "reduced/*/contact_modes": MODES, "stability/participation": MODES, "modes/*/residual": MODES, "reduced/*/residual": MODES}
 
 
 def intended(name):
