@@ -33,6 +33,7 @@ mod quadrature;
 pub mod roughness;
 pub mod sound;
 pub mod stability;
+pub mod stop;
 pub mod summary;
 pub mod swept;
 pub mod transient;

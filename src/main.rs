@@ -10,7 +10,7 @@ use cli::args::{completion, default_job, default_output, manual, Changes, Cli, C
 use cli::{init, launch, neighbour, probe, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
-use railsqueal::analysis::{self, RunOptions, Stop};
+use railsqueal::analysis::{self, RunOptions};
 use railsqueal::case::{foresee, Meshes};
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::memory::Limit;
@@ -19,6 +19,7 @@ use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
 use railsqueal::plan::{self, Plan};
 use railsqueal::progress::Progress;
+use railsqueal::stop::Stop;
 use railsqueal::summary::Summary;
 use railsqueal::{Error, Result};
 use std::io::{ErrorKind, Write};

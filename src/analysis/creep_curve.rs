@@ -1,9 +1,10 @@
 //! The analysis `creep_curve`: steady rolling over the values of one creepage, each from the solution before.
 
+use super::point;
 use super::reduction::Reduction;
 use super::run::Run;
-use super::{memory, point};
 use crate::case::interface::{at_rest, creepage, steady_rolling};
+use crate::case::well_posed;
 use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, Ellipse};
 use crate::contact::{Continuation, SteadyProblem, SteadySolution};
 use crate::grid::Interface;
@@ -73,7 +74,7 @@ impl<'a> Curve<'a> {
         point.baseline = self.baseline(&contact, &solution)?;
         if let Some(stability) = &self.job.analyses.stability {
             let (problem, pair) = (continuation.problem(), &self.model.pair);
-            memory::refuse_short(&contact.friction, |law| memory::rolling(problem, law, pair))?;
+            well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(problem, law, pair))?;
             let found = least_stable(stability, pair, &problem.contact(&solution))?;
             point.least_stable = found.map(|e| (e.value, grows(e.value, e.backward_error)));
         }

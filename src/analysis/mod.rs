@@ -5,7 +5,6 @@ mod creep_curve;
 mod deferred;
 mod full_stability;
 mod inputs;
-mod memory;
 mod modes;
 mod point;
 mod receptance;
@@ -17,7 +16,6 @@ mod stability;
 mod steady;
 pub(crate) mod steps;
 mod stock;
-mod stop;
 mod sweep;
 mod transient;
 
@@ -27,6 +25,7 @@ use crate::job::{Compliance, Job};
 use crate::output::{companion, Provenance, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -34,7 +33,6 @@ use steps::{steps, Earlier};
 use stock::Stock;
 
 pub use run::Run;
-pub use stop::Stop;
 
 /// What the command line adds to the job.
 #[derive(Debug, Clone)]

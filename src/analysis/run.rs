@@ -1,6 +1,5 @@
 //! What every analysis of a run works with.
 
-use super::stop::Stop;
 use super::RunOptions;
 use crate::case::meshes::Meshes;
 use crate::job::Job;
@@ -8,6 +7,7 @@ use crate::output::{ResultFile, Segments};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::{Error, Result};
 

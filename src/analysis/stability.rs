@@ -3,9 +3,10 @@
 use super::reduction::Reduction;
 use super::run::Run;
 use super::steps::Needs;
-use super::{complex_modes, full_stability, memory, point, sensitivity};
+use super::{complex_modes, full_stability, point, sensitivity};
 use crate::case::bodies::Bodies;
 use crate::case::interface::{at_rest, given_forces, steady_sliding};
+use crate::case::well_posed;
 use crate::contact::points::linearised;
 use crate::contact::LinearContact;
 use crate::friction::FrictionLaw;
@@ -34,7 +35,7 @@ pub(super) fn run(
         let root = model.root()?;
         let examined = Examined { job, stability, contact, model: (&root.interface, &root.pair) };
         let found = examined.analyse()?;
-        let smallest = memory::smallest(&contact.friction, |law| examined.sharpness(law))?;
+        let smallest = well_posed::smallest(&contact.friction, |law| examined.sharpness(law))?;
         let sensitivities = sensitivity::wanted(&examined, &found, root)?;
         // Points apart from each other are not one.
         let criteria = match root.interface.are_points() {
@@ -69,7 +70,7 @@ pub(super) fn run(
             run.file.tables(derivatives(all, root.pair.omega.len()));
             sensitivity::warn(all, &mut run.summary);
         }
-        memory::say(&contact.friction, smallest.unwrap_or_default(), &mut run.file, &mut run.summary);
+        well_posed::say(&contact.friction, smallest.unwrap_or_default(), &mut run.file, &mut run.summary);
         if let Some(state) = state.as_ref().filter(|s| s.reversed > 0) {
             let (reversed, closed) = (state.reversed, state.closed());
             let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");
@@ -134,7 +135,7 @@ impl Examined<'_> {
     pub(super) fn analyse(&self) -> Result<Found> {
         let friction = &self.contact.friction;
         let (state, contact) = self.at_rest()?;
-        memory::refuse_short(friction, |law| self.sharpness(law))?;
+        well_posed::refuse_short(friction, |law| self.sharpness(law))?;
         let pair = self.model.1;
         let spectrum = spectrum(self.stability, pair, &contact)?;
         Ok(Found { state, contact, spectrum })

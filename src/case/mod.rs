@@ -8,6 +8,7 @@ pub mod meshes;
 pub mod placed;
 pub mod rail;
 pub mod swept;
+pub(crate) mod well_posed;
 
 pub use bodies::Bodies;
 pub use meshes::Meshes;

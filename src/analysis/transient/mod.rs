@@ -9,16 +9,15 @@ mod sound;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
 
-use super::memory;
 use super::reduction::Reduction;
 use super::run::Run;
 use super::stability::Found;
 use super::steps::Needs;
-use super::stop::Stop;
 use super::RunOptions;
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::interface::{self, creepage, given_forces, normal_load, steady_sliding};
+use crate::case::well_posed;
 use crate::contact::points::{bear_load, linearised, reactions};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
@@ -32,6 +31,7 @@ use crate::output::{Segments, Table};
 use crate::progress::Progress;
 use crate::stability::grows;
 use crate::stability::reduced::{sharpness, Eigenpair};
+use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::transient::drive::{Drive, History, Normal, Tangential};
 use crate::transient::{ContactSolver, Effort, Model, PointModel, Scheme, Settings, State, Stepper};
@@ -406,14 +406,14 @@ fn at_rest(inputs: &Inputs<'_>, root: &ReducedModel) -> Result<(Vec<f64>, Vec<f6
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
             let problem = steady_sliding((&root.interface, &root.pair), contact, direction)?;
             let problem = SlidingProblem { creepage, load, ..problem };
-            memory::refuse_short(&contact.friction, |law| memory::sliding(&problem, law, &root.pair))?;
+            well_posed::refuse_short(&contact.friction, |law| well_posed::sliding(&problem, law, &root.pair))?;
             let found = problem.solve()?;
             (found.pressure, found.traction, found.approach, found.friction)
         }
         StartState::Steady => {
             let problem = interface::at_rest((&root.interface, &root.pair), contact, analyses.steady.as_ref());
             let problem = SteadyProblem { creepage, load, ..problem };
-            memory::refuse_short(&contact.friction, |law| memory::rolling(&problem, law, &root.pair))?;
+            well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(&problem, law, &root.pair))?;
             let found = problem.solve()?;
             (found.pressure, found.traction, found.approach, found.friction)
         }
@@ -434,12 +434,12 @@ fn at_points(inputs: &Inputs, root: &ReducedModel) -> Result<Option<PointModel>>
         return Ok(None);
     }
     if let Some(points) = given_forces(contact) {
-        memory::refuse_short(law, |law| sharpness(pair, &linearised(&points, law)))?;
+        well_posed::refuse_short(law, |law| sharpness(pair, &linearised(&points, law)))?;
         let friction = points.iter().map(|p| p.coefficient(law)).collect();
         return Ok(Some(PointModel::given(pair, s, (reactions(&points, law), friction), span)));
     }
     let problem = steady_sliding((s, pair), contact, Direction::Rigid)?;
-    memory::refuse_short(law, |law| memory::sliding(&problem, law, pair))?;
+    well_posed::refuse_short(law, |law| well_posed::sliding(&problem, law, pair))?;
     let found = problem.solve()?;
     let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
     let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();

@@ -16,7 +16,7 @@ const ACCURACY: f64 = 1e-8;
 /// The smallest sound length of the memory of `law`, m: where `sharpness`, which a contact has with the law it is given, is 1. 0 where every
 /// length is sound. The sharpness falls with the length at least as fast as its inverse but for what a longer memory adds, the coefficient at rest
 /// carried farther into the contact.
-pub(super) fn smallest(law: &FrictionLaw, mut sharpness: impl FnMut(&FrictionLaw) -> Result<f64>) -> Result<f64> {
+pub(crate) fn smallest(law: &FrictionLaw, mut sharpness: impl FnMut(&FrictionLaw) -> Result<f64>) -> Result<f64> {
     let Some(memory) = law.memory() else { return Ok(0.0) };
     // Lengths with the ones that they would need: a memory is sound where it is longer than it needs.
     let mut needed = |length: f64| Ok::<f64, Error>(length * sharpness(&law.remembering(length))?);
@@ -44,7 +44,7 @@ pub(super) fn smallest(law: &FrictionLaw, mut sharpness: impl FnMut(&FrictionLaw
 }
 
 /// Refuses a memory that is too short: `sharpness` is what a contact has with a law.
-pub(super) fn refuse_short(law: &FrictionLaw, mut sharpness: impl FnMut(&FrictionLaw) -> Result<f64>) -> Result<()> {
+pub(crate) fn refuse_short(law: &FrictionLaw, mut sharpness: impl FnMut(&FrictionLaw) -> Result<f64>) -> Result<()> {
     let Some(memory) = law.memory() else { return Ok(()) };
     if sharpness(law)? < 1.0 {
         return Ok(());
@@ -59,19 +59,19 @@ pub(super) fn refuse_short(law: &FrictionLaw, mut sharpness: impl FnMut(&Frictio
 }
 
 /// The sharpness of a contact that slides with the friction `law`.
-pub(super) fn sliding(problem: &SlidingProblem, law: &FrictionLaw, pair: &ModalPair) -> Result<f64> {
+pub(crate) fn sliding(problem: &SlidingProblem, law: &FrictionLaw, pair: &ModalPair) -> Result<f64> {
     let problem = SlidingProblem { friction: law.clone(), ..problem.clone() };
     sharpness(pair, &problem.contact(&problem.solve()?))
 }
 
 /// The sharpness of a contact that rolls steadily with the friction `law`.
-pub(super) fn rolling(problem: &SteadyProblem, law: &FrictionLaw, pair: &ModalPair) -> Result<f64> {
+pub(crate) fn rolling(problem: &SteadyProblem, law: &FrictionLaw, pair: &ModalPair) -> Result<f64> {
     let problem = SteadyProblem { friction: law.clone(), ..problem.clone() };
     sharpness(pair, &problem.contact(&problem.solve()?))
 }
 
 /// What is written of the smallest sound length `smallest`, m, where the law has a memory.
-pub(super) fn say(law: &FrictionLaw, smallest: f64, file: &mut ResultFile, summary: &mut Summary) {
+pub(crate) fn say(law: &FrictionLaw, smallest: f64, file: &mut ResultFile, summary: &mut Summary) {
     let Some(memory) = law.memory() else { return };
     let text = "Length that the memory of friction must be longer than for the contact to be well-posed.";
     file.table(Table::scalar("/stability/smallest_memory_length", "m", text, smallest));
