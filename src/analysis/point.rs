@@ -2,7 +2,7 @@
 
 use super::stability::{Examined, Found};
 use crate::case::interface::creepage;
-use crate::contact::baseline::{Ellipse, Law, LinearForce, Place, LAWS};
+use crate::contact::baseline::{Ellipse, Footprint, Law, LinearForce, LAWS};
 use crate::grid::Interface;
 use crate::job::{self, Job, StabilityContact};
 use crate::stability::point::{eigenpairs, partners, Comparison, OfLaw, PointContact};
@@ -37,7 +37,7 @@ pub(super) fn wanted(examined: &Examined, found: &Found) -> Result<Option<Compar
                 .into(),
         )
     })?;
-    let place = Place::of_pressure(interface, &state.pressure);
+    let place = Footprint::of_pressure(interface, &state.pressure);
     let of = |(law, (_, _, force)): (usize, &(_, _, Law))| -> Result<OfLaw> {
         let friction = LinearForce::new(force, &ellipse, &creepage(contact), contact.speed, &contact.friction);
         let force = friction.force;

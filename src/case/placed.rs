@@ -9,7 +9,7 @@ use crate::job::{self, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
-use crate::placement::read::{read, Kind, Reading};
+use crate::placement::read::{read, ProfileKind, Reading};
 use crate::placement::{
     self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
 };
@@ -41,8 +41,8 @@ impl Placed {
         let (lower, upper) =
             (job.bodies.lower.as_ref().ok_or_else(missing)?, job.bodies.upper.as_ref().ok_or_else(missing)?);
         let mut notes = Vec::new();
-        let wheel = profile(upper, Kind::Wheel, &mut notes)?;
-        let rail = profile(lower, Kind::Rail, &mut notes)?;
+        let wheel = profile(upper, ProfileKind::Wheel, &mut notes)?;
+        let rail = profile(lower, ProfileKind::Rail, &mut notes)?;
         let named = |e: Error| e.context("contact.placement");
         let placed = description(given).place(&wheel, &rail).map_err(named)?;
         let compliance = |b: &job::Body| -> Result<f64> {
@@ -206,7 +206,7 @@ fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
 }
 
 /// The profile of a body, and what was done to it.
-fn profile(body: &job::Body, kind: Kind, notes: &mut Vec<String>) -> Result<placement::Profile> {
+fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<String>) -> Result<placement::Profile> {
     match &body.profile {
         Some(Profile::S1002) => builtin::s1002(),
         Some(Profile::Rail60E1) => builtin::rail_60e1(),

@@ -12,7 +12,7 @@ use crate::quadrature::{triangle_6, GAUSS_3};
 use std::collections::HashMap;
 
 /// A point of the rule of a facet.
-struct Place {
+struct RulePoint {
     shape: Shape,
     /// Coordinates, m.
     at: [f64; 3],
@@ -59,7 +59,7 @@ impl<'a> Surface<'a> {
         let (area, normal, place) = self.measures(world);
         let size = normal.iter().map(|v| v * v).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         let normal = normal.map(|v| v / size);
-        let sine = |p: Place| {
+        let sine = |p: RulePoint| {
             let apart: [f64; 3] = std::array::from_fn(|c| p.normal[c] - normal[c]);
             apart.iter().map(|v| v * v).sum::<f64>().sqrt()
         };
@@ -68,12 +68,12 @@ impl<'a> Surface<'a> {
     }
 
     /// The points of the facets that this rank counts: each facet is counted by one rank.
-    fn counted(&self) -> impl Iterator<Item = Place> + '_ {
+    fn counted(&self) -> impl Iterator<Item = RulePoint> + '_ {
         let own = |f: &&Facet| self.part.cell_owned[f.cell as usize];
         self.facets.iter().filter(own).flat_map(|&f| self.points(f))
     }
 
-    fn points(&self, facet: Facet) -> Vec<Place> {
+    fn points(&self, facet: Facet) -> Vec<RulePoint> {
         let cell = self.part.cells.get(facet.cell as usize);
         points(cell, &cell.places(&self.part.coords), facet.face as usize)
     }
@@ -131,7 +131,7 @@ fn rule(corners: usize) -> Vec<([f64; 2], f64)> {
 }
 
 /// The points of a face of a cell with nodes at `x`, m.
-fn points(cell: Cell<'_>, x: &[[f64; 3]], face: usize) -> Vec<Place> {
+fn points(cell: Cell<'_>, x: &[[f64; 3]], face: usize) -> Vec<RulePoint> {
     let kind = cell.kind;
     let face = &kind.faces()[face];
     let corners: Vec<[f64; 3]> =
@@ -145,7 +145,7 @@ fn points(cell: Cell<'_>, x: &[[f64; 3]], face: usize) -> Vec<Place> {
         let [p, q] = [along, up].map(|d| -> [f64; 3] { std::array::from_fn(|i| (0..3).map(|k| j[i][k] * d[k]).sum()) });
         let area: [f64; 3] = std::array::from_fn(|c| p[(c + 1) % 3] * q[(c + 2) % 3] - p[(c + 2) % 3] * q[(c + 1) % 3]);
         let size = area.iter().map(|v| v * v).sum::<f64>().sqrt();
-        Place {
+        RulePoint {
             at: std::array::from_fn(|c| x.iter().zip(&shape.values).map(|(x, v)| v * x[c]).sum()),
             shape,
             normal: area.map(|v| v / size),

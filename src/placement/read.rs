@@ -35,7 +35,7 @@ const MINIPROF_CIRCLE: f64 = 0.07;
 
 /// What a profile is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ProfileKind {
     /// A wheel.
     Wheel,
     /// A rail.
@@ -46,7 +46,7 @@ pub enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Wheel or rail.
-    pub kind: Kind,
+    pub kind: ProfileKind,
     /// Length unit, m; without one that of the file, or mm.
     pub unit: Option<f64>,
     /// Reverse y: for a rail whose gauge side has the positive y.
@@ -59,7 +59,7 @@ pub struct Reading {
 
 impl Reading {
     /// The plain way for a wheel or a rail.
-    pub fn of(kind: Kind) -> Self {
+    pub fn of(kind: ProfileKind) -> Self {
         Self { kind, unit: None, mirror: false, circle: None, smoothing: 0.0 }
     }
 }
@@ -101,9 +101,9 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
     }
     check_unit(name, &points, unit)?;
     let circle = match (reading.kind, format) {
-        (Kind::Rail, _) => 0.0,
-        (Kind::Wheel, Format::Miniprof) => reading.circle.unwrap_or(MINIPROF_CIRCLE),
-        (Kind::Wheel, _) => reading.circle.unwrap_or(0.0),
+        (ProfileKind::Rail, _) => 0.0,
+        (ProfileKind::Wheel, Format::Miniprof) => reading.circle.unwrap_or(MINIPROF_CIRCLE),
+        (ProfileKind::Wheel, _) => reading.circle.unwrap_or(0.0),
     };
     let sign = if reading.mirror { -1.0 } else { 1.0 };
     let place = |p: Point| Point { y: sign * (unit * p.y - circle), z: unit * p.z, ..p };
@@ -113,7 +113,7 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
     let points = running_line(name, points, reading.kind, &mut notes)?;
     refuse_hole(name, &points)?;
     let mut profile = through(name, &points, reading.smoothing)?;
-    if reading.kind == Kind::Wheel {
+    if reading.kind == ProfileKind::Wheel {
         if !profile.contains(0.0) {
             let [from, to] = profile.range().map(|y| 1e3 * y);
             return Err(Error::Input(format!(
@@ -158,27 +158,27 @@ fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
 }
 
 /// Turns what points up or to the wrong side: z is to be down, the flange of a wheel and the gauge side of a rail at negative y.
-fn orient(name: &str, points: &mut [Point], kind: Kind, notes: &mut Vec<String>) {
+fn orient(name: &str, points: &mut [Point], kind: ProfileKind, notes: &mut Vec<String>) {
     // Heights of the parts that lie nearly flat: the tread and the tip of the flange, or the head of the rail.
     let flat: Vec<Point> =
         points.windows(2).filter(|w| (w[1].z - w[0].z).abs() < 0.5 * (w[1].y - w[0].y).abs()).map(|w| w[0]).collect();
     let middle = median(flat.iter().map(|p| p.z).collect());
     let far = |a: &&Point, b: &&Point| (a.z - middle).abs().total_cmp(&(b.z - middle).abs());
     let extreme = match kind {
-        Kind::Wheel => flat.iter().max_by(far).map(|p| p.z),
-        Kind::Rail => points.iter().max_by(|a, b| far(a, b)).map(|p| p.z),
+        ProfileKind::Wheel => flat.iter().max_by(far).map(|p| p.z),
+        ProfileKind::Rail => points.iter().max_by(|a, b| far(a, b)).map(|p| p.z),
     };
-    let least = if kind == Kind::Wheel { FLANGE } else { 0.0 };
+    let least = if kind == ProfileKind::Wheel { FLANGE } else { 0.0 };
     if extreme.is_some_and(|z| middle - z > least) {
         points.iter_mut().for_each(|p| p.z = -p.z);
         notes.push(format!("{name}: z pointed up; turned, z is down here"));
     }
     let wrong_side = match kind {
-        Kind::Wheel => {
+        ProfileKind::Wheel => {
             let [from, to] = width(points);
             flat.iter().max_by(far).is_some_and(|tip| (tip.z - middle).abs() > FLANGE && tip.y > 0.5 * (from + to))
         }
-        Kind::Rail => {
+        ProfileKind::Rail => {
             // A profile measured from the top to the gauge side has that side alone.
             let [from, to] = width(points);
             let top = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
@@ -191,7 +191,7 @@ fn orient(name: &str, points: &mut [Point], kind: Kind, notes: &mut Vec<String>)
     };
     if wrong_side {
         points.iter_mut().for_each(|p| p.y = -p.y);
-        let side = if kind == Kind::Wheel { "flange" } else { "gauge side" };
+        let side = if kind == ProfileKind::Wheel { "flange" } else { "gauge side" };
         notes.push(format!("{name}: the {side} was at positive y; turned, positive y is the field side here"));
     }
 }
@@ -203,7 +203,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// The longest part along which y grows. Sides at its ends that hang over, as the back of a flange and the sides of a rail's head may, are left
 /// out; a line that folds where it could touch is an error.
-fn running_line(name: &str, mut points: Vec<Point>, kind: Kind, notes: &mut Vec<String>) -> Result<Vec<Point>> {
+fn running_line(name: &str, mut points: Vec<Point>, kind: ProfileKind, notes: &mut Vec<String>) -> Result<Vec<Point>> {
     let forwards = points.windows(2).filter(|w| w[1].y > w[0].y).count();
     if 2 * forwards < points.len() {
         points.reverse();
@@ -238,8 +238,8 @@ fn running_line(name: &str, mut points: Vec<Point>, kind: Kind, notes: &mut Vec<
     };
     // Wheels are above their line, rails below it: z points down.
     let stands_out = |p: &Point| match kind {
-        Kind::Wheel => p.z - line(p.y) > HIDDEN,
-        Kind::Rail => line(p.y) - p.z > HIDDEN,
+        ProfileKind::Wheel => p.z - line(p.y) > HIDDEN,
+        ProfileKind::Rail => line(p.y) - p.z > HIDDEN,
     };
     let outside = || points[..best.start].iter().chain(&points[best.end..]);
     let short = last.y - first.y < COVER * (to - from);

@@ -10,7 +10,7 @@
 //! law: what is left of the bodies' compliance without the modes is not counted again. Creepages other than those of translation stay as they are.
 
 use super::reduced::{Eigenpair, Pencil, Root, Scales};
-use crate::contact::baseline::{Ellipse, LinearForce, Place};
+use crate::contact::baseline::{Ellipse, Footprint, LinearForce};
 use crate::model::ModalPair;
 use crate::{Error, Result};
 use faer::Mat;
@@ -24,7 +24,7 @@ const ALIKE: f64 = 0.5;
 /// A contact of one point about a steady state.
 pub struct PointContact<'a> {
     /// Where it is on the interface.
-    pub place: &'a Place,
+    pub place: &'a Footprint,
     /// Hertz' stiffness k_H, N/m.
     pub stiffness: f64,
     /// Rolling speed V, m/s.
@@ -176,15 +176,15 @@ mod tests {
         ModalPair::new(&lower, &rigid).unwrap()
     }
 
-    fn place() -> Place {
-        Place { mean: vec![(0, 1.0)], slope: Vec::new() }
+    fn place() -> Footprint {
+        Footprint { mean: vec![(0, 1.0)], slope: Vec::new() }
     }
 
     fn lateral(lateral: f64) -> Creepage {
         Creepage { longitudinal: 0.0, lateral, spin: 0.0 }
     }
 
-    fn found(bodies: &ModalPair, place: &Place, friction: LinearForce) -> Vec<C> {
+    fn found(bodies: &ModalPair, place: &Footprint, friction: LinearForce) -> Vec<C> {
         let contact = PointContact { place, stiffness: ellipse().normal_stiffness(), speed: SPEED, friction };
         eigenpairs(bodies, &contact, 1e-9).unwrap().iter().map(|p| p.value).collect()
     }
@@ -306,7 +306,7 @@ mod tests {
         let lower = ReducedBody::new(vec![omega], vec![0.0], modes, compliance);
         let rigid = ReducedBody::new(vec![], vec![], Mat::zeros(6, 0), Mat::zeros(6, 6));
         let bodies = ModalPair::new(&lower, &rigid).unwrap();
-        let place = Place { mean: vec![(0, 1.0)], slope: vec![(0, -1e3), (1, 1e3)] };
+        let place = Footprint { mean: vec![(0, 1.0)], slope: vec![(0, -1e3), (1, 1e3)] };
         let f = LinearForce::new(linear, &ellipse(), &lateral(0.0), SPEED, &FrictionLaw::Constant(0.3));
         let d = f.resistance[1][1];
         let damping = psi * psi * d;

@@ -1,6 +1,6 @@
 //! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
 
-use super::{Element, Kind, Path, Section};
+use super::{Element, Path, Section, SectionCell};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
@@ -95,7 +95,7 @@ impl Lines<'_> {
                 if open && tread(self.r[i + 1], middle) {
                     section.tread.push([nodes[1], nodes[2], nodes[5]]);
                 }
-                section.elements.push(Element { kind: Kind::Quad9, nodes });
+                section.elements.push(Element { kind: SectionCell::Quad9, nodes });
             }
         }
         let mut group = |name: &str, i: Option<usize>, j: Option<usize>| {

@@ -45,7 +45,7 @@ pub use path::Path;
 pub use rail::Rail;
 pub use rotation::{blocks, RotationBlocks};
 pub use section::{Element, Section};
-pub use shape::Kind;
+pub use shape::SectionCell;
 pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
 pub use turn::{both_turned, turned};

@@ -59,7 +59,7 @@ const FINE: f64 = 10e-3;
 
 /// A place on the head: y to the right and z up from the foot, m; angle of the surface, from y to z, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct HeadPoint {
     /// To the right, m.
     pub y: f64,
     /// Up, m.
@@ -83,7 +83,7 @@ fn angles() -> [f64; 3] {
 }
 
 /// The place at the length `along`, m, of the surface from the crown, to the left if negative.
-fn on_head(along: f64) -> Place {
+fn on_head(along: f64) -> HeadPoint {
     let (mut left, mut angle, mut at) = (along.abs(), 0.0_f64, [0.0, HEIGHT]);
     for (radius, end) in RADII.into_iter().zip(angles()) {
         let step = (left / radius).min(end - angle).max(0.0);
@@ -92,7 +92,7 @@ fn on_head(along: f64) -> Place {
         left -= radius * step;
         angle += step;
     }
-    Place { y: along.signum() * at[0], z: at[1], angle: -along.signum() * angle }
+    HeadPoint { y: along.signum() * at[0], z: at[1], angle: -along.signum() * angle }
 }
 
 /// Length of the surface from the crown to where the last arc has the angle `angle`, rad.
@@ -224,7 +224,7 @@ impl Rail {
     }
 
     /// The contact point.
-    pub fn contact(&self) -> Place {
+    pub fn contact(&self) -> HeadPoint {
         on_head(self.along)
     }
 

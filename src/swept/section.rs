@@ -1,6 +1,6 @@
 //! The mesh of a section.
 
-use super::{Kind, Path};
+use super::{Path, SectionCell};
 use crate::quadrature::GAUSS_3;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Element {
     /// Its kind.
-    pub kind: Kind,
+    pub kind: SectionCell,
     /// Its nodes, as the kind numbers them.
     pub nodes: Vec<usize>,
 }
@@ -46,9 +46,9 @@ impl Section {
         self.nodes.iter_mut().for_each(|x| x[1] = -x[1]);
         for element in &mut self.elements {
             let order: &[usize] = match element.kind {
-                Kind::Tri6 => &[0, 2, 1, 5, 4, 3],
-                Kind::Quad8 => &[0, 3, 2, 1, 7, 6, 5, 4],
-                Kind::Quad9 => &[0, 3, 2, 1, 7, 6, 5, 4, 8],
+                SectionCell::Tri6 => &[0, 2, 1, 5, 4, 3],
+                SectionCell::Quad8 => &[0, 3, 2, 1, 7, 6, 5, 4],
+                SectionCell::Quad9 => &[0, 3, 2, 1, 7, 6, 5, 4, 8],
             };
             element.nodes = order.iter().map(|&k| element.nodes[k]).collect();
         }

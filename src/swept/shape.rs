@@ -4,7 +4,7 @@ use crate::quadrature::{triangle_7, GAUSS_3};
 
 /// Kinds of elements; nodes are numbered as Gmsh does: corners, then middles of the edges, then the centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum SectionCell {
     /// Triangle of 6 nodes.
     Tri6,
     /// Quadrilateral of 8 nodes.
@@ -28,29 +28,29 @@ pub struct Shape {
 const SQUARE: [[f64; 2]; 9] =
     [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, 0.0]];
 
-impl Kind {
+impl SectionCell {
     /// Number of nodes.
     pub fn nodes(self) -> usize {
         match self {
-            Kind::Tri6 => 6,
-            Kind::Quad8 => 8,
-            Kind::Quad9 => 9,
+            SectionCell::Tri6 => 6,
+            SectionCell::Quad8 => 8,
+            SectionCell::Quad9 => 9,
         }
     }
 
     /// The edges: first corner, last corner, middle.
     pub fn edges(self) -> &'static [[usize; 3]] {
         match self {
-            Kind::Tri6 => &[[0, 1, 3], [1, 2, 4], [2, 0, 5]],
-            Kind::Quad8 | Kind::Quad9 => &[[0, 1, 4], [1, 2, 5], [2, 3, 6], [3, 0, 7]],
+            SectionCell::Tri6 => &[[0, 1, 3], [1, 2, 4], [2, 0, 5]],
+            SectionCell::Quad8 | SectionCell::Quad9 => &[[0, 1, 4], [1, 2, 5], [2, 3, 6], [3, 0, 7]],
         }
     }
 
     /// Shape functions at the integration points.
     pub fn points(self) -> Vec<Shape> {
         match self {
-            Kind::Tri6 => triangle_7().into_iter().map(|(at, weight)| self.shape(at, weight)).collect(),
-            Kind::Quad8 | Kind::Quad9 => GAUSS_3
+            SectionCell::Tri6 => triangle_7().into_iter().map(|(at, weight)| self.shape(at, weight)).collect(),
+            SectionCell::Quad8 | SectionCell::Quad9 => GAUSS_3
                 .iter()
                 .flat_map(|&(a, wa)| GAUSS_3.iter().map(move |&(b, wb)| ([a, b], wa * wb)))
                 .map(|(at, weight)| self.shape(at, weight))
@@ -61,7 +61,7 @@ impl Kind {
     /// Shape functions at a point of the reference element: [−1, 1]², or the triangle (0, 0), (1, 0), (0, 1).
     pub fn shape(self, [a, b]: [f64; 2], weight: f64) -> Shape {
         match self {
-            Kind::Tri6 => {
+            SectionCell::Tri6 => {
                 let l = [1.0 - a - b, a, b];
                 let d = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
                 let mut shape = Shape { weight, value: Vec::new(), slope: Vec::new() };
@@ -75,12 +75,12 @@ impl Kind {
                 }
                 shape
             }
-            Kind::Quad9 => {
+            SectionCell::Quad9 => {
                 let nodes = SQUARE.iter().map(|&[p, q]| (quadratic(p, a), quadratic(q, b)));
                 let (value, slope) = nodes.map(|((f, df), (g, dg))| (f * g, [df * g, f * dg])).unzip();
                 Shape { weight, value, slope }
             }
-            Kind::Quad8 => {
+            SectionCell::Quad8 => {
                 let (value, slope) = SQUARE[..8].iter().map(|&[p, q]| serendipity([p, q], [a, b])).unzip();
                 Shape { weight, value, slope }
             }
@@ -116,9 +116,9 @@ mod tests {
     /// Each kind has all quadratic polynomials, and integrates those of degree 5 (less in x alone than a square can).
     #[test]
     fn quadratics_are_interpolated_and_integrated() {
-        for kind in [Kind::Tri6, Kind::Quad8, Kind::Quad9] {
+        for kind in [SectionCell::Tri6, SectionCell::Quad8, SectionCell::Quad9] {
             let corners: Vec<[f64; 2]> = match kind {
-                Kind::Tri6 => vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]],
+                SectionCell::Tri6 => vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]],
                 _ => SQUARE[..kind.nodes()].to_vec(),
             };
             let f = |[a, b]: [f64; 2]| 1.0 + 2.0 * a - b + 0.5 * a * a - 3.0 * a * b + 0.25 * b * b;
@@ -140,7 +140,7 @@ mod tests {
                 })
                 .sum();
             // ∫ a⁴ + a³b²: 4/5 on the square, 1/30 + 2!3!/7! on the triangle.
-            let wanted = if kind == Kind::Tri6 { 1.0 / 30.0 + 12.0 / 5040.0 } else { 0.8 };
+            let wanted = if kind == SectionCell::Tri6 { 1.0 / 30.0 + 12.0 / 5040.0 } else { 0.8 };
             assert!((integral - wanted).abs() < 1e-14, "{kind:?} {integral}");
         }
     }

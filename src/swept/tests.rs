@@ -137,7 +137,7 @@ fn the_annulus_has_the_reference_frequencies() {
 #[test]
 fn the_other_elements_have_the_same_frequencies() {
     let quads = cylinder(&annulus(None, 0.0), COARSE).unwrap();
-    for kind in [Kind::Quad8, Kind::Tri6] {
+    for kind in [SectionCell::Quad8, SectionCell::Tri6] {
         let mut section = quads.clone();
         section.elements = quads
             .elements
@@ -145,7 +145,7 @@ fn the_other_elements_have_the_same_frequencies() {
             .flat_map(|e| {
                 let of = |list: &[usize]| Element { kind, nodes: list.iter().map(|&k| e.nodes[k]).collect() };
                 match kind {
-                    Kind::Tri6 => vec![of(&[0, 1, 2, 4, 5, 8]), of(&[0, 2, 3, 8, 6, 7])],
+                    SectionCell::Tri6 => vec![of(&[0, 1, 2, 4, 5, 8]), of(&[0, 2, 3, 8, 6, 7])],
                     _ => vec![of(&[0, 1, 2, 3, 4, 5, 6, 7])],
                 }
             })

@@ -5,16 +5,16 @@
 //! creepage makes a negative force, and a positive spin, which creeps backwards at the leading edge, a positive lateral one.
 
 mod fastsim;
+mod footprint;
 mod kalker;
 mod laws;
 mod linearised;
-mod place;
 
 pub use fastsim::fastsim;
+pub use footprint::Footprint;
 pub use kalker::{coefficients, Coefficients};
 pub use laws::{linear, polach, shen_hedrick_elkins};
 pub use linearised::LinearForce;
-pub use place::Place;
 
 use super::interface::Creepage;
 

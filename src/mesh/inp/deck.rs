@@ -1,6 +1,6 @@
 //! What a deck holds, part by part, before parts are put in their places.
 
-use super::elements::Kind;
+use super::elements::ElementType;
 use super::lines::Place;
 use super::Files;
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ pub struct Part {
 
 /// Elements of a type.
 pub struct Block {
-    pub kind: Kind,
+    pub kind: ElementType,
     /// Their numbers, places, and nodes element by element.
     pub ids: Vec<u32>,
     pub at: Vec<Place>,

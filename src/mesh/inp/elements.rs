@@ -5,7 +5,7 @@ use crate::mesh::{CellKind, FacetKind};
 
 /// What an element type is here.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum ElementType {
     /// A cell.
     Cell(CellKind),
     /// A facet: it has no part in the stiffness, and its element set is a group.
@@ -15,9 +15,9 @@ pub enum Kind {
 }
 
 use CellKind::{Hex20, Hex8, Tet10, Tet4, Wedge15, Wedge6};
-use Kind::{Cell, Facet, Line};
+use ElementType::{Cell, Facet, Line};
 
-const TYPES: [(&str, Kind); 30] = [
+const TYPES: [(&str, ElementType); 30] = [
     ("C3D4", Cell(Tet4)),
     ("C3D6", Cell(Wedge6)),
     ("C3D8", Cell(Hex8)),
@@ -51,7 +51,7 @@ const TYPES: [(&str, Kind); 30] = [
 ];
 
 /// The element type `name`, in capitals.
-pub fn of(name: &str) -> Option<Kind> {
+pub fn of(name: &str) -> Option<ElementType> {
     TYPES.iter().find(|t| t.0 == name).map(|t| t.1)
 }
 
@@ -74,7 +74,7 @@ pub fn remark(name: &str) -> Option<&'static str> {
     })
 }
 
-impl Kind {
+impl ElementType {
     /// Nodes of an element.
     pub fn nodes(self) -> usize {
         match self {

@@ -1,7 +1,7 @@
 //! Parts in their places, numbered through; sets and surfaces as groups.
 
 use super::deck::{Block, Chunk, Deck, Instance, Part, Set, Surface};
-use super::elements::Kind;
+use super::elements::ElementType;
 use super::lines::Place;
 use super::parse::quote;
 use super::Files;
@@ -126,9 +126,11 @@ impl Flat<'_> {
                     nodes.iter_mut().zip(from).for_each(|(to, &id)| *to = tag(i, id));
                     let place = [tag(i, id), at];
                     match block.kind {
-                        Kind::Cell(kind) => self.listed.cell(kind, place, &AS_THEY_ARE[..n], &nodes, self.files)?,
-                        Kind::Facet(kind) => self.listed.facet(kind, -1, place, &nodes),
-                        Kind::Line(_) => {}
+                        ElementType::Cell(kind) => {
+                            self.listed.cell(kind, place, &AS_THEY_ARE[..n], &nodes, self.files)?
+                        }
+                        ElementType::Facet(kind) => self.listed.facet(kind, -1, place, &nodes),
+                        ElementType::Line(_) => {}
                     }
                 }
             }

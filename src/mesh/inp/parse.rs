@@ -1,7 +1,7 @@
 //! From lines to a deck.
 
 use super::deck::{Block, Chunk, Deck, Instance, Part, Set, Surface};
-use super::elements::{self, Kind};
+use super::elements::{self, ElementType};
 use super::keywords::{is_harmless, Keyword};
 use super::lines::{Lines, Place};
 use crate::{Error, Result};
@@ -202,14 +202,14 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
     if !element.is_empty() {
         return Err(lines.error(begun, format!("an element {name} with {} of its {n} nodes", element.len() - 1)));
     }
-    if elements::remark(&name).is_some() || matches!(kind, Kind::Line(_)) {
+    if elements::remark(&name).is_some() || matches!(kind, ElementType::Line(_)) {
         deck.remarks.elements.entry(name).or_insert((at, 0)).1 += block.ids.len();
     }
     let part = part(deck, inside);
     if let Some(name) = keyword.title("ELSET") {
         part.element_sets.entry(name).or_default().chunks.push(named);
     }
-    if !matches!(kind, Kind::Line(_)) {
+    if !matches!(kind, ElementType::Line(_)) {
         part.blocks.push(block);
     }
     Ok(())

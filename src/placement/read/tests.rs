@@ -35,11 +35,11 @@ fn apart(a: &Profile, b: &Profile, range: [f64; 2]) -> f64 {
 }
 
 fn wheel(name: &str, text: &str) -> Result<(Profile, Vec<String>)> {
-    profile_of(name, text, &Reading::of(Kind::Wheel))
+    profile_of(name, text, &Reading::of(ProfileKind::Wheel))
 }
 
 fn rail(name: &str, text: &str) -> Result<(Profile, Vec<String>)> {
-    profile_of(name, text, &Reading::of(Kind::Rail))
+    profile_of(name, text, &Reading::of(ProfileKind::Rail))
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn units_are_asked_for() {
         let text: String = scaled.iter().map(|[y, z]| format!("{y:.12} {z:.12}\n")).collect();
         let error = wheel("w.txt", &text).unwrap_err();
         assert!(error.exit_code() == 3 && error.to_string().contains(looks), "{error}");
-        let reading = Reading { unit: Some(1e-3 / factor), ..Reading::of(Kind::Wheel) };
+        let reading = Reading { unit: Some(1e-3 / factor), ..Reading::of(ProfileKind::Wheel) };
         assert!(apart(&profile_of("w.txt", &text, &reading).unwrap().0, &s1002().unwrap(), TREAD) < 1e-7);
     }
 }
@@ -185,7 +185,7 @@ fn corners_stay_corners_and_noise_is_smoothed() {
     let mut noisy = points(&exact, 3e-4);
     noisy.iter_mut().for_each(|p| p[1] += 5e-3 * (2.0 * std::f64::consts::PI * p[0] / 1.3).sin());
     let raw = wheel("w.txt", &text(&noisy)).unwrap().0;
-    let reading = Reading { smoothing: 6e-3, ..Reading::of(Kind::Wheel) };
+    let reading = Reading { smoothing: 6e-3, ..Reading::of(ProfileKind::Wheel) };
     let smooth = profile_of("w.txt", &text(&noisy), &reading).unwrap().0;
     let worst = |p: &Profile| {
         let all = (0..200).map(|i| -0.01 + 1e-4 * i as f64);
@@ -223,8 +223,8 @@ fn bad_files_are_named_with_their_line() {
     let word = text(&all).replacen('\n', "\nabc def\n", 1);
     assert!(wheel("w.txt", &word).unwrap_err().to_string().contains("line 2: found \"abc def\""));
     assert!(wheel("w.txt", "").unwrap_err().to_string().contains("0 points"));
-    let missing = read(Path::new("/nowhere/w.txt"), &Reading::of(Kind::Wheel)).unwrap_err();
+    let missing = read(Path::new("/nowhere/w.txt"), &Reading::of(ProfileKind::Wheel)).unwrap_err();
     assert!(missing.exit_code() == 3 && missing.to_string().contains("/nowhere/w.txt"));
-    let much = Reading { smoothing: 6.0, ..Reading::of(Kind::Wheel) };
+    let much = Reading { smoothing: 6.0, ..Reading::of(ProfileKind::Wheel) };
     assert_eq!(profile_of("w.txt", &text(&all), &much).unwrap_err().exit_code(), 2);
 }

@@ -3,14 +3,14 @@
 use crate::grid::Interface;
 
 /// Where the modes are taken: pairs (node, coefficient).
-pub struct Place {
+pub struct Footprint {
     /// Mean over the contact; the coefficients add up to 1.
     pub mean: Vec<(usize, f64)>,
     /// Mean of the slope ∂/∂x over it, 1/m.
     pub slope: Vec<(usize, f64)>,
 }
 
-impl Place {
+impl Footprint {
     /// The contact on the grid `s` under `pressure`, Pa, `[n]`: means weighted by its forces. Modes are smooth: their slope is the central
     /// difference at each node, that of the parabola through it and its neighbours.
     pub fn of_pressure(s: &Interface, pressure: &[f64]) -> Self {
@@ -41,7 +41,7 @@ mod tests {
         let mut pressure = vec![0.0; s.len()];
         let pressed = [(9, 2.0), (10, 1.0), (11, 3.0), (17, 4.0)];
         pressed.iter().for_each(|&(i, p)| pressure[i] = p);
-        let place = Place::of_pressure(&s, &pressure);
+        let place = Footprint::of_pressure(&s, &pressure);
         let field = |[x, y]: [f64; 2]| 1.0 + 2.0 * x - 0.5 * x * x + x * y;
         let slope = |[x, y]: [f64; 2]| 2.0 - x + y;
         let load: f64 = pressed.iter().map(|&(i, p)| p * s.weight[i]).sum();
