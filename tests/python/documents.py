@@ -31,7 +31,8 @@ def blocks(text):
     for line in [*text.splitlines(), ""]:
         if line.startswith("```"):
             if fence is None:
-                fence = line[3:].strip()
+                found.append(block)
+                block, fence = [], line[3:].strip()
             else:
                 found.append(block if fence in ("", "sh", "bash") else [])
                 block, fence = [], None
