@@ -310,7 +310,7 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         for (key, half) in [("half_length", patch.half_length), ("half_width", patch.half_width)] {
             if half < 2.0 * c.element_size {
                 faults.push(format!(
-                    "contact.patch.{key}: found {half} m, expected at least two elements ({} m)",
+                    "contact.patch.{key}: found {half} m, expected at least two elements of bodies.{name} ({} m)",
                     2.0 * c.element_size
                 ));
             }

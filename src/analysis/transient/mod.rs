@@ -64,8 +64,6 @@ pub struct Inputs<'a> {
     pub options: &'a RunOptions,
     /// When to stop.
     pub stop: &'a Stop,
-    /// On rank 0, at the start of a run: the reduced model as tables, for the first segment.
-    pub keep: &'a [Table],
     /// On rank 0: the segments of the run.
     pub segments: Option<&'a Segments>,
     /// Where modes and compliance are kept until the first segment has them.
@@ -90,8 +88,8 @@ pub(super) fn needs(wanted: &job::Transient) -> Needs {
     Needs { solvers, shapes: solvers || wanted.sound_power.is_some() }
 }
 
-/// Collective: the transient; its results become part of `file`.
-pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
+/// Collective: the transient; its results become part of `file`. At the start of a run rank 0 has the reduced model as tables in `keep`, for the first segment.
+pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
     let world = run.world();
     let wanted = inputs.wanted;
     if wanted.body_stride > 0 && inputs.modes.is_empty() {
@@ -117,7 +115,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
         report_damping(wanted, inputs.eigenpairs(), run.progress, &mut run.summary);
     }
     let wish = || inputs.stop.signalled();
-    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, &points, sound.as_ref(), elsewhere, run.progress);
+    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, (&points, sound.as_ref()), keep, elsewhere, run.progress);
     let done = world.on_root_heeding(wish, work)?;
     if let Some((effort, steps, seconds, account)) = &done {
         let pair = &inputs.model.root()?.pair;
@@ -178,8 +176,8 @@ fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progr
 /// On rank 0: all steps; returns effort, number of steps, time and what is to be said of them.
 fn advance(
     inputs: &Inputs<'_>,
-    points: &Points,
-    sound: Option<&Sound<'_>>,
+    (points, sound): (&Points, Option<&Sound<'_>>),
+    keep: Vec<Table>,
     elsewhere: &dyn Fn() -> bool,
     progress: &mut Progress,
 ) -> Result<(Effort, u64, f64, Account)> {
@@ -255,7 +253,7 @@ fn advance(
     let begun = Instant::now();
     if !inputs.options.resume {
         let mut tables = checkpoint::tables(stepper.state(), &identity, inputs.job)?;
-        tables.extend_from_slice(inputs.keep);
+        tables.extend(keep);
         tables.extend(points.kept());
         tables.extend(sound.map(Sound::kept).unwrap_or_default());
         segments.write(0, &tables)?;
