@@ -30,6 +30,8 @@ pub struct ResultFile<'w> {
     segments: Option<(Segments, String)>,
     /// Where the reduced model is kept until the file is complete.
     kept: Option<PathBuf>,
+    /// A folder that goes once the file is complete.
+    discarded: Option<PathBuf>,
 }
 
 impl<'w> ResultFile<'w> {
@@ -46,6 +48,7 @@ impl<'w> ResultFile<'w> {
             attached: Vec::new(),
             segments: None,
             kept: None,
+            discarded: None,
         })
     }
 
@@ -107,6 +110,11 @@ impl<'w> ResultFile<'w> {
         self.kept.as_deref()
     }
 
+    /// The folder `path` goes once the file is complete: what it keeps is then in the file.
+    pub fn discard(&mut self, path: &Path) {
+        self.discarded = Some(path.to_owned());
+    }
+
     /// The datasets of `group` in these segments become part of the file, which then takes their place.
     pub fn append(&mut self, segments: Segments, group: &str) {
         self.segments = Some((segments, group.to_owned()));
@@ -147,7 +155,7 @@ impl<'w> ResultFile<'w> {
         let mut partial = self.begun()?;
         let tables = &self.tables;
         let attached = &mut self.attached;
-        let (segments, kept) = (&self.segments, &self.kept);
+        let (segments, kept, discarded) = (&self.segments, &self.kept, &self.discarded);
         world.on_root(|| {
             let mut seen = BTreeSet::new();
             add(&partial, tables, &mut seen)?;
@@ -159,6 +167,9 @@ impl<'w> ResultFile<'w> {
             }
             if let Some(kept) = kept {
                 let _ = std::fs::remove_file(kept);
+            }
+            if let Some(folder) = discarded {
+                let _ = std::fs::remove_dir_all(folder);
             }
             // Those of an earlier run do not belong to this file.
             let new = |path: &PathBuf| attached.iter().any(|a| &a.target == path);
