@@ -5,6 +5,7 @@
 //! ([`trail`]). What is told of the cycle is then measured on a motion that has been left to itself, after its return to a section has been looked at
 //! (H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
 
+mod alone;
 mod record;
 mod trail;
 
@@ -12,6 +13,7 @@ pub use record::{Record, Returns};
 
 use super::stepper::{State, Stepper};
 use crate::Result;
+use alone::{Alone, Known};
 use faer::Mat;
 use trail::{Next, Seen, Trail};
 
@@ -78,32 +80,45 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
     let along = vec![0.0; omega.len()];
     let mut walk = Walk { stepper, rest, settings, omega, along, step: settings.step, first };
     let mut trail = walk.trail();
+    let mut alone: Option<Alone> = None;
     let mut back = f64::NAN;
     let mut fate = Fate::Unsettled;
     walk.aim()?;
     while walk.time() < settings.longest {
-        let Some(seen) = walk.look(&mut trail)? else { continue };
+        let Some(seen) = walk.look()? else {
+            // The motion has become another one.
+            (trail, alone) = (walk.trail(), None);
+            walk.aim()?;
+            continue;
+        };
         let small = seen.linear && settings.stable || seen.level < settings.floor.ln();
         if seen.rate < 0.0 && small {
             return Ok(Followed { fate: Fate::Rest, motion: None, back, time: walk.time(), state: rest.clone() });
         }
-        match trail.next(seen, settings.settled) {
-            Next::Scale(factor) => walk.scale(factor)?,
-            Next::Settled(rate) => {
-                back = rate;
+        let Some(own) = &mut alone else {
+            match trail.next(seen) {
+                Next::Scale(factor) => walk.scale(factor)?,
+                Next::Near(rate) => (alone, back) = (Some(Alone::default()), rate),
+            }
+            continue;
+        };
+        match own.next(seen, settings.settled) {
+            Known::Nothing => {}
+            Known::Gone => (trail, alone) = (walk.trail(), None),
+            Known::Wanders => {
+                fate = Fate::Irregular;
+                break;
+            }
+            Known::Settled => {
                 let returns = walk.returns()?;
                 let (record, level) = walk.record(returns.period)?;
-                // Left to itself it has to stay where it is.
-                if (level.ln() - seen.level).abs() > 3.0 * settings.settled {
-                    continue;
-                }
-                if returns.crossings > 0 {
+                let stays = (level.ln() - seen.level).abs() <= 3.0 * settings.settled;
+                if stays && returns.crossings > 0 {
                     let (motion, state) = (Some((returns, record)), walk.stepper.state().clone());
                     return Ok(Followed { fate: Fate::Cycle, motion, back, time: walk.time(), state });
                 }
                 // What was brought in on the way may have to decay.
                 fate = Fate::Irregular;
-                walk.wait()?;
             }
         }
     }
@@ -185,14 +200,12 @@ impl Walk<'_, '_, '_> {
         Ok(((along / weights).sqrt(), along / all.max(f64::MIN_POSITIVE), linear))
     }
 
-    /// Lets fast parts of the motion go for a window and looks at two more. None where the motion has become another one, of which the `trail` knows nothing.
-    fn look(&mut self, trail: &mut Trail) -> Result<Option<Seen>> {
+    /// Lets fast parts of the motion go for a window and looks at two more. None where the motion has become another one.
+    fn look(&mut self) -> Result<Option<Seen>> {
         self.mean()?;
         let one = self.mean()?;
         let two = self.mean()?;
         if two.1 < SHARE && two.0 > 0.0 {
-            *trail = self.trail();
-            self.aim()?;
             return Ok(None);
         }
         let [a, b] = [one.0, two.0].map(|a| a.max(f64::MIN_POSITIVE).ln());
@@ -210,11 +223,6 @@ impl Walk<'_, '_, '_> {
         stretch(&mut state.v, &self.rest.v);
         self.stepper.put(state)?;
         self.stepper.settle()
-    }
-
-    /// As long as eight windows.
-    fn wait(&mut self) -> Result<()> {
-        (0..8 * self.window()).try_for_each(|_| self.step())
     }
 }
 
