@@ -12,11 +12,12 @@ fn swept(cycles: Value) -> Value {
     let mut job = small();
     for (body, offset) in [("lower", 0.03), ("upper", 0.02)] {
         job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
-        job["bodies"][body]["damping"] = json!({ "alpha": 0.2 });
+        job["bodies"][body]["damping"] = json!({ "alpha": 6.0, "beta": 1e-6 });
+        job["bodies"][body]["rotation"] = json!("none");
     }
     job["contact"]["creepage"] = json!({ "lateral": 0.01 });
     job["analyses"] = json!({
-        "modes": { "count": 20 },
+        "modes": { "count": 6 },
         "stability": {},
         "sweep": { "keys": { "contact.creepage.lateral": [0.003, 0.012, 0.016] }, "cycles": cycles }
     });
@@ -25,7 +26,7 @@ fn swept(cycles: Value) -> Value {
 }
 
 fn quick() -> Value {
-    json!({ "duration": 0.3, "amplitude": 1e-6, "harmonics": 3 })
+    json!({ "duration": 1.0, "settled": 0.01, "amplitude": 1e-5, "harmonics": 3 })
 }
 
 /// Files of points that are done.
@@ -66,7 +67,9 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
         |name: &str| whole.dataset(&format!("sweep/cycles/{name}")).and_then(|d| d.read_raw::<f64>()).expect("numbers");
     let (force, lines, energy) = (read("force"), read("force_harmonics"), read("kinetic"));
     assert!(force.chunks(3).all(|f| (f[2] / -70e3 - 1.0).abs() < 0.05), "{force:?}");
-    assert!(lines.len() == 6 * 3 * 3 && energy[0] == 0.0 && energy[5] > energy[0], "{energy:?}");
+    assert!(lines.len() == 6 * 3 * 3 && energy[0] == 0.0, "{energy:?}");
+    // Whichever way a point is come to it is the same cycle here.
+    assert!((1..3).all(|k| (energy[k] / energy[k + 3] - 1.0).abs() < 0.04), "{energy:?}");
     assert!(!folder.path("one.cycles").exists());
 
     folder.call(2, "run", &["--reuse", &model, "--output", &folder.text("two.h5")]).good();
@@ -105,7 +108,6 @@ fn what_cannot_be_followed_is_refused() {
         Folder::with(swept(cycles).to_string()).call(1, "check", &[]).failed(2, &parts);
     }
     let mut job = swept(json!({}));
-    job["contact"]["roughness"] = json!({ "spectrum": "iso3095" });
-    let rough = Folder::with(job.to_string()).call(1, "check", &[]);
-    assert!(rough.err.contains("no motion repeats itself") || rough.err.contains("roughness"), "{}", rough.err);
+    job["contact"]["roughness"] = json!({ "lower": [{ "spectrum": { "levels": "ISO3095", "seed": 1 } }] });
+    Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &["cycles", "no motion repeats itself"]);
 }
