@@ -76,7 +76,7 @@ fn main() {
     system.shift_to(HEIGHT).unwrap();
     let (ready, ready_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
     let method = if std::env::args().any(|a| a == "--slepc") { Method::Slepc } else { Method::Blocks };
-    let found = system.nearest(&petsc, method, COUNT, &mut |_, _| {}).unwrap();
+    let found = system.nearest(&petsc, method, (COUNT, f64::INFINITY), &mut |_, _| {}).unwrap();
     let (done, done_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
     let solves = found.solves;
     let worst = found.pairs.iter().map(|p| p.residuals.backward_error).fold(0.0, f64::max);

@@ -138,7 +138,7 @@ pub fn spectrum<'a>(
         let mut count = next.count;
         let mut attempt = 0;
         let (disc, found) = loop {
-            let (found, report) = around(petsc, &mut system, shift, count, options, progress)?;
+            let (found, report) = around(petsc, &mut system, shift, (count, next.reach), options, progress)?;
             let disc = Disc { centre: shift, radius: report.radius, found: found.iter().map(|p| p.value).collect() };
             shifts.push(report);
             match wedge.covered(&disc) {
@@ -168,17 +168,15 @@ fn around(
     petsc: &Petsc,
     system: &mut System,
     shift: C,
-    count: usize,
+    wanted: (usize, f64),
     options: &FullOptions,
     progress: &mut Progress,
 ) -> Result<(Vec<FullPair>, ShiftReport)> {
     let hertz = shift.im / (2.0 * std::f64::consts::PI);
     let mut told = |done, of| progress.step(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
     let around = system
-        .nearest(petsc, options.method, count, &mut told)
+        .nearest(petsc, options.method, wanted, &mut told)
         .map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
-    let farthest = around.pairs.iter().map(|p| (p.value - shift).norm()).fold(0.0, f64::max);
-    let radius = farthest * (1.0 - 1e-9) - 2.0 * around.moved;
     if around.corrected {
         progress.note(format!(
             "shift at {hertz:.0} Hz: the modes see little of the rotation there, so that each solution is corrected; more modes in analyses.modes make it faster"
@@ -206,7 +204,8 @@ fn around(
         let stiffening = stiffening.map(|s| s.re);
         pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals });
     }
-    let Around { solves, corrected, .. } = around;
+    let Around { radius, solves, corrected, .. } = around;
+    let radius = radius * (1.0 - 1e-9);
     let report = ShiftReport { shift, radius, found: pairs.len(), solves, corrected };
     Ok((pairs, report))
 }

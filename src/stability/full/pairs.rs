@@ -2,8 +2,8 @@
 //!
 //! The inverse at a shift takes rotation as the modes see it. So what the eigensolver finds with it are pairs of a nearby problem. They become those of the whole one in the space
 //! of their vectors, in which the whole problem is projected, and which is corrected by what one more inverse iteration would change of each: that is the measure of the error, too.
-//! What vectors at the border of the disc have of eigenvectors just beyond goes slowly that way. Where it is not small, because the modes see too little of the rotation, the
-//! eigensolver works on the whole problem instead, with solutions that are corrected ([`super::turning`]).
+//! What vectors have of eigenvectors that the space does not hold shrinks by their distances from the shift, so pairs beyond those that are needed are in it as well. Where it goes
+//! slowly and much is left, because the modes see too little of the rotation, the eigensolver works on the whole problem instead, with solutions that are corrected ([`super::turning`]).
 
 use super::residuals::{Judged, Residuals};
 use super::system::System;
@@ -26,8 +26,8 @@ const LOOSE: f64 = 3e-2;
 /// Change of an eigenvector by one more inverse iteration, and backward error, after which it is not improved any more.
 const UNCHANGED: f64 = 3e-8;
 const GOOD: f64 = 1e-10;
-/// Where what is left falls by less in a round, corrected solutions cost less than the rounds to come.
-const SLOW: f64 = 0.6;
+/// Solves that a corrected solution takes.
+const CORRECTED: f64 = 3.0;
 
 /// An eigenpair of the system.
 #[derive(Debug, Clone)]
@@ -45,8 +45,8 @@ pub struct Found {
 pub struct Around {
     /// The nearest first; none is left out among them.
     pub pairs: Vec<Found>,
-    /// Distance, 1/s, by which eigenvalues of the nearby problem moved: so far inside the farthest all are known.
-    pub moved: f64,
+    /// Distance from the shift within which all are known, 1/s.
+    pub radius: f64,
     /// Columns that were solved for.
     pub solves: usize,
     /// Whether solutions had to be corrected for what the modes do not see of rotation.
@@ -62,36 +62,36 @@ struct Ritz {
 }
 
 impl System<'_> {
-    /// Collective: at least the `count` eigenpairs nearest to the shift at which the system stands. `progress` is told converged and wanted pairs.
+    /// Collective: the `count` eigenpairs nearest to the shift at which the system stands, or more; where bodies rotate only those of them within the `reach`, 1/s, if they come together.
+    /// `progress` is told converged and wanted pairs.
     pub fn nearest(
         &mut self,
         petsc: &Petsc,
         method: Method,
-        count: usize,
+        (count, reach): (usize, f64),
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Around> {
         let mut solves = 0;
         self.accuracy = None;
         if self.turns() {
             let nearby = self.ritz(petsc, method, (count, NEARBY, LOOSE), progress)?;
+            let target = self.sigma / self.rate;
+            let distances: Vec<f64> = nearby.lambda.iter().map(|l| (l - target).norm()).collect();
             solves = nearby.solves;
-            // Those found beyond the wanted ones help like the others.
-            let wanted = &nearby.lambda[..count.min(nearby.lambda.len())];
-            let vectors: Vec<Vec<C>> = nearby.vectors.into_iter().chain(nearby.beside).collect();
-            if let Some(around) = self.improve(wanted, &vectors, &mut solves)? {
+            if let Some(around) = self.improve(nearby, reach, &mut solves)? {
                 return Ok(around);
             }
-            let target = self.sigma / self.rate;
-            self.correct_solutions(wanted.iter().map(|l| (l - target).norm()));
+            self.correct_solutions(&distances);
         }
         let found = self.ritz(petsc, method, (count, TOLERANCE, 0.0), progress)?;
         solves += found.solves + found.lambda.len();
         let values: Vec<C> = found.lambda.iter().map(|l| l * self.rate).collect();
         let pairs: Vec<(C, &[C])> = values.iter().copied().zip(found.vectors.iter().map(Vec::as_slice)).collect();
         let residuals = self.residuals(&pairs)?;
+        let radius = values.iter().map(|v| (v - self.sigma).norm()).fold(0.0, f64::max);
         let found = values.into_iter().zip(found.vectors).zip(residuals);
         let pairs = found.map(|((value, vector), residuals)| Found { value, vector, residuals }).collect();
-        Ok(Around { pairs, moved: 0.0, solves, corrected: self.accuracy.is_some() })
+        Ok(Around { pairs, radius, solves, corrected: self.accuracy.is_some() })
     }
 
     /// Collective: the `count` pairs nearest to the shift with residuals of `tolerance`, and vectors beside them that are `loose`, of the problem that solutions stand for.
@@ -119,18 +119,22 @@ impl System<'_> {
         }
     }
 
-    /// Collective: the pairs of the whole problem nearest to those of the nearby one, of eigenvalues `lambda` and the first of the `vectors`; the others help. `None` where they
-    /// come too slowly. The columns that are solved for are added to `solves`.
-    fn improve(&mut self, lambda: &[C], vectors: &[Vec<C>], solves: &mut usize) -> Result<Option<Around>> {
+    /// Collective: the pairs of the whole problem that those of the `nearby` one within the `reach` (1/s) become; those beyond help. `None` where they come so slowly that corrected solutions
+    /// take less. The columns that are solved for are added to `solves`.
+    fn improve(&mut self, nearby: Ritz, reach: f64, solves: &mut usize) -> Result<Option<Around>> {
         let target = self.sigma / self.rate;
         let n = Quadratic::n_local(self);
-        let mut space = Projection::new(self, vectors)?;
+        let sought = nearby.lambda.iter().take_while(|l| (*l - target).norm() * self.rate <= reach).count();
+        let mut current = nearby.lambda.clone();
+        let mut space = Projection::new(self, &[nearby.vectors, nearby.beside].concat())?;
+        let mut done: Vec<Option<Found>> = vec![None; sought];
         let mut before = f64::INFINITY;
-        let mut done: Vec<Option<Found>> = vec![None; lambda.len()];
-        let mut current = lambda.to_vec();
         loop {
             let (values, coordinates) = space.pairs(self.world, target, &current)?;
-            let open: Vec<usize> = (0..current.len()).filter(|&i| done[i].is_none()).collect();
+            let open: Vec<usize> = (0..sought).filter(|&i| done[i].is_none()).collect();
+            for i in open.iter().copied().chain(sought..values.len()) {
+                current[i] = values[i];
+            }
             let (mut which, mut changes, mut worst) = (Vec::new(), Vec::new(), 0.0f64);
             for some in open.chunks(BLOCK) {
                 let own = Mat::from_fn(space.order(), some.len(), |i, j| coordinates[(i, some[j])]);
@@ -141,7 +145,6 @@ impl System<'_> {
                 let real: Vec<C> = mine.iter().map(|l| l * self.rate).collect();
                 let judged = self.judge(&real, &vectors, rest)?;
                 for ((&i, x), Judged { residuals, change }) in some.iter().zip(vectors.chunks_exact(n)).zip(judged) {
-                    current[i] = values[i];
                     if residuals.correction <= UNCHANGED && residuals.backward_error <= GOOD {
                         done[i] = Some(Found { value: values[i] * self.rate, vector: x.to_vec(), residuals });
                     } else {
@@ -151,19 +154,35 @@ impl System<'_> {
                     }
                 }
             }
+            if std::env::var("H14").is_ok() {
+                eprintln!(
+                    "DEBUG order {} sought {sought} of {} open {} worst {worst:.2e} solves {}",
+                    space.order(),
+                    values.len(),
+                    which.len(),
+                    *solves
+                );
+            }
             if which.is_empty() {
                 break;
             }
-            if !(worst <= SLOW * before) {
+            // The rounds to come at this pace.
+            let rounds = (worst / UNCHANGED).ln() / (before / worst).ln();
+            if !(worst < before && rounds * which.len() as f64 <= CORRECTED * nearby.solves as f64) {
                 return Ok(None);
             }
             space.correct(self, coordinates.as_ref(), &which, &changes)?;
             before = worst;
         }
-        let moved = lambda.iter().zip(&current).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) * self.rate;
+        let distance = |l: &C| (l - target).norm() * self.rate;
+        let moved = nearby.lambda.iter().zip(&current).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) * self.rate;
+        // Beyond those that were sought nothing is known.
+        let bound = match sought < current.len() {
+            true => current[sought..].iter().map(distance).fold(f64::INFINITY, f64::min),
+            false => current.iter().map(distance).fold(0.0, f64::max),
+        };
         let mut pairs: Vec<Found> = done.into_iter().flatten().collect();
-        let distance = |p: &Found| (p.value - self.sigma).norm();
-        pairs.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        Ok(Some(Around { pairs, moved, solves: *solves, corrected: false }))
+        pairs.sort_by(|a, b| (a.value - self.sigma).norm().total_cmp(&(b.value - self.sigma).norm()));
+        Ok(Some(Around { pairs, radius: bound - 2.0 * moved, solves: *solves, corrected: false }))
     }
 }

@@ -67,8 +67,8 @@ impl Column {
 
 impl System<'_> {
     /// Solutions at the shift are corrected from now on, as exactly as eigenvalues at these `distances` from it need.
-    pub(super) fn correct_solutions(&mut self, distances: impl Iterator<Item = f64>) {
-        let (near, far) = distances.fold((f64::INFINITY, 0.0f64), |(near, far), d| (near.min(d), far.max(d)));
+    pub(super) fn correct_solutions(&mut self, distances: &[f64]) {
+        let [near, far] = [f64::min, f64::max].map(|which| distances.iter().copied().reduce(which).unwrap_or(1.0));
         let share = if far > 0.0 { near / far } else { 1.0 };
         self.accuracy = Some((CORRECTED * share).clamp(ACCURACY[0], ACCURACY[1]));
     }
