@@ -36,7 +36,7 @@ fn add_product(out: &mut [C], a: &[C], b: MatRef<'_, C>, factor: f64, n: usize) 
 
 impl Projection {
     /// Collective: the span of `vectors`, local rows of each; what is rounding beside the others is left out.
-    pub fn new(operator: &mut dyn Quadratic, vectors: &[Vec<C>]) -> Result<Self> {
+    pub fn new(operator: &mut dyn Quadratic, vectors: Vec<Vec<C>>) -> Result<Self> {
         let n = operator.n_local();
         let mut basis = Vec::new();
         for some in vectors.chunks(BLOCK) {
@@ -45,6 +45,7 @@ impl Projection {
             let new = split_block(operator.world(), columns(&w, n), columns(&basis, n), &lengths).q;
             new.col_iter().for_each(|c| basis.extend(c.iter()));
         }
+        drop(vectors);
         let images = images(operator, &basis)?;
         let mut space = Self { n, basis, images, matrices: [0, 1, 2].map(|_| Mat::zeros(0, 0)) };
         space.project(operator.world());

@@ -26,6 +26,8 @@ const LOOSE: f64 = 3e-2;
 /// Change of an eigenvector by one more inverse iteration, and backward error, after which it is not improved any more.
 const UNCHANGED: f64 = 3e-8;
 const GOOD: f64 = 1e-10;
+/// By this much farther than they are needed pairs are improved: eigenvalues of the nearby problem move.
+const MARGIN: f64 = 1e-3;
 /// Solves that a corrected solution takes.
 const CORRECTED: f64 = 3.0;
 
@@ -124,9 +126,11 @@ impl System<'_> {
     fn improve(&mut self, nearby: Ritz, reach: f64, solves: &mut usize) -> Result<Option<Around>> {
         let target = self.sigma / self.rate;
         let n = Quadratic::n_local(self);
-        let sought = nearby.lambda.iter().take_while(|l| (*l - target).norm() * self.rate <= reach).count();
+        let distance = |l: &C| (l - target).norm();
+        let needed = reach / self.rate * (1.0 + MARGIN);
+        let sought = nearby.lambda.iter().take_while(|l| distance(l) <= needed).count();
         let mut current = nearby.lambda.clone();
-        let mut space = Projection::new(self, &[nearby.vectors, nearby.beside].concat())?;
+        let mut space = Projection::new(self, nearby.vectors.into_iter().chain(nearby.beside).collect())?;
         let mut done: Vec<Option<Found>> = vec![None; sought];
         let mut before = f64::INFINITY;
         loop {
@@ -154,15 +158,6 @@ impl System<'_> {
                     }
                 }
             }
-            if std::env::var("H14").is_ok() {
-                eprintln!(
-                    "DEBUG order {} sought {sought} of {} open {} worst {worst:.2e} solves {}",
-                    space.order(),
-                    values.len(),
-                    which.len(),
-                    *solves
-                );
-            }
             if which.is_empty() {
                 break;
             }
@@ -174,15 +169,15 @@ impl System<'_> {
             space.correct(self, coordinates.as_ref(), &which, &changes)?;
             before = worst;
         }
-        let distance = |l: &C| (l - target).norm() * self.rate;
-        let moved = nearby.lambda.iter().zip(&current).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) * self.rate;
-        // Beyond those that were sought nothing is known.
+        let moved = nearby.lambda.iter().zip(&current).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        // Up to the nearest of those that were not sought all are known.
         let bound = match sought < current.len() {
             true => current[sought..].iter().map(distance).fold(f64::INFINITY, f64::min),
             false => current.iter().map(distance).fold(0.0, f64::max),
         };
+        let radius = (bound - 2.0 * moved) * self.rate;
         let mut pairs: Vec<Found> = done.into_iter().flatten().collect();
         pairs.sort_by(|a, b| (a.value - self.sigma).norm().total_cmp(&(b.value - self.sigma).norm()));
-        Ok(Some(Around { pairs, radius: bound - 2.0 * moved, solves: *solves, corrected: false }))
+        Ok(Some(Around { pairs, radius, solves: *solves, corrected: false }))
     }
 }
