@@ -57,8 +57,9 @@ impl System<'_> {
         let left: Vec<f64> = rest.chunks_exact(n).map(|r| self.size(r)).collect();
         let mut changes = rest;
         self.solve_whole(&mut changes, values.len())?;
-        let each = values.iter().zip(vectors.chunks_exact(n)).zip(changes.chunks_exact(n)).zip(left);
-        let judge = |(((value, x), change), left): (((&C, &[C]), &[C]), f64)| {
+        let judge = |(i, left): (usize, f64)| {
+            let [x, change] = [vectors, &changes].map(|all| &all[i * n..(i + 1) * n]);
+            let value = values[i];
             let power = value.norm() / self.rate;
             let [k, c, m] = self.norms;
             let size = self.size(x);
@@ -72,6 +73,6 @@ impl System<'_> {
             };
             Judged { residuals, change: change.to_vec() }
         };
-        Ok(each.map(judge).collect())
+        Ok(left.into_iter().enumerate().map(judge).collect())
     }
 }
