@@ -22,7 +22,8 @@ impl Points {
     /// Points that are moved by the modes as `modes` says and by the reactions as `residual` does.
     #[cfg(test)]
     pub fn moved(names: &[&str], modes: Vec<f64>, residual: Vec<f64>) -> Self {
-        Self { names: names.iter().map(|n| n.to_string()).collect(), modes, residual, ..Self::default() }
+        let at = (0..names.len()).map(|k| [k as f64, 0.1, -0.2]).collect();
+        Self { names: names.iter().map(|n| n.to_string()).collect(), at, modes, residual }
     }
 
     /// On rank 0: the points of the run when it was begun, from its first segment; what moves them, computed again, would not be the same to the last
