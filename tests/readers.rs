@@ -120,7 +120,10 @@ fn jobs() {
             analysis::check(&job)?;
             // What is accepted can be written, and read again.
             let again = job.to_json().to_string();
-            Job::from_bytes(again.as_bytes(), Path::new("again.json"), &[], None).map(|again| assert_eq!(again, job))
+            let again = Job::from_bytes(again.as_bytes(), Path::new("again.json"), &[], None)?;
+            // It leaves no default open.
+            assert_eq!(again, Job { changed_defaults: Vec::new(), ..job });
+            Ok(())
         };
         count.take(read(), &[2, 3], begun, || String::from_utf8_lossy(&bytes).into_owned());
     }
