@@ -266,11 +266,10 @@ impl<'s> Stock<'s> {
             found: self.found.as_ref(),
             options,
             stop,
-            keep: &keep.unwrap_or_default(),
             segments: segments.as_ref(),
             kept: kept.as_deref(),
         };
-        transient::run(run, &inputs)
+        transient::run(run, &inputs, keep.unwrap_or_default())
     }
 
     /// On rank 0: name and checksum of every input.

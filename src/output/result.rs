@@ -37,6 +37,8 @@ pub struct ResultFile<'w> {
     all: bool,
     /// What is of no use when the file is complete.
     leftovers: Vec<PathBuf>,
+    /// A folder that goes once the file is complete.
+    discarded: Option<PathBuf>,
 }
 
 impl<'w> ResultFile<'w> {
@@ -55,6 +57,7 @@ impl<'w> ResultFile<'w> {
             kept: None,
             all: false,
             leftovers: Vec::new(),
+            discarded: None,
         })
     }
 
@@ -145,6 +148,11 @@ impl<'w> ResultFile<'w> {
         self.kept.as_deref()
     }
 
+    /// The folder `path` goes once the file is complete: what it keeps is then in the file.
+    pub fn discard(&mut self, path: &Path) {
+        self.discarded = Some(path.to_owned());
+    }
+
     /// The datasets of `group` in these segments become part of the file, which then takes their place.
     pub fn append(&mut self, segments: Segments, group: &str) {
         self.segments = Some((segments, group.to_owned()));
@@ -185,7 +193,7 @@ impl<'w> ResultFile<'w> {
         let mut partial = self.begun()?;
         let tables = &self.tables;
         let attached = &mut self.attached;
-        let (segments, leftovers) = (&self.segments, &self.leftovers);
+        let (segments, leftovers, discarded) = (&self.segments, &self.leftovers, &self.discarded);
         world.on_root(|| {
             let mut seen = BTreeSet::new();
             add(&partial, tables, &mut seen)?;
@@ -197,6 +205,9 @@ impl<'w> ResultFile<'w> {
             }
             for path in leftovers {
                 let _ = std::fs::remove_file(path);
+            }
+            if let Some(folder) = discarded {
+                let _ = std::fs::remove_dir_all(folder);
             }
             // Those of an earlier run do not belong to this file.
             let new = |path: &PathBuf| attached.iter().any(|a| &a.target == path);
