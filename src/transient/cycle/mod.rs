@@ -112,7 +112,7 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
             Known::Settled => {
                 let returns = walk.returns()?;
                 let (record, level) = walk.record(returns.period)?;
-                let stays = (level.ln() - seen.level).abs() <= 3.0 * settings.settled;
+                let stays = (level.ln() - seen.level).abs() <= settings.settled;
                 if stays && returns.crossings > 0 {
                     let (motion, state) = (Some((returns, record)), walk.stepper.state().clone());
                     return Ok(Followed { fate: Fate::Cycle, motion, back, time: walk.time(), state });
