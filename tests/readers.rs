@@ -119,10 +119,9 @@ fn jobs() {
             range(&job)?;
             analysis::check(&job)?;
             // What is accepted can be written, and read again.
-            let again = job.to_json().to_string();
-            let again = Job::from_bytes(again.as_bytes(), Path::new("again.json"), &[], None)?;
-            // It leaves no default open.
-            assert_eq!(again, Job { changed_defaults: Vec::new(), ..job });
+            let written = job.to_json();
+            let again = Job::from_bytes(written.to_string().as_bytes(), Path::new("again.json"), &[], None)?;
+            assert_eq!(again.to_json(), written);
             Ok(())
         };
         count.take(read(), &[2, 3], begun, || String::from_utf8_lossy(&bytes).into_owned());
