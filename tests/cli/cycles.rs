@@ -56,7 +56,7 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     for part in ["limit cycles, up", "limit cycles, down", "of 3 points squeal", "most energy"] {
         assert!(one.good().out.contains(part), "{part:?} is not in\n{}", one.out);
     }
-    let whole = open(&folder.path("one.h5"));
+    let whole = open(folder.path("one.h5"));
     let fate: Vec<i8> = whole.dataset("sweep/cycles/fate").and_then(|d| d.read_raw()).expect("fates");
     // What sticks in part is quiet, what slides squeals, whichever way it is come to.
     assert!(
@@ -73,7 +73,7 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     assert!(!folder.path("one.cycles").exists());
 
     folder.call(2, "run", &["--reuse", &model, "--output", &folder.text("two.h5")]).good();
-    assert_eq!(bits(&open(&folder.path("two.h5"))), bits(&whole), "two ranks");
+    assert_eq!(bits(&open(folder.path("two.h5"))), bits(&whole), "two ranks");
 
     let output = folder.text("stopped.h5");
     let (job, kept) = (folder.text("job.json"), folder.path("stopped.cycles"));
@@ -93,7 +93,7 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     bytes[40] ^= 1;
     std::fs::write(&some, bytes).expect("write");
     folder.call(1, "run", &["--reuse", &model, "--output", &output]).good();
-    assert_eq!(bits(&open(&folder.path("stopped.h5"))), bits(&whole), "after a stop");
+    assert_eq!(bits(&open(folder.path("stopped.h5"))), bits(&whole), "after a stop");
     assert!(!kept.exists());
 }
 

@@ -45,10 +45,14 @@ pub struct Inputs<'a> {
     pub wanted: &'a job::Transient,
     /// Its contact.
     pub contact: &'a job::Contact,
-    /// The bodies with their modes.
+    /// The bodies with their modes; none where nothing is asked of them.
     pub bodies: &'a Bodies<'a>,
-    /// Modes of each of `Bodies::unique`.
+    /// The names of the places, and which of the bodies that differ are in them.
+    pub places: &'a [(&'static str, usize)],
+    /// Modes of each body that differs.
     pub modes: &'a [TraceModes],
+    /// Whether an earlier run, where modes are of one, gives the shapes of the modes too.
+    pub shapes: bool,
     /// The reduced model.
     pub model: &'a Reduction,
     /// On rank 0: what stability found, where it was asked for.
@@ -75,30 +79,32 @@ impl Inputs<'_> {
     }
 }
 
-/// What the analysis needs of the bodies: named points and the motion of the bodies take static solves, and sound the shapes.
-pub(super) fn needs(wanted: &job::Transient) -> Needs {
-    let solvers = !wanted.points.is_empty() || wanted.body_stride > 0;
-    Needs { solvers, shapes: solvers || wanted.sound_power.is_some() }
+/// What the analysis needs of the bodies: named points and the motion of the bodies take static solves, and sound the shapes. What moves the points and how
+/// the modes radiate is in the first segment of a run that is continued.
+pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
+    let solvers = (!wanted.points.is_empty() && !resume) || wanted.body_stride > 0;
+    Needs { solvers, shapes: solvers || (wanted.sound_power.is_some() && !resume) }
 }
 
 /// Collective: the transient; its results become part of `file`. At the start of a run rank 0 has the reduced model as tables in `keep`, for the first segment.
 pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
     let world = run.world();
     let wanted = inputs.wanted;
-    if wanted.body_stride > 0 && inputs.modes.is_empty() {
+    if wanted.body_stride > 0 && !inputs.shapes {
         return Err(Error::Job(
             "analyses.transient.body_stride: with --reuse there are no mode shapes of the bodies; set it to 0, or run without \
              --reuse"
                 .into(),
         ));
     }
-    let mut located = Located::find(wanted, inputs.bodies, inputs.modes)?;
-    if inputs.options.resume {
-        world.on_root(|| located.points.restore(&inputs.segments()?.open_first()?))?;
+    let points = if inputs.options.resume {
+        let found = world.on_root(|| Points::restore(wanted, &inputs.segments()?.open_first()?))?;
+        found.unwrap_or_default()
     } else {
+        let mut located = Located::find(wanted, inputs.bodies, inputs.shapes)?;
         located.solve(inputs.bodies, inputs.modes, inputs.model)?;
-    }
-    let points = located.points;
+        located.points
+    };
     let sound = match &wanted.sound_power {
         Some(power) => Some(Sound::new(world, inputs, power, run.progress)?),
         None => None,
