@@ -3,6 +3,7 @@
 import json
 import sys
 
+import cycles
 import examples
 import faults
 import growth
@@ -29,6 +30,7 @@ STUDIES = {
     "transient": transient.against_linear,
     "ranks": ranks.agreement,
     "faults": faults.broken,
+    "cycles": cycles.followed,
     "examples": examples.worked,
     "tables": tables.written,
     "tutorial": tutorial.performed,

@@ -64,7 +64,7 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
     names = {"mode": "from the most unstable mode", "up": "from the point before", "down": "from the point behind"}
     handles = [Line2D([], [], color=LOOKS[n][0], marker=LOOKS[n][1], label=names[n]) for n in cycles.branch if n in LOOKS]
     if (cycles.fate > 1).any():
-        handles.append(Line2D([], [], linestyle="none", marker="o", color=GREY, markerfacecolor="white", label="does not repeat itself"))
+        handles.append(Line2D([], [], linestyle="none", marker="o", color=GREY, markerfacecolor="white", label="irregular or unsettled"))
     if len(rests):
         handles.append(Line2D([], [], linestyle="none", marker="|", color=GREY, label="at rest"))
     legend(figure, [], handles, columns=2)
