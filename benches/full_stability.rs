@@ -1,30 +1,32 @@
 //! Stability of the full finite-element system of `jobs/curve.json` on some 100 thousand degrees of freedom: 20 eigenvalues about
 //! 2 kHz, one shift. Prints wall and CPU time of the inverse and of the eigensolver, the largest memory, and the eigenvalues.
 //!
-//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--slepc] [--export FILE]`; `--slepc` takes SLEPc's method of single vectors; with `--export` the matrices K, C and M of the same problem, multipliers
+//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--speed Ω] [--slepc] [--export FILE]`; `--speed` turns the wheels, rad/s; `--slepc` takes SLEPc's method of single vectors; with `--export` the matrices K, C and M of the same problem, multipliers
 //! in units of the largest stiffness, are written one after the other in PETSc's binary format (complex scalars, 32-bit indices) for
 //! `benches/peers/slepc4py_pep.py`. Runs on one rank.
 
 use std::io::Write;
+use std::rc::Rc;
 use std::time::Instant;
 
 use num_complex::Complex;
-use railsqueal::body::fe::FeBody;
+use railsqueal::body::fe::{BodyModes, FeBody};
+use railsqueal::body::modes::{self, Extent};
+use railsqueal::body::rotation::{centrifugal, ModalRotation, RotationForms};
 use railsqueal::body::statics::Statics;
 use railsqueal::body::FullSystem;
 use railsqueal::contact::{Creepage, LinearContact, NormalLoad, SlidingDirection, SlidingProblem, Stencil};
-use railsqueal::eigen::quadratic::{nearest, Wanted, BLOCK};
+use railsqueal::eigen::sparse::Method;
+use railsqueal::fem::rotation::Axis;
 use railsqueal::fem::Material;
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::{ContactGrid, Interface};
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::model::combined_compliance;
 use railsqueal::parallel::World;
-use railsqueal::petsc::pep::{quadratic, QuadraticOptions};
-use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::Petsc;
 use railsqueal::stability::full::system::System;
-use railsqueal::stability::full::{Coupling, DampedBody, Damping};
+use railsqueal::stability::full::{Coupling, DampedBody, Damping, Spin};
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
 const DAMPING: Damping = Damping { alpha: 1.0, beta: 1e-6 };
@@ -61,39 +63,52 @@ fn main() {
     if let Some(path) = argument("--export") {
         export(&world, &path, &bodies, &contact).unwrap();
     }
-    let places = [0, 1].map(|body| DampedBody::rayleigh(body, DAMPING));
+    let speed: f64 = argument("--speed").map_or(0.0, |s| s.parse().expect("an angular velocity, rad/s"));
+    let turned = (speed != 0.0).then(|| bodies.iter().map(|b| turning(&world, &petsc, b)).collect::<Vec<_>>());
+    let places = [(0, speed), (1, -speed)].map(|(body, speed)| DampedBody {
+        spin: turned.as_ref().map(|all| Spin { speed, forms: Rc::clone(&all[body].1), modal: all[body].2.clone() }),
+        ..DampedBody::rayleigh(body, DAMPING)
+    });
+    let modes: Vec<&BodyModes> = turned.iter().flatten().map(|t| &t.0).collect();
     let systems: Vec<&dyn FullSystem> = bodies.iter().map(|b| b as &dyn FullSystem).collect();
-    let mut system = System::new(&petsc, &systems, &[], &places, Coupling::new(&contact).unwrap(), HEIGHT).unwrap();
-    let order = world.sum_u64(system.n_local() as u64);
+    let mut system = System::new(&petsc, &systems, &modes, &places, Coupling::new(&contact).unwrap(), HEIGHT).unwrap();
     let (start, start_cpu) = (Instant::now(), cpu());
-    let shift = system.shift_to(HEIGHT).unwrap();
+    system.shift_to(HEIGHT).unwrap();
     let (ready, ready_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
-    let (target, count, tolerance) = (shift / HEIGHT, COUNT, 1e-10);
-    let (lambda, vectors, solves) = if std::env::args().any(|a| a == "--slepc") {
-        let first = system.start(1).unwrap();
-        let options = QuadraticOptions { target, count, tolerance, prefix: "stability_".into() };
-        let found = quadratic(&petsc, &mut system, &first, &options, &mut |_, _| {}).unwrap();
-        (found.lambda, found.vectors, found.solves)
-    } else {
-        let first = system.start(BLOCK).unwrap();
-        let found = nearest(&mut system, &first, &Wanted { target, count, tolerance }, &mut |_, _| {}).unwrap();
-        (found.lambda, found.vectors, found.solves)
-    };
+    let method = if std::env::args().any(|a| a == "--slepc") { Method::Slepc } else { Method::Blocks };
+    let found = system.nearest(&petsc, method, (COUNT, f64::INFINITY), &mut |_, _| {}).unwrap();
     let (done, done_cpu) = (start.elapsed().as_secs_f64(), cpu() - start_cpu);
-    let mut lines = Vec::new();
-    let mut worst = 0.0f64;
-    for (lambda, x) in lambda.iter().zip(&vectors) {
-        let value = lambda * HEIGHT;
-        worst = worst.max(system.residuals(&[(value, x)]).unwrap()[0].backward_error);
-        lines.push(format!("  {:.6} {:+.6}i", value.re, value.im));
-    }
+    let solves = found.solves;
+    let worst = found.pairs.iter().map(|p| p.residuals.backward_error).fold(0.0, f64::max);
+    let changed = found.pairs.iter().map(|p| p.residuals.correction).fold(0.0, f64::max);
+    let lines: Vec<String> = found.pairs.iter().map(|p| format!("  {:.6} {:+.6}i", p.value.re, p.value.im)).collect();
     if world.is_root() {
-        println!("{order} unknowns, {} closed nodes, {} ranks", contact.nodes.len(), world.size);
+        println!(
+            "{} unknowns, {} closed nodes, {} ranks",
+            order(&bodies) + contact.nodes.len(),
+            contact.nodes.len(),
+            world.size
+        );
         println!("inverse      {ready:8.2} s wall {ready_cpu:8.2} s cpu");
         println!("eigensolver  {:8.2} s wall {:8.2} s cpu, {} solves", done - ready, done_cpu - ready_cpu, solves);
-        println!("in all       {done:8.2} s wall {done_cpu:8.2} s cpu, backward error {worst:.1e}, {}", memory());
+        println!("in all       {done:8.2} s wall {done_cpu:8.2} s cpu, backward error {worst:.1e}, correction {changed:.1e}, {}", memory());
         lines.iter().take(COUNT).for_each(|l| println!("{l}"));
     }
+}
+
+fn order(bodies: &[FeBody]) -> usize {
+    bodies.iter().map(|b| b.dofs.total() as usize).sum()
+}
+
+/// 60 modes of a wheel, what rotation adds, and that in the space of the modes.
+fn turning(world: &World, petsc: &Petsc, body: &FeBody) -> (BodyModes, Rc<RotationForms>, ModalRotation) {
+    let mut statics = Statics::direct(petsc, body).unwrap();
+    let modes = modes::compute(petsc, body, &mut statics, Extent::Count(60), Method::Blocks, &mut |_, _| {}).unwrap();
+    let axis = Axis::below(0.5);
+    let spread = centrifugal(world, body, &mut statics, axis).unwrap();
+    let forms = RotationForms::assemble(world, body, axis, &spread).unwrap();
+    let modal = forms.project(world, &body.operators.mass, &modes);
+    (modes, forms.into(), modal)
 }
 
 fn bodies(world: &World, size: f64) -> (Vec<FeBody>, Option<Interface>) {

@@ -57,8 +57,8 @@ fn start() -> i32 {
     match cli.command {
         _ if cli.version => text(&versions::text()),
         _ if idle => 0,
-        Some(Command::Probe { file, head }) => {
-            probe::child(&file, head);
+        Some(Command::Probe { files, head }) => {
+            files.iter().for_each(|file| probe::child(file, head));
             0
         }
         Some(Command::Schema) => text(&format!("{:#}\n", job::schema())),

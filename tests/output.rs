@@ -307,8 +307,15 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
 
     let spec = FieldSpec::new("velocity", "m/s", "A field that changes.", FieldKind::Vector);
     let times = [0.1, 0.25, 0.4];
-    let frames =
-        Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[], summed: false };
+    let frames = Sequence {
+        fields: vec![spec],
+        values: &times,
+        units: "s",
+        description: "Time.",
+        tables: &[],
+        summed: false,
+        single: true,
+    };
     let beside = companion(path, "transient.vtkhdf");
     let mut sequence = SequenceFile::create(world, &beside, true, &bodies, frames)?;
     for (k, time) in times.iter().enumerate() {
@@ -316,9 +323,14 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
         sequence.step(k, &[scaled.iter().map(|v| &v[..]).collect()])?;
     }
     file.attach(sequence)?;
-    file.attach(write_modes(world, &companion(path, "free_modes.vtkhdf"), true, &bodies, &frequencies, |b, k| {
-        Ok(u[b].iter().map(|v| v * frequencies[b][k]).collect())
-    })?)?;
+    file.attach(write_modes(
+        world,
+        &companion(path, "free_modes.vtkhdf"),
+        (true, true),
+        &bodies,
+        &frequencies,
+        |b, k| Ok(u[b].iter().map(|v| v * frequencies[b][k]).collect()),
+    )?)?;
     file.finish(Vec::new)?;
 
     // Reading back, on every rank at once.

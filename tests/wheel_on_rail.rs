@@ -77,9 +77,26 @@ fn forces_are_those_of_contact() {
         assert!((1e-6 * peak / row["pmax"] - 1.0).abs() < 4e-3, "{case}: {peak}");
         let part = 0.2e-3 / spacing;
         let limit = 0.3 * row["fn"];
+        let grid = |c: usize| found.force[c] + part * (first.force[c] - found.force[c]);
+        // In CONTACT's axes, its own figures in brackets: the row of the table in docs/placement.md, which a study writes.
+        println!(
+            "row: {} {} mm | {:.2} ({:.2}) | {:.1} ({:.1}) | {:.0}; {:.0} ({:.0}) | {:.0}; {:.0} ({:.0})",
+            format!("{side:?}").to_lowercase(),
+            row["y_ws"],
+            1e6 * found.approach,
+            1e3 * row["approach"],
+            1e-6 * peak,
+            row["pmax"],
+            -found.force[0],
+            -grid(0),
+            row["fx"],
+            found.force[1],
+            grid(1),
+            row["fs"]
+        );
         // Backwards in the program is forwards in CONTACT with the other sign; to the right is the same in both.
         for (c, want) in [(0, -row["fx"]), (1, row["fs"])] {
-            let force = found.force[c] + part * (first.force[c] - found.force[c]);
+            let force = grid(c);
             assert!((force - want).abs() < 3e-3 * limit, "{case}: {force} {want}");
             if found.state.iter().all(|&s| s != 1) {
                 assert!((found.force[c] - want).abs() < 1e-3 * limit, "{case}: {} {want}", found.force[c]);

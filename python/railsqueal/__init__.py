@@ -14,12 +14,13 @@ Units are SI, shapes those of docs/output.md. What is wrong with a file is a `Re
 from .errors import ResultError
 from .mesh import Fields, Mesh
 from .result import Result, lookup
-from .tables import ComplexModes, ContactGrid, CreepCurve, History, Modes, Provenance, Receptances, Sweep
+from .tables import ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Provenance, Receptances, Sweep
 
 __all__ = [
     "ComplexModes",
     "ContactGrid",
     "CreepCurve",
+    "Cycles",
     "Fields",
     "History",
     "Mesh",

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import growth
 from .result import Result
-from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, History, Modes, Receptances, Sweep
+from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Receptances, Sweep
 
 # Modes of each body, and eigenvalues, that count as figures.
 MODES, EIGENVALUES = 6, 6
@@ -34,7 +34,7 @@ class Figure:
 def of(result: Result) -> list[Figure]:
     """All figures of a result, analysis by analysis."""
     made: list[Figure] = []
-    for part in (placement, steady, modes, stability, creep_curve, receptances, transient, sound_power, sweep):
+    for part in (placement, steady, modes, stability, creep_curve, receptances, transient, sound_power, sweep, cycles):
         made += part(result)
     return made
 
@@ -176,4 +176,19 @@ def sweep(result: Result) -> list[Figure]:
             if table.values[key].dtype.kind == "f":
                 units = result.units(f"sweep/values/{key}")
                 made.append(Figure(name, f"its {key}", float(table.values[key][at]), "" if units == "1" else units))
+    return made
+
+
+def cycles(result: Result) -> list[Figure]:
+    """What the limit cycles of a sweep came to."""
+    if not Cycles.present(result):
+        return []
+    table, made = Cycles.of(result), []
+    for name, fate, kinetic, frequency in zip(table.branch, table.fate, table.kinetic, table.frequency):
+        group, squeals = f"limit cycles, {name}", fate > 0
+        made.append(Figure(group, "points that squeal", float(squeals.sum())))
+        if squeals.any():
+            at = int(np.argmax(np.where(squeals, kinetic, -1)))
+            made.append(Figure(group, "largest kinetic energy", float(kinetic[at]), "J"))
+            made.append(Figure(group, "its frequency", float(frequency[at]), "Hz"))
     return made

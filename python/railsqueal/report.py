@@ -41,6 +41,8 @@ CAPTIONS = {
     "receptance": "Receptances of the contact point",
     "sweep-map": "Stability map",
     "sweep-loci": "Root loci",
+    "limit-cycles": "Limit cycles",
+    "limit-cycles-map": "Energy of the limit cycles",
     "placement": "Wheel on rail",
     "creep-curve": "Creep curve",
     "growth": "Growth",

@@ -321,6 +321,48 @@ class Sweep(Table):
 
 
 @dataclass(frozen=True)
+class Cycles(Table):
+    """Limit cycles of the points of a sweep, one row for each branch; numbers of what rests or was not computed are 0 or NaN."""
+
+    needs: ClassVar[str] = "sweep/cycles/fate"
+    analysis: ClassVar[str] = "sweep.cycles"
+
+    branch: list[str]  # [b]: mode, up, down
+    along: str  # the swept key along which motions are handed on
+    fate: Integers  # [b, s]: -1 not computed, 0 at rest, 1 periodic, 2 irregular, 3 unsettled
+    frequency: Floats  # [b, s], Hz
+    kinetic: Floats  # [b, s], J
+    time: Floats  # [b, s], s
+    stick: Floats  # [b, s, 2], mean and largest share
+    force: Floats  # [b, s, 3], N
+    force_rms: Floats  # [b, s, 3], N
+    velocity_rms: Floats  # [b, s, 2, 3], m/s
+    force_harmonics: Floats  # [b, s, h, 3], N
+    message: list[str]  # [b s]
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The limit cycles of a result."""
+        cls.expect(result)
+        group = "sweep/cycles/"
+        messages = np.asarray(result[group + "message"]).reshape(-1)
+        return cls(
+            result.texts(group + "branch"),
+            result.texts(group + "along")[0],
+            result.integers(group + "fate"),
+            result.array(group + "frequency"),
+            result.array(group + "kinetic"),
+            result.array(group + "time"),
+            result.array(group + "stick"),
+            result.array(group + "force"),
+            result.array(group + "force_rms"),
+            result.array(group + "velocity_rms"),
+            result.array(group + "force_harmonics"),
+            [m.decode() if isinstance(m, bytes) else str(m) for m in messages],
+        )
+
+
+@dataclass(frozen=True)
 class CreepCurve(Table):
     """Steady rolling over one creepage; NaN at points that failed."""
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import dataset
 
-from railsqueal import Result, ResultError
+from railsqueal import Result, ResultError, figures
 from railsqueal.pictures import Canvas, draw, sweep, transient as drawn
 from railsqueal.tables import Sweep
 
@@ -61,6 +61,31 @@ def test_cells_of_a_map_are_the_values_that_were_computed(tmp_path: Path) -> Non
         assert not load.even and centres.tolist() == [0, 1, 2] and width < 1
         assert [load.tick(v) for v in load.levels] == ["40", "70", "1000"]
         assert [p.name for p in draw(result, Canvas(tmp_path, "s", resolution=DOTS))] == ["s-sweep-map.png"]
+
+
+def test_limit_cycles_are_drawn_branch_by_branch(tmp_path: Path) -> None:
+    path = swept(tmp_path / "c.h5", [0.2, 0.3, 0.4], [40e3, 50e3], failed=5)
+    fate = np.array([[0, 0, 0, 1, 1, -1], [0, 0, 2, 1, 1, -1]], np.int8)
+    energy = np.where(fate > 0, 0.1 + np.arange(6), np.where(fate == 0, 0.0, np.nan))
+    with h5py.File(path, "a") as file:
+        dataset(file, "sweep/cycles/branch", ["up", "down"], "-")
+        dataset(file, "sweep/cycles/along", "contact.friction", "-")
+        dataset(file, "sweep/cycles/fate", fate, "-")
+        dataset(file, "sweep/cycles/kinetic", energy, "J")
+        dataset(file, "sweep/cycles/frequency", np.where(fate > 0, 420.0, np.nan), "Hz")
+        dataset(file, "sweep/cycles/message", np.full((2, 6), "", object), "-")
+        dataset(file, "sweep/cycles/time", np.ones((2, 6)), "s")
+        for name, more in (("stick", 2), ("force", 3), ("force_rms", 3)):
+            dataset(file, f"sweep/cycles/{name}", np.zeros((2, 6, more)))
+        for name in ("velocity_rms", "force_harmonics"):
+            dataset(file, f"sweep/cycles/{name}", np.zeros((2, 6, 2, 3)))
+    with Result(path) as result:
+        made = [p.name for p in draw(result, Canvas(tmp_path, "c", resolution=DOTS))]
+        assert made == ["c-sweep-map.png", "c-limit-cycles.png", "c-limit-cycles-map.png"]
+        named = {(f.group, f.name): f.value for f in figures.cycles(result)}
+    # The irregular one squeals too, and the largest energy is the fifth point's.
+    assert [named[(f"limit cycles, {b}", "points that squeal")] for b in ("up", "down")] == [2, 3]
+    assert named[("limit cycles, up", "largest kinetic energy")] == pytest.approx(4.1)
 
 
 def test_a_branch_that_ends_has_no_frequency() -> None:

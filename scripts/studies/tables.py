@@ -1,5 +1,9 @@
 """Tables of the pages that the program makes and no other study: written where `<!-- study: … -->` stands."""
 
+import json
+import os
+import subprocess
+
 import numpy as np
 from pages import put
 from program import ROOT, both, run
@@ -11,7 +15,7 @@ DOCS = ROOT / "docs"
 def closed_nodes():
     """The lateral force of `two-cylinders.json` on half-spaces, a patch of 12 mm, by the number of closed nodes."""
     found = {}
-    for size in (3.2e-3, 2.6e-3, 2.2e-3, 1.6e-3, 1.2e-3, 8e-4, 5.7e-4):
+    for size in (3e-3, 2.6e-3, 2.2e-3, 1.6e-3, 1.2e-3, 8e-4, 5.7e-4):
         sets = both("mesh.cylinder.element_size", size) | {
             "contact.compliance": "half_space",
             "contact.patch.half_length": 0.006,
@@ -103,10 +107,88 @@ def partial_slip():
     put(DOCS / "transient.md", "partial-slip", table(["lateral creepage", "lateral force over μN", "nodes that stick", "rate, 1/s"], rows))
 
 
+# The lateral force of CONTACT 20.2 (E. A. H. Vollebregt) for two steel bodies of 0.5 m under 70 kN, of friction 0.3, over μN.
+CONTACT = {0.001: -0.3005, 0.003: -0.7177, 0.005: -0.9304}
+
+
+def laws_of_point_contact():
+    """The lateral force by the laws of point contact on the bodies of `two-cylinders.json`, beside the discretised contact and CONTACT."""
+    laws = {"fastsim": "FASTSIM", "shen_hedrick_elkins": "Shen, Hedrick, Elkins", "polach": "Polach"}
+    sets = both("mesh.cylinder.element_size", 5e-4) | {
+        "contact.compliance": "half_space",
+        "contact.patch.half_length": 0.006,
+        "contact.patch.half_width": 0.006,
+        "contact.creepage": '{"lateral": 0.001}',
+        "analyses": json.dumps({"creep_curve": {"key": "lateral", "values": list(CONTACT)}}),
+    }
+    tables, _ = run("two-cylinders.json", sets, ranks=1, groups=("creep_curve",))
+    load = abs(tables["creep_curve/force"][:, 2]) * 0.3
+    columns = [tables["creep_curve/force"], *(tables[f"creep_curve/{law}"] for law in laws)]
+    rows = [
+        [f"{100 * eta:g} %", f"{CONTACT[eta]:.4f}", *(f"{column[k, 1] / load[k]:.4f}" for column in columns)] for k, eta in enumerate(CONTACT)
+    ]
+    put(DOCS / "theory.md", "laws-of-point-contact", table(["η", "CONTACT", "this program", *laws.values()], rows))
+
+
+def swept_cylinders():
+    """Growth rates of the bodies of `curve.json` at rest, swept from their sections, by the spacing of the contact's grid, and on their meshes."""
+    sets = both("rotation", "none") | {"analyses.stability": '{"state": "sliding", "direction": "rigid"}', "output.fields": "false"}
+    rows = []
+    for spacing in (3.5e-4, 5e-4, 7e-4, 8e-4, 1e-3):
+        tables, _ = run("swept-curve.json", sets | {"contact.patch.spacing": spacing}, only="stability", groups=("stability",))
+        rows.append([f"swept, {1e3 * spacing:g} mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
+    tables, _ = run("curve.json", sets, only="stability", groups=("stability",))
+    rows.append(["finite elements, 1 mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
+    put(DOCS / "theory.md", "swept-cylinders", table(["grid", "first", "second", "third"], rows))
+
+
+def full_and_reduced():
+    """The full system of `curve.json` on a coarse mesh at rest beside the reduced one, by the number of modes kept."""
+    waves = (426, 578, 486)
+    rows, full = [], {}
+    for count in (20, 40, 80, 160):
+        distances = []
+        for beta in (1e-6, 0):
+            sets = both("rotation", "none") | both("mesh.cylinder.element_size", 0.002) | both("mesh.cylinder.max_element_size", 0.05)
+            sets |= both("damping.beta", beta) | {
+                "analyses.modes.count": count,
+                "analyses.stability": '{"state": "sliding", "direction": "rigid", "full": {"max_frequency": 2000}}',
+                "output.fields": "false",
+            }
+            tables, _ = run("curve.json", sets, only="stability", groups=("stability", "modes"))
+            values, partner = tables["stability/eigenvalue"], tables["stability/partner"]
+            is_full = np.array([source in ("full", b"full") for source in tables["stability/source"]])
+            whole, reduced, there = values[is_full], values[~is_full], is_full & (partner >= 0)
+            distances.append(abs(values[there] - values[partner[there]]) / abs(values[there]))
+            if beta:
+                near = lambda values, wave: max(v.real for v in values if abs(v.imag / (2 * np.pi) - wave) < 8)  # noqa: E731
+                rates = [f"{near(reduced, wave):.4f}" for wave in waves]
+                full = [f"{near(whole, wave):.4f}" for wave in waves]
+                highest = tables["modes/lower/frequency"].max()
+        rows.append([f"{count} ({highest / 1e3:.1f} kHz)", *rates, *(f"{of(d):.1e}" for d in distances for of in (np.max, np.median))])
+    rows.append(["full", *full, "", "", "", ""])
+    head = ["modes (up to)", *(f"{wave} Hz" for wave in waves), "largest distance", "median", "largest, β = 0", "median, β = 0"]
+    put(DOCS / "theory.md", "full-and-reduced", table(head, rows))
+
+
+def manchester():
+    """Manchester's benchmark A-2.2 beside CONTACT, as the test computes it."""
+    command = ["cargo", "test", "--release", "--quiet", "--test", "wheel_on_rail", "--", "--nocapture"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
+    rows = [line.partition("row: ")[2].split(" | ") for line in done.stdout.splitlines() if "row: " in line]
+    head = ["case", "approach, µm", "largest pressure, MPa", "Fx, N; on CONTACT's grid", "Fs, N; on CONTACT's grid"]
+    put(DOCS / "placement.md", "manchester", table(head, rows))
+
+
+TABLES = [manchester, closed_nodes, laws_of_point_contact, modes_of_a_rail, swept_cylinders, full_and_reduced, limit_cycles, partial_slip]
+
+
 def written():
-    """All of them."""
-    closed_nodes()
-    modes_of_a_rail()
-    limit_cycles()
-    partial_slip()
+    """All of them, or those named in TABLES."""
+    wanted = os.environ.get("TABLES", "").split()
+    for make in TABLES:
+        if not wanted or make.__name__ in wanted:
+            make()
     return {}

@@ -288,8 +288,15 @@ fn write<'w>(
     let text = "Motion of a complex mode at one moment of its period, growth left out; the largest displacement of the mode is 1.";
     let spec = FieldSpec::new("motion", "1", text, FieldKind::Vector);
     let description = "Periods shown so far: mode k of the file, from 0, takes k to k + 1.";
-    let sequence =
-        Sequence { fields: vec![spec], values: &times, units: "1", description, tables: &tables, summed: false };
+    let sequence = Sequence {
+        fields: vec![spec],
+        values: &times,
+        units: "1",
+        description,
+        tables: &tables,
+        summed: false,
+        single: true,
+    };
     let path = companion(&options.output, "modes.vtkhdf");
     let parts: Vec<BodyPart> = bodies.parts();
     let mut file = SequenceFile::create(world, &path, options.force || options.resume, &parts, sequence)?;

@@ -3,7 +3,7 @@
 use super::RunOptions;
 use crate::analysis::reuse;
 use crate::job::{Job, MeshSource};
-use crate::output::{companion, outputs, MODEL};
+use crate::output::{companion, outputs, MODEL, SHAPES};
 use crate::{Error, Result};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -38,9 +38,9 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
 pub fn stay(job: &Job, options: &RunOptions) -> Result<()> {
     let (files, folder) = outputs(&options.output);
     let identity = |path: &Path| std::fs::metadata(path).ok().map(|m| (m.dev(), m.ino()));
-    // With --reuse no model is kept: that of a run that failed may be taken up by the next one with the same output.
-    let model = companion(&options.output, MODEL);
-    let files = files.into_iter().filter(|f| options.reuse.is_none() || *f != model).collect::<Vec<_>>();
+    // What a run that failed has left may be taken up by the next one with the same output.
+    let left = [MODEL, SHAPES].map(|suffix| companion(&options.output, suffix));
+    let files = files.into_iter().filter(|f| options.reuse.is_none() || !left.contains(f)).collect::<Vec<_>>();
     let written: Vec<_> = files.iter().filter_map(|f| Some((f, identity(f)?))).collect();
     let place = identity(&folder);
     for (what, input) in inputs(job, options) {

@@ -22,7 +22,8 @@ mod transient;
 use crate::body::{Capability, Kind};
 use crate::case::{placed, Meshes};
 use crate::job::{Compliance, Job};
-use crate::output::{companion, Provenance, ResultFile, Segments, MODEL};
+use crate::output::datasets::reduced::of_modes_alone;
+use crate::output::{companion, Provenance, Reader, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::stop::Stop;
@@ -146,11 +147,9 @@ pub fn run(
     let segments = world.on_root(|| segments(job, options, progress))?.flatten();
     let file = ResultFile::create(world, &options.output, options.force || options.resume)?;
     let model = companion(&options.output, MODEL);
-    if options.reuse.is_none() && !options.resume && model.is_file() {
-        let name = model.display();
-        progress.note(format!(
-            "{name} has modes and compliance of a run that did not come to its end: --reuse {name} takes them up"
-        ));
+    if options.reuse.is_none() && !options.resume && world.is_root() && model.is_file() {
+        let (name, what) = (model.display(), reuse::held(&model));
+        progress.note(format!("{name} has {what} of a run that did not come to its end: --reuse {name} takes them up"));
     }
     // What is written as the job stays as it was given.
     let filled = placed::filled(world, job)?;
@@ -160,7 +159,8 @@ pub fn run(
 
     let inputs = perform(&mut run).map_err(|e| match run.file.kept() {
         Some(kept) if kept.exists() => {
-            e.with(format!("Modes and compliance are kept in {0}: --reuse {0} takes them up", kept.display()))
+            let what = if run.file.keeps_all() { "Modes and compliance" } else { "Modes" };
+            e.with(format!("{what} are kept in {0}: --reuse {0} takes them up", kept.display()))
         }
         _ => e,
     })?;
@@ -214,10 +214,30 @@ fn segments(job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<
     Ok(Some(segments))
 }
 
+/// Collective: what there is of earlier runs.
+fn earlier(run: &Run) -> Earlier {
+    let RunOptions { reuse, resume, output, .. } = run.options;
+    let left = companion(output, MODEL);
+    let same = |path: &PathBuf| path.canonicalize().ok().zip(left.canonicalize().ok()).is_some_and(|(a, b)| a == b);
+    // What stands against reading it is said when it is read.
+    let alone = |path: &PathBuf| Reader::open(path).is_ok_and(|file| of_modes_alone(&file));
+    let shapes = || reuse::shapes::of_unfinished(run.options).is_some();
+    let found = match run.world().is_root() {
+        true => {
+            let given = |of: &dyn Fn(&PathBuf) -> bool| reuse.as_ref().is_some_and(of);
+            vec![given(&alone), shapes(), given(&same) && !resume].into_iter().map(u8::from).collect()
+        }
+        false => Vec::new(),
+    };
+    let found: Vec<bool> = run.world().broadcast(found).into_iter().map(|flag| flag == 1).collect();
+    let at = |k: usize| found.get(k).copied().unwrap_or(false);
+    Earlier { reuse: reuse.is_some(), resume: *resume, alone: at(0), shapes: at(1), own: at(2) }
+}
+
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
 fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
-    let earlier = Earlier { reuse: run.options.reuse.is_some(), resume: run.options.resume };
-    let mut stock = Stock::new();
+    let earlier = earlier(run);
+    let mut stock = Stock::new(earlier);
     let all = steps(run.job, earlier);
     let own = all.iter().enumerate().try_for_each(|(number, &step)| {
         stock.perform(step, run)?;

@@ -2,14 +2,16 @@
 
 use super::run::Run;
 use crate::body::modes::Extent;
-use crate::body::{Kind, ModeName, TraceModes};
+use crate::body::{ModeName, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::job::{Job, ModesExtent};
 use crate::model::{waves, ModalRotation, Wave};
-use crate::output::{companion, write_modes, Table};
+use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
+use crate::parallel::World;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::Result;
+use std::path::Path;
 
 /// Collective: modes of each of [`Bodies::unique`]; none where the job asks for none.
 pub fn compute_all(job: &Job, bodies: &mut Bodies, progress: &mut Progress) -> Result<Vec<TraceModes>> {
@@ -26,38 +28,82 @@ pub fn compute_all(job: &Job, bodies: &mut Bodies, progress: &mut Progress) -> R
     Ok(all)
 }
 
-/// Collective: modes of every unique body, written for every place; returns those of each of [`Bodies::unique`].
-pub fn run(run: &mut Run, bodies: &mut Bodies) -> Result<Vec<TraceModes>> {
-    let world = run.world();
-    let all = compute_all(run.job, bodies, run.progress)?;
-    for (index, (body, modes)) in bodies.unique.iter().zip(&all).enumerate() {
-        if body.kind() == Kind::Rigid {
+/// On rank 0: the tables of the `modes` of the bodies that differ, for every place, which names the index of its body.
+pub fn list(run: &mut Run, places: &[(&'static str, usize)], modes: &[TraceModes]) -> Result<()> {
+    for &(place, body) in places {
+        let Some(modes) = modes.get(body) else { continue };
+        // Beside a body given by matrices there may be a rigid one.
+        if run.job.by_matrices() && !run.job.bodies().iter().any(|(name, _)| *name == place) {
             continue;
         }
         let frequency = modes.frequency();
-        for place in bodies.places.iter().filter(|p| p.body == index) {
-            run.file.tables(tables(place.name, &frequency, &modes.residual));
-            if modes.rotation.is_none() {
-                run.file.tables(orders(place.name, &modes.names));
-            }
-            run.file.tables(families(place.name, &modes.names));
-            if let Some(rotation) = &modes.rotation {
-                rotating(run, place.name, &modes.omega, rotation)?;
-            }
+        run.file.tables(tables(place, &frequency, &modes.residual));
+        if modes.rotation.is_none() {
+            run.file.tables(orders(place, &modes.names));
         }
-        summarise(body.name(), (&frequency, &modes.names), &mut run.summary);
+        run.file.tables(families(place, &modes.names));
+        if let Some(rotation) = &modes.rotation {
+            rotating(run, place, &modes.omega, rotation)?;
+        }
+        if places.iter().find(|p| p.1 == body).is_some_and(|first| first.0 == place) {
+            summarise(place, (&frequency, &modes.names), &mut run.summary);
+        }
     }
-    if run.job.output.fields && !all.is_empty() && bodies.on_meshes() {
-        run.progress.stage("writing mode shapes");
-        let frequencies: Vec<Vec<f64>> = bodies.places.iter().map(|p| all[p.body].frequency()).collect();
-        let path = companion(&run.options.output, "free_modes.vtkhdf");
-        let shapes = write_modes(world, &path, run.replaces(), &bodies.parts(), &frequencies, |b, k| {
-            let body = bodies.places[b].body;
-            Ok(bodies.fields(body)?.at_nodes(&bodies.shapes_of(body)?.vectors[k]).into_flattened())
-        })?;
-        run.file.attach(shapes)?;
+    Ok(())
+}
+
+/// Collective: the shapes of the `modes` of the bodies that differ as a sequence that goes with the result file, where fields are wanted.
+pub fn show(run: &mut Run, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
+    if !run.job.output.fields || modes.is_empty() || !bodies.on_meshes() {
+        return Ok(());
     }
-    Ok(all)
+    run.progress.stage("writing mode shapes");
+    let path = companion(&run.options.output, "free_modes.vtkhdf");
+    let places: Vec<usize> = bodies.places.iter().map(|p| p.body).collect();
+    let how = (run.replaces(), true);
+    let shapes = sequence(run.world(), &path, how, bodies, (&bodies.parts(), &places), modes)?;
+    run.file.attach(shapes)
+}
+
+/// Collective: the shapes of the bodies that differ in double precision, for a run that takes them up where this one does not come to its end.
+pub fn kept_shapes<'w>(run: &Run<'w>, bodies: &Bodies, modes: &[TraceModes]) -> Result<SequenceFile<'w>> {
+    let first = |body: usize| bodies.places.iter().position(|p| p.body == body);
+    let (parts, all) = (bodies.parts(), 0..bodies.unique.len());
+    let parts: Vec<BodyPart> = all.clone().filter_map(|body| parts.get(first(body)?).copied()).collect();
+    let petsc = run.petsc;
+    sequence(petsc.world(), &run.file.shapes(), (true, false), bodies, (&parts, &all.collect::<Vec<_>>()), modes)
+}
+
+/// Collective: shapes of the modes as a sequence; `parts` with the index of the body of each.
+fn sequence<'w>(
+    world: &'w World,
+    path: &Path,
+    how: (bool, bool),
+    bodies: &Bodies,
+    (parts, places): (&[BodyPart], &[usize]),
+    modes: &[TraceModes],
+) -> Result<SequenceFile<'w>> {
+    let frequencies: Vec<Vec<f64>> = places.iter().map(|&body| modes[body].frequency()).collect();
+    write_modes(world, path, how, parts, &frequencies, |b, k| {
+        Ok(bodies.fields(places[b])?.at_nodes(&bodies.shapes_of(places[b])?.vectors[k]).into_flattened())
+    })
+}
+
+/// Collective: the frequencies and residuals of modes that rank 0 has go to all ranks.
+pub fn broadcast(world: &World, modes: Option<Vec<TraceModes>>) -> Vec<TraceModes> {
+    let counts = world.broadcast(modes.iter().flatten().map(|m| m.omega.len() as u64).collect::<Vec<u64>>());
+    let of = |what: fn(&TraceModes) -> &Vec<f64>| {
+        let list: Vec<Vec<f64>> = match &modes {
+            Some(modes) => modes.iter().map(|m| what(m).clone()).collect(),
+            None => vec![Vec::new(); counts.len()],
+        };
+        list.into_iter().map(|values| world.broadcast(values)).collect::<Vec<_>>()
+    };
+    let (omega, residual) = (of(|m| &m.omega), of(|m| &m.residual));
+    let elsewhere = || omega.into_iter().zip(residual);
+    modes.unwrap_or_else(|| {
+        elsewhere().map(|(omega, residual)| TraceModes { omega, residual, ..TraceModes::default() }).collect()
+    })
 }
 
 /// Nodal diameters of the modes of a body that rotates, and its waves.
@@ -91,15 +137,6 @@ fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation)
         format!("Hz (nodal diameters, + with the rotation): {} ...", listed.join(", ")),
     );
     Ok(())
-}
-
-/// On rank 0: the tables of modes (frequencies in Hz, residuals) that come from an earlier run, for the lower and the upper body.
-pub fn write_reused(run: &mut Run, modes: &[(Vec<f64>, Vec<f64>); 2]) {
-    for (name, (frequency, residual)) in ["lower", "upper"].into_iter().zip(modes) {
-        run.file.tables(tables(name, frequency, residual));
-        summarise(name, (frequency, &[]), &mut run.summary);
-    }
-    run.summary.value("modes and compliance", "from the earlier run; mode shapes are not written");
 }
 
 fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> Vec<Table> {

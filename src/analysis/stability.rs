@@ -99,6 +99,12 @@ pub(super) fn writes_shapes(job: &Job) -> bool {
     job.output.fields && !job.by_matrices() && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
 }
 
+/// Whether bodies rotate in the full system.
+pub(super) fn turns_in_full(job: &Job) -> bool {
+    let full = job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some());
+    full && job.bodies().iter().any(|(_, b)| b.rotates())
+}
+
 /// What the analysis needs of the bodies: those of the full system come with their displacements.
 pub(super) fn needs(job: &Job, wanted: &job::Stability) -> Needs {
     let full = wanted.full.is_some();

@@ -16,8 +16,10 @@ pub enum Step {
     EarlierShapes,
     /// The stiffness of each body is factorised, or multigrid set up for it.
     Solvers,
-    /// The free-interface modes are computed, or listed as an earlier run found them.
+    /// The free-interface modes are computed.
     Modes,
+    /// The free-interface modes are listed as an earlier run found them.
+    EarlierModes,
     /// The meshes alone are written, for want of fields on them.
     Geometry,
     /// The reduced model is made, or taken from an earlier run.
@@ -54,55 +56,96 @@ pub struct Earlier {
     pub reuse: bool,
     /// A transient is continued with the model that it was begun with (`--resume`).
     pub resume: bool,
+    /// The file of `--reuse` has the modes alone.
+    pub alone: bool,
+    /// The mode shapes are there as they were computed, of a run that did not come to its end.
+    pub shapes: bool,
+    /// The file of `--reuse` is what an earlier run to the same output has left.
+    pub own: bool,
+}
+
+impl Earlier {
+    /// Whether an earlier run gives the compliance.
+    pub fn compliance(self) -> bool {
+        self.resume || (self.reuse && !self.alone)
+    }
+}
+
+/// Whether mode shapes of the job can be shown on meshes.
+fn on_meshes(job: &Job) -> bool {
+    needs_elements(job) && !job.is_swept() && job.placement().is_none()
+}
+
+/// What the analyses of the job need of the bodies.
+fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
+    let wanted = &job.analyses;
+    let all = [
+        (Step::Receptance, wanted.receptance.as_ref().map(|_| Needs::default())),
+        (Step::Stability, wanted.stability.as_ref().map(|s| stability::needs(job, s))),
+        (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
+        (Step::CreepCurve, wanted.creep_curve.as_ref().map(|_| Needs::default())),
+        (Step::Transient, wanted.transient.as_ref().map(|t| transient::needs(t, resume))),
+    ];
+    all.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect()
+}
+
+/// Whether the shapes of the modes are written, or an analysis looks at them.
+pub fn seeks_shapes(job: &Job, resume: bool) -> bool {
+    let shown = job.output.fields || analyses(job, resume).iter().any(|(_, n)| n.shapes);
+    job.analyses.modes.is_some() && on_meshes(job) && shown
 }
 
 /// The steps of `job`, sweeps apart.
 pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     let wanted = &job.analyses;
-    let analyses = [
-        (Step::Receptance, wanted.receptance.as_ref().map(|_| Needs::default())),
-        (Step::Stability, wanted.stability.as_ref().map(|s| stability::needs(job, s))),
-        (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
-        (Step::CreepCurve, wanted.creep_curve.as_ref().map(|_| Needs::default())),
-        (Step::Transient, wanted.transient.as_ref().map(transient::needs)),
-    ];
-    let analyses: Vec<(Step, Needs)> = analyses.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect();
+    let analyses = analyses(job, earlier.resume);
     let contact = job.contact.is_some() && !analyses.is_empty();
-    // A run that is continued has its reduced model: where nothing is wanted on the bodies themselves, that is all.
-    let bare = earlier.resume && !job.output.fields && analyses.iter().all(|(_, n)| *n == Needs::default());
-    let given = earlier.reuse || bare;
+    // Bodies of matrices are reduced anew in each run. One that is continued has its reduced model; shapes that are wanted and were not kept are made
+    // again.
+    let sought = seeks_shapes(job, earlier.resume);
+    let kept = earlier.reuse || (earlier.resume && !job.by_matrices());
+    let again = kept && !earlier.reuse && sought && !earlier.shapes;
+    let given = kept && !again;
+    // The shapes that a finished run wrote for ParaView are those of stability alone.
+    let shown = earlier.reuse && stability::writes_shapes(job);
+    let from_file = given && ((earlier.shapes && sought) || shown);
+    let met = |step: Step, needs: Needs| {
+        let shapes = needs.shapes && (!given || (from_file && (earlier.shapes || step == Step::Stability)));
+        // What prestress rotation makes is found again.
+        let turning = given && shapes && step == Step::Stability && stability::turns_in_full(job);
+        Needs { solvers: turning || (needs.solvers && (shapes || !needs.shapes)), shapes }
+    };
+    let met: Vec<(Step, Needs)> = analyses.iter().map(|&(step, needs)| (step, met(step, needs))).collect();
+    let alone = earlier.reuse && !earlier.compliance();
+    let bodies = !given || alone || job.output.fields || met.iter().any(|(_, n)| *n != Needs::default());
 
     let mut steps = Vec::new();
     let mut add = |step: Step, needs: Needs| steps.push((step, needs));
     if earlier.reuse || earlier.resume {
         add(Step::Earlier, Needs::default());
     }
-    if !given || job.output.fields {
+    if bodies {
         add(Step::Bodies, Needs::default());
     }
-    let from_file = earlier.reuse && stability::writes_shapes(job);
     if from_file {
         add(Step::EarlierShapes, Needs::default());
     }
     add(Step::Solvers, Needs::default());
-    if wanted.modes.is_some() {
-        add(Step::Modes, Needs { solvers: !given, shapes: false });
+    match wanted.modes {
+        Some(_) if given => add(Step::EarlierModes, Needs { solvers: false, shapes: from_file && earlier.shapes }),
+        Some(_) => add(Step::Modes, Needs { solvers: true, shapes: false }),
+        None => {}
     }
     if wanted.steady.is_none() && job.output.fields {
         add(Step::Geometry, Needs::default());
     }
     if contact {
-        let made = !earlier.reuse && !earlier.resume;
-        let needs = if made { reduction::needs(job) } else { Needs::default() };
+        let needs = if kept && !alone { Needs::default() } else { reduction::needs(job) };
         // Shapes computed again are turned to those of the model that was kept.
-        add(Step::Model, Needs { shapes: needs.shapes || (earlier.resume && !bare), ..needs });
-        for &(step, needs) in &analyses {
-            // With `--reuse` there are no shapes but those from the file, which are of stability.
-            let shapes = needs.shapes && (!earlier.reuse || (from_file && step == Step::Stability));
-            add(step, Needs { solvers: needs.solvers && (shapes || !needs.shapes), shapes });
-        }
+        add(Step::Model, Needs { shapes: again || (needs.shapes && !given), ..needs });
+        met.into_iter().for_each(|(step, needs)| add(step, needs));
     }
-    freed(steps, needs_elements(job) && (!given || job.output.fields))
+    freed(steps, needs_elements(job) && bodies)
 }
 
 /// The steps, without solvers that nothing asks for, and with the moments when solvers and shapes are freed.
@@ -152,13 +195,41 @@ mod tests {
     fn nothing_is_made_that_nothing_needs() {
         let none = ["analyses.modes=null", "analyses.stability=null", "contact.compliance=half_space"];
         assert_eq!(of(&none, Before::default()), [Bodies, Model, Steady]);
-        let reuse = Before { reuse: true, resume: false };
-        assert_eq!(of(&["output.fields=false"], reuse), [Earlier, Modes, Model, Stability, Steady]);
+        let reuse = Before { reuse: true, ..Before::default() };
+        assert_eq!(of(&["output.fields=false"], reuse), [Earlier, EarlierModes, Model, Stability, Steady]);
         let shapes = of(&["analyses.steady=null"], reuse);
         assert_eq!(
             shapes,
-            [Earlier, Bodies, EarlierShapes, Solvers, Modes, Geometry, Model, Stability, FreeSolvers, FreeModes]
+            [Earlier, Bodies, EarlierShapes, Solvers, EarlierModes, Geometry, Model, Stability, FreeSolvers, FreeModes]
         );
+    }
+
+    /// What a run has left that did not come to its end: the modes, their shapes, the compliance.
+    #[test]
+    fn nothing_is_made_that_is_on_the_disk() {
+        let left = Before { reuse: true, own: true, shapes: true, ..Before::default() };
+        let steady = "analyses.steady=null";
+        let whole = [Earlier, Bodies, EarlierShapes, Solvers, EarlierModes, Geometry, Model];
+        assert_eq!(of(&[steady], left), [&whole[..], &[Stability, FreeSolvers, FreeModes]].concat());
+        // The compliance is made with the modes that were kept.
+        let alone = Before { alone: true, ..left };
+        assert_eq!(of(&[steady], alone), [&whole[..], &[Stability, FreeSolvers, FreeModes]].concat());
+        let dense = Before { shapes: false, ..alone };
+        let bare = of(&[steady, "output.fields=false"], dense);
+        assert_eq!(bare, [Earlier, Bodies, Solvers, EarlierModes, Model, FreeSolvers, Stability]);
+        // What the full system is reduced with.
+        let full = "analyses.stability.full={\"max_frequency\": 500}";
+        let full = of(&[steady, "output.fields=false", full], left);
+        assert_eq!(full, [Earlier, Bodies, EarlierShapes, EarlierModes, Model, Stability, FreeModes]);
+        let transient = ["analyses.transient={\"duration\": 0.01, \"body_stride\": 10}", "analyses.stability=null"];
+        let resumed = Before { resume: true, shapes: true, ..Before::default() };
+        let moving = of(&[&transient[..], &[steady, "output.fields=false"]].concat(), resumed);
+        assert_eq!(
+            moving,
+            [Earlier, Bodies, EarlierShapes, Solvers, EarlierModes, Model, Transient, FreeSolvers, FreeModes]
+        );
+        let fields = of(&["analyses.transient={\"duration\": 0.01}", "analyses.stability=null", steady], resumed);
+        assert_eq!(fields, [Earlier, Bodies, EarlierShapes, EarlierModes, FreeModes, Geometry, Model, Transient]);
     }
 
     #[test]
@@ -171,9 +242,14 @@ mod tests {
         let resumed = |more: &str| {
             let set = format!("analyses.transient={{\"duration\": 0.01{more}}}");
             let sets = ["analyses.steady=null", "analyses.stability=null", "output.fields=false", &set];
-            of(&sets, Before { reuse: false, resume: true })
+            of(&sets, Before { resume: true, ..Before::default() })
         };
-        assert_eq!(resumed(""), [Earlier, Modes, Model, Transient]);
+        let dense = [Earlier, EarlierModes, Model, Transient];
+        // The first segment has what moves the points, and how the modes radiate.
+        let point = "{\"name\": \"rim\", \"body\": \"upper\", \"at\": [0, 0, 0]}";
+        for more in ["".into(), ", \"sound_power\": {}".into(), format!(", \"points\": [{point}]")] {
+            assert_eq!(resumed(&more), dense);
+        }
         let moving = [Earlier, Bodies, Solvers, Modes, Model, Transient, FreeSolvers, FreeModes];
         assert_eq!(resumed(", \"body_stride\": 10"), moving);
         let moving = transient(", \"body_stride\": 10");

@@ -3,7 +3,7 @@
 use super::reduction::Reduction;
 use super::reuse;
 use super::run::Run;
-use super::steps::Step;
+use super::steps::{self, seeks_shapes, Step};
 use super::transient::{self, Inputs};
 use super::{creep_curve, modes, receptance, stability, steady};
 use crate::body::TraceModes;
@@ -19,8 +19,9 @@ type Earlier = Option<Option<Reused>>;
 
 /// What the steps of a run have made so far.
 pub struct Stock<'s> {
+    earlier: steps::Earlier,
     bodies: Bodies<'s>,
-    /// Free modes of each of [`Bodies::unique`], computed in this run.
+    /// Free modes of each of [`Bodies::unique`]; those of an earlier run on rank 0, elsewhere their frequencies.
     modes: Vec<TraceModes>,
     /// Whether the mode shapes that an earlier run wrote could be read, where they were wanted.
     shapes: Option<Result<()>>,
@@ -36,8 +37,9 @@ pub struct Stock<'s> {
 
 impl<'s> Stock<'s> {
     /// Nothing yet.
-    pub fn new() -> Self {
+    pub fn new(earlier: steps::Earlier) -> Self {
         Self {
+            earlier,
             bodies: Bodies::none(),
             modes: Vec::new(),
             shapes: None,
@@ -67,23 +69,10 @@ impl<'s> Stock<'s> {
                 }
                 Ok(())
             }
-            Step::EarlierShapes => {
-                self.read_shapes(run);
-                Ok(())
-            }
+            Step::EarlierShapes => self.read_shapes(run),
             Step::Solvers => self.solvers(run),
-            Step::Modes => match self.earlier() {
-                Some(there) => {
-                    if let Some(there) = there {
-                        modes::write_reused(run, &there.modes);
-                    }
-                    Ok(())
-                }
-                None => {
-                    self.modes = modes::run(run, &mut self.bodies)?;
-                    Ok(())
-                }
-            },
+            Step::Modes => self.make_modes(run),
+            Step::EarlierModes => self.list_modes(run),
             Step::Geometry => self.bodies.write_shapes(&mut run.file),
             Step::Model => self.reduce(run),
             Step::Receptance => match (&run.job.analyses.receptance, &run.job.contact) {
@@ -108,9 +97,54 @@ impl<'s> Stock<'s> {
         }
     }
 
-    /// The modes of an earlier run, where they are not computed again; on rank 0.
-    fn earlier(&self) -> Option<&Option<Reused>> {
-        self.reused.as_ref().or(self.kept.as_ref().filter(|_| self.bodies.places.is_empty()))
+    /// On rank 0: what an earlier run made, first that of a run that is continued.
+    fn made_earlier(&self) -> Option<&Reused> {
+        self.kept.as_ref().or(self.reused.as_ref())?.as_ref()
+    }
+
+    /// Collective: computes the modes, which then are on the disk.
+    fn make_modes(&mut self, run: &mut Run) -> Result<()> {
+        let all = modes::compute_all(run.job, &mut self.bodies, run.progress)?;
+        if !run.options.resume && keeps(run.job) {
+            let shapes = match seeks_shapes(run.job, false) && self.bodies.on_meshes() {
+                true => Some(modes::kept_shapes(run, &self.bodies, &all)?),
+                false => None,
+            };
+            run.file.keep_shapes(shapes)?;
+            let alike = self.bodies.unique.len() == 1;
+            let tables = run.world().on_root(|| reduced::tables_of_modes(run.job, alike, &all))?;
+            run.file.keep(&tables.unwrap_or_default(), false)?;
+        }
+        modes::list(run, &self.places(), &all)?;
+        modes::show(run, &self.bodies, &all)?;
+        self.modes = all;
+        Ok(())
+    }
+
+    /// Collective: the modes of an earlier run become those of this one, with their shapes where they were kept.
+    fn list_modes(&mut self, run: &mut Run) -> Result<()> {
+        let found = self.made_earlier().map(|r| r.modes.clone());
+        self.modes = modes::broadcast(run.world(), found);
+        modes::list(run, &self.places(), &self.modes)?;
+        let shown = run.job.output.fields && self.bodies.on_meshes();
+        let text = match shown && matches!(self.shapes, Some(Ok(()))) && self.earlier.shapes {
+            true => {
+                modes::show(run, &self.bodies, &self.modes)?;
+                "from the earlier run"
+            }
+            false => "from the earlier run; mode shapes are not written",
+        };
+        let what = if self.earlier.compliance() { "modes and compliance" } else { "modes" };
+        run.summary.value(what, text);
+        Ok(())
+    }
+
+    /// The places of the bodies, and which of those that differ are in them.
+    fn places(&self) -> Vec<(&'static str, usize)> {
+        match self.bodies.places.is_empty() {
+            true => ["lower", "upper"].into_iter().zip([0, self.modes.len().min(2).saturating_sub(1)]).collect(),
+            false => self.bodies.places.iter().map(|p| (p.name, p.body)).collect(),
+        }
     }
 
     fn model(&self) -> Result<&Reduction> {
@@ -130,11 +164,22 @@ impl<'s> Stock<'s> {
         Ok(())
     }
 
-    fn read_shapes(&mut self, run: &mut Run) {
-        let (Some(reused), Some(path)) = (&self.reused, &run.options.reuse) else { return };
+    fn read_shapes(&mut self, run: &mut Run) -> Result<()> {
+        let left = reuse::shapes::of_unfinished(run.options).filter(|_| self.earlier.shapes);
+        let file = left.clone().or(run.options.reuse.as_deref().map(reuse::shapes::file));
+        let Some(file) = file else { return Ok(()) };
         run.progress.stage("mode shapes of an earlier run");
-        let model = reused.as_ref().map(|r| &r.model);
-        self.shapes = Some(reuse::shapes::read(run.world(), &reuse::shapes::file(path), &mut self.bodies, model));
+        let modes = self.made_earlier().map(|r| r.modes.clone());
+        let read = reuse::shapes::read(run.world(), (&file, left.is_some()), &mut self.bodies, modes.as_deref());
+        match left {
+            // Without them the modes are made again.
+            Some(file) => {
+                read.map_err(|e| e.with(format!("Remove {}: the run then does without", file.display())))?;
+                self.shapes = Some(Ok(()));
+            }
+            None => self.shapes = Some(read),
+        }
+        Ok(())
     }
 
     fn solvers(&mut self, run: &mut Run) -> Result<()> {
@@ -146,30 +191,42 @@ impl<'s> Stock<'s> {
     }
 
     fn reduce(&mut self, run: &mut Run) -> Result<()> {
-        let (world, job, options) = (run.world(), run.job, run.options);
-        let bodies = &mut self.bodies;
+        let (world, job, options, earlier) = (run.world(), run.job, run.options, self.earlier);
         let contact = contact(job)?;
-        self.origin = match (&self.kept, &self.reused) {
-            (Some(there), _) | (None, Some(there)) => there.as_ref().map(|r| r.origin.clone()),
-            (None, None) => Some(reuse::origin(bodies, &self.modes)),
+        let there = self.kept.take().or(self.reused.take());
+        let there = there.filter(|_| earlier.compliance());
+        self.origin = match &there {
+            Some(there) => there.as_ref().map(|r| r.origin.clone()),
+            None => Some(reuse::origin(&self.bodies, &self.modes)),
         };
-        let model = match self.kept.take().or(self.reused.take()) {
-            Some(there) => there.map_or_else(Reduction::elsewhere, |r| Reduction::of(r.model)),
-            None => Reduction::build(world, job, contact, bodies, &self.modes, run.progress)?,
+        let made = there.is_none();
+        let model = match there {
+            Some(there) => there.and_then(|r| r.model).map_or_else(Reduction::elsewhere, Reduction::of),
+            None => Reduction::build(world, job, contact, &self.bodies, &self.modes, run.progress)?,
         };
-        if options.resume {
-            transient::kept::align(world, bodies, &model)?;
+        // Shapes that were kept are those of the model.
+        if options.resume && self.shapes.is_none() {
+            transient::kept::align(world, &mut self.bodies, &model)?;
         }
         // A compliance that is only near the true one is of no use to another run.
-        let whole = options.reuse.is_none() && !model.approximate;
+        let whole = (options.reuse.is_none() || earlier.own || made) && !model.approximate;
         self.model = Some(model);
-        if whole && job.output.reduced && contact.compliance.of_bodies() && !job.by_matrices() {
+        if whole && keeps(job) {
             let tables = world.on_root(|| self.tables(job))?.unwrap_or_default();
-            match options.resume {
-                // The segments have it.
-                true => run.file.tables(tables),
-                false => run.file.keep(tables)?,
+            // The segments have it, or what a run that failed has left.
+            if made && !options.resume {
+                run.file.keep(&tables, true)?;
             }
+            run.file.tables(tables);
+            if let (true, Some(path)) = (earlier.own, &options.reuse) {
+                run.file.leave(path.clone());
+            }
+            if earlier.own {
+                run.file.leave(run.file.shapes());
+            }
+        }
+        if options.resume {
+            run.file.leave(run.file.shapes());
         }
         Ok(())
     }
@@ -202,26 +259,34 @@ impl<'s> Stock<'s> {
             wanted,
             contact: contact(job)?,
             bodies: &self.bodies,
+            places: &self.places(),
             modes: &self.modes,
+            shapes: options.reuse.is_none() || self.earlier.shapes,
             model,
             found: self.found.as_ref(),
             options,
             stop,
-            keep: &keep.unwrap_or_default(),
             segments: segments.as_ref(),
             kept: kept.as_deref(),
         };
-        transient::run(run, &inputs)
+        transient::run(run, &inputs, keep.unwrap_or_default())
     }
 
     /// On rank 0: name and checksum of every input.
     pub fn checksums(&self, run: &Run) -> Result<Vec<(String, String)>> {
         let mut sums = self.bodies.checksums(run.job)?;
-        if let Some(path) = &run.options.reuse {
+        // What this output had left of an earlier run is no input of its own.
+        if let Some(path) = run.options.reuse.as_ref().filter(|_| !self.earlier.own) {
             sums.push((path.display().to_string(), sha256(path)?));
         }
         Ok(sums)
     }
+}
+
+/// Whether modes and compliance are kept on the disk for later runs.
+fn keeps(job: &job::Job) -> bool {
+    let of_bodies = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
+    job.output.reduced && of_bodies && !job.by_matrices() && !job.analyses.on_contact().is_empty()
 }
 
 fn contact(job: &job::Job) -> Result<&job::Contact> {

@@ -208,8 +208,16 @@ impl FullSystem for Elements<'_> {
     }
 
     fn rotation(&self) -> Result<Option<RotationForms>> {
-        let (Some(axis), Some(spread)) = (self.axis, &self.spread) else { return Ok(None) };
-        RotationForms::assemble(self.petsc.world(), &self.fe, axis, spread).map(Some)
+        let (Some(axis), world) = (self.axis, self.petsc.world()) else { return Ok(None) };
+        match &self.spread {
+            Some(spread) => RotationForms::assemble(world, &self.fe, axis, spread).map(Some),
+            // Its modes are of an earlier run.
+            None if self.shapes.is_some() => {
+                let spread = rotation::centrifugal(world, &self.fe, &mut *self.solver()?, axis)?;
+                RotationForms::assemble(world, &self.fe, axis, &spread).map(Some)
+            }
+            None => Ok(None),
+        }
     }
 }
 

@@ -125,9 +125,10 @@ pub enum Command {
     /// Read a result file and say nothing: whether that can be done without harm
     #[command(hide = true)]
     Probe {
-        /// The file
-        file: PathBuf,
-        /// What it is, and no more
+        /// The files
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// What they are, and no more
         #[arg(long)]
         head: bool,
     },

@@ -1,7 +1,7 @@
 //! Result files of earlier runs are read by a process of their own first: libhdf5 can crash, or never come back, on metadata that is damaged.
 
 use super::args::{default_output, Command as Given};
-use railsqueal::output::{companion, survey};
+use railsqueal::output::{companion, survey, SHAPES};
 use railsqueal::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -23,6 +23,10 @@ pub fn files(command: &Given) -> Result<()> {
     let mut all: Vec<(PathBuf, bool)> = Vec::new();
     if let Some(file) = reuse {
         all.extend([(file.clone(), false), (companion(file, "free_modes.vtkhdf"), false)]);
+        all.push((companion(file, "shapes.h5"), false));
+    }
+    if let Some(target) = resume {
+        all.push((companion(target, SHAPES), false));
     }
     if *force || resume.is_some() {
         let Some(target) = resume.clone().or(output.clone()).or(job.as_deref().map(default_output)) else {

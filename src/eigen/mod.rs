@@ -6,6 +6,7 @@ mod block;
 mod check;
 mod lanczos;
 mod orthonormal;
+pub mod projection;
 pub mod quadratic;
 mod slices;
 pub mod sparse;

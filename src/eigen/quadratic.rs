@@ -14,7 +14,7 @@ use faer::linalg::solvers::Llt;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use num_complex::Complex;
 
-type C = Complex<f64>;
+pub(super) type C = Complex<f64>;
 /// aᴴ b.
 type Inner<'a> = dyn Fn(MatRef<'_, C>, MatRef<'_, C>) -> Mat<C> + 'a;
 
@@ -39,6 +39,12 @@ pub trait Quadratic {
     fn n_local(&self) -> usize;
     /// Collective: Y = A X with the matrix A of this power of the eigenvalue, K, C, M for 0, 1, 2; local rows, `[n_local, columns]` column by column.
     fn multiply(&mut self, power: usize, x: &[C], y: &mut [C], columns: usize) -> Result<()>;
+    /// Collective: K X, C X and M X.
+    fn images(&mut self, x: &[C], columns: usize) -> Result<[Vec<C>; 3]> {
+        let mut out = [0, 1, 2].map(|_| vec![C::default(); x.len()]);
+        out.iter_mut().enumerate().try_for_each(|(power, out)| self.multiply(power, x, out, columns))?;
+        Ok(out)
+    }
     /// Collective: X := P(σ)⁻¹ X, local rows, `[n_local, columns]` column by column.
     fn solve(&mut self, x: &mut [C], columns: usize) -> Result<()>;
 }
@@ -52,6 +58,8 @@ pub struct Wanted {
     pub count: usize,
     /// Largest residual of θ = 1/(λ − σ), relative to θ.
     pub tolerance: f64,
+    /// The same of vectors that are given beside them; 0: none are.
+    pub loose: f64,
 }
 
 /// Eigenpairs, the nearest to the shift first. There may be more than were asked for: none is left out among them.
@@ -61,6 +69,8 @@ pub struct Pairs {
     pub lambda: Vec<C>,
     /// Local rows of each eigenvector, of Euclidean norm 1.
     pub vectors: Vec<Vec<C>>,
+    /// The same of the vectors that have begun to converge.
+    pub beside: Vec<Vec<C>>,
     /// Restarts of the method.
     pub restarts: usize,
     /// Columns that were solved for.
@@ -73,7 +83,7 @@ fn room(count: usize) -> usize {
 }
 
 /// Collective: aᴴ b, the same on every rank.
-fn gram(world: &World, a: MatRef<'_, C>, b: MatRef<'_, C>) -> Mat<C> {
+pub(super) fn gram(world: &World, a: MatRef<'_, C>, b: MatRef<'_, C>) -> Mat<C> {
     let (rows, cols) = (a.ncols(), b.ncols());
     let mut own = vec![C::default(); rows * cols];
     matmul(
@@ -97,7 +107,7 @@ fn taller(a: MatRef<'_, C>, rows: usize) -> Mat<C> {
 }
 
 /// Collective: norms of distributed columns of `n` local rows.
-fn sizes(world: &World, columns: &[C], n: usize) -> Vec<f64> {
+pub(super) fn sizes(world: &World, columns: &[C], n: usize) -> Vec<f64> {
     let squares: Vec<f64> = columns.chunks_exact(n).map(|c| c.iter().map(|v| v.norm_sqr()).sum()).collect();
     world.sum_all(&squares).into_iter().map(f64::sqrt).collect()
 }
@@ -118,8 +128,8 @@ fn above(a: MatRef<'_, C>, b: MatRef<'_, C>) -> Mat<C> {
 }
 
 /// w = V T + Q R.
-struct Split {
-    q: Mat<C>,
+pub(super) struct Split {
+    pub q: Mat<C>,
     r: Mat<C>,
     t: Mat<C>,
 }
@@ -158,7 +168,7 @@ fn split(w: MatRef<'_, C>, known: MatRef<'_, C>, sizes: &[f64], inner: &Inner) -
 }
 
 /// Collective: [`split`] for distributed columns; by Gram matrices where they are far from dependent.
-fn split_block(world: &World, w: MatRef<'_, C>, known: MatRef<'_, C>, sizes: &[f64]) -> Split {
+pub(super) fn split_block(world: &World, w: MatRef<'_, C>, known: MatRef<'_, C>, sizes: &[f64]) -> Split {
     let careful = || split(w, known, sizes, &|a, b| gram(world, a, b));
     let p = w.ncols();
     let mut q = w.to_owned();
@@ -372,17 +382,19 @@ pub fn nearest(
                     wanted.count
                 )));
             }
-            let coordinates = space.top.subcols(0, z.nrows()) * z.subcols(0, found);
-            let vectors = space.vectors(coordinates.as_ref());
+            let begun = (found..theta.len()).filter(|&i| finite(&&theta[i]) && residuals[i] <= wanted.loose);
+            let kept: Vec<usize> = (0..found).chain(begun).collect();
+            let z = Mat::from_fn(z.nrows(), kept.len(), |i, j| z[(i, kept[j])]);
+            let vectors = space.vectors((space.top.subcols(0, z.nrows()) * &z).as_ref());
             drop(space);
-            let world = operator.world();
-            let unit = |x: &[C]| {
-                let size = world.sum(x.iter().map(|v| v.norm_sqr()).sum()).sqrt();
-                x.iter().map(|v| v / size).collect()
-            };
+            let sizes = sizes(operator.world(), &vectors, n);
+            let unit = |(x, size): (&[C], &f64)| x.iter().map(|v| v / size).collect();
+            let mut vectors: Vec<Vec<C>> = vectors.chunks_exact(n).zip(&sizes).map(unit).collect();
+            let beside = vectors.split_off(found);
             return Ok(Pairs {
                 lambda: theta[..found].iter().map(|t| wanted.target + t.inv()).collect(),
-                vectors: vectors.chunks_exact(n).map(unit).collect(),
+                vectors,
+                beside,
                 restarts,
                 solves,
             });
@@ -395,7 +407,8 @@ pub fn nearest(
                 )));
             }
             restarts += 1;
-            let keep = (wanted.count + BLOCK).min(z.ncols());
+            let beside = if wanted.loose > 0.0 { wanted.count } else { 0 };
+            let keep = (wanted.count + beside + BLOCK).min(z.ncols());
             space.restart(z.subcols(0, keep));
         }
     }

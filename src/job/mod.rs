@@ -2,6 +2,7 @@
 //! returned with all defaults filled in; nothing is computed here.
 
 mod compare;
+mod cycles;
 #[cfg(test)]
 pub(crate) mod example;
 mod format;
@@ -16,6 +17,7 @@ mod transient;
 mod validate;
 
 pub use compare::{differences, fe_inputs, run_differences, Difference};
+pub use cycles::{Branch, Cycles};
 pub use format::FORMAT;
 pub use hertz::contact_radius;
 pub use model::*;

@@ -2,20 +2,27 @@
 
 use super::model::Job;
 use serde_json::{Map, Value};
+use std::sync::OnceLock;
 
 /// The JSON Schema (draft 2020-12) of the job, as `railsqueal schema` prints it.
 pub fn schema() -> Value {
-    schemars::schema_for!(Job).to_value()
+    known().clone()
+}
+
+/// The same, made once.
+fn known() -> &'static Value {
+    static KNOWN: OnceLock<Value> = OnceLock::new();
+    KNOWN.get_or_init(|| schemars::schema_for!(Job).to_value())
 }
 
 /// Walks a value and the schema together and collects what is wrong, one message for each place.
 pub struct Checker {
-    root: Value,
+    root: &'static Value,
 }
 
 impl Default for Checker {
     fn default() -> Self {
-        Self { root: schema() }
+        Self { root: known() }
     }
 }
 
@@ -23,14 +30,14 @@ impl Checker {
     /// All faults of `value`, in the order of the file; empty if it fits the schema.
     pub fn check(&self, value: &Value) -> Vec<String> {
         let mut faults = Vec::new();
-        self.walk(value, &self.root, "", &mut faults);
+        self.walk(value, self.root, "", &mut faults);
         faults
     }
 
     /// The keys that the object at `path` (segments) may have, whatever of it the job gives; `None` if there is no such
     /// object. Arrays and free-form maps give an empty list.
     pub fn keys_at(&self, path: &[&str]) -> Option<Vec<String>> {
-        let mut node = &self.root;
+        let mut node = self.root;
         for segment in path {
             node = self.child(node, segment)?;
         }
@@ -39,7 +46,7 @@ impl Checker {
 
     /// Unit of the number at `path`, "-" where there is none.
     pub fn unit_at(&self, path: &[&str]) -> String {
-        let mut node = &self.root;
+        let mut node = self.root;
         for segment in path {
             let Some(child) = self.child(node, segment) else { return "-".into() };
             node = child;

@@ -27,6 +27,15 @@ pub struct SweepPlan {
     pub points: Vec<Job>,
 }
 
+impl SweepPlan {
+    /// The values of the keys at a point, as one reads them.
+    pub fn place(&self, point: usize) -> String {
+        let here: Vec<String> =
+            self.keys.iter().zip(&self.values).map(|(key, values)| format!("{key} = {}", values[point])).collect();
+        here.join(", ")
+    }
+}
+
 /// Expands `sweep` over the job `base` (as written, overrides applied). `name` names the job in messages.
 pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, checker: &Checker) -> Result<SweepPlan> {
     let fault = |text: String| Error::Job(format!("{name}: analyses.sweep.{text}"));

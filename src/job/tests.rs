@@ -291,7 +291,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
             vec!["expected one of \"fe\", \"half_space\", \"hybrid\"; did you mean \"half_space\"?"],
         ),
         ("contact.patch.half_width=0.06".into(), vec!["half_width: found 0.06 m, expected at most 0.05"]),
-        ("contact.patch.half_width=0.001".into(), vec!["at least two elements"]),
+        ("contact.patch.half_width=0.001".into(), vec!["at least two elements of bodies.lower", "at least two elements of bodies.upper"]),
         ("contact.patch=null".into(), vec!["contact.patch: missing; a built-in cylinder needs it"]),
         ("contact=null".into(), vec!["contact: missing; analyses.steady needs it"]),
         ("bodies.upper=null".into(), vec!["bodies.upper: missing; contact needs both"]),

@@ -62,15 +62,15 @@ impl Transient {
     }
 }
 
-fn default_step() -> f64 {
+pub(super) fn default_step() -> f64 {
     1e-5
 }
 
-fn default_theta() -> f64 {
+pub(super) fn default_theta() -> f64 {
     0.5
 }
 
-fn default_step_tolerance() -> f64 {
+pub(super) fn default_step_tolerance() -> f64 {
     1e-10
 }
 

@@ -1,7 +1,7 @@
 //! What the schema cannot say: rules between keys.
 
 use super::model::*;
-use super::transient::{Hold, SoundPower, Transient};
+use super::transient::{Hold, SoundPower, StartState, Transient};
 
 mod matrices;
 mod placement;
@@ -310,7 +310,7 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         for (key, half) in [("half_length", patch.half_length), ("half_width", patch.half_width)] {
             if half < 2.0 * c.element_size {
                 faults.push(format!(
-                    "contact.patch.{key}: found {half} m, expected at least two elements ({} m)",
+                    "contact.patch.{key}: found {half} m, expected at least two elements of bodies.{name} ({} m)",
                     2.0 * c.element_size
                 ));
             }
@@ -388,21 +388,41 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
         }
     }
     if let Some(transient) = &job.analyses.transient {
-        check_transient(job, transient, faults);
+        check_transient(job, transient, ("analyses.transient", faults));
     }
     if job.analyses.sweep.is_some() && job.analyses.stability.is_none() {
         faults.push("analyses.stability: missing; analyses.sweep computes it at every point, e.g. {}".into());
+    }
+    if let Some(sweep) = &job.analyses.sweep {
+        check_cycles(job, sweep, faults);
     }
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
         check_stability(job, contact, faults);
     }
 }
 
+fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {
+    let Some(cycles) = &sweep.cycles else { return };
+    let path = "analyses.sweep.cycles";
+    if let Some(key) = cycles.along.as_ref().filter(|key| !sweep.keys.contains_key(*key)) {
+        let keys: Vec<&str> = sweep.keys.keys().map(String::as_str).collect();
+        faults.push(format!("{path}.along: found \"{key}\", expected a swept key: {}", keys.join(", ")));
+    }
+    if let Some(k) = (1..cycles.branches.len()).find(|&k| cycles.branches[..k].contains(&cycles.branches[k])) {
+        faults.push(format!("{path}.branches: found \"{}\" twice, expected each once", cycles.branches[k].name()));
+    }
+    if job.contact.as_ref().is_some_and(|c| c.roughness.is_some()) {
+        faults.push(format!(
+            "{path}: found contact.roughness, under which no motion repeats itself; leave out one of the two"
+        ));
+    }
+    check_transient(job, &cycles.transient(StartState::Sliding), (path, faults));
+}
+
 /// Largest number of steps: segments are named by twelve figures.
 const MAX_STEPS: u64 = 999_999_999_999;
 
-fn check_transient(job: &Job, transient: &Transient, faults: &mut Vec<String>) {
-    let path = "analyses.transient";
+fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<String>)) {
     if job.analyses.modes.is_none() {
         faults.push(format!("analyses.modes: missing; {path} is computed on the modes, e.g. {{\"count\": 60}}"));
     }

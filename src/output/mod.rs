@@ -28,7 +28,7 @@ pub use modes::write_modes;
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::{survey, Reader};
 pub use replace::is_result;
-pub use result::{companion, outputs, ResultFile, MODEL};
+pub use result::{companion, outputs, ResultFile, MODEL, SHAPES};
 pub use segments::{job_of_run, Entry, Part, Segments};
 pub use sequence::{Sequence, SequenceFile};
 pub use table::Table;

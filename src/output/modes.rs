@@ -9,12 +9,13 @@ use std::path::Path;
 
 /// Collective: writes the real modes of the bodies into a file of their own, to be finished, or attached to the main file. Its steps are numbered 1, 2, …: the modes of
 /// the first of `bodies`, then those of the next; while one body shows its mode the others stand still.
+/// Shapes are in single precision if `single`.
 /// `frequencies[b]` are the frequencies of the modes of body b, Hz; `shape(b, k)`, collective, returns mode k of body b at this
 /// rank's local nodes in lower form, mass-normalised, 1/√kg, `[3 * nodes]`.
 pub fn write_modes<'w>(
     world: &'w World,
     path: &Path,
-    overwrite: bool,
+    (overwrite, single): (bool, bool),
     bodies: &[BodyPart],
     frequencies: &[Vec<f64>],
     mut shape: impl FnMut(usize, usize) -> Result<Vec<f64>>,
@@ -37,7 +38,7 @@ pub fn write_modes<'w>(
     let spec = FieldSpec::new("shape", "kg^-1/2", text, FieldKind::Vector);
     let description = "Number of the step; /modes/frequency, /modes/body and /modes/number say which mode it is.";
     let sequence =
-        Sequence { fields: vec![spec], values: &steps, units: "1", description, tables: &tables, summed: true };
+        Sequence { fields: vec![spec], values: &steps, units: "1", description, tables: &tables, summed: true, single };
     let mut file = SequenceFile::create(world, path, overwrite, bodies, sequence)?;
     let mut still: Vec<Vec<f64>> = bodies.iter().map(|b| vec![0.0; 3 * b.part.node_ids.len()]).collect();
     for (step, &(b, k)) in modes.iter().enumerate() {

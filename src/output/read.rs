@@ -143,21 +143,27 @@ impl Reader {
         }
     }
 
-    /// Rows `rows` of a dataset of three columns in single precision, `[rows, 3]` row by row; they fit the sums of the pieces in the file.
+    /// Rows `rows` of a dataset of three columns in single or double precision, `[rows, 3]` row by row; they fit the sums of the pieces in the file.
     pub fn rows(&self, path: &str, rows: Range<usize>) -> Result<Vec<f64>> {
-        let read = || -> hdf5::Result<Vec<f32>> {
+        let read = || -> hdf5::Result<Values> {
             let dataset = self.file.dataset(path)?;
             let shape = dataset.shape();
             if shape.len() != 2 || shape[1] != 3 || shape[0] < rows.end {
                 return Err(format!("it has the shape {shape:?}, expected {} rows of 3 at least", rows.end).into());
             }
-            let values = dataset.read_slice_2d::<f32, _>(s![rows.clone(), ..])?;
-            Ok(values.iter().copied().collect())
+            let part = s![rows.clone(), ..];
+            Ok(match dataset.dtype()?.to_descriptor()? {
+                TypeDescriptor::Float(hdf5::types::FloatSize::U8) => {
+                    Values::F64(dataset.read_slice_2d::<f64, _>(part)?.iter().copied().collect())
+                }
+                _ => Values::F32(dataset.read_slice_2d::<f32, _>(part)?.iter().copied().collect()),
+            })
         };
-        let values = Values::F32(read().map_err(|e| self.fault(path, &e.to_string()))?);
+        let values = read().map_err(|e| self.fault(path, &e.to_string()))?;
         self.fit(path, rows.clone(), &values)?;
         match values {
             Values::F32(v) => Ok(v.into_iter().map(f64::from).collect()),
+            Values::F64(v) => Ok(v),
             _ => Ok(Vec::new()),
         }
     }

@@ -16,8 +16,11 @@ use std::path::{Path, PathBuf};
 /// What may stand beside a main file: real modes of the bodies, complex modes of the coupled system, a transient.
 const COMPANIONS: [&str; 3] = ["free_modes.vtkhdf", "modes.vtkhdf", "transient.vtkhdf"];
 
-/// The reduced model of a run that is not complete.
+/// The reduced model of a run that is not complete, or the modes in it.
 pub const MODEL: &str = "model.h5";
+
+/// The mode shapes of a run that is not complete, in double precision.
+pub const SHAPES: &str = "model.shapes.h5";
 
 /// One HDF5 file being made. Nothing appears under its name before [`ResultFile::finish`], and nothing at all if the run
 /// fails before.
@@ -28,8 +31,14 @@ pub struct ResultFile<'w> {
     tables: Vec<Table>,
     attached: Vec<Partial>,
     segments: Option<(Segments, String)>,
-    /// Where the reduced model is kept until the file is complete.
+    /// Where this run keeps the reduced model until the file is complete.
     kept: Option<PathBuf>,
+    /// Whether the compliance is among it.
+    all: bool,
+    /// What is of no use when the file is complete.
+    leftovers: Vec<PathBuf>,
+    /// A folder that goes once the file is complete.
+    discarded: Option<PathBuf>,
 }
 
 impl<'w> ResultFile<'w> {
@@ -46,6 +55,9 @@ impl<'w> ResultFile<'w> {
             attached: Vec::new(),
             segments: None,
             kept: None,
+            all: false,
+            leftovers: Vec::new(),
+            discarded: None,
         })
     }
 
@@ -86,25 +98,59 @@ impl<'w> ResultFile<'w> {
         Ok(())
     }
 
-    /// Collective: the tables of rank 0, computed so far, become part of the file, and are kept in a file of their own beside it until it is complete:
-    /// `FILE.model.h5`, which stays where the run fails later. That of an earlier run makes room.
-    pub fn keep(&mut self, tables: Vec<Table>) -> Result<()> {
+    /// Collective: the tables of rank 0, computed so far, are kept in a file of their own beside this one until it is complete: `FILE.model.h5`, which
+    /// stays where the run fails later. That of an earlier run, or of this one, makes room. `all` if the compliance is among them.
+    pub fn keep(&mut self, tables: &[Table], all: bool) -> Result<()> {
         let target = companion(&self.target, MODEL);
         self.world.on_root(|| {
             replaceable(&target, true)?;
             sweep(&target);
             let mut partial = Partial::alone(&target);
-            skeleton(&partial, None, &[], &tables, None)?;
+            skeleton(&partial, None, &[], tables, None)?;
             partial.publish()
         })?;
-        self.tables(tables);
-        self.kept = Some(target);
+        self.leave(target.clone());
+        (self.kept, self.all) = (Some(target), all);
         Ok(())
+    }
+
+    /// Whether the compliance was among the tables of the last [`ResultFile::keep`].
+    pub fn keeps_all(&self) -> bool {
+        self.all
+    }
+
+    /// Where the mode shapes are kept until the file is complete: `FILE.model.shapes.h5`.
+    pub fn shapes(&self) -> PathBuf {
+        companion(&self.target, SHAPES)
+    }
+
+    /// Collective: the mode shapes of this run, made as [`ResultFile::shapes`], are kept; without any, those of an earlier run go.
+    pub fn keep_shapes(&mut self, shapes: Option<SequenceFile>) -> Result<()> {
+        let path = self.shapes();
+        match shapes {
+            Some(made) => made.finish()?,
+            None => drop(self.world.on_root(|| match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(super::partial::failure(&path, &e)),
+                _ => Ok(()),
+            })?),
+        }
+        self.leave(path);
+        Ok(())
+    }
+
+    /// This file goes when the main one is complete.
+    pub fn leave(&mut self, path: PathBuf) {
+        self.leftovers.push(path);
     }
 
     /// The file of [`ResultFile::keep`].
     pub fn kept(&self) -> Option<&Path> {
         self.kept.as_deref()
+    }
+
+    /// The folder `path` goes once the file is complete: what it keeps is then in the file.
+    pub fn discard(&mut self, path: &Path) {
+        self.discarded = Some(path.to_owned());
     }
 
     /// The datasets of `group` in these segments become part of the file, which then takes their place.
@@ -147,7 +193,7 @@ impl<'w> ResultFile<'w> {
         let mut partial = self.begun()?;
         let tables = &self.tables;
         let attached = &mut self.attached;
-        let (segments, kept) = (&self.segments, &self.kept);
+        let (segments, leftovers, discarded) = (&self.segments, &self.leftovers, &self.discarded);
         world.on_root(|| {
             let mut seen = BTreeSet::new();
             add(&partial, tables, &mut seen)?;
@@ -157,8 +203,11 @@ impl<'w> ResultFile<'w> {
             if let Some((segments, _)) = segments {
                 segments.remove();
             }
-            if let Some(kept) = kept {
-                let _ = std::fs::remove_file(kept);
+            for path in leftovers {
+                let _ = std::fs::remove_file(path);
+            }
+            if let Some(folder) = discarded {
+                let _ = std::fs::remove_dir_all(folder);
             }
             // Those of an earlier run do not belong to this file.
             let new = |path: &PathBuf| attached.iter().any(|a| &a.target == path);
@@ -193,7 +242,7 @@ fn add(partial: &Partial, tables: &[Table], seen: &mut BTreeSet<String>) -> Resu
 
 /// The files that a run with the main file `path` may write, and the folder of its segments.
 pub fn outputs(path: &Path) -> (Vec<PathBuf>, PathBuf) {
-    let beside = COMPANIONS.iter().chain([&MODEL]).map(|c| companion(path, c));
+    let beside = COMPANIONS.iter().chain([&MODEL, &SHAPES]).map(|c| companion(path, c));
     (std::iter::once(path.to_owned()).chain(beside).collect(), companion(path, "transient"))
 }
 

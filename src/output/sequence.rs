@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use std::path::Path;
 
 /// A VTKHDF file with `Steps`. All steps are known beforehand: their disk space is reserved when the file is made, and
-/// writing one is writing rows and nothing else. Fields are stored in single precision: they are for looking at.
+/// writing one is writing rows and nothing else. Fields for looking at are stored in single precision.
 pub struct SequenceFile<'w> {
     world: &'w World,
     // Before the partial file, which is removed when it is dropped.
@@ -18,6 +18,7 @@ pub struct SequenceFile<'w> {
     partial: Partial,
     piece: Piece,
     specs: Vec<FieldSpec>,
+    single: bool,
     steps: usize,
     /// Sums of the rows of this rank, where they are wanted.
     written: Option<Written>,
@@ -37,6 +38,8 @@ pub struct Sequence<'a> {
     pub tables: &'a [Table],
     /// Whether the SHA-256 of what each rank writes goes into the file, for what later runs take up.
     pub summed: bool,
+    /// Whether fields are in single precision.
+    pub single: bool,
 }
 
 impl<'w> SequenceFile<'w> {
@@ -48,12 +51,12 @@ impl<'w> SequenceFile<'w> {
         bodies: &[BodyPart],
         sequence: Sequence<'_>,
     ) -> Result<Self> {
-        let Sequence { fields: specs, values, units, description, tables, summed } = sequence;
+        let Sequence { fields: specs, values, units, description, tables, summed, single } = sequence;
         check_target(world, path, overwrite)?;
         let piece = Piece::new(world, bodies);
         let steps = values.len();
         let (mut slots, slabs) = piece.geometry();
-        slots.extend(specs.iter().map(|s| piece.slot(s, steps, true)));
+        slots.extend(specs.iter().map(|s| piece.slot(s, steps, single)));
         let partial = Partial::new(world, path)?;
         world.on_root(|| {
             if values.windows(2).any(|w| w[1] <= w[0]) {
@@ -68,7 +71,8 @@ impl<'w> SequenceFile<'w> {
             skeleton(&partial, Some([2, 0]), &slots, &all, Some(steps as i64))
         })?;
         let open = OpenSlabs::open(world, &partial)?;
-        let mut file = Self { world, open, partial, piece, specs, steps, written: summed.then(Written::default) };
+        let written = summed.then(Written::default);
+        let mut file = Self { world, open, partial, piece, specs, single, steps, written };
         file.put(&slabs, &slots)?;
         Ok(file)
     }
@@ -81,10 +85,10 @@ impl<'w> SequenceFile<'w> {
             Err(Error::Defect(format!("step {step} of {} with {have} of {want} fields", self.steps)))
         } else {
             let fields = self.specs.iter().zip(fields).map(|(s, v)| PointField::new(s.clone(), v.clone()));
-            fields.map(|f| self.piece.slab(&f, step, true)).collect()
+            fields.map(|f| self.piece.slab(&f, step, self.single)).collect()
         };
         let slabs: Vec<Slab> = self.world.agree(slabs)?;
-        let slots: Vec<Slot> = self.specs.iter().map(|s| self.piece.slot(s, self.steps, true)).collect();
+        let slots: Vec<Slot> = self.specs.iter().map(|s| self.piece.slot(s, self.steps, self.single)).collect();
         self.put(&slabs, &slots)
     }
 

@@ -148,7 +148,9 @@ impl<'p> ComplexFactor<'p> {
         let columns = columns as sys::PetscInt;
         let matrix = Handle::create(self.petsc, "making right-hand sides", |m| {
             // SAFETY: a live communicator, a valid output; PETSc allocates the values.
-            unsafe { sys::MatCreateDense(comm, n, sys::PETSC_DECIDE, all, columns, std::ptr::null_mut(), m) }
+            unsafe {
+                sys::MatCreateDense(comm, n, sys::PETSC_DECIDE as sys::PetscInt, all, columns, std::ptr::null_mut(), m)
+            }
         })?;
         // SAFETY: a live matrix.
         unsafe {

@@ -129,7 +129,7 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -
         check(slepc::EPSSetOptionsPrefix(e, prefix.as_ptr()), doing)?;
         check(slepc::EPSSetWhichEigenpairs(e, slepc::EPSWhich_EPS_TARGET_MAGNITUDE), doing)?;
         check(slepc::EPSSetTarget(e, Complex::new(options.sigma, 0.0)), doing)?;
-        check(slepc::EPSSetDimensions(e, count, subspace, sys::PETSC_DEFAULT), doing)?;
+        check(slepc::EPSSetDimensions(e, count, subspace, sys::PETSC_DEFAULT as sys::PetscInt), doing)?;
         check(slepc::EPSSetTolerances(e, 1e-9, 200), doing)?;
         // The eigenvectors of a definite mass need no further step to be freed of a null space.
         check(slepc::EPSSetPurify(e, sys::PetscBool_PETSC_FALSE), doing)?;

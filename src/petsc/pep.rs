@@ -114,10 +114,8 @@ fn solve(
         check(slepc::PEPSetWhichEigenpairs(p, slepc::PEPWhich_PEP_TARGET_MAGNITUDE), doing)?;
         check(slepc::PEPSetTarget(p, options.target), doing)?;
         check(slepc::PEPSetTolerances(p, options.tolerance, 200), doing)?;
-        check(
-            slepc::PEPSetDimensions(p, options.count as sys::PetscInt, space as sys::PetscInt, sys::PETSC_DEFAULT),
-            doing,
-        )?;
+        let [count, space] = [options.count, space].map(|n| n as sys::PetscInt);
+        check(slepc::PEPSetDimensions(p, count, space, sys::PETSC_DEFAULT as sys::PetscInt), doing)?;
         let mut first = x.raw();
         check(slepc::PEPSetInitialSpace(p, 1, &mut first), doing)?;
         check(slepc::PEPMonitorSet(p, Some(monitor::<slepc::PEP>), shell.context(), None), doing)?;

@@ -133,11 +133,11 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
         let modal = given * job.analyses.modes.as_ref().map_or(0.0, mode_count);
         responses += (numbers * (rows + modal) + modal) * n * 8.0;
     }
-    // The basis with the eigenvectors; where blocks are solved for, some of those, and where bodies rotate the spaces of their corrections.
+    // The basis with the eigenvectors; where blocks are solved for, some of those. Where bodies rotate the pairs are improved in a space of half as many vectors, with their images.
     let (count, block) = (f64::from(wanted.count), BLOCK as f64);
     let columns = match job.solver.eigen {
         EigenSolver::Slepc => 4.0 * count + 16.0,
-        EigenSolver::Blocks if job.bodies().iter().any(|(_, b)| b.rotates()) => 5.0 * count + 17.0 * block,
+        EigenSolver::Blocks if job.bodies().iter().any(|(_, b)| b.rotates()) => 13.0 * count + 11.0 * block,
         EigenSolver::Blocks => 5.0 * count + 11.0 * block,
     };
     vec![

@@ -65,7 +65,7 @@ fn given(contact: &Contact) -> String {
 fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String> {
     let (wanted, contact) = (&job.analyses, job.contact.as_ref());
     match step {
-        Step::Earlier | Step::EarlierShapes | Step::Geometry | Step::FreeModes => None,
+        Step::Earlier | Step::EarlierShapes | Step::EarlierModes | Step::Geometry | Step::FreeModes => None,
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
         Step::Bodies if job.placement().is_some() => Some("the wheel on the rail: gap and creepages".into()),
         Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),

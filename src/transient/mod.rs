@@ -20,6 +20,7 @@
 
 pub mod compact;
 mod coupled;
+pub mod cycle;
 pub mod drive;
 pub mod energy;
 mod fixed_point;

@@ -203,6 +203,17 @@ impl<'a> Stepper<'a> {
         &self.state
     }
 
+    /// Angular frequencies of the modes, rad/s, `[m]`.
+    pub fn omega(&self) -> &[f64] {
+        self.model.omega
+    }
+
+    /// Goes on from another state.
+    pub fn put(&mut self, state: State) -> Result<()> {
+        self.state = state;
+        self.reset()
+    }
+
     /// The time of the present state, s.
     pub fn time(&self) -> f64 {
         self.state.step as f64 * self.settings.scheme.step

@@ -2,7 +2,9 @@
 
 use super::program::*;
 use super::transient::{open, read, sliding};
+use railsqueal::output::Reader;
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -286,6 +288,75 @@ fn on_two_ranks_without_reuse_signals_and_kills_leave_what_continues_to_the_same
     let largest = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let differ = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(a.len() == b.len() && differ < 1e-7 * largest, "bodies differ by {differ:e} of {largest:e}");
+}
+
+/// All datasets of a file but its provenance, with their shapes, as text: what is no number equals itself.
+fn everything(file: &Path) -> BTreeMap<String, String> {
+    fn visit(reader: &Reader, group: &str, all: &mut BTreeMap<String, String>) {
+        for name in reader.names(group).expect("names") {
+            let path = format!("{group}/{name}");
+            match reader.read(&path) {
+                Ok(found) => drop(all.insert(path, format!("{found:?}"))),
+                Err(_) => visit(reader, &path, all),
+            }
+        }
+    }
+    let (reader, mut all) = (Reader::open(file).expect("a file"), BTreeMap::new());
+    visit(&reader, "/", &mut all);
+    all.retain(|path, _| !path.starts_with("//provenance"));
+    all
+}
+
+/// Modes with their shapes, then the compliance, are on the disk when they are made: killed after the modes, and again among the steps, the run makes
+/// neither again, and its files are those of the unbroken run.
+#[test]
+fn modes_and_their_shapes_are_made_once_however_often_a_run_is_killed() {
+    let transient = json!({
+        "duration": 0.08,
+        "start": { "mode": 1, "amplitude": 3e-6 },
+        "body_stride": 2000,
+        "segment": 200,
+        "points": [{ "name": "rim", "body": "upper", "at": [0.5, -0.02, 0.5] }]
+    });
+    let mut job = sliding(transient);
+    for body in ["lower", "upper"] {
+        job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(0.004);
+        job["bodies"][body]["mesh"]["cylinder"]["max_element_size"] = json!(0.08);
+    }
+    job["analyses"]["stability"]["phases"] = json!(4);
+    job["output"] = json!({});
+    let folder = Folder::with(job.to_string());
+    let (job, whole, output) = (folder.text("job.json"), folder.text("whole.h5"), folder.text("run.h5"));
+    let made = folder.call(1, "run", &["--output", &whole]);
+    assert!(made.good().err.contains("] modes, body") && made.err.contains("] compliance"), "{}", made.err);
+    let model = folder.text("run.model.h5");
+    let mut child = start(Command::new(PROGRAM), &["run", &job, "--output", &output]);
+    let begun = Instant::now();
+    while !Path::new(&model).exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no modes in a minute");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    signal("KILL", child.id());
+    child.wait().expect("wait");
+    assert!(!folder.path("run.h5").exists());
+    let go_on = |args: &[&str]| {
+        let mut child = start(Command::new(PROGRAM), &[&["run", &job], args].concat());
+        wait_for(&folder.path("run.transient"), 3, &mut child);
+        signal("KILL", child.id());
+        child.wait().expect("wait");
+        let mut said = String::new();
+        child.stderr.take().expect("stderr").read_to_string(&mut said).expect("text");
+        assert!(said.contains("] mode shapes of an earlier run") && !said.contains("] modes, body"), "{said}");
+    };
+    go_on(&["--reuse", &model, "--output", &output]);
+    let ran = folder.call(1, "run", &["--resume", &output]);
+    assert!(!ran.good().err.contains("] modes, body") && !ran.err.contains("] compliance"), "{}", ran.err);
+    for name in ["h5", "free_modes.vtkhdf", "modes.vtkhdf", "transient.vtkhdf"] {
+        let [a, b] = ["whole", "run"].map(|run| everything(&folder.path(&format!("{run}.{name}"))));
+        assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>(), "{name}");
+        a.iter().for_each(|(path, values)| assert!(b[path] == *values, "{name}: {path} differs"));
+    }
+    assert!(folder.listing().iter().all(|name| !name.contains("model")), "{:?}", folder.listing());
 }
 
 /// Open MPI answers SIGTERM by ending the ranks, gently first, and itself with 1: the state is there all the same.

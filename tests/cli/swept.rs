@@ -138,9 +138,10 @@ fn keys_that_do_not_go_together_are_named() {
         change(&mut job);
         Folder::with(job.to_string())
     };
-    let cases: [Case; 7] = [
+    let cases: [Case; 8] = [
         (&|j| j["contact"]["compliance"] = json!("fe"), &["contact.compliance", "hybrid"]),
         (&|j| j["contact"]["patch"]["spacing"] = Value::Null, &["contact.patch.spacing", "0.001"]),
+        (&|j| j["contact"]["patch"]["spacing"] = json!(1e-300), &["contact.patch.spacing", "half_length / 500"]),
         (
             &|j| j["contact"]["patch"]["half_width"] = json!(0.025),
             &["contact.patch.half_width", "bodies.lower", "0.02"],

@@ -119,7 +119,8 @@ fn solve(
     let (lambda, vectors) = match way {
         Way::Blocks => {
             let start: Vec<_> = (0..BLOCK).flat_map(|k| start(k as f64)).collect();
-            let found = nearest(operator, &start, &Wanted { target, count, tolerance: 1e-12 }, &mut |_, _| {})?;
+            let found =
+                nearest(operator, &start, &Wanted { target, count, tolerance: 1e-12, loose: 0.0 }, &mut |_, _| {})?;
             (found.lambda, found.vectors)
         }
         Way::Slepc => {

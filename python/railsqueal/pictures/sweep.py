@@ -38,6 +38,7 @@ class Key:
     """A swept key: its name on an axis, its value at each point, and where on the axis of a map each value stands."""
 
     def __init__(self, result: Result, sweep: Sweep, key: str) -> None:
+        self.key = key
         units = result.units(f"sweep/values/{key}")
         plain = key if units in ("1", "-") else f"{key} / {units}"
         self.label, factor = NAMES.get(key, (plain, 1))

@@ -5,7 +5,7 @@ pub mod shapes;
 use crate::body::{Side, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::job::Job;
-use crate::output::datasets::reduced::{load, Origin, Reused};
+use crate::output::datasets::reduced::{load, of_modes_alone, Origin, Reused};
 use crate::output::Reader;
 use crate::{Error, Result};
 use std::path::Path;
@@ -20,6 +20,14 @@ pub fn origin(bodies: &Bodies, modes: &[TraceModes]) -> Origin {
     Origin { alike, residual: Side::BOTH.map(residual) }
 }
 
+/// What the file of a run that did not come to its end has, in words.
+pub fn held(file: &Path) -> &'static str {
+    match Reader::open(file).is_ok_and(|file| of_modes_alone(&file)) {
+        true => "modes",
+        false => "modes and compliance",
+    }
+}
+
 /// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if it is not.
 pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     let name = file.display();
@@ -32,7 +40,7 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
         Some(_) => return refuse("contact.compliance is \"half_space\": there is nothing to spare"),
         None => return refuse("the job has no contact"),
     }
-    if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
+    if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) && shapes::kept(file).is_none() {
         return refuse("analyses.stability.full needs the finite elements and whole mode shapes, which the file has not; leave one of the two out");
     }
     load(&Reader::open(file)?, job)

@@ -1,10 +1,11 @@
-//! The whole mode shapes of an earlier run, which it wrote for ParaView: found again on the mesh of this run by their positions.
+//! The whole mode shapes of an earlier run, which it wrote for ParaView, or kept in double precision because it did not come to its end: found again
+//! on the mesh of this run by their positions.
 
+use crate::analysis::RunOptions;
 use crate::body::fe::BodyModes;
-use crate::body::{Fields, Side};
+use crate::body::{Fields, Side, TraceModes};
 use crate::case::bodies::Bodies;
-use crate::model::ReducedModel;
-use crate::output::{companion, Reader, Values};
+use crate::output::{companion, Reader, Values, SHAPES};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::collections::HashMap;
@@ -14,22 +15,43 @@ use std::path::{Path, PathBuf};
 /// shapes are in single precision.
 const SAME: f64 = 1e-5;
 
+/// The same where the shapes are in double precision.
+const SAME_DOUBLE: f64 = 1e-12;
+
 /// The file with the mode shapes that belongs to the result file `reused`.
 pub fn file(reused: &Path) -> PathBuf {
-    companion(reused, "free_modes.vtkhdf")
+    kept(reused).unwrap_or_else(|| companion(reused, "free_modes.vtkhdf"))
 }
 
-/// Collective: gives each of [`Bodies::unique`] its mode shapes from the `file` of the run that gave the `model`. What stands against it is an error
-/// with a message for the user.
-pub fn read(world: &World, file: &Path, bodies: &mut Bodies, model: Option<&ReducedModel>) -> Result<()> {
+/// That of a run that did not come to its end, whose model is the file `reused`, where there is one.
+pub fn kept(reused: &Path) -> Option<PathBuf> {
+    Some(companion(reused, "shapes.h5")).filter(|path| path.is_file())
+}
+
+/// That of the run that is continued, or whose model is taken up, where there is one.
+pub fn of_unfinished(options: &RunOptions) -> Option<PathBuf> {
+    let own = companion(&options.output, SHAPES);
+    let own = Some(own).filter(|path| options.resume && path.is_file());
+    own.or_else(|| options.reuse.as_deref().and_then(kept))
+}
+
+/// Collective: gives each of [`Bodies::unique`] its mode shapes from the `file` of the run that gave the `modes` of these bodies, which rank 0 has;
+/// in double precision if `whole`. What stands against it is an error with a message for the user.
+pub fn read(
+    world: &World,
+    (file, whole): (&Path, bool),
+    bodies: &mut Bodies,
+    modes: Option<&[TraceModes]>,
+) -> Result<()> {
+    let same = if whole { SAME_DOUBLE } else { SAME };
     let Bodies { places, unique } = bodies;
     for (index, body) in unique.iter_mut().enumerate() {
         let side = places.iter().find(|p| p.body == index).map_or(Side::Lower, |p| p.side);
-        let omega = world.on_root(|| {
-            let root = model.ok_or_else(|| Error::Defect("the reduced model is on rank 0".into()))?;
-            let reduced = root.bodies.get(root.place[side.index()]);
-            Ok(reduced.ok_or_else(|| Error::Defect("the reduced model has no such body".into()))?.omega.clone())
-        })?;
+        let known = || {
+            let found = modes.and_then(|m| m.get(index));
+            found.ok_or_else(|| Error::Input(format!("{}: the reduced model is of other bodies", file.display())))
+        };
+        let omega = world.on_root(|| Ok(known()?.omega.clone()))?;
         let omega = world.broadcast(omega.unwrap_or_default());
         let name = body.name().to_owned();
         let none = || Error::Defect(format!("body \"{name}\" has no mesh"));
@@ -38,16 +60,16 @@ pub fn read(world: &World, file: &Path, bodies: &mut Bodies, model: Option<&Redu
         fields.replace_shapes(Some(BodyModes { omega, residual: Vec::new(), vectors }));
         let contact = fields.contact_modes()?;
         world.on_root(|| {
-            let root = model.ok_or_else(|| Error::Defect("the reduced model is on rank 0".into()))?;
-            let there = &root.bodies[root.place[side.index()]].contact_modes;
-            let Some(here) = contact.filter(|c| c.shape() == there.shape()) else {
+            let there = known()?.rows.as_ref();
+            let (Some(there), Some(here)) = (there, contact.filter(|c| there.is_some_and(|t| t.shape() == c.shape())))
+            else {
                 return Err(Error::Input(format!("{}: its modes are not those of the reduced model", file.display())));
             };
             for k in 0..there.ncols() {
                 let rows = || 0..there.nrows();
                 let largest = rows().map(|i| there[(i, k)].abs()).fold(0.0, f64::max);
                 let apart = rows().map(|i| (there[(i, k)] - here[(i, k)]).abs()).fold(0.0, f64::max);
-                if apart > SAME * largest || apart.is_nan() {
+                if apart > same * largest || apart.is_nan() {
                     return Err(Error::Input(format!(
                         "{}: mode {} of body {} is not that of the reduced model at the contact: it is {:.1e} of its size away from it",
                         file.display(),

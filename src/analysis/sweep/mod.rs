@@ -1,6 +1,7 @@
 //! The analysis `sweep`: stability at many points, spread over the ranks. What the finite elements or the matrices give is made once
 //! for all points that share it, by all ranks together; the points themselves are solved by one rank each.
 
+mod cycles;
 mod outcome;
 
 use super::reduction::Reduction;
@@ -19,6 +20,7 @@ use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::{Error, Result};
+use cycles::{All, Following};
 use outcome::{summarise, Packed};
 
 /// Whether the points of a sweep are computed although the job's own point ended with `error`: what concerns this point alone, not the machine
@@ -34,6 +36,14 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
     let points = filled(world, plan, &mut results)?;
     let groups = groups(&points);
+    let folder = cycles::folder(&run.options.output);
+    let wanted = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
+    let mut followed = wanted.map(|w| (w, All::of(plan, w)));
+    if followed.is_some() {
+        let fail = |e| Error::Io(format!("{}: cannot make the folder of the limit cycles: {e}", folder.display()));
+        world.on_root(|| std::fs::create_dir_all(&folder).map_err(fail))?;
+        run.file.discard(&folder);
+    }
     for (number, (inputs, members)) in groups.iter().enumerate() {
         let model = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
             SharedModel::broadcast(world, base.on_root())?
@@ -62,6 +72,19 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
         }
         let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
         world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
+        if let Some((wanted, found)) = &mut followed {
+            let chains = cycles::chains(plan, wanted, members);
+            let following = Following { cycles: wanted, points: &points, folder: &folder, stop: run.stop };
+            let mine = world.agree(following.all(world, &mut model, &chains, run.progress))?;
+            let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
+            world.on_root(|| found.take(&rows, &text, plan.points.len()))?;
+            if run.stop.wanted(world) {
+                return Err(Error::Stopped(format!(
+                    "stopped on request among the limit cycles; those that are done are kept in {}, and the same run takes them up",
+                    folder.display()
+                )));
+            }
+        }
     }
     world.on_root(|| {
         let all: Vec<Outcome> = results
@@ -73,6 +96,9 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
             let text =
                 format!("the job's own point failed, those of the sweep were computed and are in the results: {e}");
             run.summary.fail(Error::NotConverged(text));
+        }
+        if let Some((wanted, found)) = followed {
+            run.file.tables(cycles::report(plan, wanted, &all, found, &mut run.summary));
         }
         let kind = if job.by_matrices() { "reduced" } else { "finite-element" };
         summarise(plan, &all, groups.len(), kind, &mut run.summary);

@@ -64,26 +64,21 @@ pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: 
         if models == 1 { "" } else { "s" },
         failed.len()
     ));
-    let place = |i: usize| {
-        let here: Vec<String> =
-            plan.keys.iter().zip(&plan.values).map(|(key, values)| format!("{key} = {}", values[i])).collect();
-        here.join(", ")
-    };
     let growth = |i: &usize| all[*i].eigenvalues.first().map_or(f64::NEG_INFINITY, |l| l.re);
     let worst = (0..all.len()).filter(|&i| all[i].status == 0).max_by(|a, b| growth(a).total_cmp(&growth(b)));
     if let Some(l) = worst.and_then(|i| all[i].eigenvalues.first()) {
         let frequency = l.im.abs() / (2.0 * std::f64::consts::PI);
         summary.value("largest growth rate", format!("{:+.4} 1/s at {frequency:.3} Hz", l.re));
-        summary.value("  there", place(worst.unwrap_or_default()));
+        summary.value("  there", plan.place(worst.unwrap_or_default()));
     }
     let Some(&first) = failed.first() else { return };
-    summary.value("first failed point", format!("{}: {}", place(first), all[first].message));
+    summary.value("first failed point", format!("{}: {}", plan.place(first), all[first].message));
     summary.fail(Error::NotConverged(format!(
         "{} of {} points of the sweep failed, the others are in the results; /sweep/status and /sweep/message say which and why. \
          The first is {}: {}",
         failed.len(),
         all.len(),
-        place(first),
+        plan.place(first),
         all[first].message
     )));
 }

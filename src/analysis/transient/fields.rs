@@ -71,8 +71,15 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
     let text = "Displacement from the unloaded body, in the frame of the contact point: the modes kept and, statically, the others.";
     let spec = FieldSpec::new("displacement", "m", text, FieldKind::Vector);
     let path = companion(&run.options.output, "transient.vtkhdf");
-    let frames =
-        Sequence { fields: vec![spec], values: &times, units: "s", description: "Time.", tables: &[], summed: false };
+    let frames = Sequence {
+        fields: vec![spec],
+        values: &times,
+        units: "s",
+        description: "Time.",
+        tables: &[],
+        summed: false,
+        single: true,
+    };
     let mut sequence = SequenceFile::create(world, &path, run.replaces(), &parts, frames)?;
     let mut kept = Kept { segments: inputs.segments.cloned(), entries: entries.into_iter(), waiting: VecDeque::new() };
     for first in (0..times.len()).step_by(TOGETHER) {

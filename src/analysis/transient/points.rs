@@ -20,10 +20,10 @@ pub struct Located {
 }
 
 impl Located {
-    /// Collective: the nodes nearest to the points of the job; nothing moves them yet.
-    pub fn find(wanted: &job::Transient, bodies: &Bodies, modes: &[TraceModes]) -> Result<Self> {
+    /// Collective: the nodes nearest to the points of the job; nothing moves them yet. `shapes` says whether there are mode shapes.
+    pub fn find(wanted: &job::Transient, bodies: &Bodies, shapes: bool) -> Result<Self> {
         let mut located = Self::default();
-        if !wanted.points.is_empty() && modes.is_empty() {
+        if !wanted.points.is_empty() && !shapes {
             return Err(Error::Job(
                 "analyses.transient.points: with --reuse there are no mode shapes of the bodies; leave the points out, or run \
                  without --reuse"

@@ -97,22 +97,19 @@ impl<'a> Sound<'a> {
     /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A run that is continued
     /// takes the latter from its first segment: mode shapes are not the same to the last bit when computed again.
     pub fn new(world: &World, inputs: &Inputs<'a>, wanted: &'a SoundPower, progress: &mut Progress) -> Result<Self> {
-        if inputs.modes.is_empty() {
+        if !inputs.shapes && !inputs.options.resume {
             return Err(Error::Job(format!(
                 "{KEY}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse"
             )));
         }
-        let places = inputs.bodies.places.iter().filter(|p| wanted.bodies.iter().any(|&b| b.name() == p.name));
+        let places = inputs.places.iter().filter(|p| wanted.bodies.iter().any(|&b| b.name() == p.0));
         let highest = |b: usize| inputs.modes[b].omega.last().map_or(0.0, |w| w / (2.0 * PI));
-        let reach = places.map(|p| highest(p.body)).fold(f64::INFINITY, f64::min);
+        let reach = places.map(|p| highest(p.1)).fold(f64::INFINITY, f64::min);
         let mut sound = Self::of(wanted, bands_within(wanted, reach)?, inputs.wanted.step);
         progress.stage("radiation of sound");
-        let kept = match inputs.options.resume {
-            true => world.on_root(|| sound.restore(inputs))?.unwrap_or_default(),
-            false => false,
-        };
-        if world.broadcast(vec![u8::from(kept)]) != [1] {
-            sound.radiate(world, inputs)?;
+        match inputs.options.resume {
+            true => drop(world.on_root(|| sound.restore(inputs))?),
+            false => sound.radiate(world, inputs)?,
         }
         Ok(sound)
     }
@@ -151,7 +148,7 @@ impl<'a> Sound<'a> {
 
     /// The bodies whose sound is wanted, by their index in `Bodies::unique`.
     fn bodies(&self, inputs: &Inputs<'_>) -> BTreeSet<usize> {
-        inputs.bodies.places.iter().filter(|p| self.wants(p.name)).map(|p| p.body).collect()
+        inputs.places.iter().filter(|p| self.wants(p.0)).map(|p| p.1).collect()
     }
 
     fn wants(&self, place: &str) -> bool {
@@ -174,8 +171,8 @@ impl<'a> Sound<'a> {
         self.given.iter().flat_map(of).collect()
     }
 
-    /// On rank 0: takes the radiation from the first segment; false where it is of no use.
-    fn restore(&mut self, inputs: &Inputs<'_>) -> Result<bool> {
+    /// On rank 0: takes the radiation from the first segment.
+    fn restore(&mut self, inputs: &Inputs<'_>) -> Result<()> {
         let file = inputs.segments()?.open_first()?;
         for b in self.bodies(inputs) {
             let list = |name: &str| file.numbers(&format!("/checkpoint/sound/{b}/{name}")).map(|(_, v)| v);
@@ -185,11 +182,12 @@ impl<'a> Sound<'a> {
             let ends = [(grid.first(), self.bands.begin()), (grid.last(), self.bands.end())];
             let same = ends.into_iter().all(|(found, end)| found.is_some_and(|f| (f / end - 1.0).abs() < 1e-9));
             if !same || grid.len() < 2 || plane.len() != m * m || resistances.len() != grid.len() * m * m {
-                return Ok(false);
+                let name = file.path().display();
+                return Err(Error::Input(format!("--resume: {name}: it has the radiation of other modes or bands")));
             }
             self.given.insert(b, Given { grid, resistances, plane });
         }
-        Ok(true)
+        Ok(())
     }
 
     /// The amplitudes are needed every so many steps.
@@ -203,14 +201,14 @@ impl<'a> Sound<'a> {
         let mut radiation: BTreeMap<usize, Radiation> = BTreeMap::new();
         let mut parts = Vec::new();
         let mut first = 0;
-        for place in &inputs.bodies.places {
-            let m = inputs.modes[place.body].omega.len();
-            if self.wants(place.name) {
-                parts.push((place.name, place.body, first..first + m));
+        for &(name, body) in inputs.places {
+            let m = inputs.modes[body].omega.len();
+            if self.wants(name) {
+                parts.push((name, body, first..first + m));
             }
-            if let Some(given) = self.given.get(&place.body) {
+            if let Some(given) = self.given.get(&body) {
                 let found = Radiation::new(self.bands, given.grid.clone(), &given.resistances, &given.plane);
-                radiation.insert(place.body, found);
+                radiation.insert(body, found);
             }
             first += m;
         }

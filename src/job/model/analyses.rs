@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::super::cycles::Cycles;
 use super::super::transient::Transient;
 
 /// The analyses; those given are run, in this order.
@@ -368,6 +369,9 @@ pub struct Sweep {
     /// How the values of several keys are combined.
     #[serde(default)]
     pub combine: Combine,
+    /// Follows every point in time to its limit cycle as well.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<Cycles>,
 }
 
 /// Values of a swept key.

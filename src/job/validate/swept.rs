@@ -3,6 +3,9 @@
 use super::super::model::*;
 use super::{check_groups, check_ring};
 
+/// Most lines of the contact grid on either side of the contact point.
+const MOST_LINES: f64 = 500.0;
+
 const RING_GROUPS: [&str; 4] = ["inner", "outer", "side_minus", "side_plus"];
 
 /// Adds the faults of a swept body.
@@ -81,6 +84,12 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             for (key, half) in [("half_length", patch.half_length), ("half_width", patch.half_width)] {
                 if half < 2.0 * h {
                     faults.push(format!("contact.patch.{key}: found {half} m, expected at least twice contact.patch.spacing ({h} m)"));
+                }
+                if half > MOST_LINES * h {
+                    faults.push(format!(
+                        "contact.patch.spacing: found {h:e} m, expected at least {} m, contact.patch.{key} / {MOST_LINES}",
+                        half / MOST_LINES
+                    ));
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Named points of the bodies, in `/transient` and in the checkpoints.
 
 use super::super::{Reader, Table};
+use crate::job::Transient;
 use crate::{Error, Result};
 
 /// Points with the modes of both bodies, the lower one's first, and the residual compliance of n contact nodes.
@@ -21,19 +22,20 @@ impl Points {
     /// Points that are moved by the modes as `modes` says and by the reactions as `residual` does.
     #[cfg(test)]
     pub fn moved(names: &[&str], modes: Vec<f64>, residual: Vec<f64>) -> Self {
-        Self { names: names.iter().map(|n| n.to_string()).collect(), modes, residual, ..Self::default() }
+        let at = (0..names.len()).map(|k| [k as f64, 0.1, -0.2]).collect();
+        Self { names: names.iter().map(|n| n.to_string()).collect(), at, modes, residual }
     }
 
-    /// On rank 0: what moved the points when the run was begun, from its first segment; computed again it would not be the same to
-    /// the last bit.
-    pub fn restore(&mut self, first: &Reader) -> Result<()> {
-        if self.names.is_empty() {
-            return Ok(());
+    /// On rank 0: the points of the run when it was begun, from its first segment; what moves them, computed again, would not be the same to the last
+    /// bit.
+    pub fn restore(wanted: &Transient, first: &Reader) -> Result<Self> {
+        let names: Vec<String> = wanted.points.iter().map(|p| p.name.clone()).collect();
+        if names.is_empty() {
+            return Ok(Self::default());
         }
-        let matrix = |name: &str| {
+        let matrix = |name: &str, rows: usize| {
             let path = format!("/checkpoint/points/{name}");
             let (shape, values) = first.numbers(&path)?;
-            let rows = 3 * self.names.len();
             if shape.len() != 2 || shape[1] != rows {
                 return Err(Error::Input(format!(
                     "--resume: {}: {path} has the shape {shape:?}, expected {rows} columns",
@@ -42,8 +44,13 @@ impl Points {
             }
             Ok(values)
         };
-        (self.modes, self.residual) = (matrix("modes")?, matrix("residual")?);
-        Ok(())
+        let rows = 3 * names.len();
+        let at = matrix("position", 3)?.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>();
+        if at.len() != names.len() {
+            let (path, have, want) = (first.path().display(), at.len(), names.len());
+            return Err(Error::Input(format!("--resume: {path}: it has positions of {have} points, expected {want}")));
+        }
+        Ok(Self { modes: matrix("modes", rows)?, residual: matrix("residual", rows)?, names, at })
     }
 
     /// Displacements (or velocities) of the points by modal ones, `[3 points]`; on rank 0.
@@ -72,11 +79,13 @@ impl Points {
         if rows == 0 {
             return Vec::new();
         }
+        let at = self.at.as_flattened().to_vec();
         let table = |name: &str, units: &str, text: &str, values: &Vec<f64>| {
             let path = format!("/checkpoint/points/{name}");
             Table::new(&path, units, text, &[values.len() / rows, rows], values.clone())
         };
         vec![
+            Table::new("/checkpoint/points/position", "m", "Nodes taken for the points.", &[self.at.len(), 3], at),
             table("modes", "kg^-1/2", "Each mode at the points (x, y, z).", &self.modes),
             table(
                 "residual",

@@ -21,76 +21,130 @@ pub struct Origin {
     pub residual: [Vec<f64>; 2],
 }
 
+/// Where a file says that its group `/reduced` holds the modes alone.
+const ALONE: &str = "/reduced/alone";
+
 /// On rank 0: the group `/reduced` of the `model`.
 pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Table>> {
     let s = &model.interface;
-    let alike = origin.alike;
-    let inputs = summed_inputs(job)?.to_string();
-    let mut tables = vec![
-        Table::scalar("/reduced/version", "-", "Version of this group.", VERSION),
-        Table::scalar("/reduced/inputs", "-", "What of the job the reduced model depends on, JSON.", inputs.as_str()),
+    let mut tables = head(job, origin.alike)?;
+    tables.extend([
         Table::list("/reduced/x", "m", "Longitudinal positions of the grid lines.", s.x.clone()),
         Table::list("/reduced/y", "m", "Lateral positions of the grid lines.", s.y.clone()),
         Table::list("/reduced/gap", "m", "Gap of the undeformed bodies at each node.", s.gap.clone()),
-        Table::scalar("/reduced/alike", "-", "1 if the upper body is the lower one's mirror image.", i8::from(alike)),
-    ];
-    for (i, name) in ["lower", "upper"].into_iter().enumerate().take(if alike { 1 } else { 2 }) {
+    ]);
+    for (i, name) in ["lower", "upper"].into_iter().enumerate().take(if origin.alike { 1 } else { 2 }) {
         let body = &model.bodies[model.place[i]];
-        let compliance = model.at_rest[model.place[i]].as_ref().unwrap_or(&body.compliance);
-        let path = |what: &str| format!("/reduced/{name}/{what}");
-        let (rows, count) = body.contact_modes.shape();
-        let residual = origin.residual[i].clone();
-        let by_rows = |m: &Mat<f64>| -> Vec<f64> {
-            (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
+        let known = Known {
+            omega: &body.omega,
+            reach: body.reach,
+            residual: &origin.residual[i],
+            rows: &body.contact_modes,
+            names: &body.names,
+            damping: model.own[i].as_ref().map(|own| own.full()),
+            rotation: model.rotation[i].as_ref(),
         };
-        if body.reach.is_finite() && body.omega.last().is_some_and(|last| body.reach > *last) {
+        tables.extend(known.tables(name));
+        let compliance = model.at_rest[model.place[i]].as_ref().unwrap_or(&body.compliance);
+        let (path, text) =
+            (format!("/reduced/{name}/compliance"), "Static compliance of the contact rows, in lower form.");
+        let rows = compliance.nrows();
+        tables.push(Table::new(&path, "m/N", text, &[rows, rows], by_rows(compliance)));
+    }
+    Ok(tables.into_iter().map(Table::summed).collect())
+}
+
+/// On rank 0: the same without compliance, of the `modes` of the bodies that differ.
+pub fn tables_of_modes(job: &Job, alike: bool, modes: &[TraceModes]) -> Result<Vec<Table>> {
+    let mut tables = head(job, alike)?;
+    tables.push(Table::scalar(ALONE, "-", "What the group holds, where that is not all.", "modes"));
+    for (name, found) in ["lower", "upper"].into_iter().zip(modes) {
+        let rows =
+            found.rows.as_ref().ok_or_else(|| Error::Defect("modes are kept without the contact's rows".into()))?;
+        let TraceModes { omega, residual, names, damping, rotation, reach, .. } = found;
+        let (damping, rotation) = (damping.clone(), rotation.as_ref());
+        tables.extend(Known { omega, residual, names, damping, rotation, reach: *reach, rows }.tables(name));
+    }
+    Ok(tables.into_iter().map(Table::summed).collect())
+}
+
+/// What both begin with.
+fn head(job: &Job, alike: bool) -> Result<Vec<Table>> {
+    let inputs = summed_inputs(job)?.to_string();
+    Ok(vec![
+        Table::scalar("/reduced/version", "-", "Version of this group.", VERSION),
+        Table::scalar("/reduced/inputs", "-", "What of the job the reduced model depends on, JSON.", inputs.as_str()),
+        Table::scalar("/reduced/alike", "-", "1 if the upper body is the lower one's mirror image.", i8::from(alike)),
+    ])
+}
+
+fn by_rows(m: &Mat<f64>) -> Vec<f64> {
+    (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])).collect()
+}
+
+/// What is known of the modes of a body; see [`TraceModes`].
+struct Known<'a> {
+    omega: &'a [f64],
+    reach: f64,
+    residual: &'a [f64],
+    rows: &'a Mat<f64>,
+    names: &'a [ModeName],
+    damping: Option<Mat<f64>>,
+    rotation: Option<&'a ModalRotation>,
+}
+
+impl Known<'_> {
+    /// The datasets of the body in one place.
+    fn tables(&self, place: &str) -> Vec<Table> {
+        let path = |what: &str| format!("/reduced/{place}/{what}");
+        let (rows, count) = self.rows.shape();
+        let mut tables = Vec::new();
+        if self.reach.is_finite() && self.omega.last().is_some_and(|last| self.reach > *last) {
             let text = "Angular frequency up to which the modes are known, beyond the last one.";
-            tables.push(Table::list(&path("reach"), "rad/s", text, vec![body.reach]));
+            tables.push(Table::list(&path("reach"), "rad/s", text, vec![self.reach]));
         }
         let text = "Angular frequencies of the free-interface modes, ascending.";
-        tables.push(Table::list(&path("omega"), "rad/s", text, body.omega.clone()));
-        tables.push(Table::list(&path("residual"), "1", "Relative residual of each mode.", residual));
+        tables.push(Table::list(&path("omega"), "rad/s", text, self.omega.to_vec()));
+        tables.push(Table::list(&path("residual"), "1", "Relative residual of each mode.", self.residual.to_vec()));
         let text = "Mass-normalised modes at the contact rows 3i + c, c = x, y, n into the body, in lower form.";
-        tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(&body.contact_modes)));
-        let text = "Static compliance of the contact rows, in lower form.";
-        tables.push(Table::new(&path("compliance"), "m/N", text, &[rows, rows], by_rows(compliance)));
-        if !body.names.is_empty() {
-            let orders: Vec<i64> = body.names.iter().map(|n| i64::from(n.order)).collect();
-            tables.push(Table::list(
-                &path("order"),
-                "1",
-                "Nodal diameters of each mode, or waves on its length.",
-                orders,
-            ));
-            let families: Vec<String> = body.names.iter().map(|n| n.family.clone()).collect();
+        tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(self.rows)));
+        if !self.names.is_empty() {
+            let orders: Vec<i64> = self.names.iter().map(|n| i64::from(n.order)).collect();
+            let text = "Nodal diameters of each mode, or waves on its length.";
+            tables.push(Table::list(&path("order"), "1", text, orders));
+            let families: Vec<String> = self.names.iter().map(|n| n.family.clone()).collect();
             tables.push(Table::list(&path("family"), "-", "What of each mode moves most.", families));
         }
-        if let Some(own) = &model.own[i] {
-            let text = "Damping matrix of the modes that the body brings itself.";
-            tables.push(Table::new(&path("damping"), "1/s", text, &[count, count], by_rows(&own.full())));
+        let mut modal = |what: &str, units: &str, text: &str, matrix: &Mat<f64>| {
+            tables.push(Table::new(&path(what), units, text, &[count, count], by_rows(matrix)));
+        };
+        if let Some(own) = &self.damping {
+            modal("damping", "1/s", "Damping matrix of the modes that the body brings itself.", own);
         }
-        if let Some(rotation) = &model.rotation[i] {
-            let mut modal = |what: &str, units: &str, text: &str, matrix: &Mat<f64>| {
-                tables.push(Table::new(&path(what), units, text, &[count, count], by_rows(matrix)));
-            };
+        if let Some(rotation) = self.rotation {
             modal("gyroscopic", "1/s", "Gyroscopic matrix of the modes at 1 rad/s, skew.", &rotation.gyroscopic);
             let text =
                 "Stiffness by centrifugal prestress less that of the convected velocity, of the modes at 1 rad/s.";
             modal("rotation_stiffness", "1/s^2", text, &rotation.stiffness);
             modal("derivative", "1/s", "Derivative of the modes along the angle, at 1 rad/s.", &rotation.derivative);
         }
+        tables
     }
-    Ok(tables.into_iter().map(Table::summed).collect())
 }
 
 /// A reduced model from an earlier run.
 pub struct Reused {
-    /// The model.
-    pub model: ReducedModel,
-    /// Frequencies, Hz, and residuals of the modes of the lower and the upper body.
-    pub modes: [(Vec<f64>, Vec<f64>); 2],
+    /// The model; none where the file has the modes alone.
+    pub model: Option<ReducedModel>,
+    /// The modes of the bodies that differ.
+    pub modes: Vec<TraceModes>,
     /// Where it came from.
     pub origin: Origin,
+}
+
+/// Whether a file holds the modes alone, of a run that ended before the compliance was made.
+pub fn of_modes_alone(reader: &Reader) -> bool {
+    reader.has(ALONE)
 }
 
 /// On rank 0: the reduced model that a file holds, for a job that can make use of it.
@@ -135,11 +189,17 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         )));
     }
     let line = |path: &str| reader.verified_numbers(path).map(|(_, v)| v);
-    let interface = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?)
-        .map_err(|e| Error::Input(format!("{name}: {}", e.message())))?;
-    let rows = 3 * interface.len();
-    let sized = |path: &str, rows: usize, columns: usize| -> Result<Mat<f64>> {
+    let alone = of_modes_alone(reader) && reader.verified_text(ALONE)? == "modes";
+    let interface = match alone {
+        true => None,
+        false => {
+            let made = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?);
+            Some(made.map_err(|e| Error::Input(format!("{name}: {}", e.message())))?)
+        }
+    };
+    let sized = |path: &str, rows: Option<usize>, columns: usize| -> Result<Mat<f64>> {
         let (shape, v) = reader.verified_numbers(path)?;
+        let rows = rows.or(shape.first().copied()).unwrap_or(0);
         if shape != [rows, columns] {
             return Err(Error::Input(format!(
                 "{name}: {path} has the shape {shape:?}, expected {:?}",
@@ -148,55 +208,51 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         }
         Ok(Mat::from_fn(rows, columns, |i, j| v[i * columns + j]))
     };
-    let matrix = |path: &str, columns: usize| sized(path, rows, columns);
-    let square = |path: &str, order: usize| sized(path, order, order);
+    let rows = interface.as_ref().map(|s| 3 * s.len());
+    let square = |path: &str, order: usize| sized(path, Some(order), order);
     let alike = integer("/reduced/alike")? == 1;
-    let mut parts = Vec::new();
-    let mut modes = Vec::new();
+    let (mut modes, mut compliances) = (Vec::new(), Vec::new());
     for place in ["lower", "upper"].into_iter().take(if alike { 1 } else { 2 }) {
         let path = |what: &str| format!("/reduced/{place}/{what}");
         let omega = line(&path("omega"))?;
-        let (contact_modes, compliance) =
-            (matrix(&path("contact_modes"), omega.len())?, matrix(&path("compliance"), rows)?);
-        let frequency = omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect();
-        modes.push((frequency, line(&path("residual"))?));
-        parts.push(match job.analyses.modes {
-            Some(_) => {
-                let last = omega.last().copied().unwrap_or(0.0);
-                let reach = match reader.has(&path("reach")) {
-                    true => line(&path("reach"))?.first().copied().unwrap_or(last),
-                    false => last,
-                };
-                let rotation = match reader.has(&path("gyroscopic")) {
-                    true => {
-                        let modal = |what: &str| square(&path(what), omega.len());
-                        let (gyroscopic, stiffness) = (modal("gyroscopic")?, modal("rotation_stiffness")?);
-                        Some(ModalRotation { gyroscopic, stiffness, derivative: modal("derivative")? })
-                    }
-                    false => None,
-                };
-                let damping = match reader.has(&path("damping")) {
-                    true => Some(square(&path("damping"), omega.len())?),
-                    false => None,
-                };
-                let names = names(reader, &path)?;
-                let rows = Some(contact_modes);
-                AtContact {
-                    modes: TraceModes { omega, reach, rows, damping, rotation, names, ..TraceModes::default() },
-                    compliance,
-                }
+        let residual = line(&path("residual"))?;
+        let contact_modes = sized(&path("contact_modes"), rows, omega.len())?;
+        if let Some(rows) = rows {
+            compliances.push(square(&path("compliance"), rows)?);
+        }
+        let last = omega.last().copied().unwrap_or(0.0);
+        let reach = match reader.has(&path("reach")) {
+            true => line(&path("reach"))?.first().copied().unwrap_or(last),
+            false => last,
+        };
+        let rotation = match reader.has(&path("gyroscopic")) {
+            true => {
+                let modal = |what: &str| square(&path(what), omega.len());
+                let (gyroscopic, stiffness) = (modal("gyroscopic")?, modal("rotation_stiffness")?);
+                Some(ModalRotation { gyroscopic, stiffness, derivative: modal("derivative")? })
             }
-            None => AtContact::statics(compliance),
-        });
+            false => None,
+        };
+        let damping = match reader.has(&path("damping")) {
+            true => Some(square(&path("damping"), omega.len())?),
+            false => None,
+        };
+        let names = names(reader, &path)?;
+        modes.push(TraceModes { omega, residual, reach, rows: Some(contact_modes), damping, rotation, names });
     }
-    if alike {
-        modes.push(modes[0].clone());
-    }
-    let place = if alike { [0, 0] } else { [0, 1] };
-    let model = ReducedModel::assemble(job, interface, parts, place)?;
-    let modes: [(Vec<f64>, Vec<f64>); 2] =
-        modes.try_into().map_err(|_| Error::Defect("modes of other than two bodies".into()))?;
-    let origin = Origin { alike, residual: [modes[0].1.clone(), modes[1].1.clone()] };
+    let residual = |i: usize| modes[i.min(modes.len() - 1)].residual.clone();
+    let origin = Origin { alike, residual: [residual(0), residual(1)] };
+    let model = match interface {
+        Some(interface) => {
+            let part = |(modes, compliance): (&TraceModes, Mat<f64>)| match job.analyses.modes {
+                Some(_) => AtContact { modes: modes.clone(), compliance },
+                None => AtContact::statics(compliance),
+            };
+            let parts = modes.iter().zip(compliances).map(part).collect();
+            Some(ReducedModel::assemble(job, interface, parts, if alike { [0, 0] } else { [0, 1] })?)
+        }
+        None => None,
+    };
     Ok(Reused { model, modes, origin })
 }
 

@@ -211,6 +211,8 @@ pub struct Next {
     pub height: f64,
     /// Eigenvalues to ask for.
     pub count: usize,
+    /// Distance from the shift within which they are needed, 1/s.
+    pub reach: f64,
 }
 
 /// Eigenvalues asked for beyond those expected: the farthest only bounds the disc, and the reduced model is not exact.
@@ -231,13 +233,14 @@ pub fn next(wedge: &Wedge, from: f64, count: usize, reduced: &[C], poles: &[f64]
         let heights = (-5..=5).map(|i| from + width * (0.5 + 0.02 * f64::from(i)));
         let height = heights.max_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or(from + 0.5 * width);
         let centre = shift(height);
-        let expected = expected(centre, wedge.reach(centre, from, to)) + BEYOND;
-        best = Some(Next { height, count: expected });
+        let reach = wedge.reach(centre, from, to);
+        let expected = expected(centre, reach) + BEYOND;
+        best = Some(Next { height, count: expected, reach });
         if expected <= count {
             break;
         }
     }
-    best.unwrap_or(Next { height: from + 0.5 * left, count })
+    best.unwrap_or(Next { height: from + 0.5 * left, count, reach: left })
 }
 
 #[cfg(test)]
@@ -342,6 +345,11 @@ mod tests {
         let w = wedge();
         let next = super::next(&w, 0.0, 9, &all, &[2.0 * PI * 250.0], |h| C::new(0.0, h));
         assert!(next.count <= 9 && next.height > 0.0, "{next:?}");
+        assert!(
+            w.covered(&Disc { centre: C::new(0.0, next.height), radius: next.reach, found: vec![] })
+                .is_some_and(|c| c.0 < 1e-9),
+            "{next:?}"
+        );
         assert!((next.height - 2.0 * PI * 250.0).abs() > 2.0 * PI * 1.0, "{next:?}");
         // A shift farther from the axis needs a larger disc, so at least as many eigenvalues for the same part.
         let left = super::next(&w, 0.0, 9, &all, &[], |h| C::new(-0.3 * h, h));

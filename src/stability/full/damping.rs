@@ -1,6 +1,6 @@
 //! Damping of the bodies of the full system: Rayleigh's, C = αM + βK, and what is given in the space of the free modes, MΦ L ΦᵀM, a matrix of low
 //! rank that enters the inverse at a shift by Woodbury's identity: modal damping, L = diag(c), and rotation as the modes see it. What they do not see of
-//! rotation corrects each solution ([`super::turning`]).
+//! rotation improves the eigenpairs ([`super::pairs`]).
 
 use super::columns::{Columns, Reals};
 use crate::body::fe::BodyModes;
@@ -9,9 +9,8 @@ use crate::body::ModalMatrix;
 use crate::parallel::World;
 use crate::petsc::csr::Operator;
 use crate::{Error, Result};
-use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::Mat;
 use num_complex::Complex;
 use std::rc::Rc;
 
@@ -75,36 +74,26 @@ impl DampedBody {
     }
 }
 
-/// What is given in the space of the free modes of a body in its place: B (λ L1 + L0) Bᵀ with B = U = MΦ of a body that only has its modes damped. That of a body that rotates
-/// has B = [U, V], V = GΦ − UΦᵀGΦ, and G → B [ΦᵀGΦ, −1; 1, 0] Bᵀ: what it does to the modes is all there.
+/// What is given in the space of the free modes of a body in its place: B (λ L1 + L0) Bᵀ with B = MΦ: damping of its modes, and rotation as they see it, G → B ΦᵀGΦ Bᵀ.
 pub(super) struct ModalTerms {
-    /// B, this rank's rows of each column; shared by mirror images, of which one may need the first columns only.
+    /// B, this rank's rows of each column; shared by mirror images.
     pub loads: Rc<Columns>,
     /// L1, 1/s: modal damping and ΩG as the modes see it.
     rate: ModalMatrix,
     /// L0, 1/s²: C ΩD′, and Ω²(K_σ − K_c) as the modes see it; none of a body at rest.
     stiffness: Option<ModalMatrix>,
-    /// Of L0, in the first columns, what is given in the space of the modes: C ΩD′.
+    /// Of L0 what is given in the space of the modes: C ΩD′.
     given: Option<ModalMatrix>,
-    /// The same of L1: c, 1/s.
-    damping: ModalMatrix,
+    /// The same of L1: c, 1/s; none where the modes are not damped.
+    damping: Option<ModalMatrix>,
 }
 
 impl ModalTerms {
-    /// Collective: B for the `body` with these `modes` and this `mass`.
-    pub fn loads(world: &World, mass: &Operator, modes: &BodyModes, body: &DampedBody) -> Rc<Columns> {
+    /// Collective: B for the body with these `modes` and this `mass`.
+    pub fn loads(world: &World, mass: &Operator, modes: &BodyModes) -> Rc<Columns> {
         let (n, m) = (mass.matrix().n_local(), modes.vectors.len());
-        let shapes = modes.vectors.concat();
         let mut values = vec![0.0; n * m];
-        mass.apply_block(world, &shapes, &mut values, m);
-        if let Some(Spin { forms, modal, .. }) = &body.spin {
-            let mut rest = vec![0.0; n * m];
-            forms.gyroscopic.operator(world).apply_block(world, &shapes, &mut rest, m);
-            let target = MatMut::from_column_major_slice_mut(&mut rest, n, m);
-            let loads = MatRef::from_column_major_slice(&values, n, m);
-            matmul(target, Accum::Add, loads, &modal.gyroscopic, -1.0, Par::Seq);
-            values.extend(rest);
-        }
+        mass.apply_block(world, &modes.vectors.concat(), &mut values, m);
         Rc::new(Columns { rows: n, values })
     }
 
@@ -118,29 +107,20 @@ impl ModalTerms {
         let damping = if body.modal.is_empty() { vec![0.0; m] } else { body.modal.clone() };
         let diagonal = ModalMatrix::from(damping.clone());
         let Some(Spin { speed, modal, .. }) = &body.spin else {
-            return Ok(Self { loads, rate: diagonal.clone(), stiffness: None, given: None, damping: diagonal });
+            return Ok(Self { loads, rate: diagonal.clone(), stiffness: None, given: None, damping: Some(diagonal) });
         };
         let Damping { alpha, beta } = body.damping;
         // All damping acts on the rate of the material.
         let whole = |k: usize| damping[k] + alpha + beta * modes.omega[k] * modes.omega[k];
-        let padded = |at: &dyn Fn(usize, usize) -> f64| {
-            Mat::from_fn(2 * m, 2 * m, |i, j| if i < m && j < m { at(i, j) } else { 0.0 })
-        };
-        let gyroscopic = Mat::from_fn(2 * m, 2 * m, |i, j| match (i < m, j < m) {
-            (true, true) => modal.gyroscopic[(i, j)],
-            (true, false) if i + m == j => -1.0,
-            (false, true) if i == j + m => 1.0,
-            _ => 0.0,
-        });
         let turned = |i: usize, j: usize| speed * whole(i) * modal.derivative[(i, j)];
-        let stiffness = padded(&|i, j| speed * speed * modal.stiffness[(i, j)] + turned(i, j));
-        let damped = padded(&|i, j| diagonal.get(i, j));
+        let stiffness = Mat::from_fn(m, m, |i, j| speed * speed * modal.stiffness[(i, j)] + turned(i, j));
+        let damped = Mat::from_fn(m, m, |i, j| diagonal.get(i, j));
         Ok(Self {
             loads,
-            rate: (damped + faer::Scale(*speed) * &gyroscopic).into(),
+            rate: (damped + faer::Scale(*speed) * &modal.gyroscopic).into(),
             stiffness: Some(stiffness.into()),
             given: Some(Mat::from_fn(m, m, turned).into()),
-            damping: diagonal,
+            damping: (!body.modal.is_empty()).then_some(diagonal),
         })
     }
 
@@ -156,33 +136,18 @@ impl ModalTerms {
 
     /// Collective: out += what is given in the space of the modes and goes with the power 1 or 0 of λ, of each motion: modal damping, and C ΩD′.
     pub fn add(&self, world: &World, power: usize, u: &Reals, out: &mut Reals) {
-        let given = [self.given.as_ref(), Some(&self.damping)];
+        let given = [self.given.as_ref(), self.damping.as_ref()];
         let Some(matrix) = given.get(power).copied().flatten() else { return };
         let amplitudes = summed(world, self.loads.dots(matrix.order(), u));
         let factors: Vec<Vec<C>> = amplitudes.iter().map(|a| matrix.times(a)).collect();
         self.loads.add(&factors, out);
     }
 
-    /// Collective: out += `factor` times what the modes see of the rotation at λ, of each motion.
-    pub fn add_seen(&self, world: &World, lambda: C, factor: C, u: &Reals, out: &mut Reals) {
-        let (Some(stiffness), Some(given)) = (&self.stiffness, &self.given) else { return };
-        let seen = |amplitudes: &Vec<C>| -> Vec<C> {
-            let (rate, still) = (self.rate.times(amplitudes), stiffness.times(amplitudes));
-            let mut seen: Vec<C> = rate.iter().zip(&still).map(|(r, s)| lambda * r + s).collect();
-            let first = &amplitudes[..given.order()];
-            for ((seen, d), g) in seen.iter_mut().zip(self.damping.times(first)).zip(given.times(first)) {
-                *seen -= lambda * d + g;
-            }
-            seen.iter().map(|s| factor * s).collect()
-        };
-        let factors: Vec<Vec<C>> = self.amplitudes(world, u).iter().map(seen).collect();
-        self.loads.add(&factors, out);
-    }
-
     /// Collective: uᴴ C u of the modal damping.
     pub fn power(&self, world: &World, u: &Reals) -> f64 {
-        let all = summed(world, self.loads.dots(self.damping.order(), u));
-        let of = |a: &Vec<C>| self.damping.times(a).iter().zip(a).map(|(c, a)| (a.conj() * c).re).sum::<f64>();
+        let Some(damping) = &self.damping else { return 0.0 };
+        let all = summed(world, self.loads.dots(damping.order(), u));
+        let of = |a: &Vec<C>| damping.times(a).iter().zip(a).map(|(c, a)| (a.conj() * c).re).sum::<f64>();
         all.iter().map(of).sum()
     }
 

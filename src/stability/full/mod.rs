@@ -6,6 +6,7 @@ pub mod coupling;
 pub mod cover;
 mod damping;
 pub(super) mod inverse;
+pub mod pairs;
 mod part;
 pub mod residuals;
 mod shift;
@@ -15,14 +16,13 @@ mod turning;
 use crate::body::fe::BodyModes;
 use crate::body::FullSystem;
 use crate::contact::LinearContact;
-use crate::eigen::quadratic::{nearest, Wanted, BLOCK};
 use crate::eigen::sparse::Method;
-use crate::petsc::pep::{quadratic, QuadraticOptions};
 use crate::petsc::Petsc;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use cover::{Disc, Wedge};
 use num_complex::Complex;
+use pairs::{Around, Found};
 use residuals::Residuals;
 use system::System;
 
@@ -79,6 +79,8 @@ pub struct ShiftReport {
     pub found: usize,
     /// Solves.
     pub solves: usize,
+    /// Whether solutions had to be corrected for what the modes do not see of rotation.
+    pub corrected: bool,
 }
 
 /// The spectrum in the wedge.
@@ -108,7 +110,7 @@ pub struct FullBodies<'a, 'b> {
     /// The bodies that differ.
     pub bodies: &'b [&'a dyn FullSystem],
     /// Free modes of each of them, whose frequencies the shifts avoid, or none.
-    pub modes: &'b [&'b BodyModes],
+    pub modes: &'b [&'a BodyModes],
     /// The lower and the upper body.
     pub places: &'b [DampedBody; 2],
 }
@@ -134,13 +136,11 @@ pub fn spectrum<'a>(
         });
         let shift = system.shift_to(next.height)?;
         let mut count = next.count;
-        system.solve_for(count, reduced);
         let mut attempt = 0;
         let (disc, found) = loop {
-            let (found, solves) = around(petsc, &mut system, shift, count, options, progress)?;
-            let radius = found.iter().map(|p| (p.value - shift).norm()).fold(0.0, f64::max) * (1.0 - 1e-9);
-            let disc = Disc { centre: shift, radius, found: found.iter().map(|p| p.value).collect() };
-            shifts.push(ShiftReport { shift, radius, found: found.len(), solves });
+            let (found, report) = around(petsc, &mut system, shift, (count, next.reach), options, progress)?;
+            let disc = Disc { centre: shift, radius: report.radius, found: found.iter().map(|p| p.value).collect() };
+            shifts.push(report);
             match wedge.covered(&disc) {
                 Some((low, high)) if low <= from && high > from => break (disc, found),
                 _ if attempt == 3 => break (disc, found),
@@ -168,32 +168,23 @@ fn around(
     petsc: &Petsc,
     system: &mut System,
     shift: C,
-    count: usize,
+    wanted: (usize, f64),
     options: &FullOptions,
     progress: &mut Progress,
-) -> Result<(Vec<FullPair>, usize)> {
-    let rate = system.rate();
-    let (target, tolerance) = (shift / rate, 1e-10);
+) -> Result<(Vec<FullPair>, ShiftReport)> {
     let hertz = shift.im / (2.0 * std::f64::consts::PI);
     let mut told = |done, of| progress.step(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
-    let found = match options.method {
-        Method::Blocks => {
-            let start = system.start(BLOCK)?;
-            nearest(system, &start, &Wanted { target, count, tolerance }, &mut told)
-                .map(|found| (found.lambda, found.vectors, found.solves))
-        }
-        Method::Slepc => {
-            let start = system.start(1)?;
-            let wanted = QuadraticOptions { target, count, tolerance, prefix: "stability_".into() };
-            quadratic(petsc, system, &start, &wanted, &mut told)
-                .map(|found| (found.lambda, found.vectors, found.solves))
-        }
-    };
-    let (lambda, vectors, solves) =
-        found.map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
-    let found: Vec<(C, &[C])> = lambda.iter().map(|l| l * rate).zip(vectors.iter().map(Vec::as_slice)).collect();
+    let around = system
+        .nearest(petsc, options.method, wanted, &mut told)
+        .map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
+    if around.corrected {
+        progress.note(format!(
+            "shift at {hertz:.0} Hz: the modes see little of the rotation there, so that each solution is corrected; more modes in analyses.modes make it faster"
+        ));
+    }
     let mut pairs = Vec::new();
-    for (&(value, x), residuals) in found.iter().zip(system.residuals(&found)?) {
+    for Found { value, vector, residuals } in &around.pairs {
+        let (value, x, residuals) = (*value, &vector[..], *residuals);
         let worst = residuals.backward_error.max(residuals.constraint);
         if !(worst <= options.tolerance && residuals.correction <= CORRECTION_LIMIT) {
             return Err(Error::NotConverged(format!(
@@ -213,5 +204,8 @@ fn around(
         let stiffening = stiffening.map(|s| s.re);
         pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals });
     }
-    Ok((pairs, solves))
+    let Around { radius, solves, corrected, .. } = around;
+    let radius = radius * (1.0 - 1e-9);
+    let report = ShiftReport { shift, radius, found: pairs.len(), solves, corrected };
+    Ok((pairs, report))
 }

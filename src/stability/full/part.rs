@@ -46,6 +46,8 @@ pub(super) struct Part<'a> {
     /// Damping matrix that the body brings with it, beside `damping`.
     pub own: Option<Operator<'a>>,
     pub modal: Option<ModalTerms>,
+    /// The modes, where it has such terms.
+    pub modes: Option<&'a BodyModes>,
     turning: Option<Turning<'a>>,
     /// Index in the list of finite-element bodies: equal for mirror images.
     pub index: usize,
@@ -61,7 +63,7 @@ impl<'a> Part<'a> {
     pub fn new(
         world: &World,
         bodies: &[&'a dyn FullSystem],
-        modes: &[&BodyModes],
+        modes: &[&'a BodyModes],
         place: &DampedBody,
         nodes: &[usize],
         earlier: &[Part<'a>],
@@ -81,19 +83,16 @@ impl<'a> Part<'a> {
             (true, _) => None,
             (_, None) => return Err(Error::Defect("full stability: no modes to damp or to turn".into())),
             (_, Some(modes)) => {
-                let enough = if place.spin.is_some() { 2 } else { 1 } * modes.vectors.len();
                 let twin = earlier.iter().filter(|p| p.index == index).find_map(|p| p.modal.as_ref());
-                let loads = match twin.filter(|twin| twin.loads.values.len() >= enough * mass.matrix().n_local()) {
-                    Some(twin) => Rc::clone(&twin.loads),
-                    None => ModalTerms::loads(world, &mass, modes, place),
-                };
+                let loads = twin.map_or_else(|| ModalTerms::loads(world, &mass, modes), |twin| Rc::clone(&twin.loads));
                 Some(ModalTerms::new(loads, modes, place)?)
             }
         };
+        let modes = modes.get(index).copied().filter(|_| modal.is_some());
         let turning = place.spin.as_ref().map(|spin| Turning::new(world, spin));
         let first = earlier.iter().map(Part::len).sum();
         let side = Side::BOTH[earlier.len().min(1)];
-        Ok(Self { body, side, stiffness, mass, damping, own, modal, turning, index, rows, first })
+        Ok(Self { body, side, stiffness, mass, damping, own, modal, modes, turning, index, rows, first })
     }
 
     /// Its local unknowns.
@@ -146,22 +145,34 @@ impl<'a> Part<'a> {
         out
     }
 
+    /// Collective: its matrices of the powers 0, 1, 2 of λ times motions.
+    pub fn images(&self, world: &World, u: &Reals) -> [Reals; 3] {
+        let Damping { alpha, beta } = self.damping;
+        let (mut stiff, mass) = (apply(world, &self.stiffness, u), apply(world, &self.mass, u));
+        let mut damped = u.zeros();
+        let rayleigh = stiff.values.iter().zip(&mass.values).map(|(k, m)| beta * k + alpha * m);
+        damped.values.iter_mut().zip(rayleigh).for_each(|(d, v)| *d = v);
+        let add = |out: &mut Reals, (matrix, factor): (&Operator, f64)| {
+            let product = apply(world, matrix, u);
+            out.values.iter_mut().zip(&product.values).for_each(|(o, p)| *o += factor * p);
+        };
+        if let Some(own) = &self.own {
+            add(&mut damped, (own, 1.0));
+        }
+        for (power, out) in [&mut stiff, &mut damped].into_iter().enumerate() {
+            if let Some(term) = self.turning.as_ref().and_then(|t| t.term(power)) {
+                add(out, term);
+            }
+            if let Some(modal) = &self.modal {
+                modal.add(world, power, u, out);
+            }
+        }
+        [stiff, damped, mass]
+    }
+
     /// Whether it rotates.
     pub fn turns(&self) -> bool {
         self.turning.is_some()
-    }
-
-    /// Collective: out += `unit` times what its modes do not see of its rotation at λ, of the vectors `x` of `n` rows each.
-    pub fn add_unseen(&self, world: &World, lambda: C, unit: f64, x: &[C], n: usize, out: &mut [C]) {
-        let (Some(turning), Some(modal)) = (&self.turning, &self.modal) else { return };
-        let u = self.reals(x, n);
-        for (power, lambda) in [C::from(1.0), lambda].into_iter().enumerate() {
-            let Some((matrix, factor)) = turning.term(power) else { continue };
-            apply(world, matrix, &u).add_to(factor * unit * lambda, out, n, self.first);
-        }
-        let mut seen = u.zeros();
-        modal.add_seen(world, lambda, C::from(-unit), &u, &mut seen);
-        seen.add_to(C::from(1.0), out, n, self.first);
     }
 
     /// Collective: what rotation adds to uᴴ K u of a motion, N/m times the square of its unit.

@@ -12,46 +12,67 @@ type C = Complex<f64>;
 pub struct Residuals {
     /// |P(λ)x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) (Tisseur, Linear Algebra Appl. 309, 2000).
     pub backward_error: f64,
-    /// |P(σ)⁻¹P(λ)x| / |x| with the last shift σ.
+    /// |P(σ)⁻¹P(λ)x| / |x| with the last shift σ; where solutions are not corrected, that of the problem with the rotation that the modes see.
     pub correction: f64,
     /// Largest |Y_n u| of the closed nodes over the largest |u|.
     pub constraint: f64,
 }
 
+/// The residuals of a pair, and what one more inverse iteration changes.
+pub(super) struct Judged {
+    pub residuals: Residuals,
+    /// Local rows of P(σ)⁻¹P(λ)x.
+    pub change: Vec<C>,
+}
+
 impl System<'_> {
     /// Collective: residuals of pairs (λ in 1/s, x).
     pub fn residuals(&mut self, pairs: &[(C, &[C])]) -> Result<Vec<Residuals>> {
-        let mut judged = Vec::new();
+        let mut all = Vec::new();
         for pairs in pairs.chunks(BLOCK) {
-            let (sums, backward): (Vec<Vec<C>>, Vec<f64>) = pairs.iter().map(|(l, x)| self.residual(*l, x)).unzip();
-            let mut sums = sums.concat();
-            Quadratic::solve(self, &mut sums, pairs.len())?;
-            let n = sums.len() / pairs.len();
-            for (((_, x), backward_error), y) in pairs.iter().zip(backward).zip(sums.chunks_exact(n)) {
-                let correction = self.size(y) / self.size(x);
-                let rows = self.motion(x);
-                let gap = (0..self.coupling.closed()).map(|i| rows[3 * i + 2].norm()).fold(0.0, f64::max);
-                let u = self.world.max(x[..self.pressures()].iter().map(|v| v.norm()).fold(0.0, f64::max));
-                judged.push(Residuals { backward_error, correction, constraint: gap / u });
-            }
+            let values: Vec<C> = pairs.iter().map(|p| p.0).collect();
+            let vectors = pairs.iter().map(|p| p.1).collect::<Vec<_>>().concat();
+            let rest = self.rest(&values, &vectors)?;
+            all.extend(self.judge(&values, &vectors, rest)?.into_iter().map(|j| j.residuals));
         }
-        Ok(judged)
+        Ok(all)
     }
 
-    /// Collective: P(λ)x of the pair (λ in 1/s, x), and its backward error.
-    fn residual(&self, lambda: C, x: &[C]) -> (Vec<C>, f64) {
-        let scaled = lambda / self.rate;
-        let mut sum = vec![C::default(); x.len()];
-        let mut y = sum.clone();
-        let mut power = C::from(1.0);
-        let mut scale = 0.0;
-        for (p, norm) in self.norms.into_iter().enumerate() {
-            self.product(p, x, &mut y, 1);
-            sum.iter_mut().zip(&y).for_each(|(s, y)| *s += power * y);
-            scale += power.norm() * norm;
-            power *= scaled;
+    /// Collective: P(λ)x of pairs (λ in 1/s; x one behind the other).
+    pub(super) fn rest(&mut self, values: &[C], vectors: &[C]) -> Result<Vec<C>> {
+        let n = vectors.len() / values.len().max(1);
+        let [mut sum, damped, inertia] = self.images(vectors, values.len())?;
+        let moving = damped.chunks_exact(n).zip(inertia.chunks_exact(n));
+        for ((sum, (damped, inertia)), value) in sum.chunks_exact_mut(n).zip(moving).zip(values) {
+            let scaled = value / self.rate;
+            let terms = damped.iter().zip(inertia).map(|(c, m)| scaled * (c + scaled * m));
+            sum.iter_mut().zip(terms).for_each(|(s, t)| *s += t);
         }
-        let backward_error = self.size(&sum) / (scale * self.size(x));
-        (sum, backward_error)
+        Ok(sum)
+    }
+
+    /// Collective: how good pairs (λ in 1/s; x one behind the other) are of which P(λ)x is the `rest`.
+    pub(super) fn judge(&mut self, values: &[C], vectors: &[C], rest: Vec<C>) -> Result<Vec<Judged>> {
+        let n = vectors.len() / values.len().max(1);
+        let left: Vec<f64> = rest.chunks_exact(n).map(|r| self.size(r)).collect();
+        let mut changes = rest;
+        self.solve_whole(&mut changes, values.len())?;
+        let judge = |(i, left): (usize, f64)| {
+            let [x, change] = [vectors, &changes].map(|all| &all[i * n..(i + 1) * n]);
+            let value = values[i];
+            let power = value.norm() / self.rate;
+            let [k, c, m] = self.norms;
+            let size = self.size(x);
+            let rows = self.motion(x);
+            let gap = (0..self.coupling.closed()).map(|i| rows[3 * i + 2].norm()).fold(0.0, f64::max);
+            let u = self.world.max(x[..self.pressures()].iter().map(|v| v.norm()).fold(0.0, f64::max));
+            let residuals = Residuals {
+                backward_error: left / ((k + power * c + power * power * m) * size),
+                correction: self.size(change) / size,
+                constraint: gap / u,
+            };
+            Judged { residuals, change: change.to_vec() }
+        };
+        Ok(left.into_iter().enumerate().map(judge).collect())
     }
 }

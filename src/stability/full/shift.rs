@@ -11,7 +11,7 @@ use super::damping::{Damping, ModalCorrection, ModalTerms};
 use super::inverse::{Inverse, ShiftedBody};
 use super::part::Part;
 use super::system::System;
-use crate::eigen::quadratic::{random, Quadratic};
+use crate::eigen::quadratic::{random, Quadratic, BLOCK};
 use crate::petsc::complex::ComplexFactor;
 use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::{Error, Result};
@@ -93,14 +93,20 @@ impl<'a> System<'a> {
     /// Collective: what the modal damping of a part adds to the inverse of its body at λ = `sigma`.
     fn correction(&self, part: &Part, damping: &ModalTerms, body: &ShiftedBody, sigma: C) -> ModalCorrection {
         let (n, m, count) = (part.len(), 3 * self.coupling.nodes.len(), damping.count());
-        // G = UᵀZ, then YZ, column by column.
+        // G = BᵀZ, then YZ, column by column.
         let mut all = vec![C::default(); (count + m) * count];
-        for (k, out) in all.chunks_exact_mut(count + m).enumerate() {
-            let z: Vec<C> = (0..n).map(|i| body.response((m + k) * n + i)).collect();
+        for (at, some) in all.chunks_mut((count + m) * BLOCK).enumerate() {
+            let columns = some.len() / (count + m);
+            let first = (m + at * BLOCK) * n;
+            let z: Vec<C> = (first..first + columns * n).map(|i| body.response(i)).collect();
             let own = damping.loads.dots(count, &Reals::of(&z, n.max(1), 0..n));
-            out[..count].iter_mut().zip(own.iter().flatten()).for_each(|(out, own)| *out = *own);
-            for (row, dof, y) in part.rows() {
-                out[count + row] += y * z[dof];
+            for (k, out) in some.chunks_exact_mut(count + m).enumerate() {
+                if let Some(own) = own.get(k) {
+                    out[..count].copy_from_slice(own);
+                }
+                for (row, dof, y) in part.rows() {
+                    out[count + row] += y * z[k * n + dof];
+                }
             }
         }
         let all = self.world.sum_all(&all);
@@ -115,14 +121,18 @@ impl<'a> System<'a> {
         let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
         let (k, mass) = (part.body.stiffness(), part.body.mass());
         let name = format!("body {} at {:.1} Hz", part.body.name(), sigma.im / (2.0 * std::f64::consts::PI));
-        let modal = group.iter().filter_map(|&p| self.parts[p].modal.as_ref()).max_by_key(|d| d.count());
-        let count = m + modal.map_or(0, |d| d.count());
+        let modal = part.modal.as_ref().or_else(|| group.iter().find_map(|&p| self.parts[p].modal.as_ref()));
+        // What a real inverse makes of MΦ is known from the modes, as exactly as they are; where a body rotates pairs are improved anyway.
+        let turns = group.iter().any(|&p| self.parts[p].turns());
+        let modes = group.iter().find_map(|&p| self.parts[p].modes);
+        let known = s.filter(|_| turns).zip(modes);
+        let count = m + modal.filter(|_| known.is_none()).map_or(0, |d| d.count());
         let mut loads = vec![0.0; n * count];
         for &(row, dof, factor) in &part.rows {
             loads[row * n + dof] = factor;
         }
-        for (load, column) in modal.iter().flat_map(|d| d.loads.values.chunks_exact(n.max(1))).zip(m..) {
-            loads[column * n..(column + 1) * n].copy_from_slice(load);
+        if let Some(modal) = modal.filter(|_| known.is_none()) {
+            loads[m * n..].copy_from_slice(&modal.loads.values);
         }
         let Damping { alpha, beta } = part.damping;
         let inverse = match s {
@@ -138,7 +148,14 @@ impl<'a> System<'a> {
                 Inverse::Complex(ComplexFactor::new(self.petsc, &terms, "stability_", &name)?)
             }
         };
-        ShiftedBody::new(inverse, loads, count, group)
+        let mut body = ShiftedBody::new(inverse, loads, count, group)?;
+        if let Some((s, modes)) = known {
+            for (shape, omega) in modes.vectors.iter().zip(&modes.omega) {
+                let factor = 1.0 / (omega * omega - s);
+                body.columns[0].values.extend(shape.iter().map(|v| factor * v));
+            }
+        }
+        Ok(body)
     }
 
     /// Collective: a start for an eigensolver, the same on any number of ranks, columns of norm 1: the answers to unlike forces, in the first column on the contact rows,

@@ -32,8 +32,8 @@ pub struct System<'a> {
     pub(super) shift: Option<Shift<'a>>,
     /// λ there, 1/s.
     pub(super) sigma: C,
-    /// What may be left of a solution where corrections are needed for it.
-    pub(super) accuracy: f64,
+    /// What may be left of a solution of the rotation that the modes do not see; none: solutions are not corrected for it.
+    pub(super) accuracy: Option<f64>,
 }
 
 impl<'a> System<'a> {
@@ -42,7 +42,7 @@ impl<'a> System<'a> {
     pub fn new(
         petsc: &'a Petsc<'a>,
         bodies: &[&'a dyn FullSystem],
-        modes: &[&BodyModes],
+        modes: &[&'a BodyModes],
         places: &[DampedBody; 2],
         coupling: Coupling,
         rate: f64,
@@ -67,23 +67,18 @@ impl<'a> System<'a> {
         let (own, moved) = coupling.largest_memory();
         norms[0] += own[1] / rate + moved[1] / (rate * stiffness) + own[0];
         norms[1] += own[0] + moved[0] / stiffness;
-        Ok(Self {
-            world,
-            petsc,
-            parts,
-            coupling,
-            rate,
-            stiffness,
-            norms,
-            shift: None,
-            sigma: C::default(),
-            accuracy: 1e-12,
-        })
+        let (shift, sigma, accuracy) = (None, C::default(), None);
+        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift, sigma, accuracy })
     }
 
     /// Unit of λ, rad/s.
     pub fn rate(&self) -> f64 {
         self.rate
+    }
+
+    /// Whether a body rotates: then the inverse is one of a nearby problem.
+    pub(super) fn turns(&self) -> bool {
+        self.parts.iter().any(Part::turns)
     }
 
     /// First local unknown of the pressures.
@@ -162,10 +157,15 @@ impl<'a> System<'a> {
         [0, 1].map(|p| self.parts.get(p).map_or(0.0, |part| part.dissipation(self.world, x)))
     }
 
+    /// What the matrix of this power of λ is multiplied by.
+    fn unit(&self, power: usize) -> f64 {
+        self.rate.powi(power as i32) / self.stiffness
+    }
+
     /// Collective: out = A x with the matrix A of this power of λ, of each of the `columns` vectors.
     pub(super) fn product(&self, power: usize, x: &[C], out: &mut [C], columns: usize) {
         let n = x.len() / columns.max(1);
-        let unit = self.rate.powi(power as i32) / self.stiffness;
+        let unit = self.unit(power);
         out.fill(C::default());
         for part in &self.parts {
             part.multiply(self.world, power, &part.reals(x, n)).add_to(C::from(unit), out, n, part.first);
@@ -231,6 +231,22 @@ impl Quadratic for System<'_> {
     fn multiply(&mut self, power: usize, x: &[C], out: &mut [C], columns: usize) -> Result<()> {
         self.product(power, x, out, columns);
         Ok(())
+    }
+
+    fn images(&mut self, x: &[C], columns: usize) -> Result<[Vec<C>; 3]> {
+        let n = x.len() / columns.max(1);
+        let mut all = [0, 1, 2].map(|_| vec![C::default(); x.len()]);
+        for part in &self.parts {
+            for ((image, out), power) in part.images(self.world, &part.reals(x, n)).iter().zip(&mut all).zip(0..) {
+                image.add_to(C::from(self.unit(power)), out, n, part.first);
+            }
+        }
+        for (out, power) in all.iter_mut().zip(0..) {
+            for (x, out) in x.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
+                self.add_contact(power, self.unit(power), x, out);
+            }
+        }
+        Ok(all)
     }
 
     fn solve(&mut self, x: &mut [C], columns: usize) -> Result<()> {

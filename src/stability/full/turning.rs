@@ -1,7 +1,6 @@
-//! Rotation in the full system. The inverse at a shift knows what the modes see of it. The rest is sparse, small, and no matrix of low rank: each solution is
-//! corrected for it.
+//! Rotation in the full system. The inverse at a shift knows what the modes see of it. The rest is sparse, small, and no matrix of low rank. Where the pairs of the nearby problem without
+//! it cannot be improved ([`super::pairs`]), each solution is corrected for it.
 
-use super::part::Part;
 use super::system::System;
 use crate::{Error, Result};
 use faer::linalg::solvers::SolveLstsq;
@@ -32,8 +31,8 @@ struct Column {
 }
 
 impl Column {
-    /// Collective: takes in `image`, the operator times the last vector of the basis; returns coordinates of the solution once it is good enough.
-    fn step(&mut self, system: &System, mut image: Vec<C>) -> Option<Vec<C>> {
+    /// Collective: takes in `image`, the operator times the last vector of the basis; returns coordinates of the solution once no more than `accuracy` of it is left.
+    fn step(&mut self, system: &System, mut image: Vec<C>, accuracy: f64) -> Option<Vec<C>> {
         let mut h = vec![C::default(); self.basis.len()];
         // The second time takes what rounding left.
         for _ in 0..2 {
@@ -58,7 +57,7 @@ impl Column {
         }
         self.basis.push(image);
         // The operator is nearly one, so the rest is nearly its own correction: what is left then is smaller by as much as this step made it.
-        let done = left * (left / self.left) <= system.accuracy;
+        let done = left * (left / self.left) <= accuracy;
         self.left = left;
         done.then(|| {
             (0..=k).map(|i| self.size * (rest[(i, 0)] + if i < k { y[(i, 0)] } else { C::default() })).collect()
@@ -67,24 +66,18 @@ impl Column {
 }
 
 impl System<'_> {
-    /// How exact solutions have to be for the `count` eigenvalues nearest to the shift, of which `reduced` tell the distances.
-    pub(super) fn solve_for(&mut self, count: usize, reduced: &[C]) {
-        let mut distances: Vec<f64> = reduced.iter().map(|l| (l - self.sigma).norm()).collect();
-        distances.sort_by(f64::total_cmp);
-        let share = match (distances.first(), distances.get(count.min(distances.len()).saturating_sub(1))) {
-            (Some(near), Some(far)) if *far > 0.0 => near / far,
-            _ => 1.0,
-        };
-        self.accuracy = (CORRECTED * share).clamp(ACCURACY[0], ACCURACY[1]);
+    /// Solutions at the shift are corrected from now on, as exactly as eigenvalues at these `distances` from it need.
+    pub(super) fn correct_solutions(&mut self, distances: &[f64]) {
+        let [near, far] = [f64::min, f64::max].map(|which| distances.iter().copied().reduce(which).unwrap_or(1.0));
+        let share = if far > 0.0 { near / far } else { 1.0 };
+        self.accuracy = Some((CORRECTED * share).clamp(ACCURACY[0], ACCURACY[1]));
     }
 
-    /// Collective: solves for the columns of `x` in place. The inverse P̃⁻¹ stands for all but what the modes do not see of the rotation, E: with y = P̃⁻¹b the solution
-    /// of the whole is that of (1 + P̃⁻¹E) x = y.
+    /// Collective: solves for the columns of `x` in place. Without corrections that is the inverse P̃⁻¹ with what the modes see of the rotation; with them y = P̃⁻¹b is the right side of
+    /// P̃⁻¹P x = y.
     pub(super) fn solve_whole(&mut self, x: &mut [C], columns: usize) -> Result<()> {
         self.solve_seen(x, columns)?;
-        if !self.parts.iter().any(Part::turns) {
-            return Ok(());
-        }
+        let Some(accuracy) = self.accuracy else { return Ok(()) };
         let n = x.len() / columns.max(1);
         let start = |(place, y): (usize, &[C])| {
             let size = self.size(y);
@@ -94,15 +87,11 @@ impl System<'_> {
         let mut open: Vec<Column> = x.chunks_exact(n).enumerate().filter_map(start).collect();
         for _ in 0..CORRECTIONS {
             let last: Vec<C> = open.iter().filter_map(|column| column.basis.last()).flatten().copied().collect();
-            let mut images = vec![C::default(); last.len()];
-            for part in &self.parts {
-                part.add_unseen(self.world, self.sigma, 1.0 / self.stiffness, &last, n, &mut images);
-            }
+            let mut images = self.rest(&vec![self.sigma; open.len()], &last)?;
             self.solve_seen(&mut images, open.len())?;
             let mut still = Vec::new();
-            for (mut column, (v, w)) in open.into_iter().zip(last.chunks_exact(n).zip(images.chunks_exact(n))) {
-                let image = v.iter().zip(w).map(|(v, w)| v + w).collect();
-                match column.step(self, image) {
+            for (mut column, image) in open.into_iter().zip(images.chunks_exact(n)) {
+                match column.step(self, image.to_vec(), accuracy) {
                     None => still.push(column),
                     Some(coordinates) => {
                         let x = &mut x[column.place * n..(column.place + 1) * n];

@@ -84,9 +84,11 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
         (0..75).map(|k| if k % 3 == 2 && [7, 8, 12].contains(&(k / 3)) { 1e3 } else { 0.0 }).collect();
     let start = State::at_rest(&model, &reaction, 2e-3).shaken(3, 0.5);
     let mut stepper = Stepper::new(model, settings, start).expect("a stepper");
-    let wanted: job::Transient = serde_json::from_value(
-        json!({ "duration": 0.011, "step": H, "contact_stride": 3, "modal_stride": 2, "body_stride": 5 }),
-    )
+    let points = ["one", "two"].map(|name| json!({ "name": name, "body": "upper", "at": [0, 0, 0] }));
+    let wanted: job::Transient = serde_json::from_value(json!({
+        "duration": 0.011, "step": H, "contact_stride": 3, "modal_stride": 2, "body_stride": 5,
+        "points": points
+    }))
     .expect("a transient");
     let names = ["one", "two"];
     let (rows, m, n) = (6, 3, 25);
@@ -100,8 +102,8 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     segments.begin(serde_json::Value::Null).expect("a run");
     segments.write(0, &points.kept()).expect("the start");
     // A run that is continued takes what moves the points from its first segment.
-    let mut again = Points::moved(&names, Vec::new(), Vec::new());
-    again.restore(&segments.open_first().expect("the first")).expect("the points");
+    let again = Points::restore(&wanted, &segments.open_first().expect("the first")).expect("the points");
+    assert_eq!((&again.names, &again.at), (&points.names, &points.at));
 
     let mut recorder = Recorder::new(&points, &wanted, &root, 4, &stepper.state().reaction);
     let mut seen: Vec<Seen> = Vec::new();

@@ -1,0 +1,230 @@
+//! Limit cycles: a motion is followed until it repeats itself or has died out.
+//!
+//! Modes are little damped, so a cycle is approached slowly: after ten thousands of periods as a rule. The way there is shortened. Between windows of some
+//! periods the deviation from rest is multiplied by a factor that leads to the amplitude at which, by what has been seen, nothing grows nor decays
+//! ([`trail`]). What is told of the cycle is then measured on a motion that has been left to itself, after its return to a section has been looked at
+//! (H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
+
+mod alone;
+mod record;
+mod trail;
+
+pub use record::{Record, Returns};
+
+use super::stepper::{State, Stepper};
+use crate::Result;
+use alone::{Alone, Known};
+use faer::Mat;
+use trail::{Next, Seen, Trail};
+
+/// Periods of a window over which amplitudes are averaged.
+const WINDOW: f64 = 16.0;
+/// Of the mean square of the velocities, the least share along the direction that is looked at: below it the motion has become another one.
+const SHARE: f64 = 0.2;
+
+/// What is looked for.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// The time step of the stepper, s.
+    pub step: f64,
+    /// Period of the motion to begin with, s.
+    pub period: f64,
+    /// Relative error of the amplitude.
+    pub settled: f64,
+    /// Longest time, s.
+    pub longest: f64,
+    /// Root mean square of the modal velocities, √J, below which a decaying motion counts as rest.
+    pub floor: f64,
+    /// Whether small motions about rest decay: then those that meet no other nodes than at rest do have nothing else before them.
+    pub stable: bool,
+    /// Closed and sticking nodes at rest.
+    pub nodes: [usize; 2],
+    /// Multiples of the frequency that are told.
+    pub harmonics: usize,
+    /// Velocities that are told, as rows over the modal ones, `[r, m]`.
+    pub watch: Mat<f64>,
+}
+
+/// What became of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// It has died out.
+    Rest,
+    /// It repeats itself.
+    Cycle,
+    /// Its amplitude stays, but it does not repeat itself.
+    Irregular,
+    /// Its amplitude still changes at the end of the time.
+    Unsettled,
+}
+
+/// A motion that was followed to its end.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    /// What became of it.
+    pub fate: Fate,
+    /// How it repeats itself, and what it is made of; none of what rests.
+    pub motion: Option<(Returns, Record)>,
+    /// Rate at which small deviations of the amplitude go back, 1/s; NaN where it was not found.
+    pub back: f64,
+    /// Simulated time, s.
+    pub time: f64,
+    /// The state at the end.
+    pub state: State,
+}
+
+/// Follows the motion of `stepper` about the state `rest`.
+pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> Result<Followed> {
+    let omega = stepper.omega().to_vec();
+    let first = stepper.state().step;
+    let along = vec![0.0; omega.len()];
+    let mut walk = Walk { stepper, rest, settings, omega, along, step: settings.step, first };
+    let mut trail = walk.trail();
+    let mut alone: Option<Alone> = None;
+    let mut back = f64::NAN;
+    let mut fate = Fate::Unsettled;
+    walk.aim()?;
+    while walk.time() < settings.longest {
+        let Some(seen) = walk.look()? else {
+            // The motion has become another one.
+            (trail, alone) = (walk.trail(), None);
+            walk.aim()?;
+            continue;
+        };
+        let small = seen.linear && settings.stable || seen.level < settings.floor.ln();
+        if seen.rate < 0.0 && small {
+            return Ok(Followed { fate: Fate::Rest, motion: None, back, time: walk.time(), state: rest.clone() });
+        }
+        let Some(own) = &mut alone else {
+            match trail.next(seen) {
+                Next::Scale(factor) => walk.scale(factor)?,
+                Next::Near(rate) => (alone, back) = (Some(Alone::default()), rate),
+            }
+            continue;
+        };
+        match own.next(seen, settings.settled) {
+            Known::Nothing => {}
+            Known::Gone => (trail, alone) = (walk.trail(), None),
+            Known::Wanders => {
+                fate = Fate::Irregular;
+                break;
+            }
+            Known::Settled => {
+                let returns = walk.returns()?;
+                let (record, level) = walk.record(returns.period)?;
+                let stays = (level.ln() - seen.level).abs() <= settings.settled;
+                if stays && returns.crossings > 0 {
+                    let (motion, state) = (Some((returns, record)), walk.stepper.state().clone());
+                    return Ok(Followed { fate: Fate::Cycle, motion, back, time: walk.time(), state });
+                }
+                // What was brought in on the way may have to decay.
+                fate = Fate::Irregular;
+            }
+        }
+    }
+    let returns = walk.returns()?;
+    let period = if returns.period > 0.0 { returns.period } else { settings.period };
+    let (record, _) = walk.record(period)?;
+    let state = walk.stepper.state().clone();
+    Ok(Followed { fate, motion: Some((returns, record)), back, time: walk.time(), state })
+}
+
+/// The motion on its way.
+struct Walk<'w, 'a, 's> {
+    stepper: &'w mut Stepper<'a>,
+    rest: &'s State,
+    settings: &'s Settings,
+    /// rad/s, `[m]`.
+    omega: Vec<f64>,
+    /// The direction of the motion in the modal velocities, of length 1, `[m]`.
+    along: Vec<f64>,
+    /// s.
+    step: f64,
+    /// Number of the first step.
+    first: u64,
+}
+
+impl Walk<'_, '_, '_> {
+    fn time(&self) -> f64 {
+        (self.stepper.state().step - self.first) as f64 * self.step
+    }
+
+    fn step(&mut self) -> Result<()> {
+        self.stepper.advance()
+    }
+
+    /// Along the direction of the motion.
+    fn project(&self, v: &[f64]) -> f64 {
+        self.along.iter().zip(v).map(|(a, v)| a * v).sum()
+    }
+
+    /// Steps of a window.
+    fn window(&self) -> usize {
+        (WINDOW * self.settings.period / self.step).ceil() as usize
+    }
+
+    /// A trail of looks of three windows.
+    fn trail(&self) -> Trail {
+        Trail::new(3.0 * self.window() as f64 * self.step)
+    }
+
+    /// The direction of the motion: that of the largest velocity in a window.
+    fn aim(&mut self) -> Result<()> {
+        let mut largest = 0.0;
+        for _ in 0..self.window() {
+            self.step()?;
+            let v = &self.stepper.state().v;
+            let square: f64 = v.iter().map(|v| v * v).sum();
+            if square > largest {
+                largest = square;
+                self.along = v.iter().map(|v| v / square.sqrt()).collect();
+            }
+        }
+        Ok(())
+    }
+
+    /// Root mean square along the direction of the motion over a window, √J, its share of all motion, and whether no other nodes were met than at rest.
+    fn mean(&mut self) -> Result<(f64, f64, bool)> {
+        let steps = self.window();
+        let (mut weights, mut along, mut all, mut linear) = (0.0, 0.0, 0.0, true);
+        for step in 0..steps {
+            self.step()?;
+            let weight = record::hann(step, steps);
+            let report = self.stepper.report();
+            linear &= [report.closed, report.stick] == self.settings.nodes;
+            let v = &self.stepper.state().v;
+            weights += weight;
+            along += weight * self.project(v).powi(2);
+            all += weight * v.iter().map(|v| v * v).sum::<f64>();
+        }
+        Ok(((along / weights).sqrt(), along / all.max(f64::MIN_POSITIVE), linear))
+    }
+
+    /// Lets fast parts of the motion go for a window and looks at two more. None where the motion has become another one.
+    fn look(&mut self) -> Result<Option<Seen>> {
+        self.mean()?;
+        let one = self.mean()?;
+        let two = self.mean()?;
+        if two.1 < SHARE && two.0 > 0.0 {
+            return Ok(None);
+        }
+        let [a, b] = [one.0, two.0].map(|a| a.max(f64::MIN_POSITIVE).ln());
+        let width = self.window() as f64 * self.step;
+        Ok(Some(Seen { level: b, rate: (b - a) / width, linear: one.2 && two.2 }))
+    }
+
+    /// Multiplies the deviation from rest.
+    fn scale(&mut self, factor: f64) -> Result<()> {
+        let mut state = self.stepper.state().clone();
+        let stretch = |x: &mut Vec<f64>, rest: &[f64]| {
+            x.iter_mut().zip(rest).for_each(|(x, r)| *x = r + factor * (*x - r));
+        };
+        stretch(&mut state.q, &self.rest.q);
+        stretch(&mut state.v, &self.rest.v);
+        self.stepper.put(state)?;
+        self.stepper.settle()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,133 @@
+//! One mass on a belt, whose friction falls with the velocity and remembers little: a cycle of stick and slip beside a rest that is stable.
+
+use super::*;
+use crate::contact::{Creepage, NormalLoad};
+use crate::friction::{Exponential, FrictionLaw};
+use crate::grid::Interface;
+use crate::model::ModalMatrix;
+use crate::transient::{ContactSolver, Drive, Model, Scheme, Settings as Steps};
+use std::f64::consts::PI;
+
+const OMEGA: f64 = 2.0 * PI * 100.0;
+const STEP: f64 = 5e-5;
+/// Normal force, N, and compliance, m/N.
+const LOAD: f64 = 100.0;
+const SOFT: f64 = 1e-8;
+const STATIC: f64 = 0.4;
+const KINETIC: f64 = 0.2;
+/// m/s.
+const DECAY: f64 = 0.3;
+/// 1/s: rest is stable above a belt's velocity of some 0.5 m/s.
+const DAMPING: f64 = 12.6;
+
+/// I₁ by its series.
+fn bessel(x: f64) -> f64 {
+    let (mut term, mut sum) = (0.5 * x, 0.0);
+    for k in 1..60 {
+        sum += term;
+        term *= 0.25 * x * x / (f64::from(k) * f64::from(k + 1));
+    }
+    sum
+}
+
+/// Growth rate of a motion whose velocity swings by `a` on a belt of the velocity `v` > a: the means of what friction feeds and damping takes.
+fn growth(v: f64, a: f64) -> f64 {
+    LOAD * (STATIC - KINETIC) * (-v / DECAY).exp() * bessel(a / DECAY) / a - 0.5 * DAMPING
+}
+
+/// What becomes of a motion of the mass, 1 kg, whose velocity swings by `a`, m/s, on a belt of the velocity `v`, m/s.
+fn fate(v: f64, a: f64) -> Followed {
+    let points = Interface::points(vec![0.0], vec![[0.0; 2]]).unwrap();
+    let residual = Mat::from_fn(3, 3, |i, j| if i == j { [0.0, SOFT, SOFT][i] } else { 0.0 });
+    let modes = Mat::from_fn(3, 1, |i, _| if i == 0 { 1.0 } else { 0.0 });
+    let omega = [OMEGA];
+    let model = Model {
+        interface: &points,
+        residual: residual.as_ref(),
+        modes: modes.as_ref(),
+        omega: &omega,
+        stiffness: ModalMatrix::squares(&omega),
+        damping: vec![DAMPING].into(),
+        turning: None,
+        load: &[],
+    };
+    let law = Exponential { memory_length: 1e-5, ..Exponential::new(STATIC, KINETIC, DECAY) };
+    let friction = FrictionLaw::from(law);
+    let mu = friction.coefficient(v);
+    let creepage = Creepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 };
+    let settings = Steps {
+        scheme: Scheme { step: STEP, theta: 0.5 },
+        friction,
+        solver: ContactSolver::Newton,
+        tolerance: 1e-12,
+        drive: Drive::constant(NormalLoad::Approach(LOAD * SOFT), creepage, v),
+    };
+    let rest = State::at_rest(&model, &[-mu * LOAD, 0.0, LOAD], LOAD * SOFT).remembering(&[mu]);
+    let mut start = rest.clone();
+    start.v[0] += a;
+    let mut stepper = Stepper::new(model, settings, start).unwrap();
+    stepper.settle().unwrap();
+    let search = Settings {
+        step: STEP,
+        period: 2.0 * PI / OMEGA,
+        settled: 1e-3,
+        longest: 40.0,
+        floor: 1e-6,
+        stable: growth(v, 1e-9) < 0.0,
+        nodes: [1, 0],
+        harmonics: 3,
+        watch: Mat::from_fn(1, 1, |_, _| 1.0),
+    };
+    follow(&mut stepper, &rest, &search).unwrap()
+}
+
+/// The amplitude at which the mean of what friction feeds is what damping takes: below it motion dies out.
+fn threshold(v: f64) -> f64 {
+    let (mut low, mut high) = (1e-6, v);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        *(if growth(v, middle) < 0.0 { &mut low } else { &mut high }) = middle;
+    }
+    low
+}
+
+#[test]
+fn beside_a_stable_rest_large_motions_stick_and_stay() {
+    let v = 0.56;
+    let a = threshold(v);
+    assert!(growth(v, 1e-6) < 0.0 && growth(v, v) > 0.0 && a < 0.8 * v, "{a}");
+    let (below, above) = (fate(v, 0.9 * a), fate(v, 1.1 * a));
+    assert_eq!((below.fate, above.fate), (Fate::Rest, Fate::Cycle));
+    let (returns, record) = above.motion.unwrap();
+    // It moves with the belt for a while: its velocity is that of the belt at most.
+    assert!(record.stick[0] > 0.005 && record.stick[1] == 1.0, "{:?}", record.stick);
+    let swing = record.spectrum[0][0].norm();
+    assert!(swing > v && swing < 1.03 * v, "{swing}");
+    assert!((returns.period * OMEGA / (2.0 * PI) - 1.0).abs() < 0.02 && returns.crossings == 1, "{returns:?}");
+    // Friction and spring balance, and what it weighs is what is held.
+    assert!((record.force[2] + LOAD).abs() < 1e-6, "{:?}", record.force);
+    assert!((0.5 * record.velocity[0].powi(2) - record.kinetic).abs() < 1e-3 * record.kinetic);
+    assert_eq!(record.closed, 1);
+}
+
+/// The same cycle from far above, from just above the threshold, and where rest is unstable from next to nothing: as it would be without shortening the way.
+#[test]
+fn the_way_to_a_cycle_does_not_matter() {
+    let v = 0.4;
+    assert!(growth(v, 1e-9) > 1.0);
+    let kinetic = |a: f64| {
+        let found = fate(v, a);
+        assert_eq!(found.fate, Fate::Cycle, "from {a}");
+        found.motion.unwrap().1.kinetic
+    };
+    let (small, large) = (kinetic(1e-4), kinetic(3.0 * v));
+    assert!((small / large - 1.0).abs() < 4e-3, "{small} J, {large} J");
+}
+
+/// Beyond the fold nothing remains, however large the motion.
+#[test]
+fn beyond_the_fold_every_motion_dies_out() {
+    let v = 0.8;
+    assert!(growth(v, v) < 0.0);
+    assert_eq!(fate(v, 1.5 * v).fate, Fate::Rest);
+}
