@@ -498,3 +498,22 @@ fn a_curve_by_continuation_is_made_of_single_solutions() {
         }
     }
 }
+
+/// Points accepted at the residual that a curve has by default have their forces to 1e-6 of the load, whichever way the curve is gone.
+#[test]
+fn a_curve_at_its_own_residual_has_the_forces() {
+    let c = Pair::new(STEEL, SOFT, 70e3, 8);
+    for law in [FrictionLaw::Constant(0.3), Exponential::new(0.4, 0.25, 0.1).into()] {
+        let exact = SteadyProblem { friction: law.clone(), tolerance: 1e-11, ..c.problem(0.0005, 0.0, 0.1) };
+        let mut curve = Continuation::new(SteadyProblem { tolerance: 1e-6, ..exact.clone() });
+        let mut most = 0.0f64;
+        for eta in (0..=30).chain((0..30).rev()).map(|i| 0.0004 * f64::from(i)) {
+            let creepage = Creepage { lateral: eta, ..exact.creepage };
+            let found = curve.solve(creepage).unwrap();
+            let alone = SteadyProblem { creepage, ..exact.clone() }.solve().unwrap();
+            let off = (0..3).map(|k| (found.force[k] - alone.force[k]).abs()).fold(0.0, f64::max);
+            most = most.max(off / 70e3);
+        }
+        assert!(most < 1e-6, "{law}: {most:e} of the load");
+    }
+}

@@ -53,7 +53,10 @@ impl<'a> Curve<'a> {
             ((&self.model.interface, &self.model.pair), self.job.analyses.steady.as_ref());
         match self.job.analyses.stability {
             Some(_) => at_rest(model, self.contact, steady),
-            None => steady_rolling(model, self.contact, steady),
+            None => {
+                let tolerance = self.wanted.tolerance;
+                SteadyProblem { tolerance, ..steady_rolling(model, self.contact, steady) }
+            }
         }
     }
 

@@ -205,18 +205,29 @@ fn gather(
     nodes: &[usize],
     out: &mut [f64],
 ) -> Result<()> {
-    let mut first = true;
+    let mut rows = Vec::with_capacity(terms.len());
     for &(j, d) in terms.iter().filter(|t| t.1 != 0.0) {
         let Some(row) = row(problem.compliance, 3 * j + r) else {
             return Err(Error::Defect("steady contact: the influence matrix is neither by columns nor by rows".into()));
         };
-        for (o, &k) in out.chunks_exact_mut(3).zip(nodes) {
-            let (d, v) = (d * problem.interface.weight[k], &row[3 * k..3 * k + 3]);
-            let v = [d * v[0], d * v[1], d * v[2]];
-            let old = if first { [0.0; 3] } else { [o[0], o[1], o[2]] };
-            o.copy_from_slice(&[old[0] + v[0], old[1] + v[1], old[2] + v[2]]);
-        }
-        first = false;
+        rows.push((row, d));
+    }
+    let weight = &problem.interface.weight;
+    // All terms at once, so that `out` is written once.
+
+    match rows[..] {
+        [(a, x)] => put(nodes, weight, |k| x * a[k], out),
+        [(a, x), (b, y)] => put(nodes, weight, |k| x * a[k] + y * b[k], out),
+        [(a, x), (b, y), (c, z)] => put(nodes, weight, |k| x * a[k] + y * b[k] + z * c[k], out),
+        _ => put(nodes, weight, |k| rows.iter().map(|(row, d)| d * row[k]).sum(), out),
     }
     Ok(())
+}
+
+/// Writes weight times `of` each of the three rows of each of `nodes`.
+fn put(nodes: &[usize], weight: &[f64], of: impl Fn(usize) -> f64, out: &mut [f64]) {
+    for (o, &k) in out.chunks_exact_mut(3).zip(nodes) {
+        let values = [of(3 * k), of(3 * k + 1), of(3 * k + 2)];
+        o.copy_from_slice(&values.map(|v| weight[k] * v));
+    }
 }

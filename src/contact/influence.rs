@@ -17,7 +17,8 @@ pub(super) fn multiply(w: MatRef<'_, f64>, x: impl Iterator<Item = f64>) -> Vec<
     }
     let mut out = vec![0.0; w.nrows()];
     for (k, v) in x.enumerate().filter(|(_, v)| *v != 0.0) {
-        for (o, c) in out.iter_mut().zip(w.col(k).iter()) {
+        let Some(column) = w.col(k).try_as_col_major() else { continue };
+        for (o, c) in out.iter_mut().zip(column.as_slice()) {
             *o += c * v;
         }
     }

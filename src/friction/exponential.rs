@@ -1,6 +1,7 @@
 //! Friction that falls exponentially with the sliding velocity.
 
 use super::falling::{falling, Falling};
+use super::lapse;
 
 falling! {
     /// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
@@ -23,6 +24,13 @@ impl Falling for Exponential {
     fn left_with_slope(&self, v: f64) -> (f64, f64) {
         let left = self.left(v);
         (left, -left / self.decay_velocity)
+    }
+
+    fn lefts_with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut left: Vec<f64> = v.iter().map(|v| v / self.decay_velocity).collect();
+        lapse::left(&mut left);
+        let slope = left.iter().map(|l| -l / self.decay_velocity).collect();
+        (left, slope)
     }
 
     fn shape(&self) -> String {

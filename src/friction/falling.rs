@@ -13,6 +13,11 @@ pub(super) trait Falling {
         (self.left(v), self.left_slope(v))
     }
 
+    /// Both of them at each of the velocities `v`.
+    fn lefts_with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        v.iter().map(|v| self.left_with_slope(*v)).unzip()
+    }
+
     /// How it falls, as the end of a sentence with its comma or space.
     fn shape(&self) -> String;
 
@@ -96,6 +101,14 @@ macro_rules! falling {
                 let (left, slope) = self.left_with_slope(v);
                 let difference = self.at_rest - self.kinetic;
                 (self.kinetic + difference * left, difference * slope)
+            }
+
+            fn with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+                let (mut left, mut slope) = self.lefts_with_slopes(v);
+                let difference = self.at_rest - self.kinetic;
+                left.iter_mut().for_each(|l| *l = self.kinetic + difference * *l);
+                slope.iter_mut().for_each(|s| *s *= difference);
+                (left, slope)
             }
 
             fn scale(&mut self, factor: f64) {

@@ -11,7 +11,7 @@
 //! to node, and in time with the step. Between two nodes the coefficient lies on the exponential of the same rate, so that at rest every step
 //! finds the course that the steady state has.
 
-use super::FrictionLaw;
+use super::{lapse, FrictionLaw};
 
 /// Length of the memory where a job does not give it, m: a wear-in of asperities, as in the examples of CONTACT (0.02 mm).
 pub(super) fn default_length() -> f64 {
@@ -59,6 +59,20 @@ pub struct Remembered {
     pub step: f64,
     /// Time from the node upstream to this one, s, no shorter than the step; infinite where nothing rolls.
     pub passage: f64,
+}
+
+impl Remembered {
+    /// The coefficient after the step and its slope by the velocity, with those of the `law`, the slope `dr` of the rate and the parts `a` and `b` that have
+    /// gone in the step and on the way from the node upstream.
+    #[inline(always)]
+    fn renewed(&self, (law, slope): (f64, f64), dr: f64, [a, b]: [f64; 2]) -> (f64, f64) {
+        let (kept, over) = (1.0 - b, 1.0 / b);
+        let late = if kept > 0.0 { self.passage * kept } else { 0.0 };
+        let rest = law - (self.own - kept * self.upstream) * over;
+        let by_velocity =
+            dr * self.step * (1.0 - a) * rest + a * (slope - dr * late * (self.upstream - self.own) * over * over);
+        (self.own + a * rest, by_velocity)
+    }
 }
 
 /// How the coefficient at a node leaves the state of rest: dδμ/dt = −`decay` δμ + `upstream` δμ(upstream) + `gain` δv.
@@ -128,14 +142,30 @@ impl FrictionLaw {
     pub fn renewed_with_slope(&self, before: &Remembered, v: f64) -> (f64, f64) {
         let (law, slope) = self.with_slope(v);
         let Some(memory) = self.memory() else { return (law, slope) };
-        let (r, dr) = (memory.rate(v), memory.rate_slope(v));
-        let (a, b) = (lapsed(r * before.step), lapsed(r * before.passage));
-        let (kept, over) = (1.0 - b, 1.0 / b);
-        let late = if kept > 0.0 { before.passage * kept } else { 0.0 };
-        let rest = law - (before.own - kept * before.upstream) * over;
-        let by_velocity = dr * before.step * (1.0 - a) * rest
-            + a * (slope - dr * late * (before.upstream - before.own) * over * over);
-        (before.own + a * rest, by_velocity)
+        let r = memory.rate(v);
+        let gone = [lapsed(r * before.step), lapsed(r * before.passage)];
+        before.renewed((law, slope), memory.rate_slope(v), gone)
+    }
+
+    /// Both of them at nodes that slide at the velocities `v` ≥ 0, `[k]`; those of the law itself where nothing is remembered, `before` being empty.
+    pub fn renewed_with_slopes(&self, before: &[Remembered], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let varying = match self {
+            Self::Constant(mu) => return (vec![*mu; v.len()], vec![0.0; v.len()]),
+            Self::Varying(varying) => varying,
+        };
+        let (mut mu, mut slope) = varying.law().with_slopes(v);
+        if before.len() != v.len() {
+            return (mu, slope);
+        }
+        let (memory, k) = (varying.law().memory(), v.len());
+        let times = |time: fn(&Remembered) -> f64| v.iter().zip(before).map(move |(v, b)| memory.rate(*v) * time(b));
+        let mut lapsed: Vec<f64> = times(|b| b.step).chain(times(|b| b.passage)).collect();
+        lapse::lapsed(&mut lapsed);
+        let (steps, passages) = lapsed.split_at(k);
+        for (i, before) in before.iter().enumerate() {
+            (mu[i], slope[i]) = before.renewed((mu[i], slope[i]), memory.rate_slope(v[i]), [steps[i], passages[i]]);
+        }
+        (mu, slope)
     }
 
     /// How the coefficient leaves the state of rest `mu` at a node that slides at `v` ≥ 0, with the node upstream the time `passage` (s, infinite
@@ -192,6 +222,32 @@ mod tests {
                     (slope - d).abs() < 1e-6 * d.abs().max(1.0),
                     "{law:?}, {v} m/s, {passage} s: {slope} against {d}"
                 );
+            }
+        }
+    }
+
+    /// Many nodes at once as each by itself, with a memory and without.
+    #[test]
+    fn many_nodes_are_renewed_as_one() {
+        let mut all = Vec::new();
+        for (k, passage) in (0..37).flat_map(|k| PASSAGES.map(|p| (k, p))) {
+            let own = 0.28 + 1e-3 * f64::from(k);
+            all.push((Remembered { own, upstream: 0.31, step: 2e-5, passage }, 1e-4 * 1.4_f64.powi(k)));
+        }
+        let (before, v): (Vec<Remembered>, Vec<f64>) = all.into_iter().unzip();
+        for law in laws().into_iter().chain([FrictionLaw::Constant(0.3)]) {
+            let (mu, slope) = law.renewed_with_slopes(&before, &v);
+            let (plain, plain_slope) = law.renewed_with_slopes(&[], &v);
+            for (i, (before, &v)) in before.iter().zip(&v).enumerate() {
+                let ends = [
+                    ((mu[i], slope[i]), law.renewed_with_slope(before, v)),
+                    ((plain[i], plain_slope[i]), law.with_slope(v)),
+                ];
+                for (got, want) in ends {
+                    assert!((got.0 - want.0).abs() < 1e-15, "{law:?}, {v} m/s: {} against {}", got.0, want.0);
+                    let size = want.1.abs().max(1e-3);
+                    assert!((got.1 - want.1).abs() < 1e-13 * size, "{law:?}, {v} m/s: {} against {}", got.1, want.1);
+                }
             }
         }
     }

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 mod falling;
+mod lapse;
 mod memory;
 
 pub use memory::{Memory, Relaxation, Remembered};
@@ -39,6 +40,11 @@ trait Law: Remembers + std::fmt::Display {
     /// Both of them.
     fn with_slope(&self, v: f64) -> (f64, f64) {
         (self.coefficient(v), self.slope(v))
+    }
+
+    /// Both of them at each of the velocities `v`.
+    fn with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        v.iter().map(|v| self.with_slope(*v)).unzip()
     }
 
     /// The largest coefficient.

@@ -7,6 +7,7 @@ pub mod full;
 pub mod point;
 pub mod reduced;
 pub mod rightmost;
+pub mod secular;
 pub mod sensitivity;
 
 use crate::contact::LinearContact;
@@ -32,7 +33,7 @@ pub fn grows(value: Complex<f64>, backward_error: f64) -> bool {
 pub struct Spectrum {
     /// One of each conjugate pair, by falling growth rate, up to the frequency limit and the damping ratio; and all that grow.
     pub eigenpairs: Vec<Eigenpair>,
-    /// All finite eigenvalues, both of each conjugate pair.
+    /// All finite eigenvalues, both of each conjugate pair; of many modes without the relaxations of the contact.
     pub all: Vec<Complex<f64>>,
     /// Highest frequency kept, Hz; infinite where the modes are all there are.
     pub limit: f64,
@@ -45,7 +46,10 @@ pub struct Spectrum {
 /// On rank 0: the eigenvalues about a sliding contact.
 pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
     let limit = limit(stability, pair)?;
-    let pairs = eigenpairs(pair, contact, stability.tolerance)?;
+    let pairs = match by_functions(stability, pair, contact)? {
+        Some(pairs) => pairs,
+        None => eigenpairs(pair, contact, stability.tolerance)?,
+    };
     let all = pairs.iter().map(|p| p.value).collect();
     let kept = kept(stability, pairs, limit);
     Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
@@ -58,7 +62,26 @@ pub fn least_stable(
     contact: &LinearContact,
 ) -> Result<Option<Eigenpair>> {
     let limit = limit(stability, pair)?;
+    if let Some(pairs) = by_functions(stability, pair, contact)? {
+        return Ok(pairs.into_iter().find(|e| listed(stability, e, limit)));
+    }
     rightmost::rightmost(pair, contact, stability.tolerance, |e| listed(stability, e, limit))
+}
+
+/// Modes from which on their eigenvalues are found by what the contact sees of them: with fewer the dense pencil takes no longer.
+const MANY: usize = 200;
+
+/// The eigenvalues that may be listed, of many modes that the contact sees as few functions; none where it is not certain that these are all.
+fn by_functions(
+    stability: &job::Stability,
+    pair: &ModalPair,
+    contact: &LinearContact,
+) -> Result<Option<Vec<Eigenpair>>> {
+    // The full system is looked through with the whole spectrum as its guide.
+    if pair.omega.len() < MANY || stability.full.is_some() {
+        return Ok(None);
+    }
+    secular::eigenpairs(pair, contact, stability.damping_ratio, stability.tolerance)
 }
 
 /// The highest frequency that is kept, Hz, infinite where the modes are all there are.

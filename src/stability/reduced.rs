@@ -15,7 +15,7 @@
 //! pencil is therefore solved by one real shift and inversion.
 
 use faer::linalg::solvers::Solve;
-use faer::Mat;
+use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::contact::{LinearContact, LinearNode};
@@ -100,6 +100,11 @@ pub fn eigenpairs(bodies: &ModalPair, contact: &LinearContact, tolerance: f64) -
 }
 
 impl Pencil {
+    /// Of two matrices in units of their own.
+    pub fn of(a: Mat<f64>, e: Mat<f64>) -> Self {
+        Self { a, e, scales: Scales { rate: 1.0, force: 1.0, rows: Vec::new() } }
+    }
+
     /// All finite eigenvalues, one of each conjugate pair.
     pub fn roots(&self, tolerance: f64) -> Result<Vec<Root>> {
         let n = self.a.nrows();
@@ -135,7 +140,10 @@ impl Pencil {
 
     /// (A − shift E)⁻¹ E.
     fn inverted(&self) -> Result<Mat<f64>> {
-        let inverted = (&self.a - faer::Scale(SHIFT) * &self.e).partial_piv_lu().solve(&self.e);
+        let inverted = match self.scales.rows.len() {
+            0 => (&self.a - faer::Scale(SHIFT) * &self.e).partial_piv_lu().solve(&self.e),
+            nf => self.without_velocities(nf),
+        };
         match (0..self.a.nrows()).all(|i| inverted[(i, i)].is_finite()) {
             true => Ok(inverted),
             false => {
@@ -144,10 +152,54 @@ impl Pencil {
         }
     }
 
+    /// The same of a pencil of modes and `nf` unknowns of the contact: v = shift q + (the right-hand side for q) is put into the other rows.
+    fn without_velocities(&self, nf: usize) -> Mat<f64> {
+        let n = self.a.nrows();
+        let m = (n - nf) / 2;
+        let (a, e) = (self.a.as_ref().subrows(m, m + nf), self.e.as_ref().submatrix(2 * m, 2 * m, nf, nf));
+        let mut rates = a.subcols(m, m).to_owned();
+        (0..m).for_each(|i| rates[(i, i)] -= SHIFT);
+        let mut matrix = Mat::<f64>::zeros(m + nf, m + nf);
+        matrix.as_mut().subcols_mut(0, m).copy_from(a.subcols(0, m) + faer::Scale(SHIFT) * &rates);
+        matrix.as_mut().subcols_mut(m, nf).copy_from(a.subcols(2 * m, nf));
+        let mut own = matrix.as_mut().submatrix_mut(m, m, nf, nf);
+        own -= faer::Scale(SHIFT) * e;
+        let mut right = Mat::<f64>::zeros(m + nf, n);
+        right.as_mut().subcols_mut(0, m).copy_from(-&rates);
+        (0..m).for_each(|i| right[(i, m + i)] = 1.0);
+        right.as_mut().submatrix_mut(m, 2 * m, nf, nf).copy_from(e);
+        matrix.partial_piv_lu().solve_in_place(&mut right);
+        let mut whole = Mat::<f64>::zeros(n, n);
+        whole.as_mut().subrows_mut(0, m).copy_from(right.as_ref().subrows(0, m));
+        whole.as_mut().subrows_mut(m, m).copy_from(faer::Scale(SHIFT) * right.as_ref().subrows(0, m));
+        (0..m).for_each(|i| whole[(m + i, i)] += 1.0);
+        whole.as_mut().subrows_mut(2 * m, nf).copy_from(right.as_ref().subrows(m, nf));
+        whole
+    }
+
     /// ‖(A − λE) x‖ of each pair of `values` and columns of `vectors`.
-    fn residuals(&self, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -> Vec<f64> {
-        let images = images([&self.a, &self.e], values, vectors);
-        images.col_iter().map(|c| c.norm_l2()).collect()
+    pub fn residuals(&self, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -> Vec<f64> {
+        let (n, nf) = (self.a.nrows(), self.scales.rows.len());
+        if nf == 0 {
+            return images([&self.a, &self.e], values, vectors).col_iter().map(|c| c.norm_l2()).collect();
+        }
+        let m = (n - nf) / 2;
+        // q and v are tied by λq = v alone, and E is 1 but in the rows of the contact: these have no part of q and v in it.
+        let (low, storing) = (self.a.as_ref().subrows(m, m + nf), self.e.as_ref().submatrix(2 * m, 2 * m, nf, nf));
+        let part = |of: fn(&Complex<f64>) -> f64, first: usize| {
+            Mat::from_fn(n - first, vectors.ncols(), |i, j| of(&vectors[(first + i, j)]))
+        };
+        let [low_re, low_im] = [part(|v| v.re, 0), part(|v| v.im, 0)].map(|x| low * x);
+        let [e_re, e_im] = [part(|v| v.re, 2 * m), part(|v| v.im, 2 * m)].map(|x| storing * x);
+        let of = |(j, value): (usize, &Complex<f64>)| {
+            let x = |i: usize| vectors[(i, j)];
+            let tied: f64 = (0..m).map(|i| (x(m + i) - value * x(i)).norm_sqr()).sum();
+            let image = |i: usize| Complex::new(low_re[(i, j)], low_im[(i, j)]);
+            let moved: f64 = (0..m).map(|i| (image(i) - value * x(m + i)).norm_sqr()).sum();
+            let rows = (0..nf).map(|i| image(m + i) - value * Complex::new(e_re[(i, j)], e_im[(i, j)]));
+            (tied + moved + rows.map(|v| v.norm_sqr()).sum::<f64>()).sqrt()
+        };
+        values.iter().enumerate().map(of).collect()
     }
 
     /// The vector x of an eigenpair of it.
@@ -230,16 +282,31 @@ fn yielding(contact: &LinearContact) -> Vec<Yielding> {
     all
 }
 
+/// What the contact sees of the bodies: functions with the amplitudes of which they move at the contact rows, the modes or others of which these
+/// consist, and what is left of the compliance.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    /// `[3n, m]`.
+    pub modes: MatRef<'a, f64>,
+    /// `[3n, 3n]`, m/N.
+    pub residual: MatRef<'a, f64>,
+}
+
+impl<'a> From<&'a ModalPair> for View<'a> {
+    fn from(pair: &'a ModalPair) -> Self {
+        Self { modes: pair.modes.as_ref(), residual: pair.residual.as_ref() }
+    }
+}
+
 /// Displacement at a row under the traction `t` and the pressure `p` at a node, m.
-fn response(bodies: &ModalPair, row: usize, node: usize, t: [f64; 2], p: f64) -> f64 {
-    let s = bodies.residual.as_ref();
+fn response(View { residual: s, .. }: View<'_>, row: usize, node: usize, t: [f64; 2], p: f64) -> f64 {
     t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
 }
 
 /// Pressures r of the closed nodes as a function of (q, f), `[k, m + nf]`.
-fn pressures(bodies: &ModalPair, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Mat<f64>> {
-    let (m, k, nf) = (bodies.omega.len(), contact.nodes.len(), unknowns.len());
-    let (s, psi) = (bodies.residual.as_ref(), bodies.modes.as_ref());
+fn pressures(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Mat<f64>> {
+    let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
+    let View { residual: s, modes: psi } = bodies;
     let nodes = &contact.nodes;
     let mut s_np = Mat::from_fn(k, k, |i, j| {
         response(bodies, 3 * nodes[i].node + 2, nodes[j].node, nodes[j].tangent.friction(), 1.0)
@@ -273,7 +340,7 @@ fn pressures(bodies: &ModalPair, contact: &LinearContact, unknowns: &[Yielding])
 /// The reactions of the closed nodes that go with an eigenpair, N, rows (x, y, n), `[3k]`.
 pub fn reactions(bodies: &ModalPair, contact: &LinearContact, pair: &Eigenpair) -> Result<Vec<Complex<f64>>> {
     let unknowns = yielding(contact);
-    let r = pressures(bodies, contact, &unknowns)?;
+    let r = pressures(bodies.into(), contact, &unknowns)?;
     let mut forces = vec![Complex::default(); 3 * contact.nodes.len()];
     for (i, n) in contact.nodes.iter().enumerate() {
         let all = pair.modal.iter().chain(&pair.tangential);
@@ -294,14 +361,14 @@ pub fn reactions(bodies: &ModalPair, contact: &LinearContact, pair: &Eigenpair) 
 /// y at rows as a function of (q, f), Ψ q + S(·, f) f + S(·, p) r, for a list of rows with coefficients for each unknown, `[nf, m + nf]`; p
 /// stands for the pressure with its friction −μτ, and r = `pressures` gives the pressures.
 fn rows_of(
-    bodies: &ModalPair,
+    bodies: View<'_>,
     contact: &LinearContact,
     unknowns: &[Yielding],
     pressures: &Mat<f64>,
     list: &dyn Fn(&Yielding) -> Vec<(usize, f64)>,
 ) -> Mat<f64> {
-    let (m, k, nf) = (bodies.omega.len(), contact.nodes.len(), unknowns.len());
-    let (psi, nodes) = (bodies.modes.as_ref(), &contact.nodes);
+    let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
+    let (psi, nodes) = (bodies.modes, &contact.nodes);
     let lists: Vec<Vec<(usize, f64)>> = unknowns.iter().map(list).collect();
     let sum = |i: usize, f: &dyn Fn(usize) -> f64| lists[i].iter().map(|&(row, c)| c * f(row)).sum::<f64>();
     let direct = Mat::from_fn(nf, m + nf, |i, j| {
@@ -321,7 +388,7 @@ fn rows_of(
 }
 
 /// b·w of each unknown as a function of (q, f), `[nf, m + nf]`.
-fn displacements(bodies: &ModalPair, contact: &LinearContact, unknowns: &[Yielding], r: &Mat<f64>) -> Mat<f64> {
+fn displacements(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding], r: &Mat<f64>) -> Mat<f64> {
     rows_of(bodies, contact, unknowns, r, &|u| (0..2).map(|q| (3 * contact.nodes[u.at].node + q, u.creep[q])).collect())
 }
 
@@ -337,8 +404,8 @@ pub fn sharpness(bodies: &ModalPair, contact: &LinearContact) -> Result<f64> {
     }
     check(bodies, contact)?;
     let (m, unknowns) = (bodies.omega.len(), yielding(contact));
-    let r = pressures(bodies, contact, &unknowns)?;
-    let w = displacements(bodies, contact, &unknowns, &r);
+    let r = pressures(bodies.into(), contact, &unknowns)?;
+    let w = displacements(bodies.into(), contact, &unknowns, &r);
     let place = |storage: f64| (0..unknowns.len()).filter(|&i| unknowns[i].storage == storage).collect::<Vec<_>>();
     // A direction without residual compliance has no part in it.
     let across: Vec<usize> = place(0.0).into_iter().filter(|&i| w[(i, m + i)] != 0.0).collect();
@@ -359,39 +426,77 @@ pub fn sharpness(bodies: &ModalPair, contact: &LinearContact) -> Result<f64> {
     Ok(real.map(|f| -f.re).fold(0.0, f64::max))
 }
 
+/// How the contact ties amplitudes q and its own unknowns f together, each as a function of (q, f).
+pub(super) struct Coupling {
+    /// Forces on the amplitudes, `[m, m + nf]`.
+    pub g: Mat<f64>,
+    /// b·w of each unknown, `[nf, m + nf]`.
+    pub w: Mat<f64>,
+    /// b·V ∂w/∂x, `[nf, m + nf]`.
+    pub x: Mat<f64>,
+}
+
+impl Coupling {
+    /// That of the closed nodes of `contact` with these unknowns.
+    fn new(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Self> {
+        let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
+        let (psi, nodes) = (bodies.modes, &contact.nodes);
+        let r = pressures(bodies, contact, unknowns)?;
+        let w = displacements(bodies, contact, unknowns, &r);
+        let x = rows_of(bodies, contact, unknowns, &r, &|u| {
+            let terms = nodes[u.at].convection.iter();
+            let carried = terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.creep[q])));
+            let edges = contact.edges.iter().filter(|e| e.at == u.at).flat_map(|e| e.gaps);
+            carried.chain(edges.map(|(j, d)| (3 * j + 2, d[0] * u.creep[0] + d[1] * u.creep[1]))).collect()
+        });
+        // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
+        let by_f = Mat::from_fn(m, nf, |i, j| {
+            let (row, b) = (3 * nodes[unknowns[j].at].node, unknowns[j].along);
+            b[0] * psi[(row, i)] + b[1] * psi[(row + 1, i)]
+        });
+        let by_p = Mat::from_fn(m, k, |i, j| {
+            let (row, t) = (3 * nodes[j].node, nodes[j].tangent.friction());
+            t[0] * psi[(row, i)] + t[1] * psi[(row + 1, i)] + psi[(row + 2, i)]
+        });
+        let mut g = by_p * &r;
+        for j in 0..nf {
+            for i in 0..m {
+                g[(i, m + j)] += by_f[(i, j)];
+            }
+        }
+        Ok(Self { g, w, x })
+    }
+}
+
+/// The rows of the contact alone, (λ `by_rate` + `at_rest`) (q, f) = 0, `[nf, m + nf]` each, and the forces on the amplitudes, `[m, m + nf]`.
+pub(super) struct ContactRows {
+    pub by_rate: Mat<f64>,
+    pub at_rest: Mat<f64>,
+    pub forces: Mat<f64>,
+}
+
+/// Those of `contact` on bodies that move as `bodies` says.
+pub(super) fn contact_rows(bodies: View<'_>, contact: &LinearContact) -> Result<ContactRows> {
+    let (m, unknowns) = (bodies.modes.ncols(), yielding(contact));
+    let Coupling { g: forces, w: mut by_rate, x: mut at_rest } = Coupling::new(bodies, contact, &unknowns)?;
+    for (i, u) in unknowns.iter().enumerate() {
+        by_rate[(i, m + i)] += u.storage;
+        at_rest[(i, m + i)] += u.coefficient;
+        if let Some((from, c)) = u.upstream {
+            at_rest[(i, m + from)] -= c;
+        }
+    }
+    Ok(ContactRows { by_rate, at_rest, forces })
+}
+
 /// The pencil of `contact`, in the units given or in its own.
 pub(super) fn assemble(bodies: &ModalPair, contact: &LinearContact, given: Option<&Scales>) -> Result<Pencil> {
     check(bodies, contact)?;
-    let (m, k) = (bodies.omega.len(), contact.nodes.len());
-    let psi = bodies.modes.as_ref();
-    let nodes = &contact.nodes;
+    let m = bodies.omega.len();
     let unknowns = yielding(contact);
     let nf = unknowns.len();
 
-    let r = pressures(bodies, contact, &unknowns)?;
-    let w = displacements(bodies, contact, &unknowns, &r);
-    let x = rows_of(bodies, contact, &unknowns, &r, &|u| {
-        let terms = nodes[u.at].convection.iter();
-        let carried = terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.creep[q])));
-        let edges = contact.edges.iter().filter(|e| e.at == u.at).flat_map(|e| e.gaps);
-        carried.chain(edges.map(|(j, d)| (3 * j + 2, d[0] * u.creep[0] + d[1] * u.creep[1]))).collect()
-    });
-    // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
-    let by_f = Mat::from_fn(m, nf, |i, j| {
-        let (row, b) = (3 * nodes[unknowns[j].at].node, unknowns[j].along);
-        b[0] * psi[(row, i)] + b[1] * psi[(row + 1, i)]
-    });
-    let by_p = Mat::from_fn(m, k, |i, j| {
-        let (row, t) = (3 * nodes[j].node, nodes[j].tangent.friction());
-        t[0] * psi[(row, i)] + t[1] * psi[(row + 1, i)] + psi[(row + 2, i)]
-    });
-    let mut g = by_p * &r;
-    for j in 0..nf {
-        for i in 0..m {
-            g[(i, m + j)] += by_f[(i, j)];
-        }
-    }
-
+    let Coupling { g, w, x } = Coupling::new(bodies.into(), contact, &unknowns)?;
     let stiffness = Mat::from_fn(m, m, |i, j| bodies.stiffness.get(i, j) - g[(i, j)]);
     let own = || {
         let norm = stiffness.norm_l2() / (m.max(1) as f64).sqrt();

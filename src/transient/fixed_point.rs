@@ -32,7 +32,7 @@ pub(super) fn solve(
         let (residual, status) = p.residual(&reaction, &u);
         last = residual;
         if residual <= target {
-            return Ok(StepSolution { reaction, shift, response, status, residual });
+            return Ok(StepSolution { reaction, shift, response, status, friction: Vec::new(), residual });
         }
         if !residual.is_finite() {
             break;

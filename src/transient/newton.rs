@@ -217,7 +217,7 @@ impl System<'_, '_> {
         for (i, _) in status.iter().enumerate().filter(|(_, s)| **s == Status::Open) {
             reaction[3 * i..3 * i + 3].fill(0.0);
         }
-        StepSolution { reaction, shift, response: now.y, status, residual }
+        StepSolution { reaction, shift, response: now.y, status, friction: Vec::new(), residual }
     }
 
     /// Rows of the Jacobian and minus the map, with the normal rows put into the tangential ones.

@@ -11,8 +11,9 @@
 //! enough here.
 
 use super::problem::{node, Effort, StepProblem, StepSolution};
-use crate::contact::law::{across, Augmentation, Status, Tangent};
+use crate::contact::law::{across, size, Augmentation, Status, Tangent};
 use crate::dense::dot;
+use crate::friction::FrictionLaw;
 use normal::{Normal, Wanted};
 use tangential::Tangential;
 
@@ -61,6 +62,8 @@ struct Node {
 /// The map at an iterate.
 struct Seen {
     nodes: Vec<Node>,
+    /// Coefficients of friction, `[k]`.
+    friction: Vec<f64>,
     /// Pressures that lack to the load, N; 0 where none is prescribed.
     lack: f64,
     norm: f64,
@@ -119,7 +122,7 @@ pub(super) fn solve(
         }
         if seen.largest <= target {
             if exact {
-                return Ok(solution(now, &seen));
+                return Ok(solution(now, seen));
             }
             now.y = product(&now.x, effort);
             exact = true;
@@ -146,27 +149,33 @@ pub(super) fn solve(
     Err((now.x, now.shift))
 }
 
-fn solution(mut now: Iterate, seen: &Seen) -> StepSolution {
+fn solution(mut now: Iterate, seen: Seen) -> StepSolution {
     // What is left on open nodes is below the residual.
     for (r, _) in now.x.chunks_exact_mut(3).zip(&seen.nodes).filter(|(_, n)| n.status == Status::Open) {
         r.fill(0.0);
     }
     let status = seen.nodes.iter().map(|n| n.status).collect();
-    StepSolution { reaction: now.x, shift: [0.0, 0.0, now.shift], response: now.y, status, residual: seen.largest }
+    let (friction, residual) = (seen.friction, seen.largest);
+    StepSolution { reaction: now.x, shift: [0.0, 0.0, now.shift], response: now.y, status, friction, residual }
 }
 
 /// The map at an iterate.
 fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
     let lack = p.total[2].map_or(0.0, |n| n - now.x[2..].iter().step_by(3).sum::<f64>());
     let (mut square, mut largest) = (lack * lack / rho.len() as f64, lack * lack);
+    let moved = |i: usize| [0, 1].map(|c| p.free[3 * i + c] + now.y[3 * i + c]);
+    let velocities = || (0..rho.len()).map(|i| size(moved(i)) / p.step).collect::<Vec<f64>>();
+    // What is constant takes no time.
+    let (friction, slopes) = match p.friction {
+        FrictionLaw::Constant(mu) => (vec![*mu; rho.len()], Vec::new()),
+        FrictionLaw::Varying(_) => p.coefficients_with_slopes(&velocities()),
+    };
     let nodes = (0..rho.len())
         .map(|i| {
             let r = &now.x[3 * i..3 * i + 3];
-            let mut u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c]);
-            u[2] += now.shift;
-            let at = node(r, &u);
-            let (friction, slope) = p.coefficient_with_slope(i, at.creep);
-            let found = at.project(rho[i], friction);
+            let [x, y] = moved(i);
+            let at = node(r, &[x, y, p.free[3 * i + 2] + now.y[3 * i + 2] + now.shift]);
+            let found = at.project(rho[i], friction[i]);
             let f = found.map(&at);
             let tangential = f[0] * f[0] + f[1] * f[1];
             square += tangential + f[2] * f[2];
@@ -177,7 +186,7 @@ fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
                 // Without friction nothing is left to turn: a row t_e = 0 is as good.
                 let creep = slip.across[1].max(1e-9 * rho[i].tangential);
                 (d, soft, mu) = (slip.direction.map(|t| -t), slip.across[0] / creep, slip.friction);
-                feed = -found.pressure * slope;
+                feed = slopes.get(i).map_or(0.0, |slope| -found.pressure * slope);
                 status = Status::Slip;
             }
             Node { status, d, soft, mu, feed }
@@ -185,7 +194,7 @@ fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
         .collect();
     // The larger of NaN and a number is the number: it must not pass for a small residual.
     let largest = if square.is_finite() { largest.sqrt() } else { f64::INFINITY };
-    Seen { nodes, lack, norm: square.sqrt(), largest }
+    Seen { nodes, friction, lack, norm: square.sqrt(), largest }
 }
 
 impl Operators {
@@ -308,8 +317,7 @@ impl Operators {
 mod tests {
     use super::*;
     use crate::body::half_space::HalfSpace;
-    use crate::contact::law::size;
-    use crate::friction::{Exponential, FrictionLaw};
+    use crate::friction::Exponential;
     use crate::grid::Interface;
     use crate::model::combined_compliance;
     use crate::transient::{ContactSolver, Memory, Operator};

@@ -80,6 +80,8 @@ pub struct StepSolution {
     pub response: Vec<f64>,
     /// Status of the nodes, `[k]`.
     pub status: Vec<Status>,
+    /// Coefficients of friction at the end of the step, `[k]`; empty where the method has not kept them.
+    pub friction: Vec<f64>,
     /// Largest component of the map, N.
     pub residual: f64,
 }
@@ -117,6 +119,7 @@ impl StepProblem<'_> {
                 shift,
                 response: vec![0.0; 3 * k],
                 status: vec![Status::Open; k],
+                friction: Vec::new(),
                 residual: 0.0,
             });
         }
@@ -277,18 +280,12 @@ impl StepProblem<'_> {
         }
     }
 
-    /// The coefficient of node `i` as [`StepProblem::coefficient`] has it, and its slope by the displacement over the step, 1/m.
-    #[inline(always)]
-    pub(super) fn coefficient_with_slope(&self, i: usize, d: [f64; 2]) -> (f64, f64) {
-        if let FrictionLaw::Constant(mu) = self.friction {
-            return (*mu, 0.0);
-        }
-        let v = size(d) / self.step;
-        let (mu, slope) = match self.before.get(i) {
-            Some(before) => self.friction.renewed_with_slope(before, v),
-            None => self.friction.with_slope(v),
-        };
-        (mu, slope / self.step)
+    /// Coefficients of friction of all nodes as [`StepProblem::coefficient`] has them, at their velocities `v`, and the slopes by the displacement over the
+    /// step, 1/m.
+    pub(super) fn coefficients_with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (mu, mut slope) = self.friction.renewed_with_slopes(self.before, v);
+        slope.iter_mut().for_each(|s| *s /= self.step);
+        (mu, slope)
     }
 
     /// The projections of node `i` with the parameters `rho`, N, m.

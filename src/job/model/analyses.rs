@@ -118,6 +118,11 @@ pub struct CreepCurve {
     pub key: CreepageKey,
     /// Its values, 1, for spin 1/m: a list, or a range. They are gone through in the order given; close steps are quick.
     pub values: CreepageValues,
+    /// Residual of the contact laws at which a point is accepted, relative to the normal force, where forces alone are asked for; with `stability` it is
+    /// that of a state of rest, 1e-10.
+    #[serde(default = "default_curve_tolerance")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
+    pub tolerance: f64,
 }
 
 /// A creepage.
@@ -423,6 +428,10 @@ pub enum Direction {
 
 fn default_tolerance() -> f64 {
     1e-8
+}
+
+fn default_curve_tolerance() -> f64 {
+    1e-6
 }
 
 fn default_iterations() -> u32 {

@@ -41,10 +41,17 @@ impl Stepper<'_> {
         }
         let law = &self.settings.friction;
         self.state.friction.fill(law.coefficient(0.0));
-        let nodes = self.met.nodes.iter().zip(self.met.slip.chunks_exact(2)).zip(&solution.status).zip(&self.before);
-        for (((&i, slip), _), before) in nodes.filter(|(((_, _), status), _)| **status != Status::Open) {
-            let v = size([slip[0], slip[1]]) / self.settings.scheme.step;
-            self.state.friction[i] = law.renewed(before, v);
+        let renewed = || {
+            let velocity = |slip: &[f64]| size([slip[0], slip[1]]) / self.settings.scheme.step;
+            let v: Vec<f64> = self.met.slip.chunks_exact(2).map(velocity).collect();
+            law.renewed_with_slopes(&self.before, &v).0
+        };
+        let found = match solution.friction.len() == self.met.nodes.len() {
+            true => &solution.friction,
+            false => &renewed(),
+        };
+        for ((&i, mu), _) in self.met.nodes.iter().zip(found).zip(&solution.status).filter(|n| *n.1 != Status::Open) {
+            self.state.friction[i] = *mu;
         }
     }
 }

@@ -1,0 +1,110 @@
+//! What the contact makes of λ, along the frequencies of the modes: Chebyshev polynomials of ln λ.
+
+use super::{Condensed, C};
+use faer::Mat;
+
+/// Degrees that are tried, one after the other; the points of each are among those of the next.
+const DEGREES: [usize; 4] = [16, 32, 64, 128];
+/// Part of the largest coefficient that the last ones may have.
+const LEFT: f64 = 1e-12;
+/// How far a root may lie beyond the interval, in its half lengths.
+const BEYOND: f64 = 1.1;
+
+/// The unknowns f of the contact and the forces K on y, per y, as functions of λ.
+pub(super) struct Interpolated {
+    degree: usize,
+    middle: f64,
+    half: f64,
+    seen: usize,
+    /// Coefficients of f, `[nf, r · (degree + 1)]`, one polynomial after the other.
+    follow: Mat<C>,
+    /// Of K by columns, `[r², degree + 1]`.
+    stiffness: Mat<C>,
+}
+
+impl Interpolated {
+    /// Between these angular frequencies; none where the polynomials do not settle.
+    pub fn new(contact: &Condensed, [low, high]: [f64; 2]) -> Option<Self> {
+        let (middle, half) = (0.5 * (low.ln() + high.ln()), 0.5 * (high / low).ln());
+        let (r, nf) = (contact.seen, contact.unknowns());
+        let mut known: Vec<Mat<C>> = Vec::new();
+        for degree in DEGREES {
+            let node = |k: usize| {
+                let x = (std::f64::consts::PI * k as f64 / degree as f64).cos();
+                contact.follow(C::new(0.0, (middle + half * x).exp()))
+            };
+            let old = std::mem::take(&mut known);
+            known = match old.is_empty() {
+                true => (0..=degree).map(node).collect(),
+                false => {
+                    let mut old = old.into_iter();
+                    (0..=degree).filter_map(|k| if k % 2 == 0 { old.next() } else { Some(node(k)) }).collect()
+                }
+            };
+            // Values at the points to coefficients.
+            let weight = Mat::from_fn(degree + 1, degree + 1, |k, j| {
+                let ends = |k: usize| if k == 0 || k == degree { 0.5 } else { 1.0 };
+                let phase = std::f64::consts::PI * ((k * j) % (2 * degree)) as f64 / degree as f64;
+                C::from(2.0 / degree as f64 * ends(k) * ends(j) * phase.cos())
+            });
+            let forces: Vec<Mat<C>> = known.iter().map(|f| contact.stiffness(f.as_ref())).collect();
+            let values = Mat::from_fn(r * r, degree + 1, |i, k| forces[k][(i % r, i / r)]);
+            let stiffness = values * &weight;
+            let largest = |from: usize| {
+                let columns =
+                    (from..=degree).flat_map(|j| stiffness.col(j).iter().map(|v| v.norm()).collect::<Vec<_>>());
+                columns.fold(0.0, f64::max)
+            };
+            if !(largest(degree - 2) <= LEFT * largest(0)) {
+                continue;
+            }
+            let values = Mat::from_fn(nf * r, degree + 1, |i, k| known[k][(i % nf, i / nf)]);
+            let flat = values * &weight;
+            let follow = Mat::from_fn(nf, r * (degree + 1), |i, j| flat[(i + nf * (j % r), j / r)]);
+            return Some(Self { degree, middle, half, seen: r, follow, stiffness });
+        }
+        None
+    }
+
+    /// Place of λ on the interval, −1 to 1.
+    fn place(&self, lambda: C) -> C {
+        ((lambda / C::i()).ln() - self.middle) / self.half
+    }
+
+    /// Whether λ lies where the polynomials hold; how well they do is seen of the eigenpair.
+    pub fn covers(&self, lambda: C) -> bool {
+        self.place(lambda).re.abs() <= BEYOND
+    }
+
+    /// The polynomials at λ and their derivatives by λ, `[degree + 1]` each.
+    fn polynomials(&self, lambda: C) -> (Vec<C>, Vec<C>) {
+        let x = self.place(lambda);
+        // Far outside nothing is known; they are bounded there, so that whoever is there can come back.
+        let x = C::new(x.re.clamp(-BEYOND, BEYOND), x.im.clamp(-0.5, 0.5));
+        let by = (lambda * self.half).inv();
+        let (mut t, mut d) = (vec![C::from(1.0), x], vec![C::default(), C::from(1.0)]);
+        for k in 1..self.degree {
+            t.push(2.0 * x * t[k] - t[k - 1]);
+            d.push(2.0 * t[k] + 2.0 * x * d[k] - d[k - 1]);
+        }
+        (t, d.into_iter().map(|d| d * by).collect())
+    }
+
+    /// K and dK/dλ at each of `values`, by columns, one after the other, `[r²]` each.
+    pub fn stiffness(&self, values: &[C]) -> (Vec<C>, Vec<C>) {
+        let (t, d): (Vec<Vec<C>>, Vec<Vec<C>>) = values.iter().map(|v| self.polynomials(*v)).unzip();
+        let of = |p: &[Vec<C>]| -> Vec<C> {
+            let p = Mat::from_fn(self.degree + 1, p.len(), |k, l| p[l][k]);
+            let product = &self.stiffness * p;
+            product.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<C>>()).collect()
+        };
+        (of(&t), of(&d))
+    }
+
+    /// f of each of `values` with the motion `seen` of each, `[nf, values]`.
+    pub fn follow(&self, values: &[C], seen: &Mat<C>) -> Mat<C> {
+        let t: Vec<Vec<C>> = values.iter().map(|v| self.polynomials(*v).0).collect();
+        let r = self.seen;
+        &self.follow * Mat::from_fn(r * (self.degree + 1), values.len(), |j, l| t[l][j / r] * seen[(j % r, l)])
+    }
+}

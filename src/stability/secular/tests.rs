@@ -1,0 +1,164 @@
+use super::*;
+use crate::body::half_space::HalfSpace;
+use crate::body::ReducedBody;
+use crate::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+use crate::friction::{Exponential, FrictionLaw};
+use crate::grid::Interface;
+use crate::model::combined_compliance;
+use crate::stability::reduced;
+
+const MODES: [usize; 2] = [50, 30];
+
+/// Two half-spaces with modes that move the contact as a whole and tilt it; those of the upper body are tied by a damping like that of
+/// rotation, two by two.
+fn bodies(s: &Interface) -> ModalPair {
+    let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+    let body = |count: usize, seed: f64| {
+        let omega: Vec<f64> = (0..count).map(|k| 2.0 * PI * (300.0 + 95.0 * (k + k % 2) as f64 + seed)).collect();
+        let modes = Mat::from_fn(3 * s.len(), count, |i, k| {
+            let [x, y] = s.point(i / 3);
+            let phase = 2.3 * k as f64 + seed;
+            0.05 * ((1.7 * (i % 3) as f64 + phase).sin() + 10.0 * (x * phase.cos() + y * (2.0 * phase).sin()))
+        });
+        let mut compliance = steel.clone();
+        for k in 0..count {
+            for j in 0..3 * s.len() {
+                for i in 0..3 * s.len() {
+                    compliance[(i, j)] += modes[(i, k)] * modes[(j, k)] / omega[k].powi(2);
+                }
+            }
+        }
+        ReducedBody::new(omega, vec![0.4; count], modes, compliance)
+    };
+    let lower = body(MODES[0], 0.0);
+    let mut upper = body(MODES[1], 40.0);
+    upper.damping = Mat::from_fn(MODES[1], MODES[1], |i, j| match (i, j) {
+        // Damped to death, in the company of another one.
+        (21, 21) => 6e4,
+        _ if i == j => 0.3 + 0.01 * i as f64,
+        _ if i / 2 == j / 2 => {
+            if i < j {
+                30.0
+            } else {
+                -30.0
+            }
+        }
+        (2, 9) | (9, 2) => 0.5,
+        _ => 0.0,
+    })
+    .into();
+    ModalPair::new(&lower, &upper).unwrap()
+}
+
+fn interface() -> Interface {
+    Interface::paraboloid(9, 9, [7e-3; 2], [4.0; 2]).unwrap()
+}
+
+fn contact(s: &Interface, pair: &ModalPair, friction: FrictionLaw, lateral: f64) -> LinearContact {
+    let w = combined_compliance(
+        HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap().as_ref(),
+        HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap().as_ref(),
+    )
+    .unwrap();
+    assert_eq!(w.nrows(), pair.compliance.nrows());
+    let problem = SteadyProblem {
+        interface: s,
+        compliance: w.as_ref(),
+        friction,
+        speed: 10.0,
+        creepage: Creepage { lateral, spin: 0.3, ..Creepage::default() },
+        load: NormalLoad::Force(7e4),
+        stencil: Stencil::default(),
+        tolerance: 1e-10,
+        max_iterations: 200,
+    };
+    problem.contact(&problem.solve().unwrap())
+}
+
+fn cases(s: &Interface, pair: &ModalPair) -> Vec<LinearContact> {
+    let falling = |velocity: f64| FrictionLaw::from(Exponential::new(0.4, 0.3, velocity).remembering(4e-4));
+    vec![
+        contact(s, pair, FrictionLaw::Constant(0.3), 0.01),
+        contact(s, pair, FrictionLaw::Constant(0.4), 0.002),
+        contact(s, pair, falling(0.3), 0.005),
+    ]
+}
+
+fn inside(value: C, ratio: f64) -> bool {
+    value.im >= 0.0 && (value.re > 0.0 || -value.re <= ratio * value.norm())
+}
+
+/// Full sliding, stick and slip, friction that falls and is remembered: what is listed of the dense pencil, value by value and vector by vector.
+#[test]
+fn they_are_those_of_the_dense_pencil() {
+    let s = interface();
+    let pair = bodies(&s);
+    let mut growing = 0;
+    for (number, contact) in cases(&s, &pair).iter().enumerate() {
+        let all = reduced::eigenpairs(&pair, contact, 1e-8).unwrap();
+        let found = eigenpairs(&pair, contact, 0.3, 1e-10).unwrap().unwrap_or_else(|| panic!("case {number}: none"));
+        let listed = |of: &[Eigenpair]| of.iter().filter(|p| inside(p.value, 0.3)).cloned().collect::<Vec<_>>();
+        let (want, got) = (listed(&all), listed(&found));
+        assert!(want.len() >= MODES[0] + MODES[1] - 2, "case {number}: {} listed", want.len());
+        assert_eq!(got.len(), want.len(), "case {number}");
+        growing += want.iter().filter(|p| p.value.re > 0.0).count();
+        for w in &want {
+            let near = |p: &&Eigenpair| (p.value - w.value).norm();
+            let g = got.iter().min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
+            assert!(near(&g) <= 1e-9 * w.value.norm(), "case {number}: {} against {}", g.value, w.value);
+            let square = |v: &[C]| v.iter().map(C::norm_sqr).sum::<f64>();
+            let product: C = g.modal.iter().zip(&w.modal).map(|(a, b)| a.conj() * b).sum();
+            let alike = product.norm_sqr() / (square(&g.modal) * square(&w.modal));
+            assert!((alike - 1.0).abs() < 1e-5, "case {number}: {} has another motion, {alike}", w.value);
+            let size = (square(&g.tangential) / square(&w.tangential)).sqrt();
+            assert!((size - 1.0).abs() < 1e-4, "case {number}: {}: forces {size} times as large", w.value);
+        }
+    }
+    assert!(growing > 0, "nothing grows");
+}
+
+/// Where an eigenvalue that is not listed stands in the place of one that is, each is one by itself: the count tells that one is missing.
+#[test]
+fn one_that_is_missing_is_noticed() {
+    let s = interface();
+    let pair = bodies(&s);
+    for contact in cases(&s, &pair) {
+        let secular = Secular::new(&pair, &contact, 0.3).unwrap().unwrap();
+        let roots = secular.roots().unwrap();
+        assert_eq!(secular.missing(&roots), Some(0));
+        let all = reduced::eigenpairs(&pair, &contact, 1e-8).unwrap();
+        let damped = |p: &&Eigenpair| p.value.im > 0.2 * p.value.norm() && !inside(p.value, 0.4);
+        let other = all.iter().find(damped).map_or(C::new(-9e3, 9e3), |p| p.value);
+        for place in [0, 7, roots.len() - 1] {
+            let mut wrong = roots.clone();
+            wrong[place] = other;
+            let missing = 2 * i64::from(secular.aside(roots[place]) <= 0.0);
+            assert_eq!(secular.missing(&wrong), Some(missing), "without {}", roots[place]);
+        }
+        // They are found again, with others in their places.
+        let some: Vec<C> = roots.iter().copied().skip(3).chain([other]).collect();
+        assert_eq!(secular.missing(&some), Some(6));
+        LAST.set((secular.modes.poles.clone(), some));
+        let again = secular.roots().unwrap();
+        for root in roots.iter().filter(|v| secular.aside(**v) <= 0.0) {
+            assert!(again.iter().any(|v| (v - root).norm() < 1e-10 * root.norm()), "{root} is missing");
+        }
+    }
+}
+
+/// Modes that friction which falls drives harder than they oscillate have real eigenvalues, which no root stands for.
+#[test]
+fn growth_without_oscillation_is_left_to_the_dense_pencil() {
+    let s = interface();
+    let pair = bodies(&s);
+    let mut contact = contact(&s, &pair, FrictionLaw::Constant(0.3), 0.01);
+    for n in &mut contact.nodes {
+        if let crate::contact::Tangent::Slip(slip) = &mut n.tangent {
+            slip.falling = slip.direction.map(|t| -8e3 * t);
+        }
+    }
+    let all = reduced::eigenpairs(&pair, &contact, 1e-6).unwrap();
+    let real = all.iter().filter(|p| p.value.im == 0.0 && p.value.re > 0.0).count();
+    assert!(real > 0, "nothing grows without oscillating");
+    assert!(eigenpairs(&pair, &contact, 0.3, 1e-8).unwrap().is_none());
+}
