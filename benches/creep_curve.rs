@@ -1,4 +1,4 @@
-//! A creep curve of 50 points by continuation, to the residual 1e-6 that a curve has by default and to 1e-8, beside single solutions from nothing to 1e-8: unlike bodies, some 500 contact
+//! A creep curve of 50 points by continuation, to the residuals 1e-6 and 1e-8, beside single solutions from nothing to 1e-8: unlike bodies, some 500 contact
 //! nodes.
 //!
 //! Half-space influence matrices (assembled outside the timing). Prints the processor time of the curve, the times of every tenth point from nothing, and their ratio.

@@ -54,8 +54,8 @@ impl<'a> Curve<'a> {
         match self.job.analyses.stability {
             Some(_) => at_rest(model, self.contact, steady),
             None => {
-                let tolerance = self.wanted.tolerance;
-                SteadyProblem { tolerance, ..steady_rolling(model, self.contact, steady) }
+                let problem = steady_rolling(model, self.contact, steady);
+                SteadyProblem { tolerance: self.wanted.tolerance.unwrap_or(problem.tolerance), ..problem }
             }
         }
     }

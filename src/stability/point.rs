@@ -122,7 +122,7 @@ fn assemble(bodies: &ModalPair, contact: &PointContact) -> Pencil {
             a[(2 * m, m + j)] = (x * mean[0][j] + y * mean[1][j]) * rate;
         }
     }
-    Pencil { a, e: Mat::identity(n, n), scales: Scales { rate, force: unit, rows: Vec::new() } }
+    Pencil { a, e: Mat::identity(n, n), scales: Scales { rate, force: unit, rows: Vec::new() }, parts: None }
 }
 
 /// For each of `found` the place of its partner in `others`, the mode that moves alike: each has one at most, the nearest ones first.

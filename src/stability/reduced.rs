@@ -58,6 +58,9 @@ pub(super) struct Pencil {
     pub a: Mat<f64>,
     pub e: Mat<f64>,
     pub scales: Scales,
+    /// Number of f where the rows are, in this order, λq = v, the modes', and the contact's, in which E has f alone; none of a pencil of another build, such as a
+    /// transposed one.
+    pub parts: Option<usize>,
 }
 
 /// Units of a [`Pencil`].
@@ -102,7 +105,7 @@ pub fn eigenpairs(bodies: &ModalPair, contact: &LinearContact, tolerance: f64) -
 impl Pencil {
     /// Of two matrices in units of their own.
     pub fn of(a: Mat<f64>, e: Mat<f64>) -> Self {
-        Self { a, e, scales: Scales { rate: 1.0, force: 1.0, rows: Vec::new() } }
+        Self { a, e, scales: Scales { rate: 1.0, force: 1.0, rows: Vec::new() }, parts: None }
     }
 
     /// All finite eigenvalues, one of each conjugate pair.
@@ -140,9 +143,9 @@ impl Pencil {
 
     /// (A − shift E)⁻¹ E.
     fn inverted(&self) -> Result<Mat<f64>> {
-        let inverted = match self.scales.rows.len() {
-            0 => (&self.a - faer::Scale(SHIFT) * &self.e).partial_piv_lu().solve(&self.e),
-            nf => self.without_velocities(nf),
+        let inverted = match self.parts {
+            None => (&self.a - faer::Scale(SHIFT) * &self.e).partial_piv_lu().solve(&self.e),
+            Some(nf) => self.without_velocities(nf),
         };
         match (0..self.a.nrows()).all(|i| inverted[(i, i)].is_finite()) {
             true => Ok(inverted),
@@ -179,10 +182,10 @@ impl Pencil {
 
     /// ‖(A − λE) x‖ of each pair of `values` and columns of `vectors`.
     pub fn residuals(&self, values: &[Complex<f64>], vectors: &Mat<Complex<f64>>) -> Vec<f64> {
-        let (n, nf) = (self.a.nrows(), self.scales.rows.len());
-        if nf == 0 {
+        let n = self.a.nrows();
+        let Some(nf) = self.parts else {
             return images([&self.a, &self.e], values, vectors).col_iter().map(|c| c.norm_l2()).collect();
-        }
+        };
         let m = (n - nf) / 2;
         // q and v are tied by λq = v alone, and E is 1 but in the rows of the contact: these have no part of q and v in it.
         let (low, storing) = (self.a.as_ref().subrows(m, m + nf), self.e.as_ref().submatrix(2 * m, 2 * m, nf, nf));
@@ -545,7 +548,20 @@ pub(super) fn assemble(bodies: &ModalPair, contact: &LinearContact, given: Optio
         }
         rows.push(largest);
     }
-    Ok(Pencil { a, e, scales: Scales { rate, force, rows } })
+    // With a contact that is rigid but for rounding the elimination would spread the rounding.
+    let parts = (!rigid(bodies, contact)).then_some(nf);
+    Ok(Pencil { a, e, scales: Scales { rate, force, rows }, parts })
+}
+
+/// A compliance that is left below this part of the whole one is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether the modes are all of the compliance of a closed node along its normal.
+fn rigid(bodies: &ModalPair, contact: &LinearContact) -> bool {
+    contact.nodes.iter().map(|c| 3 * c.node + 2).any(|k| {
+        let (left, whole) = (bodies.residual[(k, k)].abs(), bodies.compliance[(k, k)]);
+        whole > 0.0 && left <= ROUNDING * whole
+    })
 }
 
 fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {

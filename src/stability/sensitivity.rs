@@ -162,7 +162,8 @@ fn left_vectors(
     tolerance: f64,
 ) -> Result<Mat<Complex<f64>>> {
     let (a, e) = (pencil.a.transpose().to_owned(), pencil.e.transpose().to_owned());
-    let turned = Pencil { a, e, scales: pencil.scales.clone() };
+    // Turned round it is no pencil of modes and contact any more.
+    let turned = Pencil { a, e, scales: pencil.scales.clone(), parts: None };
     let mut found: Vec<Root> = turned.roots(tolerance)?;
     let n = right.nrows();
     let zero = Mat::<f64>::zeros(n, n);

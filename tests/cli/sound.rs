@@ -116,5 +116,5 @@ fn sound_that_cannot_be_found_is_refused() {
     refused(&[&early, &format!("{key}.max_frequency=50e3")], &["max_frequency", "modes kept reach"]);
     refused(&[&early, &format!("{key}.min_frequency=20e3")], &["lowest third octave", "modes kept reach"]);
     // That the modes do not reach so far is known when there are modes.
-    assert_eq!(folder.listing(), ["job.json", "x.model.h5"]);
+    assert_eq!(folder.listing(), ["job.json", "x.model.h5", "x.model.shapes.h5"]);
 }

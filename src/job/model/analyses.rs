@@ -119,10 +119,10 @@ pub struct CreepCurve {
     /// Its values, 1, for spin 1/m: a list, or a range. They are gone through in the order given; close steps are quick.
     pub values: CreepageValues,
     /// Residual of the contact laws at which a point is accepted, relative to the normal force, where forces alone are asked for; with `stability` it is
-    /// that of a state of rest, 1e-10.
-    #[serde(default = "default_curve_tolerance")]
+    /// that of a state of rest, 1e-10. Default: that of `analyses.steady`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
-    pub tolerance: f64,
+    pub tolerance: Option<f64>,
 }
 
 /// A creepage.
@@ -428,10 +428,6 @@ pub enum Direction {
 
 fn default_tolerance() -> f64 {
     1e-8
-}
-
-fn default_curve_tolerance() -> f64 {
-    1e-6
 }
 
 fn default_iterations() -> u32 {
