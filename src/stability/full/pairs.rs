@@ -3,7 +3,7 @@
 //! The inverse at a shift takes rotation as the modes see it. So what the eigensolver finds with it are pairs of a nearby problem. They become those of the whole one in the space
 //! of their vectors, in which the whole problem is projected, and which is corrected by what one more inverse iteration would change of each: that is the measure of the error, too.
 //! What vectors have of eigenvectors that the space does not hold shrinks by their distances from the shift, so pairs beyond those that are needed are in it as well. Where it goes
-//! slowly and much is left, because the modes see too little of the rotation, the eigensolver works on the whole problem instead, with solutions that are corrected ([`super::turning`]).
+//! slowly and much is left, because the modes see too little of the rotation, the eigensolver works on the whole problem instead, with solutions that are corrected (`turning`).
 
 use super::residuals::{Judged, Residuals};
 use super::system::System;

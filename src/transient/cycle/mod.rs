@@ -2,7 +2,7 @@
 //!
 //! Modes are little damped, so a cycle is approached slowly: after ten thousands of periods as a rule. The way there is shortened. Between windows of some
 //! periods the deviation from rest is multiplied by a factor that leads to the amplitude at which, by what has been seen, nothing grows nor decays
-//! ([`trail`]). What is told of the cycle is then measured on a motion that has been left to itself, after its return to a section has been looked at
+//! (`trail`). What is told of the cycle is then measured on a motion that has been left to itself, after its return to a section has been looked at
 //! (H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
 
 mod alone;
