@@ -1,10 +1,10 @@
 //! Complex modes as motions of the bodies: recovered from the reduced model or taken from the full one, their energies, and the
 //! file that shows them over a period.
 
-use super::stability::Found;
 use super::{run::Run, RunOptions};
 use crate::body::{Fields, FullSystem};
 use crate::case::bodies::Bodies;
+use crate::case::examined::Found;
 use crate::job;
 use crate::model::ModalPair;
 use crate::output::{companion, BodyPart, FieldKind, FieldSpec, Sequence, SequenceFile, Table};

@@ -1,6 +1,6 @@
 //! Stability with a contact of one point beside the discretised one: what discretising the contact changes.
 
-use super::stability::{Examined, Found};
+use crate::case::examined::{Examined, Found};
 use crate::case::interface::creepage;
 use crate::contact::baseline::{Ellipse, Footprint, Law, LinearForce, LAWS};
 use crate::grid::Interface;

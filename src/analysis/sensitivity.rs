@@ -1,7 +1,8 @@
 //! What would move the eigenvalues of `stability`: their derivatives by what the job gives, the state of rest following it.
 
-use super::stability::{mode_name, Examined, Found};
+use super::stability::mode_name;
 use crate::body::Side;
+use crate::case::examined::{Examined, Found};
 use crate::contact::LinearContact;
 use crate::job::{self, Job};
 use crate::model::{ModalPair, ReducedModel};

@@ -5,19 +5,15 @@ use super::run::Run;
 use super::steps::Needs;
 use super::{complex_modes, full_stability, point, sensitivity};
 use crate::case::bodies::Bodies;
-use crate::case::interface::{at_rest, given_forces, steady_sliding};
+use crate::case::examined::{Examined, Found};
 use crate::case::well_posed;
-use crate::contact::points::linearised;
-use crate::contact::LinearContact;
-use crate::friction::FrictionLaw;
-use crate::grid::Interface;
-use crate::job::{self, Direction, Job, StabilityState};
+use crate::job::{self, Job};
 use crate::model::ModalPair;
 use crate::output::datasets::stability::{causes, derivatives, eigenvalues, equilibrium, of_point};
 use crate::stability::criterion::{criteria, Criterion};
-use crate::stability::reduced::{participation, sharpness, Eigenpair};
+use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
-use crate::stability::{grows, spectrum, Equilibrium, Spectrum};
+use crate::stability::{grows, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
@@ -117,75 +113,6 @@ pub(super) struct Parts<'a> {
     /// Whether the bodies have their mode shapes, or why an earlier run does not give them.
     pub(super) shapes: std::result::Result<(), &'a Error>,
     pub(super) model: &'a Reduction,
-}
-
-/// What rank 0 found on the reduced model.
-pub(super) struct Found {
-    /// The state; none where the forces of points are given.
-    pub(super) state: Option<Equilibrium>,
-    pub(super) contact: LinearContact,
-    pub(super) spectrum: Spectrum,
-}
-
-/// What is examined, on rank 0.
-#[derive(Clone, Copy)]
-pub(super) struct Examined<'a> {
-    pub(super) job: &'a Job,
-    pub(super) stability: &'a job::Stability,
-    pub(super) contact: &'a job::Contact,
-    pub(super) model: (&'a Interface, &'a ModalPair),
-}
-
-impl Examined<'_> {
-    /// The state and the eigenvalues about it.
-    pub(super) fn analyse(&self) -> Result<Found> {
-        let friction = &self.contact.friction;
-        let (state, contact) = self.at_rest()?;
-        well_posed::refuse_short(friction, |law| self.sharpness(law))?;
-        let pair = self.model.1;
-        let spectrum = spectrum(self.stability, pair, &contact)?;
-        Ok(Found { state, contact, spectrum })
-    }
-
-    /// How near a memory is to being too short for the contact with the friction `law`.
-    fn sharpness(&self, law: &FrictionLaw) -> Result<f64> {
-        let contact = job::Contact { friction: law.clone(), ..self.contact.clone() };
-        sharpness(self.model.1, &Examined { contact: &contact, ..*self }.at_rest()?.1)
-    }
-
-    /// The state, and its linearisation.
-    pub(super) fn at_rest(&self) -> Result<(Option<Equilibrium>, LinearContact)> {
-        let contact = self.contact;
-        if let Some(points) = given_forces(contact) {
-            return Ok((None, linearised(&points, &contact.friction)));
-        }
-        // Points slide as they are told to: nothing is deformed upstream of them.
-        let (state, direction) = match self.model.0.are_points() {
-            true => (StabilityState::Sliding, Direction::Rigid),
-            false => (self.stability.state(), self.stability.direction),
-        };
-        let (state, linear): (Equilibrium, LinearContact) = match state {
-            StabilityState::Sliding => {
-                let problem = steady_sliding(self.model, contact, direction)?;
-                let found = problem.solve()?;
-                let linear = problem.contact(&found);
-                (found.into(), linear)
-            }
-            StabilityState::Steady => {
-                let problem = at_rest(self.model, contact, self.job.analyses.steady.as_ref());
-                let found = problem.solve()?;
-                let linear = problem.contact(&found);
-                (found.into(), linear)
-            }
-        };
-        if state.closed() == 0 {
-            return Err(Error::Job(
-                "analyses.stability: the contact is open, so nothing rubs; raise contact.approach or give a normal_load"
-                    .into(),
-            ));
-        }
-        Ok((Some(state), linear))
-    }
 }
 
 /// Eigenvalues that the summary lists: all that grow, and at least so many; what makes them is told of no more than so many.

@@ -32,7 +32,7 @@ pub struct Stock<'s> {
     origin: Option<Origin>,
     /// The reduced model.
     pub model: Option<Reduction>,
-    found: Option<stability::Found>,
+    found: Option<crate::case::examined::Found>,
 }
 
 impl<'s> Stock<'s> {

@@ -1,12 +1,16 @@
 //! The case that a job describes: its two bodies, made from meshes, sections, profiles or matrices, and the contact between them.
 
 pub mod bodies;
+pub(crate) mod cycle;
+pub(crate) mod examined;
 pub mod foresee;
 pub mod interface;
 mod lies;
 pub mod meshes;
 pub mod placed;
 pub mod rail;
+pub(crate) mod rolling;
+pub(crate) mod roughness;
 pub mod swept;
 pub(crate) mod well_posed;
 

@@ -4,10 +4,11 @@
 mod cycles;
 mod outcome;
 
+use super::modes;
 use super::reduction::Reduction;
 use super::run::Run;
-use super::{modes, stability};
 use crate::case::bodies::Bodies;
+use crate::case::examined::Examined;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
 use crate::case::placed;
@@ -171,7 +172,7 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
         None => model.interface.clone(),
     };
     let model = (&interface, model.pair(point)?);
-    let found = stability::Examined { job: point, stability: wanted, contact, model }.analyse()?;
+    let found = Examined { job: point, stability: wanted, contact, model }.analyse()?;
     let (spectrum, linear) = (&found.spectrum, &found.contact);
     let state = found.state.as_ref();
     let force = match (state, given_forces(contact)) {

@@ -4,19 +4,19 @@ mod account;
 mod fields;
 pub mod kept;
 mod points;
-pub(super) mod rest;
-mod roughness;
 mod sound;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
 
 use super::reduction::Reduction;
 use super::run::Run;
-use super::stability::Found;
 use super::steps::Needs;
 use super::RunOptions;
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
+use crate::case::examined::Found;
+use crate::case::rolling::{drive, moved, Rolling};
+use crate::case::roughness;
 use crate::job::{self, Job};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
@@ -32,7 +32,6 @@ use crate::transient::{Effort, Scheme, State, Stepper};
 use crate::{Error, Result};
 use account::Account;
 use points::Located;
-use rest::Rolling;
 use sound::Sound;
 use std::path::Path;
 use std::time::Instant;
@@ -296,7 +295,7 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
             let found = inputs.eigenpairs().len();
             Error::Job(format!("analyses.transient.start.mode is {number}: stability found {found} eigenvalues"))
         })?;
-        state = rest::moved(state, &root.pair, pair, start.amplitude);
+        state = moved(state, &root.pair, pair, start.amplitude);
     }
     if let Some(random) = start.random {
         state = state.shaken(u64::from(random.seed), random.energy);
@@ -309,5 +308,5 @@ pub fn check(job: &Job, wanted: &job::Transient, contact: &job::Contact) -> Resu
     Scheme { step: wanted.step, theta: wanted.theta }.check(&[])?;
     sound::check(wanted)?;
     roughness::check(job)?;
-    rest::drive(wanted, contact, 0.0, [0.0; 2]).map(|_| ())
+    drive(wanted, contact, 0.0, [0.0; 2]).map(|_| ())
 }

@@ -1,7 +1,7 @@
 //! What rolls in time before it is disturbed: the state of rest, and what is prescribed.
 
-use crate::case::interface::{self, creepage, given_forces, normal_load, steady_sliding};
-use crate::case::well_posed;
+use super::interface::{self, creepage, given_forces, normal_load, steady_sliding};
+use super::well_posed;
 use crate::contact::points::{bear_load, linearised, reactions};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
@@ -17,15 +17,15 @@ use num_complex::Complex64;
 
 /// A transient of a job on two bodies and their interface.
 #[derive(Clone, Copy)]
-pub(in crate::analysis) struct Rolling<'a> {
-    pub(in crate::analysis) job: &'a Job,
-    pub(in crate::analysis) wanted: &'a job::Transient,
-    pub(in crate::analysis) contact: &'a job::Contact,
-    pub(in crate::analysis) model: (&'a Interface, &'a ModalPair),
+pub(crate) struct Rolling<'a> {
+    pub(crate) job: &'a Job,
+    pub(crate) wanted: &'a job::Transient,
+    pub(crate) contact: &'a job::Contact,
+    pub(crate) model: (&'a Interface, &'a ModalPair),
 }
 
 /// What is known before the first step.
-pub(in crate::analysis) struct Ready {
+pub(crate) struct Ready {
     interface: Interface,
     begin: Begin,
 }
@@ -38,7 +38,7 @@ enum Begin {
 
 impl Rolling<'_> {
     /// The state of rest, whose approach is held.
-    pub(in crate::analysis) fn ready(&self) -> Result<Ready> {
+    pub(crate) fn ready(&self) -> Result<Ready> {
         if let Some(points) = at_points(self)? {
             return Ok(Ready { interface: self.model.0.clone(), begin: Begin::Points(points) });
         }
@@ -49,12 +49,12 @@ impl Rolling<'_> {
 
 impl Ready {
     /// The interface of the bodies without load.
-    pub(in crate::analysis) fn interface(&self) -> &Interface {
+    pub(crate) fn interface(&self) -> &Interface {
         &self.interface
     }
 
     /// The bodies `pair` as the steps take them.
-    pub(in crate::analysis) fn model<'a>(&'a self, pair: &'a ModalPair) -> Model<'a> {
+    pub(crate) fn model<'a>(&'a self, pair: &'a ModalPair) -> Model<'a> {
         match &self.begin {
             Begin::Points(points) => points.model(pair),
             Begin::Grid(_) => Model::of(pair, &self.interface),
@@ -62,7 +62,7 @@ impl Ready {
     }
 
     /// The state of rest of `model`, and what does not change in time.
-    pub(in crate::analysis) fn begin(&self, model: &Model<'_>, rolling: &Rolling<'_>) -> Result<(State, Settings)> {
+    pub(crate) fn begin(&self, model: &Model<'_>, rolling: &Rolling<'_>) -> Result<(State, Settings)> {
         let wanted = rolling.wanted;
         let (rest, approach, deflected) = match &self.begin {
             Begin::Points(points) => {
@@ -216,7 +216,7 @@ fn at_points(rolling: &Rolling<'_>) -> Result<Option<PointModel>> {
 }
 
 /// What is prescribed in time; `deflected` are the derivatives along x of a deflection that is part of the placement: its material passes too.
-pub(super) fn drive(
+pub(crate) fn drive(
     wanted: &job::Transient,
     contact: &job::Contact,
     approach: f64,
@@ -253,7 +253,7 @@ pub(super) fn drive(
 }
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.
-pub(in crate::analysis) fn moved(state: State, pair: &ModalPair, mode: &Eigenpair, amplitude: f64) -> State {
+pub(crate) fn moved(state: State, pair: &ModalPair, mode: &Eigenpair, amplitude: f64) -> State {
     let largest = largest_displacement(pair.modes.as_ref(), &mode.modal);
     // A wave has no phase of its own: its largest displacement is now.
     let phase = match pair.turning {
