@@ -28,6 +28,16 @@ pub struct SweepPlan {
 }
 
 impl SweepPlan {
+    /// The dimension of the shape along which the points go with a key, and its name; without one the last key, and where lists stand side by side all of them.
+    pub fn along(&self, key: Option<&str>) -> (usize, String) {
+        let last = self.shape.len() - 1;
+        match key.and_then(|key| self.keys.iter().position(|k| k == key)) {
+            Some(k) => (k.min(last), self.keys[k].clone()),
+            None if self.shape.len() == self.keys.len() => (last, self.keys[last].clone()),
+            None => (last, self.keys.join(", ")),
+        }
+    }
+
     /// The values of the keys at a point, as one reads them.
     pub fn place(&self, point: usize) -> String {
         let here: Vec<String> =

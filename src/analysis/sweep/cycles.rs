@@ -29,7 +29,7 @@ pub(super) struct Chain {
 
 /// The chains of the points `members` of `plan`, which share a model.
 pub(super) fn chains(plan: &SweepPlan, cycles: &Cycles, members: &[usize]) -> Vec<Chain> {
-    let along = along(plan, cycles).unwrap_or(plan.shape.len() - 1);
+    let (along, _) = plan.along(cycles.along.as_deref());
     // Points that differ in nothing else stand so far apart, and so many of them make a line.
     let stride: usize = plan.shape[along + 1..].iter().product();
     let line = |point: usize| (point / (stride * plan.shape[along]), point % stride);
@@ -52,13 +52,6 @@ pub(super) fn chains(plan: &SweepPlan, cycles: &Cycles, members: &[usize]) -> Ve
         }
     }
     all
-}
-
-/// The dimension of the plan's shape along which branches go.
-fn along(plan: &SweepPlan, cycles: &Cycles) -> Option<usize> {
-    let key = cycles.along.as_ref()?;
-    // Lists side by side have one dimension for all keys.
-    plan.keys.iter().position(|k| k == key).map(|k| k.min(plan.shape.len() - 1))
 }
 
 /// What one rank needs for its chains.
@@ -241,11 +234,7 @@ pub(super) fn report(
             plan.place(*point)
         )));
     }
-    let key = match along(plan, cycles) {
-        Some(_) => cycles.along.clone().unwrap_or_default(),
-        None if plan.shape.len() == plan.keys.len() => plan.keys.last().cloned().unwrap_or_default(),
-        None => plan.keys.join(", "),
-    };
+    let (_, key) = plan.along(cycles.along.as_deref());
     let mut messages = vec![String::new(); all.len()];
     failed.into_iter().for_each(|(branch, point, why)| messages[branch * points + point] = why);
     let text = "Why a point was not computed; empty where it was.";
