@@ -37,16 +37,24 @@ fn main() {
         max_iterations: 200,
     };
     let values: Vec<f64> = (1..=50).map(|i| 2e-4 * f64::from(i)).collect();
-    let mut singles = 0.0;
+    let (mut singles, mut work) = (0.0, [0, 0]);
     println!("   eta      cpu_s   iterations products");
     for eta in values.iter().skip(9).step_by(10) {
         let start = cpu(begun);
         let found = SteadyProblem { creepage: at(*eta), ..problem.clone() }.solve().unwrap();
         let time = cpu(begun) - start;
         singles += time;
+        work = [work[0] + found.iterations, work[1] + found.products];
         println!("{eta:.4}    {time:8.4}  {:10} {:8}", found.iterations, found.products);
     }
-    for tolerance in [1e-6, 1e-8] {
+    let each = |sum: usize, count: f64| sum as f64 / count;
+    println!(
+        "row: from nothing, mean of five | 1e-8 | {:.4} s | {:.1} | {:.0} | ",
+        singles / 5.0,
+        each(work[0], 5.0),
+        each(work[1], 5.0)
+    );
+    for tolerance in [1e-8, 1e-6] {
         let start = cpu(begun);
         let mut curve = Continuation::new(SteadyProblem { tolerance, ..problem.clone() });
         let found: Vec<_> = values.iter().map(|eta| curve.solve(at(*eta)).unwrap()).collect();
@@ -55,6 +63,13 @@ fn main() {
         let products: usize = found.iter().map(|s| s.products).sum();
         println!(
             "50 points to {tolerance:.0e} {time:8.4}  {iterations:10} {products:8}, {:.1} times five from nothing",
+            time / singles
+        );
+        println!(
+            "row: by continuation, mean of 50 | {tolerance:.0e} | {:.4} s | {:.1} | {:.0} | {:.1}",
+            time / 50.0,
+            each(iterations, 50.0),
+            each(products, 50.0),
             time / singles
         );
     }

@@ -3,9 +3,11 @@
 //! `mpirun -n 2 linear_algebra [--size METRES] [--graded 0|1] [--modes N] [-- PETSC OPTIONS]`
 //!
 //! With `--graded 1` the cylinder is crowned and `--size` is that of the elements in a contact patch of 14 mm by 14 mm.
-//! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver.
+//! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver, `MODES_ONLY=1` skips solves and inverse, `SIZES=1` finds the modes with several
+//! blocks and bases, `SLEPC=1` with SLEPc as well. Lines that begin with `row:` are for tables: what, wall time in s, processor time in s, peak memory in GB.
 
-use railsqueal::eigen::sparse::{modes, Matrices, Method, ModesOptions};
+use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions};
+use railsqueal::eigen::{nearest_by, Shifted, Sizes};
 use railsqueal::fem::assembly::Operators;
 use railsqueal::fem::dofs::DofMap;
 use railsqueal::fem::Material;
@@ -86,6 +88,7 @@ impl Clock<'_> {
         let peak = self.world.sum(peak);
         if self.world.is_root() {
             println!("{what:<44} {wall:7.2} s wall {spent:7.2} s cpu, peak {peak:6.0} MB");
+            println!("row: {what} | {wall:.2} | {spent:.2} | {:.2}", 1e-3 * peak);
         }
         self.wall = Instant::now();
         self.cpu = usage().0;
@@ -129,7 +132,9 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
         let f = Factor::new(world, k, FactorOptions { kind: Symmetry::Positive, ordering }, "stiffness")?;
         clock.lap(&format!("factorisation, {ordering:?}"));
         if world.is_root() {
-            println!("    {:?}", f.statistics());
+            let counted = f.statistics();
+            println!("    {counted:?}");
+            println!("row: {ordering:?} | {:.0} M | {:.1e}", 1e-6 * counted.factor_entries as f64, counted.flops);
         }
         factor = Some(f);
     }
@@ -156,6 +161,9 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
         clock.lap(&format!("inverse block of {side} rows"));
     }
     let pencil = Matrices::new(world, k, m);
+    if std::env::var_os("SIZES").is_some() {
+        return sizes(world, &mut factor, &pencil, count, &mut clock);
+    }
     for method in [Method::Blocks, Method::Slepc] {
         if std::env::var_os("SLEPC").is_none() && method == Method::Slepc {
             continue;
@@ -172,4 +180,52 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
         }
     }
     Ok(())
+}
+
+/// `count` modes with several blocks and bases.
+fn sizes(
+    world: &World,
+    factor: &mut Factor,
+    pencil: &Matrices,
+    count: usize,
+    clock: &mut Clock,
+) -> railsqueal::Result<()> {
+    for (block, subspace) in [(4, 100), (6, 110), (8, 86), (8, 110), (8, 130), (12, 110), (16, 250)] {
+        let before = usage().0;
+        let mut first = Timed { at: At { factor, sigma: 0.0 }, seconds: 0.0 };
+        let found = nearest_by(pencil, &mut first, count, Sizes { block, subspace }, &mut |_, _| ())?;
+        let (solves, all) = (world.sum(first.seconds), world.sum(usage().0 - before));
+        if world.is_root() {
+            let (columns, restarts) = (found.solves, found.iterations);
+            println!(
+                "row: {block} | {subspace} | {columns} | {restarts} | {solves:.1} | {:.1} | {all:.1}",
+                all - solves
+            );
+        }
+        clock.lap(&format!("{count} modes with blocks of {block}"));
+    }
+    Ok(())
+}
+
+/// A factor with the processor time of its solves on this rank, s.
+struct Timed<'f, 'w> {
+    at: At<'f, 'w>,
+    seconds: f64,
+}
+
+impl Shifted for Timed<'_, '_> {
+    fn sigma(&self) -> f64 {
+        self.at.sigma()
+    }
+
+    fn solve(&mut self, x: &mut [f64], columns: usize) -> railsqueal::Result<()> {
+        let before = usage().0;
+        let solved = self.at.solve(x, columns);
+        self.seconds += usage().0 - before;
+        solved
+    }
+
+    fn below(&self) -> u64 {
+        self.at.below()
+    }
 }

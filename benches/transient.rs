@@ -160,6 +160,19 @@ fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
         per(effort.factorisations),
         per(effort.sweeps)
     );
+    let spread = |s: [usize; 3]| format!("{:.1} ({} to {})", per(s[0]), s[1], s[2]);
+    println!(
+        "row: {name} | {} | {} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {:.1}",
+        spread(closed),
+        spread(stick),
+        1e6 * step_time[1],
+        1e6 * plain_time[1],
+        step_time[1] / plain_time[1],
+        1e6 * own_time[1],
+        step_time[1] / own_time[1],
+        per(effort.products),
+        per(effort.inner)
+    );
 }
 
 fn settings(friction: FrictionLaw, approach: f64, creepage: Creepage, speed: f64) -> Settings {

@@ -12,6 +12,7 @@ import gmsh
 
 INNER, OUTER, WIDTH = 0.1, 0.5, 0.1
 CELLS = {  # first-order shape, order, without nodes in the faces
+    "tet4": ("tetrahedra", 1, 1),
     "tet10": ("tetrahedra", 2, 1),
     "wedge6": ("wedges", 1, 1),
     "wedge15": ("wedges", 2, 1),

@@ -1,8 +1,8 @@
 """ParaView macro: the contact of a result of railsqueal, coloured by its pressure.
 
-In ParaView: Macros > Import new macro..., open FILE.h5 (with the VTKHDF reader, if it asks), Apply, and start the macro. Without a window:
+In ParaView: Macros > Import new macro..., open FILE.hdf, Apply, and start the macro. Without a window:
 
-    pvpython scripts/paraview/contact.py FILE.h5 [PICTURE.png]
+    pvpython scripts/paraview/contact.py FILE.hdf [PICTURE.png]
 
 prints how many cells the contact grid and the contact have, and makes a picture. Works with ParaView 5.11 and later.
 """
@@ -30,10 +30,11 @@ def part(surface, lowest, name):
 
 def main():
     given = [word for word in sys.argv[1:] if word.endswith((".h5", ".hdf"))]
-    # By its reader and not by its name: older versions know .hdf alone.
-    source = simple.VTKHDFReader(FileName=given[0]) if given else simple.GetActiveSource()
+    # ParaView knows .hdf by its name; a file of another name is given to the reader itself.
+    opened = simple.OpenDataFile if given and given[0].endswith(".hdf") else lambda name: simple.VTKHDFReader(FileName=name)
+    source = opened(given[0]) if given else simple.GetActiveSource()
     if source is None:
-        raise SystemExit("open a result first, FILE.h5, and press Apply; or: pvpython contact.py FILE.h5")
+        raise SystemExit("open a result first, FILE.hdf, and press Apply; or: pvpython contact.py FILE.hdf")
     surface = simple.ExtractSurface(registrationName="surface", Input=source)
     grid, contact = part(surface, 0, "contact grid"), part(surface, 1, "contact")
     print(f"contact grid of both bodies: {cells(grid)} cells; contact: {cells(contact)} cells")

@@ -8,8 +8,10 @@ import examples
 import faults
 import growth
 import longitudinal
+import meshes
 import modes
 import one_point
+import rail
 import ranks
 import report
 import rotation
@@ -23,6 +25,7 @@ STUDIES = {
     "half_space": steady.half_space,
     "finite_elements": steady.finite_elements,
     "modes": modes.annulus,
+    "meshes": meshes.rings,
     "growth": growth.narrow_curve,
     "one_point": one_point.narrow_curve,
     "longitudinal": longitudinal.sliding,
@@ -32,6 +35,7 @@ STUDIES = {
     "faults": faults.broken,
     "cycles": cycles.followed,
     "examples": examples.worked,
+    "rail": rail.compared,
     "tables": tables.written,
     "tutorial": tutorial.performed,
 }

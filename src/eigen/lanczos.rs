@@ -45,10 +45,10 @@ impl Goal {
 
 /// Sizes of the method.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sizes {
-    /// Columns of a block.
+pub struct Sizes {
+    /// Columns of a block, at least 1.
     pub block: usize,
-    /// Columns of the basis at which it is restarted.
+    /// Columns of the basis at which it is restarted, more than the pairs wanted.
     pub subspace: usize,
 }
 

@@ -12,12 +12,13 @@ mod slices;
 pub mod sparse;
 
 pub use check::Modes;
+pub use lanczos::Sizes;
 pub use slices::{band, lowest, Moving};
 
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::MatRef;
-use lanczos::{Goal, Sizes};
+use lanczos::Goal;
 
 /// K and M, of which each rank holds some rows.
 pub trait Pencil {
@@ -54,11 +55,22 @@ pub fn nearest(
     count: usize,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Modes> {
+    nearest_by(pencil, shifted, count, Sizes::of(count), progress)
+}
+
+/// Collective: the same with blocks and a basis of one's own, to measure what they cost.
+pub fn nearest_by(
+    pencil: &dyn Pencil,
+    shifted: &mut dyn Shifted,
+    count: usize,
+    sizes: Sizes,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
     if count == 0 || pencil.order() == 0 {
         return Ok(Modes::default());
     }
     enough(count, pencil.order())?;
-    let found = lanczos::run(pencil, shifted, pencil.known(), Goal::Nearest(count), Sizes::of(count), progress)?;
+    let found = lanczos::run(pencil, shifted, pencil.known(), Goal::Nearest(count), sizes, progress)?;
     if found.theta.len() < count {
         return Err(Error::NotConverged(format!(
             "only {} of {count} modes have finite frequency: the mass matrix is singular",

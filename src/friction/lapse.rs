@@ -16,7 +16,7 @@ const FAR: f64 = 708.0;
 const NEAR: f64 = 0.1;
 
 /// 1/n! from n = 0 on.
-const INVERSE_FACTORIALS: [f64; 14] = [
+pub(super) const INVERSE_FACTORIALS: [f64; 14] = [
     1.0,
     1.0,
     1.0 / 2.0,

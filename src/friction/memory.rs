@@ -86,20 +86,6 @@ pub struct Relaxation {
     pub gain: f64,
 }
 
-/// 1/(n + 1)! from n = 0 on.
-const INVERSE_FACTORIALS: [f64; 10] = [
-    1.0,
-    1.0 / 2.0,
-    1.0 / 6.0,
-    1.0 / 24.0,
-    1.0 / 120.0,
-    1.0 / 720.0,
-    1.0 / 5040.0,
-    1.0 / 40_320.0,
-    1.0 / 362_880.0,
-    1.0 / 3_628_800.0,
-];
-
 /// 1 − e^(−x) for x ≥ 0, to rounding but for its last digit: each node of a time step asks for it several times, where `exp_m1` costs more.
 #[inline]
 fn lapsed(x: f64) -> f64 {
@@ -107,7 +93,7 @@ fn lapsed(x: f64) -> f64 {
         return 1.0 - (-x).exp();
     }
     // The series; its next term is below 1e-17 of it. By pairs, which do not wait for each other.
-    let pair = |n: usize| INVERSE_FACTORIALS[n] - x * INVERSE_FACTORIALS[n + 1];
+    let pair = |n: usize| lapse::INVERSE_FACTORIALS[n + 1] - x * lapse::INVERSE_FACTORIALS[n + 2];
     let (square, fourth) = (x * x, x * x * (x * x));
     let first = pair(0) + square * pair(2);
     x * (first + fourth * (pair(4) + square * pair(6) + fourth * pair(8)))

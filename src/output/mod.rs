@@ -19,6 +19,7 @@ mod replace;
 mod result;
 mod segments;
 mod sequence;
+mod shown;
 mod table;
 mod values;
 mod vtkhdf;

@@ -5,6 +5,7 @@ use super::partial::{check_target, sweep, Partial};
 use super::replace::replaceable;
 use super::segments::{append_to, Segments};
 use super::sequence::SequenceFile;
+use super::shown::show;
 use super::table::Table;
 use super::vtkhdf::{skeleton, strong, write_slabs, Piece};
 use crate::parallel::World;
@@ -28,6 +29,8 @@ pub struct ResultFile<'w> {
     world: &'w World,
     target: PathBuf,
     partial: Option<Partial>,
+    /// Whether it has fields.
+    fields: bool,
     tables: Vec<Table>,
     attached: Vec<Partial>,
     segments: Option<(Segments, String)>,
@@ -51,6 +54,7 @@ impl<'w> ResultFile<'w> {
             world,
             target: path.to_owned(),
             partial: None,
+            fields: false,
             tables: Vec::new(),
             attached: Vec::new(),
             segments: None,
@@ -77,6 +81,7 @@ impl<'w> ResultFile<'w> {
         world.on_root(|| skeleton(&partial, Some([1, 0]), &slots, &piece.sizes(), None))?;
         write_slabs(world, &partial, &slabs)?;
         self.partial = Some(partial);
+        self.fields = true;
         Ok(())
     }
 
@@ -187,12 +192,13 @@ impl<'w> ResultFile<'w> {
         Ok(())
     }
 
-    /// Collective: writes the tables and, after all others, those that `last` gives on rank 0; then the file, and those attached, get their names.
+    /// Collective: writes the tables and, after all others, those that `last` gives on rank 0; then the file, and those attached, get their names, and a file with
+    /// fields the link `FILE.hdf`.
     pub fn finish(mut self, last: impl FnOnce() -> Vec<Table>) -> Result<()> {
         let world = self.world;
         let mut partial = self.begun()?;
         let tables = &self.tables;
-        let attached = &mut self.attached;
+        let (attached, fields) = (&mut self.attached, self.fields);
         let (segments, leftovers, discarded) = (&self.segments, &self.leftovers, &self.discarded);
         world.on_root(|| {
             let mut seen = BTreeSet::new();
@@ -200,6 +206,7 @@ impl<'w> ResultFile<'w> {
             add(&partial, &last(), &mut seen)?;
             attached.iter_mut().try_for_each(Partial::publish)?;
             partial.publish()?;
+            let _ = show(&partial.target, fields);
             if let Some((segments, _)) = segments {
                 segments.remove();
             }

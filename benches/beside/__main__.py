@@ -1,0 +1,51 @@
+"""Called by benches/compare: studies by name."""
+
+import sys
+from pathlib import Path
+
+# Tables of pages are written as the studies of scripts/validate write theirs.
+sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts" / "studies"))
+
+import algebra  # noqa: E402
+import full  # noqa: E402
+import modes  # noqa: E402
+import steady  # noqa: E402
+import steps  # noqa: E402
+import whole  # noqa: E402
+
+STUDIES = {
+    "modes": modes.sizes,
+    "many-modes": modes.many,
+    "full": full.beside,
+    "rotation": steps.turning,
+    "steps": steps.in_squeal,
+    "half-spaces": steps.on_half_spaces,
+    "siconos": steps.beside_siconos,
+    "steady": steady.cold,
+    "creep-curve": steady.curves,
+    "two-cylinders": whole.two_cylinders,
+    "former": whole.former,
+    "wheel-on-rail": whole.wheel_on_rail,
+    "sweeps": whole.sweeps,
+    "orderings": algebra.orderings,
+    "solves": algebra.solves,
+    "blocks": algebra.blocks,
+    "multigrid": algebra.multigrid,
+    "largest": whole.largest,
+}
+
+
+def main():
+    if sys.argv[1:] == ["list"]:
+        print("\n".join(STUDIES))
+        return
+    wanted = sys.argv[1:] or [name for name in STUDIES if name != "largest"]
+    unknown = [name for name in wanted if name not in STUDIES]
+    if unknown:
+        sys.exit(f"benches/compare: no study {', '.join(unknown)}; there are {', '.join(STUDIES)}")
+    for name in wanted:
+        print(f"== {name}", flush=True)
+        STUDIES[name]()
+
+
+main()

@@ -1,0 +1,140 @@
+"""Modes of the clamped annulus beside dolfinx with slepc4py, and CalculiX, on the same mesh."""
+
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from clock import DEBIAN, PROGRAM, ROOT, Spent, busy, in_turn, middle, noted, ratio, run, spent, version
+from pages import put
+from peers import petsc
+from railsqueal import Fields
+from report import table
+from system import install
+
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402
+
+PAGE = ROOT / "docs" / "performance.md"
+PICTURE = ROOT / "docs" / "pictures" / "performance-modes.svg"
+# Edge lengths, m: 30, 98, 180 and 300 thousand rows.
+SIZES = (0.026, 0.017, 0.0137, 0.0115)
+MIDDLE = 0.017
+# CalculiX factorises with SPOOLES here, which takes minutes beyond.
+CALCULIX_UP_TO = 100_000
+
+
+def sized(size, count):
+    mesh = {f"bodies.lower.mesh.cylinder.{key}": size for key in ("element_size", "max_element_size")}
+    return mesh | {"analyses.modes.count": count}
+
+
+def ours(folder, size, count, ranks):
+    return run("annulus.json", "--output", folder / "own.h5", "--force", sets=sized(size, count), ranks=ranks)
+
+
+def dolfinx(result, count, ranks):
+    """The peer's own clock, without imports and the compilation of forms, and the memory it says."""
+    done = spent([DEBIAN, ROOT / "benches/peers/dolfinx_modes.py", result, count], ranks, petsc("real"))
+    found = re.search(r"wall ([\d.]+) s  cpu ([\d.]+) s", done.out)
+    return Spent(float(found[1]), float(found[2]), done.memory, done.out)
+
+
+def calculix(folder, count, threads):
+    return spent(["ccx", "-i", folder / "annulus"], 1, {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)})
+
+
+def deck(result, count, path):
+    """Our mesh as an input of CalculiX; the number of its rows without supports."""
+    with Fields(result) as fields:
+        mesh = fields.mesh
+    cells, points = mesh.cells(12), mesh.points
+    bore = np.flatnonzero(abs(np.hypot(points[:, 0], points[:, 2] + 0.5) - 0.1) < 1e-6)
+    with open(path, "w") as file:
+        file.write("*NODE, NSET=ALL\n")
+        np.savetxt(file, np.column_stack([np.arange(1, len(points) + 1), points]), fmt="%d, %.12g, %.12g, %.12g")
+        file.write("*ELEMENT, TYPE=C3D8, ELSET=BODY\n")
+        np.savetxt(file, np.column_stack([np.arange(1, len(cells) + 1), cells + 1]), fmt="%d", delimiter=", ")
+        file.write("*NSET, NSET=BORE\n" + "".join(f"{n + 1},\n" for n in bore))
+        file.write("*MATERIAL, NAME=STEEL\n*ELASTIC\n205e9, 0.3\n*DENSITY\n7800\n*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL\n")
+        file.write(f"*BOUNDARY\nBORE, 1, 3\n*STEP\n*FREQUENCY\n{count}\n*NODE FILE\nU\n*END STEP\n")
+    return 3 * (len(points) - len(bore))
+
+
+def packages():
+    install("python3-dolfinx-real", "python3-slepc4py-real", "python3-h5py", "libopenblas0-pthread", "calculix-ccx")
+    return f"dolfinx {version('python3-dolfinx-real')}", f"SLEPc {version('python3-slepc4py-real')}", f"CalculiX {version('calculix-ccx')}"
+
+
+def lines(names, found):
+    """Rows of a table: each program, then ours over each of the others."""
+    keys = ("wall", "cpu", "memory")
+    mid = [[middle(f, key) for key in keys] for f in found]
+    rows = [[name, f"{m[0]:.1f} s", f"{m[1]:.1f} s", f"{m[2] / 1e9:.2f} GB"] for name, m in zip(names, mid)]
+    for name, m in zip(names[1:], mid[1:]):
+        rows.append([f"ours over {name}", *(ratio(a, b) for a, b in zip(mid[0], m))])
+    return rows, mid
+
+
+def sizes():
+    """Four sizes on one rank and two: a table and a picture."""
+    programs, load = packages(), busy()
+    body, drawn = [], {}
+    for size in SIZES:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            ours(folder, size, 40, 2)
+            result = (folder / "own.h5").rename(folder / "mesh.h5")
+            rows = deck(result, 40, folder / "annulus.inp")
+            # The forms are compiled in the first run.
+            dolfinx(result, 40, 1)
+            for ranks in (1, 2):
+                names = ["railsqueal", "dolfinx + slepc4py"]
+                calls = [lambda: ours(folder, size, 40, ranks), lambda: dolfinx(result, 40, ranks)]
+                if rows < CALCULIX_UP_TO:
+                    names.append("CalculiX")
+                    calls.append(lambda: calculix(folder, 40, ranks))
+                found, mid = lines(names, in_turn(*calls))
+                body += [[f"{rows}", str(ranks), *row] for row in found]
+                for program, m in zip(names, mid):
+                    drawn.setdefault((program, ranks), []).append((rows, m[0], m[2] / 1e9))
+    head = ["rows", "ranks", "", "wall", "CPU", "memory"]
+    put(PAGE, "modes", table(head, body) + "\n" + noted(load, *programs))
+    draw(drawn)
+
+
+def draw(drawn):
+    figure, axes = pyplot.subplots(1, 2, figsize=(9, 3.6))
+    colours = {"railsqueal": "C0", "dolfinx + slepc4py": "C1", "CalculiX": "C2"}
+    for (program, ranks), points in drawn.items():
+        rows, wall, memory = np.array(points).T
+        for axis, values in zip(axes, (wall, memory)):
+            label = f"{program}, {ranks} rank{'s' if ranks > 1 else ''}" if axis is axes[0] else None
+            axis.loglog(rows, values, "o-" if ranks == 1 else "s--", color=colours[program], label=label)
+    for axis, name in zip(axes, ("wall time, s", "memory of all ranks, GB")):
+        axis.set_xlabel("rows")
+        axis.set_ylabel(name)
+        axis.grid(True, which="both", alpha=0.3)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    figure.tight_layout(rect=(0, 0.14, 1, 1))
+    PICTURE.parent.mkdir(exist_ok=True)
+    figure.savefig(PICTURE, metadata={"Date": None})
+    pyplot.close(figure)
+
+
+def many():
+    """400 modes of the middle mesh, where SLEPc's basis is twice as many."""
+    programs, load = packages()[:2], busy()
+    body = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        ours(folder, MIDDLE, 40, 2)
+        result = (folder / "own.h5").rename(folder / "mesh.h5")
+        dolfinx(result, 4, 1)
+        for ranks in (1, 2):
+            names = ["railsqueal", "dolfinx + slepc4py"]
+            found, _ = lines(names, in_turn(lambda: ours(folder, MIDDLE, 400, ranks), lambda: dolfinx(result, 400, ranks), count=1))
+            body += [[str(ranks), *row] for row in found]
+    put(PAGE, "many-modes", table(["ranks", "400 modes", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs, runs=1))
