@@ -27,16 +27,16 @@ class Spent:
     out: str
 
 
-def spent(command, ranks=1, settings=None):
-    """Runs a command on so many ranks; ends the study where it fails. `settings` are variables of its environment."""
-    with tempfile.TemporaryDirectory() as folder:
-        line = ["mpirun", "-n", str(ranks), sys.executable, str(Path(__file__).with_name("rank.py")), folder, *map(str, command)]
+def spent(command, ranks=1, settings=None, folder=None):
+    """Runs a command on so many ranks; ends the study where it fails. `settings` are variables of its environment, `folder` is where it works."""
+    with tempfile.TemporaryDirectory() as taken:
+        line = ["mpirun", "-n", str(ranks), sys.executable, str(Path(__file__).with_name("rank.py")), taken, *map(str, command)]
         # Variables of this project's own Python do not belong to another one's.
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(settings or {})}
-        done = subprocess.run(line, capture_output=True, text=True, env=environment)
+        done = subprocess.run(line, capture_output=True, text=True, env=environment, cwd=folder)
         if done.returncode:
             raise SystemExit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
-        parts = [json.loads(path.read_text()) for path in sorted(Path(folder).glob("*.json"))]
+        parts = [json.loads(path.read_text()) for path in sorted(Path(taken).glob("*.json"))]
     wall, cpu, memory = max(p["wall"] for p in parts), sum(p["cpu"] for p in parts), sum(p["memory"] for p in parts)
     print(f"   {Path(str(command[0])).name} {' '.join(map(str, command[1:4]))} … on {ranks}: {wall:.1f} s, {cpu:.1f} s of CPU, {memory / 1e9:.2f} GB", flush=True)
     return Spent(wall, cpu, memory, done.stdout)

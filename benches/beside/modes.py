@@ -43,7 +43,7 @@ def dolfinx(result, count, ranks):
 
 
 def calculix(folder, count, threads):
-    return spent(["ccx", "-i", folder / "annulus"], 1, {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)})
+    return spent(["ccx", "-i", folder / "annulus"], 1, {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)}, folder)
 
 
 def deck(result, count, path):

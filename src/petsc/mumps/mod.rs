@@ -66,6 +66,10 @@ pub struct FactorStatistics {
     pub factor_entries: u64,
     /// Floating-point operations of the elimination.
     pub flops: f64,
+    /// Those of the rank that has most of them.
+    pub flops_max: f64,
+    /// Entries in the factors on the rank that has most of them.
+    pub entries_max: u64,
     /// Memory of the rank that needs most, MB (10⁶ byte): estimated by the analysis, then allocated.
     pub memory_max_mb: u64,
     /// Memory of all ranks together, MB.
@@ -200,6 +204,8 @@ impl<'w> Factor<'w> {
         factor.statistics = FactorStatistics {
             factor_entries: large(factor.id.infog[19]),
             flops: factor.id.rinfog[0],
+            flops_max: world.max(factor.id.rinfo[0]),
+            entries_max: world.max(large(factor.id.info[2]) as f64) as u64,
             memory_max_mb: factor.id.infog[15].max(0) as u64,
             memory_sum_mb: factor.id.infog[16].max(0) as u64,
         };
@@ -245,6 +251,8 @@ impl<'w> Factor<'w> {
         self.statistics = FactorStatistics {
             factor_entries: large(self.id.infog[8]),
             flops: self.id.rinfog[2],
+            flops_max: self.world.max(self.id.rinfo[2]),
+            entries_max: self.world.max(large(self.id.info[8]) as f64) as u64,
             memory_max_mb: self.id.infog[17].max(0) as u64,
             memory_sum_mb: self.id.infog[18].max(0) as u64,
         };
