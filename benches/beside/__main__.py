@@ -50,4 +50,5 @@ def main():
         STUDIES[name]()
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -4,6 +4,7 @@ import json
 import sys
 
 import cycles
+import drawn
 import examples
 import faults
 import growth
@@ -36,6 +37,7 @@ STUDIES = {
     "cycles": cycles.followed,
     "examples": examples.worked,
     "rail": rail.compared,
+    "drawn": drawn.beside,
     "tables": tables.written,
     "tutorial": tutorial.performed,
 }

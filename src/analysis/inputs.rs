@@ -22,6 +22,9 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
             if let Some(MeshSource::File(file)) = &body.mesh {
                 all.push((format!("bodies.{name}.mesh.file"), file.path().clone()));
             }
+            if let Some(file) = body.section_file() {
+                all.push((format!("bodies.{name}.mesh.revolved.section.file"), file.path.clone()));
+            }
             if let Some(m) = &body.matrices {
                 for (key, file) in
                     [("mass", Some(&m.mass)), ("damping", m.damping.as_ref()), ("stiffness", Some(&m.stiffness))]

@@ -11,7 +11,7 @@ use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
-use crate::swept::{turned, BuiltIn, EdgeSprings, Forms, LineLoad, Prestress, Seen, FAMILY, LOADS};
+use crate::swept::{turned, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, FAMILY, LOADS};
 use crate::swept::{OrderModes, Outline, OutlineModes};
 use crate::{Error, Result};
 use faer::Mat;
@@ -22,10 +22,10 @@ use std::f64::consts::PI;
 const BEYOND: usize = 4;
 
 /// What a swept body is made of.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Making<'a> {
     /// Its section.
-    pub section: BuiltIn,
+    pub section: Given,
     /// Its material.
     pub material: Material,
     /// Groups of the section that are clamped.
@@ -44,7 +44,7 @@ pub struct Making<'a> {
 pub struct Swept<'w> {
     world: &'w World,
     name: String,
-    making: BuiltIn,
+    making: Given,
     /// Meshed for the modes.
     forms: Forms,
     fixed: Vec<String>,

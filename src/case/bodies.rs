@@ -262,7 +262,10 @@ impl<'p> Bodies<'p> {
             if let Some(MeshSource::File(file)) = &body.mesh {
                 sums.push((file.path().display().to_string(), sha256(file.path())?));
             }
-            // A section is all in the job.
+            if let Some(file) = body.section_file() {
+                sums.push((file.path.display().to_string(), sha256(&file.path)?));
+            }
+            // A built-in section is all in the job.
             if !place.checksum.is_empty() {
                 sums.push((format!("mesh of body {}", place.name), place.checksum.clone()));
             }

@@ -5,35 +5,78 @@ use super::rail;
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
 use crate::grid::ContactGrid;
-use crate::job::{self, Job, MeshSource, Section};
+use crate::job::{self, Job, MeshSource, Section, SectionFile};
+use crate::mesh::msh::plane;
 use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{BuiltIn, Cylinder, EdgeSprings};
+use crate::swept::{Cylinder, Drawn, EdgeSprings, Given};
 use crate::{Error, Result};
+use std::rc::Rc;
+
+/// By how much the rolling radius of a job may miss that of the drawing, over it.
+const RADIUS: f64 = 1e-3;
 
 /// The section of a body, whose contact is where its mesh says it.
-fn section(body: &job::Body) -> Result<BuiltIn> {
+fn section(body: &job::Body) -> Result<Given> {
     let Some(MeshSource::Revolved(revolved)) = &body.mesh else {
         return Err(Error::Defect("a section is asked for of a body that is not swept".into()));
     };
     let contact_offset = revolved.contact_offset;
-    Ok(match revolved.section {
-        Section::W920S => BuiltIn::W920S { offset: contact_offset, mirrored: false },
-        Section::Cylinder(job::Ring { inner_radius, outer_radius, thickness, crown_radius }) => {
-            BuiltIn::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
+    Ok(match &revolved.section {
+        Section::W920S => Given::W920S { offset: contact_offset, mirrored: false },
+        Section::File(file) => {
+            Given::Drawn { drawn: Rc::new(drawn(file, contact_offset)?), offset: contact_offset, mirrored: false }
+        }
+        &Section::Cylinder(job::Ring { inner_radius, outer_radius, thickness, crown_radius }) => {
+            Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
         }
     })
 }
 
+/// The drawing in a file, x along the axle and y away from it, with the rolling radius that the job says at y = `offset`, m.
+fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
+    let name = file.path.display();
+    let drawing = plane::read(&file.path)?;
+    let place = |&[x, y]: &[f64; 2]| [file.scale * y, file.scale * x];
+    let drawn = Drawn::new(drawing.nodes.iter().map(place).collect(), &drawing.faces, &drawing.curves, &file.running)
+        .map_err(|e| e.context(format!("section {name}")))?;
+    match drawn.running(offset) {
+        Some([radius, _]) if (radius - file.radius).abs() > RADIUS * file.radius => Err(Error::Job(format!(
+            "section.file.radius: found {} m, but the running line of {name} has the radius {radius:.6} m at y = {offset} m; give that, or the unit of the \
+             drawing (section.file.scale)",
+            file.radius
+        ))),
+        _ => Ok(drawn),
+    }
+}
+
+/// An error if a group that holds the body is not in its section.
+fn held(body: &job::Body, section: &crate::swept::Section) -> Result<()> {
+    let groups = body.fixed.iter().map(|g| ("fixed", g)).chain(body.supports.iter().map(|s| ("supports", &s.group)));
+    for (key, group) in groups {
+        if !section.groups.contains_key(group) {
+            let there: Vec<String> = section.groups.keys().map(|k| format!("\"{k}\"")).collect();
+            return Err(Error::Job(format!(
+                "{key}: the section has no group \"{group}\"; its groups are {}",
+                if there.is_empty() { "none".into() } else { there.join(", ") }
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Where the contact of a wheel on a rail is on its section: the wheel at a seat, on a side of the track.
-fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<BuiltIn> {
+fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Given> {
     // A right-hand wheel has its flange at −y.
     let right = side == job::TrackSide::Right;
     match section(body)? {
-        BuiltIn::W920S { .. } => Ok(BuiltIn::W920S { offset: if right { -seat.y } else { seat.y }, mirrored: right }),
-        BuiltIn::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
+        Given::W920S { .. } => Ok(Given::W920S { offset: if right { -seat.y } else { seat.y }, mirrored: right }),
+        Given::Drawn { drawn, .. } => {
+            Ok(Given::Drawn { drawn, offset: if right { -seat.y } else { seat.y }, mirrored: right })
+        }
+        Given::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
     }
 }
 
@@ -46,7 +89,7 @@ pub(crate) fn touched(body: &job::Body, seat: Seat, side: job::TrackSide) -> Res
 fn made<'p>(
     (world, summary): (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
-    section: BuiltIn,
+    section: Given,
     (grid, tilt): (Option<[&[f64]; 2]>, f64),
 ) -> Result<Swept<'p>> {
     let (material, springs) = (material_of(body)?, springs(body));
@@ -94,7 +137,7 @@ pub fn grid(job: &Job, body: &job::Body) -> Result<Option<ContactGrid>> {
             across.into_iter().flat_map(|z| std::iter::repeat_n(z, x.len())).collect()
         }
         None => {
-            let section = section(body)?;
+            let section = &section(body)?;
             y.iter().flat_map(|&y| x.iter().map(move |&x| section.height(x, y))).collect()
         }
     };
@@ -107,6 +150,7 @@ pub fn size(body: &job::Body) -> Result<[usize; 2]> {
         return rail::size(extruded);
     }
     let section = section(body)?.for_modes()?;
+    held(body, &section)?;
     Ok([section.nodes.len(), section.elements.len()])
 }
 
@@ -114,6 +158,13 @@ pub fn size(body: &job::Body) -> Result<[usize; 2]> {
 pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Bodies<'p>> {
     progress.stage("sections");
     let given = job.bodies();
+    // Files are read by every rank, and may be there for some of them only.
+    let swept = given.iter().filter(|(_, body)| rail::extruded(body).is_none());
+    world.agree(
+        swept
+            .map(|(name, body)| section(body).map_err(|e| e.context(format!("bodies.{name}.mesh.revolved"))))
+            .collect::<Result<Vec<_>>>(),
+    )?;
     let same = match &given[..] {
         [(_, a), (_, b)] => {
             a.mesh == b.mesh

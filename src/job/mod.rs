@@ -128,6 +128,7 @@ impl Job {
                 {
                     body.damping = Damping::of_steel_wheels();
                 }
+                Some(MeshSource::Revolved(Revolved { section: Section::File(file), .. })) => absolute(&mut file.path),
                 Some(MeshSource::Revolved(_)) => {}
                 Some(MeshSource::Extruded(_)) => {
                     body.track.get_or_insert_default();

@@ -1,8 +1,9 @@
 //! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
 
-use super::{Element, Path, Section, SectionCell};
+use super::{Drawn, Element, Path, Section, SectionCell};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// Sizes of elements: small around the contact point and around corners, growing away from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,11 +24,16 @@ const GROWTH: f64 = 0.45;
 const PARTS: usize = 512;
 
 impl Focus {
+    /// Edge length at a distance from the contact point, m.
+    pub(super) fn near(&self, distance: f64) -> f64 {
+        (self.size + GROWTH * (distance - self.reach).max(0.0)).min(self.largest)
+    }
+
     /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` is the place of the contact, `corners` are those of singular
     /// stresses.
     pub(super) fn lines(&self, breaks: &[f64], at: f64, corners: &[f64]) -> Vec<f64> {
         let size = |x: f64| {
-            let contact = self.size + GROWTH * ((x - at).abs() - self.reach).max(0.0);
+            let contact = self.near((x - at).abs());
             let corner = corners.iter().map(|c| self.corner + GROWTH * (x - c).abs());
             corner.fold(contact, f64::min).min(self.largest)
         };
@@ -112,9 +118,9 @@ impl Lines<'_> {
     }
 }
 
-/// A built-in section.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum BuiltIn {
+/// A section as a job gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Given {
     /// An annular cylinder.
     Cylinder(Cylinder),
     /// The benchmark wheel.
@@ -124,6 +130,15 @@ pub enum BuiltIn {
         /// Whether its flange lies at negative y, as that of a right-hand wheel does.
         mirrored: bool,
     },
+    /// A drawn one.
+    Drawn {
+        /// The drawing.
+        drawn: Rc<Drawn>,
+        /// y of the contact point in the drawing, m.
+        offset: f64,
+        /// Whether it is seen from the other side.
+        mirrored: bool,
+    },
 }
 
 /// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
@@ -131,26 +146,32 @@ const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
 /// Those of the wheel, m.
 const PARTS_OF_THE_WHEEL: [f64; 2] = [0.003, 0.03];
 
-impl BuiltIn {
+impl Given {
     /// Rolling radius, m.
     pub fn radius(&self) -> f64 {
         match self {
-            BuiltIn::Cylinder(c) => c.outer_radius,
-            BuiltIn::W920S { .. } => TREAD,
+            Given::Cylinder(c) => c.outer_radius,
+            Given::W920S { .. } => TREAD,
+            Given::Drawn { drawn, offset, .. } => drawn.running(*offset).map_or(0.0, |[r, _]| r),
         }
     }
 
     /// Height of the surface over the contact point at (x, y), m: 0 there, negative elsewhere.
     pub fn height(&self, x: f64, y: f64) -> f64 {
         let drop = match self {
-            BuiltIn::Cylinder(c) => c.drop(y),
-            BuiltIn::W920S { .. } => 0.0,
+            Given::Cylinder(c) => c.drop(y),
+            Given::W920S { .. } => 0.0,
+            // Beside the running line nothing can touch.
+            Given::Drawn { drawn, offset, mirrored } => {
+                let at = if *mirrored { offset - y } else { offset + y };
+                drawn.running(at).map_or(self.radius(), |[r, _]| self.radius() - r)
+            }
         };
         let (radius, here) = (self.radius(), self.radius() - drop);
         (here * here - x * x).max(0.0).sqrt() - radius
     }
 
-    /// The mesh for the modes: waves are long against the contact.
+    /// The mesh for the modes: waves are long against the contact. A drawn one is as it is drawn.
     pub fn for_modes(&self) -> Result<Section> {
         let [corner, largest] = self.sizes();
         self.section(Focus { size: largest, reach: 0.0, corner, largest })
@@ -162,18 +183,21 @@ impl BuiltIn {
         self.section(Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest })
     }
 
+    /// Edge lengths at corners and at the most, m; a drawing has its own.
     fn sizes(&self) -> [f64; 2] {
         match self {
-            BuiltIn::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
-            BuiltIn::W920S { .. } => PARTS_OF_THE_WHEEL,
+            Given::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
+            Given::W920S { .. } => PARTS_OF_THE_WHEEL,
+            Given::Drawn { .. } => [f64::INFINITY; 2],
         }
     }
 
     fn section(&self, focus: Focus) -> Result<Section> {
         match self {
-            BuiltIn::Cylinder(c) => cylinder(c, focus),
-            BuiltIn::W920S { offset, mirrored: false } => w920s(*offset, focus),
-            BuiltIn::W920S { offset, mirrored: true } => Ok(w920s(*offset, focus)?.mirrored()),
+            Given::Cylinder(c) => cylinder(c, focus),
+            Given::W920S { offset, mirrored: false } => w920s(*offset, focus),
+            Given::W920S { offset, mirrored: true } => Ok(w920s(*offset, focus)?.mirrored()),
+            Given::Drawn { drawn, offset, mirrored } => drawn.seen(*offset, *mirrored, &focus),
         }
     }
 }

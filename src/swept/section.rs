@@ -14,6 +14,18 @@ pub struct Element {
     pub nodes: Vec<usize>,
 }
 
+impl Element {
+    /// Its nodes the other way round.
+    pub(super) fn turn(&mut self) {
+        let order: &[usize] = match self.kind {
+            SectionCell::Tri6 => &[0, 2, 1, 5, 4, 3],
+            SectionCell::Quad8 => &[0, 3, 2, 1, 7, 6, 5, 4],
+            SectionCell::Quad9 => &[0, 3, 2, 1, 7, 6, 5, 4, 8],
+        };
+        self.nodes = order.iter().map(|&k| self.nodes[k]).collect();
+    }
+}
+
 /// A section in lower form: nodes (r, y), m. Of a body of revolution r is the distance from the axle and y = 0 at the contact point; of one along a
 /// line r is z, and both are 0 at the contact point.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -44,14 +56,7 @@ impl Section {
     /// The section seen from the other side: y is reversed.
     pub fn mirrored(mut self) -> Self {
         self.nodes.iter_mut().for_each(|x| x[1] = -x[1]);
-        for element in &mut self.elements {
-            let order: &[usize] = match element.kind {
-                SectionCell::Tri6 => &[0, 2, 1, 5, 4, 3],
-                SectionCell::Quad8 => &[0, 3, 2, 1, 7, 6, 5, 4],
-                SectionCell::Quad9 => &[0, 3, 2, 1, 7, 6, 5, 4, 8],
-            };
-            element.nodes = order.iter().map(|&k| element.nodes[k]).collect();
-        }
+        self.elements.iter_mut().for_each(Element::turn);
         self.tread = self.tread.iter().rev().map(|&[first, last, middle]| [last, first, middle]).collect();
         self
     }

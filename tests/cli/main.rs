@@ -4,6 +4,7 @@ mod bad_input;
 mod creep_curve;
 mod cycles;
 mod damaged;
+mod drawn;
 mod failures;
 mod golden;
 mod interrupted;

@@ -94,6 +94,14 @@ impl Body {
         !self.fixed.is_empty() || self.supports.iter().any(super::Support::holds)
     }
 
+    /// The file of a drawn section.
+    pub fn section_file(&self) -> Option<&super::SectionFile> {
+        match &self.mesh {
+            Some(MeshSource::Revolved(super::Revolved { section: super::Section::File(file), .. })) => Some(file),
+            _ => None,
+        }
+    }
+
     /// Distance of the axle from the contact point, m, where it is known.
     pub fn axle(&self) -> Option<f64> {
         match &self.mesh {

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// A body of revolution about an axle along y, swept from a section. Needs `contact.compliance` `"hybrid"`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -9,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct Revolved {
     /// The section, by the name of a built-in one.
     pub section: Section,
-    /// Distance of the contact point, and of the apex of a crown, from the mid-plane (of W920S: from that of its web), towards +y, m.
+    /// Distance of the contact point, and of the apex of a crown, from the mid-plane (of W920S: from that of its web; of a file: from its x = 0), towards +y, m.
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub contact_offset: f64,
@@ -23,6 +24,39 @@ pub enum Section {
     /// The annular cylinder. It has the groups `inner`, `outer`, `side_minus`, `side_plus`.
     #[serde(rename = "cylinder")]
     Cylinder(Ring),
+    /// A drawn one: a plane mesh of Gmsh, x along the axle, y away from it.
+    #[serde(rename = "file")]
+    File(SectionFile),
+}
+
+/// A section in a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SectionFile {
+    /// Its path, relative to the job file: MSH 4.1 or 2.2, triangles and quadrilaterals of first or second order.
+    pub path: PathBuf,
+    /// Length of the file's unit, m: 0.001 for a drawing in millimetres.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub scale: f64,
+    /// Physical curve that runs on the rail. Other physical curves are groups that can be clamped or supported.
+    #[serde(default = "running")]
+    pub running: String,
+    /// Rolling radius at the contact point, m, which the drawing has to have within a thousandth; with `contact.placement` that of the running circle.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub radius: f64,
+    /// Transversal radius of the running line at the contact point, m, for Hertz' estimates of the contact. Without it the line is straight there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub crown: Option<f64>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn running() -> String {
+    "running".into()
 }
 
 /// Section of an annular cylinder.
@@ -72,6 +106,8 @@ impl Revolved {
                 width: c.thickness,
                 room: 0.5 * c.thickness - offset.abs(),
             },
+            // Where its running line ends is in the file.
+            Section::File(f) => Running { radius: f.radius, crown: f.crown, width: f64::INFINITY, room: f64::INFINITY },
         }
     }
 }

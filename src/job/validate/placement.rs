@@ -73,8 +73,8 @@ fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
                     "{path}.mesh.revolved.contact_offset: given beside contact.placement, from which the place of the contact follows; leave it out"
                 ));
             }
-            if !matches!(revolved.section, Section::W920S) {
-                faults.push(format!("{path}.mesh.revolved.section: expected that of a wheel, \"W920S\", with a profile"));
+            if matches!(revolved.section, Section::Cylinder(_)) {
+                faults.push(format!("{path}.mesh.revolved.section: expected that of a wheel, \"W920S\" or a file, with a profile"));
             }
             if path.ends_with("lower") {
                 faults.push(format!("{path}.mesh.revolved: a rail does not turn; the wheel is the upper body"));

@@ -30,6 +30,26 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
             }
             check_groups(path, body, "W920S", &RING_GROUPS[..1], faults);
         }
+        // Its groups are found when it is read.
+        Section::File(file) => {
+            let at = format!("{path}.mesh.revolved.section.file");
+            if file.path.as_os_str().is_empty() {
+                faults.push(format!("{at}.path: found \"\", expected the path of a plane mesh"));
+            }
+            let running = |group: &String| *group == file.running;
+            if let Some(i) = body.fixed.iter().position(running) {
+                faults.push(format!(
+                    "{path}.fixed.{i}: {:?} is the running line, which cannot be clamped; fix another group",
+                    file.running
+                ));
+            }
+            if let Some(i) = body.supports.iter().position(|s| running(&s.group)) {
+                faults.push(format!(
+                    "{path}.supports.{i}.group: {:?} is the running line, which cannot be supported; take another group",
+                    file.running
+                ));
+            }
+        }
     }
     if let Some(i) = body.supports.iter().position(|s| s.group == "outer") {
         faults.push(format!(

@@ -3,6 +3,7 @@
 //! Format: Gmsh reference manual, "MSH file format". Every error names the file and the line (ASCII) or byte offset (binary).
 
 mod cursor;
+pub mod plane;
 mod sections;
 mod v2;
 mod v4;

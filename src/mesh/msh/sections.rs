@@ -1,6 +1,7 @@
 //! Sections of an MSH file, and what they have in common in all versions.
 
 use super::cursor::Cursor;
+use super::plane;
 use crate::mesh::listed::Listed;
 use crate::mesh::{CellKind, FacetKind};
 use crate::Result;
@@ -43,9 +44,14 @@ const TYPES: [(i32, usize, i32, &str); 30] = [
 /// What is read so far.
 #[derive(Default)]
 pub(super) struct Raw {
-    names: HashMap<(i32, i32), String>,
+    /// Names of physical groups by their dimension and tag.
+    pub names: HashMap<(i32, i32), String>,
+    /// Physical groups of each curve.
+    pub curves: HashMap<i32, Vec<i32>>,
     /// Physical groups of each surface.
     pub surfaces: HashMap<i32, Vec<i32>>,
+    /// Of a plane mesh: its elements, in place of cells and facets.
+    pub plane: Option<plane::Read>,
     pub listed: Listed,
     seen: [bool; 3],
     /// Version 2.2, not 4.1.
@@ -66,6 +72,11 @@ pub(super) struct ElementType {
 }
 
 impl Raw {
+    /// For a plane mesh.
+    pub fn of_plane() -> Self {
+        Self { plane: Some(plane::Read::default()), ..Self::default() }
+    }
+
     /// Reads a file.
     pub fn read(mut self, c: &mut Cursor) -> Result<Listed> {
         let elements_at = self.sections(c)?;
@@ -83,7 +94,7 @@ impl Raw {
     }
 
     /// Reads all sections; the place of the elements.
-    fn sections(&mut self, c: &mut Cursor) -> Result<u64> {
+    pub fn sections(&mut self, c: &mut Cursor) -> Result<u64> {
         let mut elements_at = 0;
         loop {
             let at = c.pos();
@@ -212,7 +223,19 @@ impl Raw {
 
     /// Takes an element, of which `place` is number and place in the file, in the surface `entity` with its nodes in Gmsh's order.
     pub fn take(&mut self, c: &Cursor, of: &ElementType, entity: i32, place: [u64; 2], nodes: &[u64]) -> Result<()> {
-        if let Some(kind) = of.cell {
+        if let Some(plane) = &mut self.plane {
+            let position = |&tag: &u64| {
+                let missing = || {
+                    c.error_at(
+                        place[1],
+                        format!("{} {} has the node {tag}, which is not among the nodes", of.name, place[0]),
+                    )
+                };
+                self.listed.position(tag).map(|n| n as usize).ok_or_else(missing)
+            };
+            let nodes = nodes.iter().map(position).collect::<Result<Vec<usize>>>()?;
+            plane.take(c, of, (entity, place), nodes)?;
+        } else if let Some(kind) = of.cell {
             self.listed.cell(kind, place, kind.topology().gmsh_order, nodes, c)?;
         } else if let Some(kind) = of.facet {
             self.listed.facet(kind, entity, place, nodes);

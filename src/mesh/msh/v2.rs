@@ -55,6 +55,7 @@ impl Raw {
                 }
                 if group != 0 {
                     self.surfaces.entry(group).or_insert_with(|| vec![group]);
+                    self.curves.entry(group).or_insert_with(|| vec![group]);
                 }
                 let wanted = self.element_type(c, at, kind, group)?;
                 nodes.resize(wanted.nodes, 0);

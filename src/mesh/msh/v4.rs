@@ -20,9 +20,11 @@ impl Raw {
                 let groups = c.size("the number of physical groups of an entity")?;
                 for _ in 0..groups {
                     let group = c.int("the tag of a physical group")?;
-                    if dim == 2 {
-                        // A negative tag reverses the orientation, which is found from the cells here.
-                        self.surfaces.entry(tag).or_default().push(group.saturating_abs());
+                    // A negative tag reverses the orientation, which is found from the cells here.
+                    match dim {
+                        1 => self.curves.entry(tag).or_default().push(group.saturating_abs()),
+                        2 => self.surfaces.entry(tag).or_default().push(group.saturating_abs()),
+                        _ => {}
                     }
                 }
                 if dim > 0 {

@@ -1,0 +1,48 @@
+"""The wheel W920S drawn in Gmsh beside the built-in section; docs/sections.md."""
+
+import json
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from pages import put
+from program import ROOT, run
+from report import table
+from system import install
+
+# Words for the script, and the edge of its elements, mm.
+DRAWINGS = {
+    "triangles of 6 nodes, 12 mm": ["--size", "12"],
+    "triangles of 6 nodes, 6 mm": ["--size", "6"],
+    "quadrilaterals of 9 nodes, 12 mm": ["--size", "12", "--cells", "quad"],
+    "triangles of 3 nodes, 6 mm": ["--size", "6", "--order", "1"],
+}
+
+
+def beside():
+    install("python3-gmsh")
+    groups = ("modes", "contact", "stability")
+    wanted, _ = run("wheel-on-rail.json", {}, groups=groups)
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, words in DRAWINGS.items():
+            path = Path(folder) / "wheel.msh"
+            command = ["/usr/bin/python3", ROOT / "meshes/make_section.py", "--straight", *words, path]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            section = {"file": {"path": str(path), "scale": 0.001, "radius": 0.46}}
+            sets = {
+                "bodies.upper.mesh.revolved.section": json.dumps(section),
+                "bodies.upper.fixed": '["bore"]',
+                "bodies.upper.damping": '{"modal": {"by_diameter": [0.002, 0.02, 0.0002]}}',
+            }
+            found, _ = run("wheel-on-rail.json", sets, groups=groups)
+            frequency, reference = (t["modes/upper/frequency"] for t in (found, wanted))
+            count = min(len(frequency), len(reference))
+            off = np.abs(frequency[:count] / reference[:count] - 1)
+            rates = [t["stability/growth_rate"][:4] for t in (found, wanted)]
+            rows.append([name, f"{len(frequency)}", f"{off.max():.1e}", *(f"{g:.3f}" for g in rates[0])])
+    rows.append(["built in", f"{len(wanted['modes/upper/frequency'])}", "", *(f"{g:.3f}" for g in rates[1])])
+    head = ["section", "modes up to 6 kHz", "largest distance of a frequency", "growth, 1/s", "second", "third", "fourth"]
+    put(ROOT / "docs" / "sections.md", "drawn-wheel", table(head, rows))
+    return {}

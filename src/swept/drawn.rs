@@ -1,0 +1,310 @@
+//! Sections that are drawn: a plane mesh of triangles and quadrilaterals with a running line.
+
+use super::refine::refined;
+use super::{Element, Focus, Path, Section, SectionCell};
+use crate::{Error, Result};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A section as it was drawn, of a body of revolution: nodes (r, y), m, r from the axle, y of the drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawn {
+    section: Section,
+}
+
+/// Nodes nearer than this part of the size of the section are one place.
+const SAME_PLACE: f64 = 1e-9;
+/// Difference between the area of the elements and that within their boundary, over the area, from which on they overlap.
+const OVERLAP: f64 = 1e-6;
+/// Steepest slope of the running line at the contact, which is a small angle of the frame there.
+const STEEPEST: f64 = 0.2;
+
+impl Drawn {
+    /// Of nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles of the edges, then the centre; edges of named curves, first and
+    /// last node first. Straight edges get a node in their middle. `running` names the running line. An error says what of the drawing is wrong, and where.
+    pub fn new(
+        nodes: Vec<[f64; 2]>,
+        faces: &[Vec<usize>],
+        curves: &BTreeMap<String, Vec<Vec<usize>>>,
+        running: &str,
+    ) -> Result<Self> {
+        let mut section = quadratic(nodes, faces)?;
+        joined(&section)?;
+        section.check(Path::Axle)?;
+        let border = border(&section)?;
+        whole(&section, &border)?;
+        let middle: BTreeMap<[usize; 2], usize> = border.iter().map(|e| (key(e[0], e[1]), e[2])).collect();
+        for (name, edges) in curves {
+            let of = |edge: &Vec<usize>| {
+                let ends = key(edge[0], edge[1]);
+                let missing = || {
+                    let [a, b] = ends.map(|k| at(&section, k));
+                    Error::Input(format!("the curve {name:?} has an edge from {a} to {b} that is not on the border of the section; expected curves of its border"))
+                };
+                middle.get(&ends).map(|&m| [edge[0], edge[1], m]).ok_or_else(missing)
+            };
+            let found = edges.iter().map(of).collect::<Result<Vec<[usize; 3]>>>()?;
+            if name == running {
+                section.tread = line(&section, found)?;
+            } else {
+                let group: BTreeSet<usize> = found.into_iter().flatten().collect();
+                section.groups.insert(name.clone(), group.into_iter().collect());
+            }
+        }
+        if section.tread.is_empty() {
+            let there: Vec<&str> = curves.keys().map(String::as_str).collect();
+            return Err(Error::Input(format!(
+                "there is no physical curve {running:?}, the running line; the drawing has {}",
+                if there.is_empty() { "none".into() } else { there.join(", ") }
+            )));
+        }
+        Ok(Self { section })
+    }
+
+    /// Names of the curves beside the running line.
+    pub fn groups(&self) -> impl Iterator<Item = &str> {
+        self.section.groups.keys().map(String::as_str)
+    }
+
+    /// First and last y of the running line, m.
+    pub fn reach(&self) -> [f64; 2] {
+        let ends = [self.section.tread.first().map(|e| e[0]), self.section.tread.last().map(|e| e[1])];
+        ends.map(|k| k.map_or(0.0, |k| self.section.nodes[k][1]))
+    }
+
+    /// Radius of the running line at y, m, and its slope dr/dy; none beside it.
+    pub fn running(&self, y: f64) -> Option<[f64; 2]> {
+        let nodes = &self.section.nodes;
+        let &[a, b, m] = self.section.tread.iter().find(|e| nodes[e[0]][1] <= y && y <= nodes[e[1]][1])?;
+        let [a, b, m] = [a, b, m].map(|k| nodes[k]);
+        // y(s) is quadratic and grows: its place by halving.
+        let at = |s: f64, c: usize| 0.5 * s * (s - 1.0) * a[c] + 0.5 * s * (s + 1.0) * b[c] + (1.0 - s * s) * m[c];
+        let (mut low, mut high) = (-1.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if at(middle, 1) < y {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let s = 0.5 * (low + high);
+        let slope = |c: usize| (s - 0.5) * a[c] + (s + 0.5) * b[c] - 2.0 * s * m[c];
+        Some([at(s, 0), slope(0) / slope(1)])
+    }
+
+    /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and where the drawing is coarser than
+    /// `focus`, finer. An error where nothing runs there.
+    pub(super) fn seen(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
+        let [first, last] = self.reach();
+        let Some([radius, slope]) = self.running(offset) else {
+            return Err(Error::Job(format!(
+                "the contact is at y = {offset} m of the section, expected a place on its running line, which reaches from {first} to {last} m"
+            )));
+        };
+        if slope.abs() > STEEPEST {
+            return Err(Error::Job(format!(
+                "the contact is at y = {offset} m of the section, where the running line has the slope {slope:.2}, expected at most {STEEPEST}: a section is \
+                 touched on its tread"
+            )));
+        }
+        let mut section = self.section.clone();
+        section.nodes.iter_mut().for_each(|x| x[1] -= offset);
+        let section = if mirrored { section.mirrored() } else { section };
+        if focus.largest.is_infinite() && focus.size.is_infinite() {
+            return Ok(section);
+        }
+        let finer = refined(section, |[r, y]| focus.near((r - radius).hypot(y)));
+        finer.check(Path::Axle)?;
+        Ok(finer)
+    }
+}
+
+fn key(a: usize, b: usize) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// A node for messages.
+fn at(section: &Section, node: usize) -> String {
+    let [r, y] = section.nodes[node];
+    format!("(y = {y:.6}, r = {r:.6}) m")
+}
+
+/// The nodes that faces have, and elements of second order of positive area.
+fn quadratic(nodes: Vec<[f64; 2]>, faces: &[Vec<usize>]) -> Result<Section> {
+    let mut section = Section { nodes, ..Section::default() };
+    let mut middles: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+    for face in faces {
+        let corners = if matches!(face.len(), 3 | 6) { 3 } else { 4 };
+        let mut nodes = face.clone();
+        if nodes.len() == corners {
+            for k in 0..corners {
+                let [a, b] = [face[k], face[(k + 1) % corners]];
+                nodes.push(*middles.entry(key(a, b)).or_insert_with(|| {
+                    let [p, q] = [section.nodes[a], section.nodes[b]];
+                    section.nodes.push([0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]);
+                    section.nodes.len() - 1
+                }));
+            }
+        }
+        let kind = match nodes.len() {
+            6 => SectionCell::Tri6,
+            8 => SectionCell::Quad8,
+            9 => SectionCell::Quad9,
+            n => return Err(Error::Defect(format!("a face of a section with {n} nodes"))),
+        };
+        let mut element = Element { kind, nodes };
+        // Twice the area of the corners.
+        let corner = |k: usize| section.nodes[element.nodes[k % corners]];
+        let area: f64 = (0..corners).map(|k| corner(k)[0] * corner(k + 1)[1] - corner(k + 1)[0] * corner(k)[1]).sum();
+        if area < 0.0 {
+            element.turn();
+        }
+        section.elements.push(element);
+    }
+    Ok(section)
+}
+
+/// An error if two nodes are at one place, where the drawing is cut along a seam. Nodes that no element has do not count.
+fn joined(section: &Section) -> Result<()> {
+    let used: BTreeSet<usize> = section.elements.iter().flat_map(|e| e.nodes.iter().copied()).collect();
+    let size = used.iter().flat_map(|&k| section.nodes[k]).fold(0.0, |m: f64, x| m.max(x.abs()));
+    let mut sorted: Vec<usize> = used.into_iter().collect();
+    sorted.sort_by(|&a, &b| section.nodes[a][0].total_cmp(&section.nodes[b][0]));
+    for (i, &a) in sorted.iter().enumerate() {
+        let [r, y] = section.nodes[a];
+        let near = sorted[i + 1..].iter().take_while(|&&b| section.nodes[b][0] - r <= SAME_PLACE * size);
+        if let Some(&b) = near.clone().find(|&&b| (section.nodes[b][1] - y).abs() <= SAME_PLACE * size) {
+            return Err(Error::Input(format!(
+                "nodes {} and {} of the section are both at {}: its parts are not joined there (Gmsh: removeDuplicateNodes, or fragment the surfaces)",
+                a + 1,
+                b + 1,
+                at(section, a)
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Edges that one element alone has, in its direction: first, last and middle node.
+fn border(section: &Section) -> Result<Vec<[usize; 3]>> {
+    let mut edges: BTreeMap<[usize; 2], Vec<[usize; 3]>> = BTreeMap::new();
+    for element in &section.elements {
+        for edge in element.kind.edges() {
+            let edge = edge.map(|k| element.nodes[k]);
+            edges.entry(key(edge[0], edge[1])).or_default().push(edge);
+        }
+    }
+    if let Some((ends, _)) = edges.iter().find(|(_, of)| of.len() > 2) {
+        let [a, b] = ends.map(|k| at(section, k));
+        return Err(Error::Input(format!("more than two elements of the section share the edge from {a} to {b}")));
+    }
+    Ok(edges.into_values().filter(|of| of.len() == 1).flatten().collect())
+}
+
+/// An error if elements overlap, or if there are several pieces.
+fn whole(section: &Section, border: &[[usize; 3]]) -> Result<()> {
+    // ∮ r dy along quadratic edges.
+    let within: f64 = border
+        .iter()
+        .map(|edge| {
+            let [a, b, m] = edge.map(|k| section.nodes[k]);
+            let part = |s: f64| {
+                let [f, g] = [[0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s], [s - 0.5, s + 0.5, -2.0 * s]];
+                (f[0] * a[0] + f[1] * b[0] + f[2] * m[0]) * (g[0] * a[1] + g[1] * b[1] + g[2] * m[1])
+            };
+            crate::quadrature::GAUSS_3.map(|(s, weight)| weight * part(s)).iter().sum::<f64>()
+        })
+        .sum();
+    let area = section.area();
+    if (area - within).abs() > OVERLAP * area {
+        return Err(Error::Input(format!(
+            "the elements of the section have the area {area:.6e} m², their border encloses {within:.6e} m²: elements overlap or leave gaps"
+        )));
+    }
+    let mut piece: Vec<usize> = (0..section.nodes.len()).collect();
+    fn root(piece: &mut [usize], mut k: usize) -> usize {
+        while piece[k] != k {
+            piece[k] = piece[piece[k]];
+            k = piece[k];
+        }
+        k
+    }
+    for element in &section.elements {
+        for pair in element.nodes.windows(2) {
+            let [a, b] = [root(&mut piece, pair[0]), root(&mut piece, pair[1])];
+            piece[a] = b;
+        }
+    }
+    let first = root(&mut piece, section.elements[0].nodes[0]);
+    for element in &section.elements {
+        if root(&mut piece, element.nodes[0]) != first {
+            return Err(Error::Input(format!(
+                "the section is in several pieces: one has a node at {}, another at {}",
+                at(section, section.elements[0].nodes[0]),
+                at(section, element.nodes[0])
+            )));
+        }
+    }
+    crossed(section, border)
+}
+
+/// An error if edges of the border cross: the section covers itself.
+fn crossed(section: &Section, border: &[[usize; 3]]) -> Result<()> {
+    let chord = |e: &[usize; 3]| [section.nodes[e[0]], section.nodes[e[1]]];
+    let side = |[p, q]: [[f64; 2]; 2], x: [f64; 2]| (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]);
+    // By their lower end in r, so that only those near each other are compared.
+    let mut sorted: Vec<&[usize; 3]> = border.iter().collect();
+    let low = |e: &[usize; 3]| chord(e).iter().fold(f64::INFINITY, |m, x| m.min(x[0]));
+    let high = |e: &[usize; 3]| chord(e).iter().fold(f64::NEG_INFINITY, |m, x| m.max(x[0]));
+    sorted.sort_by(|a, b| low(a).total_cmp(&low(b)));
+    for (i, a) in sorted.iter().enumerate() {
+        let top = high(a);
+        for b in sorted[i + 1..].iter().take_while(|b| low(b) <= top) {
+            if a[..2].iter().any(|k| b[..2].contains(k)) {
+                continue;
+            }
+            let (p, q) = (chord(a), chord(b));
+            if side(p, q[0]) * side(p, q[1]) < 0.0 && side(q, p[0]) * side(q, p[1]) < 0.0 {
+                return Err(Error::Input(format!(
+                    "the border of the section crosses itself near {} and {}",
+                    at(section, a[0]),
+                    at(section, b[0])
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The running line from small to large y: an error if it has a hole, turns back or branches.
+fn line(section: &Section, mut edges: Vec<[usize; 3]>) -> Result<Vec<[usize; 3]>> {
+    let y = |k: usize| section.nodes[k][1];
+    for edge in &mut edges {
+        if y(edge[0]) > y(edge[1]) {
+            edge.swap(0, 1);
+        }
+        // Grows along a quadratic edge if it does at both ends.
+        let [first, last, middle] = edge.map(y);
+        if !(4.0 * middle - 3.0 * first - last > 0.0 && 3.0 * last + first - 4.0 * middle > 0.0) {
+            return Err(Error::Input(format!(
+                "the running line is not a function of y between {} and {}; leave out of it what stands upright",
+                at(section, edge[0]),
+                at(section, edge[1])
+            )));
+        }
+    }
+    edges.sort_by(|a, b| y(a[0]).total_cmp(&y(b[0])));
+    for pair in edges.windows(2) {
+        if pair[0][1] != pair[1][0] {
+            return Err(Error::Input(format!(
+                "the running line has a hole: it ends at {} and begins again at {}",
+                at(section, pair[0][1]),
+                at(section, pair[1][0])
+            )));
+        }
+    }
+    Ok(edges)
+}
+
+#[cfg(test)]
+mod tests;

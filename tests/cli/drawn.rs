@@ -1,0 +1,143 @@
+//! Bodies swept from drawings, in whole runs.
+
+use super::program::*;
+use serde_json::{json, Value};
+use std::fmt::Write;
+
+/// The section of the cylinders of `jobs/swept-curve.json`, in mm, x along the axle from the mid-plane: quadrilaterals of 9 nodes, `n` times `m` of them, the
+/// running line on the crown's arc about its apex at `apex`.
+fn drawing(n: usize, m: usize, apex: f64) -> String {
+    let (rows, columns) = (2 * n + 1, 2 * m + 1);
+    let tag = |i: usize, j: usize| i * columns + j + 1;
+    let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"running\"\n1 2 \"bore\"\n2 3 \"steel\"\n$EndPhysicalNames\n");
+    writeln!(text, "$Nodes\n{}", rows * columns).expect("text");
+    for i in 0..rows {
+        for j in 0..columns {
+            // Finer at the bore and at the tread, where the stress is steep.
+            let s = i as f64 / (rows - 1) as f64;
+            let s = 0.5 - 0.5 * (std::f64::consts::PI * s).cos();
+            let x = -50.0 + 100.0 * j as f64 / (columns - 1) as f64;
+            let outer = 500.0 - (500.0 - (500.0f64.powi(2) - (x - apex).powi(2)).sqrt());
+            writeln!(text, "{} {x} {} 0", tag(i, j), 100.0 + (outer - 100.0) * s).expect("text");
+        }
+    }
+    let mut elements = Vec::new();
+    for j in (0..columns - 1).step_by(2) {
+        for (group, i) in [(2, 0), (1, rows - 1)] {
+            elements.push(format!("8 2 {group} {group} {} {} {}", tag(i, j), tag(i, j + 2), tag(i, j + 1)));
+        }
+        for i in (0..rows - 1).step_by(2) {
+            let at = [[0, 0], [0, 2], [2, 2], [2, 0], [0, 1], [1, 2], [2, 1], [1, 0], [1, 1]];
+            let nodes: Vec<String> = at.iter().map(|[a, b]| tag(i + a, j + b).to_string()).collect();
+            elements.push(format!("10 2 3 1 {}", nodes.join(" ")));
+        }
+    }
+    writeln!(text, "$EndNodes\n$Elements\n{}", elements.len()).expect("text");
+    elements.iter().enumerate().for_each(|(k, e)| writeln!(text, "{} {e}", k + 1).expect("text"));
+    text + "$EndElements\n"
+}
+
+/// `jobs/swept-curve.json` on a coarser contact with fewer modes.
+fn coarse() -> Value {
+    let mut job = job("swept-curve.json");
+    job["analyses"]["modes"]["count"] = json!(14);
+    job["contact"]["patch"] = json!({ "half_length": 0.0075, "half_width": 0.0075, "spacing": 0.0015 });
+    job
+}
+
+/// The same with both sections from files.
+fn drawn(folder: &Folder) -> Value {
+    let mut job = coarse();
+    for body in ["lower", "upper"] {
+        let revolved = &mut job["bodies"][body]["mesh"]["revolved"];
+        let ring = revolved["section"]["cylinder"].clone();
+        assert_eq!(
+            [&ring["inner_radius"], &ring["outer_radius"], &ring["thickness"], &ring["crown_radius"]],
+            [0.1, 0.5, 0.1, 0.5]
+        );
+        let apex = 1e3 * revolved["contact_offset"].as_f64().unwrap_or(0.0);
+        std::fs::write(folder.path(&format!("{body}.msh")), drawing(16, 8, apex)).expect("a drawing");
+        revolved["section"] =
+            json!({ "file": { "path": format!("{body}.msh"), "scale": 0.001, "radius": 0.5, "crown": 0.5 } });
+        job["bodies"][body]["fixed"] = json!(["bore"]);
+    }
+    job
+}
+
+fn numbers(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
+    let file = hdf5::File::open(folder.path(file)).expect("result file");
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// A section from a file rolls as the built-in one: frequencies, compliance, forces, growth; on two ranks as on one, and the file is among what the result
+/// came from.
+#[test]
+fn a_drawn_section_rolls_as_the_built_in_one() {
+    let folder = Folder::with(coarse().to_string());
+    folder.call(1, "run", &["--output", &folder.text("built.h5")]).good();
+    std::fs::write(folder.path("job.json"), drawn(&folder).to_string()).expect("a job");
+    folder.call(1, "check", &[]).good();
+    folder.call(1, "run", &["--output", &folder.text("one.h5")]).good();
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    let of = |name: &str| ["built.h5", "one.h5", "two.h5"].map(|file| numbers(&folder, file, name));
+    let near = |a: &[f64], b: &[f64], limit: f64, what: &str| {
+        let scale = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let off = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / scale;
+        assert!(a.len() == b.len() && off <= limit, "{what}: {off:e}\n{a:?}\n{b:?}");
+    };
+    for (name, limit) in [
+        ("modes/lower/frequency", 5e-4),
+        ("modes/upper/frequency", 5e-4),
+        ("reduced/lower/compliance", 1e-3),
+        ("reduced/upper/compliance", 1e-3),
+    ] {
+        let [built, one, two] = of(name);
+        near(&built, &one, limit, name);
+        near(&one, &two, 1e-10, name);
+    }
+    let [built, one, _] = of("stability/growth_rate");
+    near(&built[..3], &one[..3], 0.01, "growth");
+    let file = hdf5::File::open(folder.path("one.h5")).expect("result file");
+    let inputs = file.dataset("provenance/input_files").and_then(|d| d.read_raw::<hdf5::types::VarLenUnicode>());
+    assert!(inputs.expect("inputs").iter().any(|name| name.ends_with("lower.msh")));
+}
+
+#[test]
+fn what_a_drawing_lacks_is_said() {
+    let folder = Folder::with("{}");
+    let good = drawn(&folder);
+    let fails = |change: &dyn Fn(&mut Value), says: &[&str]| {
+        let mut job = good.clone();
+        change(&mut job);
+        std::fs::write(folder.path("job.json"), job.to_string()).expect("a job");
+        for command in ["check", "run"] {
+            folder
+                .call(2, command, &["--force"][..usize::from(command == "run")])
+                .failed(if says[0] == "read" { 3 } else { 2 }, &says[1..]);
+        }
+    };
+    let section = |job: &mut Value| job["bodies"]["upper"]["mesh"]["revolved"]["section"]["file"].take();
+    let set = |key: &'static str, value: Value| {
+        move |job: &mut Value| {
+            let mut file = section(job);
+            file[key] = value.clone();
+            job["bodies"]["upper"]["mesh"]["revolved"]["section"]["file"] = file;
+        }
+    };
+    fails(&set("radius", json!(0.46)), &["job", "section.file.radius", "found 0.46 m", "has the radius 0.5"]);
+    fails(&set("scale", json!(1.0)), &["job", "section.file.radius", "found 0.5 m", "499.6"]);
+    fails(&set("running", json!("tread")), &["read", "no physical curve \"tread\"", "bore, running"]);
+    fails(&set("path", json!("nowhere.msh")), &["read", "nowhere.msh", "cannot be read"]);
+    fails(
+        &|job: &mut Value| job["bodies"]["upper"]["fixed"] = json!(["inner"]),
+        &["job", "no group \"inner\"", "\"bore\""],
+    );
+    fails(
+        &|job: &mut Value| job["bodies"]["upper"]["fixed"] = json!(["running"]),
+        &["job", "bodies.upper.fixed.0", "running line"],
+    );
+    fails(
+        &|job: &mut Value| job["bodies"]["upper"]["mesh"]["revolved"]["contact_offset"] = json!(0.06),
+        &["job", "y = 0.06 m", "from -0.05 to 0.05 m"],
+    );
+}
