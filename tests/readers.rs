@@ -5,7 +5,7 @@ use railsqueal::body::matrix_market;
 use railsqueal::grid::ContactGrid;
 use railsqueal::job::{range, Job};
 use railsqueal::mesh::{inp, msh, CellKind, Facet, Mesh};
-use railsqueal::output::{survey, Segments, Table};
+use railsqueal::output::{survey, Reader, Segments, Table};
 use railsqueal::placement::read::{profile_of, ProfileKind, Reading};
 use railsqueal::roughness::read::{parse as rough_of, Units};
 use railsqueal::{analysis, Error};
@@ -323,6 +323,40 @@ fn segments() {
     let read = || Segments::reopen(&result).and_then(|s| s.verify());
     count.take(1, &[], String::new, read).expect("a whole run");
     count.say("segments");
+}
+
+/// Damage to the size of a dataset alone does not ask for memory.
+#[test]
+fn a_dataset_is_not_larger_than_its_file() {
+    const COUNT: u64 = 3701;
+    let folder = scratch();
+    let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
+    segments.begin(json!({ "a": 0.1 })).expect("a run");
+    let values = || (0..COUNT).map(|k| k as f64).collect::<Vec<_>>();
+    let step = Table::scalar("/checkpoint/step", "1", "Steps.", 0i64);
+    let plain = Table::list("/checkpoint/plain", "1", "Values.", values());
+    let grown = Table::list("/transient/grown", "1", "Values.", values()).extendible();
+    segments.write(0, &[step, plain, grown]).expect("the start");
+    let entries = std::fs::read_dir(folder.path().join("run.transient")).expect("segments").flatten().map(|e| e.path());
+    let file = entries.into_iter().find(|p| p.extension().is_some_and(|e| e == "h5")).expect("a segment");
+    let names = ["/checkpoint/plain", "/transient/grown"];
+    let whole = Reader::open(&file).expect("a file");
+    assert!(names.iter().all(|name| whole.numbers(name).expect(name).1 == values()));
+    drop(whole);
+    let mut bytes = std::fs::read(&file).expect("read");
+    for at in 0..bytes.len() - 8 {
+        if bytes[at..at + 8] == COUNT.to_le_bytes() {
+            bytes[at..at + 8].copy_from_slice(&(1u64 << 33).to_le_bytes());
+        }
+    }
+    std::fs::write(&file, &bytes).expect("write");
+    let reader = Reader::open(&file).expect("a file");
+    for name in names {
+        let (read, bytes) = allocator::counted(|| reader.read(name));
+        let error = read.expect_err(name);
+        assert!(error.exit_code() == 3 && bytes < LARGE, "{bytes} bytes, {error}");
+        assert!(error.message().contains("by its shape"), "{error}");
+    }
 }
 
 /// What [`results`] starts: one process that reads the files named in the environment.
