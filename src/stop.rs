@@ -2,6 +2,7 @@
 
 use crate::parallel::World;
 use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signalfd::{SfdFlags, SignalFd};
 use signal_hook::consts::{SIGTERM, SIGUSR1};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,18 +31,7 @@ impl Stop {
             // Where a handler cannot be set the signal ends the run, and the segments stay.
             let _ = signal_hook::flag::register(number, Arc::clone(&signal));
         }
-        take_in_turn(&signal);
-        if loud {
-            let came = Arc::clone(&signal);
-            // It ends with the process; a run without it is one that says nothing.
-            let _ = std::thread::Builder::new().spawn(move || {
-                while !came.load(Ordering::Relaxed) {
-                    std::thread::sleep(Duration::from_millis(100));
-                }
-                let text = "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a segment";
-                let _ = writeln!(std::io::stderr(), "{text}");
-            });
-        }
+        look_after(&signal, loud);
         Self { signal, limit: wall_time.map(|s| (begun, Duration::from_secs_f64(s.max(0.0)))) }
     }
 
@@ -71,22 +61,35 @@ impl Stop {
     }
 }
 
-/// A thread waits for the signals, which are blocked in all others: handlers are not enough. METIS puts its own for SIGTERM in their place, takes one that
-/// comes while it works for an error of its own, and leaves handlers behind that serve once.
-fn take_in_turn(signal: &Arc<AtomicBool>) {
+/// Time between two looks.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A thread takes the signals, which are blocked in all others, and says so where it is `loud`. Handlers are not enough: METIS puts its own for SIGTERM in
+/// their place, takes one that comes while it works for an error of its own, and leaves handlers behind that serve once.
+fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
     let set = SigSet::from_iter([Signal::SIGTERM, Signal::SIGUSR1]);
-    if set.thread_block().is_err() {
-        return;
-    }
+    let queue = SignalFd::with_flags(&set, SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC).ok();
+    let queue = queue.filter(|_| set.thread_block().is_ok());
     let came = Arc::clone(signal);
-    let waiting = std::thread::Builder::new().spawn(move || {
-        while let Ok(number) = set.wait() {
-            if came.swap(true, Ordering::Relaxed) && number == Signal::SIGTERM {
-                signal_hook::low_level::exit(ENDED);
+    // It ends with the process, and takes no memory of its own: that would cost an arena of the allocator.
+    let begun = std::thread::Builder::new().spawn(move || {
+        let mut said = !loud;
+        loop {
+            while let Some(taken) = queue.as_ref().and_then(|q| q.read_signal().ok().flatten()) {
+                if came.swap(true, Ordering::Relaxed) && taken.ssi_signo == SIGTERM as u32 {
+                    signal_hook::low_level::exit(ENDED);
+                }
             }
+            // Also where a handler, or another rank, was told.
+            if !said && came.load(Ordering::Relaxed) {
+                let text = "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a segment";
+                let _ = writeln!(std::io::stderr(), "{text}");
+                said = true;
+            }
+            std::thread::sleep(LOOK);
         }
     });
-    if waiting.is_err() {
+    if begun.is_err() {
         // Nobody would take them.
         let _ = set.thread_unblock();
     }
