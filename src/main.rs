@@ -6,7 +6,7 @@
 mod cli;
 
 use clap::Parser;
-use cli::args::{completion, default_job, default_output, manual, Changes, Cli, Command};
+use cli::args::{beside, completion, default_job, manual, Changes, Cli, Command};
 use cli::{init, launch, neighbour, probe, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
@@ -116,10 +116,14 @@ fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
                 _ => read(&world, &source, &changes, || job::read_file(&source)),
             };
             job.and_then(|job| {
+                let output = match resume.clone().or(output) {
+                    Some(output) => output,
+                    None => beside(&source)?,
+                };
                 let options = RunOptions {
                     job: path,
                     resume: resume.is_some(),
-                    output: resume.or(output).unwrap_or_else(|| default_output(&source)),
+                    output,
                     force,
                     reuse,
                     command: std::env::args_os().map(lossy).collect(),
@@ -220,7 +224,9 @@ fn check(world: &World, path: &Path, changes: &Changes) -> Result<()> {
         let mut text = format!("{:#}\n\n{summary}{plan}", job.to_json());
         lines.iter().for_each(|line| text += &format!("  {line}\n"));
         text += &format!("  {:<28} {:>6.1} GB  ({})\n", "there is", limit.bytes / 1e9, limit.source);
-        text += &format!("results of a run go to {}\n", default_output(path).display());
+        if let Ok(output) = beside(path) {
+            text += &format!("results of a run go to {}\n", output.display());
+        }
         print(&text)?;
         foreseen.map(|_| ())
     })?;

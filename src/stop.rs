@@ -1,10 +1,16 @@
 //! Requests to stop: signals and the limit of wall time.
 
 use crate::parallel::World;
+use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signalfd::{SfdFlags, SignalFd};
+use signal_hook::consts::{SIGTERM, SIGUSR1};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+/// Exit code of a run that a second signal ends.
+const ENDED: i32 = 5;
 
 /// When a run has to stop.
 #[derive(Debug, Clone)]
@@ -16,27 +22,16 @@ pub struct Stop {
 impl Stop {
     /// From now on SIGUSR1 and SIGTERM no longer end the process: they are asked for between steps of the run and between segments, and a
     /// process that is `loud` says at once that they came. A second SIGTERM ends the process with exit code 5. `wall_time` s after `begun` the
-    /// run has to be over.
+    /// run has to be over. To be called before other threads are started: signals are blocked in the calling thread and in those it starts.
     pub fn listen(begun: Instant, wall_time: Option<f64>, loud: bool) -> Self {
-        use signal_hook::consts::{SIGTERM, SIGUSR1};
         let signal = Arc::new(AtomicBool::new(false));
         // Before the other one: it looks whether a signal came before.
-        let _ = signal_hook::flag::register_conditional_shutdown(SIGTERM, 5, Arc::clone(&signal));
+        let _ = signal_hook::flag::register_conditional_shutdown(SIGTERM, ENDED, Arc::clone(&signal));
         for number in [SIGUSR1, SIGTERM] {
             // Where a handler cannot be set the signal ends the run, and the segments stay.
             let _ = signal_hook::flag::register(number, Arc::clone(&signal));
         }
-        if loud {
-            let came = Arc::clone(&signal);
-            // It ends with the process; a run without it is one that says nothing.
-            let _ = std::thread::Builder::new().spawn(move || {
-                while !came.load(Ordering::Relaxed) {
-                    std::thread::sleep(Duration::from_millis(100));
-                }
-                let text = "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a segment";
-                let _ = writeln!(std::io::stderr(), "{text}");
-            });
-        }
+        look_after(&signal, loud);
         Self { signal, limit: wall_time.map(|s| (begun, Duration::from_secs_f64(s.max(0.0)))) }
     }
 
@@ -63,6 +58,40 @@ impl Stop {
         // Half a segment more, since they do not all take the same time.
         let over = |&(begun, limit): &(Instant, Duration)| begun.elapsed() + segment.mul_f64(1.5) > limit;
         self.limit.as_ref().filter(|l| over(l)).map(|_| "by the limit of wall time")
+    }
+}
+
+/// Time between two looks.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A thread takes the signals, which are blocked in all others, and says so where it is `loud`. Handlers are not enough: METIS puts its own for SIGTERM in
+/// their place, takes one that comes while it works for an error of its own, and leaves handlers behind that serve once.
+fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
+    let set = SigSet::from_iter([Signal::SIGTERM, Signal::SIGUSR1]);
+    let queue = SignalFd::with_flags(&set, SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC).ok();
+    let queue = queue.filter(|_| set.thread_block().is_ok());
+    let came = Arc::clone(signal);
+    // It ends with the process, and takes no memory of its own: that would cost an arena of the allocator.
+    let begun = std::thread::Builder::new().spawn(move || {
+        let mut said = !loud;
+        loop {
+            while let Some(taken) = queue.as_ref().and_then(|q| q.read_signal().ok().flatten()) {
+                if came.swap(true, Ordering::Relaxed) && taken.ssi_signo == SIGTERM as u32 {
+                    signal_hook::low_level::exit(ENDED);
+                }
+            }
+            // Also where a handler, or another rank, was told.
+            if !said && came.load(Ordering::Relaxed) {
+                let text = "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a segment";
+                let _ = writeln!(std::io::stderr(), "{text}");
+                said = true;
+            }
+            std::thread::sleep(LOOK);
+        }
+    });
+    if begun.is_err() {
+        // Nobody would take them.
+        let _ = set.thread_unblock();
     }
 }
 

@@ -293,7 +293,16 @@ fn generate(includes: &[PathBuf]) {
         fail(&format!("bindgen failed on PETSc's headers: {error}\nIt needs libclang and clang's own headers (Debian: libclang1-14 libclang-common-14-dev)."))
     });
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join("bindings.rs");
-    if let Err(error) = bindings.write_to_file(&out) {
+    // An enumeration up to 3.23, then C's own.
+    let text = bindings.to_string();
+    let [yes, no] = match text.contains("PetscBool_PETSC_TRUE") {
+        true => ["PetscBool_PETSC_TRUE", "PetscBool_PETSC_FALSE"],
+        false => ["true", "false"],
+    };
+    let booleans = format!(
+        "/// `PETSC_TRUE` of `petscsystypes.h`.\npub const PETSC_TRUE: PetscBool = {yes};\n/// `PETSC_FALSE` of `petscsystypes.h`.\npub const PETSC_FALSE: PetscBool = {no};\n"
+    );
+    if let Err(error) = std::fs::write(&out, text + &booleans) {
         fail(&format!("{}: {error}", out.display()));
     }
 }

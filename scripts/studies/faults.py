@@ -4,6 +4,7 @@ import json
 import os
 import random
 import re
+import runpy
 import shutil
 import signal
 import subprocess
@@ -76,7 +77,8 @@ def kills():
     """Killed again and again at any moment, the final write included, until it is done: bit for bit the unbroken run."""
     dice, rows = random.Random(1), []
     for ranks in (1, 2):
-        with tempfile.TemporaryDirectory() as folder:
+        # What a rank writes whose launcher was killed may come while the folder goes.
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             job, model, whole = prepared(folder)
             output = Path(folder) / "run.h5"
             begun = time.monotonic()
@@ -231,6 +233,122 @@ def jobs():
     return [{"what": "mutated jobs, check", "cases": count, "outcome": f"{text}; the slowest took {slowest:.1f} s"}]
 
 
+# Jobs of a second or so, with the keys that make them so (scripts/reference/cases.py).
+BASES = ("blocks", "hulten", "hulten-full", "hulten-sweep", "two-cylinders", "half-space", "approach", "curve", "curve-falling", "sweep-zip")
+# Where NaN says that there is nothing (docs/output.md).
+NOTHING = ("stability/criterion/", "stability/sensitivity/", "stability/point/", "creep_curve/", "sweep/")
+
+
+def bases():
+    """The jobs as the program understands them, all keys filled in; files by whole names."""
+    reference = runpy.run_path(str(ROOT / "scripts/reference/cases.py"))
+    cases = {name: reference["CASES"][name][:2] for name in BASES}
+    step = reference["in_time"](100, contact_stride=10) | {"contact.creepage.lateral": 0.01}
+    cases |= {"in-time": ("squeal.json", step), "belt": ("belt.json", {})}
+    for name, (file, keys) in cases.items():
+        sets = [word for key, value in keys.items() for word in ("--set", f"{key}={'null' if value is None else reference['plain'](value)}")]
+        done = call(["check", ROOT / "jobs" / file, *sets])
+        if done.returncode:
+            raise SystemExit(f"{name}: {done.stderr}")
+        job = json.JSONDecoder().raw_decode(done.stdout)[0]
+        job["solver"] = job.get("solver", {}) | {"memory_limit": 3e9}
+        yield name, job
+
+
+def leaves(value, path=()):
+    """Places of all values, objects and lists among them."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, part in inner:
+        yield (*path, key)
+        yield from leaves(part, (*path, key))
+
+
+def strange(dice, value):
+    """A value of the same kind that nobody means, or one of another kind."""
+    if isinstance(value, bool) or value is None or dice.random() < 0.08:
+        return dice.choice([None, True, False, "x", "", [], {}, -1, 0, [0, 0]])
+    if isinstance(value, (int, float)):
+        others = [0, -value, 10 * value, value / 10, 1e3 * value, value / 1e3, 1e6 * value, value / 1e6, 1, 2, 1e308, 1e-308, -1e-12, 1e15, 2**31, 0.5]
+        odd = dice.choice(others)
+        return round(odd) if isinstance(value, int) and dice.random() < 0.7 and abs(odd) < 1e18 else odd
+    if isinstance(value, list):
+        return dice.choice([[], value + value, value[::-1], value[:1]])
+    return dice.choice(["", "x", "fe", "half_space", "steady", "full", "load", "gamg", "patch"]) if isinstance(value, str) else {}
+
+
+def altered(dice, given):
+    """A job with one to three strange values, and what was done to it."""
+    job, changes = json.loads(json.dumps(given)), []
+    for _ in range(dice.choice([1, 1, 1, 2, 3])):
+        places = [p for p in leaves(job) if p[-1] not in {"memory_limit", "version", "title"} and "matrices" not in p[-2:-1]]
+        *way, key = dice.choice(places)
+        inside = job
+        for part in way:
+            inside = inside[part]
+        where = ".".join(map(str, [*way, key]))
+        if dice.random() < 0.1:
+            del inside[key]
+            changes.append(f"without {where}")
+        else:
+            inside[key] = strange(dice, inside[key])
+            changes.append(f"{where} = {json.dumps(inside[key])}")
+    return job, "; ".join(changes)
+
+
+def patient(what, path):
+    """Exit code of a run; what takes long is asked to stop, and what does not come to the end of a step then, once more."""
+    process = subprocess.Popen(launch(["run", path, "--force"]), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    for patience in (30, 60, 10):
+        try:
+            _, text = process.communicate(timeout=patience)
+            return spoken(subprocess.CompletedProcess([], process.returncode, "", text), what)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+    process.kill()
+    process.communicate()
+    raise SystemExit(f"{what}: does not end")
+
+
+def odd():
+    """Jobs that nobody means, through `run`: refused, stopped, not converged, or a result of numbers."""
+    dice, codes, count, slowest, failed = random.Random(8), {}, round(100 * TIMES), 0.0, []
+    with tempfile.TemporaryDirectory() as folder:
+        path, output = Path(folder) / "job.json", Path(folder) / "job.h5"
+        given = dict(bases())
+        for case in range(count):
+            name = dice.choice(list(given))
+            job, changes = altered(dice, given[name])
+            path.write_text(json.dumps(job))
+            what, begun = f"odd job {case}, {name} with {changes}", time.monotonic()
+            try:
+                code = patient(what, path)
+                if code not in {0, 2, 3, 4, 5, 7}:
+                    raise SystemExit(f"{what}: ended with {code}")
+                if code == 0:
+                    with h5py.File(output) as file:
+                        file.visititems(lambda where, item: finite(what, where, item))
+                codes[code] = codes.get(code, 0) + 1
+            except SystemExit as fault:
+                print(fault, flush=True)
+                failed.append(str(fault))
+            slowest = max(slowest, time.monotonic() - begun)
+            for left in Path(folder).glob("job.*"):
+                shutil.rmtree(left) if left.is_dir() else left.unlink()
+    if failed:
+        raise SystemExit(f"{len(failed)} of {count} odd jobs end badly")
+    told = ", ".join(f"{n} with {code}" for code, n in sorted(codes.items()))
+    return [{"what": "odd jobs, run", "cases": count, "outcome": f"{told}; no result of 0 has NaN; the slowest took {slowest:.0f} s"}]
+
+
+def finite(what, where, item):
+    if isinstance(item, h5py.Dataset) and item.dtype.kind in "fc" and not where.startswith(NOTHING) and not np.isfinite(item[()]).all():
+        raise SystemExit(f"{what}: ended well with NaN in /{where}")
+
+
+# Jobs, two kinds of meshes, profiles, heights, matrices, segments and results.
+READERS = 8
+
+
 def readers():
     """Harmed files through the readers as a library, a thousand of each times FAULTS: a million with FAULTS=1000."""
     program = os.environ.get("FAULTS_READERS")
@@ -242,16 +360,16 @@ def readers():
     )
     if done.returncode:
         raise SystemExit(done.stdout + done.stderr)
-    told = re.findall(r"^(?:test \w+ \.\.\. )?(\w+): (\d+) (read|read or refused), (\d+) (.*)$", done.stdout, re.M)
-    if len(told) != 4:
-        raise SystemExit(f"four readers were to say what they read:\n{done.stdout}")
+    told = re.findall(r"^(?:test \w+ \.\.\. )?([\w() ]+): (\d+) (read|read or refused), (\d+) (.*)$", done.stdout, re.M)
+    if len(told) != READERS:
+        raise SystemExit(f"{READERS} readers were to say what they read:\n{done.stdout}")
     print(f"   {time.monotonic() - begun:.0f} s", flush=True)
     return [{"what": f"readers, {what}", "cases": int(good) + int(bad), "outcome": f"{good} {how}, {bad} {rest}"} for what, good, how, bad, rest in told]
 
 
 def broken():
     rows = []
-    for study in (readers, jobs, models, segments, kills):
+    for study in (readers, jobs, odd, models, segments, kills):
         rows += study()
         print(f"   {rows[-1]}", flush=True)
     return rows

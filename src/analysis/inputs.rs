@@ -2,7 +2,7 @@
 
 use super::RunOptions;
 use crate::analysis::reuse;
-use crate::job::{Job, MeshSource};
+use crate::job::{Job, MeshSource, Profile};
 use crate::output::{companion, outputs, MODEL, SHAPES};
 use crate::{Error, Result};
 use std::os::unix::fs::MetadataExt;
@@ -25,6 +25,9 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
             if let Some(file) = body.section_file() {
                 all.push((format!("bodies.{name}.mesh.revolved.section.file"), file.path.clone()));
             }
+            if let Some(Profile::File(file)) = &body.profile {
+                all.push((format!("bodies.{name}.profile.file"), file.path.clone()));
+            }
             if let Some(m) = &body.matrices {
                 for (key, file) in
                     [("mass", Some(&m.mass)), ("damping", m.damping.as_ref()), ("stiffness", Some(&m.stiffness))]
@@ -33,6 +36,8 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
                 }
             }
         }
+        let rough = job.contact.as_ref().and_then(|c| c.roughness.as_ref());
+        all.extend(rough.into_iter().flat_map(|r| r.files()).map(|(key, file)| (key, file.clone())));
     }
     all
 }

@@ -270,6 +270,10 @@ impl<'p> Bodies<'p> {
                 sums.push((format!("mesh of body {}", place.name), place.checksum.clone()));
             }
         }
+        let rough = job.contact.as_ref().and_then(|c| c.roughness.as_ref());
+        for (_, path) in rough.into_iter().flat_map(|r| r.files()) {
+            sums.push((path.display().to_string(), sha256(path)?));
+        }
         Ok(sums)
     }
 }
@@ -298,7 +302,7 @@ fn same_groups(a: &[String], b: &[String]) -> bool {
 }
 
 /// On rank 0: the matrices of a body.
-fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
+pub(super) fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
     let Some(given) = &body.matrices else {
         return Err(Error::Defect(format!("body {name} has no matrices")));
     };

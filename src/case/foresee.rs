@@ -1,7 +1,7 @@
 //! What is known of the contact before anything is factorised: whether the bodies overlap, how large the contact will be on half-spaces of their
 //! materials, whether the patch holds it, and whether the grid resolves it.
 
-use super::bodies::Bodies;
+use super::bodies::{matrices_of, Bodies};
 use super::interface::{interface_between, interface_of};
 use super::meshes::{Meshed, Meshes};
 use crate::body::half_space::HalfSpace;
@@ -9,7 +9,7 @@ use crate::contact::foreseen::Foreseen;
 use crate::grid::Interface;
 use crate::job::{Job, Load, ModesExtent};
 use crate::mesh::attitude::Attitude;
-use crate::mesh::quality;
+use crate::mesh::{quality, Mesh};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -41,7 +41,9 @@ pub(crate) fn of_run(job: &Job, bodies: &Bodies) -> Result<Report> {
 pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     let mut report = Report::default();
     if job.by_matrices() {
-        return Ok(report);
+        // They are read whole: whether they fit each other and the contacts is not to be seen in their heads.
+        let read = |(name, body)| matrices_of(name, body).map(drop);
+        return Error::all(job.bodies().into_iter().map(read)).map(|()| report);
     }
     if nodes > NODES {
         report.lines.push(format!("meshes of {nodes} nodes are not made for a check; run looks at them"));
@@ -119,7 +121,7 @@ fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> R
             extent[0].max(extent[2])
         ));
     }
-    modes(job, name, body, (attitude.volume, mesh.nodes.len()), &mut report)?;
+    modes(job, name, body, (attitude.volume, mesh), &mut report)?;
     let lies = super::lies::of(job, name, body, &found, &attitude)?;
     report.lines.extend(lies.lines);
     report.warnings.extend(lies.warnings);
@@ -129,13 +131,13 @@ fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> R
 /// More modes than this are warned of.
 const MANY: f64 = 1000.0;
 
-/// How many modes are asked for of a body of this volume (m³) with so many nodes, and what they take. Up to a frequency there are, for short waves,
+/// How many modes are asked for of a body of this volume (m³) on its mesh, whether it has so many, and what they take. Up to a frequency there are, for short waves,
 /// V ω³ (1/c_L³ + 2/c_T³)/6π² of them (P. Debye, *Ann. Phys.* 39 (1912)); the surface, and bending where the body is thin, add to that.
 fn modes(
     job: &Job,
     name: &str,
     body: &crate::job::Body,
-    (volume, nodes): (f64, usize),
+    (volume, mesh): (f64, &Mesh),
     report: &mut Report,
 ) -> Result<()> {
     let Some(wanted) = &job.analyses.modes else { return Ok(()) };
@@ -156,6 +158,15 @@ fn modes(
             volume * omega.powi(3) * (long.powi(-3) + 2.0 * trans.powi(-3)) / (6.0 * std::f64::consts::PI.powi(2))
         }
     };
+    let nodes = mesh.nodes.len();
+    let held = body.fixed.iter().filter_map(|group| mesh.groups.get(group)).flatten();
+    let held: std::collections::BTreeSet<u32> = held.flat_map(|&facet| mesh.cells.facet(facet)).collect();
+    let free = 3 * (nodes - held.len());
+    if matches!(wanted.extent(), ModesExtent::Count(n) if n > free) {
+        return Err(Error::Job(format!(
+            "analyses.modes.count: {count} modes are asked for, but body \"{name}\" has only {free} degrees of freedom"
+        )));
+    }
     if count > MANY {
         let bytes = 2.0 * 8.0 * 3.0 * nodes as f64 * count;
         report.warnings.push(format!(
@@ -281,6 +292,9 @@ mod tests {
         let set = |modes: &str| report(&[&format!("analyses.modes={modes}")]).unwrap().warnings;
         assert_eq!(set("{\"max_frequency\": 5000}"), [] as [String; 0]);
         assert_eq!(set("{\"count\": 3000}").len(), 2, "of each body");
+        // More than there are, as a run finds.
+        let error = report(&["analyses.modes={\"count\": 10000000}"]).expect_err("so many there are not");
+        assert!(error.exit_code() == 2 && error.message().contains("degrees of freedom"), "{error}");
         let warnings = set("{\"max_frequency\": 50000}");
         let count = warnings[0].split("about ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
         // A disc of steel, c_L 5948 and c_T 3179 m/s, less what facets and the crown take.

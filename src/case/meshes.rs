@@ -3,7 +3,7 @@
 use crate::grid::ContactGrid;
 use crate::job::{self, Job, MeshFile, MeshSource, Motion};
 use crate::mesh::cylinder::{self, CylinderSpec};
-use crate::mesh::{file, motion, CellKind, Mesh};
+use crate::mesh::{file, motion, quality, CellKind, Mesh};
 use crate::{Error, Result};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -38,7 +38,7 @@ impl Meshes {
         };
         match body.elements()?.0 {
             MeshSource::Cylinder(c) => {
-                let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+                let mesh = cylinder_mesh(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
                 let contact = mesh.groups.contains_key("contact");
                 on_grid(mesh, contact, Vec::new())
             }
@@ -63,6 +63,36 @@ impl Meshes {
     pub fn forget(&self) {
         self.files.borrow_mut().clear();
     }
+}
+
+/// The mesh of a cylinder, or `Error::Job` where its elements fold: it is not the mesh then that is to be repaired, but what it is made from.
+fn cylinder_mesh(spec: &CylinderSpec) -> Result<Mesh> {
+    let mesh = cylinder::build(spec)?;
+    let Some(place) = folded(&mesh) else { return Ok(mesh) };
+    // Steps between sizes are the smaller the nearer the growth is to one.
+    let gentle = [1.6, 1.3].into_iter().filter(|&g| g < spec.growth).find(|&growth| {
+        cylinder::build(&CylinderSpec { growth, ..spec.clone() }).is_ok_and(|mesh| folded(&mesh).is_none())
+    });
+    let advice = match gentle {
+        Some(growth) => format!("with a growth of {growth} they would not"),
+        None => "take a smaller patch, a smaller growth or a smaller max_element_size".into(),
+    };
+    Err(Error::Job(format!(
+        "cylinder: elements fold at ({}) m: a patch of half_length {} m and half_width {} m (contact.patch), growth {} and max_element_size {} m do not go \
+         together; {advice}",
+        place.map(|v| format!("{v:.3}")).join(", "),
+        spec.patch_half_length,
+        spec.patch_half_width,
+        spec.growth,
+        spec.largest()
+    )))
+}
+
+/// Where an element of the mesh is inverted or degenerate: its first node, m.
+fn folded(mesh: &Mesh) -> Option<[f64; 3]> {
+    let positive = |x: &[[f64; 3]], kind: CellKind| quality::jacobian_range(kind, x)[0] > 0.0;
+    let bad = mesh.cells.iter().map(|c| (c.kind, c.places(&mesh.nodes))).find(|(kind, x)| !positive(x, *kind));
+    bad.map(|(_, x)| x[0])
 }
 
 /// No body is longer, m: where one is, its file is in another unit.
@@ -130,6 +160,28 @@ pub fn cylinder_spec(c: &job::Cylinder, contact: Option<&job::Contact>) -> Cylin
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Elements that fold are a fault of the job, in its keys; a growth that is named would do.
+    #[test]
+    fn a_cylinder_that_folds_is_told_by_its_keys() {
+        let c = |key: &str, value: &str| ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.{key}={value}"));
+        let with = |growth: &str| {
+            let sets = [c("element_size", "0.002"), c("growth", growth), c("max_element_size", "0.05")].concat();
+            let mut sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+            sets.push("contact.patch.half_length=0.2");
+            let job = crate::job::example::two_cylinders(&sets);
+            let lower = job.bodies.lower.clone().expect("a body");
+            Meshes::default().of(&job, "lower", &lower).map(drop)
+        };
+        let error = with("2").expect_err("it folds");
+        assert_eq!(error.exit_code(), 2, "{error}");
+        for word in ["bodies.lower.mesh", "half_length 0.2 m", "growth 2 "] {
+            assert!(error.message().contains(word), "{word} not in: {error}");
+        }
+        let named =
+            error.message().split("with a growth of ").nth(1).expect("a growth that would do").split(' ').next();
+        with(named.expect("a number")).expect("as was said");
+    }
 
     /// A file that is gone was read before, until it is forgotten.
     #[test]

@@ -1,6 +1,7 @@
 //! Arguments.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use railsqueal::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// Exit codes, shown by `--help`.
@@ -202,6 +203,18 @@ pub fn default_output(job: &Path) -> PathBuf {
     job.with_extension("h5")
 }
 
+/// `Error::Job` if beside the job there is no place for results: it came through a shell (`< JOB`, `<(...)`), not by its name.
+pub fn beside(job: &Path) -> Result<PathBuf> {
+    let places = ["/dev/stdin", "/dev/fd", "/proc"];
+    if std::path::absolute(job).is_ok_and(|p| places.iter().any(|place| p.starts_with(place))) {
+        return Err(Error::Job(format!(
+            "--output: not given, and the job, {}, has no folder that results could lie in; name one",
+            job.display()
+        )));
+    }
+    Ok(default_output(job))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,6 +229,11 @@ mod tests {
     fn the_result_lies_beside_the_job() {
         assert_eq!(default_output(Path::new("a/b.json")), Path::new("a/b.h5"));
         assert_eq!(default_output(Path::new("b")), Path::new("b.h5"));
+        assert_eq!(beside(Path::new("/dev/shm/b.json")).expect("a folder"), Path::new("/dev/shm/b.h5"));
+        for path in ["/dev/stdin", "/dev/fd/63", "/proc/self/fd/0"] {
+            let error = beside(Path::new(path)).expect_err(path);
+            assert!(error.exit_code() == 2 && error.message().contains("--output"), "{error}");
+        }
     }
 
     #[test]

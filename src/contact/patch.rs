@@ -28,7 +28,7 @@ pub(super) fn refuse_border(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad,
     Err(Error::Job(format!(
         "contact.patch: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch has \
          half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and half_width {:.4e} m: \
-         enlarge contact.patch.half_length and contact.patch.half_width to these",
+         enlarge contact.patch.half_length and contact.patch.half_width to these, or the groups \"contact\" of mesh files",
         x,
         y,
         half(&s.x),

@@ -436,11 +436,12 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
         ));
     }
     if transient.steps() > MAX_STEPS {
+        // Their number need not be one.
         faults.push(format!(
-            "{path}.duration: found {:e} s, {:.3e} steps of {} s, expected at most {MAX_STEPS}",
+            "{path}.duration: found {:e} s in steps of {} s, expected at most {MAX_STEPS} steps, {:.3e} s",
             transient.duration,
-            transient.duration / transient.step,
-            transient.step
+            transient.step,
+            MAX_STEPS as f64 * transient.step
         ));
     }
     if transient.start.mode.is_some() && job.analyses.stability.is_none() {

@@ -12,6 +12,9 @@ use std::cell::OnceCell;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// A chunk, byte, is not larger than this unless its dataset is.
+const CHUNK: u128 = 32 << 20;
+
 /// An open result file. Errors name the file and the dataset.
 pub struct Reader {
     file: hdf5::File,
@@ -104,6 +107,25 @@ impl Reader {
         }
     }
 
+    /// An error where a dataset is larger than what there is of it in the file: damage to a size alone must not ask for memory without end.
+    fn holds(&self, dataset: &hdf5::Dataset) -> hdf5::Result<()> {
+        let size = dataset.dtype()?.size() as u128;
+        let bytes = |shape: &[usize]| shape.iter().fold(size, |n, &along| n.saturating_mul(along as u128));
+        let wanted = bytes(&dataset.shape());
+        let there = match (dataset.chunk(), dataset.num_chunks()) {
+            // All chunks of what was written are there.
+            (Some(chunk), Some(count)) if bytes(&chunk) <= wanted.max(CHUNK) => {
+                bytes(&chunk).saturating_mul(count as u128)
+            }
+            (Some(_), _) => 0,
+            _ => std::fs::metadata(&self.path).map_or(u128::MAX, |m| m.len().into()),
+        };
+        match wanted <= there {
+            true => Ok(()),
+            false => Err(format!("it is damaged: {wanted} bytes by its shape, {there} in the file").into()),
+        }
+    }
+
     /// A dataset as it lies in the file.
     pub(super) fn dataset(&self, path: &str) -> Result<hdf5::Dataset> {
         self.file.dataset(path).map_err(|e| self.fault(path, &e.to_string()))
@@ -116,6 +138,7 @@ impl Reader {
         }
         let read = || -> hdf5::Result<(Vec<usize>, Values)> {
             let dataset = self.file.dataset(path)?;
+            self.holds(&dataset)?;
             let values = match dataset.dtype()?.to_descriptor()? {
                 TypeDescriptor::Float(hdf5::types::FloatSize::U8) => Values::F64(dataset.read_raw()?),
                 TypeDescriptor::Float(_) => Values::F32(dataset.read_raw()?),
@@ -147,6 +170,7 @@ impl Reader {
     pub fn rows(&self, path: &str, rows: Range<usize>) -> Result<Vec<f64>> {
         let read = || -> hdf5::Result<Values> {
             let dataset = self.file.dataset(path)?;
+            self.holds(&dataset)?;
             let shape = dataset.shape();
             if shape.len() != 2 || shape[1] != 3 || shape[0] < rows.end {
                 return Err(format!("it has the shape {shape:?}, expected {} rows of 3 at least", rows.end).into());
@@ -222,6 +246,7 @@ pub fn survey(path: &Path, head: bool) -> Result<()> {
         return Ok(());
     }
     let dataset = reader.file.dataset(shapes).map_err(|e| reader.fault(shapes, &e.to_string()))?;
+    reader.holds(&dataset).map_err(|e| reader.fault(shapes, &e.to_string()))?;
     let rows = dataset.shape().first().copied().unwrap_or(0);
     // Some rows at a time are in memory.
     for first in (0..rows).step_by(1 << 20) {

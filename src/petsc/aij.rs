@@ -42,7 +42,7 @@ pub(crate) fn assembled_with<'p>(
         check(sys::MatSetType(m, c"aij".as_ptr()), doing)?;
         check(sys::MatSeqAIJSetPreallocation(m, 0, inside.as_ptr()), doing)?;
         check(sys::MatMPIAIJSetPreallocation(m, 0, inside.as_ptr(), 0, outside.as_ptr()), doing)?;
-        check(sys::MatSetOption(m, sys::MatOption_MAT_NO_OFF_PROC_ENTRIES, sys::PetscBool_PETSC_TRUE), doing)?;
+        check(sys::MatSetOption(m, sys::MatOption_MAT_NO_OFF_PROC_ENTRIES, sys::PETSC_TRUE), doing)?;
         let mut columns: Vec<sys::PetscInt> = Vec::new();
         let mut values: Vec<Complex<f64>> = Vec::new();
         for i in 0..matrix.n_local() {

@@ -47,7 +47,7 @@ impl<'p> ComplexFactor<'p> {
         // SAFETY: a live matrix and a string that ends in zero.
         unsafe {
             check(sys::MatSetOptionsPrefix(matrix.raw(), prefix.as_ptr()), &doing)?;
-            check(sys::MatSetOption(matrix.raw(), sys::MatOption_MAT_SYMMETRIC, sys::PetscBool_PETSC_TRUE), &doing)?;
+            check(sys::MatSetOption(matrix.raw(), sys::MatOption_MAT_SYMMETRIC, sys::PETSC_TRUE), &doing)?;
         }
         let kind = sys::MatFactorType_MAT_FACTOR_CHOLESKY;
         // SAFETY: a live matrix, a string that ends in zero, a valid output.

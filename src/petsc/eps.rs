@@ -132,7 +132,7 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -
         check(slepc::EPSSetDimensions(e, count, subspace, sys::PETSC_DEFAULT as sys::PetscInt), doing)?;
         check(slepc::EPSSetTolerances(e, 1e-9, 200), doing)?;
         // The eigenvectors of a definite mass need no further step to be freed of a null space.
-        check(slepc::EPSSetPurify(e, sys::PetscBool_PETSC_FALSE), doing)?;
+        check(slepc::EPSSetPurify(e, sys::PETSC_FALSE), doing)?;
         let mut first = start.raw();
         check(slepc::EPSSetInitialSpace(e, 1, &mut first), doing)?;
         check(slepc::EPSMonitorSet(e, Some(monitor::<slepc::EPS>), shell.context(), None), doing)?;

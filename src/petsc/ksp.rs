@@ -79,7 +79,7 @@ impl<'p> Iterative<'p> {
         let a = assembled(petsc, &matrix, block)?;
         for property in [sys::MatOption_MAT_SYMMETRIC, sys::MatOption_MAT_HERMITIAN, sys::MatOption_MAT_SPD] {
             // SAFETY: a live matrix.
-            check(unsafe { sys::MatSetOption(a.raw(), property, sys::PetscBool_PETSC_TRUE) }, "setting up multigrid")?;
+            check(unsafe { sys::MatSetOption(a.raw(), property, sys::PETSC_TRUE) }, "setting up multigrid")?;
         }
         near_null_space(petsc, &a, &matrix, near_null)?;
         let ksp = solver(petsc, &a, &options, DIAGONAL_SHIFT * matrix.max_abs(world))?;
@@ -335,7 +335,7 @@ fn near_null_space(petsc: &Petsc, a: &Handle<sys::Mat>, matrix: &DistCsr, given:
     let comm = world.comm.as_raw();
     // SAFETY: live vectors, as many as said; PETSc counts its own references to them and to the space.
     let space = Handle::create(petsc, doing, |s| unsafe {
-        sys::MatNullSpaceCreate(comm, sys::PetscBool_PETSC_FALSE, raw.len() as sys::PetscInt, raw.as_ptr(), s)
+        sys::MatNullSpaceCreate(comm, sys::PETSC_FALSE, raw.len() as sys::PetscInt, raw.as_ptr(), s)
     })?;
     // SAFETY: live objects.
     check(unsafe { sys::MatSetNearNullSpace(a.raw(), space.raw()) }, doing)

@@ -146,14 +146,14 @@ impl<'w> Petsc<'w> {
         let text = |s: String| CString::new(s).map_err(|_| Error::Defect(format!("zero byte in option {name}")));
         let option = format!("-{name}");
         let (name, value) = (text(option.clone())?, text(value.to_owned())?);
-        let mut given = sys::PetscBool_PETSC_FALSE;
+        let mut given = sys::PETSC_FALSE;
         // SAFETY: strings that end in zero and are copied; a valid output.
         unsafe {
             check(
                 sys::PetscOptionsHasName(ptr::null_mut(), ptr::null(), name.as_ptr(), &mut given),
                 "reading an option",
             )?;
-            if given == sys::PetscBool_PETSC_TRUE {
+            if given == sys::PETSC_TRUE {
                 return Ok(());
             }
             check(sys::PetscOptionsSetValue(ptr::null_mut(), name.as_ptr(), value.as_ptr()), "setting an option")?;
@@ -285,20 +285,37 @@ pub(crate) fn check(code: sys::PetscErrorCode, doing: &str) -> Result<()> {
         )));
     }
     let message = format!("PETSc, {doing}: error {code}, {general}. {report}");
-    Err(match code as u32 {
-        sys::PETSC_ERR_MEM => Error::Memory(message),
-        sys::PETSC_ERR_ARG_UNKNOWN_TYPE | sys::PETSC_ERR_USER_INPUT | sys::PETSC_ERR_OPT_OVERWRITE => {
+    // Their type is not the same in all versions.
+    let one_of = |codes: &[i64]| codes.contains(&i64::from(code));
+    Err(match () {
+        _ if one_of(&[sys::PETSC_ERR_MEM.into()]) => Error::Memory(message),
+        _ if one_of(&[
+            sys::PETSC_ERR_ARG_UNKNOWN_TYPE.into(),
+            sys::PETSC_ERR_USER_INPUT.into(),
+            sys::PETSC_ERR_OPT_OVERWRITE.into(),
+        ]) =>
+        {
             Error::Job(format!("{message} Check the PETSc options."))
         }
-        sys::PETSC_ERR_CONV_FAILED
-        | sys::PETSC_ERR_NOT_CONVERGED
-        | sys::PETSC_ERR_MAT_LU_ZRPVT
-        | sys::PETSC_ERR_MAT_CH_ZRPVT
-        | sys::PETSC_ERR_FP => Error::NotConverged(message),
-        sys::PETSC_ERR_FILE_OPEN
-        | sys::PETSC_ERR_FILE_READ
-        | sys::PETSC_ERR_FILE_WRITE
-        | sys::PETSC_ERR_FILE_UNEXPECTED => Error::Io(message),
+        _ if one_of(&[
+            sys::PETSC_ERR_CONV_FAILED.into(),
+            sys::PETSC_ERR_NOT_CONVERGED.into(),
+            sys::PETSC_ERR_MAT_LU_ZRPVT.into(),
+            sys::PETSC_ERR_MAT_CH_ZRPVT.into(),
+            sys::PETSC_ERR_FP.into(),
+        ]) =>
+        {
+            Error::NotConverged(message)
+        }
+        _ if one_of(&[
+            sys::PETSC_ERR_FILE_OPEN.into(),
+            sys::PETSC_ERR_FILE_READ.into(),
+            sys::PETSC_ERR_FILE_WRITE.into(),
+            sys::PETSC_ERR_FILE_UNEXPECTED.into(),
+        ]) =>
+        {
+            Error::Io(message)
+        }
         _ => Error::Defect(message),
     })
 }

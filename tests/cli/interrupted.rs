@@ -5,7 +5,7 @@ use super::transient::{open, read, sliding};
 use railsqueal::output::Reader;
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
@@ -357,6 +357,24 @@ fn modes_and_their_shapes_are_made_once_however_often_a_run_is_killed() {
         a.iter().for_each(|(path, values)| assert!(b[path] == *values, "{name}: {path} differs"));
     }
     assert!(folder.listing().iter().all(|name| !name.contains("model")), "{:?}", folder.listing());
+}
+
+/// The first signal waits for the end of a segment, which does not come here; the second one does not. METIS has worked before: it puts handlers of its own
+/// in place of those there are.
+#[test]
+fn a_second_signal_ends_a_run_at_once() {
+    let folder = Folder::with(sliding(json!({ "duration": 100, "contact_stride": 0, "segment": 200_000 })).to_string());
+    let mut child = start(Command::new(PROGRAM), &["run", &folder.text("job.json")]);
+    let mut lines = BufReader::new(child.stderr.take().expect("stderr")).lines().map(|l| l.expect("a line"));
+    assert!(lines.by_ref().any(|line| line.contains("factorisation")));
+    assert!(lines.by_ref().any(|line| line.ends_with("] transient")));
+    signal("TERM", child.id());
+    assert!(lines.by_ref().any(|line| line.contains("a signal came")));
+    assert!(child.try_wait().expect("wait").is_none(), "it goes on to the end of the segment");
+    signal("TERM", child.id());
+    let begun = Instant::now();
+    assert_eq!(child.wait().expect("wait").code(), Some(5), "{:?}", lines.collect::<Vec<_>>());
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
 }
 
 /// Open MPI answers SIGTERM by ending the ranks, gently first, and itself with 1: the state is there all the same.

@@ -1,4 +1,4 @@
-//! The system's allocator, with an end in order where it has no memory left: one message and an exit code, in place of an abort.
+//! The system's allocator, with an end in order where it has no memory left: one message and an exit code, in place of an abort. For tests one that counts.
 
 #![warn(missing_docs, clippy::undocumented_unsafe_blocks)]
 
@@ -12,6 +12,53 @@ const CODE: i32 = 7;
 thread_local! {
     /// Whether this thread only asks.
     static ASKING: Cell<bool> = const { Cell::new(false) };
+    /// Bytes that this thread took and did not give back, and the most there were; what others give back is not taken off.
+    static TAKEN: Cell<[isize; 2]> = const { Cell::new([0; 2]) };
+}
+
+/// The system's allocator that counts what each thread takes; for `#[global_allocator]` of a test.
+pub struct Counting;
+
+/// Runs `work`; with it the most bytes that it held at a time, on this thread, beside what there was before.
+pub fn counted<T>(work: impl FnOnce() -> T) -> (T, usize) {
+    let before = TAKEN.get()[0];
+    TAKEN.set([before; 2]);
+    let result = work();
+    (result, (TAKEN.get()[1] - before).max(0) as usize)
+}
+
+fn take(bytes: usize, instead_of: usize) {
+    let _ = TAKEN.try_with(|taken| {
+        let now = taken.get()[0] + bytes as isize - instead_of as isize;
+        taken.set([now, now.max(taken.get()[1])]);
+    });
+}
+
+// SAFETY: every call is passed on to the system's allocator as it is.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        take(layout.size(), 0);
+        // SAFETY: the caller's promises are those of the system's allocator.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        take(layout.size(), 0);
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        take(size, layout.size());
+        // SAFETY: as above.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        take(0, layout.size());
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
 }
 
 /// The system's allocator that ends the process where there is no memory; for `#[global_allocator]`.

@@ -30,6 +30,19 @@ impl Roughness {
     pub fn bodies(&self) -> [(&'static str, &Vec<RoughnessPart>); 2] {
         [("lower", &self.lower), ("upper", &self.upper)]
     }
+
+    /// Key and path of each file of a measured part.
+    pub fn files(&self) -> Vec<(String, &PathBuf)> {
+        let mut all = Vec::new();
+        for (name, parts) in self.bodies() {
+            for (i, part) in parts.iter().enumerate() {
+                if let RoughnessPart::File(file) = part {
+                    all.push((format!("contact.roughness.{name}.{i}.file"), &file.path));
+                }
+            }
+        }
+        all
+    }
 }
 
 /// A part of the roughness of a body. Heights are positive where the surface stands out; ways grow in the direction of travel, from the centre of the contact at the start.

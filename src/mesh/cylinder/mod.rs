@@ -51,7 +51,8 @@ impl CylinderSpec {
         self.patch_half_length > 0.0
     }
 
-    fn largest(&self) -> f64 {
+    /// Largest element size, m, given or by default.
+    pub fn largest(&self) -> f64 {
         match self.max_element_size {
             Some(h) => h,
             None if self.has_patch() => (0.25 * self.thickness).max(self.element_size),

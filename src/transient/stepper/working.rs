@@ -200,7 +200,7 @@ impl Stepper<'_> {
                 let [x, y] = s.point(i);
                 Error::Job(format!(
                     "contact.patch: the contact reaches x = {x:.4e} m, y = {y:.4e} m, at the border of the patch; enlarge \
-                     contact.patch.half_length and contact.patch.half_width, or lower the load"
+                     contact.patch.half_length and contact.patch.half_width (of mesh files the groups \"contact\"), or lower the load"
                 ))
             })?;
             lines.push((nx * iy, foot));
