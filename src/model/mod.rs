@@ -14,7 +14,7 @@ use crate::{Error, Result};
 use faer::Mat;
 
 pub use crate::body::rotation::{ModalRotation, Turning};
-pub use crate::body::{ModalMatrix, ModeName, TraceModes};
+pub use crate::body::{Convolution, ModalMatrix, ModeName, TraceModes};
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
