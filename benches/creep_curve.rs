@@ -27,7 +27,7 @@ fn main() {
     let at = |lateral: f64| Creepage { longitudinal: 0.0, lateral, spin: 0.1 };
     let problem = SteadyProblem {
         interface: &interface,
-        compliance: w.as_ref(),
+        compliance: w.as_ref().into(),
         friction: FrictionLaw::Constant(0.3),
         speed: 10.0,
         creepage: at(0.0),

@@ -38,7 +38,7 @@ impl Pair {
     fn problem(&self, xi: f64, eta: f64, phi: f64) -> SteadyProblem<'_> {
         SteadyProblem {
             interface: &self.interface,
-            compliance: self.w.as_ref(),
+            compliance: self.w.as_ref().into(),
             friction: FrictionLaw::Constant(MU),
             speed: 10.0,
             creepage: Creepage { longitudinal: xi, lateral: eta, spin: phi },
@@ -474,7 +474,7 @@ fn bad_problems_are_refused_with_a_reason() {
     // Not a compliance.
     let n = pair.w.nrows();
     let zero = Mat::<f64>::zeros(n, n);
-    assert!(matches!(fails(SteadyProblem { compliance: zero.as_ref(), ..good.clone() }), Some(Error::Input(_))));
+    assert!(matches!(fails(SteadyProblem { compliance: zero.as_ref().into(), ..good.clone() }), Some(Error::Input(_))));
 }
 
 /// A curve gone through point by point, up from rest, down again and with a jump, has at every point the solution that there is from nothing.

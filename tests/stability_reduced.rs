@@ -840,7 +840,7 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
         let (step, small) = (1e-5, 5e-7);
         let moved = |by: f64| {
             let moved = b.with_contact_moved(&s, Side::Upper, by);
-            let p = SteadyProblem { compliance: moved.influence(), ..base.clone() };
+            let p = SteadyProblem { compliance: moved.influence().into(), ..base.clone() };
             let contact = p.contact(&p.solve().unwrap());
             (moved, contact)
         };

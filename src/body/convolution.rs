@@ -34,6 +34,9 @@ pub struct Convolution {
     whole: Option<[[f64; LOADS]; LOADS]>,
     double: OnceLock<Arc<Transformed<f64>>>,
     single: OnceLock<Arc<Transformed<f32>>>,
+    inverse: OnceLock<Arc<Transformed<f32>>>,
+    /// What [`along`](Self::along) takes from.
+    lines: OnceLock<[Vec<[f64; 2]>; 2]>,
 }
 
 impl fmt::Debug for Convolution {
@@ -58,7 +61,7 @@ impl Convolution {
     }
 
     fn new(x: &[f64], y: &[f64], kernel: Vec<Block>, whole: Option<[[f64; LOADS]; LOADS]>) -> Self {
-        Self { x: x.into(), y: y.into(), kernel, whole, double: OnceLock::new(), single: OnceLock::new() }
+        Self { x: x.into(), y: y.into(), kernel, whole, double: OnceLock::new(), single: OnceLock::new(), inverse: OnceLock::new(), lines: OnceLock::new() }
     }
 
     /// The influence matrix of an interface, C1 + E C2 E, E = diag(−1, −1, 1) at each node, of the lower and the upper body, both in lower form.
@@ -80,6 +83,11 @@ impl Convolution {
 
     /// The convolution that the matrix `w` on the grid `x` × `y` is, to rounding; none where it is none.
     pub fn found_in(w: MatRef<'_, f64>, x: &[f64], y: &[f64]) -> Option<Self> {
+        Self::found(w, x, y, 1)
+    }
+
+    /// As [`found_in`](Self::found_in), looking at one column in `every`.
+    fn found(w: MatRef<'_, f64>, x: &[f64], y: &[f64], every: usize) -> Option<Self> {
         let (nx, ny) = (x.len(), y.len());
         if nx < 3 || ny < 3 || w.shape() != (3 * nx * ny, 3 * nx * ny) || !(is_uniform(x) && is_uniform(y)) {
             return None;
@@ -103,15 +111,46 @@ impl Convolution {
         let found = Self { kernel: kernel.collect(), ..found };
         let none = whole.iter().flatten().all(|a| a.abs() * size(x, y) <= ALIKE * largest);
         let found = if none { Self { whole: None, ..found } } else { found };
-        found.stands_for(w, ALIKE * largest).then_some(found)
+        found.stands_for(w, ALIKE * largest, every).then_some(found)
     }
 
-    /// Whether no entry of `w` is farther than `allowed` from that of the convolution.
-    fn stands_for(&self, w: MatRef<'_, f64>, allowed: f64) -> bool {
+    /// The same without the transforms that products have left with it.
+    pub fn fresh(&self) -> Self {
+        Self::new(&self.x, &self.y, self.kernel.clone(), self.whole)
+    }
+
+    /// The convolution that another matrix `w` on the same grid is; some columns alone are looked at to see whether it is one.
+    pub fn found_again(&self, w: MatRef<'_, f64>) -> Option<Self> {
+        Self::found(w, &self.x, &self.y, 37)
+    }
+
+    /// As numbers, for [`from_numbers`](Self::from_numbers).
+    pub fn numbers(&self) -> Vec<f64> {
+        let whole = self.whole.iter().flatten().flatten();
+        let sizes = [self.x.len() as f64, self.y.len() as f64];
+        let kernel = self.kernel.iter().flat_map(|b| b.as_flattened());
+        sizes.iter().chain(&self.x).chain(&self.y).chain(kernel).chain(whole).copied().collect()
+    }
+
+    /// From [`numbers`](Self::numbers); none from none.
+    pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
+        let (&[nx, ny], rest) = numbers.split_first_chunk()?;
+        let (nx, ny) = (nx as usize, ny as usize);
+        let (x, rest) = rest.split_at_checked(nx)?;
+        let (y, rest) = rest.split_at_checked(ny)?;
+        let (kernel, whole) = rest.split_at_checked(9 * (2 * nx - 1) * (2 * ny - 1))?;
+        let block = |v: &[f64]| -> Block { std::array::from_fn(|i| std::array::from_fn(|j| v[3 * i + j])) };
+        let square = || std::array::from_fn(|i| std::array::from_fn(|j| whole[LOADS * i + j]));
+        let whole = (whole.len() == LOADS * LOADS).then(square);
+        Some(Self::new(x, y, kernel.chunks_exact(9).map(block).collect(), whole))
+    }
+
+    /// Whether no entry of `w` is farther than `allowed` from that of the convolution, in one column of nodes in `every`.
+    fn stands_for(&self, w: MatRef<'_, f64>, allowed: f64, every: usize) -> bool {
         let n = self.x.len() * self.y.len();
         let columns = w.try_as_col_major().is_some();
         // A column or a row of nodes, whichever lies in one piece.
-        (0..n).all(|j| {
+        (0..n).step_by(every).all(|j| {
             let of_j = self.whole_of_node(j, columns);
             (0..n).all(|i| {
                 let (row, column) = if columns { (i, j) } else { (j, i) };
@@ -180,6 +219,57 @@ impl Convolution {
         out
     }
 
+    /// Displacements (x, y) of the nodes of a grid line under a force along `c` on its node `j`, but for what there is beside k, m/N, `[nx]`.
+    pub fn along(&self, c: usize, j: usize) -> &[[f64; 2]] {
+        let nx = self.x.len();
+        let make = || {
+            let line = &self.kernel[(2 * nx - 1) * (self.y.len() - 1)..][..2 * nx - 1];
+            [0, 1].map(|c| line.iter().map(|b| [b[0][c], b[1][c]]).collect())
+        };
+        &self.lines.get_or_init(make)[c][nx - 1 - j % nx..][..nx]
+    }
+
+    /// Adds to the displacements `u` of `nodes` what there is beside k, under `forces` on the nodes beside them.
+    pub fn add_whole(&self, forces: impl Iterator<Item = (usize, [f64; 3])>, nodes: &[usize], u: &mut [f64]) {
+        let Some(a) = &self.whole else { return };
+        let mut moments = [0.0; LOADS];
+        for (j, f) in forces {
+            let q = self.factors(j);
+            (0..LOADS).for_each(|k| moments[k] += q[k / 3] * f[k % 3]);
+        }
+        let moved = a.map(|row| row.iter().zip(&moments).map(|(a, m)| a * m).sum::<f64>());
+        for (&i, u) in nodes.iter().zip(u.chunks_exact_mut(3)) {
+            let p = self.factors(i);
+            (0..3).for_each(|r| u[r] += (0..3).map(|m| p[m] * moved[3 * m + r]).sum::<f64>());
+        }
+    }
+
+    /// The influence on a grid of every second line along x and y, on which a force is spread over as much more: the mean of that of the nodes about it. None
+    /// where that would leave too few lines.
+    pub fn coarsened(&self) -> Option<Self> {
+        let every = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
+        let (x, y) = (every(&self.x), every(&self.y));
+        let ([nx, ny], [cx, cy]) = (self.shape(), [x.len(), y.len()]);
+        if cx < 5 || cy < 5 {
+            return None;
+        }
+        let kernel = (0..(2 * cx - 1) * (2 * cy - 1)).map(|k| {
+            let offset = [k % (2 * cx - 1) + 1, k / (2 * cx - 1) + 1].map(|d| 2 * d as isize);
+            let at = [offset[0] - 2 * cx as isize + nx as isize - 1, offset[1] - 2 * cy as isize + ny as isize - 1];
+            let mut block = [[0.0; 3]; 3];
+            for (dx, dy) in (-1..2).flat_map(|dy| (-1..2).map(move |dx| (dx, dy))) {
+                let share = [dx, dy].iter().map(|&d: &isize| if d == 0 { 0.5 } else { 0.25 }).product::<f64>();
+                // The farthest offsets have none beyond them.
+                let i = (at[0] + dx).clamp(0, 2 * nx as isize - 2) as usize;
+                let j = (at[1] + dy).clamp(0, 2 * ny as isize - 2) as usize;
+                let fine = &self.kernel[i + (2 * nx - 1) * j];
+                block.as_flattened_mut().iter_mut().zip(fine.as_flattened()).for_each(|(b, f)| *b += share * f);
+            }
+            block
+        });
+        Some(Self::new(&x, &y, kernel.collect(), self.whole))
+    }
+
     /// Displacements of node `i` (rows) under forces on node `j` (columns), m/N.
     pub fn block(&self, i: usize, j: usize) -> Block {
         let mut out = *self.offset(i, j);
@@ -206,13 +296,24 @@ impl Convolution {
     }
 
     /// Products in double precision, good to rounding.
-    pub fn double(&self) -> Product<'_, f64> {
-        Product::new(self, self.double.get_or_init(|| Arc::new(Transformed::new(self))))
+    pub fn exact(&self) -> Product<'_, f64> {
+        Product::new(self, self.double.get_or_init(|| Arc::new(Transformed::new(self))), self.whole.as_ref())
     }
 
-    /// Products in single precision.
-    pub fn single(&self) -> Product<'_, f32> {
-        Product::new(self, self.single.get_or_init(|| Arc::new(Transformed::new(self))))
+    /// Products in single precision with k alone; [`add_whole`](Self::add_whole) has the rest.
+    pub fn fast(&self) -> Product<'_, f32> {
+        Product::new(self, self.single(), None)
+    }
+
+    /// Approximate inverse of the part of the kernel that is normal to the surface, for products of the component 2 alone: by the inverse of its spectrum
+    /// (E. A. H. Vollebregt, J. Tribol. 136 (2014)). Displacements of some nodes, 0 elsewhere, give about the forces on them.
+    pub fn inverse_normal(&self) -> Product<'_, f32> {
+        let make = || Arc::new(self.single().inverse_normal());
+        Product::new(self, self.inverse.get_or_init(make), None)
+    }
+
+    fn single(&self) -> &Transformed<f32> {
+        self.single.get_or_init(|| Arc::new(Transformed::new(self)))
     }
 }
 
@@ -357,6 +458,19 @@ impl<T: Number> Transformed<T> {
         new
     }
 
+    /// The transforms with the inverse of the spectrum of the normal entry, where that is sound, and of nothing else.
+    fn inverse_normal(&self) -> Self {
+        let points = T::of(1.0 / (self.size[0] * self.size[1]) as f64);
+        // What is left of a spectrum of a kernel that ends at the border of the grid may be below that of the shortest wave, or below zero.
+        let shortest = self.kernel[8].get((self.half - 1) * self.size[1] + self.size[1] / 2).map_or(T::one(), |v| v.re);
+        let least = shortest.abs() * T::of(0.5);
+        let inverse = |v: &Complex<T>| Complex::new(points * points / v.re.max(least), T::zero());
+        let mut kernel: [Vec<Complex<T>>; 9] = Default::default();
+        kernel[8] = self.kernel[8].iter().map(inverse).collect();
+        let (forward, backward) = (self.forward.clone(), self.backward.clone());
+        Self { size: self.size, half: self.half, forward, backward, down: self.down.clone(), up: self.up.clone(), kernel }
+    }
+
     /// Transforms the line in `b` and puts it into row `y` of the spectrum `component`.
     fn line_forward(&self, b: &mut Buffers<T>, y: usize, component: usize) {
         // Lengths are those of the plan.
@@ -399,12 +513,13 @@ impl<T: Number> Buffers<T> {
 pub struct Product<'a, T> {
     of: &'a Convolution,
     transformed: &'a Transformed<T>,
+    whole: Option<&'a [[f64; LOADS]; LOADS]>,
     buffers: Buffers<T>,
 }
 
 impl<'a, T: Number> Product<'a, T> {
-    fn new(of: &'a Convolution, transformed: &'a Transformed<T>) -> Self {
-        Self { of, transformed, buffers: Buffers::new(transformed) }
+    fn new(of: &'a Convolution, transformed: &'a Transformed<T>, whole: Option<&'a [[f64; LOADS]; LOADS]>) -> Self {
+        Self { of, transformed, whole, buffers: Buffers::new(transformed) }
     }
 
     /// Displacements of all nodes under `forces` on them into `out`, both `[3n]`.
@@ -415,7 +530,7 @@ impl<'a, T: Number> Product<'a, T> {
     /// As [`times`](Self::times) of forces along the `components` (0, 1, 2 for x, y, n) alone, whose displacements alone are wanted; `forces` and `out` hold
     /// these of each node.
     pub fn components(&mut self, forces: &[T], out: &mut [T], components: &[usize]) {
-        let Self { of, transformed: t, buffers: b } = self;
+        let Self { of, transformed: t, whole, buffers: b } = self;
         let ([nx, ny], count) = (of.shape(), components.len());
         let part = t.half * t.size[1];
         let zero = Complex::new(T::zero(), T::zero());
@@ -462,7 +577,7 @@ impl<'a, T: Number> Product<'a, T> {
                 out.iter_mut().skip(k).step_by(count).zip(&b.line).for_each(|(o, v)| *o = *v);
             }
         }
-        if let Some(a) = &of.whole {
+        if let Some(a) = whole {
             let mut moments = [0.0; LOADS];
             for (j, f) in forces.chunks_exact(count).enumerate().filter(|(_, f)| f.iter().any(|f| *f != T::zero())) {
                 let q = of.factors(j);
@@ -524,7 +639,7 @@ mod tests {
         let f = forces(c.rows());
         let wanted = w * faer::ColRef::from_slice(&f);
         let mut out = vec![0.0; f.len()];
-        c.double().times(&f, &mut out);
+        c.exact().times(&f, &mut out);
         let largest = wanted.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         (0..f.len()).map(|i| (out[i] - wanted[i]).abs() / largest).fold(0.0, f64::max)
     }
@@ -548,15 +663,15 @@ mod tests {
         let f = forces(n);
         for (e, tolerance) in [(0, 1e-13), (2, 1e-13)] {
             let mut out = vec![0.0; n];
-            c.double().components(&f, &mut out, &[e]);
+            c.exact().components(&f, &mut out, &[e]);
             let wanted = |i: usize| (0..n).map(|j| dense[(3 * i + e, 3 * j + e)] * f[j]).sum::<f64>();
             let largest = (0..n).map(|i| wanted(i).abs()).fold(0.0, f64::max);
             assert!((0..n).all(|i| (out[i] - wanted(i)).abs() <= tolerance * largest), "component {e}");
         }
         let f = forces(3 * n);
         let (mut out, mut single) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
-        c.double().times(&f, &mut out);
-        c.single().times(&f.iter().map(|&v| v as f32).collect::<Vec<_>>(), &mut single);
+        c.exact().times(&f, &mut out);
+        c.fast().times(&f.iter().map(|&v| v as f32).collect::<Vec<_>>(), &mut single);
         let largest = out.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         assert!((0..3 * n).all(|i| (out[i] - f64::from(single[i])).abs() < 1e-6 * largest));
     }
@@ -576,6 +691,11 @@ mod tests {
             let by_rows = Convolution::found_in(kept.transpose(), &x, &y).unwrap();
             assert!(difference(&by_rows, &w) < 1e-13);
         }
+        let again = Convolution::found_in((&dense + whole(x.len() * y.len(), &x, &y, 0.3)).as_ref(), &x, &y).unwrap();
+        assert!(again.found_again(dense.as_ref()).is_some_and(|c| difference(&c, &dense) < 1e-13));
+        let sent = Convolution::from_numbers(&again.numbers()).unwrap();
+        assert_eq!((sent.dense() - again.dense()).norm_max(), 0.0);
+        assert!(Convolution::from_numbers(&[]).is_none());
         let plain = Convolution::found_in(dense.as_ref(), &x, &y).unwrap();
         assert!(plain.whole.is_none() && difference(&plain, &dense) < 1e-13);
     }
