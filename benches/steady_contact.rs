@@ -77,13 +77,16 @@ fn convolution(s: &Interface) -> Convolution {
 fn hybrid(s: &Interface) -> Convolution {
     let pi = Mat::from_fn(3 * s.len(), 9, |row, k| {
         let [x, y] = s.point(row / 3);
-        if k % 3 == row % 3 { [1.0, x, y][k / 3] } else { 0.0 }
+        if k % 3 == row % 3 {
+            [1.0, x, y][k / 3]
+        } else {
+            0.0
+        }
     });
     let a = Mat::from_fn(9, 9, |i, j| {
         let size = [2e-9f64, 3e-8, 3e-8];
         let like = if i == j { 1.0 } else { 0.2 };
-        let e: f64 = std::env::var("AX").ok().and_then(|v| v.parse().ok()).unwrap_or(1.0); let f: f64 = std::env::var("AC").ok().and_then(|v| v.parse().ok()).unwrap_or(1.0);
-        (if i<3 && j<3 {f} else {e}) * like * (size[i / 3] * size[j / 3]).sqrt()
+        like * (size[i / 3] * size[j / 3]).sqrt()
     });
     let w = dense(s) + &pi * a * pi.transpose();
     Convolution::found_in(w.as_ref(), &s.x, &s.y).unwrap()
@@ -132,7 +135,7 @@ fn main() {
         let mut times = [Vec::new(), Vec::new()];
         for number in 0..10 {
             let (interface, creepage) = case(&mut random, 31);
-            let matrix = (kind == "dense").then(|| if std::env::var("HYB").is_ok() { hybrid(&interface).dense() } else { dense(&interface) });
+            let matrix = (kind == "dense").then(|| dense(&interface));
             let found = (kind == "hybrid").then(|| hybrid(&interface));
             let (best, s) = timed(repeats, || match (&matrix, &found) {
                 (Some(w), _) => problem(&interface, w.as_ref().into(), creepage).solve().unwrap(),

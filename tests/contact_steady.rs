@@ -339,7 +339,7 @@ fn bulk_compliance_only_shifts_the_approach() {
     let n = pair.w.nrows();
     let w = Mat::from_fn(n, n, |i, j| pair.w[(i, j)] + if i % 3 == j % 3 { bulk } else { 0.0 });
     let mut p = pair.problem(1e-3, -2e-3, 0.3);
-    p.compliance = w.as_ref();
+    p.compliance = w.as_ref().into();
     let b = p.solve().unwrap();
     near(b.approach, s.approach + bulk * 70e3, 1e-8, "approach");
     let d = largest_difference(&s.traction, |i| b.traction[i]);

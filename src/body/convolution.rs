@@ -61,7 +61,16 @@ impl Convolution {
     }
 
     fn new(x: &[f64], y: &[f64], kernel: Vec<Block>, whole: Option<[[f64; LOADS]; LOADS]>) -> Self {
-        Self { x: x.into(), y: y.into(), kernel, whole, double: OnceLock::new(), single: OnceLock::new(), inverse: OnceLock::new(), lines: OnceLock::new() }
+        Self {
+            x: x.into(),
+            y: y.into(),
+            kernel,
+            whole,
+            double: OnceLock::new(),
+            single: OnceLock::new(),
+            inverse: OnceLock::new(),
+            lines: OnceLock::new(),
+        }
     }
 
     /// The influence matrix of an interface, C1 + E C2 E, E = diag(−1, −1, 1) at each node, of the lower and the upper body, both in lower form.
@@ -75,9 +84,8 @@ impl Convolution {
         };
         let kernel = lower.kernel.iter().zip(&upper.kernel).map(block).collect();
         let of = |c: &Self, i: usize, j: usize| c.whole.map_or(0.0, |a| a[i][j]);
-        let whole = (lower.whole.is_some() || upper.whole.is_some()).then(|| {
-            std::array::from_fn(|i| std::array::from_fn(|j| of(lower, i, j) + sign(i, j) * of(upper, i, j)))
-        });
+        let whole = (lower.whole.is_some() || upper.whole.is_some())
+            .then(|| std::array::from_fn(|i| std::array::from_fn(|j| of(lower, i, j) + sign(i, j) * of(upper, i, j))));
         Ok(Self::new(&lower.x, &lower.y, kernel, whole))
     }
 
@@ -92,7 +100,9 @@ impl Convolution {
         if nx < 3 || ny < 3 || w.shape() != (3 * nx * ny, 3 * nx * ny) || !(is_uniform(x) && is_uniform(y)) {
             return None;
         }
-        let at = |i: usize, j: usize| -> Block { std::array::from_fn(|a| std::array::from_fn(|b| w[(3 * i + a, 3 * j + b)])) };
+        let at = |i: usize, j: usize| -> Block {
+            std::array::from_fn(|a| std::array::from_fn(|b| w[(3 * i + a, 3 * j + b)]))
+        };
         let largest = (0..w.nrows()).map(|k| w[(k, k)].abs()).fold(0.0, f64::max);
         let whole = whole_of(at, x, y)?;
         let found = Self::new(x, y, Vec::new(), Some(whole));
@@ -284,8 +294,12 @@ impl Convolution {
     pub fn get(&self, row: usize, column: usize) -> f64 {
         let (i, j) = (row / 3, column / 3);
         let k = self.offset(i, j)[row % 3][column % 3];
-        match self.whole {
-            Some(_) => k + self.whole_at(i, j)[row % 3][column % 3],
+        match &self.whole {
+            Some(a) => {
+                let (p, q) = (self.factors(i), self.factors(j));
+                let of = |m: usize| (0..3).map(|n| q[n] * a[3 * m + row % 3][3 * n + column % 3]).sum::<f64>();
+                k + p[0] * of(0) + p[1] * of(1) + p[2] * of(2)
+            }
             None => k,
         }
     }
@@ -468,7 +482,15 @@ impl<T: Number> Transformed<T> {
         let mut kernel: [Vec<Complex<T>>; 9] = Default::default();
         kernel[8] = self.kernel[8].iter().map(inverse).collect();
         let (forward, backward) = (self.forward.clone(), self.backward.clone());
-        Self { size: self.size, half: self.half, forward, backward, down: self.down.clone(), up: self.up.clone(), kernel }
+        Self {
+            size: self.size,
+            half: self.half,
+            forward,
+            backward,
+            down: self.down.clone(),
+            up: self.up.clone(),
+            kernel,
+        }
     }
 
     /// Transforms the line in `b` and puts it into row `y` of the spectrum `component`.
@@ -630,7 +652,11 @@ mod tests {
         let pi = Mat::from_fn(3 * n, LOADS, |row, k| {
             let node = row / 3;
             let p = [1.0, x[node % x.len()], y[node / x.len()]];
-            if k % 3 == row % 3 { p[k / 3] } else { 0.0 }
+            if k % 3 == row % 3 {
+                p[k / 3]
+            } else {
+                0.0
+            }
         });
         &pi * Mat::from_fn(LOADS, LOADS, a) * pi.transpose()
     }

@@ -241,9 +241,10 @@ impl<'a> Candidates<'a> {
                 fast.product.times(&fast.force, &mut fast.displacement);
                 let of = |&i: &usize| (3 * i..3 * i + 3).map(|k| f64::from(fast.displacement[k]));
                 let mut u: Vec<f64> = self.seen.iter().flat_map(of).collect();
-                let forces = pressed.iter().zip(x.chunks_exact(3)).map(|(&a, v)| {
-                    (self.nodes[a], [0, 1, 2].map(|c| self.weight[a] * v[c]))
-                });
+                let forces = pressed
+                    .iter()
+                    .zip(x.chunks_exact(3))
+                    .map(|(&a, v)| (self.nodes[a], [0, 1, 2].map(|c| self.weight[a] * v[c])));
                 convolution.add_whole(forces, &self.seen, &mut u);
                 u
             }

@@ -20,7 +20,8 @@ pub(super) fn solution(problem: &SteadyProblem<'_>, closed: usize) -> Option<(In
     }
     let (interface, convolution) = (coarse(problem.interface).ok()?, fine.coarsened()?);
     let tolerance = TOLERANCE.max(problem.tolerance);
-    let coarse = SteadyProblem { interface: &interface, compliance: (&convolution).into(), tolerance, ..problem.clone() };
+    let coarse =
+        SteadyProblem { interface: &interface, compliance: (&convolution).into(), tolerance, ..problem.clone() };
     let found = coarse.solve().ok()?;
     Some((interface, found))
 }
@@ -37,7 +38,9 @@ pub(super) fn tractions(
     for (i, stress) in stress.chunks_exact_mut(3).enumerate().filter(|(_, stress)| stress[2] > 0.0) {
         let (ix, iy) = (i % nx, i / nx);
         let (mut pressure, mut traction) = (0.0, [0.0; 2]);
-        for (jx, jy) in [(ix / 2, iy / 2), (ix.div_ceil(2), iy / 2), (ix / 2, iy.div_ceil(2)), (ix.div_ceil(2), iy.div_ceil(2))] {
+        for (jx, jy) in
+            [(ix / 2, iy / 2), (ix.div_ceil(2), iy / 2), (ix / 2, iy.div_ceil(2)), (ix.div_ceil(2), iy.div_ceil(2))]
+        {
             if jx < cx && jy < cy {
                 let j = jx + cx * jy;
                 pressure += solution.pressure[j];

@@ -168,8 +168,7 @@ pub(super) fn solve<'p>(
             run.effort.products += 2;
         }
         let start = Iterate::new(c, (run.law, run.factor), start, d, displaced);
-        let res = run.newton(c, start)?; if std::env::var("TRACE").is_ok() { eprintln!("m {} {}", c.nodes.len(), list(&run.trace)); }
-        if let Some(found) = res {
+        if let Some(found) = run.newton(c, start)? {
             (x, d, u, moved) = (found.x, found.d, found.u, run.moved);
             reached = run.factor;
             step *= 2.0;
@@ -177,6 +176,10 @@ pub(super) fn solve<'p>(
         }
         history.push(format!("at {:.3} of the creepage {}", run.factor, list(&run.trace)));
         step *= 0.25;
+        if reached == 0.0 {
+            x.chunks_exact_mut(3).for_each(|v| (v[0], v[1]) = (0.0, 0.0));
+            (u, moved) = (c.displaced(&acting, &gather(&x)), 1.0);
+        }
         if step < 1e-3 || run.effort.iterations >= problem.max_iterations {
             return Err(Error::NotConverged(format!(
                 "steady contact: no solution within {:.1e} after {} iterations \

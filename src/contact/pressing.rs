@@ -13,6 +13,8 @@ use crate::model::Product;
 const ENOUGH: f64 = 1e-4;
 /// Residual on the closed nodes at which these are looked at again.
 const STEP: f64 = 0.03;
+/// Products after which nodes that come and go are left to Newton's method.
+const PATIENCE: usize = 40;
 /// Products after which it is given up.
 const LIMIT: usize = 300;
 
@@ -108,12 +110,11 @@ impl<'a, 's> Pressed<'a, 's> {
     pub fn settle(&mut self) -> Option<NormalSolution> {
         let m = self.nodes.len();
         self.products = 0;
-        let scale = self.s.gap.iter().fold(0.0f64, |a, g| a.max(g.abs()));
         while self.products < LIMIT {
             let off = self.descend()?;
             // Which pull, and which of the others penetrate.
             let mut changed = 0;
-            let allowed = 1e-3 * ENOUGH * (scale + self.approach.abs());
+            let allowed = 0.3 * ENOUGH * self.approach.abs();
             let mut pulled = false;
             for k in 0..m {
                 if self.closed[k] && self.force[k] <= 0.0 {
@@ -124,7 +125,9 @@ impl<'a, 's> Pressed<'a, 's> {
                     changed += 1;
                 }
             }
-            if changed == 0 && off <= ENOUGH {
+            // Some at the edge may come and go by rounding.
+            let few = self.products > PATIENCE && 100 * changed <= m;
+            if (changed == 0 && off <= ENOUGH) || (few && off <= 30.0 * ENOUGH) {
                 return self.found();
             }
             if pulled {
@@ -142,7 +145,7 @@ impl<'a, 's> Pressed<'a, 's> {
     }
 
     fn found(&self) -> Option<NormalSolution> {
-        let closed: Vec<usize> = (0..self.nodes.len()).filter(|&k| self.closed[k]).collect();
+        let closed: Vec<usize> = (0..self.nodes.len()).filter(|&k| self.closed[k] && self.force[k] > 0.0).collect();
         let solution = NormalSolution {
             force: closed.iter().map(|&k| self.force[k]).collect(),
             closed: closed.iter().map(|&k| self.nodes[k]).collect(),
@@ -284,10 +287,10 @@ impl<'a, 's> Pressed<'a, 's> {
     }
 }
 
-/// The nodes of `set` (ascending) and those about it, ascending: as far as a tenth of its breadth, two at the least.
+/// The nodes of `set` (ascending) and those about it, ascending: as far as a tenth of its breadth, three at the least.
 fn near(s: &Interface, set: &[usize]) -> Vec<usize> {
     let (nx, ny) = (s.x.len(), s.y.len());
-    let reach = 2.max((set.len() as f64).sqrt() as usize / 10);
+    let reach = 3.max((set.len() as f64).sqrt() as usize / 10);
     let mut mark = vec![false; nx * ny];
     for &i in set {
         let (ix, iy) = (i % nx, i / nx);

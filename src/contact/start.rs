@@ -3,13 +3,12 @@
 use super::candidates::Candidates;
 use super::interface::Stencil;
 use super::law::project_disc;
-use super::memory::coefficients;
 use super::nested;
 use super::newton::Reached;
 use super::normal::solve_normal;
 use super::patch::refuse_border;
 use super::pressing::Pressed;
-use super::steady::SteadyProblem;
+use super::steady::{NormalLoad, SteadyProblem};
 use crate::Result;
 
 /// The start of a solution: stresses, candidates and coefficients of friction, 1, `[n]`.
@@ -91,14 +90,20 @@ fn press_again<'a>(
     c.press(&closed);
     let given = |&a: &usize| [0, 1, 2].map(|r| if r < 2 { at.stress[3 * c.nodes[a] + r] } else { 0.0 });
     let u = c.displaced(&closed, &closed.iter().flat_map(given).collect::<Vec<f64>>());
-    let mut gap = s.gap.clone();
     // Beyond what the candidates see it is not far from what it is there.
-    c.seen.iter().zip(u.chunks_exact(3)).for_each(|(&i, u)| gap[i] += u[2]);
+    let mean = u.iter().skip(2).step_by(3).sum::<f64>() / c.seen.len() as f64;
+    let mut gap: Vec<f64> = s.gap.iter().map(|g| g + mean).collect();
+    c.seen.iter().zip(u.chunks_exact(3)).for_each(|(&i, u)| gap[i] += u[2] - mean);
     pressed.take(&gap);
-    let Some(normal) = pressed.settle() else { return };
-    if normal.closed.iter().any(|&i| s.on_border(i)) {
-        return;
-    }
+    let normal = match pressed.settle() {
+        Some(normal) if !normal.closed.iter().any(|&i| s.on_border(i)) => normal,
+        _ => {
+            if let NormalLoad::Force(_) = problem.load {
+                at.approach += mean;
+            }
+            return;
+        }
+    };
     let before = std::mem::replace(&mut at.stress, vec![0.0; 3 * s.len()]);
     for (&i, f) in normal.closed.iter().zip(&normal.force) {
         let (p, old) = (f / s.weight[i], &before[3 * i..3 * i + 3]);

@@ -13,8 +13,8 @@ use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
 
-pub use crate::body::rotation::{ModalRotation, Turning};
 pub use crate::body::convolution::Product;
+pub use crate::body::rotation::{ModalRotation, Turning};
 pub use crate::body::{Convolution, ModalMatrix, ModeName, TraceModes};
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};

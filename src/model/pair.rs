@@ -167,7 +167,9 @@ impl ModalPair {
         Self {
             compliance: broadcast(world, root.map(|p| &p.compliance)),
             local: Some(broadcast(world, root.and_then(|p| p.local.as_ref()))).filter(|m| m.nrows() > 0),
-            convolution: Convolution::from_numbers(&list(&|p| p.convolution.as_ref().map_or(Vec::new(), Convolution::numbers))),
+            convolution: Convolution::from_numbers(&list(&|p| {
+                p.convolution.as_ref().map_or(Vec::new(), Convolution::numbers)
+            })),
             residual: broadcast(world, root.map(|p| &p.residual)),
             modes: broadcast(world, root.map(|p| &p.modes)),
             omega: list(&|p| p.omega.clone()),
