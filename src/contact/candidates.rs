@@ -314,11 +314,6 @@ impl<'a> Candidates<'a> {
         self.place[self.nodes[a]]
     }
 
-    /// The upstream operator of candidate `a`: places and scaled coefficients.
-    pub fn terms(&self, a: usize) -> &[(usize, f64); 3] {
-        &self.terms[a]
-    }
-
     /// The convolution that products are made by, if they are.
     pub fn convolution(&self) -> Option<&'a Convolution> {
         match self.products {

@@ -25,8 +25,30 @@ pub(super) enum NormalFactor<'a> {
     Single(Llt<f32>, f64),
     /// The same where single precision does not do.
     Double(Llt<f64>, f64),
-    /// By the inverse of the spectrum: of all nodes, forces and displacements beside it.
-    Spectrum(RefCell<Box<(Product<'a, f32>, Vec<f32>, Vec<f32>)>>),
+    /// By the inverse of the spectrum.
+    Spectrum(RefCell<Box<OfAll<'a>>>),
+}
+
+/// Products of one component, with what goes in and what comes out, of all nodes, `[n]`.
+pub(super) struct OfAll<'a> {
+    product: Product<'a, f32>,
+    given: Vec<f32>,
+    found: Vec<f32>,
+}
+
+impl<'a> OfAll<'a> {
+    pub fn new(product: Product<'a, f32>, nodes: usize) -> Self {
+        Self { product, given: vec![0.0; nodes], found: vec![0.0; nodes] }
+    }
+
+    /// The product along n with the values `x` at `nodes`, there, in place; other nodes have none.
+    pub fn along_n(&mut self, nodes: &[usize], x: &mut [f64]) {
+        let size = x.iter().fold(f64::MIN_POSITIVE, |m: f64, v| m.max(v.abs()));
+        self.given.fill(0.0);
+        nodes.iter().zip(&*x).for_each(|(&i, v)| self.given[i] = (v / size) as f32);
+        self.product.components(&self.given, &mut self.found, &[2]);
+        x.iter_mut().zip(nodes).for_each(|(v, &i)| *v = f64::from(self.found[i]) * size);
+    }
 }
 
 impl<'a> NormalFactor<'a> {
@@ -43,8 +65,7 @@ impl<'a> NormalFactor<'a> {
 
     /// That of any nodes of a convolution.
     pub fn of_spectrum(convolution: &'a Convolution) -> Self {
-        let zeros = vec![0.0; convolution.rows() / 3];
-        Self::Spectrum(RefCell::new(Box::new((convolution.inverse_normal(), zeros.clone(), zeros))))
+        Self::Spectrum(RefCell::new(Box::new(OfAll::new(convolution.inverse_normal(), convolution.rows() / 3))))
     }
 
     /// Forces, N, that displace the `nodes` that it is of by `r`, m, in place; about.
@@ -64,13 +85,7 @@ impl<'a> NormalFactor<'a> {
                 factor.solve_in_place(MatMut::from_column_major_slice_mut(r, n, 1));
                 r.iter_mut().for_each(|r| *r /= unit);
             }
-            Self::Spectrum(work) => {
-                let (product, moved, forces) = &mut **work.borrow_mut();
-                moved.fill(0.0);
-                nodes.iter().zip(&*r).for_each(|(&i, r)| moved[i] = (r / size) as f32);
-                product.components(moved, forces, &[2]);
-                r.iter_mut().zip(nodes).for_each(|(r, &i)| *r = f64::from(forces[i]) * size);
-            }
+            Self::Spectrum(product) => product.borrow_mut().along_n(nodes, r),
         }
     }
 }

@@ -2,12 +2,12 @@
 //! Wear 231 (1999); E. A. H. Vollebregt, J. Tribol. 136 (2014)), preconditioned by the factor of a first guess of the contact or by the inverse of the spectrum.
 
 use super::influence::Influence;
-use super::linear::{NormalBlock, NormalFactor, LARGE};
+use super::linear::{NormalBlock, NormalFactor, OfAll, LARGE};
 use super::normal::{first_guess, NormalSolution};
 use super::steady::NormalLoad;
 use crate::dense::{add_scattered, dot};
 use crate::grid::Interface;
-use crate::model::Product;
+use crate::model::Convolution;
 
 /// Residual at which it is good enough, as a part of the approach.
 const ENOUGH: f64 = 1e-4;
@@ -43,7 +43,7 @@ pub(super) struct Pressed<'a, 's> {
 enum Compliance<'a> {
     /// Column after column, over the number beside it, m/N.
     Dense(Vec<f32>, f64),
-    Convolution(Box<(Product<'a, f32>, Vec<f32>, Vec<f32>)>),
+    Convolution(&'a Convolution, Box<OfAll<'a>>),
 }
 
 impl<'a, 's> Pressed<'a, 's> {
@@ -58,8 +58,7 @@ impl<'a, 's> Pressed<'a, 's> {
         let large = guess.len() > LARGE;
         let (product, factor) = match w {
             Influence::Convolution(c) if large => {
-                let zeros = vec![0.0f32; s.len()];
-                (Compliance::Convolution(Box::new((c.fast(), zeros.clone(), zeros))), NormalFactor::of_spectrum(c))
+                (Compliance::Convolution(c, Box::new(OfAll::new(c.fast(), s.len()))), NormalFactor::of_spectrum(c))
             }
             _ => {
                 let m = nodes.len();
@@ -259,7 +258,7 @@ impl<'a, 's> Pressed<'a, 's> {
         self.factor.solve(&self.guess, &mut all);
         let own = |k: usize, r: f64| match &self.product {
             Compliance::Dense(values, unit) => r / (f64::from(values[k * (self.nodes.len() + 1)]) * unit),
-            Compliance::Convolution(_) => 0.0,
+            Compliance::Convolution(..) => 0.0,
         };
         place.iter().zip(r).zip(closed).map(|((place, r), &k)| place.map_or_else(|| own(k, *r), |p| all[p])).collect()
     }
@@ -276,12 +275,14 @@ impl<'a, 's> Pressed<'a, 's> {
                 add_scattered(&columns, &mut out);
                 out.iter().map(|&v| f64::from(v) * (size * *unit)).collect()
             }
-            Compliance::Convolution(work) => {
-                let (product, given, out) = &mut **work;
-                given.fill(0.0);
-                self.nodes.iter().zip(force).for_each(|(&i, f)| given[i] = (f / size) as f32);
-                product.components(given, out, &[2]);
-                self.nodes.iter().map(|&i| f64::from(out[i]) * size).collect()
+            Compliance::Convolution(convolution, product) => {
+                let mut moved = force.to_vec();
+                product.along_n(&self.nodes, &mut moved);
+                let mut whole = vec![0.0; 3 * m];
+                let forces = self.nodes.iter().zip(force).map(|(&i, &f)| (i, [0.0, 0.0, f]));
+                convolution.add_whole(forces, &self.nodes, &mut whole);
+                moved.iter_mut().zip(whole.chunks_exact(3)).for_each(|(u, w)| *u += w[2]);
+                moved
             }
         }
     }
