@@ -639,6 +639,7 @@ fn block(q: &Mat<f64>, first: usize, n: usize) -> Mat<f64> {
 fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f64; 3]) -> SteadyProblem<'a> {
     let SlidingProblem { interface, compliance, speed, creepage, load, stencil, .. } = problem(s, b, 0.3, c);
     let (tolerance, max_iterations) = (1e-11, 400);
+    let compliance = compliance.into();
     SteadyProblem { interface, compliance, friction, speed, creepage, load, stencil, tolerance, max_iterations }
 }
 
