@@ -1,15 +1,15 @@
 //! A creep curve of 50 points by continuation, to the residuals 1e-6 and 1e-8, beside single solutions from nothing to 1e-8: unlike bodies, some 500 contact
 //! nodes.
 //!
-//! Half-space influence matrices (assembled outside the timing). Prints the processor time of the curve, the times of every tenth point from nothing, and their ratio.
+//! Half-space influence (made outside the timing), as a dense matrix and as a convolution. Prints the processor time of the curve, the times of every tenth point from nothing, and their ratio.
 
 use std::time::Instant;
 
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Continuation, Creepage, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::contact::{Continuation, Creepage, Influence, NormalLoad, SteadyProblem, Stencil};
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
-use railsqueal::model::combined_compliance;
+use railsqueal::model::{combined_compliance, Convolution};
 
 /// Processor time of this process so far, s, where the system tells (Linux); else the time of day.
 fn cpu(begun: Instant) -> f64 {
@@ -24,10 +24,19 @@ fn main() {
     let interface = Interface::paraboloid(31, 31, [9.4e-3, 9.4e-3], [2.0, 2.0]).unwrap();
     let [a, b] = [steel, soft].map(|body| body.compliance(&interface.x, &interface.y).unwrap());
     let w = combined_compliance(a.as_ref(), b.as_ref()).unwrap();
+    let [a, b] = [steel, soft].map(|m| Convolution::of_half_space(&m, &interface.x, &interface.y).unwrap().unwrap());
+    let convolution = Convolution::combined(&a, &b).unwrap();
+    println!("dense");
+    curve(begun, &interface, w.as_ref().into());
+    println!("convolution");
+    curve(begun, &interface, (&convolution).into());
+}
+
+fn curve(begun: Instant, interface: &Interface, compliance: Influence<'_>) {
     let at = |lateral: f64| Creepage { longitudinal: 0.0, lateral, spin: 0.1 };
     let problem = SteadyProblem {
-        interface: &interface,
-        compliance: w.as_ref(),
+        interface,
+        compliance,
         friction: FrictionLaw::Constant(0.3),
         speed: 10.0,
         creepage: at(0.0),

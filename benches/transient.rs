@@ -220,7 +220,7 @@ fn half_spaces() {
     for (friction, name) in [(FrictionLaw::Constant(0.3), "constant friction"), (falling, "falling friction")] {
         let steady = SteadyProblem {
             interface: &s,
-            compliance: statics.as_ref(),
+            compliance: statics.as_ref().into(),
             friction: friction.clone(),
             speed,
             creepage,

@@ -36,7 +36,7 @@ fn main() {
             let forces = stencils.map(|stencil| {
                 SteadyProblem {
                     interface: &s,
-                    compliance: w.as_ref(),
+                    compliance: w.as_ref().into(),
                     friction: railsqueal::friction::FrictionLaw::Constant(0.3),
                     speed: 10.0,
                     creepage: Creepage { longitudinal: xi, lateral: eta, spin: phi },

@@ -14,6 +14,8 @@ use pulp::{Arch, Simd, WithSimd};
 pub(crate) trait Real: Copy + Default + Add<Output = Self> + Mul<Output = Self> + AddAssign + Sum {
     /// See the function [`add_columns`].
     fn add_columns(a: &[Self], stride: usize, x: &[Self], out: &mut [Self]);
+    /// See the function [`add_scattered`].
+    fn add_scattered(columns: &[(&[Self], Self)], out: &mut [Self]);
 }
 
 /// Eigenvalues, ascending, `[n]`, and orthonormal eigenvectors, columns of `[n, n]`, of the symmetric matrix whose lower triangle `a` holds; by QR
@@ -67,6 +69,16 @@ pub(crate) fn add_columns<T: Real>(a: &[T], stride: usize, x: &[T], out: &mut [T
     T::add_columns(a, stride, x, out);
 }
 
+/// out += the sum of columns times factors, of columns that lie anywhere and are as long as `out`.
+pub(crate) fn add_scattered<T: Real>(columns: &[(&[T], T)], out: &mut [T]) {
+    T::add_scattered(columns, out);
+}
+
+struct Scattered<'a, T> {
+    columns: &'a [(&'a [T], T)],
+    out: &'a mut [T],
+}
+
 struct Columns<'a, T> {
     a: &'a [T],
     stride: usize,
@@ -83,6 +95,43 @@ macro_rules! real {
         impl Real for $t {
             fn add_columns(a: &[$t], stride: usize, x: &[$t], out: &mut [$t]) {
                 Arch::new().dispatch(Columns { a, stride, x, out });
+            }
+
+            fn add_scattered(columns: &[(&[$t], $t)], out: &mut [$t]) {
+                Arch::new().dispatch(Scattered { columns, out });
+            }
+        }
+
+        impl WithSimd for Scattered<'_, $t> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, s: S) {
+                let Self { columns, out } = self;
+                let n = out.len();
+                let (wide, tail) = S::$parts_mut(out);
+                let len = wide.len();
+                let groups = columns.chunks_exact(WIDTH);
+                let rest = groups.remainder();
+                for group in groups {
+                    let parts: [_; WIDTH] = std::array::from_fn(|c| S::$parts(&group[c].0[..n]));
+                    let factors: [_; WIDTH] = std::array::from_fn(|c| s.$splat(group[c].1));
+                    let [a0, a1, a2, a3, a4, a5] = parts.map(|(wide, _)| &wide[..len]);
+                    for (i, o) in wide.iter_mut().enumerate() {
+                        let even = s.$fma(a2[i], factors[2], s.$fma(a0[i], factors[0], *o));
+                        let odd = s.$fma(a3[i], factors[3], s.$mul(a1[i], factors[1]));
+                        *o = s.$add(s.$fma(a4[i], factors[4], even), s.$fma(a5[i], factors[5], odd));
+                    }
+                    for ((_, column), (_, x)) in parts.iter().zip(group) {
+                        tail.iter_mut().zip(*column).for_each(|(o, a)| *o += a * x);
+                    }
+                }
+                for (column, x) in rest {
+                    let (column, below) = S::$parts(&column[..n]);
+                    let factor = s.$splat(*x);
+                    wide.iter_mut().zip(column).for_each(|(o, a)| *o = s.$fma(*a, factor, *o));
+                    tail.iter_mut().zip(below).for_each(|(o, a)| *o += a * x);
+                }
             }
         }
 
@@ -234,6 +283,10 @@ mod tests {
             let mut out = start.clone();
             add_columns(&a, stride, &x, &mut out);
             (0..n).for_each(|i| assert_eq!(out[i], plain(i), "columns of {n}, row {i}"));
+            let mut out = start.clone();
+            let scattered: Vec<_> = (0..n).rev().map(|j| (&a[stride * j..][..n], x[j])).collect();
+            add_scattered(&scattered, &mut out);
+            (0..n).for_each(|i| assert_eq!(out[i], plain(i), "scattered columns of {n}, row {i}"));
             (0..n).for_each(|j| a[stride * j..][..j].fill(f64::NAN));
             let mut out = start.clone();
             add_symmetric(&a, stride, &x, &mut out);

@@ -639,6 +639,7 @@ fn block(q: &Mat<f64>, first: usize, n: usize) -> Mat<f64> {
 fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f64; 3]) -> SteadyProblem<'a> {
     let SlidingProblem { interface, compliance, speed, creepage, load, stencil, .. } = problem(s, b, 0.3, c);
     let (tolerance, max_iterations) = (1e-11, 400);
+    let compliance = compliance.into();
     SteadyProblem { interface, compliance, friction, speed, creepage, load, stencil, tolerance, max_iterations }
 }
 
@@ -840,7 +841,7 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
         let (step, small) = (1e-5, 5e-7);
         let moved = |by: f64| {
             let moved = b.with_contact_moved(&s, Side::Upper, by);
-            let p = SteadyProblem { compliance: moved.influence(), ..base.clone() };
+            let p = SteadyProblem { compliance: moved.influence().into(), ..base.clone() };
             let contact = p.contact(&p.solve().unwrap());
             (moved, contact)
         };

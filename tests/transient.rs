@@ -223,7 +223,7 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
     let model = quasi_static(s, w, none);
     let normal = SteadyProblem {
         interface: s,
-        compliance: w.as_ref(),
+        compliance: w.as_ref().into(),
         friction: FrictionLaw::Constant(0.0),
         speed: 1.0,
         creepage: Creepage::default(),
@@ -360,7 +360,7 @@ impl Squeal {
     fn steady(&self, creepage: Creepage) -> SteadyProblem<'_> {
         SteadyProblem {
             interface: &self.interface,
-            compliance: self.pair.influence(),
+            compliance: self.pair.influence().into(),
             friction: self.law.clone(),
             speed: self.speed,
             creepage,
@@ -582,7 +582,7 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
     let (speed, load) = (10.0, 40e3);
     let problem = SteadyProblem {
         interface: &interface,
-        compliance: w.as_ref(),
+        compliance: w.as_ref().into(),
         friction: law.clone(),
         speed,
         creepage,

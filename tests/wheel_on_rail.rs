@@ -49,7 +49,7 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     let compliance = combined_compliance(own.as_ref(), own.as_ref()).unwrap();
     let problem = SteadyProblem {
         interface: &interface,
-        compliance: compliance.as_ref(),
+        compliance: compliance.as_ref().into(),
         friction: FrictionLaw::Constant(0.3),
         speed: creepage.speed,
         creepage: Creepage { longitudinal: creepage.longitudinal, lateral: creepage.lateral, spin: creepage.spin },

@@ -6,7 +6,8 @@ use super::steps::Needs;
 use crate::body::half_space::HalfSpaceBody;
 use crate::body::{Body, TraceModes};
 use crate::case::bodies::Bodies;
-use crate::case::interface::{half_space, interface_of, near};
+use crate::case::interface::{convolution, half_space, interface_of, near};
+use crate::grid::Interface;
 use crate::job::{self, Compliance, Job, LinearSolver};
 use crate::model::{AtContact, ReducedModel};
 use crate::parallel::World;
@@ -36,7 +37,16 @@ impl Reduction {
         let mut parts = Vec::new();
         let approximate = by_products(job);
         let mut probed = Vec::new();
-        if approximate {
+        // Half-spaces alone need no matrix.
+        let mut convolution = None;
+        if contact.compliance == Compliance::HalfSpace && !approximate {
+            let made = |s: &Interface| self::convolution(bodies, s);
+            convolution = world.on_root(|| interface.as_ref().map_or(Ok(None), made))?.flatten();
+        }
+        let without = world.max(f64::from(u8::from(convolution.is_some()))) > 0.0;
+        if without {
+            progress.note("as a convolution");
+        } else if approximate {
             for index in 0..bodies.unique.len() {
                 probed.push(deferred::probe(bodies.fields(index)?, bodies.grid_of(index))?);
             }
@@ -57,6 +67,9 @@ impl Reduction {
         }
         let root = world.on_root(|| {
             let interface = interface.ok_or_else(|| Error::Defect("no interface on rank 0".into()))?;
+            if let Some(convolution) = convolution.take() {
+                return ReducedModel::of_half_spaces(interface, convolution);
+            }
             if approximate {
                 parts = near(bodies, &interface, &probed)?.map(AtContact::statics).into();
             }
@@ -66,12 +79,12 @@ impl Reduction {
             };
             ReducedModel::assemble(job, interface, parts, place)
         })?;
-        Ok(Self { root, approximate })
+        Ok(Self { root: root.map(looked_through), approximate })
     }
 
     /// On rank 0: the reduction to `model`.
     pub fn of(model: ReducedModel) -> Self {
-        Self { root: Some(model), approximate: false }
+        Self { root: Some(looked_through(model)), approximate: false }
     }
 
     /// Elsewhere: no model.
@@ -88,6 +101,14 @@ impl Reduction {
     pub fn on_root(&self) -> Option<&ReducedModel> {
         self.root.as_ref()
     }
+}
+
+/// The model, which knows whether its compliance is a convolution.
+fn looked_through(mut model: ReducedModel) -> ReducedModel {
+    if model.pair.convolution.is_none() {
+        model.pair.find_convolution(&model.interface);
+    }
+    model
 }
 
 /// What making the reduced model needs of the bodies.

@@ -65,10 +65,7 @@ impl HalfSpace {
         let n = nx * ny;
         let mut c = Mat::<f64>::zeros(3 * n, 3 * n);
         if is_uniform(x) && is_uniform(y) {
-            let (hx, hy) = (dx[0], dy[0]);
-            // Offsets in +x, +y suffice: u_x(−X) and the others follow from parity.
-            let table: Vec<[[f64; 3]; 3]> =
-                (0..n).map(|k| self.influence([(k % nx) as f64 * hx, (k / nx) as f64 * hy], [hx, hy])).collect();
+            let table = self.offsets(x, y)?;
             for j in 0..n {
                 let (jx, jy) = (j % nx, j / nx);
                 for cj in 0..3 {
@@ -104,6 +101,24 @@ impl HalfSpace {
             }
         }
         Ok(c)
+    }
+}
+
+impl HalfSpace {
+    /// [`influence`](Self::influence) of a node of a uniform grid at the offsets in +x and +y, `[nx·ny]`.
+    pub(super) fn offsets(&self, x: &[f64], y: &[f64]) -> Result<Vec<[[f64; 3]; 3]>> {
+        let (nx, [hx, hy]) = (x.len(), [dual_sides(x)?[0], dual_sides(y)?[0]]);
+        let of = |k: usize| self.influence([(k % nx) as f64 * hx, (k / nx) as f64 * hy], [hx, hy]);
+        Ok((0..nx * y.len()).map(of).collect())
+    }
+
+    /// The influence at the offset that is `ahead` along x and y, or behind, of that at the same offset in +x and +y.
+    pub(super) fn towards(ahead: [bool; 2], influence: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        let sign = [ahead[0], ahead[1], true].map(|s| if s { 1.0 } else { -1.0 });
+        // A term is odd in each coordinate that its two components name once.
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| if i == j { influence[i][j] } else { influence[i][j] * sign[i] * sign[j] })
+        })
     }
 }
 
@@ -186,7 +201,7 @@ fn dual_sides(x: &[f64]) -> Result<Vec<f64>> {
 }
 
 /// Equal spacing to the digits that positions read from a mesh file keep.
-fn is_uniform(x: &[f64]) -> bool {
+pub(super) fn is_uniform(x: &[f64]) -> bool {
     let h = (x[x.len() - 1] - x[0]) / (x.len() - 1) as f64;
     x.windows(2).all(|w| (w[1] - w[0] - h).abs() <= 1e-9 * h)
 }

@@ -3,6 +3,7 @@
 pub mod align;
 pub mod balanced;
 pub mod clusters;
+pub mod convolution;
 pub mod elements;
 pub mod fe;
 pub mod half_space;
@@ -25,6 +26,7 @@ pub mod supports;
 pub mod swept;
 pub mod trace;
 
+pub use convolution::Convolution;
 pub use modal::ModalMatrix;
 pub use name::ModeName;
 pub use trace::{Side, Trace};

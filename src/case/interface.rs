@@ -4,12 +4,12 @@ use super::bodies::{Bodies, Place};
 use crate::body::half_space::HalfSpace;
 use crate::contact::points::yield_to_load;
 use crate::contact::sliding::{SlidingDirection, SlidingProblem};
-use crate::contact::{self, kernel, Creepage, NormalLoad, SlidingPoint, SteadyProblem, Stencil};
+use crate::contact::{self, kernel, Creepage, Influence, NormalLoad, SlidingPoint, SteadyProblem, Stencil};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Load};
-use crate::model::ModalPair;
+use crate::model::{Convolution, ModalPair};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -34,9 +34,10 @@ pub(crate) fn steady_rolling<'a>(
     wanted: Option<&job::Steady>,
 ) -> SteadyProblem<'a> {
     let job::Steady { tolerance, max_iterations } = wanted.cloned().unwrap_or_default();
+    let compliance = pair.convolution.as_ref().map_or(pair.at_rest().into(), Influence::from);
     SteadyProblem {
         interface,
-        compliance: pair.at_rest(),
+        compliance,
         friction: contact.friction.clone(),
         speed: contact.speed,
         creepage: creepage(contact),
@@ -131,6 +132,13 @@ pub(crate) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Res
         )));
     }
     Interface::new(lower.x.clone(), lower.y.clone(), gap)
+}
+
+/// On rank 0: the influence of half-spaces of the bodies' materials on each other; none where the grid is not uniform.
+pub(crate) fn convolution(bodies: &Bodies, s: &Interface) -> Result<Option<Convolution>> {
+    let of = |p: usize| Convolution::of_half_space(&half_space(&bodies.places[p])?, &s.x, &s.y);
+    let (Some(lower), Some(upper)) = (of(0)?, of(1)?) else { return Ok(None) };
+    Convolution::combined(&lower, &upper).map(Some)
 }
 
 /// On rank 0: influence matrices of two half-spaces of the bodies' materials, m/N, `[3n, 3n]` each.

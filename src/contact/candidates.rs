@@ -1,29 +1,32 @@
 //! The nodes that may touch, with everything scaled and gathered that Newton's method works on.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
+use std::cell::RefCell;
 
-use super::influence::row;
+use super::influence::Influence;
 use super::interface::Upstream;
 use super::newton::Factors;
 use super::steady::{NormalLoad, SteadyProblem};
-use crate::dense::dot;
+use crate::dense::add_scattered;
+use crate::model::Convolution;
 use crate::{Error, Result};
 
-/// The candidate nodes with their scaled influence matrix.
-pub(super) struct Candidates {
+/// The candidate nodes. The unknowns are their scaled stresses x, `[3m]`; what these do is the displacement u per unit of stress at the nodes that the laws
+/// of the candidates see: these themselves, and those upstream of them, `[3q]`.
+pub(super) struct Candidates<'a> {
     /// Node numbers, ascending, `[m]`.
     pub nodes: Vec<usize>,
     /// Grid line (index along y) of each candidate, `[m]`.
     pub line: Vec<usize>,
+    /// Numbers of the nodes that are seen, ascending, `[q]`.
+    pub seen: Vec<usize>,
+    /// Where among them each node of the interface is, `[n]`.
+    place: Vec<usize>,
     /// Augmentation parameter of the normal law, Pa/m, `[m]`.
     pub rho: Vec<f64>,
     /// Augmentation parameter of the friction law times V, Pa, `[m]`.
     rho_creep: Vec<f64>,
     /// Nodal areas, m², `[m]`.
     pub weight: Vec<f64>,
-    /// Scaled influence matrix, row after row (row `3a + r` is row r of candidate a), `[3m, 3m]`, 1.
-    kt: Vec<f64>,
     /// Scaled rigid creep of the whole creepage and undeformed gap, `[3m]`.
     constant: Vec<f64>,
     /// Derivative of the gap rows by the scaled approach, `[m]`.
@@ -31,26 +34,54 @@ pub(super) struct Candidates {
     /// Shares of the nodes in the load equation: Σ share·p = target, `[m]`.
     pub share: Vec<f64>,
     pub target: f64,
-    /// Operator that the creep rows are taken with.
+    /// Operator that the creep is taken with.
     upstream: Upstream,
+    /// The same at each candidate, by the places of what it sees, scaled, `[m]`.
+    terms: Vec<[(usize, f64); 3]>,
     /// Unit of stress, Pa.
     pub unit: f64,
     /// Approach in m per scaled approach.
     pub approach_unit: f64,
+    products: Products<'a>,
     /// What Newton's method has made of them.
-    pub factors: Factors,
+    pub factors: Factors<'a>,
 }
 
-impl Candidates {
-    /// Gathers the rows and columns of `nodes`; `stress` (Pa, `[3n]`) sets the unit of stress.
-    pub fn new(problem: &SteadyProblem<'_>, upstream: &Upstream, nodes: Vec<usize>, stress: &[f64]) -> Result<Self> {
+/// How displacements follow from the stresses, in single precision: products are bound by memory, and a step of Newton's method needs no more digits. What the
+/// rounding leaves is removed by exact products.
+enum Products<'a> {
+    /// Columns of the influence matrix, in pieces of those that came together.
+    Columns(Columns<'a>),
+    Convolution(&'a Convolution, RefCell<Box<Fast<'a>>>),
+}
+
+/// A product by transforms, and the forces and displacements of all nodes.
+struct Fast<'a> {
+    product: crate::model::Product<'a, f32>,
+    force: Vec<f32>,
+    displacement: Vec<f32>,
+}
+
+/// Columns of W times nodal areas: those of a candidate once it is pressed.
+struct Columns<'a> {
+    matrix: faer::MatRef<'a, f64>,
+    /// Column after column, `[3q]` each, less its mean motion.
+    values: Vec<f32>,
+    /// The mean motion (x, y, n) of each column: what bodies yield as wholes may be much more than what moves the nodes against each other.
+    mean: Vec<[f64; 3]>,
+    /// Where the three of each candidate begin, in columns, `[m]`.
+    first: Vec<Option<usize>>,
+}
+
+impl<'a> Candidates<'a> {
+    /// Of `nodes`; `stress` (Pa, `[3n]`) sets the unit of stress.
+    pub fn new(problem: &SteadyProblem<'a>, upstream: &Upstream, nodes: Vec<usize>, stress: &[f64]) -> Result<Self> {
         let s = problem.interface;
         let m = nodes.len();
         let unit = nodes.iter().map(|&i| stress[3 * i + 2]).fold(0.0, f64::max);
         if !(unit > 0.0 && unit.is_finite()) {
             return Err(Error::Defect("steady contact: Newton's method was started without contact".into()));
         }
-        let mut kt = vec![0.0; 9 * m * m];
         let mut constant = vec![0.0; 3 * m];
         let mut by_approach = vec![0.0; m];
         let reference = problem.rho_normal(nodes[0]);
@@ -59,7 +90,6 @@ impl Candidates {
             rho[a] = problem.rho_normal(i);
             constant[3 * a + 2] = rho[a] * s.gap[i] / unit;
             by_approach[a] = -rho[a] / reference;
-            gather(problem, &[(i, rho[a])], 2, &nodes, &mut kt[3 * m * (3 * a + 2)..][..3 * m])?;
         }
         let total: f64 = nodes.iter().map(|&i| s.weight[i]).sum();
         let share = nodes.iter().map(|&i| s.weight[i] / total).collect();
@@ -68,49 +98,71 @@ impl Candidates {
             NormalLoad::Approach(_) => 0.0,
         };
         let line = nodes.iter().map(|&i| i / s.x.len()).collect();
+        let mut place = vec![usize::MAX; s.len()];
+        for &i in &nodes {
+            place[i] = 0;
+            if !s.are_points() {
+                let ix = i % s.x.len();
+                // At the first node of a line the operator looks to the second one.
+                (1..=ix.min(2)).for_each(|k| place[i - k] = 0);
+                if ix == 0 {
+                    place[i + 1] = 0;
+                }
+            }
+        }
+        let seen: Vec<usize> = (0..s.len()).filter(|&i| place[i] == 0).collect();
+        seen.iter().enumerate().for_each(|(k, &i)| place[i] = k);
+        let products = match problem.compliance {
+            Influence::Dense(matrix) => {
+                Products::Columns(Columns { matrix, values: Vec::new(), mean: Vec::new(), first: vec![None; m] })
+            }
+            Influence::Convolution(c) => {
+                let zeros = vec![0.0; c.rows()];
+                let fast = Fast { product: c.fast(), force: zeros.clone(), displacement: zeros };
+                Products::Convolution(c, RefCell::new(Box::new(fast)))
+            }
+        };
         let mut new = Self {
             line,
+            seen,
+            place,
             rho,
             rho_creep: vec![0.0; m],
             upstream: Upstream { rows: Vec::new() },
+            terms: vec![[(0, 0.0); 3]; m],
             weight: nodes.iter().map(|&i| s.weight[i]).collect(),
             nodes,
-            kt,
             constant,
             by_approach,
             share,
             target,
             unit,
             approach_unit: unit / reference,
+            products,
             factors: Factors::default(),
         };
-        new.renew(problem, upstream)?;
+        new.renew(problem, upstream);
         Ok(new)
     }
 
-    /// Takes the creep rows from another upstream operator; only rows that differ cost anything. Returns the candidates
-    /// (by index) whose rows have changed.
-    pub fn renew(&mut self, problem: &SteadyProblem<'_>, upstream: &Upstream) -> Result<Vec<usize>> {
-        let mut changed = Vec::new();
-        let width = 3 * self.nodes.len();
+    /// Takes the creep from another upstream operator; whether that changes it.
+    pub fn renew(&mut self, problem: &SteadyProblem<'_>, upstream: &Upstream) -> bool {
+        let mut changed = false;
         for (a, &i) in self.nodes.iter().enumerate() {
             if self.upstream.rows.get(i) == Some(&upstream.rows[i]) {
                 continue;
             }
-            changed.push(a);
+            changed = true;
             let rho = problem.rho_tangential(upstream, i);
             self.rho_creep[a] = rho;
-            let [x, y] = problem.interface.point(i);
-            let rigid = problem.creepage.rigid(x, y);
-            let terms = upstream.rows[i].map(|(j, d)| (j, d * rho));
-            for (r, c) in rigid.iter().enumerate() {
-                let c = c + upstream.at(i, |j| problem.interface.shift[j][r]);
-                self.constant[3 * a + r] = rho * c / self.unit;
-                gather(problem, &terms, r, &self.nodes, &mut self.kt[width * (3 * a + r)..][..width])?;
-            }
+            let place = &self.place;
+            self.terms[a] = upstream.rows[i].map(|(j, d)| (if d == 0.0 { place[i] } else { place[j] }, d * rho));
         }
         self.upstream.clone_from(upstream);
-        Ok(changed)
+        if changed {
+            self.take_creepage(problem);
+        }
+        changed
     }
 
     /// Takes the creepages of `problem`, which has the interface, the load and the influence matrix of the one before.
@@ -125,11 +177,174 @@ impl Candidates {
         }
     }
 
-    /// Renews the creep of candidate `a` in the response `y` to the stresses `x`.
-    pub fn renew_response(&self, a: usize, x: &[f64], creep_factor: f64, y: &mut [f64]) {
-        for k in [3 * a, 3 * a + 1] {
-            y[k] = dot(self.row(k), x) + creep_factor * self.constant[k];
+    /// Gets ready for products with stresses on the candidates `pressed` (ascending).
+    pub fn press(&mut self, pressed: &[usize]) {
+        let Products::Columns(columns) = &mut self.products else { return };
+        let new: Vec<usize> = pressed.iter().copied().filter(|&a| columns.first[a].is_none()).collect();
+        let height = 3 * self.seen.len();
+        let begun = columns.values.len();
+        columns.values.reserve_exact(3 * new.len() * height);
+        columns.values.resize(begun + 3 * new.len() * height, 0.0);
+        let values = &mut columns.values[begun..];
+        let matrix = columns.matrix;
+        for (k, &a) in new.iter().enumerate() {
+            columns.first[a] = Some(begun / height + 3 * k);
+            for (c, to) in (0..3).zip(values[3 * k * height..].chunks_exact_mut(height)) {
+                let column = 3 * self.nodes[a] + c;
+                let put = |entry: &dyn Fn(usize) -> [f64; 3], to: &mut [f32]| {
+                    let mut mean = [0.0; 3];
+                    self.seen.iter().for_each(|&i| mean.iter_mut().zip(entry(i)).for_each(|(m, v)| *m += v));
+                    let mean = mean.map(|m| m / self.seen.len() as f64);
+                    for (o, &i) in to.chunks_exact_mut(3).zip(&self.seen) {
+                        let v = entry(i);
+                        (0..3).for_each(|r| o[r] = (self.weight[a] * (v[r] - mean[r])) as f32);
+                    }
+                    mean.map(|m| self.weight[a] * m)
+                };
+                columns.mean.push(match matrix.try_as_col_major() {
+                    Some(matrix) => {
+                        let from = matrix.col(column).as_slice();
+                        put(&|i| [from[3 * i], from[3 * i + 1], from[3 * i + 2]], to)
+                    }
+                    None => put(&|i| [0, 1, 2].map(|r| matrix[(3 * i + r, column)]), to),
+                });
+            }
         }
+    }
+
+    /// Displacements, `[3q]`, under the stresses `x`, `[3k]`, on the candidates `pressed`, `[k]`, for which [`press`](Self::press) was called; in single
+    /// precision.
+    pub fn displaced(&self, pressed: &[usize], x: &[f64]) -> Vec<f64> {
+        match &self.products {
+            Products::Columns(columns) => {
+                let height = 3 * self.seen.len();
+                let mut acting = Vec::with_capacity(x.len());
+                let mut mean = [0.0; 3];
+                for (v, &a) in x.chunks_exact(3).zip(pressed) {
+                    let Some(first) = columns.first[a] else { continue };
+                    for c in (0..3).filter(|&c| v[c] != 0.0) {
+                        acting.push((&columns.values[(first + c) * height..][..height], v[c] as f32));
+                        mean.iter_mut().zip(columns.mean[first + c]).for_each(|(m, w)| *m += w * v[c]);
+                    }
+                }
+                let mut out = vec![0.0f32; height];
+                add_scattered(&acting, &mut out);
+                out.chunks_exact(3).flat_map(|o| [0, 1, 2].map(|r| mean[r] + f64::from(o[r]))).collect()
+            }
+            Products::Convolution(convolution, fast) => {
+                let fast = &mut **fast.borrow_mut();
+                fast.force.fill(0.0);
+                for (v, &a) in x.chunks_exact(3).zip(pressed) {
+                    let force = &mut fast.force[3 * self.nodes[a]..][..3];
+                    force.iter_mut().zip(v).for_each(|(f, v)| *f = (self.weight[a] * v) as f32);
+                }
+                fast.product.times(&fast.force, &mut fast.displacement);
+                let of = |&i: &usize| (3 * i..3 * i + 3).map(|k| f64::from(fast.displacement[k]));
+                let mut u: Vec<f64> = self.seen.iter().flat_map(of).collect();
+                let forces = pressed
+                    .iter()
+                    .zip(x.chunks_exact(3))
+                    .map(|(&a, v)| (self.nodes[a], [0, 1, 2].map(|c| self.weight[a] * v[c])));
+                convolution.add_whole(forces, &self.seen, &mut u);
+                u
+            }
+        }
+    }
+
+    /// Those of [`displaced`](Self::displaced) in full precision, under the stresses `x` of all candidates, `[3m]`.
+    pub fn displaced_exactly(&self, problem: &SteadyProblem<'_>, x: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; 3 * problem.interface.len()];
+        for ((v, &i), weight) in x.chunks_exact(3).zip(&self.nodes).zip(&self.weight) {
+            (0..3).for_each(|c| forces[3 * i + c] = weight * v[c]);
+        }
+        self.of_all(&problem.compliance.multiply(&forces), 1.0)
+    }
+
+    /// What there is to see of the displacements `all` of all nodes, `[3n]`, times `scale`.
+    pub fn of_all(&self, all: &[f64], scale: f64) -> Vec<f64> {
+        self.seen.iter().flat_map(|&i| (3 * i..3 * i + 3).map(|k| scale * all[k])).collect()
+    }
+
+    /// Displacement along n of candidate `a` per force along n on the candidate `b`, which is pressed, m/N.
+    pub fn yielding(&self, a: usize, b: usize) -> f64 {
+        match &self.products {
+            Products::Columns(columns) => columns.first[b].map_or(0.0, |first| {
+                let near = columns.values[(first + 2) * 3 * self.seen.len() + 3 * self.place(a) + 2];
+                (f64::from(near) + columns.mean[first + 2][2]) / self.weight[b]
+            }),
+            Products::Convolution(c, _) => c.get(3 * self.nodes[a] + 2, 3 * self.nodes[b] + 2),
+        }
+    }
+
+    /// Scaled creep (x, y) of each of the candidates `line` on one grid line, which are pressed, under a stress on `b`, one of them, along `c`; but for what
+    /// bodies yield as wholes.
+    pub fn creep_on_line(&self, line: &[usize], b: usize, c: usize, out: &mut Vec<[f64; 2]>) {
+        out.clear();
+        match &self.products {
+            Products::Columns(columns) => {
+                let Some(first) = columns.first[b] else { return };
+                let column = &columns.values[(first + c) * 3 * self.seen.len()..][..3 * self.seen.len()];
+                out.extend(line.iter().map(|&a| {
+                    let [p, q, r] = self.terms[a];
+                    let of = |e: usize| {
+                        let at = |(k, d): (usize, f64)| d * f64::from(column[3 * k + e]);
+                        at(p) + at(q) + at(r)
+                    };
+                    [of(0), of(1)]
+                }));
+            }
+            Products::Convolution(convolution, _) => {
+                let along = convolution.along(c, self.nodes[b]);
+                let weight = self.weight[b];
+                out.extend(line.iter().map(|&a| {
+                    let mut creep = [0.0; 2];
+                    for (k, d) in self.terms[a] {
+                        let [x, y] = along[self.seen[k] % convolution.shape()[0]];
+                        creep[0] += d * weight * x;
+                        creep[1] += d * weight * y;
+                    }
+                    creep
+                }));
+            }
+        }
+    }
+
+    /// Where candidate `a` is among the nodes that are seen.
+    pub fn place(&self, a: usize) -> usize {
+        self.place[self.nodes[a]]
+    }
+
+    /// The convolution that products are made by, if they are.
+    pub fn convolution(&self) -> Option<&'a Convolution> {
+        match self.products {
+            Products::Columns(_) => None,
+            Products::Convolution(c, _) => Some(c),
+        }
+    }
+
+    /// Change of the scaled creep and gap of candidate `a` by the displacements `u`.
+    pub fn responds(&self, a: usize, u: &[f64]) -> [f64; 3] {
+        let creep = |r: usize| self.terms[a].iter().map(|&(k, d)| d * u[3 * k + r]).sum::<f64>();
+        [creep(0), creep(1), self.rho[a] * u[3 * self.place(a) + 2]]
+    }
+
+    /// Scaled creep and gap of all candidates, `[3m]`, with the displacements `u`, the scaled `approach`, and part of the creepage.
+    pub fn response(&self, u: &[f64], approach: f64, creep_factor: f64) -> Vec<f64> {
+        let mut y = Vec::with_capacity(3 * self.nodes.len());
+        for a in 0..self.nodes.len() {
+            let ([sx, sy, g], c) = (self.responds(a, u), &self.constant[3 * a..3 * a + 3]);
+            y.extend([sx + creep_factor * c[0], sy + creep_factor * c[1], g + c[2] + self.by_approach[a] * approach]);
+        }
+        y
+    }
+
+    /// The upstream operator of the contact with the scaled stresses `x` and `approach`, whose displacements are `u`.
+    pub fn upstream_of(&self, problem: &SteadyProblem<'_>, x: &[f64], u: &[f64], approach: f64) -> Upstream {
+        let s = problem.interface;
+        let mut stress = vec![0.0; 3 * s.len()];
+        x.chunks_exact(3).zip(&self.nodes).for_each(|(v, &i)| stress[3 * i + 2] = v[2]);
+        let deformed = |i: usize| s.gap[i] - approach * self.approach_unit + self.unit * u[3 * self.place[i] + 2];
+        s.edge_upstream(problem.stencil, &stress, deformed)
     }
 
     /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified theory of
@@ -140,13 +355,14 @@ impl Candidates {
         let m = self.nodes.len();
         let closed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] > 0.0).collect();
         let peak = closed.iter().map(|&a| x[3 * a + 2]).fold(0.0, f64::max);
-        let probe: Vec<f64> = (0..3 * m).map(|k| if k % 3 < 2 { x[3 * (k / 3) + 2] } else { 0.0 }).collect();
-        let s = self.product(&probe);
+        let probe: Vec<f64> = closed.iter().flat_map(|&a| [x[3 * a + 2], x[3 * a + 2], 0.0]).collect();
+        let u = self.displaced(&closed, &probe);
         let position = |a: usize| problem.interface.point(self.nodes[a])[0];
         let count = closed.len() as f64;
         let centre = closed.iter().map(|&a| position(a)).sum::<f64>() / count;
         let flexibility = [0, 1].map(|c| {
-            let mean = closed.iter().map(|&a| (position(a) - centre) * s[3 * a + c] / self.rho_creep[a]).sum::<f64>();
+            let of = |&a: &usize| (position(a) - centre) * self.responds(a, &u)[c] / self.rho_creep[a];
+            let mean = closed.iter().map(of).sum::<f64>();
             -2.0 * mean / (count * peak)
         });
         if flexibility.iter().any(|l| *l <= 0.0 || !l.is_finite()) {
@@ -166,68 +382,5 @@ impl Candidates {
             x[3 * a..3 * a + 2].copy_from_slice(&z);
             previous = Some(a);
         }
-    }
-
-    /// Row `k` of K, `[3m]`.
-    pub fn row(&self, k: usize) -> &[f64] {
-        let width = 3 * self.nodes.len();
-        &self.kt[width * k..][..width]
-    }
-
-    /// K x, `[3m]`.
-    pub fn product(&self, x: &[f64]) -> Vec<f64> {
-        let n = x.len();
-        let mut y = vec![0.0; n];
-        let rhs = MatRef::from_column_major_slice(x, n, 1);
-        let out = MatMut::from_column_major_slice_mut(&mut y, n, 1);
-        let k = MatRef::from_column_major_slice(&self.kt, n, n);
-        matmul(out, Accum::Replace, k.transpose(), rhs, 1.0, Par::Seq);
-        y
-    }
-
-    /// Scaled creep and gap of all candidates.
-    pub fn response(&self, x: &[f64], approach: f64, creep_factor: f64) -> Vec<f64> {
-        let mut y = self.product(x);
-        for a in 0..self.nodes.len() {
-            y[3 * a] += creep_factor * self.constant[3 * a];
-            y[3 * a + 1] += creep_factor * self.constant[3 * a + 1];
-            y[3 * a + 2] += self.constant[3 * a + 2] + self.by_approach[a] * approach;
-        }
-        y
-    }
-}
-
-/// Writes Σ d_j W[3j + r, columns of `nodes`]·weight into `out`, `[3m]`, for the pairs (j, d_j) of `terms`.
-fn gather(
-    problem: &SteadyProblem<'_>,
-    terms: &[(usize, f64)],
-    r: usize,
-    nodes: &[usize],
-    out: &mut [f64],
-) -> Result<()> {
-    let mut rows = Vec::with_capacity(terms.len());
-    for &(j, d) in terms.iter().filter(|t| t.1 != 0.0) {
-        let Some(row) = row(problem.compliance, 3 * j + r) else {
-            return Err(Error::Defect("steady contact: the influence matrix is neither by columns nor by rows".into()));
-        };
-        rows.push((row, d));
-    }
-    let weight = &problem.interface.weight;
-    // All terms at once, so that `out` is written once.
-
-    match rows[..] {
-        [(a, x)] => put(nodes, weight, |k| x * a[k], out),
-        [(a, x), (b, y)] => put(nodes, weight, |k| x * a[k] + y * b[k], out),
-        [(a, x), (b, y), (c, z)] => put(nodes, weight, |k| x * a[k] + y * b[k] + z * c[k], out),
-        _ => put(nodes, weight, |k| rows.iter().map(|(row, d)| d * row[k]).sum(), out),
-    }
-    Ok(())
-}
-
-/// Writes weight times `of` each of the three rows of each of `nodes`.
-fn put(nodes: &[usize], weight: &[f64], of: impl Fn(usize) -> f64, out: &mut [f64]) {
-    for (o, &k) in out.chunks_exact_mut(3).zip(nodes) {
-        let values = [of(3 * k), of(3 * k + 1), of(3 * k + 2)];
-        o.copy_from_slice(&values.map(|v| weight[k] * v));
     }
 }

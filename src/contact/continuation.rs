@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 /// The course of a steady rolling contact over its creepages.
 pub struct Continuation<'a> {
     problem: SteadyProblem<'a>,
-    candidates: Option<Candidates>,
+    candidates: Option<Candidates<'a>>,
     /// The last solutions with their creepages, the latest first.
     last: VecDeque<(Creepage, SteadySolution)>,
 }

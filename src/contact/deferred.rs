@@ -7,7 +7,6 @@
 //! Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011)): the next d is the combination of the last ones for which, in a linear
 //! problem, the least would be missing. W₀ stays as it is, so each problem solved is as benign as the first.
 
-use super::influence::multiply;
 use super::newton::Effort;
 use super::steady::{SteadyProblem, SteadySolution};
 use crate::dense::dot;
@@ -80,10 +79,10 @@ impl<'a> DeferredSteady<'a> {
             )));
         }
         let (stress, approach) = (proposed.stresses(), proposed.approach);
-        let known = multiply(self.problem.compliance, self.reactions(proposed).into_iter());
+        let known = self.problem.compliance.multiply(&self.reactions(proposed));
         self.history[step][1] = (0..3 * s.len()).map(|k| product[k] - known[k] - self.assumed[k]).collect();
         let upstream = s.edge_upstream(self.problem.stencil, &stress, |i| s.gap[i] - approach + product[3 * i + 2]);
-        self.problem.evaluate(&stress, approach, upstream, product, self.effort)
+        self.problem.evaluate(&stress, approach, upstream, &product, self.effort)
     }
 
     fn reactions(&self, solution: &SteadySolution) -> Vec<f64> {
@@ -151,7 +150,7 @@ fn subtract(v: &mut [f64], factor: f64, u: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::super::interface::{Creepage, Stencil};
-    use super::super::NormalLoad;
+    use super::super::{Influence, NormalLoad};
     use super::*;
     use crate::body::half_space::HalfSpace;
     use crate::friction::FrictionLaw;
@@ -167,7 +166,7 @@ mod tests {
     fn steps(true_w: &Mat<f64>, w0: &Mat<f64>, s: &Interface, load: NormalLoad) -> usize {
         let problem = |w| SteadyProblem {
             interface: s,
-            compliance: w,
+            compliance: Influence::Dense(w),
             friction: FrictionLaw::Constant(0.3),
             speed: 10.0,
             creepage: Creepage { longitudinal: 0.001, lateral: 0.002, spin: 0.2 },
@@ -180,7 +179,7 @@ mod tests {
         let mut deferred = DeferredSteady::new(problem(w0.as_ref()));
         for step in 1..40 {
             let reactions = deferred.propose().unwrap();
-            let found = deferred.judge(multiply(true_w.as_ref(), reactions.into_iter())).unwrap();
+            let found = deferred.judge(Influence::from(true_w.as_ref()).multiply(&reactions)).unwrap();
             if found.residual > 1e-8 {
                 continue;
             }
@@ -228,7 +227,7 @@ mod tests {
         let w0 = half_spaces(&s, 1.0);
         let problem = SteadyProblem {
             interface: &s,
-            compliance: w0.as_ref(),
+            compliance: w0.as_ref().into(),
             friction: FrictionLaw::Constant(0.3),
             speed: 10.0,
             creepage: Creepage::default(),

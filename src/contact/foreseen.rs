@@ -29,9 +29,9 @@ impl Foreseen {
     /// Under the normal force `load` (N), `w` being the influence matrix of half-spaces on the grid, m/N, `[3n, 3n]`. A contact that reaches the
     /// border of the patch is an error, as it is in the analyses.
     pub fn new(w: MatRef<'_, f64>, s: &Interface, load: f64) -> Result<Self> {
-        let certain = solve_normal(w, s, NormalLoad::Force(CERTAIN * load))?;
-        refuse_border(w, s, NormalLoad::Force(load), &certain.closed)?;
-        let found = solve_normal(w, s, NormalLoad::Force(load))?;
+        let certain = solve_normal(w.into(), s, NormalLoad::Force(CERTAIN * load))?;
+        refuse_border(w.into(), s, NormalLoad::Force(load), &certain.closed)?;
+        let found = solve_normal(w.into(), s, NormalLoad::Force(load))?;
         let mut half = [0.0f64; 2];
         let mut area = 0.0;
         let mut pressure = 0.0f64;

@@ -1,10 +1,8 @@
 //! Kinematics of the interface: creepages, and the upstream operator ∂x on its grid.
 
 use super::course::Course;
-use super::influence::row;
 use super::law::LinearEdge;
 use crate::grid::Interface;
-use faer::MatRef;
 
 /// How ∂w/∂x is taken at a node from the node itself and its upstream neighbours (those with smaller x).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -101,21 +99,6 @@ impl Interface {
             [(i, a), (i - 1, b), (i - 2, c)]
         };
         Upstream { rows: (0..self.len()).map(row).collect() }
-    }
-
-    /// The upstream operator of the contact that holds the given stresses (tx, ty, p), Pa, `[3n]`, at the given approach, m,
-    /// with the influence matrix `w`, `[3n, 3n]`.
-    pub(super) fn deformed_upstream(
-        &self,
-        stencil: Stencil,
-        w: MatRef<'_, f64>,
-        stress: &[f64],
-        approach: f64,
-    ) -> Upstream {
-        let force: Vec<f64> =
-            stress.chunks_exact(3).zip(&self.weight).flat_map(|(t, w)| t.iter().map(move |v| v * w)).collect();
-        let sunk = |i: usize| row(w, 3 * i + 2).map_or(f64::NAN, |w| w.iter().zip(&force).map(|(c, f)| c * f).sum());
-        self.edge_upstream(stencil, stress, |i| self.gap[i] - approach + sunk(i))
     }
 
     /// The upstream operator of the contact that holds the given stresses (tx, ty, p), Pa, `[3n]`; `deformed` is the gap of the

@@ -1,112 +1,158 @@
 //! The linear systems of Newton's method: the linearised map on the closed nodes, its preconditioner, and their solution.
 
-use faer::linalg::matmul::matmul;
+use std::cell::RefCell;
+
 use faer::linalg::solvers::{Llt, PartialPivLu, Solve};
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use faer::{Mat, MatMut, Side};
 
 use super::candidates::Candidates;
 use super::krylov::gmres;
 use super::law::Tangent;
 use super::newton::{node, Effort, Iterate, Law, UNIT};
 use super::normal::not_definite;
-use super::steady::SteadyProblem;
 use crate::dense::dot;
+use crate::model::{Convolution, Product};
 use crate::Result;
 
-/// Cholesky factor of the normal compliance of the closed nodes, kept while the set stays.
+/// Closed nodes from which on the normal block of a convolution is not factored.
+pub(super) const LARGE: usize = 1500;
+/// The normal block is factored anew where more than one in so many of the closed nodes differ from those that it was factored for.
+const STALE: usize = 20;
+
+/// Approximate inverse of the normal compliance W_nn of some nodes.
+pub(super) enum NormalFactor<'a> {
+    /// Cholesky factor of W_nn over the number beside it, m/N.
+    Single(Llt<f32>, f64),
+    /// The same where single precision does not do.
+    Double(Llt<f64>, f64),
+    /// By the inverse of the spectrum.
+    Spectrum(RefCell<Box<OfAll<'a>>>),
+}
+
+/// Products of one component, with what goes in and what comes out, of all nodes, `[n]`.
+pub(super) struct OfAll<'a> {
+    product: Product<'a, f32>,
+    given: Vec<f32>,
+    found: Vec<f32>,
+}
+
+impl<'a> OfAll<'a> {
+    pub fn new(product: Product<'a, f32>, nodes: usize) -> Self {
+        Self { product, given: vec![0.0; nodes], found: vec![0.0; nodes] }
+    }
+
+    /// The product along n with the values `x` at `nodes`, there, in place; other nodes have none.
+    pub fn along_n(&mut self, nodes: &[usize], x: &mut [f64]) {
+        let size = x.iter().fold(f64::MIN_POSITIVE, |m: f64, v| m.max(v.abs()));
+        self.given.fill(0.0);
+        nodes.iter().zip(&*x).for_each(|(&i, v)| self.given[i] = (v / size) as f32);
+        self.product.components(&self.given, &mut self.found, &[2]);
+        x.iter_mut().zip(nodes).for_each(|(v, &i)| *v = f64::from(self.found[i]) * size);
+    }
+}
+
+impl<'a> NormalFactor<'a> {
+    /// That of k nodes whose W_nn has the entries `entry`, on and below the diagonal, m/N.
+    pub fn of_dense(k: usize, entry: impl Fn(usize, usize) -> f64) -> Result<Self> {
+        let unit = (0..k).map(|i| entry(i, i).abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let a = Mat::from_fn(k, k, |i, j| if i >= j { (entry(i, j) / unit) as f32 } else { 0.0 });
+        if let Ok(factor) = a.llt(Side::Lower) {
+            return Ok(Self::Single(factor, unit));
+        }
+        let a = Mat::from_fn(k, k, |i, j| if i >= j { entry(i, j) / unit } else { 0.0 });
+        Ok(Self::Double(a.llt(Side::Lower).map_err(|_| not_definite())?, unit))
+    }
+
+    /// That of any nodes of a convolution.
+    pub fn of_spectrum(convolution: &'a Convolution) -> Self {
+        Self::Spectrum(RefCell::new(Box::new(OfAll::new(convolution.inverse_normal(), convolution.rows() / 3))))
+    }
+
+    /// Forces, N, that displace the `nodes` that it is of by `r`, m, in place; about.
+    pub fn solve(&self, nodes: &[usize], r: &mut [f64]) {
+        let size = r.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        if size == 0.0 {
+            return;
+        }
+        let n = r.len();
+        match self {
+            Self::Single(factor, unit) => {
+                let mut b: Vec<f32> = r.iter().map(|v| (v / size) as f32).collect();
+                factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut b, n, 1));
+                r.iter_mut().zip(b).for_each(|(r, b)| *r = f64::from(b) * (size / unit));
+            }
+            Self::Double(factor, unit) => {
+                factor.solve_in_place(MatMut::from_column_major_slice_mut(r, n, 1));
+                r.iter_mut().for_each(|r| *r /= unit);
+            }
+            Self::Spectrum(product) => product.borrow_mut().along_n(nodes, r),
+        }
+    }
+}
+
+/// Approximate inverse of the scaled normal block of the closed nodes.
 #[derive(Default)]
-pub(super) struct NormalBlock {
+pub(super) struct NormalBlock<'a> {
+    factor: Option<NormalFactor<'a>>,
+    /// Numbers of the nodes that the factor is of, ascending; where it is of any, none.
+    nodes: Vec<usize>,
+    /// Which of these each closed node is, `[k]`.
+    place: Vec<Option<usize>>,
+    /// The closed nodes, as candidates.
     closed: Vec<usize>,
-    factor: Option<Llt<f64>>,
     /// K_nn⁻¹ ∂g/∂δ, `[k]`.
     by_approach: Vec<f64>,
 }
 
-impl NormalBlock {
-    /// Makes the factor that of `closed` (indices into the candidates).
-    pub fn update(&mut self, problem: &SteadyProblem<'_>, c: &Candidates, closed: &[usize]) -> Result<()> {
+impl<'a> NormalBlock<'a> {
+    /// One with a `factor` of the `nodes` (ascending; none where it is of any).
+    pub fn of(factor: NormalFactor<'a>, nodes: Vec<usize>) -> Self {
+        Self { factor: Some(factor), nodes, ..Self::default() }
+    }
+
+    /// Makes the block that of `closed` (indices into the candidates, which are pressed).
+    pub fn update(&mut self, c: &Candidates<'a>, closed: &[usize]) -> Result<()> {
         if self.factor.is_some() && self.closed == closed {
             return Ok(());
         }
-        let row = |i: usize| 3 * c.nodes[closed[i]] + 2;
-        let a =
-            Mat::from_fn(
-                closed.len(),
-                closed.len(),
-                |i, j| {
-                    if i >= j {
-                        problem.compliance[(row(i), row(j))]
-                    } else {
-                        0.0
-                    }
-                },
-            );
-        self.factor = Some(a.llt(Side::Lower).map_err(|_| not_definite())?);
+        let k = closed.len();
+        match c.convolution().filter(|_| k > LARGE) {
+            Some(convolution) => {
+                if !matches!(self.factor, Some(NormalFactor::Spectrum(_))) {
+                    self.factor = Some(NormalFactor::of_spectrum(convolution));
+                }
+                self.nodes = closed.iter().map(|&a| c.nodes[a]).collect();
+            }
+            None => {
+                let known = closed.iter().filter(|&&a| self.nodes.binary_search(&c.nodes[a]).is_ok()).count();
+                let spectrum = matches!(self.factor, Some(NormalFactor::Spectrum(_)));
+                if self.factor.is_none() || spectrum || STALE * (self.nodes.len() + k - 2 * known) > k {
+                    let entry = |i: usize, j: usize| c.yielding(closed[i], closed[j]);
+                    self.factor = Some(NormalFactor::of_dense(k, entry)?);
+                    self.nodes = closed.iter().map(|&a| c.nodes[a]).collect();
+                }
+            }
+        }
         self.closed = closed.to_vec();
-        let mut z: Vec<f64> = closed.iter().map(|&a| c.by_approach[a]).collect();
-        self.solve(c, &mut z);
-        self.by_approach = z;
+        self.place = closed.iter().map(|&a| self.nodes.binary_search(&c.nodes[a]).ok()).collect();
+        let z: Vec<f64> = closed.iter().map(|&a| c.by_approach[a]).collect();
+        self.by_approach = self.solve(c, &z);
         Ok(())
     }
 
-    /// K_nn⁻¹ r in place, `[k]`; the factor is that of the unscaled block, which is symmetric.
-    fn solve(&self, c: &Candidates, r: &mut [f64]) {
-        let Some(factor) = &self.factor else { return };
-        r.iter_mut().zip(&self.closed).for_each(|(v, &a)| *v /= c.rho[a]);
-        let k = r.len();
-        factor.solve_in_place(MatMut::from_column_major_slice_mut(r, k, 1));
-        r.iter_mut().zip(&self.closed).for_each(|(v, &a)| *v /= c.weight[a]);
-    }
-}
-
-/// The influence matrix of the closed nodes alone in single precision, for the products of GMRES: they are bound by memory,
-/// and a Newton step needs no more digits. What the rounding leaves in the response is removed by computing it afresh.
-#[derive(Default)]
-pub(super) struct ClosedInfluence {
-    /// Closed nodes (indices into the candidates).
-    pub closed: Vec<usize>,
-    /// Row after row: row `3i + r` is row r of the closed node i, `[3k, 3k]`.
-    kt: Option<Vec<f32>>,
-}
-
-impl ClosedInfluence {
-    /// Makes the matrix that of `closed`; where the set is the same, only the rows of the candidates `changed`.
-    pub fn update(&mut self, c: &Candidates, closed: &[usize], changed: &[usize]) {
-        let k = closed.len();
-        let mut kt = self.kt.take().unwrap_or_default();
-        if self.closed == closed && kt.len() == 9 * k * k {
-            changed.iter().filter_map(|a| closed.binary_search(a).ok()).for_each(|i| gather(c, closed, i, &mut kt));
-        } else {
-            self.closed = closed.to_vec();
-            // In the memory of the one before, all of which is written.
-            kt.resize(9 * k * k, 0.0);
-            (0..k).for_each(|i| gather(c, closed, i, &mut kt));
+    /// K_nn⁻¹ r, `[k]`, about; the factor is that of the unscaled block.
+    fn solve(&self, c: &Candidates, r: &[f64]) -> Vec<f64> {
+        let Some(factor) = &self.factor else { return r.to_vec() };
+        let mut moved = vec![0.0; self.nodes.len()];
+        for ((place, v), &a) in self.place.iter().zip(r).zip(&self.closed) {
+            if let Some(k) = *place {
+                moved[k] = v / c.rho[a];
+            }
         }
-        self.kt = Some(kt);
-    }
-
-    /// Change of creep and gap of the closed nodes under changes `x` of their stresses, `[3k]`.
-    fn product(&self, x: &[f64]) -> Vec<f64> {
-        let Some(kt) = &self.kt else { return vec![0.0; x.len()] };
-        let x: Vec<f32> = x.iter().map(|&v| v as f32).collect();
-        let mut y = vec![0.0f32; x.len()];
-        let n = x.len();
-        let (rhs, out) = (MatRef::from_column_major_slice(&x, n, 1), MatMut::from_column_major_slice_mut(&mut y, n, 1));
-        let kt = MatRef::from_column_major_slice(kt, n, n);
-        matmul(out, Accum::Replace, kt.transpose(), rhs, 1.0, Par::Seq);
-        y.iter().map(|&v| f64::from(v)).collect()
-    }
-}
-
-/// Copies the rows of the closed node `i`.
-fn gather(c: &Candidates, closed: &[usize], i: usize, kt: &mut [f32]) {
-    let width = 3 * closed.len();
-    for r in 0..3 {
-        let from = c.row(3 * closed[i] + r);
-        for (o, &b) in kt[width * (3 * i + r)..][..width].chunks_exact_mut(3).zip(closed) {
-            let v = &from[3 * b..3 * b + 3];
-            (o[0], o[1], o[2]) = (v[0] as f32, v[1] as f32, v[2] as f32);
-        }
+        factor.solve(&self.nodes, &mut moved);
+        // A node that the factor does not know goes by itself: ρ is the inverse of its own compliance.
+        let of = |((place, v), &a): ((&Option<usize>, &f64), &usize)| place.map_or(*v, |k| moved[k] / c.weight[a]);
+        self.place.iter().zip(r).zip(&self.closed).map(of).collect()
     }
 }
 
@@ -116,39 +162,37 @@ pub(super) struct NewtonStep {
     pub dx: Vec<f64>,
     /// Change of the approach.
     pub dd: f64,
-    /// Change of creep and gap that follows, `[3m]`; of the nodes that are not closed, the gap alone.
-    pub dy: Vec<f64>,
+    /// Change of the displacements that follows, `[3q]`.
+    pub du: Vec<f64>,
 }
 
 /// The linearised map at an iterate. Unknowns `[3k + 1]`: (δtx, δty, δp) of the closed nodes, then δδ.
-pub(super) struct NewtonSystem<'a> {
-    c: &'a Candidates,
+pub(super) struct NewtonSystem<'a, 'w> {
+    c: &'a Candidates<'w>,
     law: Law<'a>,
     closed: &'a [usize],
     tangents: Vec<Tangent>,
-    normal: &'a NormalBlock,
-    compact: &'a ClosedInfluence,
+    normal: &'a NormalBlock<'w>,
     lines: Vec<Line>,
     rhs: Vec<f64>,
 }
 
-/// The tangential block of the closed nodes of one grid line, factored.
+/// The tangential block of the closed nodes of one grid line, or of a part of it, factored.
 struct Line {
     first: usize,
     len: usize,
-    factor: PartialPivLu<f64>,
+    factor: PartialPivLu<f32>,
 }
 
-impl<'a> NewtonSystem<'a> {
-    /// Linearises at `now` with the closed nodes `compact.closed`, for which `normal` has been updated too.
+impl<'a, 'w> NewtonSystem<'a, 'w> {
+    /// Linearises at `now` with the closed nodes `closed`, which are pressed, and for which `normal` has been updated.
     pub fn new(
-        c: &'a Candidates,
+        c: &'a Candidates<'w>,
         law: Law<'a>,
         now: &Iterate,
-        normal: &'a NormalBlock,
-        compact: &'a ClosedInfluence,
+        normal: &'a NormalBlock<'w>,
+        closed: &'a [usize],
     ) -> Self {
-        let closed = &compact.closed[..];
         let k = closed.len();
         let mut tangents = Vec::with_capacity(k);
         let mut rhs = vec![0.0; 3 * k + 1];
@@ -166,29 +210,28 @@ impl<'a> NewtonSystem<'a> {
         if law.force_given {
             rhs[3 * k] = c.target - c.share.iter().zip(now.x.chunks_exact(3)).map(|(s, x)| s * x[2]).sum::<f64>();
         }
+        let mut creeps = Vec::new();
         let lines = (0..k)
             .collect::<Vec<_>>()
             .chunk_by(|&i, &j| c.line[closed[i]] == c.line[closed[j]])
             .map(|ids| {
                 let (first, len) = (ids[0], ids.len());
-                let mut block = Mat::<f64>::zeros(2 * len, 2 * len);
-                for i in 0..len {
-                    let rows = [0, 1].map(|r| c.row(3 * closed[first + i] + r));
-                    for j in 0..len {
-                        let b = 3 * closed[first + j];
-                        for q in 0..2 {
-                            let (sx, sy) = (rows[0][b + q], rows[1][b + q]);
+                let mut block = Mat::<f32>::zeros(2 * len, 2 * len);
+                for j in 0..len {
+                    for q in 0..2 {
+                        c.creep_on_line(&closed[first..first + len], closed[first + j], q, &mut creeps);
+                        let column = block.col_as_slice_mut(2 * j + q);
+                        for (i, (out, creep)) in column.chunks_exact_mut(2).zip(&creeps).enumerate() {
                             let t = [0, 1].map(|r| f64::from(u8::from(i == j && r == q)));
-                            let [u, v] = tangents[first + i].rows(t, 0.0, [sx, sy]);
-                            block[(2 * i, 2 * j + q)] = u;
-                            block[(2 * i + 1, 2 * j + q)] = v;
+                            let [u, v] = tangents[first + i].rows(t, 0.0, *creep);
+                            (out[0], out[1]) = (u as f32, v as f32);
                         }
                     }
                 }
                 Line { first, len, factor: block.partial_piv_lu() }
             })
             .collect();
-        Self { c, law, closed, tangents, normal, compact, lines, rhs }
+        Self { c, law, closed, tangents, normal, lines, rhs }
     }
 
     /// Solves to the relative residual `tolerance`; None when that fails badly.
@@ -199,27 +242,21 @@ impl<'a> NewtonSystem<'a> {
         if solved.relative.is_nan() || solved.relative > 0.5 || solved.x.iter().any(|v| !v.is_finite()) {
             return None;
         }
-        let (mut dx, mut dy) = (vec![0.0; 3 * self.c.nodes.len()], vec![0.0; 3 * self.c.nodes.len()]);
-        let mut inside = vec![false; self.c.nodes.len()];
+        let mut dx = vec![0.0; 3 * self.c.nodes.len()];
         for (i, &a) in self.closed.iter().enumerate() {
-            inside[a] = true;
             dx[3 * a..3 * a + 3].copy_from_slice(&solved.x[3 * i..3 * i + 3]);
-            dy[3 * a..3 * a + 3].copy_from_slice(&solved.image[3 * i..3 * i + 3]);
         }
-        let dd = solved.x[3 * k];
-        for a in (0..self.c.nodes.len()).filter(|&a| !inside[a]) {
-            dy[3 * a + 2] = dot(self.c.row(3 * a + 2), &dx) + self.c.by_approach[a] * dd;
-        }
-        Some(NewtonStep { dx, dd, dy })
+        Some(NewtonStep { dx, dd: solved.x[3 * k], du: solved.image })
     }
 
-    /// Linearised map of `v`, and the change of creep and gap of the closed nodes.
+    /// Linearised map of `v`, and the change of the displacements.
     fn apply(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let k = self.closed.len();
-        let mut y = self.compact.product(&v[..3 * k]);
+        let du = self.c.displaced(self.closed, &v[..3 * k]);
         let mut out = vec![0.0; 3 * k + 1];
         for (i, &a) in self.closed.iter().enumerate() {
-            let (t, s) = (&v[3 * i..3 * i + 3], &mut y[3 * i..3 * i + 3]);
+            let t = &v[3 * i..3 * i + 3];
+            let mut s = self.c.responds(a, &du);
             if self.law.force_given {
                 s[2] += self.c.by_approach[a] * v[3 * k];
                 out[3 * k] += self.c.share[a] * t[2];
@@ -230,15 +267,15 @@ impl<'a> NewtonSystem<'a> {
         if !self.law.force_given {
             out[3 * k] = v[3 * k];
         }
-        (out, y)
+        (out, du)
     }
 
     /// Approximate solution for the residual `r`.
     fn precondition(&self, r: &[f64]) -> Vec<f64> {
         let k = self.closed.len();
         let mut out = vec![0.0; 3 * k + 1];
-        let mut p: Vec<f64> = (0..k).map(|i| r[3 * i + 2]).collect();
-        self.normal.solve(self.c, &mut p);
+        let p: Vec<f64> = (0..k).map(|i| r[3 * i + 2]).collect();
+        let mut p = self.normal.solve(self.c, &p);
         if self.law.force_given {
             let share: Vec<f64> = self.closed.iter().map(|&a| self.c.share[a]).collect();
             let z = &self.normal.by_approach;
@@ -248,18 +285,18 @@ impl<'a> NewtonSystem<'a> {
         } else {
             out[3 * k] = r[3 * k];
         }
-        let mut t = Vec::new();
+        let mut t: Vec<f32> = Vec::new();
         for line in &self.lines {
             t.clear();
             for i in line.first..line.first + line.len {
                 let [along, across] = self.tangents[i].rows([0.0; 2], p[i], [0.0; 2]);
-                t.extend([r[3 * i] - along, r[3 * i + 1] - across]);
+                t.extend([(r[3 * i] - along) as f32, (r[3 * i + 1] - across) as f32]);
             }
             let n = t.len();
             line.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut t, n, 1));
             for (i, v) in (line.first..).zip(t.chunks_exact(2)) {
-                out[3 * i] = v[0];
-                out[3 * i + 1] = v[1];
+                out[3 * i] = f64::from(v[0]);
+                out[3 * i + 1] = f64::from(v[1]);
             }
         }
         for i in 0..k {

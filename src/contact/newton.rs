@@ -5,13 +5,14 @@
 //! y = (s, g) = constant + K x − δ; its generalised derivative follows P. Alart and A. Curnier, Comput. Methods Appl.
 //! Mech. Engrg. 92 (1991): at a sliding node the traction is linearised about the direction ẑ of z = t − s.
 //!
-//! Each linear system is solved by GMRES to what the Newton step can use. Its preconditioner solves the normal block exactly
-//! (Cholesky) and the tangential one line by line along the rolling direction, where the upstream difference couples most.
-//! y is affine in x and GMRES returns the products it made, so a step, its line search included, needs no product of its own.
+//! Each linear system is solved by GMRES to what the Newton step can use. Its preconditioner solves the normal block (Cholesky, or by the inverse of the
+//! spectrum where the block is large and a convolution) and the tangential one line by line along the rolling direction, where the upstream difference
+//! couples most. Displacements are linear in x and GMRES returns those of what it found, so a step, its line search included, needs no product of its own; a
+//! product in full precision is made once near the solution and once at it.
 
 use super::candidates::Candidates;
 use super::law::{Augmentation, Node};
-use super::linear::{ClosedInfluence, NewtonStep, NewtonSystem, NormalBlock};
+use super::linear::{NewtonStep, NewtonSystem, NormalBlock};
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::{Error, Result};
 
@@ -23,6 +24,11 @@ pub(super) fn node(x: &[f64], y: &[f64]) -> Node {
     Node { pressure: x[2], traction: [x[0], x[1]], gap: y[2], creep: [y[0], y[1]] }
 }
 
+/// What a product in single precision leaves, as a part of the stresses that it is of: creep is a difference of displacements that are almost the same.
+const ROUNDING: f64 = 1e-6;
+/// Residual below which the rounding of products is removed.
+const NEAR: f64 = 1e-3;
+
 /// An iterate with its response and its map.
 #[derive(Clone)]
 pub(super) struct Iterate {
@@ -30,6 +36,8 @@ pub(super) struct Iterate {
     pub x: Vec<f64>,
     /// Scaled approach.
     d: f64,
+    /// Displacements per unit of stress, m/Pa, `[3q]`.
+    u: Vec<f64>,
     /// Creep and gap, scaled, `[3m]`.
     pub y: Vec<f64>,
     /// Largest component of the map, as [`super::SteadySolution::residual`] measures it.
@@ -39,7 +47,9 @@ pub(super) struct Iterate {
 }
 
 impl Iterate {
-    fn new(c: &Candidates, law: Law<'_>, x: Vec<f64>, d: f64, y: Vec<f64>) -> Self {
+    /// The stresses `x` and the approach `d` with the displacements `u`, at the part `factor` of the creepage.
+    fn new(c: &Candidates, (law, factor): (Law<'_>, f64), x: Vec<f64>, d: f64, u: Vec<f64>) -> Self {
+        let y = c.response(&u, d, factor);
         let m = c.nodes.len();
         let (mut largest, mut square) = (0.0f64, 0.0);
         let peak = (0..m).map(|a| x[3 * a + 2]).fold(1e-300, f64::max);
@@ -57,7 +67,7 @@ impl Iterate {
             square += f * f;
             largest = largest.max(f.abs() / c.target);
         }
-        Self { x, d, y, largest, norm: square.sqrt() }
+        Self { x, d, u, y, largest, norm: square.sqrt() }
     }
 }
 
@@ -74,11 +84,18 @@ pub(super) struct Law<'a> {
 
 /// What was made of the closed nodes for the linear systems; of use as long as these nodes stay, from one solution to the next.
 #[derive(Default)]
-pub(super) struct Factors {
-    normal: NormalBlock,
-    compact: ClosedInfluence,
-    /// The candidates whose rows have changed since the compact matrix was made.
-    pub stale: Vec<usize>,
+pub(super) struct Factors<'a> {
+    pub normal: NormalBlock<'a>,
+}
+
+/// Stresses that solve a problem, or that a solution is begun with.
+pub(super) struct Reached {
+    /// Stresses (tx, ty, p), Pa, `[3n]`.
+    pub stress: Vec<f64>,
+    /// Approach, m.
+    pub approach: f64,
+    /// The displacements of all nodes under these, m, `[3n]`, where a product in full precision has told them.
+    pub displacement: Option<Vec<f64>>,
 }
 
 /// Counts of a solution.
@@ -91,21 +108,30 @@ pub(super) struct Effort {
 }
 
 /// Solves on the candidates with the coefficients of friction `friction` (of all nodes, `[n]`) to the residual `target`, from
-/// and into `stress` (Pa, `[3n]`) and `approach` (m), counting in `effort`. Tractions that are all zero are replaced by a
-/// guess first.
-pub(super) fn solve(
-    problem: &SteadyProblem<'_>,
-    c: &mut Candidates,
+/// and into `at`, counting in `effort`. Tractions that are all zero are replaced by a guess first. What rounding has left in the residual is for the caller to
+/// see, who takes the displacement of all nodes.
+pub(super) fn solve<'p>(
+    problem: &SteadyProblem<'p>,
+    c: &mut Candidates<'p>,
     friction: &[f64],
     target: f64,
-    stress: &mut [f64],
-    approach: &mut f64,
+    at: &mut Reached,
     effort: &mut Effort,
 ) -> Result<()> {
     let mut x: Vec<f64> =
-        c.nodes.iter().flat_map(|&i| (0..3).map(move |r| 3 * i + r)).map(|k| stress[k] / c.unit).collect();
-    let mut d = *approach / c.approach_unit;
+        c.nodes.iter().flat_map(|&i| (0..3).map(move |r| 3 * i + r)).map(|k| at.stress[k] / c.unit).collect();
+    let mut d = at.approach / c.approach_unit;
     let friction: Vec<f64> = c.nodes.iter().map(|&i| friction[i]).collect();
+    let acting: Vec<usize> = (0..c.nodes.len()).filter(|&a| x[3 * a..3 * a + 3].iter().any(|&v| v != 0.0)).collect();
+    c.press(&acting);
+    let gather = |x: &[f64]| acting.iter().flat_map(|&a| [x[3 * a], x[3 * a + 1], x[3 * a + 2]]).collect::<Vec<f64>>();
+    let (mut u, mut moved) = match &at.displacement {
+        Some(all) => (c.of_all(all, 1.0 / c.unit), 0.0),
+        None => (c.displaced(&acting, &gather(&x)), 1.0),
+    };
+    // Where the edge is in the contact to begin with.
+    let upstream = c.upstream_of(problem, &x, &u, d);
+    c.renew(problem, &upstream);
     let mut run = Run {
         problem,
         law: Law {
@@ -117,6 +143,7 @@ pub(super) fn solve(
         factor: 1.0,
         factors: std::mem::take(&mut c.factors),
         effort,
+        moved,
         trace: Vec::new(),
     };
     let mut history = Vec::new();
@@ -125,23 +152,34 @@ pub(super) fn solve(
     while reached < 1.0 {
         run.factor = f64::min(1.0, reached + step);
         run.trace.clear();
-        let mut y = c.response(&x, d, run.factor);
-        run.effort.products += 1;
-        let mut start = x.clone();
+        run.moved = moved;
+        let (mut start, mut displaced) = (x.clone(), u.clone());
         if run.law.largest > 0.0 && x.chunks_exact(3).all(|v| v[0] == 0.0 && v[1] == 0.0) {
+            let y = c.response(&u, d, run.factor);
             c.guess_tractions(problem, run.law.friction, &mut start, &y);
-            y = c.response(&start, d, run.factor);
+            displaced = c.displaced(&acting, &gather(&start));
+            if run.law.force_given {
+                // The tractions may lift the bodies as wholes, which the approach takes up.
+                let y = c.response(&displaced, d, run.factor);
+                let sum = |of: &dyn Fn(usize) -> f64| acting.iter().map(|&a| of(a)).sum::<f64>();
+                d -= sum(&|a| y[3 * a + 2]) / sum(&|a| c.by_approach[a]);
+            }
+            run.moved = 1.0;
             run.effort.products += 2;
         }
-        let start = Iterate::new(c, run.law, start, d, y);
+        let start = Iterate::new(c, (run.law, run.factor), start, d, displaced);
         if let Some(found) = run.newton(c, start)? {
-            (x, d) = (found.x, found.d);
+            (x, d, u, moved) = (found.x, found.d, found.u, run.moved);
             reached = run.factor;
             step *= 2.0;
             continue;
         }
         history.push(format!("at {:.3} of the creepage {}", run.factor, list(&run.trace)));
         step *= 0.25;
+        if reached == 0.0 {
+            x.chunks_exact_mut(3).for_each(|v| (v[0], v[1]) = (0.0, 0.0));
+            (u, moved) = (c.displaced(&acting, &gather(&x)), 1.0);
+        }
         if step < 1e-3 || run.effort.iterations >= problem.max_iterations {
             return Err(Error::NotConverged(format!(
                 "steady contact: no solution within {:.1e} after {} iterations \
@@ -156,10 +194,11 @@ pub(super) fn solve(
     c.factors = run.factors;
     for (a, &i) in c.nodes.iter().enumerate() {
         for r in 0..3 {
-            stress[3 * i + r] = x[3 * a + r] * c.unit;
+            at.stress[3 * i + r] = x[3 * a + r] * c.unit;
         }
     }
-    *approach = d * c.approach_unit;
+    at.approach = d * c.approach_unit;
+    at.displacement = None;
     Ok(())
 }
 
@@ -174,41 +213,30 @@ struct Run<'a, 'p> {
     target: f64,
     /// Part of the creepage that is applied.
     factor: f64,
-    factors: Factors,
+    factors: Factors<'p>,
     effort: &'a mut Effort,
+    /// How far the stresses have moved since their displacements were those of a product in full precision.
+    moved: f64,
     /// Residuals so far.
     trace: Vec<f64>,
 }
 
-impl Run<'_, '_> {
+impl<'p> Run<'_, 'p> {
     /// Newton iterations at one creepage; None where they stall. The upstream operator follows the iterates: what it
     /// changes is small against what is left, so that the derivative can do without it.
-    fn newton(&mut self, c: &mut Candidates, start: Iterate) -> Result<Option<Iterate>> {
+    fn newton(&mut self, c: &mut Candidates<'p>, start: Iterate) -> Result<Option<Iterate>> {
         let mut now = start;
-        // Whether y is as computed from x, not carried along; and whether that was done once near the solution.
-        let (mut exact, mut near) = (true, false);
         let mut before = None;
         for _ in 0..60 {
             if now.largest < 0.1 {
-                let upstream = self.problem.upstream(&stresses(c, &now.x, self.problem), now.d * c.approach_unit);
-                let changed = c.renew(self.problem, &upstream)?;
-                for a in &changed {
-                    c.renew_response(*a, &now.x, self.factor, &mut now.y);
-                }
-                if !changed.is_empty() {
-                    now = Iterate::new(c, self.law, now.x, now.d, now.y);
-                    self.factors.stale.extend(changed);
+                let upstream = c.upstream_of(self.problem, &now.x, &now.u, now.d);
+                if c.renew(self.problem, &upstream) {
+                    now = Iterate::new(c, (self.law, self.factor), now.x, now.d, now.u);
                 }
             }
             self.trace.push(now.largest);
             if now.largest <= self.target {
-                if exact {
-                    return Ok(Some(now));
-                }
-                // y was carried along by increments: renew it before believing it.
-                now = self.renewed(c, now);
-                exact = true;
-                continue;
+                return Ok(Some(now));
             }
             if self.effort.iterations >= self.problem.max_iterations || !now.norm.is_finite() {
                 return Ok(None);
@@ -218,79 +246,77 @@ impl Run<'_, '_> {
             if closed.is_empty() {
                 return Ok(None);
             }
-            // The creep of open nodes is not carried along, and the first steps are long: their rounding stays.
-            let grown = !exact && closed.iter().any(|a| self.factors.compact.closed.binary_search(a).is_err());
-            let dropped = open_others(&mut now.x, &closed);
-            if dropped || grown || (!near && !exact && now.largest < 1e-3) {
-                near = now.largest < 1e-3;
-                now = self.renewed(c, now);
+            let mut renewed = false;
+            if let Some((dropped, change)) = open_others(&mut now.x, &closed) {
+                let off = c.displaced(&dropped, &change);
+                now.u.iter_mut().zip(off).for_each(|(u, o)| *u += o);
+                self.moved += size(&change);
+                self.effort.products += 1;
+                renewed = true;
+            }
+            // What the step leaves of the residual is to be more than rounding.
+            if now.largest < NEAR && ROUNDING * self.moved > 0.3 * self.target.max(0.01 * now.largest) {
+                now.u = c.displaced_exactly(self.problem, &now.x);
+                self.moved = 0.0;
+                self.effort.products += 1;
+                renewed = true;
+            }
+            if renewed {
+                now = Iterate::new(c, (self.law, self.factor), now.x, now.d, now.u);
             }
             // Solve as exactly as the quadratic model deserves (Eisenstat and Walker's second choice), and no further than
             // the target or the moving edge need.
             let ratio = before.map_or(1.0, |b| now.norm / b);
             before = Some(now.norm);
             let forcing = (0.5f64 * ratio * ratio).clamp(0.01, 0.05).max(0.2 * self.target / now.largest).min(0.3);
-            let Factors { normal, compact, stale } = &mut self.factors;
-            normal.update(self.problem, c, &closed)?;
-            compact.update(c, &closed, stale);
-            stale.clear();
-            let linear = NewtonSystem::new(c, self.law, &now, normal, compact);
+            c.press(&closed);
+            self.factors.normal.update(c, &closed)?;
+            let linear = NewtonSystem::new(c, self.law, &now, &self.factors.normal, &closed);
             let Some(step) = linear.solve(forcing, self.effort) else { return Ok(None) };
             let Some(found) = self.search(c, &now, &step) else { return Ok(None) };
             now = found;
-            exact = false;
         }
         Ok(None)
     }
 
-    /// `now` with its response computed afresh.
-    fn renewed(&mut self, c: &Candidates, now: Iterate) -> Iterate {
-        let y = c.response(&now.x, now.d, self.factor);
-        self.effort.products += 1;
-        Iterate::new(c, self.law, now.x, now.d, y)
-    }
-
     /// Line search on the norm of the map; the best trial where none is good.
-    fn search(&self, c: &Candidates, now: &Iterate, step: &NewtonStep) -> Option<Iterate> {
-        let mut best: Option<Iterate> = None;
+    fn search(&mut self, c: &Candidates, now: &Iterate, step: &NewtonStep) -> Option<Iterate> {
+        let mut best: Option<(f64, Iterate)> = None;
         let mut t = 1.0;
         for _ in 0..8 {
             let x = now.x.iter().zip(&step.dx).map(|(a, b)| a + t * b).collect();
-            let y = now.y.iter().zip(&step.dy).map(|(a, b)| a + t * b).collect();
-            let trial = Iterate::new(c, self.law, x, now.d + t * step.dd, y);
+            let u = now.u.iter().zip(&step.du).map(|(a, b)| a + t * b).collect();
+            let trial = Iterate::new(c, (self.law, self.factor), x, now.d + t * step.dd, u);
             let good = trial.norm <= (1.0 - 0.1 * t) * now.norm;
-            if trial.norm.is_finite() && best.as_ref().is_none_or(|b| trial.norm < b.norm) {
-                best = Some(trial);
+            if trial.norm.is_finite() && best.as_ref().is_none_or(|(_, b)| trial.norm < b.norm) {
+                best = Some((t, trial));
             }
             if good {
                 break;
             }
             t *= 0.5;
         }
-        best
+        let (t, found) = best?;
+        self.moved += t * size(&step.dx);
+        Some(found)
     }
 }
 
-/// Scaled stresses of the candidates as stresses of all nodes, Pa, `[3n]`.
-fn stresses(c: &Candidates, x: &[f64], problem: &SteadyProblem<'_>) -> Vec<f64> {
-    let mut out = vec![0.0; 3 * problem.interface.len()];
-    for (v, &i) in x.chunks_exact(3).zip(&c.nodes) {
-        for r in 0..3 {
-            out[3 * i + r] = v[r] * c.unit;
-        }
-    }
-    out
+/// Largest component.
+fn size(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, v| m.max(v.abs()))
 }
 
-/// Sets the stresses of all candidates but `closed` (ascending) to zero; true if that changed anything.
-fn open_others(x: &mut [f64], closed: &[usize]) -> bool {
-    let mut dropped = false;
+/// Sets the stresses of all candidates but `closed` (ascending) to zero; those that had one, and what it takes to be rid of it.
+fn open_others(x: &mut [f64], closed: &[usize]) -> Option<(Vec<usize>, Vec<f64>)> {
+    let (mut dropped, mut change) = (Vec::new(), Vec::new());
     let mut next = closed.iter().copied().peekable();
     for (a, v) in x.chunks_exact_mut(3).enumerate() {
         if next.next_if_eq(&a).is_none() && v.iter().any(|&v| v != 0.0) {
+            dropped.push(a);
+            change.extend(v.iter().map(|v| -v));
             v.fill(0.0);
-            dropped = true;
         }
     }
-    dropped
+    (!dropped.is_empty()).then_some((dropped, change))
 }

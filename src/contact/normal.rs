@@ -1,9 +1,10 @@
 //! The frictionless normal problem: Signorini's law on the normal block of W, by a primal–dual active set.
 
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, Side};
 
 use super::active_set::{settle, under};
+use super::influence::Influence;
 use super::steady::NormalLoad;
 use crate::grid::Interface;
 use crate::{Error, Result};
@@ -21,9 +22,9 @@ pub(super) struct NormalSolution {
 
 /// Solves g = gap − δ + W_nn p ≥ 0 ⟂ p ≥ 0 for the normal reactions with the tangential ones left out.
 /// `w` is the whole `[3n, 3n]` influence matrix.
-pub(super) fn solve_normal(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> Result<NormalSolution> {
+pub(super) fn solve_normal(w: Influence<'_>, s: &Interface, load: NormalLoad) -> Result<NormalSolution> {
     let n = s.len();
-    let wnn = |i: usize, j: usize| w[(3 * i + 2, 3 * j + 2)];
+    let wnn = |i: usize, j: usize| w.get(3 * i + 2, 3 * j + 2);
     // An ordinary contact settles in some five passes, and a pass moves the border of the contact by one node at the least.
     let limit = 30 + s.x.len() + s.y.len();
     let mut inside = vec![false; n];
@@ -77,7 +78,7 @@ pub(super) fn not_definite() -> Error {
 }
 
 /// Contact modulus E* (Pa) seen by the node nearest to the smallest gap: Love's solution for a loaded rectangle.
-pub(super) fn contact_modulus(w: MatRef<'_, f64>, s: &Interface) -> f64 {
+pub(super) fn contact_modulus(w: Influence<'_>, s: &Interface) -> f64 {
     let i = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
     let (nx, ny) = (s.x.len(), s.y.len());
     let (ix, iy) = ((i % nx).clamp(1, nx - 2), (i / nx).clamp(1, ny - 2));
@@ -85,11 +86,11 @@ pub(super) fn contact_modulus(w: MatRef<'_, f64>, s: &Interface) -> f64 {
     let hy = 0.5 * (s.y[iy + 1] - s.y[iy - 1]);
     let c = ix + nx * iy;
     let mean = 2.0 * (hx * (hy / hx).asinh() + hy * (hx / hy).asinh()) / std::f64::consts::PI;
-    mean / (w[(3 * c + 2, 3 * c + 2)] * hx * hy)
+    mean / (w.get(3 * c + 2, 3 * c + 2) * hx * hy)
 }
 
 /// The nodes of smallest gap, as many as Hertz's relations on the area ask for; all of points, which have no area.
-fn first_guess(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> Vec<usize> {
+pub(super) fn first_guess(w: Influence<'_>, s: &Interface, load: NormalLoad) -> Vec<usize> {
     if s.are_points() {
         return (0..s.len()).collect();
     }

@@ -1,7 +1,6 @@
 //! Contacts that reach the border of the patch are refused, with the size that the patch must have.
 
-use faer::MatRef;
-
+use super::influence::Influence;
 use super::normal::contact_modulus;
 use super::steady::NormalLoad;
 use crate::grid::Interface;
@@ -11,7 +10,7 @@ use crate::{Error, Result};
 const FLAT: f64 = 100.0;
 
 /// Refuses a contact that reaches the border of the patch, saying how large the patch must be.
-pub(super) fn refuse_border(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad, closed: &[usize]) -> Result<()> {
+pub(super) fn refuse_border(w: Influence<'_>, s: &Interface, load: NormalLoad, closed: &[usize]) -> Result<()> {
     let Some(&first) = closed.iter().find(|&&i| s.on_border(i)) else { return Ok(()) };
     let half = |x: &[f64]| 0.5 * (x[x.len() - 1] - x[0]);
     let [a, b] = needed_half_sizes(w, s, load);
@@ -40,7 +39,7 @@ pub(super) fn refuse_border(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad,
 
 /// Half sizes (m) of a patch that holds the contact with a margin of a fifth: Hertz on the curvatures fitted to the gap
 /// and the modulus of the compliance, with the axes of the ellipse in the approximation a/b = (κy/κx)^(2/3).
-fn needed_half_sizes(w: MatRef<'_, f64>, s: &Interface, load: NormalLoad) -> [f64; 2] {
+fn needed_half_sizes(w: Influence<'_>, s: &Interface, load: NormalLoad) -> [f64; 2] {
     let nx = s.x.len();
     let low = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
     let (x0, y0) = (s.point(low)[0], s.point(low)[1]);
@@ -77,7 +76,7 @@ mod tests {
         let message = |curvature: [f64; 2]| {
             let s = Interface::paraboloid(7, 7, [1e-3, 1e-3], curvature).unwrap();
             let w = steel.compliance(&s.x, &s.y).unwrap();
-            refuse_border(w.as_ref(), &s, NormalLoad::Force(1e4), &[0]).unwrap_err().to_string()
+            refuse_border(w.as_ref().into(), &s, NormalLoad::Force(1e4), &[0]).unwrap_err().to_string()
         };
         let curved = message([4.0, 4.0]);
         assert!(curved.contains("this load needs about half_length") && !curved.contains("inf"), "{curved}");

@@ -112,7 +112,7 @@ impl SlidingProblem<'_> {
         };
         // The creep that gives direction and velocity; the rigid one to begin with.
         let mut creep: Vec<[f64; 2]> = (0..n).map(rigid).collect();
-        let mut closed = solve_normal(self.compliance, s, self.load)?.closed;
+        let mut closed = solve_normal(self.compliance.into(), s, self.load)?.closed;
         let mut change = f64::INFINITY;
         for round in 0..100 {
             let solution = self.with_creep(&creep, &mut closed)?;
@@ -214,7 +214,7 @@ impl SlidingProblem<'_> {
             ))
         })?;
         *closed = found;
-        refuse_border(w, s, self.load, closed)?;
+        refuse_border(w.into(), s, self.load, closed)?;
         let tangential = (0..n).map(|i| [0, 1].map(|c| displacement(3 * i + c, &reaction))).collect();
         let friction = remembered(closed);
         let solution = self.solution(creep, closed, &reaction, approach, gap, tangential)?;
@@ -246,7 +246,7 @@ impl SlidingProblem<'_> {
             velocity.push(v);
         }
         let stress: Vec<f64> = (0..3 * n).map(|k| reaction[k] / s.weight[k / 3]).collect();
-        let upstream = s.deformed_upstream(self.stencil, self.compliance, &stress, approach);
+        let upstream = s.edge_upstream(self.stencil, &stress, |i| gap[i]);
         let actual: Vec<[f64; 2]> = (0..n)
             .map(|i| {
                 let [x, y] = s.point(i);

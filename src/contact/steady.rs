@@ -1,15 +1,13 @@
 //! Steady rolling: pressure and traction that satisfy the laws of Signorini and Coulomb with ∂/∂t = 0, solved directly.
 
-use faer::MatRef;
-
 use super::candidates::Candidates;
-use super::influence::multiply;
+use super::influence::Influence;
 use super::interface::{Creepage, Stencil, Upstream};
 use super::law::{size, Augmentation, LinearContact, LinearNode, Node, Slip, Status, Tangent};
 use super::memory::{self, coefficients, Sliding};
-use super::newton::{self, Effort};
-use super::normal::solve_normal;
+use super::newton::{self, Effort, Reached};
 use super::patch::refuse_border;
+use super::start::{self, Begun};
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::{Error, Result};
@@ -28,8 +26,9 @@ pub enum NormalLoad {
 pub struct SteadyProblem<'a> {
     /// The interface.
     pub interface: &'a Interface,
-    /// Influence matrix W of the interface (see [`crate::model::ModalPair::influence`]), m/N, `[3n, 3n]`, rows (x, y, n): symmetric, or kept by rows.
-    pub compliance: MatRef<'a, f64>,
+    /// Influence matrix W of the interface (see [`crate::model::ModalPair::influence`]), m/N, `[3n, 3n]`, rows (x, y, n): dense, symmetric or kept by rows; or a
+    /// convolution.
+    pub compliance: Influence<'a>,
     /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it remembers.
     pub friction: FrictionLaw,
     /// Rolling speed V > 0, m/s. With constant friction steady stresses do not depend on it; the creep velocity is proportional to it.
@@ -90,7 +89,7 @@ pub(super) struct Start {
     pub friction: Option<Vec<f64>>,
 }
 
-impl SteadyProblem<'_> {
+impl<'a> SteadyProblem<'a> {
     /// Solves the problem. A result always has a residual within the tolerance, on all nodes.
     ///
     /// A law that falls with the velocity is solved for with the coefficient frozen at each node, which is then renewed from
@@ -108,7 +107,7 @@ impl SteadyProblem<'_> {
     }
 
     /// Solves the problem from `start`, with the candidates `kept` from a solution with other creepages, of which those of this one remain.
-    pub(super) fn solve_with(&self, start: Option<Start>, kept: &mut Option<Candidates>) -> Result<SteadySolution> {
+    pub(super) fn solve_with(&self, start: Option<Start>, kept: &mut Option<Candidates<'a>>) -> Result<SteadySolution> {
         self.check()?;
         let s = self.interface;
         let open = match self.load {
@@ -122,73 +121,55 @@ impl SteadyProblem<'_> {
             };
             let upstream = s.upstream(Stencil::Upwind1, None);
             let stress = vec![0.0; 3 * s.len()];
-            return self.evaluate(&stress, approach, upstream, self.response(&stress), Effort::default());
+            return self.evaluate(&stress, approach, upstream, &self.response(&stress), Effort::default());
         }
 
-        let (mut stress, mut approach, friction) = match start {
-            Some(r) => (r.stress, r.approach, r.friction),
-            None => {
-                let normal = solve_normal(self.compliance, s, self.load)?;
-                let mut stress = vec![0.0; 3 * s.len()];
-                for (&i, f) in normal.closed.iter().zip(&normal.force) {
-                    stress[3 * i + 2] = f / s.weight[i];
-                }
-                (stress, normal.approach, None)
-            }
-        };
-        let closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
-        refuse_border(self.compliance, s, self.load, &closed)?;
-        let mut upstream = self.upstream(&stress, approach);
-        let wanted = self.dilate(&closed);
-        let mut candidates = match kept.take() {
-            Some(mut old) if wanted.iter().all(|i| old.nodes.binary_search(i).is_ok()) => {
-                old.take_creepage(self);
-                let changed = old.renew(self, &upstream)?;
-                old.factors.stale.extend(changed);
-                old
-            }
-            _ => Candidates::new(self, &upstream, wanted, &stress)?,
-        };
         let mut effort = Effort::default();
-        let rigid = |i: usize| {
-            let [x, y] = s.point(i);
-            let c = self.creepage.rigid(x, y);
-            self.speed * c[0].hypot(c[1])
+        let Begun { mut at, mut candidates, mut friction } = match start {
+            None => start::cold(self)?,
+            Some(r) => {
+                let friction = r.friction.unwrap_or_else(|| self.friction_at_first(&r.stress));
+                let at = Reached { stress: r.stress, approach: r.approach, displacement: None };
+                let closed = at.closed();
+                refuse_border(self.compliance, s, self.load, &closed)?;
+                let wanted = self.dilate(&closed);
+                let candidates = match kept.take() {
+                    Some(mut old) if wanted.iter().all(|i| old.nodes.binary_search(i).is_ok()) => {
+                        old.take_creepage(self);
+                        old
+                    }
+                    // The edge is looked at once the displacements are known.
+                    _ => Candidates::new(self, &s.upstream(Stencil::Upwind2, None), wanted, &at.stress)?,
+                };
+                Begun { at, candidates, friction }
+            }
         };
-        let at_first = || coefficients(&self.friction, s, self.speed, |i| stress[3 * i + 2] > 0.0, rigid);
-        let mut friction = friction.unwrap_or_else(at_first);
         // In rare cases friction closes nodes outside the candidates taken from the frictionless contact: take them in.
         let mut residuals = Vec::new();
         let rounds = if self.friction.is_constant() { 10 } else { 60 };
         for _ in 0..rounds {
-            newton::solve(
-                self,
-                &mut candidates,
-                &friction,
-                0.5 * self.tolerance,
-                &mut stress,
-                &mut approach,
-                &mut effort,
-            )?;
-            let closed: Vec<usize> = (0..s.len()).filter(|&i| stress[3 * i + 2] > 0.0).collect();
-            refuse_border(self.compliance, s, self.load, &closed)?;
-            upstream = self.upstream(&stress, approach);
-            let solution = self.evaluate(&stress, approach, upstream.clone(), self.response(&stress), effort)?;
+            newton::solve(self, &mut candidates, &friction, 0.5 * self.tolerance, &mut at, &mut effort)?;
+            refuse_border(self.compliance, s, self.load, &at.closed())?;
+            let u = self.response(&at.stress);
+            effort.products += 1;
+            let upstream = s.edge_upstream(self.stencil, &at.stress, |i| s.gap[i] - at.approach + u[3 * i + 2]);
+            let solution = self.evaluate(&at.stress, at.approach, upstream.clone(), &u, effort)?;
             if solution.residual <= self.tolerance {
                 *kept = Some(candidates);
                 return Ok(solution);
             }
+            at.displacement = Some(u);
             residuals.push(format!("{:.1e}", solution.residual));
             friction.clone_from(&solution.friction);
             let peak = solution.pressure.iter().copied().fold(0.0, f64::max);
             let mut closed: Vec<usize> = (0..s.len())
                 .filter(|&i| {
-                    stress[3 * i + 2] > 0.0 || -solution.gap[i] * self.rho_normal(i) > 0.1 * self.tolerance * peak
+                    at.stress[3 * i + 2] > 0.0 || -solution.gap[i] * self.rho_normal(i) > 0.1 * self.tolerance * peak
                 })
                 .collect();
             if closed.iter().any(|i| candidates.nodes.binary_search(i).is_err()) {
                 closed.extend_from_slice(&candidates.nodes);
-                candidates = Candidates::new(self, &upstream, self.dilate(&closed), &stress)?;
+                candidates = Candidates::new(self, &upstream, self.dilate(&closed), &at.stress)?;
             }
         }
         Err(Error::NotConverged(format!(
@@ -204,23 +185,29 @@ impl SteadyProblem<'_> {
 
     /// Augmentation parameter of the normal law at node `i`: the inverse of its own compliance, Pa/m.
     pub(super) fn rho_normal(&self, i: usize) -> f64 {
-        1.0 / (self.compliance[(3 * i + 2, 3 * i + 2)] * self.interface.weight[i])
+        1.0 / (self.compliance.get(3 * i + 2, 3 * i + 2) * self.interface.weight[i])
     }
 
     /// Augmentation parameter of the friction law at node `i` times V, Pa: the inverse of the node's own creep per unit
     /// traction and speed.
     pub(super) fn rho_tangential(&self, upstream: &Upstream, i: usize) -> f64 {
-        let own = |c: usize| upstream.at(i, |j| self.compliance[(3 * j + c, 3 * i + c)]);
+        let own = |c: usize| upstream.at(i, |j| self.compliance.get(3 * j + c, 3 * i + c));
         1.0 / (own(0).abs().max(own(1).abs()) * self.interface.weight[i])
     }
 
-    /// The upstream operator of the contact with the given stresses (Pa, `[3n]`) and approach.
-    pub(super) fn upstream(&self, stress: &[f64], approach: f64) -> Upstream {
-        self.interface.deformed_upstream(self.stencil, self.compliance, stress, approach)
+    /// Coefficients of friction at the rigid creep under the stresses `stress`, Pa, `[3n]`: 1, `[n]`.
+    pub(super) fn friction_at_first(&self, stress: &[f64]) -> Vec<f64> {
+        let s = self.interface;
+        let rigid = |i: usize| {
+            let [x, y] = s.point(i);
+            let c = self.creepage.rigid(x, y);
+            self.speed * c[0].hypot(c[1])
+        };
+        coefficients(&self.friction, s, self.speed, |i| stress[3 * i + 2] > 0.0, rigid)
     }
 
     /// Nodes of `set` (ascending or not) and their eight neighbours, ascending.
-    fn dilate(&self, set: &[usize]) -> Vec<usize> {
+    pub(super) fn dilate(&self, set: &[usize]) -> Vec<usize> {
         let (nx, ny) = (self.interface.x.len(), self.interface.y.len());
         let mut mark = vec![false; nx * ny];
         for &i in set {
@@ -271,7 +258,7 @@ impl SteadyProblem<'_> {
         }
         for i in 0..n {
             for c in 0..3 {
-                let d = self.compliance[(3 * i + c, 3 * i + c)];
+                let d = self.compliance.get(3 * i + c, 3 * i + c);
                 if !(d.is_finite() && d > 0.0) {
                     return Err(Error::Input(format!(
                         "steady contact: the compliance of contact node {i} in direction {} is {d} m/N, it must be positive",
@@ -285,8 +272,8 @@ impl SteadyProblem<'_> {
 
     /// W R for the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa: m, `[3n]`.
     fn response(&self, stress: &[f64]) -> Vec<f64> {
-        let force = stress.iter().enumerate().map(|(k, v)| v * self.interface.weight[k / 3]);
-        multiply(self.compliance, force)
+        let force: Vec<f64> = stress.iter().enumerate().map(|(k, v)| v * self.interface.weight[k / 3]).collect();
+        self.compliance.multiply(&force)
     }
 
     /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, the approach, m, and the displacement
@@ -296,7 +283,7 @@ impl SteadyProblem<'_> {
         stress: &[f64],
         approach: f64,
         upstream: Upstream,
-        u: Vec<f64>,
+        u: &[f64],
         effort: Effort,
     ) -> Result<SteadySolution> {
         let s = self.interface;
@@ -390,6 +377,13 @@ impl SteadyProblem<'_> {
             _ => Vec::new(),
         };
         LinearContact { nodes, edges, memory: memory::linear(&self.friction, s, self.speed, &remembering) }
+    }
+}
+
+impl Reached {
+    /// Nodes under pressure, ascending.
+    pub fn closed(&self) -> Vec<usize> {
+        (0..self.stress.len() / 3).filter(|&i| self.stress[3 * i + 2] > 0.0).collect()
     }
 }
 

@@ -13,8 +13,9 @@ use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
 
+pub use crate::body::convolution::Product;
 pub use crate::body::rotation::{ModalRotation, Turning};
-pub use crate::body::{ModalMatrix, ModeName, TraceModes};
+pub use crate::body::{Convolution, ModalMatrix, ModeName, TraceModes};
 pub use damping::damping;
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
@@ -101,6 +102,14 @@ impl ReducedModel {
             });
             model.pair.local = Some(combined_compliance(lower?.as_ref(), upper?.as_ref())?);
         }
+        Ok(model)
+    }
+
+    /// Half-spaces with the influence `convolution` on the grid of the `interface`; no matrix is made.
+    pub fn of_half_spaces(interface: Interface, convolution: Convolution) -> Result<Self> {
+        let nothing = || ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(0, 0), Mat::zeros(0, 0));
+        let mut model = Self::new(interface, vec![nothing(), nothing()], [0, 1])?;
+        model.pair.convolution = Some(convolution);
         Ok(model)
     }
 

@@ -2,7 +2,7 @@
 
 use super::broadcast;
 use crate::body::rotation::Turning;
-use crate::body::{ModalMatrix, ModeName, ReducedBody, Side};
+use crate::body::{Convolution, ModalMatrix, ModeName, ReducedBody, Side};
 use crate::grid::Interface;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -15,6 +15,8 @@ pub struct ModalPair {
     pub compliance: Mat<f64>,
     /// What of W a state of rest sees where the bodies are placed as they are under the load: that of half-spaces, m/N, `[3n, 3n]`.
     pub local: Option<Mat<f64>>,
+    /// What a state of rest sees of W, where that is a convolution: of half-spaces alone, whose `compliance` is not made and empty, or found in the matrix.
+    pub convolution: Option<Convolution>,
     /// Residual S = W − Ψ K⁻¹ Ψᵀ, m/N, `[3n, 3n]`.
     pub residual: Mat<f64>,
     /// Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m1 + m2]`.
@@ -76,6 +78,7 @@ impl ModalPair {
         Ok(Self {
             compliance,
             local: None,
+            convolution: None,
             residual,
             modes,
             omega,
@@ -101,6 +104,13 @@ impl ModalPair {
         self.local.as_ref().map_or(self.influence(), Mat::as_ref)
     }
 
+    /// Looks whether what a state of rest sees of W on the grid of `interface` is a convolution.
+    pub fn find_convolution(&mut self, interface: &Interface) {
+        if !interface.are_points() {
+            self.convolution = Convolution::found_in(self.at_rest(), &interface.x, &interface.y);
+        }
+    }
+
     /// What the bodies give way by at the contact rows under the reactions `reaction`, N, `[3n]`, and has no part in a state of rest, m, `[3n]`; none
     /// where all has.
     pub fn deflection(&self, reaction: &[f64]) -> Option<Vec<f64>> {
@@ -116,6 +126,9 @@ impl ModalPair {
             Some(_) => whole.transpose().to_owned(),
             None => whole,
         };
+        if self.local.is_none() {
+            self.convolution = self.convolution.take().and_then(|c| c.found_again(self.influence()));
+        }
     }
 
     /// The pair with the contact `distance` (m) farther along +y on the body of `side`: its modes are those there, to first order by their gradient
@@ -154,6 +167,9 @@ impl ModalPair {
         Self {
             compliance: broadcast(world, root.map(|p| &p.compliance)),
             local: Some(broadcast(world, root.and_then(|p| p.local.as_ref()))).filter(|m| m.nrows() > 0),
+            convolution: Convolution::from_numbers(&list(&|p| {
+                p.convolution.as_ref().map_or(Vec::new(), Convolution::numbers)
+            })),
             residual: broadcast(world, root.map(|p| &p.residual)),
             modes: broadcast(world, root.map(|p| &p.modes)),
             omega: list(&|p| p.omega.clone()),

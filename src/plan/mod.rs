@@ -290,5 +290,10 @@ mod tests {
         let plan = plan(&["contact.compliance=half_space", "analyses.modes=null", "analyses.stability=null"], 1);
         assert!(plan.shared.iter().all(|s| s.0 != "factorisation"), "{plan}");
         assert!(plan.to_string().contains("elastic half-spaces"), "{plan}");
+        // Nor a matrix.
+        let of = |name: &str| plan.on_root.iter().find(|s| s.0 == name).map(|s| s.1);
+        let nodes = plan.bodies[0].contact_nodes as f64;
+        assert_eq!(of("compliance of the contact"), None);
+        assert!(of("convolutions of the contact").is_some_and(|b| b > 1e3 * nodes && b < 1e4 * nodes), "{plan}");
     }
 }

@@ -87,7 +87,7 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
             let source = match contact.compliance {
                 _ if job.by_matrices() => "the matrices".into(),
                 Compliance::Fe => format!("finite elements{once}"),
-                Compliance::HalfSpace => "elastic half-spaces".into(),
+                Compliance::HalfSpace => "elastic half-spaces, as convolutions".into(),
                 Compliance::Hybrid => "half-spaces and the statics of the bodies".into(),
             };
             format!("compliance of {nodes} contact nodes ({} rows) from {source}", 3 * nodes)

@@ -63,7 +63,7 @@ fn contact(s: &Interface, pair: &ModalPair, friction: FrictionLaw, lateral: f64)
     assert_eq!(w.nrows(), pair.compliance.nrows());
     let problem = SteadyProblem {
         interface: s,
-        compliance: w.as_ref(),
+        compliance: w.as_ref().into(),
         friction,
         speed: 10.0,
         creepage: Creepage { lateral, spin: 0.3, ..Creepage::default() },
