@@ -164,7 +164,13 @@ fn main() {
             });
             line(number, &creepage, &s, best);
             let closed = s.state.iter().filter(|&&v| v > 0).count();
-            println!("row: large | {} | {closed} | {:.2} s | {} | {}", s.state.len(), best[1], s.iterations, s.products);
+            println!(
+                "row: large | {} | {closed} | {:.2} s | {} | {}",
+                s.state.len(),
+                best[1],
+                s.iterations,
+                s.products
+            );
         }
     }
 }
