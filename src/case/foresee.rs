@@ -293,7 +293,12 @@ mod tests {
         assert_eq!(set("{\"max_frequency\": 5000}"), [] as [String; 0]);
         assert_eq!(set("{\"count\": 3000}").len(), 2, "of each body");
         // More than there are, as a run finds.
-        let error = report(&["analyses.modes={\"count\": 10000000}"]).expect_err("so many there are not");
+        let coarse = ["element_size=0.002", "growth=2.0", "max_element_size=0.05"];
+        let both = |key: &str| ["lower", "upper"].map(|b| format!("bodies.{b}.mesh.cylinder.{key}"));
+        let mut sets: Vec<String> = coarse.iter().flat_map(|key| both(key)).collect();
+        sets.push("analyses.modes={\"count\": 100000}".into());
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let error = report(&sets).expect_err("so many there are not");
         assert!(error.exit_code() == 2 && error.message().contains("degrees of freedom"), "{error}");
         let warnings = set("{\"max_frequency\": 50000}");
         let count = warnings[0].split("about ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
