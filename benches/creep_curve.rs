@@ -26,13 +26,12 @@ fn main() {
     let w = combined_compliance(a.as_ref(), b.as_ref()).unwrap();
     let [a, b] = [steel, soft].map(|m| Convolution::of_half_space(&m, &interface.x, &interface.y).unwrap().unwrap());
     let convolution = Convolution::combined(&a, &b).unwrap();
-    println!("dense");
-    curve(begun, &interface, w.as_ref().into());
-    println!("convolution");
-    curve(begun, &interface, (&convolution).into());
+    curve(begun, "matrix", &interface, w.as_ref().into());
+    curve(begun, "convolution", &interface, (&convolution).into());
 }
 
-fn curve(begun: Instant, interface: &Interface, compliance: Influence<'_>) {
+fn curve(begun: Instant, kind: &str, interface: &Interface, compliance: Influence<'_>) {
+    println!("{kind}");
     let at = |lateral: f64| Creepage { longitudinal: 0.0, lateral, spin: 0.1 };
     let problem = SteadyProblem {
         interface,
@@ -58,7 +57,7 @@ fn curve(begun: Instant, interface: &Interface, compliance: Influence<'_>) {
     }
     let each = |sum: usize, count: f64| sum as f64 / count;
     println!(
-        "row: from nothing, mean of five | 1e-8 | {:.4} s | {:.1} | {:.0} | ",
+        "row: {kind}, from nothing, mean of five | 1e-8 | {:.4} s | {:.1} | {:.0} | ",
         singles / 5.0,
         each(work[0], 5.0),
         each(work[1], 5.0)
@@ -75,7 +74,7 @@ fn curve(begun: Instant, interface: &Interface, compliance: Influence<'_>) {
             time / singles
         );
         println!(
-            "row: by continuation, mean of 50 | {tolerance:.0e} | {:.4} s | {:.1} | {:.0} | {:.1}",
+            "row: {kind}, by continuation, mean of 50 | {tolerance:.0e} | {:.4} s | {:.1} | {:.0} | {:.1}",
             time / 50.0,
             each(iterations, 50.0),
             each(products, 50.0),

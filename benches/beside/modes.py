@@ -101,8 +101,9 @@ def sizes():
                 for program, m in zip(names, mid):
                     drawn.setdefault((program, ranks), []).append((rows, m[0], m[2] / 1e9))
     head = ["rows", "ranks", "", "wall", "CPU", "memory"]
-    put(PAGE, "modes", table(head, body) + "\n" + noted(load, *programs))
     draw(drawn)
+    shown = f"\n![wall time and memory over the number of rows](pictures/{PICTURE.name})\n"
+    put(PAGE, "modes", table(head, body) + "\n" + noted(load, *programs) + shown)
 
 
 def draw(drawn):
