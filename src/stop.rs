@@ -1,10 +1,12 @@
 //! Requests to stop: signals and the limit of wall time.
 
 use crate::parallel::World;
+use nix::poll::{poll, PollFd, PollFlags};
 use nix::sys::signal::{SigSet, Signal};
 use nix::sys::signalfd::{SfdFlags, SignalFd};
 use signal_hook::consts::{SIGTERM, SIGUSR1};
 use std::io::Write;
+use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -61,8 +63,8 @@ impl Stop {
     }
 }
 
-/// Time between two looks.
-const LOOK: Duration = Duration::from_millis(100);
+/// Time between two looks at what else may have been told, ms.
+const LOOK: u16 = 100;
 
 /// A thread takes the signals, which are blocked in all others, and says so where it is `loud`. Handlers are not enough: METIS puts its own for SIGTERM in
 /// their place, takes one that comes while it works for an error of its own, and leaves handlers behind that serve once.
@@ -86,7 +88,11 @@ fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
                 let _ = writeln!(std::io::stderr(), "{text}");
                 said = true;
             }
-            std::thread::sleep(LOOK);
+            // At once where a signal comes: it counts from then on.
+            match &queue {
+                Some(queue) => drop(poll(&mut [PollFd::new(queue.as_fd(), PollFlags::POLLIN)], LOOK)),
+                None => std::thread::sleep(Duration::from_millis(LOOK.into())),
+            }
         }
     });
     if begun.is_err() {
