@@ -14,7 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = str(ROOT / "target/release/railsqueal")
 DEBIAN = "/usr/bin/python3"
 """Debian's Python, which has the peers' modules."""
-RUNS = 3
+RUNS = int(os.environ.get("RUNS", "3"))
+"""How often each program runs where medians are taken."""
 
 
 @dataclass
@@ -94,7 +95,7 @@ def busy():
 def noted(load, *programs, runs=RUNS):
     """The line below a table: when, with what, how often, and the load of the machine before."""
     own = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout.split("\n")[0]
-    count = f"medians of {runs} runs in turn" if runs > 1 else "one run"
+    count = f"medians of {runs} runs in turn" if runs > 1 else "one run each"
     return f"\n_{', '.join([own, *programs])}; {datetime.date.today()}; {count}; load of the machine before: {load:.1f}._\n"
 
 

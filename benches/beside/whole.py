@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import h5py
-from clock import PROGRAM, ROOT, busy, in_turn, middle, noted, ratio, run
+from clock import PROGRAM, ROOT, RUNS, busy, in_turn, middle, noted, ratio, run
 from pages import put
 from report import table
 
@@ -88,7 +88,7 @@ def wheel_on_rail():
     with tempfile.TemporaryDirectory() as name:
         result = Path(name) / "wheel.h5"
         for job, what in (("wheel-on-rail.json", "modes, receptances, steady rolling, stability"), ("wheel-on-rail-squeal.json", "and one second of squeal")):
-            count = 3 if job == "wheel-on-rail.json" else 1
+            count = RUNS if job == "wheel-on-rail.json" else 1
             found = in_turn(lambda: run(job, "--output", result, "--force", ranks=2), count=count)[0]
             body.append([f"`{job}`", what, *(f"{middle(found, key):.1f} s" for key in ("wall", "cpu")), f"{middle(found, 'memory') / 1e9:.2f} GB"])
     put(PAGE, "wheel-on-rail", table(["two ranks", "", "wall", "CPU", "memory of both"], body) + "\n" + noted(load))
