@@ -49,7 +49,7 @@ fn one_file_on_any_number_of_ranks() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let out = mpirun(n, &["write", &path(&dir, "run.h5")]);
         assert!(out.status.success(), "{n} ranks: {}", said(&out));
-        assert_eq!(listing(dir.path()), ["run.free_modes.vtkhdf", "run.h5", "run.transient.vtkhdf"], "{n} ranks");
+        assert_eq!(listing(dir.path()), ["run.free_modes.vtkhdf", "run.h5", "run.hdf", "run.transient.vtkhdf"], "{n} ranks");
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/check_output.py");
         let check = Command::new(python()).arg(script).arg(path(&dir, "run.h5")).arg(n.to_string()).output();
         let check = check.expect("python3 with h5py and vtk");
