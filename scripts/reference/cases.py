@@ -137,9 +137,10 @@ CASES = {
         | {"contact.creepage.lateral": 0.003, "analyses.stability": None, "contact.friction": FALLING},
         "squeal-model",
     ),
+    # Without a mode to start from: bodies at rest have its phase as the eigensolver leaves it, which is rounding.
     "squeal-approach": (
         "squeal.json",
-        in_time(200, histories={"approach": [[0, 1e-4], [1e-3, 0.7e-4], [2e-3, 1.1e-4]]}, theta=0.55)
+        in_time(200, start={"state": "sliding", "mode": None, "amplitude": None}, histories={"approach": [[0, 1e-4], [1e-3, 0.7e-4], [2e-3, 1.1e-4]]}, theta=0.55)
         | {"contact.normal_load": None, "contact.approach": 1e-4}
         | both("damping", MODAL["damping"]) | both("damping.modal", MODAL["damping.modal"]),
     ),
