@@ -9,7 +9,6 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts" / "studies")
 import algebra  # noqa: E402
 import full  # noqa: E402
 import modes  # noqa: E402
-import scaling  # noqa: E402
 import steady  # noqa: E402
 import steps  # noqa: E402
 import whole  # noqa: E402
@@ -32,7 +31,6 @@ STUDIES = {
     "solves": algebra.solves,
     "blocks": algebra.blocks,
     "multigrid": algebra.multigrid,
-    "scaling": scaling.derived,
     "largest": whole.largest,
 }
 

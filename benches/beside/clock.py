@@ -96,7 +96,7 @@ def noted(load, *programs, runs=RUNS):
     """The line below a table: when, with what, how often, and the load of the machine before."""
     own = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout.split("\n")[0]
     count = f"medians of {runs} runs in turn" if runs > 1 else "one run each"
-    return f"\n_{', '.join([own, *programs])}; {datetime.date.today()}; {count}; load of the machine before: {load:.1f}._\n"
+    return f"_{', '.join([own, *programs])}; {datetime.date.today()}; {count}; load of the machine before: {load:.1f}._\n"
 
 
 def ratio(ours, theirs):

@@ -115,6 +115,12 @@ def draw(drawn):
             label = f"{program}, {ranks} rank{'s' if ranks > 1 else ''}" if axis is axes[0] else None
             axis.loglog(rows, values, "o-" if ranks == 1 else "s--", color=colours[program], label=label)
     for axis, name in zip(axes, ("wall time, s", "memory of all ranks, GB")):
+        # Plain numbers, few enough not to touch each other.
+        axis.set_xticks([3e4, 1e5, 3e5], ["30 000", "100 000", "300 000"])
+        axis.set_yticks(*([[1, 3, 10, 30, 100]] if axis is axes[0] else [[0.25, 0.5, 1, 2, 4]]))
+        axis.yaxis.set_major_formatter("{x:g}")
+        for line in (axis.xaxis, axis.yaxis):
+            line.set_minor_formatter("")
         axis.set_xlabel("rows")
         axis.set_ylabel(name)
         axis.grid(True, which="both", alpha=0.3)

@@ -113,9 +113,14 @@ def turning():
             found = in_turn(lambda: again("rest", sets, *words), lambda: again("rolling", sets, *words))
             body.append([what, *pair(found)])
         written(folder, again, steps)
-    program = benchmark("full_stability")
-    found = in_turn(lambda: spent([program, "--size", "0.002"]), lambda: spent([program, "--size", "0.002", "--speed", "20"]), count=1)
-    body.append(["20 eigenvalues of the full system of the benchmark, factorisations included", *pair(found)])
+        mesh = {f"bodies.{b}.mesh.cylinder.{key}": v for b in ("lower", "upper") for key, v in (("element_size", 0.002), ("max_element_size", 0.03))}
+        whole = mesh | {"analyses.stability.full": '{"max_frequency": 2000}', "output.fields": "false"}
+
+        def full(own):
+            return run("squeal.json", "--only", "stability", "--output", folder / "out.h5", "--force", sets=own | whole)
+
+        found = in_turn(lambda: full(rest), lambda: full({}), count=1)
+        body.append(["the full system up to 2 kHz, elements of 2 mm at the contact, modes and factorisations included", *pair(found)])
     put(PAGE, "rotation", table(["processor time on one rank", "at rest", "turning", "ratio"], body) + "\n" + noted(load))
 
 
