@@ -87,7 +87,7 @@ def wheel_on_rail():
     load, body = busy(), []
     with tempfile.TemporaryDirectory() as name:
         result = Path(name) / "wheel.h5"
-        for job, what in (("wheel-on-rail.json", "modes, receptances, steady rolling, stability"), ("wheel-on-rail-squeal.json", "and one second of squeal")):
+        for job, what in (("wheel-on-rail.json", "modes, receptances, steady rolling, stability"), ("wheel-on-rail-squeal.json", "and half a second of squeal")):
             count = RUNS if job == "wheel-on-rail.json" else 1
             found = in_turn(lambda: run(job, "--output", result, "--force", ranks=2), count=count)[0]
             body.append([f"`{job}`", what, *(f"{middle(found, key):.1f} s" for key in ("wall", "cpu")), f"{middle(found, 'memory') / 1e9:.2f} GB"])
