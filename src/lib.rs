@@ -31,6 +31,7 @@ pub mod plan;
 pub mod progress;
 mod quadrature;
 pub mod roughness;
+pub mod scratch;
 pub mod sound;
 pub mod stability;
 pub mod stop;

@@ -19,6 +19,7 @@ use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
 use railsqueal::plan::{self, Plan};
 use railsqueal::progress::Progress;
+use railsqueal::scratch::Scratch;
 use railsqueal::stop::Stop;
 use railsqueal::summary::Summary;
 use railsqueal::{Error, Result};
@@ -183,6 +184,10 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
     }
     let meshes = Meshes::default();
     refuse_what_does_not_fit(world, job, &meshes, options.reuse.is_some() && !job.output.fields)?;
+    if let Some(place) = &job.solver.out_of_core {
+        let made = world.agree(Scratch::new(place))?;
+        world.scratch.set(made).map_err(|_| Error::Defect("two folders for factors".into()))?;
+    }
     let petsc_options: Vec<(String, String)> =
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
     let session = Petsc::start(world, &petsc_options, petsc)?;
@@ -215,6 +220,7 @@ fn check(world: &World, path: &Path, changes: &Changes) -> Result<()> {
         // Meshes that do not fit are not made.
         let foreseen = plan
             .fits(here, &limit)
+            .and_then(|()| plan.fits_disk(here))
             .and_then(|()| foresee::of_job(&job, &meshes, plan.bodies.iter().map(|b| b.nodes).sum()));
         let mut lines = Vec::new();
         if let Ok(report) = &foreseen {
@@ -241,6 +247,7 @@ fn refuse_what_does_not_fit(world: &World, job: &Job, meshes: &Meshes, reduced: 
     let given = job.solver.memory_limit;
     let fits = |plan: &Plan| {
         plan.fits(here, &Limit::or_system(given))?;
+        plan.fits_disk(here)?;
         given.map_or_else(|| plan.fits_process(&Limit::of_process()), |_| Ok(()))
     };
     world.agree(plan.as_ref().map_or(Ok(()), fits))?;

@@ -1,9 +1,11 @@
 //! The world of ranks: agreement on errors, gathers and scatters that the stages share.
 
+use crate::scratch::Scratch;
 use crate::{Error, Result};
 use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
+use std::sync::OnceLock;
 
 /// Tag of the message by which a rank tells rank 0 of its wish.
 const WISH: i32 = 77;
@@ -16,6 +18,8 @@ pub struct World {
     pub rank: usize,
     /// Number of ranks.
     pub size: usize,
+    /// Where this rank keeps the factors of matrices; none: in memory.
+    pub scratch: OnceLock<Scratch>,
 }
 
 impl World {
@@ -23,7 +27,7 @@ impl World {
     pub fn new(comm: SimpleCommunicator) -> Self {
         let rank = comm.rank() as usize;
         let size = comm.size() as usize;
-        Self { comm, rank, size }
+        Self { comm, rank, size, scratch: OnceLock::new() }
     }
 
     /// True on rank 0, which reads, writes and does the dense work.

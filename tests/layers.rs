@@ -12,9 +12,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("input", &[]),
     ("memory", &[]),
+    ("scratch", &[]),
     ("dense", &[]),
     ("quadrature", &[]),
-    ("parallel", &[]),
+    ("parallel", &["scratch"]),
     ("progress", &[]),
     ("stop", &["parallel"]),
     ("friction", &[]),
@@ -23,7 +24,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("grid", &["mesh"]),
     ("placement", &["input"]),
     ("roughness", &["input"]),
-    ("petsc", &["memory", "parallel"]),
+    ("petsc", &["memory", "scratch", "parallel"]),
     ("eigen", &["dense", "parallel", "petsc"]),
     ("fem", &["parallel", "quadrature", "mesh", "petsc"]),
     ("swept", &["dense", "quadrature", "fem"]),
@@ -102,7 +103,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "case",
         ],
     ),
-    ("plan", &["memory", "job", "mesh", "body", "eigen", "case", "analysis"]),
+    ("plan", &["memory", "scratch", "job", "mesh", "body", "eigen", "case", "analysis"]),
 ];
 
 /// Files that may use less than their room.

@@ -104,6 +104,7 @@ impl Job {
             let path = folder.join(&*file);
             *file = std::path::absolute(&path).unwrap_or(path);
         };
+        self.solver.out_of_core.iter_mut().for_each(absolute);
         if let Some(rough) = self.contact.as_mut().and_then(|c| c.roughness.as_mut()) {
             for part in rough.lower.iter_mut().chain(&mut rough.upper) {
                 if let RoughnessPart::File(file) = part {

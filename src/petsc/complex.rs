@@ -2,7 +2,7 @@
 
 use super::csr::DistCsr;
 use super::handle::{read, vector, write, Handle};
-use super::mumps::{failure, room, Failed};
+use super::mumps::{failure, room, space, Failed};
 use super::session::{check, Petsc};
 use crate::{Error, Result};
 use mpi::raw::AsRaw;
@@ -12,7 +12,7 @@ use std::ffi::CString;
 
 /// What helps against a complex factorisation without memory.
 const ADVICE: &str =
-    "more ranks on more machines, a coarser mesh, or equal damping.alpha and damping.beta for both bodies, \
+    "solver.out_of_core, more ranks on more machines, a coarser mesh, or equal damping.alpha and damping.beta for both bodies, \
                       which needs real factorisations only";
 
 /// Right-hand sides solved at once.
@@ -41,6 +41,10 @@ impl<'p> ComplexFactor<'p> {
         let matrix = super::aij::assembled_with(petsc, &pattern, 1, value)?;
         // PETSc passes MUMPS its ordering by the option only. SCOTCH (3) is used where MUMPS has it, else MUMPS chooses.
         petsc.default_option(&format!("{prefix}mat_mumps_icntl_7"), "3")?;
+        if let Some(scratch) = petsc.world().scratch.get() {
+            petsc.default_option(&format!("{prefix}mat_mumps_icntl_22"), "1")?;
+            petsc.default_option(&format!("{prefix}mat_mumps_ooc_tmpdir"), &scratch.path().to_string_lossy())?;
+        }
         let text = |s: &str| CString::new(s).map_err(|_| Error::Defect("zero byte in an options prefix".into()));
         let prefix = text(prefix)?;
         let doing = format!("factorising {name}");
@@ -93,11 +97,20 @@ impl<'p> ComplexFactor<'p> {
 
     fn refuse_no_room(&self) -> Result<()> {
         // Of the rank that needs most: PETSc shows those of each only where its own options ask for them.
-        self.failing(|failed| room(self.petsc.world(), failed.megabytes, failed))
+        let world = self.petsc.world();
+        let entries = match self.infog(20)? {
+            millions if millions < 0 => -1e6 * millions as f64,
+            entries => entries as f64,
+        };
+        self.failing(|failed| {
+            space(world, 16.0 * entries / world.size as f64, failed)?;
+            room(world, failed.megabytes, failed)
+        })
     }
 
     fn failing(&self, judge: impl FnOnce(&Failed) -> Result<()>) -> Result<()> {
-        let megabytes = self.infog(16)?.max(0) as u64;
+        let on_disk = self.petsc.world().scratch.get().is_some();
+        let megabytes = self.infog(if on_disk { 26 } else { 16 })?.max(0) as u64;
         let what = format!("the complex factorisation of {}", self.name);
         judge(&Failed { what: &what, matrix: &self.name, entry: 16.0, megabytes, advice: ADVICE })
     }

@@ -13,6 +13,8 @@ use crate::job::{self, contact_radius, Compliance, EigenSolver, Job, LinearSolve
 const FACTOR: f64 = 125.0;
 /// What a factorisation takes more on many ranks than on one, as a share; half of it on two.
 const FACTOR_SPREAD: f64 = 0.2;
+/// What stays in memory of a factorisation whose factors go to the disk, as a share: the fronts that are not yet eliminated, and buffers.
+const OUT_OF_CORE: f64 = 0.5;
 /// Bytes of an entry of a distributed matrix: value and column.
 const ENTRY: f64 = 16.0;
 /// More modes than this are found in slices.
@@ -28,6 +30,8 @@ pub(super) struct Estimate {
     pub shared: Vec<(&'static str, f64)>,
     /// On rank 0 alone.
     pub on_root: Vec<(&'static str, f64)>,
+    /// What goes to the disk, of all ranks.
+    pub on_disk: f64,
 }
 
 /// The estimate of `job` for bodies of the given sizes, `alike` if one stands for both; `swept` if there are points of a sweep to solve.
@@ -102,8 +106,20 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         let modes = job.analyses.modes.as_ref().map_or(0.0, mode_count);
         shared.push(("reduced model of the sweep", ranks as f64 * (3.0 * rows + 2.0 * modes) * rows * 8.0));
     }
-    Estimate { shared, on_root }
+    let mut on_disk = 0.0;
+    if job.solver.out_of_core.is_some() {
+        for (name, bytes) in &mut shared {
+            if FACTORS.contains(name) {
+                on_disk += *bytes;
+                *bytes *= OUT_OF_CORE;
+            }
+        }
+    }
+    Estimate { shared, on_root, on_disk }
 }
+
+/// What of the memory are factors, which may go to the disk.
+const FACTORS: [&str; 3] = ["factorisation", "factorisations of slices", "factorisations at a shift"];
 
 /// Modes of each body, about.
 fn mode_count(modes: &Modes) -> f64 {

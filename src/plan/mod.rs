@@ -9,8 +9,10 @@ use crate::case::meshes::{cylinder_spec, Meshes};
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
 use crate::memory::Limit;
 use crate::mesh::{cylinder, CellKind};
+use crate::scratch::free;
 use crate::{Error, Result};
 use std::fmt;
+use std::path::PathBuf;
 
 /// Size of one body of the job.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +49,8 @@ pub struct Plan {
     pub shared: Vec<(&'static str, f64)>,
     /// What takes memory on rank 0 alone, byte.
     pub on_root: Vec<(&'static str, f64)>,
+    /// Where factors go on the disk, if they do, and how large they are, byte; summed over the ranks.
+    pub on_disk: Option<(PathBuf, f64)>,
 }
 
 /// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; mesh files are read into `meshes`. For one rank. An error has the
@@ -128,8 +132,9 @@ impl Plan {
 
     fn with(job: &Job, bodies: Vec<BodySize>, ranks: usize, swept: bool) -> Self {
         let alike = job.bodies.lower.is_some() && job.bodies.lower == job.bodies.upper;
-        let memory::Estimate { shared, on_root } = memory::estimate(job, &bodies, alike, ranks, swept);
-        Self { steps: text::lines(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
+        let memory::Estimate { shared, on_root, on_disk } = memory::estimate(job, &bodies, alike, ranks, swept);
+        let on_disk = job.solver.out_of_core.clone().map(|place| (place, on_disk));
+        Self { on_disk, steps: text::lines(job, &bodies, alike), bodies, alike, ranks, shared, on_root }
     }
 
     /// Estimated peak memory of each rank other than 0, byte.
@@ -145,6 +150,22 @@ impl Plan {
     /// Estimated peak memory of the node of rank 0, byte, where `ranks_here` of the ranks run.
     pub fn node(&self, ranks_here: usize) -> f64 {
         self.root() + self.per_rank() * ranks_here.saturating_sub(1) as f64
+    }
+
+    /// An error if the disk of the node of rank 0, where `ranks_here` ranks run, has less space than the factors need there.
+    pub fn fits_disk(&self, ranks_here: usize) -> Result<()> {
+        let Some((place, bytes)) = &self.on_disk else { return Ok(()) };
+        let (need, free) = (bytes * ranks_here as f64 / self.ranks as f64, free(place)?);
+        match need <= free {
+            true => Ok(()),
+            false => Err(Error::Io(format!(
+                "solver.out_of_core: the factors need about {} of disk on this node ({ranks_here} of {} ranks), {} has {} free; name another folder",
+                size_text(need),
+                self.ranks,
+                place.display(),
+                size_text(free)
+            ))),
+        }
     }
 
     /// An error if rank 0 needs more than its process may have.
@@ -175,7 +196,7 @@ impl Plan {
         let dofs: u64 = self.bodies.iter().map(|b| b.dofs).sum();
         Err(Error::Memory(format!(
             "the job needs about {} on this node ({} of {} ranks, {dofs} degrees of freedom; most of it: {}, {}), but {} gives {}.\n  \
-             Use a larger element_size or a smaller patch, \"gamg\" as solver.linear, more nodes, or raise solver.memory_limit if the estimate is too high",
+             Use a larger element_size or a smaller patch, solver.out_of_core, \"gamg\" as solver.linear, more nodes, or raise solver.memory_limit if the estimate is too high",
             size_text(need),
             ranks_here,
             self.ranks,
@@ -229,6 +250,15 @@ impl fmt::Display for Plan {
         }
         for (name, bytes) in self.on_root.iter().filter(|p| p.1 > 0.0) {
             writeln!(f, "  {name:<28} {:>10}  on rank 0", size_text(*bytes))?;
+        }
+        if let Some((place, bytes)) = &self.on_disk {
+            writeln!(
+                f,
+                "  {:<28} {:>10}  in {}, not in memory",
+                "factors on the disk",
+                size_text(*bytes),
+                place.display()
+            )?;
         }
         if self.ranks == 1 {
             return writeln!(f, "  {:<28} {:>10}", "in all", size_text(self.root()));

@@ -10,6 +10,7 @@ mod golden;
 mod interrupted;
 mod matrices;
 mod one_point;
+mod out_of_core;
 mod placement;
 mod points;
 mod program;

@@ -5,6 +5,7 @@ use crate::Check;
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{norm2, DistCsr};
 use railsqueal::petsc::{Factor, FactorOptions, Ordering, Symmetry};
+use railsqueal::scratch::Scratch;
 use railsqueal::Error;
 
 pub const CHECKS: &[Check] = &[
@@ -14,6 +15,7 @@ pub const CHECKS: &[Check] = &[
     ("solve, every kind and ordering", solve),
     ("solve of several right-hand sides", solve_many),
     ("rank without rows", empty_rank),
+    ("factors on the disk are those in memory", out_of_core),
     ("inverse block equals solves", inverse_block),
     ("inverse of the chain in closed form", inverse_closed_form),
     ("inertia counts the eigenvalues below the shift", inertia),
@@ -91,6 +93,45 @@ fn solve(world: &World) {
             f.solve(&mut x, 1).unwrap();
             let r = residual(world, &k, &x, &b);
             assert!(r < 1e-12, "{kind:?} {ordering:?}: residual {r:e}");
+        }
+    }
+}
+
+/// Solutions, entries of the inverse, inertia and a second factorisation; the folder holds the factors, and nothing at the end.
+fn out_of_core(world: &World) {
+    let place = tempfile::tempdir().unwrap();
+    let mine = World::new(mpi::traits::Communicator::duplicate(&world.comm));
+    mine.scratch.set(Scratch::new(place.path()).unwrap()).unwrap();
+    let bytes = || -> u64 {
+        let files = std::fs::read_dir(mine.scratch.get().unwrap().path()).unwrap();
+        files.map(|f| f.unwrap().metadata().unwrap().len()).sum()
+    };
+    let (k, m) = brick(world, 8);
+    let (b, rows) = (sample(&k, world, 0.0), [0, 7, 100, 311]);
+    for (kind, shift) in [(Symmetry::Positive, 0.0), (Symmetry::Indefinite, 3.0), (Symmetry::General, 0.0)] {
+        let name = format!("{kind:?}");
+        let a = k.minus_scaled(shift, &m);
+        let of = |world| {
+            let mut f = Factor::new(world, &a, FactorOptions::new(kind), &name).unwrap();
+            f.renew(&a, &name).unwrap();
+            let mut x = b.clone();
+            f.solve(&mut x, 1).unwrap();
+            let block = (kind != Symmetry::General).then(|| f.inverse_block(&rows).unwrap());
+            (x, block, f.negative_pivots(), f)
+        };
+        let (x, inverse, negative, f) = of(&mine);
+        let entries = 8 * f.statistics().factor_entries;
+        let held = world.sum_u64(bytes());
+        assert!(held > entries / 2, "{kind:?}: {held} bytes in the folder, {entries} of entries");
+        drop(f);
+        assert_eq!(world.sum_u64(bytes()), 0, "{kind:?}: factors stay");
+        let (expected, block, below, _) = of(world);
+        assert_eq!(negative, below, "{kind:?}");
+        let size = norm2(world, &expected);
+        let off: Vec<f64> = x.iter().zip(&expected).map(|(a, b)| a - b).collect();
+        assert!(norm2(world, &off) <= 1e-12 * size, "{kind:?}: {:e} of {size:e}", norm2(world, &off));
+        if let (Some(a), Some(b)) = (inverse, block) {
+            assert!((&a - &b).norm_l2() <= 1e-12 * b.norm_l2(), "{kind:?}: {:e}", (&a - &b).norm_l2());
         }
     }
 }

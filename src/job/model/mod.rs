@@ -14,6 +14,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use super::format::FORMAT;
 use super::sweep::SweepPlan;
@@ -92,6 +93,10 @@ pub struct Solver {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "byte"))]
     pub memory_limit: Option<f64>,
+    /// A folder on a disk of each machine, relative to the job file: the factors of matrices go there and do not stay in memory. It exists; what is
+    /// put there is removed at the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub out_of_core: Option<PathBuf>,
 }
 
 /// Solver of the static problems.

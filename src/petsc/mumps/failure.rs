@@ -44,6 +44,9 @@ pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &Failed) -> Result<()
         -8 | -9 | -14 | -15 | -17 | -20 => Error::Memory(format!(
             "{what}: the workspace of MUMPS is too small even far above its estimate: {need} (error {code}, {detail}). Use {advice}."
         )),
+        -90 => Error::Io(format!(
+            "{what}: MUMPS cannot write its factors to the disk or read them back (error -90, {detail}); is there space where solver.out_of_core says?"
+        )),
         SINGULAR | -6 => Error::NotConverged(format!(
             "matrix {matrix} is singular (MUMPS error {code} after {detail} pivots): is the body held by a fixed group, is \
              every node part of an element, and is a shift not an eigenvalue?"
@@ -80,6 +83,26 @@ pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &Failed) -> Resul
     world.agree(look().map_err(short))
 }
 
+/// Collective: an error where the factors go to the disk and there is no space for them, `bytes` of this rank.
+pub(in crate::petsc) fn space(world: &World, bytes: f64, f: &Failed) -> Result<()> {
+    let node = world.sum_on_node(bytes);
+    let look = || {
+        let Some(scratch) = world.scratch.get() else { return Ok(()) };
+        let free = scratch.free()?;
+        match node <= free {
+            true => Ok(()),
+            false => Err(Error::Io(format!(
+                "solver.out_of_core: the factors of matrix {} need {:.1} GB of disk on this machine, there are {:.1} GB free at {}; name another folder",
+                f.matrix,
+                node / 1e9,
+                free / 1e9,
+                scratch.path().display()
+            ))),
+        }
+    };
+    world.agree(look())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,7 +121,7 @@ mod tests {
         }
         let early = at(-7, 12, 0).unwrap_err();
         assert!(early.exit_code() == 7 && early.message().contains("not known yet"), "{early}");
-        for (code, exit) in [(-9, 7), (-20, 7), (SINGULAR, 4), (-40, 4), (-3, 1)] {
+        for (code, exit) in [(-9, 7), (-20, 7), (SINGULAR, 4), (-40, 4), (-90, 6), (-3, 1)] {
             assert_eq!(at(code, 1, 1).unwrap_err().exit_code(), exit, "{code}");
         }
     }

@@ -9,7 +9,7 @@ mod failure;
 mod inverse;
 mod solve;
 
-pub(super) use failure::{failure, room, Failed};
+pub(super) use failure::{failure, room, space, Failed};
 
 use super::csr::{norm2, DistCsr};
 use super::ordering::nested_dissection;
@@ -92,7 +92,7 @@ pub struct Factor<'w> {
 const WORKSPACE: [MUMPS_INT; 3] = [10, 30, 1000];
 
 /// What helps against a factorisation without memory.
-const ADVICE: &str = "more ranks on more machines, a coarser mesh or, for steady rolling alone, solver.linear \"gamg\"";
+const ADVICE: &str = "solver.out_of_core, more ranks on more machines, a coarser mesh or, for steady rolling alone, solver.linear \"gamg\"";
 
 /// A pivot below this fraction of the largest entry counts as zero. Stiffness matrices of graded meshes reach 1e-9,
 /// a free rigid-body motion leaves some 1e-16.
@@ -105,8 +105,7 @@ impl<'w> Factor<'w> {
     /// Collective: factorises `matrix`. `name` stands for it in messages.
     pub fn new(world: &'w World, matrix: &DistCsr, options: FactorOptions, name: &str) -> Result<Self> {
         let mut factor = Self::analysed(world, matrix, options, name, true)?;
-        let need = factor.id.info[14].max(0) as u64;
-        room(world, need, &factor.failed(&format!("the factorisation of {name}"), name))?;
+        factor.refuse_no_room(name)?;
         if let Err(error) = factor.factorise(matrix, name) {
             // Only the search for pivots can say which rows make a matrix singular.
             if options.kind == Symmetry::Positive && i64::from(factor.id.infog[0]) == SINGULAR {
@@ -173,6 +172,10 @@ impl<'w> Factor<'w> {
         factor.control(4, 0);
         factor.control(18, 3); // matrix distributed by rows, pattern at the analysis and values at the factorisation
         factor.control(28, 1); // ordering on one rank
+        if let Some(scratch) = world.scratch.get() {
+            factor.control(22, 1); // factors on the disk
+            put_text(&mut factor.id.ooc_tmpdir, &scratch.path().to_string_lossy())?;
+        }
         factor.control(14, WORKSPACE[usize::from(options.kind != Symmetry::Positive)]);
         factor.control(
             7,
@@ -206,10 +209,24 @@ impl<'w> Factor<'w> {
             flops: factor.id.rinfog[0],
             flops_max: world.max(factor.id.rinfo[0]),
             entries_max: world.max(large(factor.id.info[2]) as f64) as u64,
-            memory_max_mb: factor.id.infog[15].max(0) as u64,
-            memory_sum_mb: factor.id.infog[16].max(0) as u64,
+            memory_max_mb: factor.id.infog[if factor.on_disk() { 25 } else { 15 }].max(0) as u64,
+            memory_sum_mb: factor.id.infog[if factor.on_disk() { 26 } else { 16 }].max(0) as u64,
         };
         Ok(factor)
+    }
+
+    /// True where the factors go to the disk.
+    fn on_disk(&self) -> bool {
+        self.id.icntl[21] == 1
+    }
+
+    /// Collective: an error where there is no memory for what the analysis found, or no space on the disk.
+    fn refuse_no_room(&self, name: &str) -> Result<()> {
+        let what = format!("the factorisation of {name}");
+        let failed = self.failed(&what, name);
+        let need = self.id.info[if self.on_disk() { 16 } else { 14 }].max(0) as u64;
+        space(self.world, 8.0 * large(self.id.info[2]) as f64, &failed)?;
+        room(self.world, need, &failed)
     }
 
     /// Local pattern as MUMPS takes it, 1-based: the lower triangle of symmetric matrices, all of others.
@@ -375,6 +392,20 @@ impl Drop for Factor<'_> {
             self.call(-2);
         }
     }
+}
+
+/// Puts `text` into a field of characters that ends in zero.
+fn put_text(field: &mut [std::ffi::c_char], text: &str) -> Result<()> {
+    if text.len() >= field.len() || text.contains('\0') {
+        return Err(Error::Job(format!(
+            "solver.out_of_core: found a path of {} bytes, {text}; expected one that MUMPS can hold, of at most {} bytes",
+            text.len(),
+            field.len() - 1
+        )));
+    }
+    field.fill(0);
+    field.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from as std::ffi::c_char);
+    Ok(())
 }
 
 /// MUMPS gives numbers beyond 32 bits as negative millions.
