@@ -186,7 +186,7 @@ fn export(world: &World, path: &str, bodies: &[FeBody], s: &LinearContact) -> st
                 [(0, stiffness, 1.0), (1, stiffness, DAMPING.beta), (1, mass, DAMPING.alpha), (2, mass, 1.0)]
             {
                 let (cols, values) = matrix.row(i);
-                matrices[p][row].extend(cols.iter().zip(values).map(|(&c, v)| (first[b] + c as u32, factor * v)));
+                matrices[p][row].extend(cols.iter().zip(values).map(|(&c, v)| (first[b] + c, factor * v)));
             }
         }
     }

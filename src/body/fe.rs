@@ -86,9 +86,9 @@ impl FeBody {
         let body = Supported { name, mesh, part: &part, dofs: &dofs, material };
         let effect = body.hold(world, supports, &mut operators)?;
         let rigid = RigidMotions::new(world, &part, &dofs, &operators, &effect).map_err(named)?;
-        let ghosts = Exchange::new(world, &dofs.ranges, &columns(&part, &dofs));
+        let ghosts = Exchange::new(world, &dofs.ranges, columns(&part, &dofs));
         // Local ghosts are ascending, so are the exchange's: the fetched values are in the order of `node_ids`.
-        let node_ghosts = Exchange::new(world, &part.ranges, &part.node_ids);
+        let node_ghosts = Exchange::new(world, &part.ranges, part.node_ids.iter().copied());
         let supported = rigid.is_empty();
         let first = world.on_root(|| grid.map_or(Ok(Vec::new()), |grid| contact_dofs(name, grid, &part, &dofs)))?;
         let trace = Trace::of_nodes(world, &dofs.ranges, first.as_deref())?;

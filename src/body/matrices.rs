@@ -381,7 +381,7 @@ pub(super) fn scatter(world: &World, matrix: Option<&Csr>) -> DistCsr {
         let rows = rank[0] as usize..rank[1] as usize;
         let entries = m.indptr[rows.start]..m.indptr[rows.end];
         starts.push(m.indptr[rows.start..=rows.end].iter().map(|&p| (p - entries.start) as u64).collect::<Vec<u64>>());
-        cols.push(m.cols[entries.clone()].to_vec());
+        cols.push(m.cols[entries.clone()].iter().map(|&c| c as u32).collect::<Vec<u32>>());
         values.push(m.values[entries].to_vec());
     }
     let starts = world.scatter(starts);

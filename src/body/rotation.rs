@@ -241,7 +241,8 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
             // What a unit displacement of all nodes along x, y and z would make there: the stiffness that stands on the node.
             let stands = |c: u64| {
                 let (columns, values) = springs.row((first_of + c - first_dof) as usize);
-                let alike = columns.iter().zip(values).filter(|(column, _)| *column % 3 == (first_of + c) % 3);
+                let alike =
+                    columns.iter().zip(values).filter(|(column, _)| u64::from(**column) % 3 == (first_of + c) % 3);
                 alike.map(|(_, v)| v).sum::<f64>()
             };
             let r = axis.outward(*place);

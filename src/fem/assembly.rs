@@ -41,6 +41,12 @@ pub struct Assembly<'a> {
 impl<'a> Assembly<'a> {
     /// Collective: checks the cells. One that is inverted is an [`Error::Input`] that names it.
     pub fn new(world: &World, part: &'a MeshPart, dofs: &'a DofMap) -> Result<Self> {
+        if dofs.total() > u64::from(u32::MAX) {
+            return Err(Error::Memory(format!(
+                "{} degrees of freedom, more than a matrix can number here",
+                dofs.total()
+            )));
+        }
         world.agree(check(part))?;
         let mut graph: Vec<Vec<u32>> = vec![Vec::new(); part.owned];
         for cell in part.cells.iter() {
@@ -80,7 +86,7 @@ impl<'a> Assembly<'a> {
                         continue;
                     }
                     // The pattern was made from these very cells: the column is there.
-                    let at = base + matrix.cols[base..base + length].partition_point(|&c| c < first);
+                    let at = base + matrix.cols[base..base + length].partition_point(|&c| u64::from(c) < first);
                     for c in 0..3 {
                         if full {
                             let from = order * (3 * a + c) + 3 * b;
@@ -142,8 +148,8 @@ impl<'a> Assembly<'a> {
                     let first = dofs.local[m as usize];
                     match coupling {
                         _ if first == FIXED => {}
-                        Coupling::Full => cols.extend([first, first + 1, first + 2]),
-                        Coupling::Components => cols.push(first + c),
+                        Coupling::Full => cols.extend((0..3).map(|d| (first + d) as u32)),
+                        Coupling::Components => cols.push((first + c) as u32),
                     }
                 }
                 indptr.push(cols.len());

@@ -108,7 +108,7 @@ impl<'a> Surface<'a> {
         matrix.indptr = vec![0; dofs.owned() + 1];
         for same in entries.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             let (row, column, _) = same[0];
-            matrix.cols.push(column);
+            matrix.cols.push(column as u32);
             matrix.values.push(same.iter().map(|e| e.2).sum());
             matrix.indptr[(row - dofs.begin()) as usize + 1] += 1;
         }

@@ -26,7 +26,7 @@ pub(crate) fn assembled_with<'p>(
     let own = matrix.rows_of(world.rank);
     let (n, order) = (matrix.n_local() as sys::PetscInt, matrix.order() as sys::PetscInt);
     let inside: Vec<sys::PetscInt> = (0..matrix.n_local())
-        .map(|i| matrix.row(i).0.iter().filter(|c| own.contains(c)).count() as sys::PetscInt)
+        .map(|i| matrix.row(i).0.iter().filter(|&&c| own.contains(&c.into())).count() as sys::PetscInt)
         .collect();
     let outside: Vec<sys::PetscInt> =
         (0..matrix.n_local()).map(|i| matrix.row(i).0.len() as sys::PetscInt - inside[i]).collect();
@@ -50,7 +50,7 @@ pub(crate) fn assembled_with<'p>(
             columns.clear();
             columns.extend(cols.iter().map(|&c| c as sys::PetscInt));
             values.clear();
-            values.extend(cols.iter().enumerate().map(|(at, &c)| value(i, at, c)));
+            values.extend(cols.iter().enumerate().map(|(at, &c)| value(i, at, c.into())));
             let row = (own.start + i as u64) as sys::PetscInt;
             let count = columns.len() as sys::PetscInt;
             check(

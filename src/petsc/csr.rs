@@ -16,8 +16,9 @@ pub struct DistCsr {
     pub ranges: Vec<u64>,
     /// Start of each local row in `cols`, `[n_local + 1]`.
     pub indptr: Vec<usize>,
-    /// Global column of each entry, ascending in a row.
-    pub cols: Vec<u64>,
+    /// Global column of each entry, ascending in a row. Four bytes: beside the values the columns are most of a matrix, and no direct solver here
+    /// numbers more than 2³¹ rows.
+    pub cols: Vec<u32>,
     /// Value of each entry.
     pub values: Vec<f64>,
 }
@@ -39,7 +40,7 @@ impl DistCsr {
     }
 
     /// Columns and values of local row `row`.
-    pub fn row(&self, row: usize) -> (&[u64], &[f64]) {
+    pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
         let span = self.indptr[row]..self.indptr[row + 1];
         (&self.cols[span.clone()], &self.values[span])
     }
@@ -65,7 +66,7 @@ impl DistCsr {
         let order = self.order();
         for i in 0..self.n_local() {
             let (cols, values) = self.row(i);
-            if cols.windows(2).any(|w| w[0] >= w[1]) || cols.last().is_some_and(|&c| c >= order) {
+            if cols.windows(2).any(|w| w[0] >= w[1]) || cols.last().is_some_and(|&c| u64::from(c) >= order) {
                 return defect(format!("columns of row {} do not ascend within 0..{order}", rows.start + i as u64));
             }
             if let Some(k) = values.iter().position(|v| !v.is_finite()) {
@@ -86,7 +87,11 @@ impl DistCsr {
         (0..self.n_local()).flat_map(move |i| {
             let row = first + i as u64;
             let (cols, values) = self.row(i);
-            cols.iter().zip(values).take_while(move |(&c, _)| c <= row).map(move |(&c, &v)| (row, c, v))
+            cols.iter()
+                .zip(values)
+                .map(|(&c, &v)| (u64::from(c), v))
+                .take_while(move |(c, _)| *c <= row)
+                .map(move |(c, v)| (row, c, v))
         })
     }
 
@@ -99,7 +104,7 @@ impl DistCsr {
     /// Entry at local row `row`, global column `col`; zero where none is stored.
     pub fn get(&self, row: usize, col: u64) -> f64 {
         let (cols, values) = self.row(row);
-        cols.binary_search(&col).map(|k| values[k]).unwrap_or(0.0)
+        cols.binary_search_by(|&c| u64::from(c).cmp(&col)).map(|k| values[k]).unwrap_or(0.0)
     }
 
     /// Collective: largest absolute value.
@@ -124,6 +129,7 @@ impl DistCsr {
             let row = first + i as u64;
             let (cols, values) = self.row(i);
             for (&col, &value) in cols.iter().zip(values) {
+                let col = u64::from(col);
                 if own.contains(&col) {
                     worst = worst.max((value - self.get((col - first) as usize, row)).abs());
                 } else {
@@ -164,7 +170,7 @@ impl DistCsr {
             let (b, bv) = other.row(i);
             let (mut p, mut q) = (0, 0);
             while p < a.len() || q < b.len() {
-                let (ca, cb) = (a.get(p).copied().unwrap_or(u64::MAX), b.get(q).copied().unwrap_or(u64::MAX));
+                let (ca, cb) = (a.get(p).copied().unwrap_or(u32::MAX), b.get(q).copied().unwrap_or(u32::MAX));
                 let mut value = 0.0;
                 if ca <= cb {
                     value += av[p];
@@ -194,7 +200,7 @@ impl DistCsr {
             let row = first + i as u64;
             let whole = is_held(row);
             for k in self.indptr[i]..self.indptr[i + 1] {
-                let column = self.cols[k];
+                let column = u64::from(self.cols[k]);
                 if whole || is_held(column) {
                     self.values[k] *= if row == column { diagonal } else { 0.0 };
                 }
@@ -297,15 +303,16 @@ pub struct Operator<'a> {
 impl<'a> Operator<'a> {
     /// Collective: a matrix made ready for products with vectors.
     pub fn new(world: &World, matrix: Held<'a>) -> Self {
-        let exchange = Exchange::new(world, &matrix.ranges, &matrix.cols);
+        let exchange = Exchange::new(world, &matrix.ranges, matrix.cols.iter().map(|&c| c.into()));
         let own = matrix.rows_of(world.rank);
         let n = matrix.n_local();
-        let local = matrix.cols.iter().map(|col| {
-            if own.contains(col) {
+        let local = matrix.cols.iter().map(|&col| {
+            let col = u64::from(col);
+            if own.contains(&col) {
                 (col - own.start) as u32
             } else {
                 // Every column outside the own rows is a ghost by construction of the exchange.
-                (n + exchange.ghosts().partition_point(|g| g < col)) as u32
+                (n + exchange.ghosts().partition_point(|&g| g < col)) as u32
             }
         });
         let local = local.collect();

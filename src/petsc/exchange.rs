@@ -17,9 +17,9 @@ pub struct Exchange {
 impl Exchange {
     /// Collective: the plan to fetch all of `columns` (global, any order, repetitions allowed) that are not in this
     /// rank's range.
-    pub fn new(world: &World, ranges: &[u64], columns: &[u64]) -> Self {
+    pub fn new(world: &World, ranges: &[u64], columns: impl IntoIterator<Item = u64>) -> Self {
         let own = ranges[world.rank]..ranges[world.rank + 1];
-        let mut ghosts: Vec<u64> = columns.iter().copied().filter(|c| !own.contains(c)).collect();
+        let mut ghosts: Vec<u64> = columns.into_iter().filter(|c| !own.contains(c)).collect();
         ghosts.sort_unstable();
         ghosts.dedup();
         let mut wanted = vec![Vec::new(); world.size];

@@ -14,7 +14,7 @@ pub fn from_rows(world: &World, ranges: Vec<u64>, row: impl Fn(u64) -> Vec<(u64,
     let mut a = DistCsr { indptr: vec![0], ..Default::default() };
     for i in ranges[world.rank]..ranges[world.rank + 1] {
         for (c, v) in row(i) {
-            a.cols.push(c);
+            a.cols.push(c as u32);
             a.values.push(v);
         }
         a.indptr.push(a.cols.len());

@@ -88,8 +88,9 @@ pub struct Factor<'w> {
     rows: solve::Rows,
 }
 
-/// Relaxation of the estimated workspace, percent, at the first attempt without and with pivoting, and at the last.
-const WORKSPACE: [MUMPS_INT; 3] = [10, 30, 1000];
+/// Relaxation of the estimated workspace, percent, at the first attempt without and with pivoting, and at the last. Without pivots to delay the estimate is
+/// nearly what is needed, on several ranks too; what is beyond stays taken as long as the factor.
+const WORKSPACE: [MUMPS_INT; 3] = [2, 30, 1000];
 
 /// What helps against a factorisation without memory.
 const ADVICE: &str = "solver.out_of_core, more ranks on more machines, a coarser mesh or, for steady rolling alone, solver.linear \"gamg\"";
@@ -235,7 +236,7 @@ impl<'w> Factor<'w> {
         match self.kind {
             Symmetry::General => (0..matrix.n_local())
                 .flat_map(|i| matrix.row(i).0.iter().map(move |&c| (i, c)))
-                .map(|(i, c)| (one(matrix.ranges[self.world.rank] + i as u64), one(c)))
+                .map(|(i, c)| (one(matrix.ranges[self.world.rank] + i as u64), one(c.into())))
                 .unzip(),
             _ => matrix.lower_triangle(self.world.rank).map(|(r, c, _)| (one(r), one(c))).unzip(),
         }
