@@ -57,6 +57,11 @@ impl Sizes {
     pub fn of(count: usize) -> Self {
         Self { block: BLOCK, subspace: (2 * count + 3 * BLOCK).max(count + 6 * BLOCK) }
     }
+
+    /// For `count` pairs where each pass through the factor reads it from a disk: few passes, without a restart as long as there are not many pairs.
+    pub fn few_passes(count: usize) -> Self {
+        Self { block: 3 * BLOCK, subspace: 2 * count + 15 * BLOCK }
+    }
 }
 
 /// Converged pairs.

@@ -46,6 +46,10 @@ pub trait Shifted {
     fn solve(&mut self, x: &mut [f64], columns: usize) -> Result<()>;
     /// Number of eigenvalues below σ, from the inertia of K − σM.
     fn below(&self) -> u64;
+    /// Block and basis for `count` pairs, by what a pass through the inverse costs.
+    fn sizes(&self, count: usize) -> Sizes {
+        Sizes::of(count)
+    }
 }
 
 /// Collective: at least the `count` pairs whose eigenvalues are nearest to the shift. `progress` is told converged and wanted pairs.
@@ -55,7 +59,8 @@ pub fn nearest(
     count: usize,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Modes> {
-    nearest_by(pencil, shifted, count, Sizes::of(count), progress)
+    let sizes = shifted.sizes(count);
+    nearest_by(pencil, shifted, count, sizes, progress)
 }
 
 /// Collective: the same with blocks and a basis of one's own, to measure what they cost.

@@ -5,7 +5,7 @@
 
 use super::block::columns;
 use super::check::{checked, Modes};
-use super::lanczos::{self, Goal, Sizes};
+use super::lanczos::{self, Goal};
 use super::{enough, Pencil, Shifted};
 use crate::{Error, Result};
 
@@ -162,7 +162,8 @@ impl<'a> Slices<'a> {
                 None => progress(done + converged, done + wanted),
             };
             let goal = Goal::Sides(missing, ahead);
-            let found = lanczos::run(self.pencil, shifted, deflated, goal, Sizes::of(missing + ahead), &mut told)?;
+            let sizes = shifted.sizes(missing + ahead);
+            let found = lanczos::run(self.pencil, shifted, deflated, goal, sizes, &mut told)?;
             self.restarts += found.restarts;
             self.solves += found.solves;
             let value = |i: usize| sigma + 1.0 / found.theta[i];

@@ -1,6 +1,6 @@
 //! Distributed sparse matrices and their factorisations as operators of the methods, and the choice between the method here and SLEPc's.
 
-use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted};
+use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted, Sizes};
 use crate::parallel::World;
 use crate::petsc::csr::{DistCsr, Operator};
 use crate::petsc::{eps, Factor, FactorOptions, Petsc, Symmetry};
@@ -103,6 +103,17 @@ impl Shifted for At<'_, '_> {
     fn below(&self) -> u64 {
         self.factor.negative_pivots()
     }
+
+    fn sizes(&self, count: usize) -> Sizes {
+        sizes(self.factor, count)
+    }
+}
+
+fn sizes(factor: &Factor, count: usize) -> Sizes {
+    match factor.on_disk() {
+        true => Sizes::few_passes(count),
+        false => Sizes::of(count),
+    }
 }
 
 /// Factors of K − σM for one shift after another.
@@ -143,6 +154,10 @@ impl Shifted for Sliding<'_> {
 
     fn below(&self) -> u64 {
         self.factor().map_or(0, Factor::negative_pivots)
+    }
+
+    fn sizes(&self, count: usize) -> Sizes {
+        self.factor().map_or(Sizes::of(count), |factor| sizes(factor, count))
     }
 }
 

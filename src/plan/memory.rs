@@ -74,6 +74,7 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         let columns = match job.solver.eigen {
             EigenSolver::Slepc => 2.0 * (2.0 * count + 16.0),
             EigenSolver::Blocks if count > SLICED => count + 270.0,
+            EigenSolver::Blocks if job.solver.out_of_core.is_some() => 2.0 * count + 200.0,
             EigenSolver::Blocks => 2.0 * count + 70.0,
         };
         let basis: f64 = unique.iter().map(|b| b.dofs as f64 * 8.0 * columns).sum();

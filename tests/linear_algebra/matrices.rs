@@ -44,7 +44,7 @@ pub fn free_chain(world: &World, n: u64) -> DistCsr {
     let first = a.ranges[world.rank];
     for i in 0..a.n_local() {
         if first + i as u64 == 0 || first + i as u64 == n - 1 {
-            let at = a.indptr[i] + a.row(i).0.iter().position(|&c| c == first + i as u64).unwrap();
+            let at = a.indptr[i] + a.row(i).0.iter().position(|&c| u64::from(c) == first + i as u64).unwrap();
             a.values[at] = 1.0;
         }
     }

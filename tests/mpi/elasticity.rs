@@ -152,7 +152,7 @@ pub fn convergence_order(world: &World) {
 pub fn ghost_values(world: &World) {
     let mesh = block([6, 3, 2], [6.0, 3.0, 2.0], |x| x);
     let part = distribute(world, world.is_root().then_some(&mesh)).unwrap();
-    let exchange = Exchange::new(world, &part.ranges, &part.node_ids);
+    let exchange = Exchange::new(world, &part.ranges, part.node_ids.iter().copied());
     let owned: Vec<f64> = part.coords[..part.owned].iter().map(|x| x[0] + 10.0 * x[1] + 100.0 * x[2]).collect();
     let ghosts = exchange.fetch(world, &owned);
     let expected: Vec<f64> = part.coords[part.owned..].iter().map(|x| x[0] + 10.0 * x[1] + 100.0 * x[2]).collect();

@@ -217,7 +217,7 @@ impl<'w> Factor<'w> {
     }
 
     /// True where the factors go to the disk.
-    fn on_disk(&self) -> bool {
+    pub fn on_disk(&self) -> bool {
         self.id.icntl[21] == 1
     }
 
