@@ -191,4 +191,8 @@ def cycles(result: Result) -> list[Figure]:
             at = int(np.argmax(np.where(squeals, kinetic, -1)))
             made.append(Figure(group, "largest kinetic energy", float(kinetic[at]), "J"))
             made.append(Figure(group, "its frequency", float(frequency[at]), "Hz"))
+    loudest = table.loudest()
+    for name, fate, level in zip(table.branch, table.fate, [] if loudest is None else loudest):
+        if (fate > 0).any():
+            made.append(Figure(f"limit cycles, {name}", "largest sound power", float(np.nanmax(level[fate > 0])), "dB(A)"))
     return made

@@ -339,6 +339,7 @@ class Cycles(Table):
     velocity_rms: Floats  # [b, s, 2, 3], m/s
     force_harmonics: Floats  # [b, s, h, 3], N
     message: list[str]  # [b s]
+    level_a: dict[str, Floats]  # A-weighted sound power level of each body that is heard, [b, s], dB re 1 pW; -inf at rest
 
     @classmethod
     def of(cls, result: Result) -> Self:
@@ -359,7 +360,12 @@ class Cycles(Table):
             result.array(group + "velocity_rms"),
             result.array(group + "force_harmonics"),
             [m.decode() if isinstance(m, bytes) else str(m) for m in messages],
+            {b: result.array(path) for b in BODIES.values() if (path := f"{group}sound_power/{b}/total_level_a") in result},
         )
+
+    def loudest(self) -> Floats | None:
+        """A-weighted sound power level of the louder body, [b, s], dB re 1 pW; none where no sound was asked for."""
+        return np.fmax.reduce(list(self.level_a.values())) if self.level_a else None
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import dataset
 
-from railsqueal import Result, ResultError, figures
+from railsqueal import Result, ResultError, figures, tables
 from railsqueal.pictures import Canvas, draw, sweep, transient as drawn
 from railsqueal.tables import Sweep
 
@@ -80,12 +80,20 @@ def test_limit_cycles_are_drawn_branch_by_branch(tmp_path: Path) -> None:
         for name in ("velocity_rms", "force_harmonics"):
             dataset(file, f"sweep/cycles/{name}", np.zeros((2, 6, 2, 3)))
     with Result(path) as result:
+        assert tables.Cycles.of(result).loudest() is None
+    with h5py.File(path, "a") as file:
+        level = np.where(fate > 0, 90.0 + np.arange(6), np.where(fate == 0, -np.inf, np.nan))
+        dataset(file, "sweep/cycles/sound_power/lower/total_level_a", level, "dB")
+        dataset(file, "sweep/cycles/sound_power/upper/total_level_a", level - 1 + 2 * (np.arange(6) == 4), "dB")
+    with Result(path) as result:
         made = [p.name for p in draw(result, Canvas(tmp_path, "c", resolution=DOTS))]
         assert made == ["c-sweep-map.png", "c-limit-cycles.png", "c-limit-cycles-map.png"]
         named = {(f.group, f.name): f.value for f in figures.cycles(result)}
     # The irregular one squeals too, and the largest energy is the fifth point's.
     assert [named[(f"limit cycles, {b}", "points that squeal")] for b in ("up", "down")] == [2, 3]
     assert named[("limit cycles, up", "largest kinetic energy")] == pytest.approx(4.1)
+    # The louder body of the loudest point.
+    assert named[("limit cycles, down", "largest sound power")] == pytest.approx(95.0)
 
 
 def test_a_branch_that_ends_has_no_frequency() -> None:

@@ -7,6 +7,7 @@ mod full_stability;
 mod inputs;
 mod modes;
 mod point;
+mod radiation;
 mod receptance;
 pub mod reduction;
 mod reuse;
@@ -68,6 +69,7 @@ pub fn check(job: &Job) -> Result<()> {
 /// What the analyses of the contact need of the bodies in it, and the keys that ask for it.
 fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
     let a = &job.analyses;
+    let cycles = a.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     let transient = |of: &dyn Fn(&crate::job::Transient) -> bool| a.transient.as_ref().is_some_and(of);
     let all = [
         ("steady", a.steady.is_some(), Capability::Grid),
@@ -78,6 +80,7 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
         ("transient", a.transient.is_some(), Capability::Modes),
         ("transient.points", transient(&|t| !t.points.is_empty()), Capability::Fields),
         ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Surface),
+        ("sweep.cycles.sound_power", cycles.is_some_and(|c| c.sound_power.is_some()), Capability::Surface),
         ("transient.body_stride", transient(&|t| t.body_stride > 0), Capability::Fields),
     ];
     all.into_iter().filter(|w| w.1).map(|(key, _, what)| (key, what)).collect()
@@ -94,7 +97,12 @@ fn capable(job: &Job) -> Result<()> {
             Capability::Surface => "surfaces that radiate sound",
             Capability::FullSystem => "matrices",
         };
-        let sounding = job.analyses.transient.as_ref().and_then(|t| t.sound_power.as_ref()).map(|s| &s.bodies);
+        let (of_transient, of_cycles) = (&job.analyses.transient, &job.analyses.sweep);
+        let sounding = match key {
+            "transient.sound_power" => of_transient.as_ref().and_then(|t| t.sound_power.as_ref()),
+            _ => of_cycles.as_ref().and_then(|s| s.cycles.as_ref()).and_then(|c| c.sound_power.as_ref()),
+        };
+        let sounding = sounding.map(|s| &s.bodies);
         let asked =
             |name: &str| what != Capability::Surface || sounding.is_none_or(|all| all.iter().any(|b| b.name() == name));
         for (name, body) in job.bodies().into_iter().filter(|(name, _)| asked(name)) {
@@ -237,6 +245,14 @@ fn earlier(run: &Run) -> Earlier {
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
 fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = earlier(run);
+    let sounds =
+        run.job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref()).is_some_and(|c| c.sound_power.is_some());
+    if sounds && earlier.reuse && !earlier.shapes {
+        return Err(Error::Job(format!(
+            "{}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse",
+            sweep::SOUND
+        )));
+    }
     let mut stock = Stock::new(earlier);
     let all = steps(run.job, earlier);
     let own = all.iter().enumerate().try_for_each(|(number, &step)| {
@@ -251,7 +267,7 @@ fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     });
     match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
-            sweep::run(run, plan, stock.model.as_ref(), own.as_ref().err())?;
+            sweep::run(run, plan, (stock.model.as_ref(), stock.sounding.take()), own.as_ref().err())?;
         }
         _ => own?,
     }

@@ -24,6 +24,8 @@ pub enum Step {
     Geometry,
     /// The reduced model is made, or taken from an earlier run.
     Model,
+    /// How the modes radiate, for the motions of a sweep.
+    Radiation,
     /// An analysis.
     Receptance,
     /// An analysis.
@@ -79,7 +81,9 @@ fn on_meshes(job: &Job) -> bool {
 /// What the analyses of the job need of the bodies.
 fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
     let wanted = &job.analyses;
+    let cycles = wanted.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     let all = [
+        (Step::Radiation, cycles.and_then(|c| c.sound_power.as_ref()).map(|_| Needs { solvers: false, shapes: true })),
         (Step::Receptance, wanted.receptance.as_ref().map(|_| Needs::default())),
         (Step::Stability, wanted.stability.as_ref().map(|s| stability::needs(job, s))),
         (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
@@ -230,6 +234,18 @@ mod tests {
         );
         let fields = of(&["analyses.transient={\"duration\": 0.01}", "analyses.stability=null", steady], resumed);
         assert_eq!(fields, [Earlier, Bodies, EarlierShapes, EarlierModes, FreeModes, Geometry, Model, Transient]);
+    }
+
+    /// The sound of limit cycles takes the shapes of the modes, which a run that is stopped leaves; those of a finished run have none.
+    #[test]
+    fn limit_cycles_that_are_heard_keep_the_shapes_until_their_radiation_is_known() {
+        let sweep = "analyses.sweep={\"keys\": {\"contact.friction\": [0.2, 0.3]}, \"cycles\": {\"sound_power\": {}}}";
+        let sets = ["analyses.steady=null", "output.fields=false", sweep];
+        let all = of(&sets, Before::default());
+        assert_eq!(all, [Bodies, Solvers, Modes, Model, FreeSolvers, Radiation, FreeModes, Stability]);
+        let left = Before { reuse: true, own: true, shapes: true, ..Before::default() };
+        let again = [Earlier, Bodies, EarlierShapes, EarlierModes, Model, Radiation, FreeModes, Stability];
+        assert_eq!(of(&sets, left), again);
     }
 
     #[test]

@@ -1,11 +1,12 @@
 //! What the steps of a run make and later steps take.
 
+use super::radiation::Sounding;
 use super::reduction::Reduction;
 use super::reuse;
 use super::run::Run;
 use super::steps::{self, seeks_shapes, Step};
 use super::transient::{self, Inputs};
-use super::{creep_curve, modes, receptance, stability, steady};
+use super::{creep_curve, modes, receptance, stability, steady, sweep};
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::foresee;
@@ -32,6 +33,8 @@ pub struct Stock<'s> {
     origin: Option<Origin>,
     /// The reduced model.
     pub model: Option<Reduction>,
+    /// How the modes radiate, or why that could not be found.
+    pub sounding: Option<Result<Sounding>>,
     found: Option<crate::case::examined::Found>,
 }
 
@@ -47,6 +50,7 @@ impl<'s> Stock<'s> {
             kept: None,
             origin: None,
             model: None,
+            sounding: None,
             found: None,
         }
     }
@@ -75,6 +79,15 @@ impl<'s> Stock<'s> {
             Step::EarlierModes => self.list_modes(run),
             Step::Geometry => self.bodies.write_shapes(&mut run.file),
             Step::Model => self.reduce(run),
+            Step::Radiation => {
+                let cycles = run.job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
+                if let Some((cycles, sound)) = cycles.and_then(|c| c.sound_power.as_ref().map(|s| (c, s))) {
+                    run.progress.stage("radiation of sound");
+                    let wanted = (sweep::SOUND, sound);
+                    self.sounding = Some(Sounding::new(run.world(), wanted, cycles.step, &self.bodies, &self.modes));
+                }
+                Ok(())
+            }
             Step::Receptance => match (&run.job.analyses.receptance, &run.job.contact) {
                 (Some(wanted), Some(contact)) => receptance::run(run, wanted, contact, self.model()?),
                 _ => Ok(()),

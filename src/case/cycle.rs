@@ -8,7 +8,7 @@ use crate::model::ModalPair;
 use crate::output::datasets::checkpoint;
 use crate::output::datasets::cycles::Cycle;
 use crate::stability::grows;
-use crate::transient::cycle::{follow, Fate, Settings};
+use crate::transient::cycle::{follow, Fate, Heard, Settings};
 use crate::transient::{State, Stepper};
 use crate::{Error, Result};
 use faer::Mat;
@@ -33,6 +33,23 @@ pub(crate) struct Attempt<'a> {
     pub(crate) job: &'a Job,
     pub(crate) cycles: &'a Cycles,
     pub(crate) model: (&'a Interface, &'a ModalPair),
+    /// What is to be kept for the sound.
+    pub(crate) heard: Option<Heard>,
+}
+
+/// What became of a point.
+pub(crate) struct Outcome {
+    pub(crate) cycle: Cycle,
+    /// What the next point begins with.
+    pub(crate) motion: Option<Motion>,
+    /// Modal displacements of the motion for its sound, `[samples][m]`.
+    pub(crate) heard: Vec<Vec<f64>>,
+}
+
+impl Outcome {
+    fn rest(cycle: Cycle) -> Self {
+        Self { cycle, motion: None, heard: Vec::new() }
+    }
 }
 
 impl Attempt<'_> {
@@ -49,7 +66,7 @@ impl Attempt<'_> {
     }
 
     /// The motion of the point from that of the one `before`, or from its own most unstable mode.
-    pub(crate) fn follow(&self, before: Option<Motion>) -> Result<(Cycle, Option<Motion>)> {
+    pub(crate) fn follow(&self, before: Option<Motion>) -> Result<Outcome> {
         let harmonics = self.cycles.harmonics as usize;
         let (Some(wanted), Some(contact)) = (&self.job.analyses.stability, &self.job.contact) else {
             return Err(Error::Defect("a point of a sweep without contact or stability".into()));
@@ -75,7 +92,7 @@ impl Attempt<'_> {
                 sum
             }
         });
-        let Some(mode) = mode else { return Ok((Cycle::rest(force, nodes, 0.0, harmonics), None)) };
+        let Some(mode) = mode else { return Ok(Outcome::rest(Cycle::rest(force, nodes, 0.0, harmonics))) };
         let small = moved(rest.clone(), self.model.1, mode, self.cycles.amplitude);
         let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         let own = (small.clone(), 1.0 / mode.frequency());
@@ -101,6 +118,7 @@ impl Attempt<'_> {
                 nodes,
                 harmonics,
                 watch: watch(self.model, &rest),
+                heard: self.heard,
             };
             let followed = follow(&mut stepper, &rest, &search)?;
             time += followed.time;
@@ -111,10 +129,11 @@ impl Attempt<'_> {
                 let period = if period > 0.0 { period } else { 1.0 / mode.frequency() };
                 let motion =
                     Motion { q: apart(&followed.state.q, &rest.q), v: apart(&followed.state.v, &rest.v), period };
-                return Ok((cycle, Some(motion)));
+                let heard = followed.motion.map(|(_, record)| record.heard).unwrap_or_default();
+                return Ok(Outcome { cycle, motion: Some(motion), heard });
             }
         }
-        Ok((Cycle::rest(force, nodes, time, harmonics), None))
+        Ok(Outcome::rest(Cycle::rest(force, nodes, time, harmonics)))
     }
 }
 
@@ -146,7 +165,7 @@ pub(crate) struct Kept {
 
 impl Kept {
     /// Cycle and motion, if they are there, whole, and of this point.
-    pub(crate) fn read(&self, harmonics: usize, modes: usize) -> Option<(Cycle, Option<Motion>)> {
+    pub(crate) fn read(&self, modes: usize) -> Option<(Cycle, Option<Motion>)> {
         let bytes = std::fs::read(&self.path).ok()?;
         let (body, sum) = bytes.split_at_checked(bytes.len().checked_sub(32)?)?;
         let (identity, numbers) = body.split_at_checked(32)?;
@@ -159,8 +178,8 @@ impl Kept {
             f64::from_le_bytes(eight)
         };
         let numbers: Vec<f64> = numbers.chunks_exact(8).map(number).collect();
-        let length = Cycle::none(harmonics).numbers().len();
-        let (cycle, motion) = numbers.split_at_checked(length)?;
+        let (length, numbers) = numbers.split_first()?;
+        let (cycle, motion) = numbers.split_at_checked(*length as usize)?;
         let motion = match motion {
             [] => None,
             [period, all @ ..] if all.len() == 2 * modes => {
@@ -172,7 +191,9 @@ impl Kept {
     }
 
     pub(crate) fn write(&self, cycle: &Cycle, motion: Option<&Motion>) -> Result<()> {
-        let mut numbers = cycle.numbers();
+        let cycle = cycle.numbers();
+        let mut numbers = vec![cycle.len() as f64];
+        numbers.extend(cycle);
         if let Some(m) = motion {
             numbers.push(m.period);
             numbers.extend(m.q.iter().chain(&m.v));

@@ -1,7 +1,8 @@
 //! Keys of `analyses.sweep.cycles`.
 
 use super::transient::{
-    default_step, default_step_tolerance, default_theta, Hold, Start, StartState, Transient, TransientSolver,
+    default_step, default_step_tolerance, default_theta, Hold, SoundPower, Start, StartState, Transient,
+    TransientSolver,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -48,6 +49,9 @@ pub struct Cycles {
     /// What stays as it is at rest: the approach, or the normal load.
     #[serde(default)]
     pub hold: Hold,
+    /// Sound power of the motions, in third octaves; `from` is not given here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sound_power: Option<SoundPower>,
 }
 
 impl Cycles {

@@ -416,6 +416,14 @@ fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {
             "{path}: found contact.roughness, under which no motion repeats itself; leave out one of the two"
         ));
     }
+    if let Some(sound) = &cycles.sound_power {
+        check_sound(&format!("{path}.sound_power"), sound, faults);
+        if let Some(from) = sound.from {
+            faults.push(format!(
+                "{path}.sound_power.from: found {from} s, expected none: the sound of a point is that of its motion at the end"
+            ));
+        }
+    }
     check_transient(job, &cycles.transient(StartState::Sliding), (path, faults));
 }
 

@@ -35,7 +35,7 @@ impl Bands {
         if last < first {
             return Err(Error::Job(format!(
                 "the lowest third octave, {} Hz, ends at {:.1} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in \
-                 analyses.modes, or give a lower analyses.transient.sound_power.min_frequency",
+                 analyses.modes, or give a lower min_frequency",
                 nominal(first),
                 exact(first) * half()
             )));

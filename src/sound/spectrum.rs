@@ -28,6 +28,11 @@ impl Welch {
         Self { window, rate, fourier }
     }
 
+    /// Samples per second, 1/s.
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
     /// Samples of a piece.
     pub fn length(&self) -> usize {
         self.window.len()
@@ -55,6 +60,14 @@ impl Welch {
     /// Lines of a one-sided spectrum, that of frequency 0 included.
     pub fn lines(&self) -> usize {
         self.fourier.len() / 2
+    }
+
+    /// A mean over the interval T of two samples reduces a harmonic motion by sin(πfT)/(πfT); makes of the spectrum of such means that of the motion.
+    pub fn undo_mean(&self, lines: &mut [Complex64]) {
+        for (k, z) in lines.iter_mut().enumerate().skip(1) {
+            let x = PI * k as f64 * self.spacing() / self.rate;
+            *z *= x / x.sin();
+        }
     }
 
     /// Spectrum of a piece of one channel, `[lines]`, so scaled that the squared magnitudes are the one-sided power density (unit² per Hz);

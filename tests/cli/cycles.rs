@@ -39,7 +39,7 @@ fn done(folder: &Path) -> usize {
 fn bits(file: &hdf5::File) -> Vec<(String, Vec<u64>)> {
     let group = file.group("sweep/cycles").expect("group");
     let names = group.member_names().expect("names");
-    let number = |n: &&String| !["branch", "along", "message"].contains(&n.as_str());
+    let number = |n: &&String| !["branch", "along", "message", "sound_power"].contains(&n.as_str());
     let of = |n: &String| {
         let values = group.dataset(n).expect("dataset").read_raw::<f64>().expect("numbers");
         (n.clone(), values.into_iter().map(f64::to_bits).collect())
@@ -97,6 +97,139 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     assert!(!kept.exists());
 }
 
+/// A sweep with sound that was stopped has left its mode shapes: it goes on with them, and sounds the same.
+#[test]
+fn a_stopped_map_sounds_the_same() {
+    let mut cycles = quick();
+    cycles["sound_power"] = json!({ "min_frequency": 200, "bodies": ["upper"] });
+    let folder = Folder::with(swept(cycles).to_string());
+    folder.call(1, "run", &["--output", &folder.text("whole.h5")]).good();
+    let whole = open(folder.path("whole.h5"));
+    let sound = |file: &hdf5::File| -> Vec<u64> {
+        let group = file.group("sweep/cycles/sound_power").expect("sound");
+        assert!(!group.member_names().expect("names").contains(&"lower".into()), "the lower body was not asked for");
+        let power: Vec<f64> = group.dataset("upper/power").and_then(|d| d.read_raw()).expect("power");
+        power.into_iter().map(f64::to_bits).collect()
+    };
+    let (output, kept) = (folder.text("stopped.h5"), folder.path("stopped.cycles"));
+    let job = folder.text("job.json");
+    let mut child = start(std::process::Command::new(PROGRAM), &["run", &job, "--output", &output]);
+    let begun = Instant::now();
+    while done(&kept) < 2 {
+        assert!(begun.elapsed() < Duration::from_secs(120) && child.try_wait().expect("state").is_none());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    signal("TERM", child.id());
+    assert_eq!(child.wait().expect("end").code(), Some(5));
+    assert!(done(&kept) < 6, "all points were done before the stop");
+    let model = folder.text("stopped.model.h5");
+    let again = folder.call(1, "run", &["--reuse", &model, "--output", &output]);
+    let text = again.good().err.clone();
+    assert!(!text.contains("modes, body"), "{text}");
+    let stopped = open(&output);
+    assert_eq!(sound(&stopped), sound(&whole));
+    assert_eq!(bits(&stopped), bits(&whole));
+}
+
+/// A point of the map beside a run of its own that nothing has shortened: amplitude, forces and their harmonics, stick, frequency and sound.
+#[test]
+fn a_point_of_the_map_is_the_single_run() {
+    let sound = json!({ "min_frequency": 200, "max_frequency": 600 });
+    let cycles = json!({ "branches": ["mode"], "duration": 3.0, "settled": 1e-3, "amplitude": 1e-5, "harmonics": 3, "sound_power": sound });
+    let mut job = swept(cycles);
+    job["analyses"]["sweep"]["keys"]["contact.creepage.lateral"] = json!([0.003, 0.016]);
+    let folder = Folder::with(job.to_string());
+    let map = folder.call(1, "run", &["--output", &folder.text("map.h5")]);
+    assert!(map.good().out.contains("loudest") && map.out.contains("dB(A)"), "{}", map.out);
+    let file = open(folder.path("map.h5"));
+    let read = |name: &str| -> Vec<f64> {
+        file.dataset(&format!("sweep/cycles/{name}"))
+            .and_then(|d| d.read_raw())
+            .unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    assert_eq!(read("fate"), [0.0, 1.0]);
+
+    let from = 2.0;
+    let mut single = job.clone();
+    let analyses = single["analyses"].as_object_mut().expect("analyses");
+    analyses.remove("sweep");
+    let mut sound = sound;
+    sound["from"] = json!(from);
+    analyses.insert(
+        "transient".into(),
+        json!({ "duration": 2.5, "start": { "mode": 1, "amplitude": 1e-5 }, "sound_power": sound, "modal_stride": 0 }),
+    );
+    single["contact"]["creepage"]["lateral"] = json!(0.016);
+    let alone = Folder::with(single.to_string());
+    alone.call(1, "run", &["--output", &alone.text("one.h5")]).good();
+    let one = open(alone.path("one.h5"));
+    let numbers = |name: &str| -> Vec<f64> {
+        one.dataset(&format!("transient/{name}")).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    let time = numbers("time");
+    let late: Vec<usize> = (0..time.len()).filter(|&i| time[i] > from).collect();
+    // Under von Hann's window it hardly matters where a period begins.
+    let count = late.len() as f64;
+    let window = |n: usize| 2.0 * (std::f64::consts::PI * (n as f64 + 0.5) / count).sin().powi(2);
+    let mean =
+        |of: &dyn Fn(usize) -> f64| late.iter().enumerate().map(|(n, &i)| window(n) * of(i)).sum::<f64>() / count;
+    let near = |what: &str, found: f64, wanted: f64, within: f64| {
+        assert!((found - wanted).abs() <= within * wanted.abs(), "{what}: {found} in the map, {wanted} alone");
+    };
+    let (kinetic, force) = (numbers("kinetic"), numbers("force"));
+    near("kinetic energy", read("kinetic")[1], mean(&|i| kinetic[i]), 4e-3);
+    for c in 0..3 {
+        let level = mean(&|i| force[3 * i + c]);
+        let sway = mean(&|i| (force[3 * i + c] - level).powi(2)).sqrt();
+        let found = read("force")[3 + c];
+        assert!(
+            (found - level).abs() < 2e-3 * sway + 1e-6 * level.abs(),
+            "mean force {c}: {found}, {level} alone, {sway} N about it"
+        );
+        near(&format!("force {c}"), read("force_rms")[3 + c], sway, 4e-3);
+        let frequency = read("frequency")[1];
+        for k in 1..=3 {
+            let turn = |i: usize| 2.0 * std::f64::consts::PI * k as f64 * frequency * time[i];
+            let part = |of: &dyn Fn(f64) -> f64| 2.0 * mean(&|i| (force[3 * i + c] - level) * of(turn(i)));
+            let line = part(&f64::cos).hypot(part(&f64::sin));
+            let found = read("force_harmonics")[(3 + (k - 1)) * 3 + c];
+            assert!((found - line).abs() < 4e-3 * sway, "line {k} of force {c}: {found} in the map, {line} alone");
+        }
+    }
+    let (stick, closed) = (numbers("stick"), numbers("closed"));
+    assert!((read("stick")[2] - mean(&|i| stick[i] / closed[i])).abs() < 2e-3, "{:?}", read("stick"));
+    assert_eq!(read("sound_power/band_name"), numbers("sound_power/band_name"));
+    for body in ["lower", "upper"] {
+        for name in ["total_level", "total_level_a"] {
+            let (found, wanted) =
+                (read(&format!("sound_power/{body}/{name}")), numbers(&format!("sound_power/{body}/{name}"))[0]);
+            assert!(
+                found[0] == f64::NEG_INFINITY && (found[1] - wanted).abs() < 0.05,
+                "{body}: {found:?} dB, {wanted} alone"
+            );
+        }
+        let (power, wanted) =
+            (read(&format!("sound_power/{body}/power")), numbers(&format!("sound_power/{body}/power")));
+        let all: f64 = wanted.iter().sum();
+        assert!(power.len() == 2 * wanted.len() && power[..wanted.len()].iter().all(|p| *p == 0.0), "{power:?}");
+        for (found, wanted) in power[wanted.len()..].iter().zip(&wanted) {
+            assert!(
+                (found - wanted).abs() < 1e-2 * wanted + 1e-6 * all,
+                "{body}: {found} W in a band, {wanted} W alone"
+            );
+        }
+    }
+    let root = env!("CARGO_MANIFEST_DIR");
+    let venv = format!("{root}/.venv/bin/python");
+    let python = if Path::new(&venv).exists() { venv } else { "python3".into() };
+    let documented = format!("{root}/tests/python/documented.py");
+    finish(std::process::Command::new(&python).args([&documented, &folder.text("map.h5")])).good();
+    // Without mode shapes nothing sounds.
+    folder
+        .call(1, "run", &["--reuse", &folder.text("map.h5"), "--output", &folder.text("again.h5")])
+        .failed(2, &["analyses.sweep.cycles.sound_power", "no mode shapes"]);
+}
+
 #[test]
 fn what_cannot_be_followed_is_refused() {
     for (cycles, parts) in [
@@ -104,6 +237,8 @@ fn what_cannot_be_followed_is_refused() {
         (json!({ "branches": ["up", "up"] }), ["cycles.branches", "\"up\" twice"]),
         (json!({ "branches": ["left"] }), ["branches.0", "left"]),
         (json!({ "duration": 1e-6 }), ["cycles.duration", "at least one step"]),
+        (json!({ "sound_power": { "from": 1 } }), ["cycles.sound_power.from", "expected none"]),
+        (json!({ "sound_power": { "bodies": [] } }), ["cycles.sound_power.bodies", "\"lower\""]),
     ] {
         Folder::with(swept(cycles).to_string()).call(1, "check", &[]).failed(2, &parts);
     }

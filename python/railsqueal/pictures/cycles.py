@@ -34,21 +34,24 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
     lines: dict[tuple[object, ...], list[int]] = {}
     for point in range(len(sweep.status)):
         lines.setdefault(tuple(sweep.values[k][point] for k in others), []).append(point)
-    figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 7.0), layout="constrained")
-    squeals = cycles.fate > 0
+    squeals, loudest = cycles.fate > 0, cycles.loudest()
+    shown = [(cycles.kinetic, "mean kinetic energy / J"), (cycles.frequency, "frequency / Hz")]
+    if loudest is not None:
+        shown.insert(1, (loudest, "louder body / dB(A)"))
+    figure, panels = plt.subplots(len(shown), 1, sharex=True, figsize=(7.2, 1.4 + 2.8 * len(shown)), layout="constrained")
+    upper, lower = panels[0], panels[-1]
     for b, name in enumerate(cycles.branch):
         color, mark = LOOKS.get(name, (GREY, "o"))
         for points in lines.values():
             at = np.array(points)[np.argsort(key.values[points], kind="stable")]
             known = at[cycles.fate[b, at] >= 0]
             # What rests has no energy; a logarithm has no place for it.
-            energy = np.where(squeals[b, known], cycles.kinetic[b, known], np.nan)
-            upper.plot(key.values[known], energy, color=color, linewidth=1.0)
-            lower.plot(key.values[known], np.where(squeals[b, known], cycles.frequency[b, known], np.nan), color=color, linewidth=1.0)
+            for axes, (values, _) in zip(panels, shown):
+                axes.plot(key.values[known], np.where(squeals[b, known], values[b, known], np.nan), color=color, linewidth=1.0)
             for fate, filled in ((1, True), (2, False), (3, False)):
                 these = at[cycles.fate[b, at] == fate]
                 face = color if filled else "white"
-                for axes, values in ((upper, cycles.kinetic), (lower, cycles.frequency)):
+                for axes, (values, _) in zip(panels, shown):
                     axes.plot(key.values[these], values[b, these], mark, color=color, markerfacecolor=face, markersize=5)
     rests = np.flatnonzero((cycles.fate == 0).any(axis=0))
     for place, mark in (("stable", "|"), ("unstable", "x")):
@@ -57,8 +60,8 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
             upper.plot(key.values[these], np.full(len(these), 0.02), mark, color=GREY, transform=upper.get_xaxis_transform(), markersize=7)
     if squeals.any():
         upper.set_yscale("log")
-    upper.set_ylabel("mean kinetic energy / J")
-    lower.set_ylabel("frequency / Hz")
+    for axes, (_, label) in zip(panels, shown):
+        axes.set_ylabel(label)
     key.label_axis(lower.xaxis)
     upper.set_title(heading(result) + "limit cycles")
     names = {"mode": "from the most unstable mode", "up": "from the point before", "down": "from the point behind"}

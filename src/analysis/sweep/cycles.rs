@@ -1,7 +1,9 @@
 //! The limit cycles of the points of a sweep. A chain of points is followed by one rank, each point from where that before it ended; what is done is kept on disk
 //! at once, and taken up by a later run of the same points on the same model.
 
+use super::sound::Heard;
 use super::{goes_on, point_of};
+use crate::analysis::radiation::Sounding;
 use crate::case::cycle::{Attempt, Kept, Motion};
 use crate::case::interface::points as points_of;
 use crate::contact::points::interface as interface_of;
@@ -60,6 +62,8 @@ pub(super) struct Following<'a> {
     pub(super) points: &'a [Option<Job>],
     /// Where what is done is kept.
     pub(super) folder: &'a Path,
+    /// How their modes radiate, where that is asked for.
+    pub(super) sounding: Option<&'a Sounding>,
     pub(super) stop: &'a Stop,
 }
 
@@ -77,12 +81,19 @@ pub(super) struct All {
     pub(super) cycles: Vec<Option<Cycle>>,
     /// Why some were not computed.
     pub(super) failed: Vec<(usize, usize, String)>,
+    /// What is heard; none where no sound is asked for.
+    heard: Option<Heard>,
 }
 
 impl All {
     /// None of them yet.
     pub(super) fn of(plan: &SweepPlan, cycles: &Cycles) -> Self {
-        Self { cycles: vec![None; cycles.branches.len() * plan.points.len()], failed: Vec::new() }
+        Self { cycles: vec![None; cycles.branches.len() * plan.points.len()], failed: Vec::new(), heard: None }
+    }
+
+    /// The cycles of a model are heard.
+    pub(super) fn hears(&mut self, sounding: &Sounding) {
+        self.heard = Some(Heard::with(self.heard.take(), sounding));
     }
 
     /// Takes what the ranks found of `points` points.
@@ -165,17 +176,22 @@ impl Following<'_> {
             None => model.interface.clone(),
         };
         let pair = model.pair(job)?;
-        let attempt = Attempt { job, cycles: self.cycles, model: (&interface, pair) };
+        let heard = self.sounding.map(Sounding::heard);
+        let attempt = Attempt { job, cycles: self.cycles, model: (&interface, pair), heard };
         history.update(attempt.identity(branch)?);
         let kept = Kept {
             path: self.folder.join(format!("{}-{point:06}", branch.name())),
             identity: history.clone().finalize().into(),
         };
-        if let Some((cycle, motion)) = kept.read(harmonics, pair.omega.len()) {
+        if let Some((cycle, motion)) = kept.read(pair.omega.len()) {
             *before = motion;
             return Ok(cycle);
         }
-        let (cycle, motion) = attempt.follow(before.take())?;
+        let found = attempt.follow(before.take())?;
+        let (mut cycle, motion) = (found.cycle, found.motion);
+        if let Some(sounding) = self.sounding {
+            cycle.sound = sounding.powers(&found.heard)?;
+        }
         kept.write(&cycle, motion.as_ref())?;
         *before = motion;
         Ok(cycle)
@@ -196,7 +212,7 @@ pub(super) fn report(
     summary: &mut Summary,
 ) -> Vec<Table> {
     let none = Cycle::none(cycles.harmonics as usize);
-    let All { cycles: all, mut failed } = found;
+    let All { cycles: all, mut failed, heard } = found;
     failed.sort();
     let all: Vec<Cycle> = all.into_iter().map(|c| c.unwrap_or_else(|| none.clone())).collect();
     let points = outcomes.len();
@@ -216,6 +232,9 @@ pub(super) fn report(
         if let Some(i) = loudest {
             let c = &branch[i];
             summary.value("  most energy", format!("{:.4e} J at {:.3} Hz, {}", c.kinetic, c.frequency, plan.place(i)));
+        }
+        if let Some((i, text)) = heard.as_ref().and_then(|h| h.loudest(branch)) {
+            summary.value("  loudest", format!("{text}, {}", plan.place(i)));
         }
     }
     // Squeal where rest is stable: it does not begin by itself.
@@ -240,6 +259,7 @@ pub(super) fn report(
     let text = "Why a point was not computed; empty where it was.";
     let shape = [cycles.branches.len(), points];
     let mut tables = tables(&cycles.branches, &key, points, &all);
+    tables.extend(heard.iter().flat_map(|h| h.tables(&shape, &all)));
     tables.push(Table::new("/sweep/cycles/message", "-", text, &shape, messages));
     tables
 }

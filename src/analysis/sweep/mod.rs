@@ -3,8 +3,10 @@
 
 mod cycles;
 mod outcome;
+mod sound;
 
 use super::modes;
+use super::radiation::Sounding;
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::case::bodies::Bodies;
@@ -13,7 +15,7 @@ use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
 use crate::case::placed;
 use crate::contact::points::{interface as of_points, reactions};
-use crate::job::{fe_inputs, range, Job, SweepPlan};
+use crate::job::{fe_inputs, range, Cycles, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, Outcome};
 use crate::parallel::World;
@@ -24,15 +26,23 @@ use crate::{Error, Result};
 use cycles::{All, Following};
 use outcome::{summarise, Packed};
 
+/// The key of the sound of limit cycles.
+pub(super) const SOUND: &str = "analyses.sweep.cycles.sound_power";
+
 /// Whether the points of a sweep are computed although the job's own point ended with `error`: what concerns this point alone, not the machine
 /// or the program.
 pub fn goes_on(error: &Error) -> bool {
     matches!(error, Error::Job(_) | Error::Input(_) | Error::NotConverged(_))
 }
 
-/// Collective: every point of `plan`, tables under `/sweep`. `base` is the reduced model of `job`, if it could be made; `own` is what went wrong at
-/// the job's own point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
-pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Option<&Error>) -> Result<()> {
+/// Collective: every point of `plan`, tables under `/sweep`. `base` is the reduced model of `job`, if it could be made, and how its modes radiate; `own` is
+/// what went wrong at the job's own point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
+pub fn run(
+    run: &mut Run,
+    plan: &SweepPlan,
+    (base, sounding): (Option<&Reduction>, Option<Result<Sounding>>),
+    own: Option<&Error>,
+) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
     let points = filled(world, plan, &mut results)?;
@@ -45,13 +55,14 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
         world.on_root(|| std::fs::create_dir_all(&folder).map_err(fail))?;
         run.file.discard(&folder);
     }
+    let mut base_sounds = sounding.transpose()?;
     for (number, (inputs, members)) in groups.iter().enumerate() {
-        let model = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
-            SharedModel::broadcast(world, base.on_root())?
+        let (model, sounding) = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
+            (SharedModel::broadcast(world, base.on_root())?, base_sounds.take())
         } else {
             run.progress.note(format!("bodies {} of {}", number + 1, groups.len()));
-            match build(run.petsc, point_of(&points, members[0])?, run.meshes, run.progress) {
-                Ok(model) => model,
+            match build(run.petsc, point_of(&points, members[0])?, wanted, (run.meshes, run.progress)) {
+                Ok((model, sounding)) => (model, sounding.transpose()?),
                 Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
                 Err(e) => {
                     members.iter().for_each(|&i| results[i] = Some(Outcome::failed(&e)));
@@ -75,7 +86,11 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<&Reduction>, own: Optio
         world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
         if let Some((wanted, found)) = &mut followed {
             let chains = cycles::chains(plan, wanted, members);
-            let following = Following { cycles: wanted, points: &points, folder: &folder, stop: run.stop };
+            if let (true, Some(sounding)) = (world.is_root(), &sounding) {
+                found.hears(sounding);
+            }
+            let sounding = sounding.as_ref();
+            let following = Following { cycles: wanted, points: &points, folder: &folder, sounding, stop: run.stop };
             let mine = world.agree(following.all(world, &mut model, &chains, run.progress))?;
             let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
             world.on_root(|| found.take(&rows, &text, plan.points.len()))?;
@@ -143,8 +158,13 @@ fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
     groups
 }
 
-/// Collective: the reduced model of a point, on every rank.
-fn build(petsc: &Petsc, point: &Job, meshes: &Meshes, progress: &mut Progress) -> Result<SharedModel> {
+/// Collective: the reduced model of a point, on every rank, and how its modes radiate where limit cycles are heard.
+fn build(
+    petsc: &Petsc,
+    point: &Job,
+    cycles: Option<&Cycles>,
+    (meshes, progress): (&Meshes, &mut Progress),
+) -> Result<(SharedModel, Option<Result<Sounding>>)> {
     let world = petsc.world();
     let mut quiet = Summary::default();
     let mut job = point.clone();
@@ -157,7 +177,11 @@ fn build(petsc: &Petsc, point: &Job, meshes: &Meshes, progress: &mut Progress) -
     bodies.factorise(&job, progress, &mut quiet)?;
     let found = modes::compute_all(&job, &mut bodies, progress)?;
     let model = Reduction::build(world, &job, contact, &bodies, &found, progress)?;
-    SharedModel::broadcast(world, model.on_root())
+    let sounding = cycles.and_then(|c| c.sound_power.as_ref().map(|s| (c, s))).map(|(cycles, sound)| {
+        progress.stage("radiation of sound");
+        Sounding::new(world, (SOUND, sound), cycles.step, &bodies, &found)
+    });
+    Ok((SharedModel::broadcast(world, model.on_root())?, sounding))
 }
 
 /// Stability at one point, on this rank alone.

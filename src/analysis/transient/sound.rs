@@ -1,6 +1,7 @@
 //! Sound power of the bodies, from the modal amplitudes that the segments keep.
 
 use super::Inputs;
+use crate::analysis::radiation::{self, bands_within, Given};
 use crate::analysis::run::Run;
 use crate::job::{self, SoundPower};
 use crate::output::datasets::record::SOUND;
@@ -8,19 +9,13 @@ use crate::output::{Entry, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::sound::bands::resolving_time;
-use crate::sound::{level, pressure_level, revolved, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
-use crate::swept::OutlineModes;
+use crate::sound::{level, pressure_level, Air, Bands, PowerSpectrum, Radiation, Welch};
 use crate::{Error, Result};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::f64::consts::PI;
 
 const KEY: &str = "analyses.transient.sound_power";
-/// Samples in the period of the highest frequency wanted, at least: what aliasing brings from beyond half the sampling rate is then
-/// damped by the mean over the interval to a fifth of what it is there.
-const SAMPLES: f64 = 6.0;
-/// Patches are at most this part of the size of the body, whatever the frequency.
-const COARSEST: f64 = 0.03;
 
 /// What is asked for, made complete.
 pub struct Sound<'a> {
@@ -35,22 +30,12 @@ pub struct Sound<'a> {
     given: BTreeMap<usize, Given>,
 }
 
-/// Radiation of the modes of a body.
-struct Given {
-    /// Frequencies at which it is known, Hz.
-    grid: Vec<f64>,
-    /// At these, N·s/m per kg, `[frequencies × m × m]`.
-    resistances: Vec<f64>,
-    /// That of plane waves, `[m × m]`.
-    plane: Vec<f64>,
-}
-
 /// What can be refused before anything is meshed: a run too short for the lowest third octave.
 pub fn check(wanted: &job::Transient) -> Result<()> {
     let Some(sound) = &wanted.sound_power else { return Ok(()) };
     let lowest = Bands::of(sound.min_frequency, sound.min_frequency);
     // A few samples are lost at the ends of the record.
-    let sample = wanted.step.max(1.0 / (SAMPLES * lowest.end()));
+    let sample = wanted.step.max(1.0 / (radiation::SAMPLES * lowest.end()));
     let needed = resolving_time(sound.min_frequency) + 4.0 * sample;
     let there = wanted.duration - begin(wanted, sound);
     if there < needed {
@@ -70,28 +55,12 @@ fn begin(wanted: &job::Transient, sound: &SoundPower) -> f64 {
     sound.from.unwrap_or(0.5 * wanted.duration)
 }
 
-/// The third octaves that are wanted, of modes that reach `reach` (Hz).
-fn bands_within(wanted: &SoundPower, reach: f64) -> Result<Bands> {
-    if let Some(f) = wanted.max_frequency.filter(|f| *f > reach) {
-        return Err(Error::Job(format!(
-            "{KEY}.max_frequency: found {f} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in analyses.modes"
-        )));
-    }
-    Bands::between(wanted.min_frequency, wanted.max_frequency.unwrap_or(reach))
-}
-
 impl<'a> Sound<'a> {
     /// How often the amplitudes are needed in a run with the time step `step` (s), without the radiation.
     fn of(wanted: &'a SoundPower, bands: Bands, step: f64) -> Self {
-        let air = Air { density: wanted.air_density, speed: wanted.sound_speed };
-        let stride = (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0);
-        Self { wanted, bands, air, stride: stride as u64, interval: stride * step, given: BTreeMap::new() }
-    }
-
-    /// Sizes of the patches of a body of so large a diameter, m: of the finest ones, and of the largest to which they are taken together.
-    fn patch_sizes(&self, diameter: f64) -> [f64; 2] {
-        let coarsest = COARSEST * diameter;
-        [Radiation::patch_size(&self.bands, self.air).min(coarsest), coarsest]
+        let stride = radiation::stride(bands, step);
+        let interval = stride as f64 * step;
+        Self { wanted, bands, air: radiation::air(wanted), stride, interval, given: BTreeMap::new() }
     }
 
     /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A run that is continued
@@ -105,7 +74,7 @@ impl<'a> Sound<'a> {
         let places = inputs.places.iter().filter(|p| wanted.bodies.iter().any(|&b| b.name() == p.0));
         let highest = |b: usize| inputs.modes[b].omega.last().map_or(0.0, |w| w / (2.0 * PI));
         let reach = places.map(|p| highest(p.1)).fold(f64::INFINITY, f64::min);
-        let mut sound = Self::of(wanted, bands_within(wanted, reach)?, inputs.wanted.step);
+        let mut sound = Self::of(wanted, bands_within(KEY, wanted, reach)?, inputs.wanted.step);
         progress.stage("radiation of sound");
         match inputs.options.resume {
             true => drop(world.on_root(|| sound.restore(inputs))?),
@@ -117,33 +86,9 @@ impl<'a> Sound<'a> {
     /// Collective: how the modes radiate.
     fn radiate(&mut self, world: &World, inputs: &Inputs<'_>) -> Result<()> {
         for b in self.bodies(inputs) {
-            let outline = inputs.bodies.unique.get(b).map_or(Ok(None), |body| body.outline())?;
-            let given = match outline {
-                Some(modes) => self.of_section(world, modes)?,
-                None => self.of_mesh(world, inputs, b)?,
-            };
-            self.given.insert(b, given);
+            self.given.insert(b, Given::of(world, inputs.bodies, b, (self.bands, self.air))?);
         }
         Ok(())
-    }
-
-    /// Collective: how the modes of a swept body radiate. Each rank takes some of the frequencies.
-    fn of_section(&self, world: &World, modes: &OutlineModes) -> Result<Given> {
-        let radiators = revolved::Radiators::new(modes, self.air);
-        let grid = radiators.frequencies(&self.bands);
-        let some = world.agree(radiators.resistances(&grid, world.rank, world.size))?;
-        Ok(Given { resistances: world.sum_all(&some), plane: radiators.of_plane_waves(&self.bands)?, grid })
-    }
-
-    /// Collective: how the modes of a body of finite elements radiate. Each rank takes some of the frequencies.
-    fn of_mesh(&self, world: &World, inputs: &Inputs<'_>, b: usize) -> Result<Given> {
-        let (body, modes) = (inputs.bodies.fields(b)?, inputs.bodies.shapes_of(b)?);
-        let [size, coarsest] = self.patch_sizes(body.diameter());
-        let radiators = surface::radiators(world, body, modes, size);
-        let (rank, ranks) = (world.rank, world.size);
-        let some = Radiation::resistances(&radiators, &self.bands, self.air, coarsest, rank, ranks);
-        let plane = Radiation::of_plane_waves(&radiators, self.air);
-        Ok(Given { grid: self.bands.grid(), resistances: world.sum_all(&some), plane })
     }
 
     /// The bodies whose sound is wanted, by their index in `Bodies::unique`.
@@ -207,8 +152,7 @@ impl<'a> Sound<'a> {
                 parts.push((name, body, first..first + m));
             }
             if let Some(given) = self.given.get(&body) {
-                let found = Radiation::new(self.bands, given.grid.clone(), &given.resistances, &given.plane);
-                radiation.insert(body, found);
+                radiation.insert(body, given.within(self.bands));
             }
             first += m;
         }
@@ -297,7 +241,7 @@ impl<'a> Sound<'a> {
                 if record.len() == welch.length() {
                     let mut x =
                         (0..m).map(|j| welch.transform(record.iter().map(|v| v[j]))).collect::<Result<Vec<_>>>()?;
-                    x.iter_mut().for_each(|x| self.undo_mean(x, welch.spacing()));
+                    x.iter_mut().for_each(|x| welch.undo_mean(x));
                     take(&x);
                     done += 1;
                     record.drain(..welch.hop());
@@ -310,14 +254,6 @@ impl<'a> Sound<'a> {
             )));
         }
         Ok(pieces)
-    }
-
-    /// A mean over the interval T reduces a harmonic motion by sin(πfT)/(πfT); what it was before.
-    fn undo_mean(&self, lines: &mut [Complex64], spacing: f64) {
-        for (k, z) in lines.iter_mut().enumerate().skip(1) {
-            let x = PI * k as f64 * spacing * self.interval;
-            *z *= x / x.sin();
-        }
     }
 
     /// What the bodies share.

@@ -33,10 +33,12 @@ pub struct Cycle {
     pub velocity: [f64; 6],
     /// Amplitudes of force (3) and velocities (6) at the multiples of the frequency, `[harmonics][9]`.
     pub lines: Vec<[f64; 9]>,
+    /// Sound power of each body that is heard in each third octave, W, `[bodies × bands]`; empty where none is.
+    pub sound: Vec<f64>,
 }
 
 /// Numbers before the lines.
-const HEAD: usize = 22;
+const HEAD: usize = 23;
 
 impl Cycle {
     /// Of a point that was not computed.
@@ -55,6 +57,7 @@ impl Cycle {
             closed: 0,
             velocity: [f64::NAN; 6],
             lines: vec![[f64::NAN; 9]; harmonics],
+            sound: Vec::new(),
         }
     }
 
@@ -104,6 +107,7 @@ impl Cycle {
                     std::array::from_fn(|k| all.get(k).copied().unwrap_or(f64::NAN))
                 })
                 .collect(),
+            sound: Vec::new(),
         })
     }
 
@@ -114,15 +118,18 @@ impl Cycle {
         all.extend(self.force.iter().chain(&self.sway).chain(&self.stick));
         all.push(self.closed as f64);
         all.extend(self.velocity);
+        all.push(self.lines.len() as f64);
         all.extend(self.lines.as_flattened());
+        all.extend(&self.sound);
         all
     }
 
     /// From [`numbers`](Self::numbers); none where they are too few.
     pub fn from_numbers(all: &[f64]) -> Option<Self> {
-        let (head, lines) = all.split_at_checked(HEAD)?;
+        let (head, rest) = all.split_at_checked(HEAD)?;
+        let (lines, sound) = rest.split_at_checked(9 * head[HEAD - 1] as usize)?;
         let line = |l: &[f64]| std::array::from_fn(|k| l[k]);
-        (lines.len() % 9 == 0).then(|| Self {
+        Some(Self {
             fate: head[0] as i8,
             frequency: head[1],
             crossings: head[2] as usize,
@@ -136,6 +143,7 @@ impl Cycle {
             closed: head[15] as usize,
             velocity: std::array::from_fn(|k| head[16 + k]),
             lines: lines.chunks_exact(9).map(line).collect(),
+            sound: sound.to_vec(),
         })
     }
 }
@@ -214,11 +222,13 @@ mod tests {
             back: 4.0,
             apart: 1e-4,
             lines: vec![[2.0; 9], [1.0; 9]],
+            sound: vec![1e-3, 2e-3],
             ..rest
         };
         assert_eq!(Cycle::from_numbers(&moving.numbers()), Some(moving.clone()));
-        assert_eq!(Cycle::from_numbers(&moving.numbers()[1..]), None);
-        assert_eq!(Cycle::from_numbers(&moving.numbers()[..9]), None);
+        let numbers = moving.numbers();
+        assert_eq!(Cycle::from_numbers(&numbers[..9]), None);
+        assert_eq!(Cycle::from_numbers(&numbers[..numbers.len() - 3]), None);
         assert_eq!(moving.stick, [0.25; 2]);
     }
 }

@@ -43,6 +43,17 @@ pub struct Settings {
     pub harmonics: usize,
     /// Velocities that are told, as rows over the modal ones, `[r, m]`.
     pub watch: Mat<f64>,
+    /// What is kept for its sound.
+    pub heard: Option<Heard>,
+}
+
+/// Modal displacements that are kept of a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Heard {
+    /// Steps between two of them.
+    pub stride: usize,
+    /// They are measured over at least this time, s.
+    pub time: f64,
 }
 
 /// What became of a motion.

@@ -47,8 +47,8 @@ pub struct Record {
     pub velocity: Vec<f64>,
     /// Their amplitudes at the multiples of the frequency, m/s, `[harmonics][r]`.
     pub spectrum: Vec<Vec<C>>,
-    /// Amplitudes of the modal velocities at the multiples of the frequency, √kg m/s, `[harmonics][m]`.
-    pub modal: Vec<Vec<C>>,
+    /// Modal displacements every [`Heard::stride`](super::Heard::stride) steps, √kg m, `[samples][m]`; none where no sound is wanted.
+    pub heard: Vec<Vec<f64>>,
 }
 
 impl Walk<'_, '_, '_> {
@@ -106,10 +106,12 @@ impl Walk<'_, '_, '_> {
 
     /// Measures the motion over periods of `period`, s, and the amplitude along its direction.
     pub(super) fn record(&mut self, period: f64) -> Result<(Record, f64)> {
-        let periods = (MEASURED * self.settings.period / period).ceil().max(MEASURED / 4.0).max(1.0);
+        let (least, stride) = self.settings.heard.map_or((0.0, usize::MAX), |h| (h.time, h.stride.max(1)));
+        let periods = (MEASURED * self.settings.period / period).max(least / period).ceil().max(MEASURED / 4.0);
         let steps = (periods * period / self.step).round().max(2.0) as usize;
-        let (m, r, n) = (self.along.len(), self.settings.watch.nrows(), self.settings.harmonics);
-        let channels = 3 + r + m;
+        let (r, n) = (self.settings.watch.nrows(), self.settings.harmonics);
+        let channels = 3 + r;
+        let mut heard = Vec::new();
         let (mut weights, mut mean, mut squares) = (0.0, vec![0.0; channels], vec![0.0; channels]);
         let mut lines = vec![vec![C::default(); channels]; n];
         let (mut kinetic, mut along, mut stick, mut most, mut fewest) = (0.0, 0.0, 0.0, 0f64, usize::MAX);
@@ -121,7 +123,9 @@ impl Walk<'_, '_, '_> {
             let (state, report) = (self.stepper.state(), self.stepper.report());
             let mut sample: Vec<f64> = report.force.to_vec();
             sample.extend(watched(&self.settings.watch, &state.v));
-            sample.extend(&state.v);
+            if self.settings.heard.is_some() && step % stride == 0 {
+                heard.push(state.q.clone());
+            }
             let shift = shift.get_or_insert_with(|| sample.clone());
             sample.iter_mut().zip(&*shift).for_each(|(s, o)| *s -= o);
             weights += weight;
@@ -153,8 +157,8 @@ impl Walk<'_, '_, '_> {
             stick: [stick / weights, most],
             closed: fewest,
             velocity: (0..r).map(|k| rms(3 + k)).collect(),
-            spectrum: lines.iter().map(|l| l[3..3 + r].to_vec()).collect(),
-            modal: lines.iter().map(|l| l[3 + r..].to_vec()).collect(),
+            spectrum: lines.iter().map(|l| l[3..].to_vec()).collect(),
+            heard,
         };
         Ok((record, (along / weights).sqrt()))
     }

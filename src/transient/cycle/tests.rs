@@ -77,6 +77,7 @@ fn fate(v: f64, a: f64) -> Followed {
         nodes: [1, 0],
         harmonics: 3,
         watch: Mat::from_fn(1, 1, |_, _| 1.0),
+        heard: None,
     };
     follow(&mut stepper, &rest, &search).unwrap()
 }

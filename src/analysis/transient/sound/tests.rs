@@ -45,7 +45,7 @@ fn mean_squares(sound: &Sound<'_>, from: f64, segments: &Segments) -> Result<Vec
 #[test]
 fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
-    let bands = bands_within(&wanted, 1e4).expect("bands");
+    let bands = bands_within(KEY, &wanted, 1e4).expect("bands");
     let highest = bands.end();
     for step in [1e-5, 7.3e-5] {
         let sound = Sound::of(&wanted, bands, step);
@@ -78,7 +78,7 @@ fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() 
 #[test]
 fn pieces_begin_after_from_and_end_with_the_record() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
-    let sound = Sound::of(&wanted, bands_within(&wanted, 1e4).expect("bands"), 1e-5);
+    let sound = Sound::of(&wanted, bands_within(KEY, &wanted, 1e4).expect("bands"), 1e-5);
     let welch = Welch::new(1.0 / sound.interval, resolving_time(200.0));
     let (before, after) = (welch.hop() + 123, 3 * welch.hop() + 41);
     let count = before + after;
@@ -154,7 +154,7 @@ fn a_record_that_is_accepted_is_long_enough() {
 #[test]
 fn bands_end_below_the_highest_frequency_wanted_and_below_the_modes() {
     let last = |power: serde_json::Value, reach: f64| {
-        bands_within(&wanted(power), reach).map(|b| b.nominal().last().copied().expect("bands"))
+        bands_within(KEY, &wanted(power), reach).map(|b| b.nominal().last().copied().expect("bands"))
     };
     assert_eq!(last(json!({}), 5000.0).expect("bands"), 4000.0);
     assert_eq!(last(json!({ "max_frequency": 1000 }), 5000.0).expect("bands"), 800.0);
@@ -169,9 +169,9 @@ fn bands_end_below_the_highest_frequency_wanted_and_below_the_modes() {
 fn patches_resolve_the_waves_in_the_air_and_those_of_the_body() {
     let wanted = wanted(json!({ "sound_speed": 340 }));
     for (reach, size) in [(200.0, 0.03), (5000.0, 340.0 / 3.0 / Bands::of(4000.0, 4000.0).end())] {
-        let sound = Sound::of(&wanted, bands_within(&wanted, reach).expect("bands"), 1e-5);
-        let found = sound.patch_sizes(1.0);
+        let (bands, air) = (bands_within(KEY, &wanted, reach).expect("bands"), radiation::air(&wanted));
+        let found = radiation::patch_sizes((bands, air), 1.0);
         assert!((found[0] - size).abs() < 1e-12 && found[1] == 0.03, "to {reach} Hz: {found:?} for {size}");
-        assert_eq!(sound.patch_sizes(0.5)[1], 0.015);
+        assert_eq!(radiation::patch_sizes((bands, air), 0.5)[1], 0.015);
     }
 }

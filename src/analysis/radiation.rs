@@ -1,0 +1,185 @@
+//! How the modes of the bodies radiate, and the sound power of their motions.
+
+use crate::body::TraceModes;
+use crate::case::bodies::Bodies;
+use crate::job::SoundPower;
+use crate::parallel::World;
+use crate::sound::bands::resolving_time;
+use crate::sound::{revolved, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
+use crate::swept::OutlineModes;
+use crate::transient::cycle::Heard;
+use crate::{Error, Result};
+use num_complex::Complex64;
+use std::f64::consts::PI;
+use std::ops::Range;
+
+/// Samples in the period of the highest frequency wanted, at least: what aliasing brings from beyond half the sampling rate is then
+/// damped by the mean over the interval to a fifth of what it is there.
+pub(super) const SAMPLES: f64 = 6.0;
+/// Patches are at most this part of the size of the body, whatever the frequency.
+const COARSEST: f64 = 0.03;
+
+/// Radiation of the modes of a body.
+pub(super) struct Given {
+    /// Frequencies at which it is known, Hz.
+    pub(super) grid: Vec<f64>,
+    /// At these, N·s/m per kg, `[frequencies × m × m]`.
+    pub(super) resistances: Vec<f64>,
+    /// That of plane waves, `[m × m]`.
+    pub(super) plane: Vec<f64>,
+}
+
+impl Given {
+    /// Collective: that of the body with the index `b` in [`Bodies::unique`], whose mode shapes are there. Each rank takes some of the frequencies.
+    pub(super) fn of(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
+        match bodies.unique.get(b).map_or(Ok(None), |body| body.outline())? {
+            Some(modes) => Self::of_section(world, modes, (bands, air)),
+            None => Self::of_mesh(world, bodies, b, (bands, air)),
+        }
+    }
+
+    fn of_section(world: &World, modes: &OutlineModes, (bands, air): (Bands, Air)) -> Result<Self> {
+        let radiators = revolved::Radiators::new(modes, air);
+        let grid = radiators.frequencies(&bands);
+        let some = world.agree(radiators.resistances(&grid, world.rank, world.size))?;
+        Ok(Self { resistances: world.sum_all(&some), plane: radiators.of_plane_waves(&bands)?, grid })
+    }
+
+    fn of_mesh(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
+        let (body, modes) = (bodies.fields(b)?, bodies.shapes_of(b)?);
+        let [size, coarsest] = patch_sizes((bands, air), body.diameter());
+        let radiators = surface::radiators(world, body, modes, size);
+        let some = Radiation::resistances(&radiators, &bands, air, coarsest, world.rank, world.size);
+        let plane = Radiation::of_plane_waves(&radiators, air);
+        Ok(Self { grid: bands.grid(), resistances: world.sum_all(&some), plane })
+    }
+
+    /// In `bands`, those that it was made for.
+    pub(super) fn within(&self, bands: Bands) -> Radiation {
+        Radiation::new(bands, self.grid.clone(), &self.resistances, &self.plane)
+    }
+}
+
+/// The air of a job.
+pub(super) fn air(wanted: &SoundPower) -> Air {
+    Air { density: wanted.air_density, speed: wanted.sound_speed }
+}
+
+/// The third octaves that are wanted under `key`, of modes that reach `reach` (Hz).
+pub(super) fn bands_within(key: &str, wanted: &SoundPower, reach: f64) -> Result<Bands> {
+    if let Some(f) = wanted.max_frequency.filter(|f| *f > reach) {
+        return Err(Error::Job(format!(
+            "{key}.max_frequency: found {f} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in analyses.modes"
+        )));
+    }
+    Bands::between(wanted.min_frequency, wanted.max_frequency.unwrap_or(reach)).map_err(|e| e.context(key))
+}
+
+/// Of steps of length `step`, s, between two samples.
+pub(super) fn stride(bands: Bands, step: f64) -> u64 {
+    (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0) as u64
+}
+
+/// Sizes of the patches of a body of so large a diameter, m: of the finest ones, and of the largest to which they are taken together.
+pub(super) fn patch_sizes((bands, air): (Bands, Air), diameter: f64) -> [f64; 2] {
+    let coarsest = COARSEST * diameter;
+    [Radiation::patch_size(&bands, air).min(coarsest), coarsest]
+}
+
+/// What makes sound of recorded modal displacements, on every rank.
+pub struct Sounding {
+    /// Name of each body that is heard, its columns among the modes of both, how they radiate.
+    parts: Vec<(&'static str, Range<usize>, Radiation)>,
+    bands: Bands,
+    heard: Heard,
+    welch: Welch,
+}
+
+impl Sounding {
+    /// Collective: of the sound that is `wanted` under `key`, of motions in steps of length `step`, s. The `bodies` in the places have their mode shapes,
+    /// and `modes` are those of each that differs.
+    pub fn new(
+        world: &World,
+        (key, wanted): (&str, &SoundPower),
+        step: f64,
+        bodies: &Bodies,
+        modes: &[TraceModes],
+    ) -> Result<Self> {
+        let count = |body: usize| modes.get(body).map_or(0, |m| m.omega.len());
+        let mut parts = Vec::new();
+        let mut first = 0;
+        for place in &bodies.places {
+            let columns = first..first + count(place.body);
+            first = columns.end;
+            if wanted.bodies.iter().any(|b| b.name() == place.name) {
+                parts.push((place.name, place.body, columns));
+            }
+        }
+        let highest = |b: usize| modes.get(b).and_then(|m| m.omega.last()).map_or(0.0, |w| w / (2.0 * PI));
+        let reach = parts.iter().map(|p| highest(p.1)).fold(f64::INFINITY, f64::min);
+        let bands = bands_within(key, wanted, reach)?;
+        let mut made: Vec<(usize, Radiation)> = Vec::new();
+        for (_, body, _) in &parts {
+            if made.iter().all(|m| m.0 != *body) {
+                made.push((*body, Given::of(world, bodies, *body, (bands, air(wanted)))?.within(bands)));
+            }
+        }
+        let radiation = |body: usize| made.iter().find(|m| m.0 == body).map(|m| m.1.clone());
+        let parts = parts.into_iter().filter_map(|(name, body, columns)| Some((name, columns, radiation(body)?)));
+        let stride = stride(bands, step);
+        let interval = stride as f64 * step;
+        let welch = Welch::new(1.0 / interval, resolving_time(wanted.min_frequency));
+        // One more sample than means between them, and some that rounding takes at the ends.
+        let heard = Heard { stride: stride as usize, time: (welch.length() + 3) as f64 * interval };
+        Ok(Self { parts: parts.collect(), bands, heard, welch })
+    }
+
+    /// What is to be kept of a motion.
+    pub fn heard(&self) -> Heard {
+        self.heard
+    }
+
+    /// The third octaves.
+    pub fn bands(&self) -> Bands {
+        self.bands
+    }
+
+    /// Power in each third octave, W, `[bodies × bands]`, of modal displacements as they were to be kept, `[samples][m]`; of none, rest, it is 0. The estimate is that of a transient.
+    pub fn powers(&self, samples: &[Vec<f64>]) -> Result<Vec<f64>> {
+        let bands = self.bands.centres().len();
+        if samples.is_empty() {
+            return Ok(vec![0.0; self.parts.len() * bands]);
+        }
+        let interval = 1.0 / self.welch.rate();
+        let means: Vec<Vec<f64>> = samples
+            .windows(2)
+            .map(|pair| pair[1].iter().zip(&pair[0]).map(|(b, a)| (b - a) / interval).collect())
+            .collect();
+        let (pieces, skip) = self.welch.pieces(means.len());
+        if pieces == 0 {
+            let text = format!("sound power: {} samples for pieces of {}", samples.len(), self.welch.length());
+            return Err(Error::Defect(text));
+        }
+        let mut all = Vec::new();
+        for (_, columns, radiation) in &self.parts {
+            let mut power = PowerSpectrum::new(radiation, self.welch.spacing());
+            for piece in 0..pieces {
+                let of = skip + piece * self.welch.hop();
+                let rows = means.get(of..of + self.welch.length()).unwrap_or_default();
+                let lines = |j: usize| -> Result<Vec<Complex64>> {
+                    let mut x = self.welch.transform(rows.iter().map(|v| v[j]))?;
+                    self.welch.undo_mean(&mut x);
+                    Ok(x)
+                };
+                power.add(&columns.clone().map(lines).collect::<Result<Vec<_>>>()?);
+            }
+            all.extend(power.third_octaves().power);
+        }
+        Ok(all)
+    }
+
+    /// The names of the bodies that are heard.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.parts.iter().map(|p| p.0).collect()
+    }
+}

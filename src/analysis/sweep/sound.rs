@@ -1,0 +1,74 @@
+//! The sound of the limit cycles of a sweep.
+
+use super::super::radiation::Sounding;
+use crate::output::datasets::cycles::Cycle;
+use crate::output::Table;
+use crate::sound::power::ThirdOctaves;
+use crate::sound::Bands;
+
+/// The bodies that are heard, and the third octaves: those of the model whose modes reach furthest.
+pub(super) struct Heard {
+    bodies: Vec<&'static str>,
+    bands: Bands,
+}
+
+impl Heard {
+    /// Takes another model.
+    pub(super) fn with(before: Option<Self>, sounding: &Sounding) -> Self {
+        match before {
+            Some(before) if before.bands.end() >= sounding.bands().end() => before,
+            _ => Self { bodies: sounding.names(), bands: sounding.bands() },
+        }
+    }
+
+    /// Power of the body number `b` in the third octaves that its modes reach, W; none where it was not computed.
+    fn power<'c>(&self, b: usize, cycle: &'c Cycle) -> &'c [f64] {
+        let each = cycle.sound.len() / self.bodies.len().max(1);
+        cycle.sound.get(b * each..(b + 1) * each).unwrap_or_default()
+    }
+
+    /// Levels of all third octaves, dB re 1 pW: linear and A-weighted; −∞ at rest.
+    fn levels(&self, b: usize, cycle: &Cycle) -> [f64; 2] {
+        let power = self.power(b, cycle).to_vec();
+        match power.is_empty() {
+            true => [f64::NAN; 2],
+            false => ThirdOctaves { centre: self.bands.centres(), power, efficiency: Vec::new() }.total(),
+        }
+    }
+
+    /// Of `cycles` the loudest: its number and what the summary says of it.
+    pub(super) fn loudest(&self, cycles: &[Cycle]) -> Option<(usize, String)> {
+        let moving = |i: &usize| cycles[*i].fate > 0;
+        let each = |b: usize| (0..cycles.len()).filter(moving).map(move |i| (i, b, self.levels(b, &cycles[i])));
+        let all = (0..self.bodies.len()).flat_map(each);
+        let (point, body, [linear, weighted]) = all.max_by(|x, y| x.2[1].total_cmp(&y.2[1]))?;
+        let name = self.bodies[body];
+        Some((point, format!("{weighted:.1} dB(A), {linear:.1} dB re 1 pW from the {name} body")))
+    }
+
+    /// The group `/sweep/cycles/sound_power` of `all` cycles, `shape` = `[branches, points]`.
+    pub(super) fn tables(&self, shape: &[usize], all: &[Cycle]) -> Vec<Table> {
+        let path = |name: &str| format!("/sweep/cycles/sound_power/{name}");
+        let count = self.bands.centres().len();
+        let mut tables = vec![
+            Table::list(&path("band_frequency"), "Hz", "Exact centres of the third octaves.", self.bands.centres()),
+            Table::list(&path("band_name"), "Hz", "Nominal centres of the third octaves.", self.bands.nominal()),
+        ];
+        for (b, body) in self.bodies.iter().enumerate() {
+            let bands = |cycle: &Cycle| -> Vec<f64> {
+                let power = self.power(b, cycle).iter().copied();
+                power.chain(std::iter::repeat(f64::NAN)).take(count).collect()
+            };
+            let text = "Sound power in each third octave; NaN in those that the modes of a point do not reach.";
+            let power = all.iter().flat_map(bands).collect::<Vec<f64>>();
+            tables.push(Table::new(&path(&format!("{body}/power")), "W", text, &[shape, &[count]].concat(), power));
+            let names = ["total_level", "total_level_a"];
+            let texts = ["Sound power level of all third octaves, re 1 pW; -inf at rest.", "The same, A-weighted."];
+            for (k, (name, text)) in names.into_iter().zip(texts).enumerate() {
+                let levels = all.iter().map(|c| self.levels(b, c)[k]).collect::<Vec<f64>>();
+                tables.push(Table::new(&path(&format!("{body}/{name}")), "dB", text, shape, levels));
+            }
+        }
+        tables
+    }
+}
