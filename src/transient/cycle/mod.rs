@@ -109,6 +109,7 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
         let Some(own) = &mut alone else {
             match trail.next(seen) {
                 Next::Scale(factor) => walk.scale(factor)?,
+                Next::Wait => {}
                 Next::Near(rate) => (alone, back) = (Some(Alone::default()), rate),
             }
             continue;

@@ -17,6 +17,8 @@ const STATIC: f64 = 0.4;
 const KINETIC: f64 = 0.2;
 /// m/s.
 const DECAY: f64 = 0.3;
+/// m.
+const MEMORY: f64 = 1e-5;
 /// 1/s: rest is stable above a belt's velocity of some 0.5 m/s.
 const DAMPING: f64 = 12.6;
 
@@ -37,6 +39,15 @@ fn growth(v: f64, a: f64) -> f64 {
 
 /// What becomes of a motion of the mass, 1 kg, whose velocity swings by `a`, m/s, on a belt of the velocity `v`, m/s.
 fn fate(v: f64, a: f64) -> Followed {
+    let kicked = |mut rest: State| {
+        rest.v[0] += a;
+        rest
+    };
+    followed(v, kicked).0
+}
+
+/// What becomes of the motion that `start` makes of rest on a belt of the velocity `v`, m/s, and where it was at the end.
+fn followed(v: f64, start: impl FnOnce(State) -> State) -> (Followed, State) {
     let points = Interface::points(vec![0.0], vec![[0.0; 2]]).unwrap();
     let residual = Mat::from_fn(3, 3, |i, j| if i == j { [0.0, SOFT, SOFT][i] } else { 0.0 });
     let modes = Mat::from_fn(3, 1, |i, _| if i == 0 { 1.0 } else { 0.0 });
@@ -51,7 +62,7 @@ fn fate(v: f64, a: f64) -> Followed {
         turning: None,
         load: &[],
     };
-    let law = Exponential { memory_length: 1e-5, ..Exponential::new(STATIC, KINETIC, DECAY) };
+    let law = Exponential { memory_length: MEMORY, ..Exponential::new(STATIC, KINETIC, DECAY) };
     let friction = FrictionLaw::from(law);
     let mu = friction.coefficient(v);
     let creepage = Creepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 };
@@ -63,9 +74,7 @@ fn fate(v: f64, a: f64) -> Followed {
         drive: Drive::constant(NormalLoad::Approach(LOAD * SOFT), creepage, v),
     };
     let rest = State::at_rest(&model, &[-mu * LOAD, 0.0, LOAD], LOAD * SOFT).remembering(&[mu]);
-    let mut start = rest.clone();
-    start.v[0] += a;
-    let mut stepper = Stepper::new(model, settings, start).unwrap();
+    let mut stepper = Stepper::new(model, settings, start(rest.clone())).unwrap();
     stepper.settle().unwrap();
     let search = Settings {
         step: STEP,
@@ -79,7 +88,8 @@ fn fate(v: f64, a: f64) -> Followed {
         watch: Mat::from_fn(1, 1, |_, _| 1.0),
         heard: None,
     };
-    follow(&mut stepper, &rest, &search).unwrap()
+    let followed = follow(&mut stepper, &rest, &search).unwrap();
+    (followed, stepper.state().clone())
 }
 
 /// The amplitude at which the mean of what friction feeds is what damping takes: below it motion dies out.
@@ -131,4 +141,82 @@ fn beyond_the_fold_every_motion_dies_out() {
     let v = 0.8;
     assert!(growth(v, v) < 0.0);
     assert_eq!(fate(v, 1.5 * v).fate, Fate::Rest);
+}
+
+/// Largest velocity of the belt, m/s, at which the mass goes on coming back to the velocity of the belt, slip by slip, each begun where friction as it is then
+/// lets go: displacement, velocity and remembered friction by Runge and Kutta's method, stick in closed form, a contact without compliance.
+fn fold(memory: f64) -> f64 {
+    let returns = |v: f64| {
+        let rate = |[x, u, mu]: [f64; 3]| {
+            let slip = v - u;
+            let steady = KINETIC + (STATIC - KINETIC) * (-slip.abs() / DECAY).exp();
+            [u, LOAD * mu - DAMPING * u - OMEGA * OMEGA * x, slip.abs() / memory * (steady - mu)]
+        };
+        let h = 1e-6;
+        let mut mu = STATIC;
+        'slip: for _ in 0..60 {
+            let mut y = [(LOAD * mu - DAMPING * v) / (OMEGA * OMEGA), v, mu];
+            // Some periods more than one: where the swing grows it may come back later.
+            for step in 0..(5.0 * 2.0 * PI / OMEGA / h) as usize {
+                let ahead = |d: [f64; 3], by: f64| std::array::from_fn(|i| y[i] + by * d[i]);
+                let a = rate(y);
+                let b = rate(ahead(a, 0.5 * h));
+                let c = rate(ahead(b, 0.5 * h));
+                let d = rate(ahead(c, h));
+                (0..3).for_each(|i| y[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+                if step > 10 && y[1] >= v {
+                    mu = y[2];
+                    continue 'slip;
+                }
+            }
+            return false;
+        }
+        true
+    };
+    let (mut low, mut high) = (0.4, 1.0);
+    assert!(returns(low) && !returns(high));
+    for _ in 0..16 {
+        let middle = 0.5 * (low + high);
+        *(if returns(middle) { &mut low } else { &mut high }) = middle;
+    }
+    low
+}
+
+/// Handed on from belt to faster belt the cycle lives up to the fold; handed on from belt to slower belt rest lives down to where it loses its stability.
+/// Between the two there are both.
+#[test]
+fn squeal_ends_and_begins_at_different_velocities() {
+    // Where small motions feed on friction what damping takes.
+    let onset = DECAY * (LOAD * (STATIC - KINETIC) / (DECAY * DAMPING)).ln();
+    let fold = fold(MEMORY);
+    assert!(growth(0.999 * onset, 1e-6) > 0.0 && growth(1.001 * onset, 1e-6) < 0.0);
+    assert!(fold > 1.1 * onset, "fold at {fold} m/s, onset at {onset} m/s");
+    let step = 0.005;
+    let along = |from: f64, step: f64, first: Fate, start: f64| {
+        let (mut v, mut last) = (from, None);
+        for _ in 0..200 {
+            let (found, state) = followed(v, |mut rest| {
+                // A little disturbance, so that what is unstable shows.
+                rest.v[0] += start;
+                last.take().unwrap_or(rest)
+            });
+            if found.fate != first {
+                return [v - step, v];
+            }
+            last = (first == Fate::Cycle).then_some(state);
+            v += step;
+        }
+        panic!("nothing changes up to {v} m/s");
+    };
+    let up = along(0.9 * fold, step, Fate::Cycle, 1.5 * fold);
+    let down = along(1.06 * onset, -step, Fate::Rest, 1e-4);
+    // Half a hundredth: what memory and compliance of the contact take.
+    assert!(
+        up[0] < 1.005 * fold && up[1] > 0.995 * fold,
+        "the cycle ends between {up:?} m/s, the fold is at {fold} m/s"
+    );
+    assert!(
+        down[1] < 1.005 * onset && down[0] > 0.995 * onset,
+        "rest ends between {down:?} m/s, expected at {onset} m/s"
+    );
 }

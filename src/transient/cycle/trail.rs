@@ -18,6 +18,8 @@ pub(super) struct Seen {
 pub(super) enum Next {
     /// The amplitude is to be multiplied by this.
     Scale(f64),
+    /// It goes by itself.
+    Wait,
     /// It is near to the cycle's, which small deviations approach at this rate, 1/s.
     Near(f64),
 }
@@ -89,9 +91,16 @@ impl Trail {
                 way
             }
             // Away from an amplitude that is left on both sides, or nothing known.
+            // What neither grows nor decays may be a cycle that sticks: it comes back from above.
+            None if now.rate.abs() * self.span <= STAYS => FIRST,
             _ => most.copysign(now.rate),
         };
         let way = way.clamp(-most, most);
+        if way < 0.0 && !now.linear {
+            // A step down could lead beyond a cycle and the threshold below it, which lie close to each other near a fold.
+            self.way = 0.0;
+            return Next::Wait;
+        }
         self.turns += usize::from(way * self.way < 0.0);
         if self.turns >= TURNS {
             return Next::Near(f64::NAN);
@@ -105,14 +114,16 @@ impl Trail {
 mod tests {
     use super::*;
 
-    /// Follows d ln a/dt = g(ln a) from `level`; returns where it ends and after how many looks.
+    /// Follows d ln a/dt = g(ln a) from `level`, with looks of 0.05 s; returns where it ends and after how many looks.
     fn end(g: impl Fn(f64) -> f64, mut level: f64, linear: impl Fn(f64) -> bool) -> Option<(f64, f64, usize)> {
         let mut trail = Trail::new(0.05);
-        for look in 1..200 {
+        for look in 1..1000 {
             match trail.next(Seen { level, rate: g(level), linear: linear(level) }) {
                 Next::Near(back) => return Some((level, back, look)),
                 Next::Scale(f) => level += f.ln(),
+                Next::Wait => {}
             }
+            (0..50).for_each(|_| level += 1e-3 * g(level));
             if level < -20.0 {
                 return None;
             }
@@ -164,5 +175,17 @@ mod tests {
     #[test]
     fn a_cycle_that_is_gone_is_not_found() {
         assert_eq!(end(|x| -0.02 - (x - 0.7).powi(2), 1.5, |_| false), None);
+    }
+
+    /// Just before a fold the threshold lies close below the cycle: what comes from above stays.
+    #[test]
+    fn a_threshold_close_below_a_cycle_is_not_jumped_over() {
+        let g = |x: f64| -40.0 * (x - 0.7) * (x - 0.67);
+        for start in [0.69, 0.72, 1.0, 1.5] {
+            let (level, ..) = end(g, start, |x| x < 0.0).unwrap_or_else(|| panic!("nothing from {start}"));
+            assert!(level > 0.67 && level < 0.75, "{start}: {level}");
+        }
+        // Well below the threshold: what hardly decays, close to it, is tried from above as well.
+        assert_eq!(end(g, 0.6, |x| x < 0.0), None);
     }
 }
