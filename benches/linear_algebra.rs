@@ -4,7 +4,7 @@
 //!
 //! With `--graded 1` the cylinder is crowned and `--size` is that of the elements in a contact patch of 14 mm by 14 mm.
 //! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver, `MODES_ONLY=1` skips solves and inverse, `SIZES=1` finds the modes with several
-//! blocks and bases, `COUNTS=1` takes a run of modes apart, `SLEPC=1` with SLEPc as well. Lines that begin with `row:` are for tables: what, wall time in s, processor time in s, peak memory in GB.
+//! blocks and bases, `COUNTS=parts` takes a run of modes apart, `COUNTS=once` counts what its ranks do, `SLEPC=1` with SLEPc as well. Lines that begin with `row:` are for tables: what, wall time in s, processor time in s, peak memory in GB.
 
 use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions};
 use railsqueal::eigen::{nearest_by, Shifted, Sizes};
@@ -122,8 +122,8 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
     let nonzeros = world.sum_u64(k.cols.len() as u64);
     clock.lap(&format!("assembly: {} dofs, {nonzeros} entries", k.order()));
 
-    if std::env::var_os("COUNTS").is_some() {
-        return counts(world, &petsc, &operators, count, &mut clock);
+    if let Some(way) = std::env::var_os("COUNTS") {
+        return counts(world, &petsc, &operators, count, way == "once", &mut clock);
     }
     if std::env::var_os("GAMG").is_some() {
         return iterate(world, &petsc, &part, k, &mut clock);
@@ -235,32 +235,37 @@ impl Shifted for Timed<'_, '_> {
     }
 }
 
-/// What a run of modes consists of, one part after the other: what is done on one rank, and what is shared.
+/// What a run of modes consists of, one part after the other: what is done on one rank, and what is shared. With `once` nothing is done twice.
 fn counts(
     world: &World,
     petsc: &Petsc,
     operators: &Operators,
     count: usize,
+    once: bool,
     clock: &mut Clock,
 ) -> railsqueal::Result<()> {
     let (k, m) = (&operators.stiffness, &operators.mass);
     let options = FactorOptions { kind: Symmetry::Positive, ordering: Ordering::Metis };
-    Factor::estimate(world, k, options)?;
-    clock.lap("ordering and analysis");
+    if !once {
+        Factor::estimate(world, k, options)?;
+        clock.lap("ordering and analysis");
+    }
     let mut factor = Factor::new(world, k, options, "stiffness")?;
     clock.lap("factorisation with its analysis");
-    factor.renew(k, "stiffness")?;
-    clock.lap("factorisation alone");
+    if !once {
+        factor.renew(k, "stiffness")?;
+        clock.lap("factorisation alone");
+        let mut b: Vec<f64> = (0..8 * factor.n_local()).map(|i| (i as f64).sin()).collect();
+        for _ in 0..3 {
+            factor.solve(&mut b, 8)?;
+        }
+        clock.lap("3 solves of 8 right-hand sides");
+    }
     let counted = factor.statistics();
     if world.is_root() {
         let entries = [counted.factor_entries, counted.entries_max].map(|n| n as f64);
         println!("row: counted | {} | {} | {} | {}", counted.flops, counted.flops_max, entries[0], entries[1]);
     }
-    let mut b: Vec<f64> = (0..8 * factor.n_local()).map(|i| (i as f64).sin()).collect();
-    for _ in 0..3 {
-        factor.solve(&mut b, 8)?;
-    }
-    clock.lap("3 solves of 8 right-hand sides");
     let pencil = Matrices::new(world, k, m);
     let wanted = ModesOptions { sigma: 0.0, count, method: Method::Blocks, prefix: String::new() };
     let found = modes(petsc, &mut factor, &pencil, &wanted, &mut |_, _| ())?;

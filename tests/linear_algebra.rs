@@ -15,6 +15,7 @@ mod matrices;
 mod quadratic;
 #[path = "linear_algebra/reduction.rs"]
 mod reduction;
+mod watch;
 
 use railsqueal::parallel::World;
 use std::process::{Command, ExitCode};
@@ -35,9 +36,11 @@ fn main() -> ExitCode {
         // SAFETY: MPI is initialised; ends all ranks.
         unsafe { mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, 101) };
     }));
+    let watch = watch::Watch::start(world.rank);
     let checks: Vec<Check> =
         [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS].concat();
     for (name, check) in checks.into_iter().filter(|(name, _)| name.contains(&word)) {
+        watch.begins(name);
         check(&world);
         if world.is_root() {
             println!("{} ranks: {name} ... ok", world.size);

@@ -9,13 +9,17 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts" / "studies")
 import algebra  # noqa: E402
 import full  # noqa: E402
 import modes  # noqa: E402
+import scaling  # noqa: E402
 import steady  # noqa: E402
 import steps  # noqa: E402
 import whole  # noqa: E402
 
+# Half an hour each, or a large disk.
+LONG = ("largest", "out-of-core")
 STUDIES = {
     "modes": modes.sizes,
     "many-modes": modes.many,
+    "out-of-core": modes.out_of_core,
     "full": full.beside,
     "rotation": steps.turning,
     "steps": steps.in_squeal,
@@ -31,6 +35,8 @@ STUDIES = {
     "solves": algebra.solves,
     "blocks": algebra.blocks,
     "multigrid": algebra.multigrid,
+    "low-rank": algebra.low_rank,
+    "scaling": scaling.ranks,
     "largest": whole.largest,
 }
 
@@ -39,7 +45,7 @@ def main():
     if sys.argv[1:] == ["list"]:
         print("\n".join(STUDIES))
         return
-    wanted = sys.argv[1:] or [name for name in STUDIES if name != "largest"]
+    wanted = sys.argv[1:] or [name for name in STUDIES if name not in LONG]
     unknown = [name for name in wanted if name not in STUDIES]
     if unknown:
         sys.exit(f"benches/compare: no study {', '.join(unknown)}; there are {', '.join(STUDIES)}")

@@ -1,9 +1,13 @@
-"""Tables of docs/linear-algebra.md: elimination orders, solves, blocks of the modes, multigrid."""
+"""Tables of docs/linear-algebra.md: elimination orders, solves, blocks of the modes, multigrid, low-rank factors."""
 
 import re
+import tempfile
+from pathlib import Path
 
-from clock import ROOT, benchmark, busy, noted, rows, spent
+from clock import DEBIAN, ROOT, benchmark, busy, noted, rows, spent
+from modes import meshed, packages
 from pages import put
+from peers import petsc
 from report import table
 
 PAGE = ROOT / "docs" / "linear-algebra.md"
@@ -73,3 +77,18 @@ def multigrid():
         body.append([f"{patch}, MUMPS", unknowns(timed), f"{factor[1]:.1f} s", "", f"{solve[1] / 5:.2f} s", f"{solve[2]:.2f} GB"])
     head = ["contact patch, tolerance 1e-9", "rows", "set-up, CPU", "iterations", "solve, CPU", "peak memory"]
     put(PAGE, "multigrid", table(head, body) + "\n" + noted(load, runs=1))
+
+
+def low_rank():
+    """MUMPS by petsc4py on the stiffness of two of our meshes, assembled by dolfinx."""
+    programs, load, body = packages()[:1], busy(), []
+    for size in (0.017, 0.0115):
+        with tempfile.TemporaryDirectory() as folder:
+            result, order = meshed(Path(folder), size)
+            done = spent([DEBIAN, ROOT / "benches/peers/low_rank.py", result, "0", "1e-9", "1e-6", "1e-4"], 1, petsc("real"))
+        for tolerance, entries, operations, factorised, memory, solved, residual, iterations, together in (map(float, row) for row in rows(done.out)):
+            how = f"{tolerance:.0e}" if tolerance else "full rank"
+            figures = [f"{1e-6 * entries:.0f} M", f"{operations:.1e}", f"{factorised:.1f} s", f"{memory:.0f} MB", f"{solved:.2f} s", f"{residual:.0e}", f"{iterations:.0f}", f"{together:.2f} s"]
+            body.append([str(order), how, *figures])
+    head = ["rows", "dropped below", "entries", "operations", "factorisation, CPU", "memory of MUMPS", "a solve", "its residual", "iterations to 1e-12", "their time"]
+    put(PAGE, "low-rank", table(head, body) + "\n" + noted(load, *programs, runs=1))

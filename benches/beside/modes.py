@@ -1,8 +1,9 @@
 """Modes of the clamped annulus beside dolfinx with slepc4py, and CalculiX, on the same mesh."""
 
 import re
-import sys
 import tempfile
+import threading
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import matplotlib
@@ -63,6 +64,13 @@ def deck(result, count, path):
     return 3 * (len(points) - len(bore))
 
 
+def meshed(folder, size):
+    """A result file of ours with the annulus in elements of this size, and the number of its rows."""
+    done = ours(folder, size, 4, 2)
+    result = (folder / "own.h5").rename(folder / "mesh.h5")
+    return result, int(re.search(r"(\d+) degrees of freedom", done.out)[1])
+
+
 def packages():
     install("python3-dolfinx-real", "python3-slepc4py-real", "python3-h5py", "libopenblas0-pthread", "calculix-ccx")
     return f"dolfinx {version('python3-dolfinx-real')}", f"SLEPc {version('python3-slepc4py-real')}", f"CalculiX {version('calculix-ccx')}"
@@ -85,8 +93,7 @@ def sizes():
     for size in SIZES:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            ours(folder, size, 40, 2)
-            result = (folder / "own.h5").rename(folder / "mesh.h5")
+            result, _ = meshed(folder, size)
             rows = deck(result, 40, folder / "annulus.inp")
             # The forms are compiled in the first run.
             dolfinx(result, 40, 1)
@@ -137,11 +144,49 @@ def many():
     body = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        ours(folder, MIDDLE, 40, 2)
-        result = (folder / "own.h5").rename(folder / "mesh.h5")
+        result, _ = meshed(folder, MIDDLE)
         dolfinx(result, 4, 1)
         for ranks in (1, 2):
             names = ["railsqueal", "dolfinx + slepc4py"]
             found, _ = lines(names, in_turn(lambda: ours(folder, MIDDLE, 400, ranks), lambda: dolfinx(result, 400, ranks), count=1))
             body += [[str(ranks), *row] for row in found]
     put(PAGE, "many-modes", table(["ranks", "400 modes", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs, runs=1))
+
+
+@contextmanager
+def watched(folder):
+    """The most that lies in a folder meanwhile, in bytes: a list whose last entry is that."""
+    most, over = [0], threading.Event()
+
+    def look():
+        while not over.wait(0.2):
+            # Files may go while they are counted.
+            with suppress(FileNotFoundError):
+                most.append(max(most[-1], sum(512 * path.stat().st_blocks for path in folder.rglob("*"))))
+
+    looking = threading.Thread(target=look)
+    looking.start()
+    try:
+        yield most
+    finally:
+        over.set()
+        looking.join()
+
+
+def out_of_core():
+    """Factors in memory and on a disk, up to two million rows: half an hour."""
+    load, body = busy(), []
+    for size in (*SIZES[2:], 0.0094, 0.0078, 0.0061):
+        # /tmp may be memory.
+        with tempfile.TemporaryDirectory(dir="/var/tmp") as name:
+            folder = Path(name)
+            disk = folder / "factors"
+            disk.mkdir()
+            with watched(disk) as most:
+                done = run("annulus.json", "--output", folder / "own.h5", sets=sized(size, 40) | {"solver.out_of_core": disk})
+            rows = re.search(r"(\d+) degrees of freedom", done.out)[1]
+            inside = ours(folder, size, 40, 1) if size in SIZES else None
+        beside = [f"{inside.wall:.0f} s", f"{1e-9 * inside.memory:.2f} GB"] if inside else ["", ""]
+        body.append([rows, f"{done.wall:.0f} s", f"{1e-9 * done.memory:.2f} GB", f"{1e-9 * most[-1]:.1f} GB", *beside])
+    head = ["rows, one rank", "on a disk", "memory", "disk", "in memory", "memory"]
+    put(PAGE, "out-of-core", table(head, body) + "\n" + noted(load, runs=1))

@@ -18,6 +18,8 @@ mod rotation;
 mod stability;
 mod supports;
 mod surface;
+#[path = "../watch/mod.rs"]
+mod watch;
 
 /// A test is called on all ranks of a world and panics when it fails.
 type Test = (&'static str, fn(&World));
@@ -123,7 +125,9 @@ fn main() {
 fn run_in_world(filter: &str) {
     let universe = mpi::initialize().expect("MPI starts");
     let world = World::new(mpi::traits::Communicator::duplicate(&universe.world()));
+    let watch = watch::Watch::start(world.rank);
     for (name, test) in TESTS.iter().filter(|(name, _)| name.contains(filter)) {
+        watch.begins(name);
         if world.is_root() {
             print!("test {name} on {} ranks ... ", world.size);
             std::io::stdout().flush().expect("stdout");
