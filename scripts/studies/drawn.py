@@ -1,4 +1,4 @@
-"""The wheel W920S drawn in Gmsh beside the built-in section; docs/sections.md."""
+"""The wheel W920S and the rail 60E1 drawn in Gmsh beside the built-in sections; docs/sections.md."""
 
 import json
 import subprocess
@@ -19,9 +19,43 @@ DRAWINGS = {
     "triangles of 3 nodes, 6 mm": ["--size", "6", "--order", "1"],
 }
 
+RAILS = {
+    "triangles of 6 nodes, 12 mm": [],
+    "triangles of 6 nodes, 6 mm, 3 mm on the head": ["--size", "6", "--fine", "3"],
+    "quadrilaterals of 9 nodes, 12 mm": ["--cells", "quad"],
+}
+PAGE = ROOT / "docs" / "sections.md"
+
 
 def beside():
     install("python3-gmsh")
+    wheels()
+    rails()
+    return {}
+
+
+def rails():
+    groups = ("modes", "contact", "stability")
+    rows = []
+
+    def said(name, found):
+        frequency, rates = found["modes/lower/frequency"], found["stability/growth_rate"][:4]
+        force = found["contact/force"]
+        rows.append([name, f"{len(frequency)}", f"{frequency[50]:.2f}", f"{frequency[400]:.1f}", f"{force[1] / force[2]:.5f}", *(f"{g:.3f}" for g in rates)])
+
+    with tempfile.TemporaryDirectory() as folder:
+        for name, words in RAILS.items():
+            path = Path(folder) / "rail.msh"
+            command = ["/usr/bin/python3", ROOT / "meshes/make_rail_section.py", "--worn", "0", *words, path]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            section = {"file": {"path": str(path), "scale": 0.001}}
+            said(name, run("wheel-on-rail.json", {"bodies.lower.mesh.extruded.section": json.dumps(section)}, groups=groups)[0])
+    said("built in", run("wheel-on-rail.json", {}, groups=groups)[0])
+    head = ["section", "modes of the rail", "the 50th, Hz", "the 400th", "lateral over normal force", "growth, 1/s", "second", "third", "fourth"]
+    put(PAGE, "drawn-rail", table(head, rows))
+
+
+def wheels():
     groups = ("modes", "contact", "stability")
     wanted, _ = run("wheel-on-rail.json", {}, groups=groups)
     rows = []
@@ -44,5 +78,4 @@ def beside():
             rows.append([name, f"{len(frequency)}", f"{off.max():.1e}", *(f"{g:.3f}" for g in rates[0])])
     rows.append(["built in", f"{len(wanted['modes/upper/frequency'])}", "", *(f"{g:.3f}" for g in rates[1])])
     head = ["section", "modes up to 6 kHz", "largest distance of a frequency", "growth, 1/s", "second", "third", "fourth"]
-    put(ROOT / "docs" / "sections.md", "drawn-wheel", table(head, rows))
-    return {}
+    put(PAGE, "drawn-wheel", table(head, rows))

@@ -22,8 +22,8 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
             if let Some(MeshSource::File(file)) = &body.mesh {
                 all.push((format!("bodies.{name}.mesh.file"), file.path().clone()));
             }
-            if let Some(file) = body.section_file() {
-                all.push((format!("bodies.{name}.mesh.revolved.section.file"), file.path.clone()));
+            if let Some((key, file)) = body.section_file() {
+                all.push((format!("bodies.{name}.{key}"), file.to_owned()));
             }
             if let Some(Profile::File(file)) = &body.profile {
                 all.push((format!("bodies.{name}.profile.file"), file.path.clone()));

@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 const BEYOND: usize = 4;
 
 /// What a rail is made of.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Making<'a> {
     /// The section, with the contact point on its head.
     pub section: crate::swept::Rail,

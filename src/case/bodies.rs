@@ -262,8 +262,8 @@ impl<'p> Bodies<'p> {
             if let Some(MeshSource::File(file)) = &body.mesh {
                 sums.push((file.path().display().to_string(), sha256(file.path())?));
             }
-            if let Some(file) = body.section_file() {
-                sums.push((file.path.display().to_string(), sha256(&file.path)?));
+            if let Some((_, file)) = body.section_file() {
+                sums.push((file.display().to_string(), sha256(file)?));
             }
             // A built-in section is all in the job.
             if !place.checksum.is_empty() {

@@ -102,7 +102,7 @@ impl Placed {
         let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
         for (name, body) in job.bodies() {
             let checked = match &body.mesh {
-                Some(MeshSource::Extruded(rail)) => rail::touched(rail, lower.y),
+                Some(MeshSource::Extruded(rail)) => rail::touched(rail, on_rail(lower, track)),
                 Some(_) => super::swept::touched(body, upper, track),
                 None => Ok(()),
             };
@@ -283,7 +283,8 @@ pub(crate) fn build<'p>(
             bodies.unique.push(match &body.mesh {
                 Some(MeshSource::Extruded(_)) => {
                     let seat = seats[side.index()];
-                    let at = rail::At { y: seat.y, tilt: Some(seat.tilt) };
+                    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+                    let at = on_rail(seat, track);
                     Box::new(rail::told((world, summary), job, (name, body), (Some(at), grid))?)
                 }
                 Some(_) => {
@@ -306,6 +307,11 @@ pub(crate) fn build<'p>(
         bodies.places.push(Place::meshless((name, side), body_index, grid, material_of(body)?));
     }
     Ok(bodies)
+}
+
+/// Where the rail on a side of the track is touched.
+fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
+    rail::At { y: seat.y, right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
 }
 
 /// Collective: where the contact is on the rail and on the wheel, known on rank 0.

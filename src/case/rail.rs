@@ -2,13 +2,15 @@
 
 use crate::body::rail::{Making, Rail as RailBody};
 use crate::fem::Material;
-use crate::job::{self, Extruded, Job, MeshSource, RailSection};
+use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
+use crate::mesh::msh::plane;
 use crate::parallel::World;
 use crate::summary::Summary;
 use crate::swept::waves::Damping;
-use crate::swept::{Bays, Beam, Ends, Layer, Rail, Sleeper, Track};
+use crate::swept::{Bays, Beam, Drawn, DrawnRail, Ends, Layer, Path, Rail, Rail60E1, Sleeper, Track};
 use crate::{Error, Result};
 use std::f64::consts::PI;
+use std::rc::Rc;
 
 /// Part by which the point receptance of the rail that is modelled may differ from that of an infinite one.
 const OFF: f64 = 0.05;
@@ -25,6 +27,8 @@ const LONGEST: f64 = 120.0;
 pub struct At {
     /// To the right of the middle of the upright section, m.
     pub y: f64,
+    /// Whether it is the right-hand rail: a drawing is of the left-hand one.
+    pub right: bool,
     /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface.
     pub tilt: Option<f64>,
 }
@@ -37,26 +41,43 @@ pub fn extruded(body: &job::Body) -> Option<&Extruded> {
     }
 }
 
-/// Its section, with the contact point at y, m, on the head.
-fn section(extruded: &Extruded, y: f64) -> Result<Rail> {
-    match extruded.section {
-        RailSection::Rail60E1 => Rail::new(y),
+/// Where the contact is without a placement.
+fn given(extruded: &Extruded) -> At {
+    At { y: extruded.contact_offset, right: false, tilt: None }
+}
+
+/// Its section, with the contact point at a place of its head.
+fn section(extruded: &Extruded, at: At) -> Result<Rail> {
+    match &extruded.section {
+        RailSection::Rail60E1 => Rail60E1::new(at.y).map(Rail::Built),
+        RailSection::File(file) => drawn(file, at).map(Rail::Drawn),
     }
 }
 
-/// An error where the head of a rail cannot be touched at y, m.
-pub(crate) fn touched(extruded: &Extruded, y: f64) -> Result<()> {
-    section(extruded, y).map(|_| ())
+/// The drawing in a file, x across the track, towards its middle of the left-hand rail, and y up.
+fn drawn(file: &RailFile, at: At) -> Result<DrawnRail> {
+    let named = |e: Error| e.context(format!("section {}", file.path.display()));
+    let drawing = plane::read(&file.path)?;
+    let nodes = drawing.nodes.iter().map(|&[x, y]| [file.scale * y, file.scale * x]).collect();
+    let drawn = Drawn::new(Path::Line(1.0), nodes, &drawing.faces, &drawing.curves, &file.running).map_err(named)?;
+    let drawn = if at.right { drawn.mirrored() } else { drawn };
+    DrawnRail::new(Rc::new(drawn), &file.foot, at.y).map_err(named)
 }
 
-/// Height of the surface over its tangent at the contact point, m, at the distance y, m, along the tangent.
-pub fn height(extruded: &Extruded, y: f64) -> Result<f64> {
-    Ok(section(extruded, extruded.contact_offset)?.height(y))
+/// An error where a rail cannot be touched.
+pub(crate) fn touched(extruded: &Extruded, at: At) -> Result<()> {
+    section(extruded, at).map(|_| ())
+}
+
+/// Heights of the surface over its tangent at the contact point, m, at the distances `across`, m, along the tangent.
+pub fn heights(extruded: &Extruded, across: &[f64]) -> Result<Vec<f64>> {
+    let section = section(extruded, given(extruded))?;
+    Ok(across.iter().map(|&y| section.height(y)).collect())
 }
 
 /// Nodes and elements of its section, as the modes see it.
 pub fn size(extruded: &Extruded) -> Result<[usize; 2]> {
-    let section = section(extruded, extruded.contact_offset)?.for_modes()?;
+    let section = section(extruded, given(extruded))?.for_modes()?;
     Ok([section.nodes.len(), section.elements.len()])
 }
 
@@ -100,8 +121,11 @@ pub fn make<'w>(
     let track = body.track.clone().unwrap_or_default();
     let m = body.elastic()?;
     let material = Material { young: m.young, poisson: m.poisson, density: m.density };
-    let at = at.unwrap_or(At { y: extruded.contact_offset, tilt: None });
-    let beams = [0, 2].map(|direction| (direction, Rail::beam(material, direction == 2, track.loss_factor)));
+    let at = at.unwrap_or_else(|| given(extruded));
+    // A file is read by every rank, and may be there for some of them only.
+    let section = world.agree(section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded"))))?;
+    let beam = |lateral| section.beam(material, lateral, track.loss_factor);
+    let beams = [(0, beam(false)?), (2, beam(true)?)];
     let laid = laid(&track, beams[0].1.density * beams[0].1.area);
     let period = extruded.length;
     if let Some(lowest) = lowest(job) {
@@ -112,7 +136,7 @@ pub fn make<'w>(
     }
     let bays = bays(&track, &laid, period);
     let making = Making {
-        section: section(extruded, at.y)?,
+        section,
         material,
         period,
         // Sleepers that stand apart are no part of the section.
@@ -194,7 +218,7 @@ mod tests {
     const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 
     fn found(track: &job::Track, period: f64, lowest: f64) -> (f64, Result<()>) {
-        let beams = [0, 2].map(|direction| (direction, Rail::beam(STEEL, direction == 2, track.loss_factor)));
+        let beams = [0, 2].map(|direction| (direction, Rail60E1::beam(STEEL, direction == 2, track.loss_factor)));
         let laid = laid(track, 60.2);
         let ends = Ends { period, length: track.ends.length, damping: track.ends.damping };
         (off(&beams, &laid, &ends, lowest), long_enough(&beams, &laid, ends, lowest))

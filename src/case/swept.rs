@@ -11,7 +11,7 @@ use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{Cylinder, Drawn, EdgeSprings, Given};
+use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -40,8 +40,14 @@ fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
     let name = file.path.display();
     let drawing = plane::read(&file.path)?;
     let place = |&[x, y]: &[f64; 2]| [file.scale * y, file.scale * x];
-    let drawn = Drawn::new(drawing.nodes.iter().map(place).collect(), &drawing.faces, &drawing.curves, &file.running)
-        .map_err(|e| e.context(format!("section {name}")))?;
+    let drawn = Drawn::new(
+        Path::Axle,
+        drawing.nodes.iter().map(place).collect(),
+        &drawing.faces,
+        &drawing.curves,
+        &file.running,
+    )
+    .map_err(|e| e.context(format!("section {name}")))?;
     match drawn.running(offset) {
         Some([radius, _]) if (radius - file.radius).abs() > RADIUS * file.radius => Err(Error::Job(format!(
             "section.file.radius: found {} m, but the running line of {name} has the radius {radius:.6} m at y = {offset} m; give that, or the unit of the \
@@ -133,7 +139,7 @@ pub fn grid(job: &Job, body: &job::Body) -> Result<Option<ContactGrid>> {
     let (x, y) = (line(patch.half_length), line(patch.half_width));
     let z = match rail::extruded(body) {
         Some(extruded) => {
-            let across = y.iter().map(|&y| rail::height(extruded, y)).collect::<Result<Vec<f64>>>()?;
+            let across = rail::heights(extruded, &y)?;
             across.into_iter().flat_map(|z| std::iter::repeat_n(z, x.len())).collect()
         }
         None => {

@@ -131,7 +131,10 @@ impl Job {
                 }
                 Some(MeshSource::Revolved(Revolved { section: Section::File(file), .. })) => absolute(&mut file.path),
                 Some(MeshSource::Revolved(_)) => {}
-                Some(MeshSource::Extruded(_)) => {
+                Some(MeshSource::Extruded(extruded)) => {
+                    if let RailSection::File(file) = &mut extruded.section {
+                        absolute(&mut file.path);
+                    }
                     body.track.get_or_insert_default();
                 }
                 Some(MeshSource::Cylinder(c)) => {

@@ -1,11 +1,12 @@
 //! Sections that are drawn: a plane mesh of triangles and quadrilaterals with a running line.
 
 use super::refine::refined;
-use super::{Element, Focus, Path, Section, SectionCell};
+use super::{Beam, Element, Focus, HeadPoint, Path, Section, SectionCell};
+use crate::fem::Material;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A section as it was drawn, of a body of revolution: nodes (r, y), m, r from the axle, y of the drawing.
+/// A section as it was drawn, of a wheel or a rail: nodes (r, y), m, which are (y, x) of the drawing; r of a wheel is from the axle, that of a rail is its height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawn {
     section: Section,
@@ -17,11 +18,14 @@ const SAME_PLACE: f64 = 1e-9;
 const OVERLAP: f64 = 1e-6;
 /// Steepest slope of the running line at the contact, which is a small angle of the frame there.
 const STEEPEST: f64 = 0.2;
+/// Slices of which the beam of a section is summed.
+const SLICES: usize = 1000;
 
 impl Drawn {
-    /// Of nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles of the edges, then the centre; edges of named curves, first and
+    /// Of what is swept along `path`: nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles of the edges, then the centre; edges of named curves, first and
     /// last node first. Straight edges get a node in their middle. `running` names the running line. An error says what of the drawing is wrong, and where.
     pub fn new(
+        path: Path,
         nodes: Vec<[f64; 2]>,
         faces: &[Vec<usize>],
         curves: &BTreeMap<String, Vec<Vec<usize>>>,
@@ -29,7 +33,7 @@ impl Drawn {
     ) -> Result<Self> {
         let mut section = quadratic(nodes, faces)?;
         joined(&section)?;
-        section.check(Path::Axle)?;
+        section.check(path)?;
         let border = border(&section)?;
         whole(&section, &border)?;
         let middle: BTreeMap<[usize; 2], usize> = border.iter().map(|e| (key(e[0], e[1]), e[2])).collect();
@@ -58,6 +62,16 @@ impl Drawn {
             )));
         }
         Ok(Self { section })
+    }
+
+    /// Area, m².
+    pub fn area(&self) -> f64 {
+        self.section.area()
+    }
+
+    /// Seen from the other side.
+    pub fn mirrored(self) -> Self {
+        Self { section: self.section.mirrored() }
     }
 
     /// Names of the curves beside the running line.
@@ -119,6 +133,61 @@ impl Drawn {
     }
 }
 
+impl Drawn {
+    /// The section of a rail in the frame of a place of its head, and where the drawing is coarser than `focus`, finer.
+    pub(super) fn in_frame(&self, contact: &HeadPoint, focus: Option<Focus>) -> Result<Section> {
+        let mut section = self.section.clone();
+        section.nodes.iter_mut().for_each(|x| *x = contact.seen(*x));
+        Ok(match focus {
+            Some(focus) => refined(section, |[z, y]| focus.near(z.hypot(y))),
+            None => section,
+        })
+    }
+
+    /// The beam of this section, vertically or laterally. What shears, as a part of the area A, is I² over A∫Q²/b, with the width b of each slice and the first moment Q beyond it
+    /// (Jourawski's shear stress).
+    pub(super) fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
+        let across = usize::from(lateral);
+        let border = border(&self.section)?;
+        let chords: Vec<[[f64; 2]; 2]> = border
+            .iter()
+            .flat_map(|&[a, b, m]| [[a, m], [m, b]])
+            .map(|ends| ends.map(|k| self.section.nodes[k]))
+            .collect();
+        let places = chords.iter().flatten().map(|x| x[across]);
+        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let step = (high - low) / SLICES as f64;
+        let slices: Vec<[f64; 2]> = (0..SLICES)
+            .map(|k| {
+                let at = low + step * (k as f64 + 0.5);
+                [at, width(&chords, across, at)]
+            })
+            .collect();
+        let area = step * slices.iter().map(|[_, b]| b).sum::<f64>();
+        let centre = step * slices.iter().map(|[at, b]| at * b).sum::<f64>() / area;
+        let inertia = step * slices.iter().map(|[at, b]| (at - centre).powi(2) * b).sum::<f64>();
+        let (mut beyond, mut sheared) = (0.0, 0.0);
+        for [at, b] in slices.into_iter().rev().filter(|[_, b]| *b > 0.0) {
+            beyond += step * (at - centre) * b;
+            sheared += step * beyond * beyond / b;
+        }
+        let Material { young, density, .. } = material;
+        let sheared = inertia * inertia / (area * sheared);
+        Ok(Beam { young, shear: material.shear(), density, area, inertia, sheared, loss })
+    }
+}
+
+/// Width of what these chords enclose, m, at a place along r (0) or y (1).
+fn width(chords: &[[[f64; 2]; 2]], across: usize, at: f64) -> f64 {
+    let mut crossed: Vec<f64> = chords
+        .iter()
+        .filter(|[p, q]| (p[across] <= at) != (q[across] <= at))
+        .map(|[p, q]| p[1 - across] + (at - p[across]) / (q[across] - p[across]) * (q[1 - across] - p[1 - across]))
+        .collect();
+    crossed.sort_by(f64::total_cmp);
+    crossed.chunks_exact(2).map(|ends| ends[1] - ends[0]).sum()
+}
+
 fn key(a: usize, b: usize) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
@@ -126,7 +195,7 @@ fn key(a: usize, b: usize) -> [usize; 2] {
 /// A node for messages.
 fn at(section: &Section, node: usize) -> String {
     let [r, y] = section.nodes[node];
-    format!("(y = {y:.6}, r = {r:.6}) m")
+    format!("(x = {y:.6}, y = {r:.6}) m of the drawing")
 }
 
 /// The nodes that faces have, and elements of second order of positive area.

@@ -8,6 +8,7 @@ use faer::Mat;
 use std::f64::consts::PI;
 
 mod bays;
+mod drawn_rail;
 mod straight;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.

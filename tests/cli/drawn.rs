@@ -141,3 +141,56 @@ fn what_a_drawing_lacks_is_said() {
         &["job", "y = 0.06 m", "from -0.05 to 0.05 m"],
     );
 }
+
+/// The rail of `jobs/drawn-rail.json`, with modes up to 1.2 kHz.
+fn worn() -> Value {
+    let mut job = job("drawn-rail.json");
+    let drawing = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/rail-section.msh");
+    job["bodies"]["lower"]["mesh"]["extruded"]["section"]["file"]["path"] = json!(drawing);
+    job["analyses"]["modes"] = json!({ "max_frequency": 1200 });
+    job
+}
+
+/// 60E1 whose head is 8 mm lower: lighter by those 8 mm of a head 72 mm wide. Its forces are those of the same profiles.
+#[test]
+fn a_worn_rail_carries_the_wheel() {
+    let folder = Folder::with(worn().to_string());
+    let said = folder.call(2, "run", &["--output", &folder.text("worn.h5")]);
+    said.good();
+    let mut built = worn();
+    built["bodies"]["lower"]["mesh"]["extruded"]["section"] = json!("60E1");
+    std::fs::write(folder.path("job.json"), built.to_string()).expect("a job");
+    let new = folder.call(2, "run", &["--output", &folder.text("new.h5")]);
+    new.good();
+    let mass = |out: &str| -> f64 {
+        let line = out.lines().find(|l| l.contains("body lower: rail")).expect("a line on the rail");
+        let words: Vec<&str> = line.split_whitespace().collect();
+        words[words.iter().position(|w| *w == "kg/m").expect("its mass") - 1].parse().expect("a number")
+    };
+    let lighter = mass(&new.out) - mass(&said.out);
+    assert!((lighter / (7860.0 * 8e-3 * 72e-3) - 1.0).abs() < 0.03, "{lighter} kg/m");
+    let of = |name: &str| ["worn.h5", "new.h5"].map(|file| numbers(&folder, file, name));
+    let [worn, new] = of("contact/force");
+    let worst = worn.iter().zip(&new).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 5e-3 * new[2].abs(), "{worn:?} {new:?}");
+    // Waves in the rail go with √(EI/m): nearly as many.
+    let [worn, new] = of("modes/lower/frequency");
+    let (count, wanted) = (worn.len() as f64, new.len() as f64);
+    assert!(count > 0.9 * wanted && count < 1.2 * wanted, "{count} {wanted}");
+}
+
+#[test]
+fn what_a_drawn_rail_lacks_is_said() {
+    let folder = Folder::with("{}");
+    let fails = |key: &str, value: Value, code: i32, says: &[&str]| {
+        let mut job = worn();
+        job["bodies"]["lower"]["mesh"]["extruded"]["section"]["file"][key] = value;
+        std::fs::write(folder.path("job.json"), job.to_string()).expect("a job");
+        folder.call(2, "check", &[]).failed(code, says);
+    };
+    fails("foot", json!("base"), 3, &["no physical curve \"base\"", "foot"]);
+    fails("running", json!("head"), 3, &["no physical curve \"head\"", "foot, running"]);
+    fails("scale", json!(0.01), 2, &["area", "section.file.scale"]);
+    fails("path", json!("nowhere.msh"), 3, &["nowhere.msh", "cannot be read"]);
+    fails("radius", json!(0.3), 2, &["radius"]);
+}

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// One linear elastic body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -94,10 +94,15 @@ impl Body {
         !self.fixed.is_empty() || self.supports.iter().any(super::Support::holds)
     }
 
-    /// The file of a drawn section.
-    pub fn section_file(&self) -> Option<&super::SectionFile> {
+    /// The file of a drawn section, and the key that names it.
+    pub fn section_file(&self) -> Option<(&'static str, &Path)> {
         match &self.mesh {
-            Some(MeshSource::Revolved(super::Revolved { section: super::Section::File(file), .. })) => Some(file),
+            Some(MeshSource::Revolved(super::Revolved { section: super::Section::File(file), .. })) => {
+                Some(("mesh.revolved.section.file", &file.path))
+            }
+            Some(MeshSource::Extruded(super::Extruded { section: super::RailSection::File(file), .. })) => {
+                Some(("mesh.extruded.section.file", &file.path))
+            }
             _ => None,
         }
     }

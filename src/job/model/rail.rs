@@ -1,30 +1,57 @@
 //! A rail and the track it lies on.
 
+use super::swept::{one, running};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// A straight body along x, swept from a section. Needs `contact.compliance` `"hybrid"`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Extruded {
-    /// The section, by the name of a built-in one.
+    /// The section: a built-in one by its name, or a drawing.
     pub section: RailSection,
     /// Length of rail that is modelled, the contact in its middle, m; it repeats itself beyond.
     #[serde(default = "length")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub length: f64,
-    /// Distance of the contact point from the middle of the head, towards +y, m. The frame of the contact is that of the surface there.
+    /// Distance of the contact point from the middle of the head (of a file: from its x = 0), towards +y, m. The frame of the contact is that of the surface there.
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub contact_offset: f64,
 }
 
-/// A built-in section of a rail.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// A section of a rail.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum RailSection {
     /// The rail 60E1 of EN 13674-1.
     #[serde(rename = "60E1")]
     Rail60E1,
+    /// A drawn one: a plane mesh of Gmsh, x across the track, y up.
+    #[serde(rename = "file")]
+    File(RailFile),
+}
+
+/// The section of a rail in a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RailFile {
+    /// Its path, relative to the job file: MSH 4.1 or 2.2, triangles and quadrilaterals of first or second order.
+    pub path: PathBuf,
+    /// Length of the file's unit, m: 0.001 for a drawing in millimetres.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub scale: f64,
+    /// Physical curve on which the wheel runs.
+    #[serde(default = "running")]
+    pub running: String,
+    /// Physical curve that lies on the pads.
+    #[serde(default = "foot")]
+    pub foot: String,
+    /// Transversal radius of the running line at the contact point, m, for Hertz' estimates of the contact. Without it the line is straight there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub crown: Option<f64>,
 }
 
 /// What a rail lies on: pads on the ground, or on sleepers on ballast, spread evenly or standing apart; and what absorbs at the ends of the rail.
@@ -132,12 +159,20 @@ impl Default for Track {
 }
 
 impl Extruded {
-    /// The dimensions at the contact: of 60E1 arcs of 300 mm, then 80 mm, up to the corners.
+    /// The dimensions at the contact: of a drawing only the file knows more; of 60E1 arcs of 300 mm, then 80 mm, up to the corners.
     pub fn running(&self) -> super::Running {
+        if let RailSection::File(file) = &self.section {
+            let any = f64::INFINITY;
+            return super::Running { radius: any, crown: file.crown, width: any, room: any };
+        }
         let offset = self.contact_offset.abs();
         let crown = if offset < 10.228e-3 { 0.3 } else { 0.08 };
         super::Running { radius: f64::INFINITY, crown: Some(crown), width: 0.072, room: 26.0265e-3 - offset }
     }
+}
+
+fn foot() -> String {
+    "foot".into()
 }
 
 fn length() -> f64 {

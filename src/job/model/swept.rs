@@ -51,11 +51,11 @@ pub struct SectionFile {
     pub crown: Option<f64>,
 }
 
-fn one() -> f64 {
+pub(super) fn one() -> f64 {
     1.0
 }
 
-fn running() -> String {
+pub(super) fn running() -> String {
     "running".into()
 }
 

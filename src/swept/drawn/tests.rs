@@ -17,7 +17,7 @@ struct Drawing {
 
 impl Drawing {
     fn made(&self) -> Result<Drawn> {
-        Drawn::new(self.nodes.clone(), &self.faces, &self.curves, "running")
+        Drawn::new(Path::Axle, self.nodes.clone(), &self.faces, &self.curves, "running")
     }
 
     fn fault(&self) -> String {
@@ -155,7 +155,7 @@ fn what_cannot_be_a_section_is_refused() {
         line.remove(1);
         d.curves.insert("running".into(), line);
     };
-    says(with(&hole), &["hole", "ends at (y = -0.025", "begins again at (y = 0.000"]);
+    says(with(&hole), &["hole", "ends at (x = -0.025", "begins again at (x = 0.000"]);
     let round = |d: &mut Drawing| {
         let mut line = running(d);
         let last = d.nodes.len() - 1;
@@ -175,13 +175,13 @@ fn what_cannot_be_a_section_is_refused() {
         let node = d.faces[0].iter_mut().find(|k| **k == 6).expect("a corner");
         *node = last;
     };
-    says(with(&seam), &["both at (y = -0.025", "not joined"]);
+    says(with(&seam), &["both at (x = -0.025", "not joined"]);
     let apart = |d: &mut Drawing| {
         let first = d.nodes.len();
         d.nodes.extend([[0.1, 0.2], [0.1, 0.3], [0.2, 0.3]]);
         d.faces.push(vec![first, first + 1, first + 2]);
     };
-    says(with(&apart), &["several pieces", "y = 0.2"]);
+    says(with(&apart), &["several pieces", "x = 0.2"]);
     // A face folded back, and a strip that curls round into the ring.
     let strip = |places: [[f64; 2]; 3]| {
         move |d: &mut Drawing| {
