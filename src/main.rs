@@ -58,10 +58,7 @@ fn start() -> i32 {
     match cli.command {
         _ if cli.version => text(&versions::text()),
         _ if idle => 0,
-        Some(Command::Probe { files, head }) => {
-            files.iter().for_each(|file| probe::child(file, head));
-            0
-        }
+        Some(Command::Probe { files, head }) => files.iter().map(|file| probe::child(file, head)).max().unwrap_or(0),
         Some(Command::Schema) => text(&format!("{:#}\n", job::schema())),
         Some(Command::Completion { shell }) => text(&completion(shell)),
         Some(Command::Man) => text(&manual()),

@@ -53,6 +53,24 @@ impl Limit {
     }
 }
 
+/// From here on this process gets no more than so many bytes beside the memory that it can write to now; more is refused as if there were none. Its next call
+/// counts anew. Where the system does not say what the process has, nothing is limited.
+pub fn confine(bytes: u64) {
+    use rustix::process::{getrlimit, setrlimit, Resource, Rlimit};
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let Some(used) = kibibytes(&status, "VmData:") else { return };
+    // Not the address space: the C library sets much of it aside for each thread and uses little.
+    let maximum = getrlimit(Resource::Data).maximum;
+    let wanted = (used as u64).saturating_add(bytes);
+    let current = Some(maximum.map_or(wanted, |most| wanted.min(most)));
+    let _ = setrlimit(Resource::Data, Rlimit { current, maximum });
+}
+
+/// Whether the last call of the system or the C library that failed, on this thread, got no memory.
+pub fn refused() -> bool {
+    std::io::Error::last_os_error().kind() == std::io::ErrorKind::OutOfMemory
+}
+
 /// Asks the system for so many bytes in one piece and gives them back; what it says where it refuses.
 pub fn reserve(bytes: f64) -> Result<(), String> {
     let mut piece: Vec<u8> = Vec::new();
@@ -74,7 +92,7 @@ fn mem_available(text: &str) -> Option<f64> {
     kibibytes(text, "MemAvailable:")
 }
 
-/// The entry `name` of /proc/meminfo, byte.
+/// The entry `name` of /proc/meminfo, or of /proc/self/status, byte.
 fn kibibytes(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find(|l| l.starts_with(name))?;
     let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;

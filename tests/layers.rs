@@ -38,6 +38,7 @@ const ROOMS: &[(&str, &[&str])] = &[
         "output",
         &[
             "input",
+            "memory",
             "parallel",
             "progress",
             "friction",

@@ -366,8 +366,8 @@ fn a_dataset_is_not_larger_than_its_file() {
 fn a_process_that_reads() {
     let Some(files) = std::env::var_os("RAILSQUEAL_READ") else { return };
     let files = files.into_string().expect("names");
-    // What the process has used at most, and uses, byte: libhdf5 takes memory past Rust, whose own is counted. Address space is not: past Rust 256 MB more of it
-    // were asked for with a file of 160 kB.
+    // What the process has used at most, and uses, byte: libhdf5 takes memory past Rust, whose own is counted. It gets no more than the limit that the
+    // process gives itself; what goes beyond is refused, as in the program.
     let taken = || -> Option<[usize; 2]> {
         let status = std::fs::read_to_string("/proc/self/status").ok()?;
         let of = |key| Some(1024 * status.split(key).nth(1)?.split_whitespace().next()?.parse::<usize>().ok()?);
@@ -404,7 +404,7 @@ fn results() {
         let output = command.stdin(Stdio::null()).output().expect("a process");
         slowest = slowest.max(begun.elapsed());
         assert!(begun.elapsed() < 20 * SLOW, "{:?}", begun.elapsed());
-        // A test that fails ends with 101, the code of a panic; by libhdf5 it ends by a signal.
+        // A test that fails ends with 101, the code of a panic; by libhdf5, or for want of memory, it ends by a signal.
         assert_ne!(output.status.code(), Some(101), "{}", String::from_utf8_lossy(&output.stderr));
         output.status.success()
     };
@@ -429,7 +429,7 @@ fn results() {
         crashed += some.len() - good;
     }
     println!(
-        "results: {ended} read or refused, {crashed} ended by libhdf5, {TOGETHER} in a process took {:.3} s at most",
+        "results: {ended} read or refused, {crashed} ended by libhdf5 or for want of memory, {TOGETHER} in a process took {:.3} s at most",
         slowest.as_secs_f64()
     );
     assert!(ended > crashed, "{ended} read or refused, {crashed} ended by libhdf5");

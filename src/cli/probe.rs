@@ -12,9 +12,15 @@ const LEAST: Duration = Duration::from_secs(30);
 /// Byte per second.
 const SLOW: f64 = 20e6;
 
-/// What the child does: reads, and takes no notice of errors that the run will meet itself.
-pub fn child(file: &Path, head: bool) {
-    let _ = survey(file, head);
+/// Exit code of a child that was refused memory, by libhdf5 or by the allocator.
+const STARVED: i32 = 7;
+
+/// What the child does: reads, and takes no notice of errors that the run will meet itself. Its exit code.
+pub fn child(file: &Path, head: bool) -> i32 {
+    match survey(file, head) {
+        Err(Error::Memory(_)) => STARVED,
+        _ => 0,
+    }
 }
 
 /// On the process that speaks, before MPI starts: an error if a file that the command takes up, or would replace, cannot be read without harm.
@@ -57,6 +63,9 @@ fn survives(file: &Path, head: bool) -> Result<()> {
     loop {
         match process.try_wait() {
             Ok(Some(status)) if status.success() => return Ok(()),
+            Ok(Some(status)) if status.code() == Some(STARVED) => {
+                return damaged("libhdf5 asks for more memory than ten times the file and 64 MB".into());
+            }
             Ok(Some(status)) => return damaged(format!("libhdf5 crashed ({status})")),
             Ok(None) if begun.elapsed() < limit => std::thread::sleep(Duration::from_millis(2)),
             _ => {

@@ -5,7 +5,7 @@ use super::provenance::hexadecimal;
 use super::table::SUM;
 use super::values::Values;
 use super::vtkhdf::strong;
-use crate::{Error, Result};
+use crate::{memory, Error, Result};
 use hdf5::types::{IntSize, TypeDescriptor, VarLenUnicode};
 use ndarray::s;
 use std::cell::OnceCell;
@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 
 /// A chunk, byte, is not larger than this unless its dataset is.
 const CHUNK: u128 = 32 << 20;
+
+/// Reading a result file takes no more memory than ten times its size and this, byte.
+const ROOM: u64 = 64 << 20;
 
 /// An open result file. Errors name the file and the dataset.
 pub struct Reader {
@@ -206,16 +209,21 @@ impl Reader {
         read().map(|t| t.as_str().to_owned()).map_err(|e| self.fault(path, &format!("attribute {name}: {e}")))
     }
 
-    /// Reads all datasets of a group and of those in it.
-    fn survey(&self, group: &str) -> Result<()> {
+    /// Reads all datasets of a group and of those in it, `deep` groups at most below each other: damaged links may lead back.
+    fn survey(&self, group: &str, deep: usize) -> Result<()> {
         if !self.has(group) {
             return Ok(());
         }
         for name in self.names(group)? {
             let path = format!("{group}/{name}");
             match self.file.group(&path) {
-                Ok(_) => self.survey(&path)?,
-                Err(_) => drop(self.read(&path)?),
+                Ok(_) if deep > 0 => self.survey(&path, deep - 1)?,
+                Ok(_) => return Err(self.fault(&path, "it is damaged: a group where there is none")),
+                Err(_) => {
+                    // A checksum is read with it where there is one.
+                    let _ = self.attribute(&path, SUM);
+                    drop(self.read(&path)?);
+                }
             }
         }
         Ok(())
@@ -226,15 +234,28 @@ impl Reader {
     }
 }
 
-/// Reads all that a later run may take up from a result file, or only what says what it is; errors are those of reading.
+/// In a process of its own, as libhdf5 may crash: reads all that a later run may take up from a result file, or only what says what it is, with no more memory
+/// than ten times the file and 64 MB. Errors are those of reading; `Error::Memory` where more was asked for.
 pub fn survey(path: &Path, head: bool) -> Result<()> {
+    let size = std::fs::metadata(path).map_or(0, |m| m.len());
+    memory::confine(size.saturating_mul(10).saturating_add(ROOM));
+    // Of a call before this one.
+    let before = memory::refused();
+    let result = read_all(path, head);
+    match memory::refused() && !before {
+        true => Err(Error::Memory(format!("{}: more than ten times its size and 64 MB", path.display()))),
+        false => result,
+    }
+}
+
+fn read_all(path: &Path, head: bool) -> Result<()> {
     let reader = Reader::open(path)?;
     if head {
         super::replace::is_result(path)?;
         return Ok(());
     }
     for group in ["reduced", "modes", "checksums"] {
-        reader.survey(group)?;
+        reader.survey(group, 3)?;
     }
     for dataset in ["/VTKHDF/Points", "/VTKHDF/PointData/body"] {
         if reader.has(dataset) {

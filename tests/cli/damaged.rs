@@ -163,13 +163,59 @@ fn a_run_is_continued_with_its_own_job_longer_and_with_other_histories() {
     same(&open(&whole), &open(&output));
 }
 
-/// A bit flipped anywhere in the model of an earlier run: the results are the same, or there are none.
-#[test]
-fn a_damaged_model_is_refused_or_gives_the_same() {
+/// A folder with a job whose model others may take up.
+fn without_steps() -> Folder {
     let mut job = sliding(json!({ "duration": 0.01 }));
     job["analyses"].as_object_mut().expect("analyses").remove("transient");
     job["output"]["fields"] = json!(false);
-    let folder = Folder::with(job.to_string());
+    Folder::with(job.to_string())
+}
+
+/// Where a file refers to a text of variable length: four bytes of its length, eight of the place of its heap, four of its number there.
+fn reference(bytes: &[u8], length: usize) -> usize {
+    let little = |at: usize, n: usize| bytes[at..at + n].iter().rev().fold(0, |sum, b| sum << 8 | usize::from(*b));
+    let heap = |at: usize| bytes.get(at..at.saturating_add(4)) == Some(&b"GCOL"[..]);
+    let mut places = (0..bytes.len() - 16).filter(|&at| little(at, 4) == length && heap(little(at + 4, 8)));
+    places.next().expect("a reference")
+}
+
+/// Damage by which libhdf5 asks for gigabytes, or crashes, where it reads the file: one byte of what refers to a text.
+#[test]
+fn a_model_that_harms_whoever_reads_it_is_refused() {
+    let folder = without_steps();
+    let (first, model) = (folder.text("first.h5"), folder.text("model.h5"));
+    folder.call(1, "run", &["--output", &first]).good();
+    let inputs: hdf5::types::VarLenUnicode =
+        open(&first).dataset("reduced/inputs").and_then(|d| d.read_scalar()).expect("a text");
+    let whole = std::fs::read(&first).expect("read");
+    let at = reference(&whole, inputs.len());
+    let harmed = |byte: usize| {
+        let mut bytes = whole.clone();
+        bytes[byte] = 0x70;
+        std::fs::write(&model, &bytes).expect("write");
+    };
+    for ranks in [1, 2] {
+        let refused = |parts: &[&str]| {
+            let ran = folder.call(ranks, "run", &["--reuse", &model, "--output", &folder.text("again.h5")]);
+            ran.failed(3, &[&["model.h5: ", "damaged"], parts].concat());
+            assert!(!ran.err.contains("s] "), "at once: {}", ran.err);
+        };
+        // A text of almost two gigabytes.
+        harmed(at + 3);
+        refused(&["more memory than ten times the file"]);
+        // The number of a text far past the end of its heap, which later versions of libhdf5 notice.
+        harmed(at + 14);
+        refused(&[]);
+    }
+    let probe = |file: &str| railsqueal(1, &["probe", "--", file]).code;
+    harmed(at + 3);
+    assert_eq!((probe(&first), probe(&model)), (Some(0), Some(7)));
+}
+
+/// A bit flipped anywhere in the model of an earlier run: the results are the same, or there are none.
+#[test]
+fn a_damaged_model_is_refused_or_gives_the_same() {
+    let folder = without_steps();
     let (first, model, again) = (folder.text("first.h5"), folder.text("model.h5"), folder.text("again.h5"));
     folder.call(1, "run", &["--output", &first]).good();
     let reuse = ["--reuse", &model, "--output", &again, "--force"];
