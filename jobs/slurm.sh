@@ -58,10 +58,17 @@ fi
 plan=$("${launch[@]}" "$program" check "$job" "${checked[@]}") || exit
 
 # SLURM puts the job into the queue again after exit code 5 and after the failure of a node: what there is of the run is continued.
-options=("${given[@]}")
-if [ "${SLURM_RESTART_COUNT:-0}" -gt 0 ] && [ -e "${result%.*}.transient/manifest" ]; then
-    say "start number $((SLURM_RESTART_COUNT + 1)): --resume $result"
-    options=(--resume "$result" "${kept[@]}")
+# A run that ended before its first segment may have left modes and compliance.
+options=("${given[@]}") taken=() model=${result%.*}.model.h5
+if [ "${SLURM_RESTART_COUNT:-0}" -gt 0 ]; then
+    number="start number $((SLURM_RESTART_COUNT + 1))"
+    if compgen -G "${result%.*}.transient/*.h5" >/dev/null; then
+        say "$number: --resume $result"
+        options=(--resume "$result" "${kept[@]}")
+    elif [ -e "$model" ] && [[ " ${given[*]-}" != *" --reuse"* ]]; then
+        say "$number: --reuse $model"
+        taken=(--reuse "$model")
+    fi
 fi
 
 # Only a transient can be stopped and continued.
@@ -74,8 +81,15 @@ if grep -q 'transient on the modes' <<<"$plan" && [ -z "$limited" ]; then
     fi
 fi
 
-"${launch[@]}" "$program" run "$job" "${options[@]}"
-code=$?
+start() {
+    "${launch[@]}" "$program" run "$job" "$@"
+    code=$?
+}
+start "${taken[@]}" "${options[@]}"
+if [ ${#taken[@]} -gt 0 ] && { [ "$code" = 2 ] || [ "$code" = 3 ]; }; then
+    say "$model is not taken up: from the beginning"
+    start "${options[@]}"
+fi
 if [ "$code" = 5 ] && [ "${SLURM_RESTART_COUNT:-0}" -lt "${RAILSQUEAL_RESTARTS:-50}" ]; then
     say "stopped with its state saved: into the queue again"
     scontrol requeue "$SLURM_JOB_ID" || say "SLURM does not take the job again; continue it with --resume $result"

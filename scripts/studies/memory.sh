@@ -17,7 +17,7 @@ done
 names=("$@")
 [ ${#names[@]} -gt 0 ] || names=("")
 for name in "${names[@]}"; do
-    OMP_NUM_THREADS=1 mpirun -n 1 valgrind --quiet --track-origins=yes --leak-check=full --show-leak-kinds=definite --num-callers=40 --error-limit=no --log-file="$log/%p" "${known[@]}" \
+    RAILSQUEAL_SMALL=1 OMP_NUM_THREADS=1 mpirun -n 1 valgrind --quiet --track-origins=yes --leak-check=full --show-leak-kinds=definite --num-callers=40 --error-limit=no --log-file="$log/%p" "${known[@]}" \
         "$test" ${name:+"$name"}
 done
 "$python" - "$log" << 'COUNT'

@@ -1,7 +1,7 @@
 //! Result files of earlier runs are read by a process of their own first: libhdf5 can crash, or never come back, on metadata that is damaged.
 
 use super::args::{default_output, Command as Given};
-use railsqueal::output::{companion, survey, SHAPES};
+use railsqueal::output::{companion, survey, MODEL, SHAPES};
 use railsqueal::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -34,13 +34,12 @@ pub fn files(command: &Given) -> Result<()> {
     if let Some(target) = resume {
         all.push((companion(target, SHAPES), false));
     }
-    if *force || resume.is_some() {
-        let Some(target) = resume.clone().or(output.clone()).or(job.as_deref().map(default_output)) else {
-            return Ok(());
-        };
-        let (targets, _) = railsqueal::output::outputs(&target);
-        all.extend(targets.into_iter().map(|t| (t, true)));
-    }
+    let Some(target) = resume.clone().or(output.clone()).or(job.as_deref().map(default_output)) else {
+        return Ok(());
+    };
+    // What a run that failed has left is looked at by the next one in any case.
+    let (targets, left) = (railsqueal::output::outputs(&target).0, companion(&target, MODEL));
+    all.extend(targets.into_iter().filter(|t| *force || resume.is_some() || *t == left).map(|t| (t, true)));
     all.into_iter().filter(|(file, _)| file.is_file()).try_for_each(|(file, head)| survives(&file, head))
 }
 

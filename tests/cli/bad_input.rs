@@ -317,3 +317,21 @@ fn stability_without_what_it_needs() {
     job["analyses"]["stability"]["full"]["agreement"] = json!(1e-12);
     refused_late(job.to_string(), 4, &["full.agreement", "Hz"]);
 }
+
+/// Flat on each other as they are, blocks touch at their edges; that they are in millimetres is said all the same.
+#[test]
+fn meshes_in_millimetres_whose_contact_cannot_be_say_so() {
+    let mut job = job("two-cylinders.json");
+    for body in ["lower", "upper"] {
+        let path = format!("{}/meshes/block-lower.msh", env!("CARGO_MANIFEST_DIR"));
+        job["bodies"][body]["mesh"] = json!({ "file": { "path": path, "scale": 1000.0 } });
+        job["bodies"][body]["fixed"] = json!(["base"]);
+    }
+    let turned = json!([{ "rotate": { "axis": [1.0, 0.0, 0.0], "angle": std::f64::consts::PI } }]);
+    job["bodies"]["upper"]["mesh"]["file"]["transform"] = turned;
+    job["contact"].as_object_mut().expect("contact").remove("patch");
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "check", &[]);
+    ran.failed(2, &["contact.patch: the contact reaches the border", "bodies.lower: ", "bodies.upper: "]);
+    assert_eq!(ran.err.matches("is the mesh in mm").count(), 2, "{}", ran.err);
+}

@@ -79,3 +79,24 @@ fn a_run_that_is_stopped_comes_into_the_queue_again_and_goes_on() {
     assert!(line.contains("--resume r.h5 --set output.fields=false") && !line.contains("--force"), "{line}");
     assert!(line.contains("--wall-time 34") && folder.path("r.h5").exists(), "{line}");
 }
+
+/// What is killed before its first segment leaves modes and compliance at the most, and a folder without segments.
+#[test]
+fn a_run_that_was_killed_during_its_set_up_begins_again_with_what_there_is() {
+    let mut job = sliding(json!({ "duration": 0.005, "start": { "mode": 1, "amplitude": 1e-6 } }));
+    job["output"] = json!({ "fields": false });
+    let folder = cluster(&job, "pmix");
+    let place = folder.path("job.transient");
+    std::fs::create_dir(&place).and_then(|()| std::fs::write(place.join("manifest"), "")).expect("a folder");
+    let (ran, calls) = submit(&folder, &[], 1, 3600);
+    assert!(ran.good().err.contains("modes, body"), "{}", ran.err);
+    assert!(!calls.contains("--resume") && !calls.contains("--reuse"), "{calls}");
+    std::fs::rename(folder.path("job.h5"), folder.path("job.model.h5")).expect("rename");
+    let (ran, calls) = submit(&folder, &[], 1, 3600);
+    assert!(!ran.good().err.contains("modes, body") && calls.contains("--reuse job.model.h5"), "{calls}{}", ran.err);
+    assert!(folder.path("job.h5").exists() && !folder.path("job.model.h5").exists());
+    // Of a job that was another one.
+    std::fs::rename(folder.path("job.h5"), folder.path("job.model.h5")).expect("rename");
+    let (ran, _) = submit(&folder, &["--set", "bodies.lower.material.young=2e11"], 1, 3600);
+    assert!(ran.good().err.contains("from the beginning") && ran.err.contains("modes, body"), "{}", ran.err);
+}

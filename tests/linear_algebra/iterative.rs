@@ -111,7 +111,7 @@ fn improvement(world: &World) {
 fn mesh_independence(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let mut counts = Vec::new();
-    for n in [6, 16] {
+    for n in [6, sized(16, 9)] {
         let (k, _) = brick(world, n);
         let motions = brick_motions(world, n, &k);
         let mut solver = Iterative::new(&petsc, &k, 3, &motions, options(1e-8), "brick").unwrap();

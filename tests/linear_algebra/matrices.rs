@@ -3,6 +3,16 @@
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::DistCsr;
 
+/// The first of two sizes; the second where RAILSQUEAL_SMALL is set: under valgrind, which works a hundred times as long, and for which the way through the code
+/// counts and not the size.
+pub fn sized<T>(usual: T, small: T) -> T {
+    if std::env::var_os("RAILSQUEAL_SMALL").is_some() {
+        small
+    } else {
+        usual
+    }
+}
+
 /// Which rank owns how many rows: all alike, or none on the last rank (a rank without rows must work).
 pub fn ranges(world: &World, n: u64, last_is_empty: bool) -> Vec<u64> {
     let owners = if last_is_empty && world.size > 1 { world.size - 1 } else { world.size } as u64;

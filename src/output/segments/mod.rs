@@ -10,7 +10,7 @@ pub(super) use merge::append_to;
 
 use super::partial::{failure, sweep, Partial};
 use super::read::Reader;
-use super::result::companion;
+use super::result::{companion, MODEL};
 use super::table::Table;
 use super::vtkhdf::skeleton;
 use crate::{Error, Result};
@@ -69,11 +69,16 @@ impl Segments {
     /// For a run that is continued, with the main file `result`. `Error::Job` if there is nothing to continue.
     pub fn reopen(result: &Path) -> Result<Self> {
         let folder = companion(result, "transient");
+        let model = companion(result, MODEL);
         let nothing = |why: &str| {
-            Err(Error::Job(format!(
-                "--resume: there is nothing to continue in {}{why}; name the result file of a run that was stopped",
-                folder.display()
-            )))
+            let advice = match model.is_file() {
+                true => format!(
+                    "the run ended before its first segment. {0} is left of it: run its job with --reuse {0}",
+                    model.display()
+                ),
+                false => "name the result file of a run that was stopped".into(),
+            };
+            Err(Error::Job(format!("--resume: there is nothing to continue in {}{why}; {advice}", folder.display())))
         };
         let Some((manifest, read)) = Manifest::open(&folder, false)? else {
             return match numbered(&folder)?.is_empty() {
