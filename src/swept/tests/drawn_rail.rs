@@ -36,8 +36,7 @@ fn a_drawn_rail_is_the_built_in_one() {
         let forms = Forms::along(section, RAIL_STEEL, 12.0, Some(&pads()), angle).unwrap();
         of_order(&forms, 5, 2.0 * PI * 2000.0).unwrap().omega
     };
-    let [a, b] =
-        [Rail60E1::new(0.005).unwrap().section(FOCUS).unwrap(), drawn.for_modes().unwrap()].map(waves);
+    let [a, b] = [Rail60E1::new(0.005).unwrap().section(FOCUS).unwrap(), drawn.for_modes().unwrap()].map(waves);
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(&b) {
         assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
