@@ -508,7 +508,6 @@ pub(super) fn assemble(bodies: &ModalPair, contact: &LinearContact, given: Optio
         (rate, if reach > 0.0 { rate * rate / reach } else { 1.0 })
     };
     let (rate, force) = given.map_or_else(own, |s| (s.rate, s.force));
-    let mut rows = Vec::with_capacity(nf);
 
     let n = 2 * m + nf;
     let (mut a, mut e) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
@@ -516,41 +515,71 @@ pub(super) fn assemble(bodies: &ModalPair, contact: &LinearContact, given: Optio
         a[(i, m + i)] = 1.0;
         e[(i, i)] = 1.0;
         e[(m + i, m + i)] = 1.0;
-        for j in 0..m {
-            a[(m + i, m + j)] = -bodies.damping.get(i, j) / rate;
-            a[(m + i, j)] = -stiffness[(i, j)] / (rate * rate);
+    }
+    // Column by column, as they lie in memory.
+    for j in 0..m {
+        let low = &mut a.col_as_slice_mut(j)[m..];
+        for i in 0..m {
+            low[i] = -stiffness[(i, j)] / (rate * rate);
         }
-        for j in 0..nf {
-            a[(m + i, 2 * m + j)] = g[(i, m + j)] * force / (rate * rate);
+        // λ (A_q q + A f + s f) + c f − c′ f′ + V X = 0 with λ q = v.
+        for i in 0..nf {
+            low[m + i] = -x[(i, j)];
+        }
+        let low = &mut a.col_as_slice_mut(m + j)[m..];
+        for i in 0..m {
+            low[i] = -bodies.damping.get(i, j) / rate;
+        }
+        for i in 0..nf {
+            low[m + i] = -w[(i, j)] * rate;
         }
     }
-    for i in 0..nf {
-        // λ (A_q q + A f + s f) + c f − c′ f′ + V X = 0 with λ q = v; the row is scaled to a largest entry of 1.
+    for j in 0..nf {
+        let low = &mut a.col_as_slice_mut(2 * m + j)[m..];
+        for i in 0..m {
+            low[i] = g[(i, m + j)] * force / (rate * rate);
+        }
+        for i in 0..nf {
+            low[m + i] = -x[(i, m + j)] * force;
+        }
+        let low = &mut e.col_as_slice_mut(2 * m + j)[2 * m..];
+        for i in 0..nf {
+            low[i] = w[(i, m + j)] * force * rate;
+        }
+    }
+    for (i, unknown) in unknowns.iter().enumerate() {
         let row = 2 * m + i;
-        a[(row, row)] = -force * unknowns[i].coefficient;
-        if let Some((from, c)) = unknowns[i].upstream {
-            a[(row, 2 * m + from)] = force * c;
+        a[(row, row)] -= force * unknown.coefficient;
+        if let Some((from, c)) = unknown.upstream {
+            a[(row, 2 * m + from)] += force * c;
         }
-        for j in 0..m {
-            a[(row, j)] = -x[(i, j)];
-            a[(row, m + j)] = -w[(i, j)] * rate;
-        }
-        for j in 0..nf {
-            a[(row, 2 * m + j)] -= x[(i, m + j)] * force;
-            e[(row, 2 * m + j)] = w[(i, m + j)] * force * rate;
-        }
-        e[(row, row)] += unknowns[i].storage * force * rate;
-        let own = || (0..n).map(|j| a[(row, j)].abs().max(e[(row, j)].abs())).fold(0.0, f64::max);
-        let largest = given.and_then(|s| s.rows.get(i).copied()).unwrap_or_else(own);
+        e[(row, row)] += unknown.storage * force * rate;
+    }
+    // The rows of the contact are scaled to a largest entry of 1.
+    let rows = match given.filter(|s| s.rows.len() == nf) {
+        Some(scales) => scales.rows.clone(),
+        None => largest([&a, &e], 2 * m),
+    };
+    for matrix in [&mut a, &mut e] {
         for j in 0..n {
-            a[(row, j)] /= largest;
-            e[(row, j)] /= largest;
+            matrix.col_as_slice_mut(j)[2 * m..].iter_mut().zip(&rows).for_each(|(v, largest)| *v /= largest);
         }
-        rows.push(largest);
     }
     // With a contact that is rigid but for rounding the elimination would spread the rounding.
     let parts = (!rigid(bodies, contact)).then_some(nf);
     Ok(Pencil { a, e, scales: Scales { rate, force, rows }, parts })
+}
+
+/// The largest entry of both matrices in each row from `first` on.
+fn largest(matrices: [&Mat<f64>; 2], first: usize) -> Vec<f64> {
+    let mut found = vec![0.0; matrices[0].nrows() - first];
+    for matrix in matrices {
+        for j in 0..matrix.ncols() {
+            let column = &matrix.col_as_slice(j)[first..];
+            found.iter_mut().zip(column).for_each(|(largest, v)| *largest = f64::max(*largest, v.abs()));
+        }
+    }
+    found
 }
 
 /// A compliance that is left below this part of the whole one is rounding.

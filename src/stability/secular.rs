@@ -19,6 +19,7 @@ use crate::contact::LinearContact;
 use crate::model::ModalPair;
 use crate::Result;
 use faer::{Mat, MatRef};
+use following::Following;
 use interpolated::Interpolated;
 use modal::Modes;
 use num_complex::Complex;
@@ -26,6 +27,7 @@ use small::Lu;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 
+mod following;
 mod interpolated;
 mod modal;
 mod small;
@@ -37,8 +39,15 @@ const ITERATIONS: usize = 40;
 const FAR: f64 = 0.05;
 /// Times that missing ones are looked for.
 const ROUNDS: usize = 5;
-/// Change of a root, over its size, that is rounding.
-const SETTLED: f64 = 1e-12;
+/// Change of a root, over its size, that is rounding; and what may be left of one by the estimate from the changes of all.
+const SETTLED: [f64; 2] = [1e-12, 1e-14];
+/// How much nearer than its size other roots, which nobody looks for, may be to one.
+const CROWDED: f64 = 100.0;
+/// Part of the change of the contact from one state to the next that may differ from that before, and how many times as large it may be, where the roots
+/// are taken to go on as they went.
+const STRAIGHT: [f64; 2] = [0.3, 3.0];
+/// Frequencies at which the contact is compared from one state to the next.
+const COMPARED: usize = 4;
 /// Roots nearer than this to each other, over their size, may be the same.
 const APART: f64 = 1e-10;
 /// A root whose imaginary part is less than this part of it may have none.
@@ -55,12 +64,27 @@ const SMOOTH: [f64; 2] = [0.8, 0.4];
 /// How far below and above the frequencies of the modes the ray is followed at least and at the most, in logarithms.
 const BELOW: [f64; 2] = [4.0, 16.0];
 const ABOVE: [f64; 2] = [4.0, 16.0];
+/// Part of the forces of the contact by which the polynomials may be wrong at a root: how well it is one is seen of its eigenpair.
+const NEAR: f64 = 1e-6;
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
 
+/// What is known of the last state.
+#[derive(Clone, Default)]
+struct Last {
+    poles: Vec<C>,
+    roots: Vec<C>,
+    /// Where each of them was a state before.
+    before: Vec<C>,
+    /// K at some frequencies.
+    contact: Vec<C>,
+    /// How it had changed.
+    change: Vec<C>,
+}
+
 thread_local! {
-    /// The poles and the roots of the last state: from one state to the next the roots are mostly near.
-    static LAST: RefCell<(Vec<C>, Vec<C>)> = const { RefCell::new((Vec::new(), Vec::new())) };
+    /// From one state to the next the roots are mostly near.
+    static LAST: RefCell<Last> = RefCell::new(Last::default());
 }
 
 /// All eigenvalues with a damping ratio up to `ratio`, or growing, both of each conjugate pair, by falling growth rate, each with a backward
@@ -93,6 +117,7 @@ struct Secular {
 struct Condensed {
     rows: ContactRows,
     seen: usize,
+    following: Following,
 }
 
 impl Condensed {
@@ -108,7 +133,8 @@ impl Condensed {
                 }
             }
         }
-        Self { rows, seen }
+        let following = Following::new(&rows, seen, rate);
+        Self { rows, seen, following }
     }
 
     fn unknowns(&self) -> usize {
@@ -117,11 +143,7 @@ impl Condensed {
 
     /// f as a function of y at λ, `[nf, r]`.
     fn follow(&self, lambda: C) -> Mat<C> {
-        use faer::linalg::solvers::Solve;
-        let (r, nf) = (self.seen, self.unknowns());
-        let at = |i: usize, j: usize| lambda * self.rows.by_rate[(i, j)] + self.rows.at_rest[(i, j)];
-        let matrix = Mat::from_fn(nf, nf, |i, j| at(i, r + j));
-        matrix.partial_piv_lu().solve(Mat::from_fn(nf, r, |i, j| -at(i, j)))
+        self.following.at(lambda)
     }
 
     /// Forces on y per y, `[r, r]`, where f follows y as `follow` says.
@@ -169,13 +191,19 @@ impl Secular {
         Ok(Some(Self { modes, contact, along, relaxations, angle }))
     }
 
-    /// 1 − K G, by rows.
+    /// K G − 1, by columns.
     fn matrix(&self, k: &[C], g: &[C]) -> Vec<C> {
         let r = self.modes.seen;
-        let mut h = self.modes.times(k, g);
-        h.iter_mut().for_each(|v| *v = -*v);
-        (0..r).for_each(|i| h[i * r + i] += 1.0);
+        let mut h = vec![C::default(); r * r];
+        (0..r).for_each(|i| h[i * r + i] -= 1.0);
+        self.modes.add_product(k, g, &mut h);
         h
+    }
+
+    /// A vector of norm 1 that K G − 1 makes smallest.
+    fn null_vector(&self, k: &[C], g: &[C]) -> Vec<C> {
+        let (r, h) = (self.modes.seen, self.matrix(k, g));
+        Lu::new((0..r * r).map(|i| h[i % r * r + i / r]).collect(), r).null_vector()
     }
 
     /// The logarithmic derivative of det(1 − KG) P at each of `values`.
@@ -184,26 +212,29 @@ impl Secular {
         let (g, by_g, poles) = self.modes.compliance(values);
         let (k, by_k) = self.along.stiffness(values);
         let of = |l: usize| {
-            let part = |of: &[C]| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
-            let (k, g) = (part(&k), part(&g));
+            let of = |of: &'_ [C]| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
+            let (k, g) = (of(&k), of(&g));
+            // By columns: trace and determinant are those of the transposed.
             let lu = Lu::new(self.matrix(&k, &g), r);
-            let (a, b) = (self.modes.times(&part(&by_k), &g), self.modes.times(&k, &part(&by_g)));
-            let change: Vec<C> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
-            poles[l] - lu.trace_of_solution(&change)
+            let mut change = vec![C::default(); r * r];
+            self.modes.add_product(&of(&by_k), &g, &mut change);
+            self.modes.add_product(&k, &of(&by_g), &mut change);
+            poles[l] + lu.trace_of_solution(&change)
         };
         (0..values.len()).map(of).collect()
     }
 
     /// Roots with Im > 0, among them all inside the ray; none where that is not certain.
     fn roots(&self) -> Option<Vec<C>> {
-        let before = LAST.with_borrow(|(of, roots)| (*of == self.modes.poles).then(|| roots.clone()));
+        let last = LAST.with_borrow(|last| (last.poles == self.modes.poles).then(|| last.clone()));
         let anew = || self.modes.starts().into_iter().chain(self.relaxations.iter().copied()).collect();
-        let starts = before.unwrap_or_else(anew);
+        let now = self.compared();
+        let starts = last.as_ref().map_or_else(anew, |last| last.foreseen(&now));
         let mut roots = self.settled(Vec::new(), starts);
         for _ in 0..ROUNDS {
             let missing = self.missing(&roots)?;
             if missing == 0 {
-                LAST.set((self.modes.poles.clone(), roots.clone()));
+                self.remember(last, &roots, now);
                 return Some(roots);
             }
             // Some went to others outside. What is left is looked for with the roots that are known kept apart.
@@ -216,6 +247,25 @@ impl Secular {
         None
     }
 
+    /// K at some frequencies, one matrix after the other.
+    fn compared(&self) -> Vec<C> {
+        let [low, high] = self.modes.range();
+        let at = |k: usize| C::new(0.0, low * (high / low).powf((k as f64 + 0.5) / COMPARED as f64));
+        self.along.stiffness(&(0..COMPARED).map(at).collect::<Vec<C>>()).0
+    }
+
+    /// Keeps the `roots` of this state, whose contact is `now`, for the next one; `last` is the one before.
+    fn remember(&self, last: Option<Last>, roots: &[C], now: Vec<C>) {
+        let (mut before, mut change) = (Vec::new(), Vec::new());
+        if let Some(last) = last.filter(|l| l.contact.len() == now.len() && !l.roots.is_empty()) {
+            let far = |a: &C, b: &C| (a - b).norm_sqr();
+            let nearest = |v: &C| last.roots.iter().copied().min_by(|a, b| far(a, v).total_cmp(&far(b, v)));
+            before = roots.iter().map(|v| nearest(v).unwrap_or(*v)).collect();
+            change = now.iter().zip(&last.contact).map(|(a, b)| a - b).collect();
+        }
+        LAST.set(Last { poles: self.modes.poles.clone(), roots: roots.to_vec(), before, contact: now, change });
+    }
+
     /// The roots `known` and those that `starts` lead to.
     fn settled(&self, known: Vec<C>, starts: Vec<C>) -> Vec<C> {
         let first = known.len();
@@ -225,14 +275,10 @@ impl Secular {
         for _ in 0..ITERATIONS {
             let values: Vec<C> = moving.iter().map(|&j| all[j]).collect();
             let mut moved = all.clone();
-            let mut next = Vec::new();
+            let mut changes: Vec<(usize, f64)> = Vec::new();
             for (&j, slope) in moving.iter().zip(self.slopes(&values)) {
                 let own = all[j];
-                let mut others = (own - own.conj()).inv();
-                for (_, other) in all.iter().enumerate().filter(|(k, _)| *k != j) {
-                    others += (own - other).inv() + (own - other.conj()).inv();
-                }
-                let change = (slope - others).inv();
+                let change = (slope - attraction(&all, j)).inv();
                 // On a root, or on a pole that the contact does not see.
                 if !change.is_finite() {
                     continue;
@@ -241,18 +287,22 @@ impl Secular {
                 let change = change * (FAR * size / change.norm()).min(1.0);
                 let to = own - change;
                 moved[j] = if to.im < 0.0 { to.conj() } else { to };
-                if change.norm() > SETTLED * size {
-                    next.push(j);
+                if change.norm() > SETTLED[0] * size {
+                    changes.push((j, change.norm()));
                 }
             }
             all = moved;
-            moving = next;
+            moving = changes
+                .iter()
+                .filter(|c| left(&all, &changes, **c) > SETTLED[1] * all[c.0].norm())
+                .map(|c| c.0)
+                .collect();
             if moving.is_empty() {
                 break;
             }
         }
         // Where poles and roots lie on either side of what is looked at, a start may have no root to go to.
-        let good = |v: &C| v.im > REAL * v.norm() && self.along.covers(*v);
+        let good = |v: &C| v.im > REAL * v.norm() && self.along.covers(*v) && self.sound(*v);
         let mut found: Vec<C> = Vec::new();
         for (j, v) in all.iter().enumerate() {
             let settled = j < first || (moving.binary_search(&j).is_err() && good(v));
@@ -261,6 +311,17 @@ impl Secular {
             }
         }
         found
+    }
+
+    /// Whether the polynomials give the contact at λ: far from the frequencies of the modes they may have roots of their own.
+    fn sound(&self, lambda: C) -> bool {
+        if self.along.is_near(lambda) {
+            return true;
+        }
+        let (r, exact) = (self.modes.seen, self.contact.stiffness(self.contact.follow(lambda).as_ref()));
+        let (found, _) = self.along.stiffness(&[lambda]);
+        let off = (0..r * r).map(|i| (found[i] - exact[(i % r, i / r)]).norm_sqr()).sum::<f64>();
+        off.sqrt() <= NEAR * exact.norm_l2()
     }
 
     /// The poles of the modes and of the contact, and the `roots`, to be taken out, as many of these as of those.
@@ -293,7 +354,9 @@ impl Secular {
         let k = self.contact.stiffness(self.contact.follow(lambda).as_ref());
         let k: Vec<C> = (0..r * r).map(|i| k[(i % r, i / r)]).collect();
         let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
-        Lu::new(self.matrix(&k, &g), r).log_determinant() + all(poles) - all(roots)
+        // det(KG − 1) has the sign of det(1 − KG) where r is even.
+        let sign = C::new(0.0, PI * (r % 2) as f64);
+        sign + Lu::new(self.matrix(&k, &g), r).log_determinant() + all(poles) - all(roots)
     }
 
     /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count is not certain.
@@ -335,7 +398,7 @@ impl Secular {
         let forces: Vec<Vec<C>> = (0..roots.len())
             .map(|l| {
                 let part = |of: &[C]| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
-                Lu::new(self.matrix(&part(&k), &part(&g)), r).null_vector()
+                self.null_vector(&part(&k), &part(&g))
             })
             .collect();
         let modal = self.modes.motions(roots, &forces);
@@ -371,6 +434,49 @@ impl Secular {
         pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
         Ok(Some(pairs))
     }
+}
+
+impl Last {
+    /// Where the roots are to be expected when the contact is `now`: on their way, if the contact goes on as it went.
+    fn foreseen(&self, now: &[C]) -> Vec<C> {
+        if self.before.is_empty() || self.change.len() != now.len() {
+            return self.roots.clone();
+        }
+        let change: Vec<C> = now.iter().zip(&self.contact).map(|(a, b)| a - b).collect();
+        let square = |v: &[C]| v.iter().map(C::norm_sqr).sum::<f64>();
+        let product: C = change.iter().zip(&self.change).map(|(a, b)| a * b.conj()).sum();
+        let times = product.re / square(&self.change);
+        let aside: Vec<C> = change.iter().zip(&self.change).map(|(a, b)| a - b * times).collect();
+        if !(square(&aside) <= STRAIGHT[0].powi(2) * square(&change) && times.abs() <= STRAIGHT[1]) {
+            return self.roots.clone();
+        }
+        let ahead = |(v, before): (&C, &C)| v + (v - before) * times;
+        let within = |(v, to): (&C, C)| if (to - v).norm() <= FAR * v.norm() && to.im > 0.0 { to } else { *v };
+        let all = self.roots.iter().zip(&self.before);
+        self.roots.iter().zip(all.map(ahead)).map(within).collect()
+    }
+}
+
+/// What the other roots of `all`, and the conjugates of all, have of the logarithmic derivative at number `j`.
+fn attraction(all: &[C], j: usize) -> C {
+    let own = all[j];
+    let mut sum = C::default();
+    for (k, other) in all.iter().enumerate() {
+        if k != j {
+            sum += (own - other).inv();
+        }
+        sum += (own - other.conj()).inv();
+    }
+    sum
+}
+
+/// What is left of the distance of a root to its place after a change, by the `changes` of all, each with its number: that of another root counts by
+/// the square of the distance to it.
+fn left(all: &[C], changes: &[(usize, f64)], (own, change): (usize, f64)) -> f64 {
+    let value = all[own];
+    let others = changes.iter().filter(|c| c.0 != own);
+    let bent = others.map(|&(k, other)| other / (all[k] - value).norm_sqr()).sum::<f64>();
+    change * change * (CROWDED / value.norm() + bent)
 }
 
 /// An angle in (−π, π].

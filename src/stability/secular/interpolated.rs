@@ -7,6 +7,8 @@ use faer::Mat;
 const DEGREES: [usize; 4] = [16, 32, 64, 128];
 /// Part of the largest coefficient that the last ones may have.
 const LEFT: f64 = 1e-12;
+/// Logarithm by which what is left may have grown beside the interval.
+const DIGITS: f64 = 10.0;
 /// How far a root may lie beyond the interval, in its half lengths.
 const BEYOND: f64 = 1.1;
 
@@ -74,6 +76,11 @@ impl Interpolated {
     /// Whether λ lies where the polynomials hold; how well they do is seen of the eigenpair.
     pub fn covers(&self, lambda: C) -> bool {
         self.place(lambda).re.abs() <= BEYOND
+    }
+
+    /// Whether λ lies so near to the interval that the polynomials hold as well as on it, but for some digits.
+    pub fn is_near(&self, lambda: C) -> bool {
+        self.place(lambda).im.abs() * self.degree as f64 <= DIGITS
     }
 
     /// The polynomials at λ and their derivatives by λ, `[degree + 1]` each.

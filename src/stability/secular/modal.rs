@@ -1,5 +1,6 @@
 //! The modes of both bodies, by the functions of which they consist over the contact.
 
+use super::small::add_product;
 use super::{C, REAL};
 use crate::body::ModalMatrix;
 use crate::model::ModalPair;
@@ -8,6 +9,8 @@ use faer::{Mat, MatRef};
 use std::cell::RefCell;
 use std::rc::Rc;
 
+/// Frequencies that are looked at together: what is made for them stays near the processor.
+const CHUNK: usize = 32;
 /// What is left of the shapes of a body once its functions are taken out, over their size.
 const ROUNDING: f64 = 1e-13;
 /// More functions than this part of the modes are not few.
@@ -39,7 +42,7 @@ impl Single {
 struct Group {
     modes: Vec<usize>,
     own: Rc<Poles>,
-    /// What the functions do to each pole, `[poles, functions]`.
+    /// What the functions do to each of [`Poles::terms`], `[terms, functions]`.
     driven: Mat<C>,
 }
 
@@ -48,10 +51,54 @@ struct Poles {
     stiffness: Mat<f64>,
     damping: Mat<f64>,
     values: Vec<C>,
-    /// Amplitudes of the modes for each pole, `[modes, poles]`.
-    right: Mat<C>,
-    /// What forces on the modes do to each pole, `[poles, modes]`.
+    /// Those with Im ≥ 0: one of each conjugate pair.
+    terms: Vec<C>,
+    /// Amplitudes of the modes for each of these, real parts and then imaginary ones, `[modes, 2 terms]`.
+    right: Mat<f64>,
+    /// What forces on the modes do to each of these, `[terms, modes]`.
     onto: Mat<C>,
+}
+
+/// What a part of G is by λ: a mode by itself or the poles of a group, which are real or two by two.
+#[derive(Clone, Copy)]
+enum Term {
+    /// 1/(λ² + cλ + k) of [k, c].
+    Single([f64; 2]),
+    /// 1/(λ − p).
+    Real(f64),
+    /// (λ − Re p)/|..|² and Im p/|..|², where |..|² stands for (λ − p)(λ − p̄).
+    Pair(C),
+}
+
+impl Term {
+    /// Columns of residues that belong to it.
+    fn columns(self) -> usize {
+        if matches!(self, Self::Pair(_)) {
+            2
+        } else {
+            1
+        }
+    }
+
+    /// Its shares with their derivatives, and what it has of the logarithmic derivative of P.
+    fn at(self, lambda: C) -> ([[C; 2]; 2], C) {
+        match self {
+            Self::Single([k, c]) => {
+                let (share, slope) = ((lambda * (lambda + c) + k).inv(), 2.0 * lambda + c);
+                ([[share, -slope * share * share], [C::default(); 2]], slope * share)
+            }
+            Self::Real(p) => {
+                let share = (lambda - p).inv();
+                ([[share, -share * share], [C::default(); 2]], share)
+            }
+            Self::Pair(p) => {
+                let beyond = lambda - p.re;
+                let share = ((lambda - p) * (lambda - p.conj())).inv();
+                let (along, fall) = (beyond * share, -2.0 * beyond * share * share);
+                ([[along, share + beyond * fall], [p.im * share, p.im * fall]], 2.0 * along)
+            }
+        }
+    }
 }
 
 thread_local! {
@@ -80,16 +127,34 @@ impl Poles {
         if !(vectors.norm_l2() * inverse.norm_l2() < CONDITION) {
             return None;
         }
-        let values = eigen.S().column_vector().iter().map(|v| v * rate).collect();
-        let right = vectors.subrows(0, s).to_owned();
-        let onto = Mat::from_fn(2 * s, s, |i, j| inverse[(i, s + j)] / rate);
-        let made = Rc::new(Self { stiffness, damping, values, right, onto });
+        let values: Vec<C> = eigen.S().column_vector().iter().map(|v| v * rate).collect();
+        let kept: Vec<usize> = (0..values.len()).filter(|&i| values[i].im >= 0.0).collect();
+        let t = kept.len();
+        let right = Mat::from_fn(s, 2 * t, |i, j| {
+            let v = vectors[(i, kept[j % t])];
+            if j < t {
+                v.re
+            } else {
+                v.im
+            }
+        });
+        let onto = Mat::from_fn(t, s, |i, j| inverse[(kept[i], s + j)] / rate);
+        let terms = kept.iter().map(|&i| values[i]).collect();
+        let made = Rc::new(Self { stiffness, damping, values, terms, right, onto });
         LAST.with_borrow_mut(|last| {
             last.truncate(KEPT - 1);
             last.insert(0, made.clone());
         });
         Some(made)
     }
+}
+
+/// The product of a real and a complex matrix.
+pub(super) fn real_times(a: &Mat<f64>, b: &Mat<C>) -> Mat<C> {
+    let count = b.ncols();
+    let parts = Mat::from_fn(b.nrows(), 2 * count, |i, j| if j < count { b[(i, j)].re } else { b[(i, j - count)].im });
+    let product = a * parts;
+    Mat::from_fn(a.nrows(), count, |i, j| C::new(product[(i, j)], product[(i, count + j)]))
 }
 
 /// The modes of a body.
@@ -99,8 +164,9 @@ struct Part {
     functions: usize,
     singles: Vec<Single>,
     groups: Vec<Group>,
-    /// Of each single mode and then of each pole by columns, `[functions², terms]`.
-    residues: Mat<C>,
+    terms: Vec<Term>,
+    /// Of each of them by columns, `[functions², columns]`.
+    residues: Mat<f64>,
 }
 
 /// The modes of both.
@@ -182,21 +248,10 @@ impl Modes {
             .collect()
     }
 
-    /// K G of r × r matrices given by columns, by rows; G has a block for each body.
-    pub fn times(&self, k: &[C], g: &[C]) -> Vec<C> {
-        let r = self.seen;
-        let mut out = vec![C::default(); r * r];
-        for part in &self.parts {
-            for j in part.first..part.first + part.functions {
-                for l in part.first..part.first + part.functions {
-                    let factor = g[j * r + l];
-                    for i in 0..r {
-                        out[i * r + j] += k[l * r + i] * factor;
-                    }
-                }
-            }
-        }
-        out
+    /// Adds K G of r × r matrices given by columns to `out`; G has a block for each body.
+    pub fn add_product(&self, k: &[C], g: &[C], out: &mut [C]) {
+        let blocks: Vec<[usize; 2]> = self.parts.iter().map(|p| [p.first, p.functions]).collect();
+        add_product((k, g), self.seen, &blocks, out);
     }
 
     /// G and dG/dλ at each of `values`, by columns, one after the other, `[r²]` each; and the logarithmic derivative of P.
@@ -205,24 +260,20 @@ impl Modes {
         let mut both = [vec![C::default(); r * r * values.len()], vec![C::default(); r * r * values.len()]];
         let mut slopes = vec![C::default(); values.len()];
         for part in &self.parts {
-            let f = part.functions;
-            let terms = part.residues.ncols();
-            let mut shares = [Mat::<C>::zeros(terms, values.len()), Mat::<C>::zeros(terms, values.len())];
-            for (l, &lambda) in values.iter().enumerate() {
-                let poles = part.groups.iter().flat_map(|g| g.own.values.iter());
-                let all = part.singles.iter().map(|s| (s.at(lambda).inv(), 2.0 * lambda + s.damping));
-                for (t, (share, slope)) in all.chain(poles.map(|p| ((lambda - p).inv(), C::from(1.0)))).enumerate() {
-                    slopes[l] += slope * share;
-                    shares[0][(t, l)] = share;
-                    shares[1][(t, l)] = -slope * share * share;
-                }
-            }
-            for (out, shares) in both.iter_mut().zip(shares) {
-                let product = &part.residues * shares;
-                for l in 0..values.len() {
-                    for k in 0..f * f {
-                        let (i, j) = (part.first + k % f, part.first + k / f);
-                        out[l * r * r + j * r + i] = product[(k, l)];
+            for (chunk, some) in values.chunks(CHUNK).enumerate() {
+                let first = chunk * CHUNK;
+                let (product, of) = part.compliance(some);
+                slopes[first..first + some.len()].iter_mut().zip(of).for_each(|(a, b)| *a += b);
+                for l in 0..some.len() {
+                    let column = |k: usize| product.col_as_slice(4 * l + k);
+                    for (out, [re, im]) in both.iter_mut().zip([[0, 1], [2, 3]].map(|c| c.map(column))) {
+                        let out = &mut out[(first + l) * r * r..(first + l + 1) * r * r];
+                        for j in 0..part.functions {
+                            let from = j * part.functions..(j + 1) * part.functions;
+                            let into = (part.first + j) * r + part.first;
+                            let parts = re[from.clone()].iter().zip(&im[from]);
+                            out[into..].iter_mut().zip(parts).for_each(|(v, (re, im))| *v = C::new(*re, *im));
+                        }
                     }
                 }
             }
@@ -234,8 +285,6 @@ impl Modes {
     /// Amplitudes of the modes under the forces on the functions, one list for each of `values`, `[modes, values]`.
     pub fn motions(&self, values: &[C], forces: &[Vec<C>]) -> Mat<C> {
         let mut q = Mat::<C>::zeros(self.modes, values.len());
-        // What is on a pole hardly moves the contact.
-        let off = |v: C, size: f64| if v.norm() < f64::EPSILON * size { C::from(f64::EPSILON * size) } else { v };
         for part in &self.parts {
             for (l, (&lambda, force)) in values.iter().zip(forces).enumerate() {
                 let force = &force[part.first..part.first + part.functions];
@@ -245,14 +294,7 @@ impl Modes {
                 }
             }
             for g in &part.groups {
-                let force = Mat::from_fn(part.functions, values.len(), |i, l| forces[l][part.first + i]);
-                let mut amplitudes = &g.driven * force;
-                for (l, lambda) in values.iter().enumerate() {
-                    for (j, pole) in g.own.values.iter().enumerate() {
-                        amplitudes[(j, l)] /= off(lambda - pole, pole.norm());
-                    }
-                }
-                let moved = &g.own.right * amplitudes;
+                let moved = g.motions(values, &|i, l| forces[l][part.first + i]);
                 for l in 0..values.len() {
                     g.modes.iter().enumerate().for_each(|(i, &mode)| q[(mode, l)] = moved[(i, l)]);
                 }
@@ -263,7 +305,7 @@ impl Modes {
 
     /// What the contact sees of amplitudes of the modes, `[r, values]`.
     pub fn seen_of(&self, q: &Mat<C>) -> Mat<C> {
-        Mat::from_fn(self.seen, self.modes, |i, j| C::from(self.basis[(i, j)])) * q
+        real_times(&self.basis, q)
     }
 }
 
@@ -284,24 +326,60 @@ impl Part {
             }
             singles.push(Single { mode, stiffness, damping, seen: (0..functions).map(|i| basis[(i, mode)]).collect() });
         }
-        let poles = groups.iter().map(|g: &Group| g.own.values.len()).sum::<usize>();
-        let mut residues = Mat::<C>::zeros(functions * functions, singles.len() + poles);
+        let single = |s: &Single| Term::Single([s.stiffness, s.damping]);
+        let mut terms: Vec<Term> = singles.iter().map(single).collect();
+        let of = |p: &C| if p.im == 0.0 { Term::Real(p.re) } else { Term::Pair(*p) };
+        terms.extend(groups.iter().flat_map(|g: &Group| g.own.terms.iter().map(of)));
+        let columns = terms.iter().map(|t| t.columns()).sum::<usize>();
+        let mut residues = Mat::<f64>::zeros(functions * functions, columns);
         for (t, s) in singles.iter().enumerate() {
             for k in 0..functions * functions {
-                residues[(k, t)] = C::from(s.seen[k % functions] * s.seen[k / functions]);
+                residues[(k, t)] = s.seen[k % functions] * s.seen[k / functions];
             }
         }
         let mut t = singles.len();
         for g in &groups {
-            let moved = Mat::from_fn(functions, g.modes.len(), |i, j| C::from(basis[(i, g.modes[j])])) * &g.own.right;
-            for j in 0..g.own.values.len() {
+            let count = g.own.terms.len();
+            let moved = Mat::from_fn(functions, g.modes.len(), |i, j| basis[(i, g.modes[j])]) * &g.own.right;
+            for (j, pole) in g.own.terms.iter().enumerate() {
+                let of = |k: usize| {
+                    let i = k % functions;
+                    C::new(moved[(i, j)], moved[(i, count + j)]) * g.driven[(j, k / functions)]
+                };
                 for k in 0..functions * functions {
-                    residues[(k, t)] = moved[(k % functions, j)] * g.driven[(j, k / functions)];
+                    let residue = of(k);
+                    match pole.im == 0.0 {
+                        true => residues[(k, t)] = residue.re,
+                        // R/(λ − p) and its conjugate.
+                        false => (residues[(k, t)], residues[(k, t + 1)]) = (2.0 * residue.re, -2.0 * residue.im),
+                    }
                 }
-                t += 1;
+                t += if pole.im == 0.0 { 1 } else { 2 };
             }
         }
-        Some(Self { first: at, functions, singles, groups, residues })
+        Some(Self { first: at, functions, singles, groups, terms, residues })
+    }
+
+    /// Its G at each of `values`: real part, imaginary part, and the same of dG/dλ, `[functions², 4 values]`; and the logarithmic derivative of its P.
+    fn compliance(&self, values: &[C]) -> (Mat<f64>, Vec<C>) {
+        let mut shares = Mat::<f64>::zeros(self.residues.ncols(), 4 * values.len());
+        let mut slopes = vec![C::default(); values.len()];
+        for (l, (&lambda, slope)) in values.iter().zip(&mut slopes).enumerate() {
+            let mut columns = shares.as_mut().subcols_mut(4 * l, 4);
+            let mut t = 0;
+            for term in &self.terms {
+                let (own, of) = term.at(lambda);
+                *slope += of;
+                for [share, by] in own.into_iter().take(term.columns()) {
+                    columns[(t, 0)] = share.re;
+                    columns[(t, 1)] = share.im;
+                    columns[(t, 2)] = by.re;
+                    columns[(t, 3)] = by.im;
+                    t += 1;
+                }
+            }
+        }
+        (&self.residues * shares, slopes)
     }
 
     fn poles(&self) -> Vec<C> {
@@ -322,6 +400,41 @@ impl Group {
         let own = Poles::of(block(&bodies.stiffness), block(&bodies.damping))?;
         let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
         Some(Self { modes, own, driven })
+    }
+
+    /// Amplitudes of its modes under `force` on each function, for each of `values`, `[modes, values]`.
+    fn motions(&self, values: &[C], force: &dyn Fn(usize, usize) -> C) -> Mat<C> {
+        let (t, f, count) = (self.own.terms.len(), self.driven.ncols(), values.len());
+        let force = Mat::from_fn(f, count, force);
+        let by_pole = &self.driven * &force;
+        let by_other = Mat::from_fn(t, f, |i, j| self.driven[(i, j)].conj()) * force;
+        // Of the amplitudes a and b of a pole and of its conjugate the modes have Re (a + b) + i Im (a − b): a real product.
+        let mut amplitudes = Mat::<f64>::zeros(2 * t, 2 * count);
+        let sizes: Vec<f64> = self.own.terms.iter().map(|p| p.norm()).collect();
+        for (l, lambda) in values.iter().enumerate() {
+            for (j, pole) in self.own.terms.iter().enumerate() {
+                let size = sizes[j];
+                let a = by_pole[(j, l)] * off(lambda - pole, size).inv();
+                let b = match pole.im == 0.0 {
+                    true => C::default(),
+                    false => by_other[(j, l)] * off(lambda - pole.conj(), size).inv(),
+                };
+                let (sum, turned) = (a + b, C::i() * (a - b));
+                (amplitudes[(j, l)], amplitudes[(j, count + l)]) = (sum.re, sum.im);
+                (amplitudes[(t + j, l)], amplitudes[(t + j, count + l)]) = (turned.re, turned.im);
+            }
+        }
+        let moved = &self.own.right * amplitudes;
+        Mat::from_fn(self.modes.len(), count, |i, l| C::new(moved[(i, l)], moved[(i, count + l)]))
+    }
+}
+
+/// What is on a pole hardly moves the contact: `v`, but for what is less than rounding of `size`.
+fn off(v: C, size: f64) -> C {
+    if v.norm_sqr() < (f64::EPSILON * size).powi(2) {
+        C::from(f64::EPSILON * size)
+    } else {
+        v
     }
 }
 

@@ -1,6 +1,7 @@
 //! Factors of small complex matrices.
 
 use super::C;
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::PI;
 
 /// A matrix factored with row exchanges.
@@ -66,7 +67,9 @@ impl Lu {
     /// tr(A⁻¹ B) of the matrix `b` given by rows.
     pub fn trace_of_solution(&self, b: &[C]) -> C {
         let n = self.n;
-        (0..n).map(|j| self.solve(&(0..n).map(|i| b[i * n + j]).collect::<Vec<C>>())[j]).sum()
+        let mut x: Vec<C> = Vec::with_capacity(n * n);
+        self.rows.iter().for_each(|&i| x.extend_from_slice(&b[i * n..(i + 1) * n]));
+        Arch::new().dispatch(Traced { lu: self, x: &mut x })
     }
 
     /// The vector of norm 1 that the matrix makes smallest, by inverse iteration.
@@ -80,6 +83,80 @@ impl Lu {
             x.iter_mut().for_each(|v| *v /= norm);
         }
         x
+    }
+}
+
+/// The trace of what the factors `lu` make of the rows `x`.
+struct Traced<'a> {
+    lu: &'a Lu,
+    x: &'a mut [C],
+}
+
+impl WithSimd for Traced<'_> {
+    type Output = C;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> C {
+        let (n, a, x) = (self.lu.n, &self.lu.a, self.x);
+        for k in 0..n {
+            let (above, below) = x.split_at_mut((k + 1) * n);
+            for (i, row) in below.chunks_exact_mut(n).enumerate() {
+                subtract(a[(k + 1 + i) * n + k], &above[k * n..], row);
+            }
+        }
+        let mut trace = C::default();
+        for k in (0..n).rev() {
+            let (above, below) = x.split_at_mut(k * n);
+            let inverse = a[k * n + k].inv();
+            below[..k + 1].iter_mut().for_each(|v| *v *= inverse);
+            trace += below[k];
+            // Of the rows above only what leads to the diagonal.
+            for (i, row) in above.chunks_exact_mut(n).enumerate() {
+                subtract(a[i * n + k], below, &mut row[..i + 1]);
+            }
+        }
+        trace
+    }
+}
+
+/// `out` −= `factor` x, over the length of `out`.
+#[inline(always)]
+fn subtract(factor: C, x: &[C], out: &mut [C]) {
+    for (v, x) in out.iter_mut().zip(x) {
+        v.re -= factor.re * x.re - factor.im * x.im;
+        v.im -= factor.re * x.im + factor.im * x.re;
+    }
+}
+
+/// Products of matrices that have blocks of their own: `out` += K G of matrices by columns, `[n, n]`, where G has entries in `blocks` alone, each with its
+/// first row and its size.
+pub(super) fn add_product((k, g): (&[C], &[C]), n: usize, blocks: &[[usize; 2]], out: &mut [C]) {
+    Arch::new().dispatch(Product { k, g, n, blocks, out });
+}
+
+struct Product<'a> {
+    k: &'a [C],
+    g: &'a [C],
+    n: usize,
+    blocks: &'a [[usize; 2]],
+    out: &'a mut [C],
+}
+
+impl WithSimd for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let n = self.n;
+        for [first, size] in self.blocks {
+            let block = *first..first + size;
+            for j in block.clone() {
+                let out = &mut self.out[j * n..(j + 1) * n];
+                for l in block.clone() {
+                    subtract(-self.g[j * n + l], &self.k[l * n..(l + 1) * n], out);
+                }
+            }
+        }
     }
 }
 

@@ -138,12 +138,41 @@ fn one_that_is_missing_is_noticed() {
         // They are found again, with others in their places.
         let some: Vec<C> = roots.iter().copied().skip(3).chain([other]).collect();
         assert_eq!(secular.missing(&some), Some(6));
-        LAST.set((secular.modes.poles.clone(), some));
+        LAST.set(Last { poles: secular.modes.poles.clone(), roots: some, ..Last::default() });
         let again = secular.roots().unwrap();
         for root in roots.iter().filter(|v| secular.aside(**v) <= 0.0) {
             assert!(again.iter().any(|v| (v - root).norm() < 1e-10 * root.norm()), "{root} is missing");
         }
     }
+}
+
+/// Along a line of states, back, and on by another step: the roots that go on from those before are those found from nothing, and they are taken to go on
+/// where the contact does.
+#[test]
+fn roots_go_on_from_state_to_state() {
+    let s = interface();
+    let pair = bodies(&s);
+    let problem = |friction: f64| {
+        let contact = contact(&s, &pair, FrictionLaw::Constant(friction), 0.01);
+        Secular::new(&pair, &contact, 0.3).unwrap().unwrap()
+    };
+    let mut ahead = 0;
+    for friction in [0.3, 0.31, 0.32, 0.33, 0.31, 0.3, 0.36] {
+        let secular = problem(friction);
+        let last = LAST.with_borrow(Last::clone);
+        let starts = last.foreseen(&secular.compared());
+        let found = secular.roots().unwrap();
+        LAST.set(Last::default());
+        let anew = secular.roots().unwrap();
+        LAST.set(last.clone());
+        assert_eq!(secular.roots().unwrap().len(), found.len());
+        for root in anew.iter().filter(|v| secular.aside(**v) <= 0.0) {
+            let near = |of: &[C]| of.iter().map(|v| (v - root).norm()).fold(f64::INFINITY, f64::min);
+            assert!(near(&found) < 1e-10 * root.norm(), "{friction}: {root} is {} off", near(&found));
+            ahead += usize::from(!starts.is_empty() && near(&starts) < 0.2 * near(&last.roots));
+        }
+    }
+    assert!(ahead > 100, "{ahead} were foreseen");
 }
 
 /// Modes that friction which falls drives harder than they oscillate have real eigenvalues, which no root stands for.
