@@ -108,7 +108,7 @@ impl DrawnRail {
             )));
         }
         let area = drawn.area();
-        if !(AREA[0] <= area && area <= AREA[1]) {
+        if !(AREA[0]..=AREA[1]).contains(&area) {
             return Err(Error::Job(format!(
                 "the section has an area of {area:.3e} m², expected that of a rail, {:.0e} to {:.0e} m²; give the unit of the drawing (section.file.scale)",
                 AREA[0], AREA[1]
