@@ -163,7 +163,7 @@ pub fn run(
     let filled = placed::filled(world, job)?;
     let given = job;
     let job = filled.as_ref().unwrap_or(job);
-    let mut run = Run { petsc, job, options, meshes, stop, segments, file, progress, summary: Summary::of(job) };
+    let mut run = Run { petsc, job, given, options, meshes, stop, segments, file, progress, summary: Summary::of(job) };
 
     let inputs = perform(&mut run).map_err(|e| match run.file.kept() {
         Some(kept) if kept.exists() => {

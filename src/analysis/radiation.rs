@@ -1,12 +1,12 @@
 //! How the modes of the bodies radiate, and the sound power of their motions.
 
-use crate::body::TraceModes;
+use crate::body::{Kind, Side, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::job::SoundPower;
 use crate::parallel::World;
 use crate::sound::bands::resolving_time;
-use crate::sound::{revolved, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
-use crate::swept::OutlineModes;
+use crate::sound::{line, revolved, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
+use crate::swept::{Infinite, OutlineModes, FORCES};
 use crate::transient::cycle::Heard;
 use crate::{Error, Result};
 use num_complex::Complex64;
@@ -19,23 +19,38 @@ pub(super) const SAMPLES: f64 = 6.0;
 /// Patches are at most this part of the size of the body, whatever the frequency.
 const COARSEST: f64 = 0.03;
 
-/// Radiation of the modes of a body.
+/// Radiation of the modes of a body; or of a rail, under forces at the contact.
 pub(super) struct Given {
     /// Frequencies at which it is known, Hz.
     pub(super) grid: Vec<f64>,
-    /// At these, N·s/m per kg, `[frequencies × m × m]`.
+    /// At these, N·s/m per kg, `[frequencies × m × m]`; of a rail W/N², as [`line::Radiators::powers`] has it.
     pub(super) resistances: Vec<f64>,
-    /// That of plane waves, `[m × m]`.
+    /// That of plane waves, `[m × m]`; of a rail as `resistances`.
     pub(super) plane: Vec<f64>,
 }
 
 impl Given {
     /// Collective: that of the body with the index `b` in [`Bodies::unique`], whose mode shapes are there. Each rank takes some of the frequencies.
     pub(super) fn of(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
-        match bodies.unique.get(b).map_or(Ok(None), |body| body.outline())? {
-            Some(modes) => Self::of_section(world, modes, (bands, air)),
-            None => Self::of_mesh(world, bodies, b, (bands, air)),
+        if let Some(body) = bodies.unique.get(b) {
+            if let Some(rail) = world.agree(body.infinite(2.0 * PI * bands.end()))? {
+                return Self::of_rail(world, &rail, (bands, air));
+            }
+            if let Some(modes) = body.outline()? {
+                return Self::of_section(world, modes, (bands, air));
+            }
         }
+        Self::of_mesh(world, bodies, b, (bands, air))
+    }
+
+    fn of_rail(world: &World, rail: &Infinite, (bands, air): (Bands, Air)) -> Result<Self> {
+        let radiators = line::Radiators::new(rail, air, &bands);
+        let far = world.sum_all(&world.agree(radiators.far(world.rank, world.size))?);
+        let radiators = radiators.complete(&far);
+        let grid = radiators.frequencies(&bands);
+        let some = world.agree(radiators.powers(&grid, world.rank, world.size))?;
+        let [resistances, plane] = some.map(|some| world.sum_all(&some));
+        Ok(Self { grid, resistances, plane })
     }
 
     fn of_section(world: &World, modes: &OutlineModes, (bands, air): (Bands, Air)) -> Result<Self> {
@@ -54,9 +69,43 @@ impl Given {
         Ok(Self { grid: bands.grid(), resistances: world.sum_all(&some), plane })
     }
 
-    /// In `bands`, those that it was made for.
-    pub(super) fn within(&self, bands: Bands) -> Radiation {
-        Radiation::new(bands, self.grid.clone(), &self.resistances, &self.plane)
+    /// Of so many modes, or forces, in `bands`, those that it was made for.
+    pub(super) fn within(&self, channels: usize, bands: Bands) -> Radiation {
+        Radiation::new(bands, self.grid.clone(), channels, [&self.resistances, &self.plane])
+    }
+}
+
+/// By what of a sample a body radiates: by the amplitudes of its modes, or, a rail, by the force at the contact. A sample has the amplitudes of all modes
+/// and then the impulse of the force on body 1 (x, y, z).
+#[derive(Debug, Clone)]
+pub(super) struct Channels {
+    pub(super) columns: Range<usize>,
+    /// Factors that make a force along (x, y, into the body) of it.
+    signs: Option<[f64; FORCES]>,
+}
+
+impl Channels {
+    /// Those of a body on this side, a rail or not, whose modes are `modes` of `all`.
+    pub(super) fn of(rail: bool, side: Side, (modes, all): (Range<usize>, usize)) -> Self {
+        if !rail {
+            return Self { columns: modes, signs: None };
+        }
+        // Into the body is against z of the lower form, and the upper one is pushed by the opposite of the tractions.
+        let along = if side == Side::Lower { 1.0 } else { -1.0 };
+        Self { columns: all..all + FORCES, signs: Some([along, along, -1.0]) }
+    }
+
+    /// Whether they are forces.
+    pub(super) fn are_forces(&self) -> bool {
+        self.signs.is_some()
+    }
+
+    /// Spectra of these columns as the body takes them.
+    pub(super) fn own(&self, mut lines: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
+        for (lines, sign) in lines.iter_mut().zip(self.signs.iter().flatten()) {
+            lines.iter_mut().for_each(|v| *v *= sign);
+        }
+        lines
     }
 }
 
@@ -88,8 +137,8 @@ pub(super) fn patch_sizes((bands, air): (Bands, Air), diameter: f64) -> [f64; 2]
 
 /// What makes sound of recorded modal displacements, on every rank.
 pub struct Sounding {
-    /// Name of each body that is heard, its columns among the modes of both, how they radiate.
-    parts: Vec<(&'static str, Range<usize>, Radiation)>,
+    /// Name of each body that is heard, by what, how it radiates.
+    parts: Vec<(&'static str, Channels, Radiation)>,
     bands: Bands,
     heard: Heard,
     welch: Welch,
@@ -112,20 +161,23 @@ impl Sounding {
             let columns = first..first + count(place.body);
             first = columns.end;
             if wanted.bodies.iter().any(|b| b.name() == place.name) {
-                parts.push((place.name, place.body, columns));
+                let all = bodies.places.iter().map(|p| count(p.body)).sum();
+                let rail = bodies.unique.get(place.body).is_some_and(|body| body.kind() == Kind::Rail);
+                parts.push((place.name, place.body, Channels::of(rail, place.side, (columns, all))));
             }
         }
         let highest = |b: usize| modes.get(b).and_then(|m| m.omega.last()).map_or(0.0, |w| w / (2.0 * PI));
         let reach = parts.iter().map(|p| highest(p.1)).fold(f64::INFINITY, f64::min);
         let bands = bands_within(key, wanted, reach)?;
         let mut made: Vec<(usize, Radiation)> = Vec::new();
-        for (_, body, _) in &parts {
+        for (_, body, channels) in &parts {
             if made.iter().all(|m| m.0 != *body) {
-                made.push((*body, Given::of(world, bodies, *body, (bands, air(wanted)))?.within(bands)));
+                let given = Given::of(world, bodies, *body, (bands, air(wanted)))?;
+                made.push((*body, given.within(channels.columns.len(), bands)));
             }
         }
         let radiation = |body: usize| made.iter().find(|m| m.0 == body).map(|m| m.1.clone());
-        let parts = parts.into_iter().filter_map(|(name, body, columns)| Some((name, columns, radiation(body)?)));
+        let parts = parts.into_iter().filter_map(|(name, body, channels)| Some((name, channels, radiation(body)?)));
         let stride = stride(bands, step);
         let interval = stride as f64 * step;
         let welch = Welch::new(1.0 / interval, resolving_time(wanted.min_frequency));
@@ -144,7 +196,8 @@ impl Sounding {
         self.bands
     }
 
-    /// Power in each third octave, W, `[bodies × bands]`, of modal displacements as they were to be kept, `[samples][m]`; of none, rest, it is 0. The estimate is that of a transient.
+    /// Power in each third octave, W, `[bodies × bands]`, of modal displacements and impulses of the contact as they were to be kept, `[samples][m + 3]`; of none,
+    /// rest, it is 0. The estimate is that of a transient.
     pub fn powers(&self, samples: &[Vec<f64>]) -> Result<Vec<f64>> {
         let bands = self.bands.centres().len();
         if samples.is_empty() {
@@ -161,7 +214,7 @@ impl Sounding {
             return Err(Error::Defect(text));
         }
         let mut all = Vec::new();
-        for (_, columns, radiation) in &self.parts {
+        for (_, channels, radiation) in &self.parts {
             let mut power = PowerSpectrum::new(radiation, self.welch.spacing());
             for piece in 0..pieces {
                 let of = skip + piece * self.welch.hop();
@@ -171,7 +224,7 @@ impl Sounding {
                     self.welch.undo_mean(&mut x);
                     Ok(x)
                 };
-                power.add(&columns.clone().map(lines).collect::<Result<Vec<_>>>()?);
+                power.add(&channels.own(channels.columns.clone().map(lines).collect::<Result<Vec<_>>>()?));
             }
             all.extend(power.third_octaves().power);
         }

@@ -17,6 +17,8 @@ pub struct Run<'r> {
     pub petsc: &'r Petsc<'r>,
     /// The resolved job.
     pub job: &'r Job,
+    /// The job as it was given: without what its placement fills in. What is written and what a run is known by is this one.
+    pub given: &'r Job,
     /// What the command line adds to it.
     pub options: &'r RunOptions,
     /// What was read of mesh files to plan the run, on rank 0.

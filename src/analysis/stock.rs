@@ -269,6 +269,7 @@ impl<'s> Stock<'s> {
         let kept = run.file.kept().map(std::path::Path::to_owned);
         let inputs = Inputs {
             job,
+            given: run.given,
             wanted,
             contact: contact(job)?,
             bodies: &self.bodies,

@@ -33,7 +33,7 @@ pub use trace::{Side, Trace};
 
 use crate::mesh::distribute::MeshPart;
 use crate::petsc::csr::DistCsr;
-use crate::swept::OutlineModes;
+use crate::swept::{Infinite, OutlineModes};
 use crate::Result;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
@@ -145,9 +145,8 @@ impl Kind {
     pub fn can(self, what: Capability) -> bool {
         match self {
             Kind::Elements => true,
-            Kind::Swept => matches!(what, Capability::Modes | Capability::Grid | Capability::Surface),
+            Kind::Swept | Kind::Rail => matches!(what, Capability::Modes | Capability::Grid | Capability::Surface),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
-            Kind::Rail => matches!(what, Capability::Modes | Capability::Grid),
             // A rigid body and a half-space have all their modes, none; a rigid body touches wherever the other one does.
             Kind::Rigid | Kind::HalfSpace => matches!(what, Capability::Modes | Capability::Grid),
         }
@@ -193,6 +192,12 @@ pub trait Body {
     /// What the air sees of its modes, after [`Body::modes`], of a body that is swept from a section. An error where the section has no outline that
     /// could radiate.
     fn outline(&self) -> Result<Option<&OutlineModes>> {
+        Ok(None)
+    }
+
+    /// The rail without ends that it stands for, for angular frequencies up to `reach`, rad/s, of a rail: what it radiates does not depend on where the
+    /// piece that is modelled ends.
+    fn infinite(&self, _reach: f64) -> Result<Option<Infinite>> {
         Ok(None)
     }
 

@@ -10,7 +10,7 @@ use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
 use crate::swept::waves::{self, Damping, Member, Wave};
-use crate::swept::{turned, Bays, Forms, LineLoad, Seen, Square, Track, FAMILY, LOADS};
+use crate::swept::{infinite, turned, Bays, Forms, Infinite, LineLoad, Seen, Square, Track, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -255,6 +255,22 @@ impl Body for Rail<'_> {
             rotation: None,
             names: list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect(),
         })
+    }
+
+    fn infinite(&self, reach: f64) -> Result<Option<Infinite>> {
+        let Some(patch) = self.contact.circle() else { return Ok(None) };
+        // Pads and sleepers that stand apart are spread evenly.
+        let track = Track { sleeper: self.bays.map_or(self.track.sleeper, |b| b.sleeper), ..self.track };
+        let making = infinite::Making {
+            section: self.section.for_modes()?,
+            material: self.forms.material,
+            track: Some(track),
+            angle: self.section.contact().angle,
+            tilt: self.tilt,
+            loss: self.damping.loss,
+            patch,
+        };
+        Infinite::new(&making, reach).map(Some).map_err(|e| e.context(format!("bodies.{}: its sound", self.name)))
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {

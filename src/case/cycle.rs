@@ -42,7 +42,7 @@ pub(crate) struct Outcome {
     pub(crate) cycle: Cycle,
     /// What the next point begins with.
     pub(crate) motion: Option<Motion>,
-    /// Modal displacements of the motion for its sound, `[samples][m]`.
+    /// Modal displacements of the motion and impulses of the contact for its sound, `[samples][m + 3]`.
     pub(crate) heard: Vec<Vec<f64>>,
 }
 

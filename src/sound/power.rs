@@ -14,8 +14,36 @@ pub struct Radiation {
     grid: Vec<f64>,
     /// Radiation resistances at each frequency.
     resistance: Vec<Scaled>,
-    /// ρc ∫ φ_n,i φ_n,j dS, the same unit, `[m, m]`.
-    piston: Mat<f64>,
+    /// Those of plane waves, ρc ∫ φ_n,i φ_n,j dS, the same unit: at each frequency, or one for all.
+    plane: Vec<Scaled>,
+}
+
+/// A Hermitian matrix: its real part, and where it has one its imaginary part, `[m, m]`.
+#[derive(Debug, Clone)]
+struct Hermitian {
+    real: Mat<f64>,
+    imaginary: Option<Mat<f64>>,
+}
+
+impl Hermitian {
+    /// Of the real parts, column by column, and the imaginary ones, if any, times factors of rows and columns.
+    fn new(m: usize, values: &[f64], scale: &[f64]) -> Self {
+        let part = |v: &[f64]| Mat::from_fn(m, m, |i, j| v[i + m * j] / (scale[i] * scale[j]));
+        let (real, imaginary) = values.split_at(m * m);
+        Self { real: part(real), imaginary: (imaginary.len() == m * m).then(|| part(imaginary)) }
+    }
+
+    /// xᴴ A x.
+    fn form(&self, x: &[Complex64]) -> f64 {
+        let of = |a: &Mat<f64>| -> Complex64 {
+            let column = |(j, xj): (usize, &Complex64)| {
+                let sum: Complex64 = a.col(j).iter().zip(x).map(|(a, x)| a * x.conj()).sum();
+                sum * xj
+            };
+            x.iter().enumerate().map(column).sum()
+        };
+        of(&self.real).re - self.imaginary.as_ref().map_or(0.0, |a| of(a).im)
+    }
 }
 
 /// A resistance R = D C D with ones in the diagonal of C. Between two frequencies the logarithm of D is a cubic of that of the frequency, mode by
@@ -25,8 +53,8 @@ pub struct Radiation {
 struct Scaled {
     /// Logarithm of the diagonal of D, in (N·s/m per kg)^½, and its slope over the logarithm of the frequency, `[m]`.
     size: Vec<[f64; 2]>,
-    /// C, `[m, m]`.
-    coherence: Mat<f64>,
+    /// C.
+    coherence: Hermitian,
 }
 
 /// What does not radiate at all has a logarithm all the same.
@@ -35,7 +63,7 @@ const NOTHING: f64 = 1e-200;
 impl Scaled {
     fn new(m: usize, values: &[f64]) -> Self {
         let size: Vec<f64> = (0..m).map(|i| values[i + m * i].max(NOTHING).sqrt()).collect();
-        let coherence = Mat::from_fn(m, m, |i, j| values[i + m * j] / (size[i] * size[j]));
+        let coherence = Hermitian::new(m, values, &size);
         Self { coherence, size: size.into_iter().map(|d| [d.ln(), 0.0]).collect() }
     }
 
@@ -112,14 +140,23 @@ impl Radiation {
         radiators.square().col_iter().flat_map(|c| c.iter().map(move |v| factor * v)).collect()
     }
 
-    /// In `bands`, from all resistances at the frequencies of `grid` (Hz, ascending, from the beginning of the bands to their end), N·s/m per kg,
-    /// `[frequencies × m × m]`, and those
-    /// of plane waves, `[m × m]`.
-    pub fn new(bands: Bands, grid: Vec<f64>, resistances: &[f64], plane: &[f64]) -> Self {
-        let m = plane.len().isqrt();
-        let mut resistance: Vec<Scaled> = resistances.chunks_exact((m * m).max(1)).map(|v| Scaled::new(m, v)).collect();
-        Scaled::slopes(&mut resistance, &grid.iter().map(|f| f.ln()).collect::<Vec<f64>>());
-        Self { bands, grid, resistance, piston: Mat::from_fn(m, m, |i, j| plane[i + m * j]) }
+    /// In `bands`, from all resistances of m modes at the frequencies of `grid` (Hz, ascending, from the beginning of the bands to their end), N·s/m per
+    /// kg, `[frequencies × m × m]`, and those of plane waves, the same or `[m × m]` for all frequencies. Hermitian ones are `[frequencies × 2 × m × m]`,
+    /// real parts before imaginary ones. With forces in place of modal velocities, W/N².
+    pub fn new(bands: Bands, grid: Vec<f64>, m: usize, [resistances, plane]: [&[f64]; 2]) -> Self {
+        let x: Vec<f64> = grid.iter().map(|f| f.ln()).collect();
+        let made = |values: &[f64], count: usize| -> Vec<Scaled> {
+            let mut all: Vec<Scaled> =
+                values.chunks_exact((values.len() / count).max(1)).map(|v| Scaled::new(m, v)).collect();
+            if all.len() == x.len() {
+                Scaled::slopes(&mut all, &x);
+            }
+            all
+        };
+        let resistance = made(resistances, grid.len());
+        let whole = m * m;
+        let plane = made(plane, if plane.len() == whole { 1 } else { grid.len() });
+        Self { bands, grid, resistance, plane }
     }
 
     /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R between those at the frequencies
@@ -129,20 +166,13 @@ impl Radiation {
         let g = self.grid.partition_point(|&a| a <= f).saturating_sub(1).min(last);
         let apart = (self.grid[g + 1] / self.grid[g]).ln();
         let t = ((f / self.grid[g]).ln() / apart).clamp(0.0, 1.0);
-        let (low, high) = (&self.resistance[g], &self.resistance[g + 1]);
-        let scaled = low.times(high, (t, apart), x);
-        let power = (1.0 - t) * form(&low.coherence, &scaled) + t * form(&high.coherence, &scaled);
-        [power, form(&self.piston, x)]
+        [&self.resistance, &self.plane].map(|all| {
+            let one = all.len() == 1;
+            let (low, high) = (&all[if one { 0 } else { g }], &all[if one { 0 } else { g + 1 }]);
+            let scaled = low.times(high, (t, apart), x);
+            (1.0 - t) * low.coherence.form(&scaled) + t * high.coherence.form(&scaled)
+        })
     }
-}
-
-/// xᴴ A x of a symmetric matrix.
-fn form(a: &Mat<f64>, x: &[Complex64]) -> f64 {
-    let column = |(j, xj): (usize, &Complex64)| {
-        let sum: Complex64 = a.col(j).iter().zip(x).map(|(a, x)| a * x).sum();
-        (xj.conj() * sum).re
-    };
-    x.iter().enumerate().map(column).sum()
 }
 
 /// Mean sound power per hertz of a body, line by line.
@@ -246,7 +276,8 @@ mod tests {
     fn radiation(radiators: &Radiators, bands: Bands) -> Radiation {
         let parts = [0, 1].map(|part| Radiation::resistances(radiators, &bands, AIR, 0.1, part, 2));
         let all: Vec<f64> = parts[0].iter().zip(&parts[1]).map(|(a, b)| a + b).collect();
-        Radiation::new(bands, bands.grid(), &all, &Radiation::of_plane_waves(radiators, AIR))
+        let m = radiators.square().nrows();
+        Radiation::new(bands, bands.grid(), m, [&all, &Radiation::of_plane_waves(radiators, AIR)])
     }
 
     /// A small piston of 1 cm² with one mode of unit displacement.

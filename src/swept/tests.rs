@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 mod bays;
 mod drawn_rail;
+mod infinite;
 mod straight;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.

@@ -84,3 +84,56 @@ fn what_a_rail_cannot_be_is_refused() {
     let folder = Folder::with(wheel.to_string());
     folder.call(1, "check", &[]).failed(2, &["bodies.upper.track"]);
 }
+
+/// The sound of a rail under the forces of a wheel: the same to the last bit of a run that is continued, as loud on two ranks as on one, and without mode
+/// shapes of its own.
+#[test]
+fn rails_are_heard() {
+    let mut squeal = job("wheel-on-rail-squeal.json");
+    squeal["analyses"] = json!({
+        "modes": { "max_frequency": 1500 },
+        "stability": {},
+        "transient": {
+            "duration": 0.08,
+            "step": 5e-5,
+            "start": { "mode": 1, "amplitude": 1e-6 },
+            "sound_power": { "min_frequency": 400, "max_frequency": 1300, "from": 0.02 },
+            "segment": 500
+        }
+    });
+    squeal["output"] = json!({ "fields": false });
+    let folder = Folder::with(squeal.to_string());
+    let ran = folder.call(1, "run", &["--output", &folder.text("job.h5")]);
+    assert!(ran.good().out.contains("sound power of lower"), "{}", ran.out);
+    let of = |name: &str| numbers(&folder, &format!("transient/sound_power/{name}"));
+    let (centres, power, sigma) = (of("band_frequency"), of("lower/power"), of("lower/radiation_efficiency"));
+    let own = centres.iter().position(|f| (f / 965.0).log10().abs() < 0.05).expect("a band");
+    assert!(power[own] > 0.9 * power.iter().sum::<f64>() && power[own] > 0.0, "{power:?} W at {centres:?} Hz");
+    assert!(sigma.iter().all(|s| (0.1..1.5).contains(s)) && sigma[own] > 0.5, "{sigma:?}");
+    // A wheel that squeals drowns the rail.
+    let [rail, wheel] = ["lower", "upper"].map(|body| of(&format!("{body}/total_level_a"))[0]);
+    assert!(rail > 0.0 && rail + 10.0 < wheel, "{rail} and {wheel} dB(A)");
+    let all = |name: &str| {
+        ["lower/power", "lower/density", "upper/power"].map(|n| {
+            let file = hdf5::File::open(folder.path(name)).expect("result file");
+            let found = file.dataset(&format!("transient/sound_power/{n}")).and_then(|d| d.read_raw::<f64>());
+            found.unwrap_or_else(|e| panic!("{n}: {e}"))
+        })
+    };
+    let two = folder.text("two.h5");
+    folder.call(1, "run", &["--output", &two, "--wall-time", "0.01"]).failed(5, &["--resume"]);
+    folder.call(1, "run", &["--resume", &two]).good();
+    assert_eq!(all("job.h5"), all("two.h5"));
+    folder.call(2, "run", &["--output", &two, "--force"]).good();
+    for (one, two) in all("job.h5").iter().flatten().zip(all("two.h5").iter().flatten()) {
+        assert!((one - two).abs() < 1e-3 * power[own], "{one} on one rank, {two} on two");
+    }
+    // Sleepers that stand apart are spread evenly for the sound.
+    squeal["bodies"]["lower"]["track"] = json!({ "pad_length": 0.15 });
+    squeal["bodies"]["lower"]["mesh"]["extruded"]["length"] = json!(14.4);
+    squeal["analyses"]["transient"]["sound_power"]["bodies"] = json!(["lower"]);
+    let folder = Folder::with(squeal.to_string());
+    folder.call(1, "run", &["--output", &folder.text("job.h5")]).good();
+    let apart = numbers(&folder, "transient/sound_power/lower/radiation_efficiency");
+    assert!((apart[own] / sigma[own] - 1.0).abs() < 0.1, "{apart:?}, {sigma:?}");
+}

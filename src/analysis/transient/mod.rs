@@ -40,6 +40,8 @@ use std::time::Instant;
 pub struct Inputs<'a> {
     /// The job.
     pub job: &'a Job,
+    /// The job as it was given, by which the run is known.
+    pub given: &'a Job,
     /// Its transient.
     pub wanted: &'a job::Transient,
     /// Its contact.
@@ -208,7 +210,7 @@ fn advance(
                 );
             }
             stepper = begin(found.state)?;
-            segments.go_on(inputs.job.to_json())?;
+            segments.go_on(inputs.given.to_json())?;
         }
         None => {
             let (start, moved) = perturbed(inputs, root, rest)?;
@@ -217,7 +219,7 @@ fn advance(
                 stepper.settle().map_err(|e| e.context("analyses.transient: the start"))?;
             }
             // Nothing is left behind by a run that cannot begin.
-            segments.begin(inputs.job.to_json())?;
+            segments.begin(inputs.given.to_json())?;
         }
     }
     let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, Sound::stride), &stepper.state().reaction);
@@ -226,7 +228,7 @@ fn advance(
     let mut account = Account::new(wanted.step, first, total);
     let begun = Instant::now();
     if !inputs.options.resume {
-        let mut tables = checkpoint::tables(stepper.state(), &identity, inputs.job)?;
+        let mut tables = checkpoint::tables(stepper.state(), &identity, inputs.given)?;
         tables.extend(keep);
         tables.extend(points.kept());
         tables.extend(sound.map(Sound::kept).unwrap_or_default());
@@ -247,7 +249,7 @@ fn advance(
         let end = step.is_multiple_of(u64::from(wanted.segment)) || step == total;
         if result.is_err() || end {
             let mut tables = recorder.tables();
-            tables.extend(checkpoint::tables(stepper.state(), &identity, inputs.job)?);
+            tables.extend(checkpoint::tables(stepper.state(), &identity, inputs.given)?);
             if result.is_ok() || recorder.any() {
                 segments.write(step, &tables)?;
             }

@@ -1,15 +1,18 @@
 //! Sound power of the bodies, from the modal amplitudes that the segments keep.
 
 use super::Inputs;
-use crate::analysis::radiation::{self, bands_within, Given};
+use crate::analysis::radiation::{self, bands_within, Channels, Given};
 use crate::analysis::run::Run;
-use crate::job::{self, SoundPower};
+use crate::body::Side;
+use crate::case::rail::extruded;
+use crate::job::{self, Job, SoundPower};
 use crate::output::datasets::record::SOUND;
 use crate::output::{Entry, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::sound::bands::resolving_time;
 use crate::sound::{level, pressure_level, Air, Bands, PowerSpectrum, Radiation, Welch};
+use crate::swept::FORCES;
 use crate::{Error, Result};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -122,11 +125,15 @@ impl<'a> Sound<'a> {
         for b in self.bodies(inputs) {
             let list = |name: &str| file.numbers(&format!("/checkpoint/sound/{b}/{name}")).map(|(_, v)| v);
             let (grid, resistances, plane) = (list("frequency")?, list("resistance")?, list("plane")?);
-            let m = inputs.modes[b].omega.len();
+            // A run that is continued has no bodies.
+            let rail = inputs.places.iter().any(|p| p.1 == b && is_rail(inputs.job, p.0));
+            let m = if rail { FORCES } else { inputs.modes[b].omega.len() };
+            // What forces radiate has a phase between them, and depends on the frequency even where each radiates as a plane wave.
+            let (each, planes) = if rail { (2 * m * m, grid.len()) } else { (m * m, 1) };
             // Of the same bands, whose ends are the first and the last frequency.
             let ends = [(grid.first(), self.bands.begin()), (grid.last(), self.bands.end())];
             let same = ends.into_iter().all(|(found, end)| found.is_some_and(|f| (f / end - 1.0).abs() < 1e-9));
-            if !same || grid.len() < 2 || plane.len() != m * m || resistances.len() != grid.len() * m * m {
+            if !same || grid.len() < 2 || plane.len() != planes * each || resistances.len() != grid.len() * each {
                 let name = file.path().display();
                 return Err(Error::Input(format!("--resume: {name}: it has the radiation of other modes or bands")));
             }
@@ -146,13 +153,16 @@ impl<'a> Sound<'a> {
         let mut radiation: BTreeMap<usize, Radiation> = BTreeMap::new();
         let mut parts = Vec::new();
         let mut first = 0;
+        let all = inputs.places.iter().map(|p| inputs.modes[p.1].omega.len()).sum();
         for &(name, body) in inputs.places {
             let m = inputs.modes[body].omega.len();
-            if self.wants(name) {
-                parts.push((name, body, first..first + m));
-            }
+            let side = Side::named(name).ok_or_else(|| Error::Defect(format!("no side is called {name}")))?;
+            let channels = Channels::of(is_rail(inputs.job, name), side, (first..first + m, all));
             if let Some(given) = self.given.get(&body) {
-                radiation.insert(body, given.within(self.bands));
+                radiation.insert(body, given.within(channels.columns.len(), self.bands));
+            }
+            if self.wants(name) {
+                parts.push((name, body, channels));
             }
             first += m;
         }
@@ -163,9 +173,11 @@ impl<'a> Sound<'a> {
                 let radiation = radiation.get(body).ok_or_else(|| Error::Defect("no radiation of a body".into()))?;
                 powers.push(PowerSpectrum::new(radiation, welch.spacing()));
             }
-            let columns: Vec<_> = parts.iter().map(|p| p.2.clone()).collect();
-            let pieces = self.spectra(begin(inputs.wanted, self.wanted), inputs.segments()?, &welch, |x| {
-                powers.iter_mut().zip(&columns).for_each(|(p, c)| p.add(&x[c.clone()]));
+            let forces = parts.iter().any(|p| p.2.are_forces()).then_some(inputs.wanted.step);
+            let pieces = self.spectra((begin(inputs.wanted, self.wanted), forces), inputs.segments()?, &welch, |x| {
+                for (power, (.., channels)) in powers.iter_mut().zip(&parts) {
+                    power.add(&channels.own(x[channels.columns.clone()].to_vec()));
+                }
             })?;
             let mut tables = self.shared(&welch, pieces, powers.first());
             for ((place, ..), power) in parts.iter().zip(&powers) {
@@ -189,11 +201,11 @@ impl<'a> Sound<'a> {
         Ok(())
     }
 
-    /// On rank 0: hands the spectra of the modal velocities of each piece of the record to `take`; returns the number of pieces. One
-    /// piece is in memory.
+    /// On rank 0: hands the spectra of the modal velocities of each piece of the record to `take`, and those of the contact force on body 1 (x, y, z)
+    /// where the length of a step, s, is given; returns the number of pieces. One piece is in memory.
     fn spectra(
         &self,
-        from: f64,
+        (from, forces): (f64, Option<f64>),
         segments: &Segments,
         welch: &Welch,
         mut take: impl FnMut(&[Vec<Complex64>]),
@@ -206,6 +218,14 @@ impl<'a> Sound<'a> {
             let time = segment.numbers(&format!("{SOUND}/time"))?.1;
             Ok((time, segment.numbers(&format!("{SOUND}/displacement"))?.1))
         };
+        let steps_of = |entry: &Entry| -> Result<(Vec<f64>, Vec<f64>)> {
+            let segment = segments.open(entry)?;
+            if forces.is_none() || !segment.has("/transient/force") {
+                return Ok((Vec::new(), Vec::new()));
+            }
+            Ok((segment.numbers("/transient/time")?.1, segment.numbers("/transient/force")?.1))
+        };
+        let mut impulse = Impulse::default();
         let wanted = |t: f64| t >= from - 1e-9 * self.interval;
         let mut rows = 0;
         for entry in segments.entries() {
@@ -220,8 +240,19 @@ impl<'a> Sound<'a> {
         let mut done = 0;
         for entry in segments.entries() {
             let (times, values) = rows_of(&entry)?;
-            let m = values.len() / times.len().max(1);
-            for (&t, q) in times.iter().zip(values.chunks_exact(m.max(1))).filter(|(t, _)| wanted(**t)) {
+            let modes = values.len() / times.len().max(1);
+            let (steps, force) = steps_of(&entry)?;
+            let mut steps = steps.into_iter().zip(force.chunks_exact(FORCES)).peekable();
+            for (&t, q) in times.iter().zip(values.chunks_exact(modes.max(1))) {
+                let length = forces.unwrap_or(0.0);
+                while let Some((_, force)) = steps.next_if(|(at, _)| *at <= t + 0.5 * length) {
+                    impulse.add(force, length);
+                }
+                if !wanted(t) {
+                    continue;
+                }
+                let q: Vec<f64> = q.iter().copied().chain(forces.iter().flat_map(|_| impulse.sum)).collect();
+                let m = q.len();
                 if let Some((before, p)) = &last {
                     if (t - before - self.interval).abs() > 1e-3 * self.interval {
                         return Err(Error::Input(format!(
@@ -237,7 +268,7 @@ impl<'a> Sound<'a> {
                         record.push_back(q.iter().zip(p).map(|(q, p)| (q - p) / self.interval).collect());
                     }
                 }
-                last = Some((t, q.to_vec()));
+                last = Some((t, q));
                 if record.len() == welch.length() {
                     let mut x =
                         (0..m).map(|j| welch.transform(record.iter().map(|v| v[j]))).collect::<Result<Vec<_>>>()?;
@@ -247,6 +278,7 @@ impl<'a> Sound<'a> {
                     record.drain(..welch.hop());
                 }
             }
+            steps.for_each(|(_, force)| impulse.add(force, forces.unwrap_or(0.0)));
         }
         if done != pieces {
             return Err(Error::Defect(format!(
@@ -279,6 +311,26 @@ impl<'a> Sound<'a> {
             ),
         ]
     }
+}
+
+/// The impulse of a force beside its first value, which would drown what varies, N·s.
+#[derive(Debug, Default)]
+struct Impulse {
+    first: Option<[f64; FORCES]>,
+    sum: [f64; FORCES],
+}
+
+impl Impulse {
+    /// Another step of so many s.
+    fn add(&mut self, force: &[f64], step: f64) {
+        let first = *self.first.get_or_insert_with(|| std::array::from_fn(|c| force[c]));
+        (0..FORCES).for_each(|c| self.sum[c] += step * (force[c] - first[c]));
+    }
+}
+
+/// Whether the body in the place `name` is a rail.
+fn is_rail(job: &Job, name: &str) -> bool {
+    job.bodies().into_iter().any(|(there, body)| there == name && extruded(body).is_some())
 }
 
 /// What belongs to one body.

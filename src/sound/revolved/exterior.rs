@@ -1,8 +1,9 @@
 //! The exterior problem of Helmholtz on the outline of a body of revolution, order by order of Fourier.
 
 use super::bessel::bessel;
-use super::panel::{Integrals, Node, Panel, NODES};
+use super::ring::Layers;
 use crate::quadrature::legendre;
+use crate::sound::panels::{Integrals, Node, Surface};
 use crate::sound::Air;
 use crate::{Error, Result};
 use faer::linalg::solvers::{Solve, SolveLstsq};
@@ -12,13 +13,6 @@ use std::f64::consts::PI;
 
 /// Directions beside those that resolve the waves over half the circumference.
 const DIRECTIONS: usize = 12;
-
-/// The surface of a body of revolution: its outline in panels, closed, or from axis to axis.
-#[derive(Debug, Clone)]
-pub struct Surface {
-    panels: Vec<Panel>,
-    nodes: Vec<Node>,
-}
 
 /// The field outside of a surface that vibrates, of one order: pressure and normal velocity go with cos nθ (or sin nθ) round the axis.
 #[derive(Debug, Clone)]
@@ -49,83 +43,17 @@ pub struct Exterior<'s> {
     operators: Vec<[Mat<Complex64>; 2]>,
 }
 
-impl Surface {
-    /// Of these panels.
-    pub fn new(panels: Vec<Panel>) -> Self {
-        let nodes = panels.iter().flat_map(Panel::nodes).collect();
-        Self { panels, nodes }
-    }
+/// ∫ v_i v_j dS of normal velocities at the nodes, `[nodes, m]`, of the order `order`: m² times their unit squared, `[m, m]`.
+pub fn square(surface: &Surface, order: usize, velocity: &Mat<f64>) -> Mat<f64> {
+    let nodes = surface.nodes();
+    let weighted = Mat::from_fn(velocity.nrows(), velocity.ncols(), |i, j| area(&nodes[i]) * velocity[(i, j)]);
+    let sum = velocity.transpose() * weighted;
+    Mat::from_fn(sum.nrows(), sum.ncols(), |i, j| round(order) * sum[(i, j)])
+}
 
-    /// The nodes, [`NODES`] of each panel after those of the one before.
-    pub fn nodes(&self) -> &[Node] {
-        &self.nodes
-    }
-
-    /// The panels.
-    pub fn panels(&self) -> &[Panel] {
-        &self.panels
-    }
-
-    /// ∫ v_i v_j dS of normal velocities at the nodes, `[nodes, m]`, of the order `order`: m² times their unit squared, `[m, m]`.
-    pub fn square(&self, order: usize, velocity: &Mat<f64>) -> Mat<f64> {
-        let weighted = Mat::from_fn(velocity.nrows(), velocity.ncols(), |i, j| self.nodes[i].area * velocity[(i, j)]);
-        let sum = velocity.transpose() * weighted;
-        Mat::from_fn(sum.nrows(), sum.ncols(), |i, j| round(order) * sum[(i, j)])
-    }
-
-    /// The integral operators at a point (r, y): `[orders][2][nodes]` one after the other go to `take` as (order, node, [∫ G, ∫ ∂G/∂n′]).
-    fn at(
-        &self,
-        at: [f64; 2],
-        own: Option<usize>,
-        k: f64,
-        integrals: &mut Integrals,
-        mut take: impl FnMut(usize, usize, [Complex64; 2]),
-    ) {
-        for (p, panel) in self.panels.iter().enumerate() {
-            match own.filter(|node| node / NODES == p) {
-                Some(node) => integrals.at_node(panel, node % NODES, k),
-                None => integrals.beside(panel, at, k),
-            }
-            for (order, found) in integrals.of_order.iter().enumerate() {
-                found.iter().enumerate().for_each(|(j, &v)| take(order, NODES * p + j, v));
-            }
-        }
-    }
-
-    /// Points inside the body, a grid with the spacing `spacing` (m), half of it away from the outline at least.
-    pub fn inside(&self, spacing: f64) -> Vec<[f64; 2]> {
-        let ends: Vec<[[f64; 2]; 2]> = self.panels.iter().map(|p| [p.points[0], p.points[1]]).collect();
-        let corner = |pick: fn(f64, f64) -> f64, c: usize| ends.iter().map(|e| e[0][c]).reduce(pick).unwrap_or(0.0);
-        let (low, high) = ([0, 1].map(|c| corner(f64::min, c)), [0, 1].map(|c| corner(f64::max, c)));
-        let count = [0, 1].map(|c| ((high[c] - low[c]) / spacing).floor().max(0.0) as usize);
-        // In the middle of what is there.
-        let start = [0, 1].map(|c| 0.5 * (low[c] + high[c] - count[c] as f64 * spacing));
-        let all = (0..=count[0]).flat_map(|i| (0..=count[1]).map(move |j| [i, j]));
-        let points = all.map(|ij| [0, 1].map(|c| start[c] + spacing * ij[c] as f64));
-        points.filter(|&x| x[0] > 0.0 && self.encloses(x) && self.distance(x) >= 0.5 * spacing).collect()
-    }
-
-    /// Whether the outline winds round a point; straight panels stand for bent ones.
-    fn encloses(&self, [r, y]: [f64; 2]) -> bool {
-        let crossed = |p: &&Panel| {
-            let [a, b, _] = p.points;
-            (a[1] > y) != (b[1] > y) && r < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
-        };
-        self.panels.iter().filter(crossed).count() % 2 == 1
-    }
-
-    /// Distance of a point from the outline, m; straight panels stand for bent ones.
-    fn distance(&self, x: [f64; 2]) -> f64 {
-        let from = |p: &Panel| {
-            let [a, b, _] = p.points;
-            let along = [b[0] - a[0], b[1] - a[1]];
-            let t = ((x[0] - a[0]) * along[0] + (x[1] - a[1]) * along[1]) / (along[0].powi(2) + along[1].powi(2));
-            let t = t.clamp(0.0, 1.0);
-            (a[0] + t * along[0] - x[0]).hypot(a[1] + t * along[1] - x[1])
-        };
-        self.panels.iter().map(from).fold(f64::INFINITY, f64::min)
-    }
+/// Area that a node stands for, per radian of the angle, m².
+fn area(node: &Node) -> f64 {
+    node.length * node.point.at[0]
 }
 
 impl<'s> Exterior<'s> {
@@ -136,19 +64,20 @@ impl<'s> Exterior<'s> {
     /// does: it is asked for at points a quarter of a wave length apart, too, and the equations are solved by least squares (H. A. Schenck,
     /// J. Acoust. Soc. Am. 44 (1968) 41–58). A space that is too narrow for such points is too narrow for a resonance.
     pub fn new(surface: &'s Surface, air: Air, f: f64, last: usize) -> Self {
-        let points = surface.inside(0.25 * air.speed / f);
+        let mut points = surface.inside(0.25 * air.speed / f);
+        points.retain(|x| x[0] > 0.0);
         Self::with_points(surface, air, f, last, &points)
     }
 
     /// The same with these points inside the body.
     fn with_points(surface: &'s Surface, air: Air, f: f64, last: usize, points: &[[f64; 2]]) -> Self {
-        let n = surface.nodes.len();
+        let n = surface.nodes().len();
         let k = air.wave_number(f);
         let mut operators = vec![[0, 1].map(|_| Mat::<Complex64>::zeros(n + points.len(), n)); last + 1];
-        let mut integrals = Integrals::new(last);
+        let mut integrals = Integrals::new(Layers::new(last), last + 1);
         for row in 0..n + points.len() {
             let own = (row < n).then_some(row);
-            let at = own.map_or_else(|| points[row - n], |i| surface.nodes[i].ring.at);
+            let at = own.map_or_else(|| points[row - n], |i| surface.nodes()[i].point.at);
             surface.at(at, own, k, &mut integrals, |order, node, [single, double]| {
                 let half = if own == Some(node) { 0.5 } else { 0.0 };
                 operators[order][0][(row, node)] = single;
@@ -190,7 +119,7 @@ impl<'s> Exterior<'s> {
     pub fn resistance(&self, field: &Field) -> Mat<f64> {
         let m = field.velocity.ncols();
         let k = self.air.wave_number(self.frequency);
-        let farthest = self.surface.nodes.iter().map(|n| n.ring.at[0].hypot(n.ring.at[1])).fold(0.0, f64::max);
+        let farthest = self.surface.nodes().iter().map(|n| n.point.at[0].hypot(n.point.at[1])).fold(0.0, f64::max);
         let count = DIRECTIONS + field.order + (1.2 * k * farthest).ceil() as usize;
         let mut sum = Mat::<f64>::zeros(m, m);
         for (cosine, weight) in legendre(count) {
@@ -216,12 +145,12 @@ impl<'s> Exterior<'s> {
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let turned = Complex64::i().powu(n as u32) * 2.0 * PI;
         let mut d = vec![Complex64::default(); field.velocity.ncols()];
-        for (i, node) in self.surface.nodes.iter().enumerate() {
-            let ([r, y], [nr, ny]) = (node.ring.at, node.ring.normal);
+        for (i, node) in self.surface.nodes().iter().enumerate() {
+            let ([r, y], [nr, ny]) = (node.point.at, node.point.normal);
             let j = bessel(n + 1, k * r * sine);
             let below = if n == 0 { -j[1] } else { j[n - 1] };
             let slope = 0.5 * (below - j[n + 1]);
-            let phase = turned * node.area * Complex64::from_polar(1.0, k * y * cosine);
+            let phase = turned * area(node) * Complex64::from_polar(1.0, k * y * cosine);
             let of_pressure = phase * Complex64::new(nr * sine * slope, ny * cosine * j[n]) * k;
             let of_velocity = phase * Complex64::new(0.0, self.angular() * self.air.density * j[n]);
             for (c, d) in d.iter_mut().enumerate() {
@@ -234,7 +163,7 @@ impl<'s> Exterior<'s> {
     /// Pressure at a point (r, y) outside of the body, Pa, `[m]`, in the plane where cos nθ = 1.
     pub fn pressure(&self, field: &Field, at: [f64; 2]) -> Vec<Complex64> {
         let k = self.air.wave_number(self.frequency);
-        let mut integrals = Integrals::new(field.order);
+        let mut integrals = Integrals::new(Layers::new(field.order), field.order + 1);
         let mut p = vec![Complex64::default(); field.velocity.ncols()];
         let source = Complex64::i() * self.angular() * self.air.density;
         self.surface.at(at, None, k, &mut integrals, |order, node, [single, double]| {

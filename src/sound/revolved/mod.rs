@@ -5,18 +5,13 @@
 //! (integral of Kirchhoff
 //! and Helmholtz; F. Fahy, P. Gardonio, *Sound and Structural Vibration*, 2nd ed., 2007, chapter 3). Round the axis v and p go with cos nθ or sin
 //! nθ, so that the integrals
-//! over θ can be done first: what is left are rings (`ring`) along the outline (`panel`). Orders do not know of each other, and the two
+//! over θ can be done first: what is left are rings (`ring`) along the outline (`panels`). Orders do not know of each other, and the two
 //! families of one order radiate alike.
 
 mod bessel;
 mod exterior;
-mod mesh;
 mod modes;
-mod panel;
 mod ring;
 
-pub use exterior::{Exterior, Field, Surface};
-pub use mesh::Meshed;
+pub use exterior::{square, Exterior, Field};
 pub use modes::Radiators;
-pub use panel::{Node, Panel, NODES};
-pub use ring::Ring;

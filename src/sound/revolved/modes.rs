@@ -1,6 +1,7 @@
 //! How the modes of a swept body radiate: one exterior problem for each order and frequency.
 
-use super::{Exterior, Meshed};
+use super::{square, Exterior};
+use crate::sound::panels::Meshed;
 use crate::sound::{Air, Bands};
 use crate::swept::OutlineModes;
 use crate::Result;
@@ -74,8 +75,8 @@ impl<'a> Radiators<'a> {
         let meshed = self.meshed(bands.end());
         let factor = self.air.density * self.air.speed;
         self.spread(&mut all, |order, motion| {
-            let square = meshed.surface.square(order, &meshed.normal(motion));
-            Ok(Mat::from_fn(square.nrows(), square.ncols(), |i, j| factor * square[(i, j)]))
+            let found = square(&meshed.surface, order, &meshed.normal(motion));
+            Ok(Mat::from_fn(found.nrows(), found.ncols(), |i, j| factor * found[(i, j)]))
         })?;
         Ok(all)
     }

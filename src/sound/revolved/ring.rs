@@ -7,6 +7,7 @@
 //! the
 //! period, and K/K′ grows with the logarithm of 1/m only: a point close to the ring costs a few more evaluations than one far away.
 
+use crate::sound::panels::{Kernel, Point};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -14,15 +15,6 @@ use std::f64::consts::PI;
 const DIGITS: f64 = 19.0;
 /// Points beside those that resolve the waves.
 const SPARE: f64 = 4.0;
-
-/// A ring of sources, one point of the section's outline.
-#[derive(Debug, Clone, Copy)]
-pub struct Ring {
-    /// Its place (r, y), m.
-    pub at: [f64; 2],
-    /// Outward normal (r, y).
-    pub normal: [f64; 2],
-}
 
 /// ∫ G cos nφ dφ, 1/m, and ∫ ∂G/∂n′ cos nφ dφ, 1/m², over a ring, G = e^{−ikR}/(4πR), for n = 0 … as far as `layers` reaches.
 #[derive(Debug, Clone, Default)]
@@ -40,7 +32,7 @@ impl Layers {
     }
 
     /// Of `ring` at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must not lie on the ring.
-    pub fn of(&mut self, ring: &Ring, at: [f64; 2], k: f64) {
+    pub fn of(&mut self, ring: &Point, at: [f64; 2], k: f64) {
         let [dr, dy] = [ring.at[0] - at[0], ring.at[1] - at[1]];
         let across = 4.0 * at[0] * ring.at[0];
         let near = dr.hypot(dy);
@@ -101,6 +93,15 @@ impl Layers {
     }
 }
 
+impl Kernel for Layers {
+    fn of(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
+        Layers::of(self, source, at, k);
+        // A radian of the ring is as long as its radius.
+        self.of_order.iter_mut().flatten().for_each(|v| *v *= source.at[0]);
+        &self.of_order
+    }
+}
+
 /// Arithmetic–geometric mean of a ≥ b ≥ 0; 0 for b = 0.
 fn agm(mut a: f64, mut b: f64) -> f64 {
     if b == 0.0 {
@@ -158,7 +159,7 @@ mod tests {
     use super::*;
 
     /// The same integrals by brute force: Gauss's points on intervals that halve towards φ = 0.
-    fn brute(ring: &Ring, [r, y]: [f64; 2], k: f64, n: usize) -> [Complex64; 2] {
+    fn brute(ring: &Point, [r, y]: [f64; 2], k: f64, n: usize) -> [Complex64; 2] {
         let rule = crate::quadrature::legendre(24);
         let mut sum = [Complex64::default(); 2];
         let mut high = PI;
@@ -192,7 +193,7 @@ mod tests {
         for r in [1e-4, 0.03, 0.3, 0.48] {
             for (dr, dy) in [(1e-7, 2e-7), (1e-4, 0.0), (0.003, -0.004), (-0.02, 0.01), (0.1, 0.15), (0.0, 7.5)] {
                 for k in [0.02, 3.0, 40.0, 130.0] {
-                    let ring = Ring { at: [f64::abs(r + dr), dy], normal };
+                    let ring = Point { at: [f64::abs(r + dr), dy], normal };
                     layers.of(&ring, [r, 0.0], k);
                     for n in [0, 1, 3, 8, 12] {
                         let wanted = brute(&ring, [r, 0.0], k, n);
@@ -214,7 +215,7 @@ mod tests {
     /// On the axis only order 0 is left: G of the distance, times 2π.
     #[test]
     fn the_axis_sees_order_0_only() {
-        let ring = Ring { at: [0.3, 0.4], normal: [1.0, 0.0] };
+        let ring = Point { at: [0.3, 0.4], normal: [1.0, 0.0] };
         let mut layers = Layers::new(3);
         layers.of(&ring, [0.0, 0.0], 5.0);
         let g = Complex64::from_polar(2.0 * PI / (4.0 * PI * 0.5), -2.5);

@@ -47,7 +47,8 @@ pub struct Record {
     pub velocity: Vec<f64>,
     /// Their amplitudes at the multiples of the frequency, m/s, `[harmonics][r]`.
     pub spectrum: Vec<Vec<C>>,
-    /// Modal displacements every [`Heard::stride`](super::Heard::stride) steps, √kg m, `[samples][m]`; none where no sound is wanted.
+    /// Modal displacements, √kg m, and impulse of the force on body 1 beside its first value, N·s, every [`Heard::stride`](super::Heard::stride) steps,
+    /// `[samples][m + 3]`; none where no sound is wanted.
     pub heard: Vec<Vec<f64>>,
 }
 
@@ -111,7 +112,7 @@ impl Walk<'_, '_, '_> {
         let steps = (periods * period / self.step).round().max(2.0) as usize;
         let (r, n) = (self.settings.watch.nrows(), self.settings.harmonics);
         let channels = 3 + r;
-        let mut heard = Vec::new();
+        let (mut heard, mut impulse) = (Vec::new(), [0.0; 3]);
         let (mut weights, mut mean, mut squares) = (0.0, vec![0.0; channels], vec![0.0; channels]);
         let mut lines = vec![vec![C::default(); channels]; n];
         let (mut kinetic, mut along, mut stick, mut most, mut fewest) = (0.0, 0.0, 0.0, 0f64, usize::MAX);
@@ -123,11 +124,12 @@ impl Walk<'_, '_, '_> {
             let (state, report) = (self.stepper.state(), self.stepper.report());
             let mut sample: Vec<f64> = report.force.to_vec();
             sample.extend(watched(&self.settings.watch, &state.v));
-            if self.settings.heard.is_some() && step % stride == 0 {
-                heard.push(state.q.clone());
-            }
             let shift = shift.get_or_insert_with(|| sample.clone());
             sample.iter_mut().zip(&*shift).for_each(|(s, o)| *s -= o);
+            impulse.iter_mut().zip(&sample).for_each(|(i, f)| *i += self.step * f);
+            if self.settings.heard.is_some() && step % stride == 0 {
+                heard.push(state.q.iter().chain(&impulse).copied().collect());
+            }
             weights += weight;
             for (k, s) in sample.iter().enumerate() {
                 mean[k] += weight * s;

@@ -32,7 +32,7 @@ fn record(folder: &tempfile::TempDir, interval: f64, count: usize, q: impl Fn(us
 fn mean_squares(sound: &Sound<'_>, from: f64, segments: &Segments) -> Result<Vec<Vec<f64>>> {
     let welch = Welch::new(1.0 / sound.interval, resolving_time(sound.wanted.min_frequency));
     let mut found = Vec::new();
-    let pieces = sound.spectra(from, segments, &welch, |x| {
+    let pieces = sound.spectra((from, None), segments, &welch, |x| {
         let square = |lines: &Vec<Complex64>| lines.iter().map(|z| z.norm_sqr()).sum::<f64>() * welch.spacing();
         found.push(x.iter().map(square).collect::<Vec<f64>>());
     })?;
@@ -174,4 +174,58 @@ fn patches_resolve_the_waves_in_the_air_and_those_of_the_body() {
         assert!((found[0] - size).abs() < 1e-12 && found[1] == 0.03, "to {reach} Hz: {found:?} for {size}");
         assert_eq!(radiation::patch_sizes((bands, air), 0.5)[1], 0.015);
     }
+}
+
+/// The force at the contact is averaged over the same intervals as the modes, wherever segments end, and what is constant of it is not heard.
+#[test]
+fn forces_of_all_steps_become_means_between_the_samples() {
+    let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
+    let bands = bands_within(KEY, &wanted, 1e4).expect("bands");
+    let step = 1.1e-5;
+    let sound = Sound::of(&wanted, bands, step);
+    let stride = sound.stride() as usize;
+    assert!(stride > 3, "{stride}");
+    let tones = [0.3, 0.6, 0.95].map(|part| part * bands.end());
+    let folder = tempfile::tempdir().expect("a folder");
+    let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
+    segments.begin(serde_json::Value::Null).expect("a run");
+    segments.write(0, &[Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)]).expect("the start");
+    let (total, segment) = (2000 * stride, 257);
+    for first in (1..=total).step_by(segment) {
+        let rows = first..(first + segment).min(total + 1);
+        let times: Vec<f64> = rows.clone().map(|k| k as f64 * step).collect();
+        let force: Vec<f64> = times
+            .iter()
+            .flat_map(|t| [2e3, -7e3, -6e4].into_iter().zip(tones).map(move |(o, f)| o + (2.0 * PI * f * t).sin()))
+            .collect();
+        let samples: Vec<f64> = rows.clone().filter(|k| k % stride == 0).map(|k| k as f64 * step).collect();
+        let shape = [times.len(), FORCES];
+        let tables = [
+            Table::list("/sound/time", "s", "Times.", samples.clone()),
+            Table::new("/sound/displacement", "m kg^1/2", "Amplitudes.", &[samples.len(), 1], vec![0.0; samples.len()]),
+            Table::list("/transient/time", "s", "Times.", times),
+            Table::new("/transient/force", "N", "Forces.", &shape, force),
+        ];
+        segments.write(rows.end as u64 - 1, &tables).expect("a segment");
+    }
+    let welch = Welch::new(1.0 / sound.interval, resolving_time(wanted.min_frequency));
+    let mut pieces = 0;
+    let from = 0.2 * total as f64 * step;
+    let found = sound.spectra((from, Some(step)), &segments, &welch, |x| {
+        pieces += 1;
+        assert_eq!(x.len(), 1 + FORCES);
+        // What is left of the constant part is far below the bands.
+        let skip = (100.0 / welch.spacing()) as usize;
+        let square = |l: &Vec<Complex64>| l[skip..].iter().map(|z| z.norm_sqr()).sum::<f64>() * welch.spacing();
+        let squares: Vec<f64> = x.iter().map(square).collect();
+        assert_eq!(squares[0], 0.0);
+        for (square, tone) in squares[1..].iter().zip(tones) {
+            // Of the sum over steps in place of an integral: x/sin x.
+            let x = PI * tone * step;
+            let amplitude = (2.0 * square).sqrt() * x.sin() / x;
+            assert!((amplitude - 1.0).abs() < 2e-3, "{tone} Hz: {amplitude} N");
+        }
+    });
+    assert_eq!(found.expect("spectra"), pieces);
+    assert!(pieces > 2, "{pieces}");
 }

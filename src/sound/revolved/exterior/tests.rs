@@ -1,4 +1,5 @@
 use super::*;
+use crate::sound::panels::Panel;
 
 const AIR: Air = Air { density: 1.2, speed: 340.0 };
 
@@ -45,7 +46,7 @@ fn velocities(surface: &Surface, of: impl Fn(&Node) -> f64) -> Mat<f64> {
 /// Mean power of unit amplitude through the surface, ½ Re ∫ p v dS: another way than the far field.
 fn through_surface(surface: &Surface, field: &Field, i: usize, j: usize) -> Complex64 {
     let nodes = surface.nodes().iter().enumerate();
-    let sum: Complex64 = nodes.map(|(k, node)| node.area * field.pressure[(k, j)] * field.velocity[(k, i)]).sum();
+    let sum: Complex64 = nodes.map(|(k, node)| area(node) * field.pressure[(k, j)] * field.velocity[(k, i)]).sum();
     0.5 * round(field.order) * sum
 }
 
@@ -54,7 +55,7 @@ fn through_surface(surface: &Surface, field: &Field, i: usize, j: usize) -> Comp
 /// the far field and of that through the surface.
 fn of_sphere(panels: usize, [l, n]: [usize; 2], ka: f64, points: Option<&[[f64; 2]]>) -> [f64; 3] {
     let surface = spheroid(1.0, 1.0, panels);
-    let velocity = velocities(&surface, |node| legendre_function(l, n, node.ring.at[1].clamp(-1.0, 1.0)));
+    let velocity = velocities(&surface, |node| legendre_function(l, n, node.point.at[1].clamp(-1.0, 1.0)));
     let exterior = match points {
         Some(points) => Exterior::with_points(&surface, AIR, frequency(ka), n, points),
         None => Exterior::new(&surface, AIR, frequency(ka), n),
@@ -127,7 +128,7 @@ fn thin_spheroids_are_dipoles_with_their_added_mass() {
         let surface = spheroid(1.0, axial, panels);
         let ka = 0.02;
         let exterior = Exterior::new(&surface, AIR, frequency(ka), 0);
-        let field = exterior.field(0, velocities(&surface, |node| node.ring.normal[1])).expect("field");
+        let field = exterior.field(0, velocities(&surface, |node| node.point.normal[1])).expect("field");
         let e = f64::sqrt(1.0 - axial * axial);
         let alpha = 2.0 / (e * e) * (1.0 - axial / e * e.asin());
         let volume = 4.0 / 3.0 * PI * axial * (1.0 + alpha / (2.0 - alpha));
@@ -163,10 +164,10 @@ fn a_rigid_disc_radiates_as_its_added_mass_says() {
     let efficiency = |h: f64| {
         let surface = disc(h);
         let exterior = Exterior::new(&surface, AIR, frequency(ka), 0);
-        let field = exterior.field(0, velocities(&surface, |node| node.ring.normal[1])).expect("field");
+        let field = exterior.field(0, velocities(&surface, |node| node.point.normal[1])).expect("field");
         let [far, near] = [exterior.resistance(&field)[(0, 0)], 2.0 * through_surface(&surface, &field, 0, 0).re];
         assert!((near / far - 1.0).abs() < 1e-4, "{h}: {far:.6e}, {near:.6e}");
-        let square = surface.square(0, &field.velocity)[(0, 0)];
+        let square = square(&surface, 0, &field.velocity)[(0, 0)];
         assert!((square / (2.0 * PI) - 1.0).abs() < 1e-12, "{square}");
         far / (AIR.density * AIR.speed * square) / (8.0 * ka.powi(4) / (27.0 * PI * PI))
     };
@@ -207,9 +208,9 @@ fn resistances_are_symmetric_positive_and_the_same_near_and_far() {
         let exterior = Exterior::new(&surface, AIR, f, 5);
         for order in [0, 1, 2, 5] {
             let kinds: [fn(&Node) -> f64; 3] = [
-                |n| n.ring.normal[1] * n.ring.at[0],
-                |n| n.ring.normal[0] * n.ring.at[0],
-                |n| n.ring.at[0].powi(2) * (1.0 + 20.0 * n.ring.at[1]),
+                |n| n.point.normal[1] * n.point.at[0],
+                |n| n.point.normal[0] * n.point.at[0],
+                |n| n.point.at[0].powi(2) * (1.0 + 20.0 * n.point.at[1]),
             ];
             let velocity = Mat::from_fn(surface.nodes().len(), 3, |i, j| kinds[j](&surface.nodes()[i]));
             let field = exterior.field(order, velocity).expect("field");
@@ -237,7 +238,7 @@ fn resistances_are_symmetric_positive_and_the_same_near_and_far() {
 fn pressures_outside_are_hankels_functions_too() {
     let (surface, ka) = (spheroid(1.0, 1.0, 16), 2.0);
     for (l, n) in [(0, 0), (1, 1), (3, 2)] {
-        let velocity = velocities(&surface, |node| legendre_function(l, n, node.ring.at[1].clamp(-1.0, 1.0)));
+        let velocity = velocities(&surface, |node| legendre_function(l, n, node.point.at[1].clamp(-1.0, 1.0)));
         let exterior = Exterior::new(&surface, AIR, frequency(ka), n);
         let field = exterior.field(n, velocity).expect("field");
         let largest = (0..field.velocity.nrows()).map(|i| field.velocity[(i, 0)].abs()).fold(0.0, f64::max);

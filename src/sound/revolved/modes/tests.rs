@@ -49,7 +49,7 @@ fn resistances_are_interpolated() {
         let found = radiators.resistances(&[four, &[middle]].concat(), 0, 1).expect("resistances");
         let (ends, exact) = found.split_at(4 * m * m);
         let plane = radiators.of_plane_waves(&bands).expect("plane waves");
-        let radiation = Radiation::new(bands, four.to_vec(), ends, &plane);
+        let radiation = Radiation::new(bands, four.to_vec(), m, [ends, &plane]);
         let mixture = (0..m).map(|i| Complex64::from_polar(1.0, (i * i) as f64));
         let alone = |k: usize| (0..m).map(|i| Complex64::new(f64::from(u8::from(i == k)), 0.0)).collect();
         let cases: Vec<Vec<Complex64>> = (0..m).map(alone).chain([mixture.collect()]).collect();
@@ -75,15 +75,15 @@ fn baffled(meshed: &Meshed, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
     let mut part = 0;
     let nodes = meshed.surface.nodes();
     for (i, node) in nodes.iter().enumerate() {
-        let before = nodes[i.max(1) - 1].ring.normal;
-        if before[0] * node.ring.normal[0] + before[1] * node.ring.normal[1] < std::f64::consts::FRAC_1_SQRT_2 {
+        let before = nodes[i.max(1) - 1].point.normal;
+        if before[0] * node.point.normal[0] + before[1] * node.point.normal[1] < std::f64::consts::FRAC_1_SQRT_2 {
             part += 1;
         }
-        let [r, y] = node.ring.at;
+        let [r, y] = node.point.at;
         let sectors = (4 * order).max((2.0 * PI * r / size).ceil() as usize);
         for s in 0..sectors {
             let angle = 2.0 * PI * (s as f64 + 0.5) / sectors as f64;
-            let area = node.area * 2.0 * PI / sectors as f64;
+            let area = node.length * r * 2.0 * PI / sectors as f64;
             let at = [r * angle.cos(), y, r * angle.sin()];
             let flow = vec![area * velocity[(i, 0)] * (order as f64 * angle).cos()];
             let [a, b, c] = at.map(|x| (x / size).floor() as i64);

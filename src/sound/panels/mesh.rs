@@ -1,7 +1,7 @@
 //! Panels along the outline of a section, and the velocities of its nodes on them.
 
-use super::exterior::Surface;
 use super::panel::{Panel, NODES};
+use super::Surface;
 use crate::swept::Outline;
 use faer::{Mat, MatRef};
 
@@ -51,7 +51,7 @@ impl Meshed {
     pub fn normal(&self, motion: MatRef<'_, f64>) -> Mat<f64> {
         debug_assert_eq!(motion.nrows(), 2 * self.given);
         Mat::from_fn(self.takes.len(), motion.ncols(), |i, j| {
-            let normal = self.surface.nodes()[i].ring.normal;
+            let normal = self.surface.nodes()[i].point.normal;
             let part =
                 |&(k, w): &(usize, f64)| w * (normal[0] * motion[(2 * k, j)] + normal[1] * motion[(2 * k + 1, j)]);
             self.takes[i].iter().map(part).sum()

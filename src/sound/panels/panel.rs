@@ -1,6 +1,5 @@
-//! Panels of an outline, and the integrals of rings over them.
+//! Panels of an outline, and the integrals of the fields of their sources over them.
 
-use super::ring::{Layers, Ring};
 use crate::quadrature::legendre;
 use num_complex::Complex64;
 use std::sync::LazyLock;
@@ -25,6 +24,22 @@ static RULE_FAR: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| legendre(POINTS_FA
 static BESIDE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| legendre(POINTS_BESIDE));
 static OWN: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| legendre(NODES));
 
+/// A point of the outline of a section: what is swept from it, a ring or a line, is a source of sound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Its place (r, y), m.
+    pub at: [f64; 2],
+    /// Outward normal (r, y).
+    pub normal: [f64; 2],
+}
+
+/// The field of a source, of one order of Fourier or of several.
+pub trait Kernel {
+    /// [∫ G, ∫ ∂G/∂n′] of what is swept from `source`, of each order, at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must not
+    /// be the source.
+    fn of(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]];
+}
+
 /// A piece of the outline: a parabola (r, y)(t), −1 ≤ t ≤ 1, through three points, m. The body lies to the left of its direction, in the plane with
 /// r to
 /// the right and y upwards.
@@ -37,10 +52,10 @@ pub struct Panel {
 /// A node of a panel.
 #[derive(Debug, Clone, Copy)]
 pub struct Node {
-    /// Its ring.
-    pub ring: Ring,
-    /// Area that it stands for, per radian of the angle, m².
-    pub area: f64,
+    /// Its place.
+    pub point: Point,
+    /// Length of the outline that it stands for, m.
+    pub length: f64,
 }
 
 impl Panel {
@@ -52,20 +67,20 @@ impl Panel {
     /// The nodes.
     pub fn nodes(&self) -> [Node; NODES] {
         std::array::from_fn(|j| {
-            let (ring, length) = self.at(OWN[j].0);
-            Node { ring, area: OWN[j].1 * length * ring.at[0] }
+            let (point, length) = self.at(OWN[j].0);
+            Node { point, length: OWN[j].1 * length }
         })
     }
 
-    /// The ring at t, and the length per t, m.
-    fn at(&self, t: f64) -> (Ring, f64) {
+    /// The point at t, and the length per t, m.
+    fn at(&self, t: f64) -> (Point, f64) {
         let [a, b, c] = self.points;
         let value = [0.5 * t * (t - 1.0), 0.5 * t * (t + 1.0), 1.0 - t * t];
         let slope = [t - 0.5, t + 0.5, -2.0 * t];
         let at = std::array::from_fn(|i| value[0] * a[i] + value[1] * b[i] + value[2] * c[i]);
         let along: [f64; 2] = std::array::from_fn(|i| slope[0] * a[i] + slope[1] * b[i] + slope[2] * c[i]);
         let length = along[0].hypot(along[1]);
-        (Ring { at, normal: [along[1] / length, -along[0] / length] }, length)
+        (Point { at, normal: [along[1] / length, -along[0] / length] }, length)
     }
 
     /// Length, m.
@@ -74,17 +89,17 @@ impl Panel {
     }
 }
 
-/// ∫ G f r′ ds and ∫ ∂G/∂n′ f r′ ds all round, m and 1, of f that is 1 at one node of a panel and 0 at the others; `[orders][nodes]`.
-pub struct Integrals {
-    layers: Layers,
+/// ∫ G f ds and ∫ ∂G/∂n′ f ds of what is swept, m and 1, of f that is 1 at one node of a panel and 0 at the others; `[orders][nodes]`.
+pub struct Integrals<K> {
+    kernel: K,
     /// [∫ G f, ∫ ∂G/∂n′ f].
     pub of_order: Vec<[[Complex64; 2]; NODES]>,
 }
 
-impl Integrals {
-    /// For the orders 0 to `last`.
-    pub fn new(last: usize) -> Self {
-        Self { layers: Layers::new(last), of_order: vec![[[Complex64::default(); 2]; NODES]; last + 1] }
+impl<K: Kernel> Integrals<K> {
+    /// Of a field that has this number of orders.
+    pub fn new(kernel: K, orders: usize) -> Self {
+        Self { kernel, of_order: vec![[[Complex64::default(); 2]; NODES]; orders] }
     }
 
     /// Of `panel`, at the point (r, y) `at` (m) that is not on it, with the wave number `k` (1/m).
@@ -129,16 +144,15 @@ impl Integrals {
     }
 
     fn add(&mut self, panel: &Panel, (at, k): ([f64; 2], f64), t: f64, weight: f64) {
-        let (ring, length) = panel.at(t);
-        self.layers.of(&ring, at, k);
-        let weight = weight * length * ring.at[0];
+        let (source, length) = panel.at(t);
+        let weight = weight * length;
         let [p, q, s] = Panel::parameters();
         let shape = [
             (t - q) * (t - s) / ((p - q) * (p - s)),
             (t - p) * (t - s) / ((q - p) * (q - s)),
             (t - p) * (t - q) / ((s - p) * (s - q)),
         ];
-        for (sums, layers) in self.of_order.iter_mut().zip(&self.layers.of_order) {
+        for (sums, layers) in self.of_order.iter_mut().zip(self.kernel.of(&source, at, k)) {
             for (sum, shape) in sums.iter_mut().zip(shape) {
                 sum[0] += weight * shape * layers[0];
                 sum[1] += weight * shape * layers[1];

@@ -1,6 +1,6 @@
-use super::super::Exterior;
 use super::*;
 use crate::fem::Material;
+use crate::sound::revolved::{square, Exterior};
 use crate::sound::Air;
 use crate::swept::modes::of_order;
 use crate::swept::{Forms, Given};
@@ -34,7 +34,7 @@ fn the_modes_of_a_wheel_radiate_alike_from_coarse_and_fine_panels() {
                 let meshed = Meshed::new(&outline, size);
                 let exterior = Exterior::new(&meshed.surface, AIR, f, n);
                 let field = exterior.field(n, meshed.normal(one)).expect("field");
-                let plane = AIR.density * AIR.speed * meshed.surface.square(n, &meshed.normal(one))[(0, 0)];
+                let plane = AIR.density * AIR.speed * square(&meshed.surface, n, &meshed.normal(one))[(0, 0)];
                 [exterior.resistance(&field)[(0, 0)], plane]
             };
             let [coarse, fine] = [0.5, 0.17].map(|part| of((part * AIR.speed / f).min(0.12 * 0.49 * part / 0.5)));

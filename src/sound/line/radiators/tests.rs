@@ -1,0 +1,190 @@
+use super::*;
+use crate::fem::Material;
+use crate::sound::Radiation;
+use crate::swept::infinite::Making;
+use crate::swept::{Element, Layer, Patch, Rail60E1, Section, SectionCell, Sleeper, Track};
+use std::collections::BTreeMap;
+
+const AIR: Air = Air { density: 1.2, speed: 343.0 };
+const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+
+/// A round bar of the radius `radius`, m, with the contact point on top of it.
+fn round(radius: f64) -> Section {
+    const CELLS: usize = 4;
+    const LINE: usize = 2 * CELLS + 1;
+    let node = |i: usize, j: usize| i * LINE + j;
+    let place = |k: usize| {
+        let [u, v] = [k / LINE, k % LINE].map(|c| c as f64 / CELLS as f64 - 1.0);
+        // A square becomes a circle.
+        [radius * (u * (1.0 - 0.5 * v * v).sqrt() - 1.0), radius * v * (1.0 - 0.5 * u * u).sqrt()]
+    };
+    let element = |k: usize| {
+        let (i, j) = (2 * (k / CELLS), 2 * (k % CELLS));
+        let corners = [[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1], [1, 1]];
+        Element { kind: SectionCell::Quad9, nodes: corners.map(|[a, b]| node(i + a, j + b)).to_vec() }
+    };
+    let last = LINE - 1;
+    let tread = (0..CELLS).map(|k| [node(last, 2 * k), node(last, 2 * k + 2), node(last, 2 * k + 1)]).collect();
+    Section {
+        nodes: (0..LINE * LINE).map(place).collect(),
+        elements: (0..CELLS * CELLS).map(element).collect(),
+        groups: BTreeMap::new(),
+        tread,
+    }
+}
+
+/// With its far fields.
+fn complete<'a>(rail: &'a Infinite, bands: &Bands) -> Radiators<'a> {
+    let radiators = Radiators::new(rail, AIR, bands);
+    let parts = [0, 1].map(|part| radiators.far(part, 2).expect("far fields"));
+    let all: Vec<f64> = parts[0].iter().zip(&parts[1]).map(|(a, b)| a + b).collect();
+    radiators.complete(&all)
+}
+
+/// A thin round bar that bends like Euler's beam: each wavenumber moves a cylinder to and fro, whose radiation is that of H_1. Above its critical
+/// frequency and below it. What waves do not travel is in it.
+#[test]
+fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
+    let (radius, loss) = (0.01, 0.05);
+    let making = Making {
+        section: round(radius),
+        material: STEEL,
+        track: None,
+        angle: 0.0,
+        tilt: 0.0,
+        loss,
+        patch: Patch { radius: 2e-3 },
+    };
+    let rail = Infinite::new(&making, 2.0 * PI * 3000.0).expect("rail");
+    let bands = Bands::of(100.0, 2000.0);
+    let radiators = complete(&rail, &bands);
+    let (area, inertia) = (PI * radius * radius, PI * radius.powi(4) / 4.0);
+    // Its critical frequency is about 640 Hz.
+    for f in [200.0, 500.0, 900.0, 2000.0] {
+        let (omega, k) = (2.0 * PI * f, AIR.wave_number(f));
+        let stiff = Complex64::new(1.0, loss) * STEEL.young * inertia;
+        let response = |xi: f64| {
+            // With the inertia of turning sections, and their shear (G. R. Cowper's factor 6(1 + ν)/(7 + 6ν)).
+            let sheared = STEEL.shear() * area * 6.0 * 1.3 / (7.0 + 1.8) * Complex64::new(1.0, loss);
+            let turned = sheared + stiff * xi * xi - STEEL.density * inertia * omega * omega;
+            let moved = sheared * xi * xi - STEEL.density * area * omega * omega;
+            (moved - (sheared * xi).powi(2) / turned).inv()
+        };
+        let power = |xi: f64| {
+            let kappa = (k * k - xi * xi).sqrt();
+            let z = kappa * radius;
+            let of = |n: i32| Complex64::new(libm::jn(n, z), -libm::yn(n, z));
+            let slope = 0.5 * (of(0) - of(2));
+            let d = 16.0 / (kappa * kappa * slope.norm_sqr());
+            omega * AIR.density / (8.0 * PI) * PI * d * omega * omega * response(xi).norm_sqr() / PI
+        };
+        let steps = 40_000;
+        let wanted: f64 = (0..steps).map(|i| k / steps as f64 * power(k * (i as f64 + 0.5) / steps as f64)).sum();
+        let [free, plane] = radiators.at(f).expect("powers");
+        // Sideways it moves as much, and twists without a sound; what the force makes of its surroundings is not in the beam, and counts the more
+        // the faster it goes.
+        let good = 0.06 * (f / 900.0).max(1.0);
+        for power in &free[1..3] {
+            let off = 10.0 * (power / wanted).log10();
+            assert!(off.abs() < good, "{f} Hz: {power} W/N² for {wanted}, {off:.3} dB");
+        }
+        // Along it, it bends the bar by its lever, the radius.
+        assert!(free[0] < 6e-2 * free[2] && free[3].abs() < 2e-4 * free[2], "{f} Hz: {free:?}");
+        assert!(plane[2] > free[2], "{f} Hz: {plane:?}, {free:?}");
+    }
+}
+
+/// 60E1 on usual pads and sleepers.
+fn rail(reach: f64) -> Infinite {
+    let section = Rail60E1::new(0.01).expect("rail");
+    let pad = Layer::with_loss([300e6, 40e6, 40e6].map(|s| s / 0.6), 0.2, 60.0);
+    let ballast = Layer::with_loss([100e6, 70e6, 70e6].map(|s| s / 0.6), 1.0, 250.0);
+    let making = Making {
+        section: section.for_modes().expect("section"),
+        material: STEEL,
+        track: Some(Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) }),
+        angle: section.contact().angle,
+        tilt: -section.contact().angle,
+        loss: 0.02,
+        patch: Patch { radius: 3e-3 },
+    };
+    Infinite::new(&making, 2.0 * PI * reach).expect("rail")
+}
+
+/// The power through the surface is that in the far field, for any motions of the rail, and what one radiates by another's pressure is mutual.
+#[test]
+fn powers_are_the_same_near_and_far() {
+    let rail = rail(3000.0);
+    let radiators = Radiators::new(&rail, AIR, &Bands::of(100.0, 4000.0));
+    let (surface, q) = (&radiators.meshed.surface, 12);
+    // Mixtures of all motions.
+    let mix = Mat::from_fn(radiators.normal.ncols(), q, |i, j| ((7 * i + 5 * j * j) as f64).sin());
+    let velocity = &radiators.normal * mix;
+    for kappa in [0.3, 4.0, 15.0, 33.0, 60.0] {
+        let pressure = pressures(surface, kappa, velocity.as_ref()).expect("pressures");
+        let count = directions(kappa, 0.2);
+        let d = far(surface, kappa, velocity.as_ref(), &pressure, count);
+        let nodes = surface.nodes();
+        let through = Mat::from_fn(q, q, |i, j| -> Complex64 {
+            let all = (0..nodes.len()).map(|k| nodes[k].length * velocity[(k, i)] * pressure[(k, j)]);
+            Complex64::i() * all.sum::<Complex64>()
+        });
+        for i in 0..q {
+            for j in 0..q {
+                let away: Complex64 = (0..count).map(|k| d[(k, i)].conj() * d[(k, j)]).sum();
+                let away = away / (4.0 * count as f64);
+                let size = (through[(i, i)].norm() * through[(j, j)].norm()).sqrt();
+                let mutual = (through[(i, j)] - through[(j, i)]).norm() / size;
+                let apart = (through[(i, j)].re - away.re).abs() / size;
+                assert!(mutual < 2e-3 && apart < 2e-3, "κ {kappa}, {i} {j}: {mutual:.1e}, {apart:.1e}");
+            }
+        }
+    }
+}
+
+/// Between the frequencies of the grid the power of a force is within 0.1 dB of the exact one, whatever its direction; the matrix has no negative
+/// eigenvalues; and a rail radiates no more than a plane wave and a little, and next to that where waves on it are faster than sound.
+#[test]
+fn powers_are_interpolated() {
+    let rail = rail(5100.0);
+    let bands = Bands::of(100.0, 4000.0);
+    let radiators = complete(&rail, &bands);
+    let grid = radiators.frequencies(&bands);
+    assert!(grid.len() > 200 && grid.windows(2).all(|w| w[0] < w[1] && w[1] < 1.02 * w[0]), "{grid:?}");
+    for g in [3, 60, 120, 170, 200, 230, 260] {
+        let Some(four) = grid.get(g..g + 4) else { continue };
+        let middle = (four[1] * four[2]).sqrt();
+        let found = radiators.powers(&[four, &[middle]].concat(), 0, 1).expect("powers");
+        let ends = [0, 1].map(|kind| &found[kind][..4 * 18]);
+        let radiation = Radiation::new(bands, four.to_vec(), FORCES, ends);
+        let unit = |c: usize| -> Vec<Complex64> {
+            (0..FORCES).map(|k| Complex64::new(f64::from(u8::from(k == c)), 0.0)).collect()
+        };
+        let mixed = vec![Complex64::new(0.3, 0.1), Complex64::new(-0.5, 0.6), Complex64::new(1.0, -0.2)];
+        for x in [unit(0), unit(1), unit(2), mixed] {
+            let powers = radiation.of(middle, &x);
+            for kind in 0..2 {
+                let at = &found[kind][4 * 18..];
+                let entry = |i: usize, j: usize| Complex64::new(at[i + 3 * j], at[9 + i + 3 * j]);
+                let wanted: Complex64 = (0..9).map(|k| x[k % 3].conj() * entry(k % 3, k / 3) * x[k / 3]).sum();
+                assert!(wanted.im.abs() < 1e-12 * wanted.re && wanted.re > 0.0);
+                let apart = 10.0 * (powers[kind] / wanted.re).log10();
+                assert!(apart.abs() < 0.1, "{middle:.1} Hz, {x:?}, kind {kind}: {apart:.3} dB");
+            }
+            let efficiency = powers[0] / powers[1];
+            // Cylinders have up to 1.15; head and foot that move together have more.
+            assert!(efficiency < 1.5, "{middle} Hz: {efficiency}");
+        }
+    }
+    let efficiency = |f: f64, c: usize| {
+        let [free, plane] = radiators.at(f).expect("powers");
+        free[c] / plane[c]
+    };
+    // Upwards the foot's two sides oppose each other less than head and foot do sideways.
+    assert!(
+        efficiency(150.0, 2) < 0.3 && efficiency(3000.0, 2) > 0.7,
+        "{} {}",
+        efficiency(150.0, 2),
+        efficiency(3000.0, 2)
+    );
+}
