@@ -49,9 +49,9 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("other", type=Path, metavar="B.h5")
     one.add_argument("--tolerance", type=float, default=1e-6, metavar="T", help="relative difference that counts as none (default 1e-6)")
 
-    one = command("sound", heard, "The motion of a point as a sound file.")
+    one = command("sound", heard, "The motion of a point, or the sound of a body's modes, as a sound file.")
     one.add_argument("file", type=Path, metavar="FILE.h5")
-    one.add_argument("--point", metavar="NAME", help="name of the point (default: the first)")
+    one.add_argument("--point", metavar="NAME", help="name of the point (default: the first), or lower or upper: a body with sound power (default: the louder one, without points)")
     one.add_argument("--out", type=Path, metavar="FILE.wav", help="sound file (default: beside the result)")
 
     one = command("export", exported, "Fields or a sequence on the joined mesh, for programs that do not read VTKHDF.")

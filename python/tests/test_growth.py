@@ -1,14 +1,16 @@
 """Growth of a motion whose rate, frequency and saturation are known."""
 
+import json
 import wave
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
-from conftest import FREQUENCY, RATE, motion
+from conftest import FREQUENCY, RATE, dataset, motion
 
-from railsqueal import History, Result, growth, sound
+from railsqueal import History, Result, ResultError, growth, sound
 
 
 def test_the_growth_is_found_and_the_cycle_left_out(transient: Callable[..., Path]) -> None:
@@ -56,3 +58,43 @@ def test_the_sound_has_the_frequency_of_the_motion(transient: Callable[..., Path
     late = motion(1e-4 * np.arange(15001, 30001))
     level = 20 * np.log10(np.sqrt((late**2).mean()) / 1e-9)
     assert "along y of rim" in said and f"{level:.1f} dB re 1 nm/s" in said
+
+
+def test_a_body_is_heard_by_its_modes(tmp_path: Path) -> None:
+    time = 5e-5 * np.arange(1, 20001)
+    # Two modes of the lower body that do not sound here, and of the upper one's two one that is heard and one that does not radiate.
+    amplitude = np.zeros((len(time), 4))
+    speed = 1e-3
+    amplitude[:, 1], amplitude[:, 3] = 1e-3 * np.sin(2000 * time), 1e-3 * time
+    amplitude[:, 2] = speed / (2 * np.pi * 440) * np.sin(2 * np.pi * 440 * time)
+    air = {"air_density": 1.2, "sound_speed": 340.0}
+    job = json.dumps({"analyses": {"transient": {"sound_power": air}}})
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        tables = {"time": time, "force": np.zeros((len(time), 3)), "closed": np.full(len(time), 4), "stick": np.zeros(len(time), int)}
+        for name, values in (tables | {"modal_time": time, "modal_displacement": amplitude}).items():
+            dataset(file, f"transient/{name}", values)
+        dataset(file, "transient/sound_power/band_frequency", [400.0, 500.0], "Hz")
+        dataset(file, "transient/sound_power/upper/mode_resistance", [20.0, 0.0])
+        dataset(file, "transient/sound_power/upper/total_level_a", 80.0)
+        dataset(file, "modes/lower/frequency", [300.0, 318.0])
+        dataset(file, "modes/upper/frequency", [440.0, 500.0])
+        dataset(file, "provenance/job", job, "-")
+    with Result(path) as result:
+        said = sound.write(result)
+        with pytest.raises(ResultError, match="it has upper"):
+            sound.write(result, "lower")
+    # W = R q̇² goes through half a sphere.
+    power = 20.0 * speed**2 / 2
+    level = 10 * np.log10(1.2 * 340 * power / (2 * np.pi * 7.5**2) / 20e-6**2)
+    assert "upper body at 7.5 m" in said and f"{level:.1f} dB re 20 µPa" in said
+    with wave.open(str(tmp_path / "run.wav")) as file:
+        samples, rate = np.frombuffer(file.readframes(file.getnframes()), "<i2"), file.getframerate()
+    lines = np.abs(np.fft.rfft(samples * np.hanning(len(samples))))
+    assert np.fft.rfftfreq(len(samples), 1 / rate)[lines.argmax()] == pytest.approx(440, abs=1.5)
+    with h5py.File(path, "r+") as file:
+        del file["transient/modal_time"], file["transient/modal_displacement"]
+        dataset(file, "transient/modal_time", time[::20])
+        dataset(file, "transient/modal_displacement", amplitude[::20])
+    with Result(path) as result, pytest.raises(ResultError, match="modal_stride"):
+        sound.write(result)

@@ -159,6 +159,15 @@ impl Radiation {
         Self { bands, grid, resistance, plane }
     }
 
+    /// Radiation resistance of the mode `j` of `m` at the frequency `f` (Hz), N·s/m per kg; 0 outside the bands.
+    pub fn of_mode(&self, f: f64, (j, m): (usize, usize)) -> f64 {
+        if !(self.bands.begin()..=self.bands.end()).contains(&f) {
+            return 0.0;
+        }
+        let x: Vec<Complex64> = (0..m).map(|i| Complex64::new(if i == j { 1.0 } else { 0.0 }, 0.0)).collect();
+        self.of(f, &x)[0]
+    }
+
     /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R between those at the frequencies
     /// where it is known; and that of plane waves.
     pub(super) fn of(&self, f: f64, x: &[Complex64]) -> [f64; 2] {

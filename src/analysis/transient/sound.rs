@@ -180,8 +180,12 @@ impl<'a> Sound<'a> {
                 }
             })?;
             let mut tables = self.shared(&welch, pieces, powers.first());
-            for ((place, ..), power) in parts.iter().zip(&powers) {
+            for ((place, body, channels), power) in parts.iter().zip(&powers) {
                 tables.extend(results(place, self.air, power));
+                if let Some(radiation) = radiation.get(body).filter(|_| !channels.are_forces()) {
+                    let omega = &inputs.modes[*body].omega;
+                    tables.push(mode_resistance(place, radiation, omega));
+                }
                 let found = power.third_octaves();
                 let [linear, weighted] = found.total();
                 let loudest =
@@ -331,6 +335,17 @@ impl Impulse {
 /// Whether the body in the place `name` is a rail.
 fn is_rail(job: &Job, name: &str) -> bool {
     job.bodies().into_iter().any(|(there, body)| there == name && extruded(body).is_some())
+}
+
+/// How each mode radiates at its own frequency, for those who make a sound of the modal amplitudes.
+fn mode_resistance(place: &str, radiation: &Radiation, omega: &[f64]) -> Table {
+    let of = |(j, w): (usize, &f64)| radiation.of_mode(w / (2.0 * PI), (j, omega.len()));
+    Table::list(
+        &format!("/transient/sound_power/{place}/mode_resistance"),
+        "N s/m/kg",
+        "Radiation resistance of each mode at its own frequency; 0 outside the third octaves.",
+        omega.iter().enumerate().map(of).collect::<Vec<f64>>(),
+    )
 }
 
 /// What belongs to one body.
