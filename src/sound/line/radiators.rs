@@ -5,7 +5,7 @@ use super::plane::{directions, far, pressures};
 use crate::sound::panels::Meshed;
 use crate::sound::{Air, Bands};
 use crate::swept::{Infinite, FORCES};
-use crate::Result;
+use crate::{Error, Result};
 use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::PI;
@@ -153,7 +153,7 @@ impl<'a> Radiators<'a> {
         Ok(all)
     }
 
-    /// At the frequency `f`, Hz: in free air, and as plane waves.
+    /// At the frequency `f`, Hz: in free air, and as plane waves. Errors: not converged, as without damping.
     fn at(&self, f: f64) -> Result<[[f64; KINDS]; 2]> {
         let (omega, k) = (2.0 * PI * f, self.air.wave_number(f));
         let travelling = self.rail.travelling(omega);
@@ -177,16 +177,22 @@ impl<'a> Radiators<'a> {
         let mut angles: Vec<f64> = (0..=PARTS).map(|i| 0.5 * PI * i as f64 / PARTS as f64).chain(inside).collect();
         angles.sort_by(f64::total_cmp);
         angles.dedup();
-        let mut sum = integral(&angles, &JUDGED, ACCURACY, |phi| {
+        let endless = |e: Error| {
+            Error::NotConverged(format!(
+                "sound of a rail without ends at {f:.1} Hz: {e}; without damping its waves go on for ever: give track.loss_factor, or its pads a loss factor"
+            ))
+        };
+        let all = integral(&angles, &JUDGED, ACCURACY, |phi| {
             let (sin, cos) = phi.sin_cos();
             of(k * sin, Some(k * cos)).map(|v| k * cos * v)
-        })?;
+        });
+        let mut sum = all.map_err(endless)?;
         if k < SEEN {
             let outside = travelling.iter().copied().filter(|&x| x > k && x < SEEN);
             let mut breaks: Vec<f64> = [k, SEEN].into_iter().chain(outside).collect();
             breaks.sort_by(f64::total_cmp);
             breaks.dedup();
-            let rest = integral(&breaks, &JUDGED[3..], ACCURACY, |xi| of(xi, None))?;
+            let rest = integral(&breaks, &JUDGED[3..], ACCURACY, |xi| of(xi, None)).map_err(endless)?;
             sum.iter_mut().zip(rest).for_each(|(s, r)| *s += r);
         }
         Ok([0, 1].map(|kind| std::array::from_fn(|c| sum[KINDS * kind + c])))

@@ -188,3 +188,20 @@ fn powers_are_interpolated() {
         efficiency(3000.0, 2)
     );
 }
+
+#[test]
+fn a_rail_without_damping_is_refused() {
+    let making = Making {
+        section: round(0.01),
+        material: STEEL,
+        track: None,
+        angle: 0.0,
+        tilt: 0.0,
+        loss: 0.0,
+        patch: Patch { radius: 2e-3 },
+    };
+    let rail = Infinite::new(&making, 2.0 * PI * 1500.0).expect("rail");
+    let radiators = complete(&rail, &Bands::of(800.0, 1000.0));
+    let error = radiators.at(900.0).expect_err("endless waves");
+    assert!(error.message().contains("900.0 Hz") && error.message().contains("track.loss_factor"), "{error}");
+}
