@@ -140,7 +140,11 @@ impl Infinite {
         let [zero, one, two] = &self.elastic;
         let whole = |i: usize, j: usize| {
             let k = zero[(i, j)] + xi * one[(i, j)] + xi * xi * two[(i, j)] + self.springs[(i, j)];
-            (i >= j).then_some(k).unwrap_or(0.0)
+            if i >= j {
+                k
+            } else {
+                0.0
+            }
         };
         let (values, _) = symmetric_eigen(Mat::from_fn(self.loads.nrows(), self.loads.nrows(), whole).as_ref())
             .ok_or_else(|| Error::NotConverged(format!("waves of an infinite rail at the wavenumber {xi} 1/m")))?;

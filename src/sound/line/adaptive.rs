@@ -15,7 +15,7 @@ const KRONROD: [(f64, f64); 8] = [
     (0.991_455_371_120_812_6, 0.022_935_322_010_529_224),
 ];
 const GAUSS: [f64; 4] =
-    [0.417_959_183_673_469_4, 0.381_830_050_505_118_94, 0.279_705_391_489_276_67, 0.129_484_966_168_869_7];
+    [0.417_959_183_673_469_4, 0.381_830_050_505_118_9, 0.279_705_391_489_276_7, 0.129_484_966_168_869_7];
 /// Intervals at the most.
 const MOST: usize = 600;
 /// The smallest interval that is halved, of the whole: on a pole sums grow until rounding makes them look right.
