@@ -339,6 +339,11 @@ fn modes_and_their_shapes_are_made_once_however_often_a_run_is_killed() {
     signal("KILL", child.id());
     child.wait().expect("wait");
     assert!(!folder.path("run.h5").exists());
+    // The way on is told, with the job file and without, and taken below.
+    let advice = format!("is left of it: run its job with --reuse {model}");
+    for stopped in [folder.call(1, "run", &["--resume", &output]), railsqueal(1, &["run", "--resume", &output])] {
+        stopped.failed(2, &["nothing to continue", "ended before its first segment", &advice]);
+    }
     let go_on = |args: &[&str]| {
         let mut child = start(Command::new(PROGRAM), &[&["run", &job], args].concat());
         wait_for(&folder.path("run.transient"), 3, &mut child);

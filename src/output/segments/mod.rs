@@ -69,29 +69,26 @@ impl Segments {
     /// For a run that is continued, with the main file `result`. `Error::Job` if there is nothing to continue.
     pub fn reopen(result: &Path) -> Result<Self> {
         let folder = companion(result, "transient");
-        let model = companion(result, MODEL);
-        let nothing = |why: &str| {
-            let advice = match model.is_file() {
-                true => format!(
-                    "the run ended before its first segment. {0} is left of it: run its job with --reuse {0}",
-                    model.display()
-                ),
-                false => "name the result file of a run that was stopped".into(),
-            };
+        let nothing = |why: &str, advice: Option<String>| {
+            let advice = advice.unwrap_or_else(|| "name the result file of a run that was stopped".into());
             Err(Error::Job(format!("--resume: there is nothing to continue in {}{why}; {advice}", folder.display())))
         };
-        let Some((manifest, read)) = Manifest::open(&folder, false)? else {
-            return match numbered(&folder)?.is_empty() {
-                true => nothing(""),
-                false => nothing(": it holds segments without a manifest, of an earlier version or of another program"),
-            };
+        // Where there are no segments the model of the run may be left; segments of nobody are another matter.
+        let empty = || match numbered(&folder)?.is_empty() {
+            true => nothing("", left_of(result)),
+            false => {
+                nothing(": it holds segments without a manifest, of an earlier version or of another program", None)
+            }
         };
+        let Some((manifest, read)) = Manifest::open(&folder, false)? else { return empty() };
         read.map_err(|e| e.context("--resume"))?;
         if manifest.merged {
-            return nothing(&format!(": the run came to its end, its results are in {}", result.display()));
+            let over = format!(": the run came to its end, its results are in {}", result.display());
+            return nothing(&over, None);
         }
-        if manifest.parts.is_empty() {
-            return nothing("");
+        // Begun, and ended before its first segment had its name; or the lines of the manifest are lost.
+        if manifest.parts.is_empty() || (numbered(&folder)?.is_empty() && left_of(result).is_some()) {
+            return empty();
         }
         Ok(Self { held: Rc::new(Held { folder, manifest: RefCell::new(manifest) }) })
     }
@@ -240,6 +237,13 @@ impl Segments {
         let size = |e: &Entry| std::fs::metadata(self.path(e)).map_or(0, |m| m.len() + 4096);
         self.entries().iter().map(size).sum()
     }
+}
+
+/// Where a run goes on that ended before its first segment, if it left its model.
+fn left_of(result: &Path) -> Option<String> {
+    let model = companion(result, MODEL);
+    let advice = "the run ended before its first segment.";
+    model.is_file().then(|| format!("{advice} {0} is left of it: run its job with --reuse {0}", model.display()))
 }
 
 /// The resolved job of the run with the main file `result`, that of its last part, as the bytes of a job file.

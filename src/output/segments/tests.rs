@@ -228,3 +228,42 @@ fn segments_are_put_together_whether_their_chunks_fit_or_not() {
     let sizes = |of: &hdf5::Dataset| (0..2).map(|k| of.chunk_info(k).expect("a chunk").size).collect::<Vec<_>>();
     assert_eq!(sizes(&wide), sizes(&segment.dataset("/transient/wide").expect("wide")));
 }
+
+/// What is said where no segment is there: of a run that ended before its first one the model is named, as long as it lies there.
+#[test]
+fn without_segments_the_model_is_pointed_to() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let result = folder.path().join("run.h5");
+    let model = folder.path().join("run.model.h5");
+    let refused = |parts: &[&str]| {
+        let error = Segments::reopen(&result).and_then(|s| s.verify()).expect_err("nothing to continue");
+        assert_eq!(error.exit_code(), 2, "{error}");
+        parts.iter().for_each(|part| assert!(error.to_string().contains(part), "no {part:?} in: {error}"));
+        error.to_string()
+    };
+    let reuse = format!("run its job with --reuse {}", model.display());
+    assert!(!refused(&["nothing to continue", "name the result file"]).contains("model"));
+    std::fs::write(&model, "model").expect("write");
+    refused(&["nothing to continue", &reuse]);
+    // Killed when the run was begun, and when its first segment was announced: the manifest is there, and the segment is not.
+    let segments = Segments::claim(&result, false).expect("a folder");
+    segments.begin(json!({ "a": 0.1 })).expect("a run");
+    drop(segments);
+    refused(&["nothing to continue", &reuse]);
+    let segments = Segments::claim(&result, false).expect("nothing in the way");
+    segments.begin(json!({ "a": 0.1 })).expect("a run");
+    segments.write(0, &[Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)]).expect("the start");
+    let place = segments.folder().to_owned();
+    let start = segments.path(&segments.entries()[0]);
+    drop(segments);
+    // The model of a run with segments is no matter.
+    Segments::reopen(&result).and_then(|s| s.verify()).expect("a run");
+    std::fs::remove_file(&start).expect("remove");
+    refused(&["nothing to continue", &reuse]);
+    std::fs::remove_file(&model).expect("remove");
+    refused(&["has no segment", "--force"]);
+    // A manifest that has lost its lines.
+    std::fs::write(&start, "a segment").expect("write");
+    std::fs::write(place.join("manifest"), "").expect("write");
+    refused(&["without a manifest"]);
+}
