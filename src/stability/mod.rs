@@ -58,7 +58,11 @@ fn by(few: Few, stability: &job::Stability, pair: &ModalPair, contact: &LinearCo
     let limit = limit(stability, pair)?;
     let pairs = match by_functions(few, stability, pair, contact)? {
         Some(pairs) => pairs,
-        None => eigenpairs(pair, contact, stability.tolerance)?,
+        None => {
+            let pairs = eigenpairs(pair, contact, stability.tolerance)?;
+            secular::begin_at(pairs.iter().map(|p| p.value));
+            pairs
+        }
     };
     let all = pairs.iter().map(|p| p.value).collect();
     let kept = kept(stability, pairs, limit);

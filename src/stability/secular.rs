@@ -43,7 +43,10 @@ type C = Complex<f64>;
 const ITERATIONS: usize = 40;
 const FAR: f64 = 0.05;
 /// Times that missing ones are looked for.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
+/// Where between the imaginary axis and the ray that bounds the list they are looked for, time after time, and by how much of their distances the places move.
+const BETWEEN: [f64; 4] = [0.5, 0.1, 0.9, 0.3];
+const MOVED: f64 = 0.618;
 /// Change of a root, over its size, that is rounding; and what may be left of one by the estimate from the changes of all.
 const SETTLED: [f64; 2] = [1e-12, 1e-14];
 /// How much nearer than its size other roots, which nobody looks for, may be to one.
@@ -256,12 +259,13 @@ impl Secular {
 
     /// Roots with Im > 0, among them all inside the ray; none where that is not certain.
     fn roots(&self) -> Option<Vec<C>> {
-        let last = LAST.with_borrow(|last| (last.poles == self.modes.poles).then(|| last.clone()));
-        let anew = || self.modes.starts().into_iter().chain(self.relaxations.iter().copied()).collect();
+        let last = LAST.with_borrow(|last| last.is_near(&self.modes.poles).then(|| last.clone()));
         let now = self.compared();
-        let starts = last.as_ref().map_or_else(anew, |last| last.foreseen(&now));
-        let mut roots = self.settled(Vec::new(), starts);
-        for _ in 0..ROUNDS {
+        let starts = last.as_ref().map_or_else(|| self.anew(), |last| last.foreseen(&now));
+        // What is known of the way here is of the same bodies.
+        let last = last.filter(|last| last.poles == self.modes.poles);
+        let (mut roots, mut moving) = self.settled(Vec::new(), starts);
+        for round in 0..ROUNDS {
             let missing = self.missing(&roots)?;
             if missing == 0 {
                 self.remember(last, &roots, now);
@@ -270,11 +274,23 @@ impl Secular {
             // Some went to others outside. What is left is looked for with the roots that are known kept apart.
             let count = 2 * usize::try_from(missing).ok()? + 6;
             let [low, high] = self.modes.range();
-            let place = |k: usize| low * (high / low).powf((k as f64 + 0.5) / count as f64);
-            let more = (0..count).map(|k| C::from_polar(place(k), FRAC_PI_2 + 0.5 * (self.angle - FRAC_PI_2)));
-            roots = self.settled(roots, more.collect());
+            let share = |k: usize| ((k as f64 + 0.5 + MOVED * round as f64) / count as f64).fract();
+            let place = |k: usize| low * (high / low).powf(share(k));
+            moving.extend((0..count).map(|k| self.between(place(k), BETWEEN[round % BETWEEN.len()])));
+            (roots, moving) = self.settled(roots, moving);
         }
         None
+    }
+
+    /// λ of this size, a part of the way from the imaginary axis to the ray that bounds the list.
+    fn between(&self, size: f64, part: f64) -> C {
+        C::from_polar(size, FRAC_PI_2 + part * (self.angle - FRAC_PI_2))
+    }
+
+    /// Where the search begins of which nothing is known: at the poles, of which the contact brings back some that are damped more.
+    fn anew(&self) -> Vec<C> {
+        let damped = self.modes.damped.iter().map(|p| self.between(p.norm(), BETWEEN[0]));
+        self.modes.starts().into_iter().chain(self.relaxations.iter().copied()).chain(damped).collect()
     }
 
     /// K at some frequencies, one matrix after the other.
@@ -296,8 +312,8 @@ impl Secular {
         LAST.set(Last { poles: self.modes.poles.clone(), roots: roots.to_vec(), before, contact: now, change });
     }
 
-    /// The roots `known` and those that `starts` lead to.
-    fn settled(&self, known: Vec<C>, starts: Vec<C>) -> Vec<C> {
+    /// The roots `known` and those that `starts` lead to; and where those are that have not come to rest.
+    fn settled(&self, known: Vec<C>, starts: Vec<C>) -> (Vec<C>, Vec<C>) {
         let first = known.len();
         let mut all = known;
         all.extend(starts);
@@ -334,6 +350,7 @@ impl Secular {
         }
         // Where poles and roots lie on either side of what is looked at, a start may have no root to go to.
         let good = |v: &C| v.im > REAL * v.norm() && self.along.covers(*v) && self.sound(*v);
+        let left = moving.iter().map(|&j| all[j]).collect();
         let mut found: Vec<C> = Vec::new();
         for (j, v) in all.iter().enumerate() {
             let settled = j < first || (moving.binary_search(&j).is_err() && good(v));
@@ -341,7 +358,7 @@ impl Secular {
                 found.push(*v);
             }
         }
-        found
+        (found, left)
     }
 
     /// Whether the polynomials give the contact at λ: far from the frequencies of the modes they may have roots of their own.
@@ -501,7 +518,21 @@ struct Lifted {
     errors: Vec<f64>,
 }
 
+/// The next state begins at `values`, which something else has found of the bodies of the last one.
+pub fn begin_at(values: impl Iterator<Item = C>) {
+    if let Some(modes) = Modes::last() {
+        let near = |v: &C| v.im > REAL * v.norm() && v.im.atan2(v.re) <= modes.within();
+        LAST.set(Last { poles: modes.poles.clone(), roots: values.filter(near).collect(), ..Last::default() });
+    }
+}
+
 impl Last {
+    /// Whether these poles are those of the last state, or near them one by one.
+    fn is_near(&self, poles: &[C]) -> bool {
+        let near = |(a, b): (&C, &C)| (a - b).norm() <= FAR * b.norm();
+        !self.roots.is_empty() && self.poles.len() == poles.len() && self.poles.iter().zip(poles).all(near)
+    }
+
     /// Where the roots are to be expected when the contact is `now`: on their way, if the contact goes on as it went.
     fn foreseen(&self, now: &[C]) -> Vec<C> {
         if self.before.is_empty() || self.change.len() != now.len() {

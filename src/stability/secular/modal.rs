@@ -165,6 +165,8 @@ pub(super) struct Modes {
     basis: Mat<f64>,
     /// Poles with Im > 0 that are hardly more damped than what is listed.
     pub poles: Vec<C>,
+    /// Those that are damped more.
+    pub damped: Vec<C>,
     /// Squares of the norms of stiffness K and damping of the modes.
     pub squares: [f64; 2],
     /// B K Bᵀ, `[r, r]`.
@@ -192,7 +194,7 @@ impl Modes {
     /// `within`; none where the functions are not few, or a mode by itself does not oscillate. Those of the last state are taken where they serve.
     pub fn at(bodies: &ModalPair, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
         let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
-        let last = KNOWN.with_borrow(|known| known.clone()).filter(|known| known.of.is(bodies, within));
+        let last = Self::last().filter(|known| known.of.is(bodies, within));
         let (modes, asked) = match last.and_then(|last| last.shapes(&psi).map(|asked| (last, asked))) {
             Some(found) => found,
             None => {
@@ -207,6 +209,16 @@ impl Modes {
             (0..modes.seen).for_each(|j| shapes[(row, j)] = asked[(i, j)]);
         }
         Some((modes, shapes))
+    }
+
+    /// Those of the last state.
+    pub fn last() -> Option<Rc<Self>> {
+        KNOWN.with_borrow(Clone::clone)
+    }
+
+    /// Angle up to which [`poles`](Self::poles) are.
+    pub fn within(&self) -> f64 {
+        self.of.within
     }
 
     /// The functions at the rows `psi` of the modes; none where these consist of others as well.
@@ -249,8 +261,9 @@ impl Modes {
             parts.push(Part::new(bodies, (*first, end), basis.as_ref().subrows(at, functions.len()), at)?);
             at += functions.len();
         }
-        let all = parts.iter().flat_map(Part::poles).filter(|p| p.im >= 0.0 && p.im.atan2(p.re) <= within);
-        let poles: Vec<C> = all.collect();
+        let all = parts.iter().flat_map(Part::poles).filter(|p| p.im >= 0.0);
+        let (poles, mut damped): (Vec<C>, Vec<C>) = all.partition(|p| p.im.atan2(p.re) <= within);
+        damped.retain(|p| p.im > 0.0);
         if seen == 0 || poles.is_empty() || poles.iter().any(|p| p.im <= REAL * p.norm()) {
             return None;
         }
@@ -258,7 +271,7 @@ impl Modes {
         let squares = [square(&bodies.stiffness), square(&bodies.damping)];
         let stiffness = &basis * bodies.stiffness.product(basis.transpose());
         let of = Given { stiffness: bodies.stiffness.clone(), damping: bodies.damping.clone(), lower, within };
-        Some(Self { parts, modes: m, seen, basis, poles, squares, stiffness, of })
+        Some(Self { parts, modes: m, seen, basis, poles, damped, squares, stiffness, of })
     }
 
     /// Number of modes.

@@ -258,6 +258,40 @@ fn roots_go_on_from_state_to_state() {
     assert!(ahead > 100, "{ahead} were foreseen");
 }
 
+/// Bodies that are a little different, and what the dense pencil has found: the roots that go on from these are those found from nothing.
+#[test]
+fn roots_go_on_to_other_bodies() {
+    let s = interface();
+    let pair = bodies(&s);
+    let mut damped = pair.clone();
+    damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
+    let contact = contact(&s, &pair, FrictionLaw::Constant(0.3), 0.01);
+    let secular = |pair: &ModalPair| Secular::new(pair, &contact, 0.3).unwrap().unwrap();
+    let anew = |pair: &ModalPair| {
+        LAST.set(Last::default());
+        secular(pair).roots().unwrap()
+    };
+    let (first, want) = (anew(&pair), anew(&damped));
+    let near = |of: &[C], root: &C| of.iter().map(|v| (v - root).norm()).fold(f64::INFINITY, f64::min);
+    let inside = |of: &Secular, v: &&C| of.aside(**v) <= 0.0;
+    let same = |other: &Secular, found: &[C]| {
+        for root in want.iter().filter(|v| inside(other, v)) {
+            assert!(near(found, root) < 1e-10 * root.norm(), "{root} is {} off", near(found, root));
+        }
+    };
+    // From those of the other bodies.
+    LAST.set(Last { poles: secular(&pair).modes.poles.clone(), roots: first, ..Last::default() });
+    let other = secular(&damped);
+    LAST.with_borrow(|last| assert!(last.is_near(&other.modes.poles) && last.poles != other.modes.poles));
+    same(&other, &other.roots().unwrap());
+    // From the dense pencil.
+    LAST.set(Last::default());
+    begin_at(reduced::eigenpairs(&damped, &contact, 1e-8).unwrap().iter().map(|p| p.value));
+    let starts = LAST.with_borrow(|last| last.roots.clone());
+    assert!(want.iter().filter(|v| inside(&other, v)).all(|v| near(&starts, v) < 1e-9 * v.norm()));
+    same(&other, &other.roots().unwrap());
+}
+
 /// Modes that friction which falls drives harder than they oscillate have real eigenvalues, which no root stands for.
 #[test]
 fn growth_without_oscillation_is_left_to_the_dense_pencil() {
