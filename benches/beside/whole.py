@@ -138,6 +138,24 @@ def sweeps():
     put(PAGE, "sweeps", table(head, body) + "\n" + noted(load))
 
 
+# Of `limit-cycles.json`: fifty states, each in two branches.
+CYCLES = {"contact.creepage.lateral": {"from": 0.004, "to": 0.013, "count": 10}, "contact.friction": {"from": 0.25, "to": 0.45, "count": 5}}
+
+
+def limit_cycles():
+    """A hundred limit cycles of the bodies of `squeal.json` on a coarse mesh, with their sound."""
+    load = busy()
+    with tempfile.TemporaryDirectory() as name:
+        result = Path(name) / "cycles.h5"
+        done = run("limit-cycles.json", "--output", result, sets={"analyses.sweep.keys": json.dumps(CYCLES)}, ranks=2)
+        with h5py.File(result) as file:
+            fate, time = file["sweep/cycles/fate"][()], file["sweep/cycles/time"][()]
+    names = {0: "at rest", 1: "periodic", 2: "irregular", 3: "unsettled", -1: "not computed"}
+    row = [str(fate.size), *(str(int((fate == code).sum())) for code in names), f"{time.sum():.0f} s", f"{done.wall:.0f} s", f"{done.cpu:.0f} s"]
+    head = ["two ranks", *names.values(), "simulated", "whole run", "its CPU"]
+    put(PAGE, "hundred-cycles", table(head, [row]) + "\n" + noted(load, runs=1))
+
+
 def largest():
     """Two bodies of a million degrees of freedom by multigrid: more than an hour."""
     load = busy()

@@ -140,6 +140,21 @@ impl ModalMatrix {
         out
     }
 
+    /// A X of the columns of X, `[m, k]`.
+    pub fn product(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        let blocks = match self {
+            ModalMatrix::Diagonal(d) => return Mat::from_fn(x.nrows(), x.ncols(), |i, j| d[i] * x[(i, j)]),
+            ModalMatrix::Blocks(blocks) => blocks,
+        };
+        let mut out = Mat::zeros(x.nrows(), x.ncols());
+        let mut first = 0;
+        for b in blocks {
+            out.as_mut().subrows_mut(first, b.nrows()).copy_from(b * x.subrows(first, b.nrows()));
+            first += b.nrows();
+        }
+        out
+    }
+
     /// xᴴ A x of the symmetric part.
     pub fn form(&self, x: &[Complex<f64>]) -> f64 {
         x.iter().zip(self.times(x)).map(|(x, y)| (x.conj() * y).re).sum()

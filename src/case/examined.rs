@@ -9,7 +9,7 @@ use crate::grid::Interface;
 use crate::job::{self, Direction, Job, StabilityState};
 use crate::model::ModalPair;
 use crate::stability::reduced::sharpness;
-use crate::stability::{spectrum, Equilibrium, Spectrum};
+use crate::stability::{eigenvalues, spectrum, Equilibrium, Spectrum};
 use crate::{Error, Result};
 
 /// What rank 0 found on the reduced model.
@@ -29,9 +29,20 @@ pub(crate) struct Examined<'a> {
     pub(crate) model: (&'a Interface, &'a ModalPair),
 }
 
+type Examination = fn(&job::Stability, &ModalPair, &LinearContact) -> Result<Spectrum>;
+
 impl Examined<'_> {
     /// The state and the eigenvalues about it.
     pub(crate) fn analyse(&self) -> Result<Found> {
+        self.with(spectrum)
+    }
+
+    /// The state and the eigenvalues about it, which may be without their motions.
+    pub(crate) fn eigenvalues(&self) -> Result<Found> {
+        self.with(eigenvalues)
+    }
+
+    fn with(&self, spectrum: Examination) -> Result<Found> {
         let friction = &self.contact.friction;
         let (state, contact) = self.at_rest()?;
         well_posed::refuse_short(friction, |law| self.sharpness(law))?;

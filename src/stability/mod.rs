@@ -45,24 +45,41 @@ pub struct Spectrum {
 
 /// On rank 0: the eigenvalues about a sliding contact.
 pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
+    by(secular::eigenpairs, stability, pair, contact)
+}
+
+/// The same where nothing but the eigenvalues is asked for: of many modes those with Im λ ≥ 0 alone, without their motions.
+pub fn eigenvalues(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
+    by(secular::eigenvalues, stability, pair, contact)
+}
+
+/// The spectrum, of many modes as `few` gives it.
+fn by(few: Few, stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
     let limit = limit(stability, pair)?;
-    let pairs = match by_functions(stability, pair, contact)? {
+    let pairs = match by_functions(few, stability, pair, contact)? {
         Some(pairs) => pairs,
-        None => eigenpairs(pair, contact, stability.tolerance)?,
+        None => {
+            let pairs = eigenpairs(pair, contact, stability.tolerance)?;
+            secular::begin_at(pairs.iter().map(|p| p.value));
+            pairs
+        }
     };
     let all = pairs.iter().map(|p| p.value).collect();
     let kept = kept(stability, pairs, limit);
     Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
 }
 
-/// On rank 0: the first of those that [`spectrum`] lists.
+/// What [`secular`] has to give.
+type Few = fn(&ModalPair, &LinearContact, f64, f64) -> Result<Option<Vec<Eigenpair>>>;
+
+/// On rank 0: the first of those that [`spectrum`] lists, of many modes without its motion.
 pub fn least_stable(
     stability: &job::Stability,
     pair: &ModalPair,
     contact: &LinearContact,
 ) -> Result<Option<Eigenpair>> {
     let limit = limit(stability, pair)?;
-    if let Some(pairs) = by_functions(stability, pair, contact)? {
+    if let Some(pairs) = by_functions(secular::eigenvalues, stability, pair, contact)? {
         return Ok(pairs.into_iter().find(|e| listed(stability, e, limit)));
     }
     rightmost::rightmost(pair, contact, stability.tolerance, |e| listed(stability, e, limit))
@@ -73,6 +90,7 @@ const MANY: usize = 200;
 
 /// The eigenvalues that may be listed, of many modes that the contact sees as few functions; none where it is not certain that these are all.
 fn by_functions(
+    few: Few,
     stability: &job::Stability,
     pair: &ModalPair,
     contact: &LinearContact,
@@ -81,7 +99,7 @@ fn by_functions(
     if pair.omega.len() < MANY || stability.full.is_some() {
         return Ok(None);
     }
-    secular::eigenpairs(pair, contact, stability.damping_ratio, stability.tolerance)
+    few(pair, contact, stability.damping_ratio, stability.tolerance)
 }
 
 /// The highest frequency that is kept, Hz, infinite where the modes are all there are.

@@ -593,7 +593,8 @@ fn rigid(bodies: &ModalPair, contact: &LinearContact) -> bool {
     })
 }
 
-fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {
+/// An error where there is nothing to examine, or the contact is not of these bodies.
+pub(super) fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {
     let k = contact.nodes.len();
     let n = bodies.modes.nrows() / 3;
     if k == 0 || bodies.omega.is_empty() {

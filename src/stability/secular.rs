@@ -14,23 +14,28 @@
 //! of the damping ratio that bounds the list counts those inside. Where that is not certain, or anything else fails, there is no answer, and the whole spectrum
 //! of the dense pencil has to be taken.
 
-use super::reduced::{assemble, contact_rows, ContactRows, Eigenpair, Pencil, View};
+use super::reduced::{check, contact_rows, ContactRows, Eigenpair, Pencil, View};
 use crate::contact::LinearContact;
 use crate::model::ModalPair;
 use crate::Result;
-use faer::{Mat, MatRef};
+use errors::{Scaled, Vectors};
+use faer::Mat;
 use following::Following;
 use interpolated::Interpolated;
-use modal::Modes;
+use modal::{real_times, Modes};
 use num_complex::Complex;
 use small::Lu;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::rc::Rc;
+use terms::Charges;
 
+mod errors;
 mod following;
 mod interpolated;
 mod modal;
 mod small;
+mod terms;
 
 type C = Complex<f64>;
 
@@ -38,7 +43,10 @@ type C = Complex<f64>;
 const ITERATIONS: usize = 40;
 const FAR: f64 = 0.05;
 /// Times that missing ones are looked for.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
+/// Where between the imaginary axis and the ray that bounds the list they are looked for, time after time, and by how much of their distances the places move.
+const BETWEEN: [f64; 4] = [0.5, 0.1, 0.9, 0.3];
+const MOVED: f64 = 0.618;
 /// Change of a root, over its size, that is rounding; and what may be left of one by the estimate from the changes of all.
 const SETTLED: [f64; 2] = [1e-12, 1e-14];
 /// How much nearer than its size other roots, which nobody looks for, may be to one.
@@ -66,6 +74,8 @@ const BELOW: [f64; 2] = [4.0, 16.0];
 const ABOVE: [f64; 2] = [4.0, 16.0];
 /// Part of the forces of the contact by which the polynomials may be wrong at a root: how well it is one is seen of its eigenpair.
 const NEAR: f64 = 1e-6;
+/// Eigenvalues whose motions are looked at where they are not asked for: so many first ones, and each of so many.
+const LOOKED_AT: [usize; 2] = [16, 48];
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
 
@@ -95,15 +105,35 @@ pub fn eigenpairs(
     ratio: f64,
     tolerance: f64,
 ) -> Result<Option<Vec<Eigenpair>>> {
+    let Some((secular, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
+    Ok(secular.pairs(bodies, &roots, tolerance))
+}
+
+/// The same with Im λ > 0 alone and without their motions. Backward errors are those of the motions that the poles of the bodies and the contact give; at
+/// some of the eigenvalues, the least stable ones among them, also those of the motions themselves.
+pub fn eigenvalues(
+    bodies: &ModalPair,
+    contact: &LinearContact,
+    ratio: f64,
+    tolerance: f64,
+) -> Result<Option<Vec<Eigenpair>>> {
+    let Some((secular, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
+    Ok(secular.values(bodies, &roots, tolerance))
+}
+
+/// The problem and its roots with Im > 0 that may be listed, by falling growth rate; none where it is not certain that these are all.
+fn inside(bodies: &ModalPair, contact: &LinearContact, ratio: f64) -> Result<Option<(Secular, Vec<C>)>> {
+    check(bodies, contact)?;
     let Some(secular) = Secular::new(bodies, contact, ratio)? else { return Ok(None) };
-    let Some(roots) = secular.roots() else { return Ok(None) };
-    let inside: Vec<C> = roots.into_iter().filter(|v| secular.aside(*v) <= 0.0).collect();
-    secular.pairs(&inside, &assemble(bodies, contact, None)?, tolerance)
+    let Some(mut roots) = secular.roots() else { return Ok(None) };
+    roots.retain(|v| secular.aside(*v) <= 0.0);
+    roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
+    Ok(Some((secular, roots)))
 }
 
 /// The problem in what the contact sees.
 struct Secular {
-    modes: Modes,
+    modes: Rc<Modes>,
     contact: Condensed,
     /// K and what makes it, along the frequencies of the modes.
     along: Interpolated,
@@ -118,6 +148,8 @@ struct Condensed {
     rows: ContactRows,
     seen: usize,
     following: Following,
+    /// Forces on y by the f of [`Following::turned`], `[r, nf]`.
+    turned: Mat<f64>,
 }
 
 impl Condensed {
@@ -134,23 +166,23 @@ impl Condensed {
             }
         }
         let following = Following::new(&rows, seen, rate);
-        Self { rows, seen, following }
+        let turned = following.onto(rows.forces.as_ref().subcols(seen, rows.by_rate.nrows()));
+        Self { rows, seen, following, turned }
     }
 
     fn unknowns(&self) -> usize {
         self.rows.by_rate.nrows()
     }
 
-    /// f as a function of y at λ, `[nf, r]`.
-    fn follow(&self, lambda: C) -> Mat<C> {
-        self.following.at(lambda)
+    /// Forces on y per y at λ, `[r, r]`.
+    fn stiffness(&self, lambda: C) -> Mat<C> {
+        self.forces(&self.following.turned(lambda))
     }
 
-    /// Forces on y per y, `[r, r]`, where f follows y as `follow` says.
-    fn stiffness(&self, follow: MatRef<'_, C>) -> Mat<C> {
+    /// The same where f follows y as [`Following::turned`] says.
+    fn forces(&self, turned: &Mat<C>) -> Mat<C> {
         let r = self.seen;
-        let own = Mat::from_fn(r, self.unknowns(), |i, j| C::from(self.rows.forces[(i, r + j)]));
-        let mut k = own * follow;
+        let mut k = real_times(&self.turned, turned);
         for j in 0..r {
             for i in 0..r {
                 k[(i, j)] += self.rows.forces[(i, j)];
@@ -177,11 +209,12 @@ impl Secular {
         }
         let angle = FRAC_PI_2 + ratio.asin();
         let within = FRAC_PI_2 + (ratio + MARGIN).asin();
-        let Some(modes) = Modes::new(bodies, &places(contact), within) else { return Ok(None) };
+        let Some((modes, shapes)) = Modes::at(bodies, &places(contact), within) else { return Ok(None) };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
-        let view = View { modes: modes.shapes.as_ref(), residual: bodies.residual.as_ref() };
-        let contact = Condensed::new(contact_rows(view, contact)?, modes.seen, rate);
+        let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
+        let rows = contact_rows(view, contact)?;
+        let contact = Condensed::new(rows, modes.seen, rate);
         let Some(relaxations) = contact.relaxations(rate, angle) else { return Ok(None) };
         if relaxations.iter().any(|z| z.im <= REAL * z.norm()) {
             return Ok(None);
@@ -209,8 +242,8 @@ impl Secular {
     /// The logarithmic derivative of det(1 − KG) P at each of `values`.
     fn slopes(&self, values: &[C]) -> Vec<C> {
         let r = self.modes.seen;
-        let (g, by_g, poles) = self.modes.compliance(values);
-        let (k, by_k) = self.along.stiffness(values);
+        let ([g, by_g], poles) = self.modes.compliances(values);
+        let [k, by_k] = self.along.stiffnesses(values);
         let of = |l: usize| {
             let of = |of: &'_ [C]| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
             let (k, g) = (of(&k), of(&g));
@@ -226,12 +259,13 @@ impl Secular {
 
     /// Roots with Im > 0, among them all inside the ray; none where that is not certain.
     fn roots(&self) -> Option<Vec<C>> {
-        let last = LAST.with_borrow(|last| (last.poles == self.modes.poles).then(|| last.clone()));
-        let anew = || self.modes.starts().into_iter().chain(self.relaxations.iter().copied()).collect();
+        let last = LAST.with_borrow(|last| last.is_near(&self.modes.poles).then(|| last.clone()));
         let now = self.compared();
-        let starts = last.as_ref().map_or_else(anew, |last| last.foreseen(&now));
-        let mut roots = self.settled(Vec::new(), starts);
-        for _ in 0..ROUNDS {
+        let starts = last.as_ref().map_or_else(|| self.anew(), |last| last.foreseen(&now));
+        // What is known of the way here is of the same bodies.
+        let last = last.filter(|last| last.poles == self.modes.poles);
+        let (mut roots, mut moving) = self.settled(Vec::new(), starts);
+        for round in 0..ROUNDS {
             let missing = self.missing(&roots)?;
             if missing == 0 {
                 self.remember(last, &roots, now);
@@ -240,18 +274,30 @@ impl Secular {
             // Some went to others outside. What is left is looked for with the roots that are known kept apart.
             let count = 2 * usize::try_from(missing).ok()? + 6;
             let [low, high] = self.modes.range();
-            let place = |k: usize| low * (high / low).powf((k as f64 + 0.5) / count as f64);
-            let more = (0..count).map(|k| C::from_polar(place(k), FRAC_PI_2 + 0.5 * (self.angle - FRAC_PI_2)));
-            roots = self.settled(roots, more.collect());
+            let share = |k: usize| ((k as f64 + 0.5 + MOVED * round as f64) / count as f64).fract();
+            let place = |k: usize| low * (high / low).powf(share(k));
+            moving.extend((0..count).map(|k| self.between(place(k), BETWEEN[round % BETWEEN.len()])));
+            (roots, moving) = self.settled(roots, moving);
         }
         None
+    }
+
+    /// λ of this size, a part of the way from the imaginary axis to the ray that bounds the list.
+    fn between(&self, size: f64, part: f64) -> C {
+        C::from_polar(size, FRAC_PI_2 + part * (self.angle - FRAC_PI_2))
+    }
+
+    /// Where the search begins of which nothing is known: at the poles, of which the contact brings back some that are damped more.
+    fn anew(&self) -> Vec<C> {
+        let damped = self.modes.damped.iter().map(|p| self.between(p.norm(), BETWEEN[0]));
+        self.modes.starts().into_iter().chain(self.relaxations.iter().copied()).chain(damped).collect()
     }
 
     /// K at some frequencies, one matrix after the other.
     fn compared(&self) -> Vec<C> {
         let [low, high] = self.modes.range();
         let at = |k: usize| C::new(0.0, low * (high / low).powf((k as f64 + 0.5) / COMPARED as f64));
-        self.along.stiffness(&(0..COMPARED).map(at).collect::<Vec<C>>()).0
+        self.along.stiffness(&(0..COMPARED).map(at).collect::<Vec<C>>())
     }
 
     /// Keeps the `roots` of this state, whose contact is `now`, for the next one; `last` is the one before.
@@ -266,8 +312,8 @@ impl Secular {
         LAST.set(Last { poles: self.modes.poles.clone(), roots: roots.to_vec(), before, contact: now, change });
     }
 
-    /// The roots `known` and those that `starts` lead to.
-    fn settled(&self, known: Vec<C>, starts: Vec<C>) -> Vec<C> {
+    /// The roots `known` and those that `starts` lead to; and where those are that have not come to rest.
+    fn settled(&self, known: Vec<C>, starts: Vec<C>) -> (Vec<C>, Vec<C>) {
         let first = known.len();
         let mut all = known;
         all.extend(starts);
@@ -275,10 +321,11 @@ impl Secular {
         for _ in 0..ITERATIONS {
             let values: Vec<C> = moving.iter().map(|&j| all[j]).collect();
             let mut moved = all.clone();
+            let charges = Charges::new(&all);
             let mut changes: Vec<(usize, f64)> = Vec::new();
             for (&j, slope) in moving.iter().zip(self.slopes(&values)) {
                 let own = all[j];
-                let change = (slope - attraction(&all, j)).inv();
+                let change = (slope - charges.attraction(j)).inv();
                 // On a root, or on a pole that the contact does not see.
                 if !change.is_finite() {
                     continue;
@@ -303,6 +350,7 @@ impl Secular {
         }
         // Where poles and roots lie on either side of what is looked at, a start may have no root to go to.
         let good = |v: &C| v.im > REAL * v.norm() && self.along.covers(*v) && self.sound(*v);
+        let left = moving.iter().map(|&j| all[j]).collect();
         let mut found: Vec<C> = Vec::new();
         for (j, v) in all.iter().enumerate() {
             let settled = j < first || (moving.binary_search(&j).is_err() && good(v));
@@ -310,7 +358,7 @@ impl Secular {
                 found.push(*v);
             }
         }
-        found
+        (found, left)
     }
 
     /// Whether the polynomials give the contact at λ: far from the frequencies of the modes they may have roots of their own.
@@ -318,8 +366,8 @@ impl Secular {
         if self.along.is_near(lambda) {
             return true;
         }
-        let (r, exact) = (self.modes.seen, self.contact.stiffness(self.contact.follow(lambda).as_ref()));
-        let (found, _) = self.along.stiffness(&[lambda]);
+        let (r, exact) = (self.modes.seen, self.contact.stiffness(lambda));
+        let found = self.along.stiffness(&[lambda]);
         let off = (0..r * r).map(|i| (found[i] - exact[(i % r, i / r)]).norm_sqr()).sum::<f64>();
         off.sqrt() <= NEAR * exact.norm_l2()
     }
@@ -350,8 +398,8 @@ impl Secular {
     /// The logarithm of det(1 − KG) with `poles` and `roots` divided out, at λ.
     fn rest(&self, roots: &[C], poles: &[C], lambda: C) -> C {
         let r = self.modes.seen;
-        let (g, _, _) = self.modes.compliance(&[lambda]);
-        let k = self.contact.stiffness(self.contact.follow(lambda).as_ref());
+        let g = self.modes.compliance(&[lambda]);
+        let k = self.contact.stiffness(lambda);
         let k: Vec<C> = (0..r * r).map(|i| k[(i % r, i / r)]).collect();
         let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
         // det(KG − 1) has the sign of det(1 − KG) where r is even.
@@ -388,55 +436,103 @@ impl Secular {
         Some((-turned(points, &at)? / PI).round() as i64)
     }
 
-    /// The eigenpairs of `roots`, those of conjugates too.
-    fn pairs(&self, roots: &[C], pencil: &Pencil, tolerance: f64) -> Result<Option<Vec<Eigenpair>>> {
-        let (m, nf) = (self.modes.count(), self.contact.unknowns());
+    /// Forces on the functions that an eigenvalue makes, each of norm 1, and the motion of these under them, `[r, roots]`.
+    fn forces(&self, roots: &[C]) -> (Vec<Vec<C>>, Mat<C>) {
         let r = self.modes.seen;
-        let (rate, force) = (pencil.scales.rate, pencil.scales.force);
-        let (g, _, _) = self.modes.compliance(roots);
-        let (k, _) = self.along.stiffness(roots);
-        let forces: Vec<Vec<C>> = (0..roots.len())
-            .map(|l| {
-                let part = |of: &[C]| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
-                self.null_vector(&part(&k), &part(&g))
-            })
-            .collect();
-        let modal = self.modes.motions(roots, &forces);
-        let own = self.along.follow(roots, &self.modes.seen_of(&modal));
-        let mut vectors = Mat::<C>::zeros(2 * m + nf, roots.len());
-        for (l, value) in roots.iter().enumerate() {
-            for i in 0..m {
-                vectors[(i, l)] = modal[(i, l)];
-                vectors[(m + i, l)] = modal[(i, l)] * value / rate;
+        let (g, k) = (self.modes.compliance(roots), self.along.stiffness(roots));
+        let part = |of: &[C], l: usize| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
+        let forces: Vec<Vec<C>> = (0..roots.len()).map(|l| self.null_vector(&part(&k, l), &part(&g, l))).collect();
+        let moved = |i: usize, l: usize| (0..r).map(|j| g[l * r * r + j * r + i] * forces[l][j]).sum::<C>();
+        let seen = Mat::from_fn(r, roots.len(), moved);
+        (forces, seen)
+    }
+
+    /// The eigenvalues `roots` with their backward errors alone; none where one has more than `tolerance`.
+    fn values(&self, bodies: &ModalPair, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
+        let rows = &self.contact.rows;
+        let scaled = Scaled::new(&self.modes, rows);
+        let (forces, seen) = self.forces(roots);
+        let own = self.contact.following.back(&self.along.follow(roots, &seen));
+        let squares = self.modes.least(roots, &forces);
+        let x = Vectors { values: roots, seen: &seen, own: &own, squares: &squares };
+        let mut errors = scaled.errors(rows, &x, &forces);
+        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < LOOKED_AT[0] || l % LOOKED_AT[1] == 0).collect();
+        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
+        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
+            if !(error <= errors[l]) {
+                errors[l] = error;
             }
-            for i in 0..nf {
-                vectors[(2 * m + i, l)] = own[(i, l)] / force;
-            }
-            let norm = vectors.col(l).norm_l2();
-            vectors.col_mut(l).iter_mut().for_each(|v| *v /= norm);
         }
-        let scaled: Vec<C> = roots.iter().map(|v| v / rate).collect();
-        let norms = (pencil.a.norm_l2(), pencil.e.norm_l2());
+        let pair = |(&value, backward_error): (&C, f64)| Eigenpair {
+            value,
+            modal: Vec::new(),
+            tangential: Vec::new(),
+            backward_error,
+        };
+        let good = errors.iter().all(|e| *e <= tolerance);
+        good.then(|| roots.iter().zip(errors).map(pair).collect())
+    }
+
+    /// The motions of the modes under the forces on the functions of each of `roots`.
+    fn lifted(&self, bodies: &ModalPair, scaled: &Scaled, roots: &[C], forces: &[Vec<C>]) -> Lifted {
+        let modal = self.modes.motions(roots, forces);
+        let seen = self.modes.seen_of(&modal);
+        let own = self.contact.following.back(&self.along.follow(roots, &seen));
+        let squares: Vec<f64> = modal.col_iter().map(|c| c.squared_norm_l2()).collect();
+        let x = Vectors { values: roots, seen: &seen, own: &own, squares: &squares };
+        let errors = scaled.whole_errors((&self.modes, bodies), &self.contact.rows, &x, &modal);
+        Lifted { modal, own, squares, errors }
+    }
+
+    /// The eigenpairs of `roots`, those of conjugates too; none where one has a backward error of more than `tolerance`.
+    fn pairs(&self, bodies: &ModalPair, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
+        let scaled = Scaled::new(&self.modes, &self.contact.rows);
+        let (forces, _) = self.forces(roots);
+        let Lifted { modal, own, squares, errors } = self.lifted(bodies, &scaled, roots, &forces);
+        if errors.iter().any(|e| !(*e <= tolerance)) {
+            return None;
+        }
         let mut pairs = Vec::new();
-        for (l, residual) in pencil.residuals(&scaled, &vectors).into_iter().enumerate() {
-            let backward_error = residual / (norms.0 + scaled[l].norm() * norms.1);
-            if !(backward_error <= tolerance) {
-                return Ok(None);
-            }
-            let x = |i: usize| vectors[(i, l)];
-            let modal: Vec<C> = (0..m).map(x).collect();
-            let tangential: Vec<C> = (2 * m..2 * m + nf).map(|i| x(i) * force).collect();
+        for (l, (&value, backward_error)) in roots.iter().zip(errors).enumerate() {
+            let forces = own.col(l).squared_norm_l2() / scaled.force.powi(2);
+            let norm = (squares[l] * (1.0 + value.norm_sqr() / scaled.rate.powi(2)) + forces).sqrt();
+            let of = |x: &Mat<C>| -> Vec<C> { x.col_as_slice(l).iter().map(|v| v / norm).collect() };
+            let (modal, tangential) = (of(&modal), of(&own));
             let conjugate = |v: &[C]| v.iter().map(C::conj).collect();
             let other = (conjugate(&modal), conjugate(&tangential));
-            pairs.push(Eigenpair { value: roots[l], modal, tangential, backward_error });
-            pairs.push(Eigenpair { value: roots[l].conj(), modal: other.0, tangential: other.1, backward_error });
+            pairs.push(Eigenpair { value, modal, tangential, backward_error });
+            pairs.push(Eigenpair { value: value.conj(), modal: other.0, tangential: other.1, backward_error });
         }
-        pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
-        Ok(Some(pairs))
+        Some(pairs)
+    }
+}
+
+/// Motions at eigenvalues.
+struct Lifted {
+    /// Amplitudes q of the modes, `[m, values]`.
+    modal: Mat<C>,
+    /// Unknowns of the contact, `[nf, values]`.
+    own: Mat<C>,
+    /// Squares of the norms of q.
+    squares: Vec<f64>,
+    errors: Vec<f64>,
+}
+
+/// The next state begins at `values`, which something else has found of the bodies of the last one.
+pub fn begin_at(values: impl Iterator<Item = C>) {
+    if let Some(modes) = Modes::last() {
+        let near = |v: &C| v.im > REAL * v.norm() && v.im.atan2(v.re) <= modes.within();
+        LAST.set(Last { poles: modes.poles.clone(), roots: values.filter(near).collect(), ..Last::default() });
     }
 }
 
 impl Last {
+    /// Whether these poles are those of the last state, or near them one by one.
+    fn is_near(&self, poles: &[C]) -> bool {
+        let near = |(a, b): (&C, &C)| (a - b).norm() <= FAR * b.norm();
+        !self.roots.is_empty() && self.poles.len() == poles.len() && self.poles.iter().zip(poles).all(near)
+    }
+
     /// Where the roots are to be expected when the contact is `now`: on their way, if the contact goes on as it went.
     fn foreseen(&self, now: &[C]) -> Vec<C> {
         if self.before.is_empty() || self.change.len() != now.len() {
@@ -455,19 +551,6 @@ impl Last {
         let all = self.roots.iter().zip(&self.before);
         self.roots.iter().zip(all.map(ahead)).map(within).collect()
     }
-}
-
-/// What the other roots of `all`, and the conjugates of all, have of the logarithmic derivative at number `j`.
-fn attraction(all: &[C], j: usize) -> C {
-    let own = all[j];
-    let mut sum = C::default();
-    for (k, other) in all.iter().enumerate() {
-        if k != j {
-            sum += (own - other).inv();
-        }
-        sum += (own - other.conj()).inv();
-    }
-    sum
 }
 
 /// What is left of the distance of a root to its place after a change, by the `changes` of all, each with its number: that of another root counts by

@@ -196,7 +196,7 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
         None => model.interface.clone(),
     };
     let model = (&interface, model.pair(point)?);
-    let found = Examined { job: point, stability: wanted, contact, model }.analyse()?;
+    let found = Examined { job: point, stability: wanted, contact, model }.eigenvalues()?;
     let (spectrum, linear) = (&found.spectrum, &found.contact);
     let state = found.state.as_ref();
     let force = match (state, given_forces(contact)) {

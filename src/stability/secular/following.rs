@@ -13,7 +13,7 @@ use faer::linalg::householder::{
 };
 use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::{Auto, Conj, Mat, Par, Spec};
+use faer::{Auto, Conj, Mat, MatRef, Par, Spec};
 
 /// Reflections that are applied at once.
 const BLOCK: usize = 16;
@@ -44,8 +44,18 @@ impl Following {
         Self { shift: rate, reduced, basis, driven }
     }
 
-    /// f per y, `[nf, r]`.
-    pub fn at(&self, lambda: C) -> Mat<C> {
+    /// f of Qᵀf.
+    pub fn back(&self, turned: &Mat<C>) -> Mat<C> {
+        real_times(&self.basis, turned)
+    }
+
+    /// Rows of a matrix `own`, `[rows, nf]`, in the basis that [`turned`](Self::turned) has f in.
+    pub fn onto(&self, own: MatRef<'_, f64>) -> Mat<f64> {
+        own * &self.basis
+    }
+
+    /// Qᵀf per y, `[nf, r]`.
+    pub fn turned(&self, lambda: C) -> Mat<C> {
         let (nf, r) = self.driven[0].shape();
         let beyond = lambda - self.shift;
         let mut matrix = Mat::<C>::zeros(nf, nf);
@@ -58,7 +68,7 @@ impl Following {
         let mut x = Mat::from_fn(nf, r, |i, j| lambda * self.driven[0][(i, j)] + self.driven[1][(i, j)]);
         eliminate(&mut matrix, &mut x);
         solve_upper_triangular_in_place(matrix.as_ref(), x.as_mut(), Par::Seq);
-        real_times(&self.basis, &x)
+        x
     }
 }
 
@@ -141,7 +151,7 @@ mod tests {
             for lambda in [C::new(-0.3, 4.0), C::new(0.0, 0.01), C::new(1.0, 90.0)] {
                 let all = |i: usize, j: usize| lambda * rows.by_rate[(i, j)] + rows.at_rest[(i, j)];
                 let own = Mat::from_fn(n, n, |i, j| all(i, r + j));
-                let left = &own * following.at(lambda) + Mat::from_fn(n, r, all);
+                let left = &own * following.back(&following.turned(lambda)) + Mat::from_fn(n, r, all);
                 assert!(left.norm_l2() < 1e-11 * own.norm_l2(), "{n}, {lambda}: {}", left.norm_l2());
             }
         }

@@ -7,6 +7,8 @@ use faer::Mat;
 const DEGREES: [usize; 4] = [16, 32, 64, 128];
 /// Part of the largest coefficient that the last ones may have.
 const LEFT: f64 = 1e-12;
+/// Part that is nothing.
+const NOTHING: f64 = 1e-15;
 /// Logarithm by which what is left may have grown beside the interval.
 const DIGITS: f64 = 10.0;
 /// How far a root may lie beyond the interval, in its half lengths.
@@ -18,10 +20,12 @@ pub(super) struct Interpolated {
     middle: f64,
     half: f64,
     seen: usize,
-    /// Coefficients of f, `[nf, r · (degree + 1)]`, one polynomial after the other.
+    /// Coefficients of Qᵀf ([`Following::turned`](super::following::Following::turned)), `[nf, r · kept]`, one polynomial after the other.
     follow: Mat<C>,
-    /// Of K by columns, `[r², degree + 1]`.
+    /// Of K by columns, `[r², kept]`.
     stiffness: Mat<C>,
+    /// Polynomials whose coefficients are more than rounding.
+    kept: usize,
 }
 
 impl Interpolated {
@@ -33,7 +37,7 @@ impl Interpolated {
         for degree in DEGREES {
             let node = |k: usize| {
                 let x = (std::f64::consts::PI * k as f64 / degree as f64).cos();
-                contact.follow(C::new(0.0, (middle + half * x).exp()))
+                contact.following.turned(C::new(0.0, (middle + half * x).exp()))
             };
             let old = std::mem::take(&mut known);
             known = match old.is_empty() {
@@ -49,7 +53,7 @@ impl Interpolated {
                 let phase = std::f64::consts::PI * ((k * j) % (2 * degree)) as f64 / degree as f64;
                 C::from(2.0 / degree as f64 * ends(k) * ends(j) * phase.cos())
             });
-            let forces: Vec<Mat<C>> = known.iter().map(|f| contact.stiffness(f.as_ref())).collect();
+            let forces: Vec<Mat<C>> = known.iter().map(|f| contact.forces(f)).collect();
             let values = Mat::from_fn(r * r, degree + 1, |i, k| forces[k][(i % r, i / r)]);
             let stiffness = values * &weight;
             let largest = |from: usize| {
@@ -62,8 +66,13 @@ impl Interpolated {
             }
             let values = Mat::from_fn(nf * r, degree + 1, |i, k| known[k][(i % nf, i / nf)]);
             let flat = values * &weight;
-            let follow = Mat::from_fn(nf, r * (degree + 1), |i, j| flat[(i + nf * (j % r), j / r)]);
-            return Some(Self { degree, middle, half, seen: r, follow, stiffness });
+            let sizes: Vec<f64> = (0..=degree).map(|j| flat.col(j).norm_max()).collect();
+            let first = sizes.iter().copied().fold(0.0, f64::max);
+            let counts = |j: &usize| sizes[*j] > NOTHING * first || stiffness.col(*j).norm_max() > NOTHING * largest(0);
+            let kept = (0..=degree).rev().find(counts).unwrap_or(0) + 1;
+            let follow = Mat::from_fn(nf, r * kept, |i, j| flat[(i + nf * (j % r), j / r)]);
+            let stiffness = stiffness.subcols(0, kept).to_owned();
+            return Some(Self { degree, middle, half, seen: r, follow, stiffness, kept });
         }
         None
     }
@@ -83,35 +92,41 @@ impl Interpolated {
         self.place(lambda).im.abs() * self.degree as f64 <= DIGITS
     }
 
-    /// The polynomials at λ and their derivatives by λ, `[degree + 1]` each.
+    /// The polynomials at λ and their derivatives by λ, `[kept]` each.
     fn polynomials(&self, lambda: C) -> (Vec<C>, Vec<C>) {
         let x = self.place(lambda);
         // Far outside nothing is known; they are bounded there, so that whoever is there can come back.
         let x = C::new(x.re.clamp(-BEYOND, BEYOND), x.im.clamp(-0.5, 0.5));
         let by = (lambda * self.half).inv();
         let (mut t, mut d) = (vec![C::from(1.0), x], vec![C::default(), C::from(1.0)]);
-        for k in 1..self.degree {
+        for k in 1..self.kept.max(2) - 1 {
             t.push(2.0 * x * t[k] - t[k - 1]);
             d.push(2.0 * t[k] + 2.0 * x * d[k] - d[k - 1]);
         }
         (t, d.into_iter().map(|d| d * by).collect())
     }
 
-    /// K and dK/dλ at each of `values`, by columns, one after the other, `[r²]` each.
-    pub fn stiffness(&self, values: &[C]) -> (Vec<C>, Vec<C>) {
-        let (t, d): (Vec<Vec<C>>, Vec<Vec<C>>) = values.iter().map(|v| self.polynomials(*v)).unzip();
-        let of = |p: &[Vec<C>]| -> Vec<C> {
-            let p = Mat::from_fn(self.degree + 1, p.len(), |k, l| p[l][k]);
-            let product = &self.stiffness * p;
-            product.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<C>>()).collect()
-        };
-        (of(&t), of(&d))
+    /// K at each of `values`, by columns, one after the other, `[r²]` each.
+    pub fn stiffness(&self, values: &[C]) -> Vec<C> {
+        self.combined(&values.iter().map(|v| self.polynomials(*v).0).collect::<Vec<_>>())
     }
 
-    /// f of each of `values` with the motion `seen` of each, `[nf, values]`.
+    /// The same of K and dK/dλ.
+    pub fn stiffnesses(&self, values: &[C]) -> [Vec<C>; 2] {
+        let (t, d): (Vec<Vec<C>>, Vec<Vec<C>>) = values.iter().map(|v| self.polynomials(*v)).unzip();
+        [&t, &d].map(|p| self.combined(p))
+    }
+
+    /// What these polynomials, of each place, make of the coefficients of K.
+    fn combined(&self, p: &[Vec<C>]) -> Vec<C> {
+        let product = &self.stiffness * Mat::from_fn(self.kept, p.len(), |k, l| p[l][k]);
+        product.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<C>>()).collect()
+    }
+
+    /// Qᵀf of each of `values` with the motion `seen` of each, `[nf, values]`.
     pub fn follow(&self, values: &[C], seen: &Mat<C>) -> Mat<C> {
         let t: Vec<Vec<C>> = values.iter().map(|v| self.polynomials(*v).0).collect();
         let r = self.seen;
-        &self.follow * Mat::from_fn(r * (self.degree + 1), values.len(), |j, l| t[l][j / r] * seen[(j % r, l)])
+        &self.follow * Mat::from_fn(r * self.kept, values.len(), |j, l| t[l][j / r] * seen[(j % r, l)])
     }
 }

@@ -1,6 +1,7 @@
 //! The modes of both bodies, by the functions of which they consist over the contact.
 
 use super::small::add_product;
+use super::terms::Terms;
 use super::{C, REAL};
 use crate::body::ModalMatrix;
 use crate::model::ModalPair;
@@ -55,55 +56,35 @@ struct Poles {
     terms: Vec<C>,
     /// Amplitudes of the modes for each of these, real parts and then imaginary ones, `[modes, 2 terms]`.
     right: Mat<f64>,
+    /// How each of these is read off the modes.
+    readings: Vec<Reading>,
     /// What forces on the modes do to each of these, `[terms, modes]`.
     onto: Mat<C>,
 }
 
-/// What a part of G is by λ: a mode by itself or the poles of a group, which are real or two by two.
-#[derive(Clone, Copy)]
-enum Term {
-    /// 1/(λ² + cλ + k) of [k, c].
-    Single([f64; 2]),
-    /// 1/(λ − p).
-    Real(f64),
-    /// (λ − Re p)/|..|² and Im p/|..|², where |..|² stands for (λ − p)(λ − p̄).
-    Pair(C),
+/// The motion at a pole is a·q + b·λq of the modes: squares of the norms of a and b, and aᴴb.
+struct Reading {
+    squares: [f64; 2],
+    product: C,
 }
 
-impl Term {
-    /// Columns of residues that belong to it.
-    fn columns(self) -> usize {
-        if matches!(self, Self::Pair(_)) {
-            2
-        } else {
-            1
-        }
+impl Reading {
+    fn of(a: &[C], b: &[C]) -> Self {
+        let square = |v: &[C]| v.iter().map(C::norm_sqr).sum();
+        Self { squares: [square(a), square(b)], product: a.iter().zip(b).map(|(a, b)| a.conj() * b).sum() }
     }
 
-    /// Its shares with their derivatives, and what it has of the logarithmic derivative of P.
-    fn at(self, lambda: C) -> ([[C; 2]; 2], C) {
-        match self {
-            Self::Single([k, c]) => {
-                let (share, slope) = ((lambda * (lambda + c) + k).inv(), 2.0 * lambda + c);
-                ([[share, -slope * share * share], [C::default(); 2]], slope * share)
-            }
-            Self::Real(p) => {
-                let share = (lambda - p).inv();
-                ([[share, -share * share], [C::default(); 2]], share)
-            }
-            Self::Pair(p) => {
-                let beyond = lambda - p.re;
-                let share = ((lambda - p) * (lambda - p.conj())).inv();
-                let (along, fall) = (beyond * share, -2.0 * beyond * share * share);
-                ([[along, share + beyond * fall], [p.im * share, p.im * fall]], 2.0 * along)
-            }
-        }
+    /// ‖a + λb‖².
+    fn square(&self, lambda: C) -> f64 {
+        self.squares[0] + lambda.norm_sqr() * self.squares[1] + 2.0 * (lambda * self.product).re
     }
 }
 
 thread_local! {
-    /// From one state to the next the bodies are mostly the same.
+    /// From one state to the next the bodies are mostly the same, ...
     static LAST: RefCell<Vec<Rc<Poles>>> = const { RefCell::new(Vec::new()) };
+    /// ... and so is what the contact sees of them.
+    static KNOWN: RefCell<Option<Rc<Modes>>> = const { RefCell::new(None) };
 }
 
 impl Poles {
@@ -139,8 +120,13 @@ impl Poles {
             }
         });
         let onto = Mat::from_fn(t, s, |i, j| inverse[(kept[i], s + j)] / rate);
+        let reading = |&i: &usize| {
+            let part = |first: usize, unit: f64| (0..s).map(|j| inverse[(i, first + j)] / unit).collect::<Vec<C>>();
+            Reading::of(&part(0, 1.0), &part(s, rate))
+        };
+        let readings = kept.iter().map(reading).collect();
         let terms = kept.iter().map(|&i| values[i]).collect();
-        let made = Rc::new(Self { stiffness, damping, values, terms, right, onto });
+        let made = Rc::new(Self { stiffness, damping, values, terms, right, readings, onto });
         LAST.with_borrow_mut(|last| {
             last.truncate(KEPT - 1);
             last.insert(0, made.clone());
@@ -164,7 +150,7 @@ struct Part {
     functions: usize,
     singles: Vec<Single>,
     groups: Vec<Group>,
-    terms: Vec<Term>,
+    terms: Terms,
     /// Of each of them by columns, `[functions², columns]`.
     residues: Mat<f64>,
 }
@@ -175,27 +161,90 @@ pub(super) struct Modes {
     modes: usize,
     /// Number r of functions of both bodies.
     pub seen: usize,
-    /// The functions at the contact rows that are asked for, `[3n, r]`.
-    pub shapes: Mat<f64>,
-    /// Amplitudes of the functions in each mode, `[r, modes]`.
+    /// Amplitudes B of the functions in each mode, `[r, modes]`: its rows are of norm 1 and at right angles to each other.
     basis: Mat<f64>,
     /// Poles with Im > 0 that are hardly more damped than what is listed.
     pub poles: Vec<C>,
+    /// Those that are damped more.
+    pub damped: Vec<C>,
+    /// Squares of the norms of stiffness K and damping of the modes.
+    pub squares: [f64; 2],
+    /// B K Bᵀ, `[r, r]`.
+    pub stiffness: Mat<f64>,
+    of: Given,
+}
+
+/// What modes were made of.
+struct Given {
+    stiffness: ModalMatrix,
+    damping: ModalMatrix,
+    lower: usize,
+    within: f64,
+}
+
+impl Given {
+    fn is(&self, bodies: &ModalPair, within: f64) -> bool {
+        let same = self.within == within && self.lower == bodies.lower_modes;
+        same && self.stiffness == bodies.stiffness && self.damping == bodies.damping
+    }
 }
 
 impl Modes {
-    /// Those of `bodies` at these contact rows, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself does not
-    /// oscillate.
-    pub fn new(bodies: &ModalPair, rows: &[usize], within: f64) -> Option<Self> {
+    /// Those of `bodies` with the functions of which they consist at these contact rows, and the functions there, `[3n, r]`, with the poles up to the angle
+    /// `within`; none where the functions are not few, or a mode by itself does not oscillate. Those of the last state are taken where they serve.
+    pub fn at(bodies: &ModalPair, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
+        let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
+        let last = Self::last().filter(|known| known.of.is(bodies, within));
+        let (modes, asked) = match last.and_then(|last| last.shapes(&psi).map(|asked| (last, asked))) {
+            Some(found) => found,
+            None => {
+                let made = Rc::new(Self::new(bodies, &psi, within)?);
+                KNOWN.set(Some(made.clone()));
+                let asked = &psi * made.basis.transpose();
+                (made, asked)
+            }
+        };
+        let mut shapes = Mat::<f64>::zeros(bodies.modes.nrows(), modes.seen);
+        for (i, &row) in rows.iter().enumerate() {
+            (0..modes.seen).for_each(|j| shapes[(row, j)] = asked[(i, j)]);
+        }
+        Some((modes, shapes))
+    }
+
+    /// Those of the last state.
+    pub fn last() -> Option<Rc<Self>> {
+        KNOWN.with_borrow(Clone::clone)
+    }
+
+    /// Angle up to which [`poles`](Self::poles) are.
+    pub fn within(&self) -> f64 {
+        self.of.within
+    }
+
+    /// The functions at the rows `psi` of the modes; none where these consist of others as well.
+    fn shapes(&self, psi: &Mat<f64>) -> Option<Mat<f64>> {
+        let asked = psi * self.basis.transpose();
+        let left = psi - &asked * &self.basis;
+        let ends = [0, self.of.lower, self.modes];
+        let covered = ends.windows(2).all(|of| {
+            let largest = |m: &Mat<f64>| {
+                let mut squares = vec![0.0; m.nrows()];
+                for j in of[0]..of[1] {
+                    squares.iter_mut().zip(m.col_as_slice(j)).for_each(|(s, v)| *s += v * v);
+                }
+                squares.into_iter().fold(0.0, f64::max).sqrt()
+            };
+            largest(&left) <= ROUNDING * largest(psi)
+        });
+        covered.then_some(asked)
+    }
+
+    fn new(bodies: &ModalPair, psi: &Mat<f64>, within: f64) -> Option<Self> {
         let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
-        let psi = bodies.modes.as_ref();
         let mut bases = Vec::new();
         for (first, end) in [(0, lower), (lower, m)] {
             let limit = (FEW * (end - first) as f64) as usize;
-            bases.push((
-                first,
-                functions(Mat::from_fn(rows.len(), end - first, |i, j| psi[(rows[i], first + j)]), limit)?,
-            ));
+            bases.push((first, functions(psi.as_ref().subcols(first, end - first).to_owned(), limit)?));
         }
         let seen = bases.iter().map(|b| b.1.len()).sum::<usize>();
         let mut basis = Mat::<f64>::zeros(seen, m);
@@ -206,23 +255,23 @@ impl Modes {
             }
             at += functions.len();
         }
-        let mut shapes = Mat::<f64>::zeros(psi.nrows(), seen);
-        let asked = Mat::from_fn(rows.len(), m, |i, j| psi[(rows[i], j)]) * basis.transpose();
-        for (i, &row) in rows.iter().enumerate() {
-            (0..seen).for_each(|j| shapes[(row, j)] = asked[(i, j)]);
-        }
         let mut parts = Vec::new();
         let mut at = 0;
         for ((first, functions), end) in bases.iter().zip([lower, m]) {
             parts.push(Part::new(bodies, (*first, end), basis.as_ref().subrows(at, functions.len()), at)?);
             at += functions.len();
         }
-        let all = parts.iter().flat_map(Part::poles).filter(|p| p.im >= 0.0 && p.im.atan2(p.re) <= within);
-        let poles: Vec<C> = all.collect();
+        let all = parts.iter().flat_map(Part::poles).filter(|p| p.im >= 0.0);
+        let (poles, mut damped): (Vec<C>, Vec<C>) = all.partition(|p| p.im.atan2(p.re) <= within);
+        damped.retain(|p| p.im > 0.0);
         if seen == 0 || poles.is_empty() || poles.iter().any(|p| p.im <= REAL * p.norm()) {
             return None;
         }
-        Some(Self { parts, modes: m, seen, shapes, basis, poles })
+        let square = |of: &ModalMatrix| of.values().iter().map(|v| v * v).sum::<f64>();
+        let squares = [square(&bodies.stiffness), square(&bodies.damping)];
+        let stiffness = &basis * bodies.stiffness.product(basis.transpose());
+        let of = Given { stiffness: bodies.stiffness.clone(), damping: bodies.damping.clone(), lower, within };
+        Some(Self { parts, modes: m, seen, basis, poles, damped, squares, stiffness, of })
     }
 
     /// Number of modes.
@@ -254,19 +303,30 @@ impl Modes {
         add_product((k, g), self.seen, &blocks, out);
     }
 
+    /// G at each of `values`, by columns, one after the other, `[r²]` each.
+    pub fn compliance(&self, values: &[C]) -> Vec<C> {
+        let ([g], _) = self.with_derivatives(values);
+        g
+    }
+
     /// G and dG/dλ at each of `values`, by columns, one after the other, `[r²]` each; and the logarithmic derivative of P.
-    pub fn compliance(&self, values: &[C]) -> (Vec<C>, Vec<C>, Vec<C>) {
+    pub fn compliances(&self, values: &[C]) -> ([Vec<C>; 2], Vec<C>) {
+        self.with_derivatives(values)
+    }
+
+    /// G and its first derivatives, N in all; and the logarithmic derivative of P.
+    fn with_derivatives<const N: usize>(&self, values: &[C]) -> ([Vec<C>; N], Vec<C>) {
         let r = self.seen;
-        let mut both = [vec![C::default(); r * r * values.len()], vec![C::default(); r * r * values.len()]];
+        let mut all = [const { Vec::new() }; N].map(|_: Vec<C>| vec![C::default(); r * r * values.len()]);
         let mut slopes = vec![C::default(); values.len()];
         for part in &self.parts {
             for (chunk, some) in values.chunks(CHUNK).enumerate() {
                 let first = chunk * CHUNK;
-                let (product, of) = part.compliance(some);
+                let (product, of) = part.compliance::<N>(some);
                 slopes[first..first + some.len()].iter_mut().zip(of).for_each(|(a, b)| *a += b);
                 for l in 0..some.len() {
-                    let column = |k: usize| product.col_as_slice(4 * l + k);
-                    for (out, [re, im]) in both.iter_mut().zip([[0, 1], [2, 3]].map(|c| c.map(column))) {
+                    for (d, out) in all.iter_mut().enumerate() {
+                        let [re, im] = [0, 1].map(|k| product.col_as_slice(2 * (N * l + d) + k));
                         let out = &mut out[(first + l) * r * r..(first + l + 1) * r * r];
                         for j in 0..part.functions {
                             let from = j * part.functions..(j + 1) * part.functions;
@@ -278,8 +338,25 @@ impl Modes {
                 }
             }
         }
-        let [g, by] = both;
-        (g, by, slopes)
+        (all, slopes)
+    }
+
+    /// No more than the squares of the norms of the amplitudes of the modes under the forces on the functions, for each of `values`.
+    pub fn least(&self, values: &[C], forces: &[Vec<C>]) -> Vec<f64> {
+        let mut squares = vec![0.0; values.len()];
+        for part in &self.parts {
+            let force = |i: usize, l: usize| forces[l][part.first + i];
+            for (l, (&lambda, square)) in values.iter().zip(&mut squares).enumerate() {
+                for s in &part.singles {
+                    let by: C = s.seen.iter().enumerate().map(|(i, b)| b * force(i, l)).sum();
+                    *square += by.norm_sqr() / off(s.at(lambda), s.stiffness).norm_sqr();
+                }
+            }
+            for g in &part.groups {
+                squares.iter_mut().zip(g.least(values, &force)).for_each(|(a, b)| *a += b);
+            }
+        }
+        squares
     }
 
     /// Amplitudes of the modes under the forces on the functions, one list for each of `values`, `[modes, values]`.
@@ -301,6 +378,22 @@ impl Modes {
             }
         }
         q
+    }
+
+    /// Amplitudes of the functions in each mode, `[r, modes]`.
+    #[cfg(test)]
+    pub fn seen_by(&self) -> &Mat<f64> {
+        &self.basis
+    }
+
+    /// What a row per amplitude of the functions is per amplitude of the modes, `[rows, modes]`.
+    pub fn on_modes(&self, rows: &Mat<f64>) -> Mat<f64> {
+        rows * &self.basis
+    }
+
+    /// Forces on the modes of forces on the functions, `[modes, values]`.
+    pub fn on_modes_of(&self, forces: &Mat<C>) -> Mat<C> {
+        real_times(&self.basis.transpose().to_owned(), forces)
     }
 
     /// What the contact sees of amplitudes of the modes, `[r, values]`.
@@ -326,18 +419,23 @@ impl Part {
             }
             singles.push(Single { mode, stiffness, damping, seen: (0..functions).map(|i| basis[(i, mode)]).collect() });
         }
-        let single = |s: &Single| Term::Single([s.stiffness, s.damping]);
-        let mut terms: Vec<Term> = singles.iter().map(single).collect();
-        let of = |p: &C| if p.im == 0.0 { Term::Real(p.re) } else { Term::Pair(*p) };
-        terms.extend(groups.iter().flat_map(|g: &Group| g.own.terms.iter().map(of)));
-        let columns = terms.iter().map(|t| t.columns()).sum::<usize>();
-        let mut residues = Mat::<f64>::zeros(functions * functions, columns);
+        let of = |real: bool| {
+            let all = groups.iter().flat_map(|g: &Group| g.own.terms.iter());
+            all.filter(move |p| (p.im == 0.0) == real).copied().collect::<Vec<C>>()
+        };
+        let (real, pairs) = (of(true), of(false));
+        let terms = Terms {
+            singles: [singles.iter().map(|s| s.stiffness).collect(), singles.iter().map(|s| s.damping).collect()],
+            real: real.iter().map(|p| p.re).collect(),
+            pairs: [pairs.iter().map(|p| p.re).collect(), pairs.iter().map(|p| p.im).collect()],
+        };
+        let mut residues = Mat::<f64>::zeros(functions * functions, terms.columns());
         for (t, s) in singles.iter().enumerate() {
             for k in 0..functions * functions {
                 residues[(k, t)] = s.seen[k % functions] * s.seen[k / functions];
             }
         }
-        let mut t = singles.len();
+        let (mut real, mut pairs) = (0, 0);
         for g in &groups {
             let count = g.own.terms.len();
             let moved = Mat::from_fn(functions, g.modes.len(), |i, j| basis[(i, g.modes[j])]) * &g.own.right;
@@ -346,40 +444,35 @@ impl Part {
                     let i = k % functions;
                     C::new(moved[(i, j)], moved[(i, count + j)]) * g.driven[(j, k / functions)]
                 };
-                for k in 0..functions * functions {
-                    let residue = of(k);
-                    match pole.im == 0.0 {
-                        true => residues[(k, t)] = residue.re,
-                        // R/(λ − p) and its conjugate.
-                        false => (residues[(k, t)], residues[(k, t + 1)]) = (2.0 * residue.re, -2.0 * residue.im),
+                if pole.im == 0.0 {
+                    (0..functions * functions).for_each(|k| residues[(k, terms.of_real(real))] = of(k).re);
+                    real += 1;
+                } else {
+                    // R/(λ − p) and its conjugate.
+                    let [along, aside] = terms.of_pair(pairs);
+                    for k in 0..functions * functions {
+                        let residue = of(k);
+                        (residues[(k, along)], residues[(k, aside)]) = (2.0 * residue.re, -2.0 * residue.im);
                     }
+                    pairs += 1;
                 }
-                t += if pole.im == 0.0 { 1 } else { 2 };
             }
         }
         Some(Self { first: at, functions, singles, groups, terms, residues })
     }
 
-    /// Its G at each of `values`: real part, imaginary part, and the same of dG/dλ, `[functions², 4 values]`; and the logarithmic derivative of its P.
-    fn compliance(&self, values: &[C]) -> (Mat<f64>, Vec<C>) {
-        let mut shares = Mat::<f64>::zeros(self.residues.ncols(), 4 * values.len());
-        let mut slopes = vec![C::default(); values.len()];
-        for (l, (&lambda, slope)) in values.iter().zip(&mut slopes).enumerate() {
-            let mut columns = shares.as_mut().subcols_mut(4 * l, 4);
-            let mut t = 0;
-            for term in &self.terms {
-                let (own, of) = term.at(lambda);
-                *slope += of;
-                for [share, by] in own.into_iter().take(term.columns()) {
-                    columns[(t, 0)] = share.re;
-                    columns[(t, 1)] = share.im;
-                    columns[(t, 2)] = by.re;
-                    columns[(t, 3)] = by.im;
-                    t += 1;
-                }
-            }
+    /// Its G at each of `values`, real part and imaginary part, and the same of derivatives, N in all, `[functions², 2N values]`; and the logarithmic derivative
+    /// of its P.
+    fn compliance<const N: usize>(&self, values: &[C]) -> (Mat<f64>, Vec<C>) {
+        let columns = self.terms.columns();
+        let mut shares = vec![0.0; columns * 2 * N * values.len()];
+        let mut slopes = Vec::with_capacity(values.len());
+        for (&lambda, own) in values.iter().zip(shares.chunks_exact_mut((columns * 2 * N).max(1))) {
+            let mut parts: Vec<&mut [f64]> = own.chunks_exact_mut(columns.max(1)).collect();
+            slopes.push(self.terms.at(lambda, &mut parts));
         }
-        (&self.residues * shares, slopes)
+        slopes.resize(values.len(), C::default());
+        (&self.residues * MatRef::from_column_major_slice(&shares, columns, 2 * N * values.len()), slopes)
     }
 
     fn poles(&self) -> Vec<C> {
@@ -400,6 +493,19 @@ impl Group {
         let own = Poles::of(block(&bodies.stiffness), block(&bodies.damping))?;
         let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
         Some(Self { modes, own, driven })
+    }
+
+    /// No more than the square of the norm of [`motions`](Self::motions) for each of `values`: as much as is read off them at one pole.
+    fn least(&self, values: &[C], force: &dyn Fn(usize, usize) -> C) -> Vec<f64> {
+        let by_pole = &self.driven * Mat::from_fn(self.driven.ncols(), values.len(), force);
+        let of = |(l, lambda): (usize, &C)| {
+            let at = self.own.terms.iter().zip(&self.own.readings).zip(by_pole.col_as_slice(l));
+            let read = |((pole, reading), by): ((&C, &Reading), &C)| {
+                by.norm_sqr() / (off(lambda - pole, pole.norm()).norm_sqr() * reading.square(*lambda))
+            };
+            at.map(read).fold(0.0, f64::max)
+        };
+        values.iter().enumerate().map(of).collect()
     }
 
     /// Amplitudes of its modes under `force` on each function, for each of `values`, `[modes, values]`.

@@ -5,7 +5,7 @@ use crate::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
 use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::combined_compliance;
-use crate::stability::reduced;
+use crate::stability::reduced::{self, assemble};
 
 const MODES: [usize; 2] = [50, 30];
 
@@ -117,6 +117,89 @@ fn they_are_those_of_the_dense_pencil() {
     assert!(growing > 0, "nothing grows");
 }
 
+/// Without motions the eigenvalues are the same ones, in the same order.
+#[test]
+fn eigenvalues_come_without_motions() {
+    let s = interface();
+    let pair = bodies(&s);
+    for contact in cases(&s, &pair) {
+        let with = eigenpairs(&pair, &contact, 0.3, 1e-10).unwrap().unwrap();
+        LAST.set(Last::default());
+        let without = eigenvalues(&pair, &contact, 0.3, 1e-10).unwrap().unwrap();
+        let upper: Vec<&Eigenpair> = with.iter().filter(|p| p.value.im > 0.0).collect();
+        assert!(without.len() == upper.len() && upper.len() > 70);
+        for (a, b) in without.iter().zip(upper) {
+            assert!((a.value - b.value).norm() <= 1e-11 * b.value.norm(), "{} {}", a.value, b.value);
+            assert!(a.modal.is_empty() && a.backward_error < 1e-12, "{}", a.backward_error);
+        }
+        // A tolerance below rounding is not met.
+        assert!(eigenvalues(&pair, &contact, 0.3, 1e-20).unwrap().is_none());
+    }
+}
+
+/// Backward errors are those in the whole pencil, also of what is no eigenvalue; from the contact's side they are a little larger, never smaller.
+#[test]
+fn errors_are_those_of_the_pencil() {
+    let s = interface();
+    let pair = bodies(&s);
+    for contact in cases(&s, &pair) {
+        let secular = Secular::new(&pair, &contact, 0.3).unwrap().unwrap();
+        let roots = secular.roots().unwrap();
+        let pencil = assemble(&pair, &contact, None).unwrap();
+        let scaled = Scaled::new(&secular.modes, &secular.contact.rows);
+        let norms = [pencil.a.norm_l2(), pencil.e.norm_l2()];
+        let same = [(scaled.rate, pencil.scales.rate), (scaled.force, pencil.scales.force)];
+        for (a, b) in same.into_iter().chain(scaled.norms().into_iter().zip(norms)) {
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
+        for off in [1e-7, 1e-4] {
+            let beside: Vec<C> = roots.iter().map(|v| v * C::new(1.0 + off, off)).collect();
+            let (forces, seen) = secular.forces(&beside);
+            let Lifted { modal, own, squares, errors } = secular.lifted(&pair, &scaled, &beside, &forces);
+            let least = secular.modes.least(&beside, &forces);
+            let x = Vectors { values: &beside, seen: &seen, own: &own, squares: &least };
+            let bounds = scaled.errors(&secular.contact.rows, &x, &forces);
+            for l in 0..beside.len() {
+                let of = |m: &Mat<C>| m.col_as_slice(l).to_vec();
+                let value = beside[l];
+                let x = Eigenpair { value, modal: of(&modal), tangential: of(&own), backward_error: 0.0 };
+                let x = pencil.vector(&x);
+                let value = value / pencil.scales.rate;
+                let residual = pencil.residuals(&[value], &Mat::from_fn(x.len(), 1, |i, _| x[i]))[0];
+                let norm = x.iter().map(C::norm_sqr).sum::<f64>().sqrt();
+                let want = residual / ((norms[0] + value.norm() * norms[1]) * norm);
+                assert!((errors[l] / want - 1.0).abs() < 1e-5, "{value}: {} against {want}", errors[l]);
+                let of_q = of(&modal).iter().map(C::norm_sqr).sum::<f64>();
+                assert!((squares[l] / of_q - 1.0).abs() < 1e-12 && least[l] <= of_q * (1.0 + 1e-9));
+                assert!(bounds[l] >= want * (1.0 - 1e-5) && bounds[l] < 30.0 * want, "{value}: {} {want}", bounds[l]);
+            }
+        }
+    }
+}
+
+/// What the contact sees of the bodies is kept for other closed nodes, not for other bodies.
+#[test]
+fn modes_are_kept_for_the_same_bodies() {
+    let s = interface();
+    let pair = bodies(&s);
+    let (all, some): (Vec<usize>, Vec<usize>) = ((0..3 * s.len()).collect(), (60..90).collect());
+    let (first, _) = Modes::at(&pair, &all, 1.9).unwrap();
+    let (again, shapes) = Modes::at(&pair, &some, 1.9).unwrap();
+    assert!(Rc::ptr_eq(&first, &again));
+    let asked = pair.modes.as_ref() * again.seen_by().transpose();
+    for (row, j) in (0..3 * s.len()).flat_map(|row| (0..again.seen).map(move |j| (row, j))) {
+        let want = if some.contains(&row) { asked[(row, j)] } else { 0.0 };
+        assert!((shapes[(row, j)] - want).abs() < 1e-14);
+    }
+    // A row that moves as none did.
+    let mut other = pair.clone();
+    other.modes[(70, 3)] += 0.01;
+    assert!(!Rc::ptr_eq(&first, &Modes::at(&other, &some, 1.9).unwrap().0));
+    let mut damped = pair.clone();
+    damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
+    assert!(!Rc::ptr_eq(&first, &Modes::at(&damped, &some, 1.9).unwrap().0));
+}
+
 /// Where an eigenvalue that is not listed stands in the place of one that is, each is one by itself: the count tells that one is missing.
 #[test]
 fn one_that_is_missing_is_noticed() {
@@ -173,6 +256,40 @@ fn roots_go_on_from_state_to_state() {
         }
     }
     assert!(ahead > 100, "{ahead} were foreseen");
+}
+
+/// Bodies that are a little different, and what the dense pencil has found: the roots that go on from these are those found from nothing.
+#[test]
+fn roots_go_on_to_other_bodies() {
+    let s = interface();
+    let pair = bodies(&s);
+    let mut damped = pair.clone();
+    damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
+    let contact = contact(&s, &pair, FrictionLaw::Constant(0.3), 0.01);
+    let secular = |pair: &ModalPair| Secular::new(pair, &contact, 0.3).unwrap().unwrap();
+    let anew = |pair: &ModalPair| {
+        LAST.set(Last::default());
+        secular(pair).roots().unwrap()
+    };
+    let (first, want) = (anew(&pair), anew(&damped));
+    let near = |of: &[C], root: &C| of.iter().map(|v| (v - root).norm()).fold(f64::INFINITY, f64::min);
+    let inside = |of: &Secular, v: &&C| of.aside(**v) <= 0.0;
+    let same = |other: &Secular, found: &[C]| {
+        for root in want.iter().filter(|v| inside(other, v)) {
+            assert!(near(found, root) < 1e-10 * root.norm(), "{root} is {} off", near(found, root));
+        }
+    };
+    // From those of the other bodies.
+    LAST.set(Last { poles: secular(&pair).modes.poles.clone(), roots: first, ..Last::default() });
+    let other = secular(&damped);
+    LAST.with_borrow(|last| assert!(last.is_near(&other.modes.poles) && last.poles != other.modes.poles));
+    same(&other, &other.roots().unwrap());
+    // From the dense pencil.
+    LAST.set(Last::default());
+    begin_at(reduced::eigenpairs(&damped, &contact, 1e-8).unwrap().iter().map(|p| p.value));
+    let starts = LAST.with_borrow(|last| last.roots.clone());
+    assert!(want.iter().filter(|v| inside(&other, v)).all(|v| near(&starts, v) < 1e-9 * v.norm()));
+    same(&other, &other.roots().unwrap());
 }
 
 /// Modes that friction which falls drives harder than they oscillate have real eigenvalues, which no root stands for.
