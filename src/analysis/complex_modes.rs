@@ -5,6 +5,7 @@ use super::{run::Run, RunOptions};
 use crate::body::{Fields, FullSystem};
 use crate::case::bodies::Bodies;
 use crate::case::examined::Found;
+use crate::case::pictures::Pictures;
 use crate::job;
 use crate::model::ModalPair;
 use crate::output::{companion, BodyPart, FieldKind, FieldSpec, Sequence, SequenceFile, Table};
@@ -63,7 +64,16 @@ pub(super) fn run(
         world.broadcast(reduced.map(|r| r.0.contact.nodes.iter().map(|n| n.node as u64).collect()).unwrap_or_default());
     let energies = shapes.iter().map(|s| energy(world, bodies, &nodes, s)).collect::<Result<Vec<_>>>()?;
     run.file.tables(tables(&shapes, &energies));
-    let sequence = write(world, stability.phases as usize, bodies, &shapes, run.options)?;
+    let shown: Vec<(C, usize)> = shapes.iter().map(|s| (s.value, s.place)).collect();
+    let at_nodes = |shape: usize, place: usize| {
+        let body = fields(bodies, place)?;
+        let part = |of: fn(&C) -> f64| {
+            let u: Vec<f64> = shapes[shape].motion[place].iter().map(of).collect();
+            body.at_nodes(&u).into_flattened()
+        };
+        Ok([part(|v| v.re), part(|v| v.im)])
+    };
+    let sequence = write(world, stability.phases as usize, &bodies.parts(), &shown, at_nodes, run.options)?;
     run.file.attach(sequence)
 }
 
@@ -91,6 +101,44 @@ fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usiz
     pairs.iter().take(count).enumerate().map(shape).collect()
 }
 
+/// On rank 0: those of the reduced model that are shown, with their places in the list of eigenvalues.
+fn chosen(found: Option<&Found>, least: usize) -> Vec<(usize, &Eigenpair)> {
+    let Some(found) = found.filter(|_| least > 0) else { return Vec::new() };
+    // Real eigenvalues do not oscillate: they have no period to be shown over.
+    let all = found.spectrum.eigenpairs.iter().enumerate();
+    let oscillating: Vec<(usize, &Eigenpair)> = all.filter(|(_, e)| e.value.im > 0.0).collect();
+    let count = selected(oscillating.iter().map(|(_, e)| (e.value, e.backward_error)), least);
+    oscillating.into_iter().take(count).collect()
+}
+
+/// Collective: writes the selected complex modes of bodies that are swept from a section, on the meshes that show their modes: what the contact yields by
+/// itself is not seen there.
+pub(super) fn draw(
+    run: &mut Run,
+    stability: &job::Stability,
+    bodies: &Bodies,
+    reduced: Option<(&Found, &ModalPair)>,
+) -> Result<()> {
+    let world = run.world();
+    let pictures = Pictures::of(world, bodies, |_| true);
+    let chosen = chosen(reduced.map(|r| r.0), stability.shapes as usize);
+    let values = world.broadcast(chosen.iter().map(|(_, e)| e.value).collect::<Vec<C>>());
+    if pictures.is_empty() || values.is_empty() {
+        return Ok(());
+    }
+    let places = world.broadcast(chosen.iter().map(|(place, _)| *place as u64).collect::<Vec<u64>>());
+    let shown: Vec<(C, usize)> = values.into_iter().zip(places.into_iter().map(|p| p as usize)).collect();
+    let at_nodes = |shape: usize, picture: usize| {
+        Ok(chosen.get(shape).map_or([Vec::new(), Vec::new()], |(_, pair)| pictures.moved(picture, &pair.modal)))
+    };
+    let text =
+        "Place in the list of eigenvalues, from 0, of each complex mode that is written as a motion of the bodies.";
+    let list: Vec<i64> = shown.iter().map(|s| s.1 as i64).collect();
+    run.file.tables([Table::list("/stability/shape", "1", text, list)]);
+    let sequence = write(world, stability.phases as usize, &pictures.parts(), &shown, at_nodes, run.options)?;
+    run.file.attach(sequence)
+}
+
 /// Motion from the modal amplitudes and, statically, the residual compliance under the reactions: u = Φq + (I − ΦΦᵀM) K⁻¹BᵀR.
 fn of_reduced(
     world: &World,
@@ -98,15 +146,7 @@ fn of_reduced(
     reduced: Option<(&Found, &ModalPair)>,
     least: usize,
 ) -> Result<Vec<Shape>> {
-    let chosen: Vec<&Eigenpair> = match reduced {
-        Some((found, _)) if least > 0 => {
-            // Real eigenvalues do not oscillate: they have no period to be shown over.
-            let oscillating: Vec<&Eigenpair> = found.spectrum.eigenpairs.iter().filter(|e| e.value.im > 0.0).collect();
-            let count = selected(oscillating.iter().map(|e| (e.value, e.backward_error)), least);
-            oscillating.into_iter().take(count).collect()
-        }
-        _ => Vec::new(),
-    };
+    let chosen = chosen(reduced.map(|r| r.0), least);
     let count = world.broadcast(vec![chosen.len() as u64])[0] as usize;
     let systems = bodies.full_systems()?;
     let mut shapes = Vec::new();
@@ -115,8 +155,8 @@ fn of_reduced(
             let (Some((found, model)), Some(pair)) = (reduced, chosen.get(i)) else {
                 return Err(crate::Error::Defect("complex modes: no reduced model on rank 0".into()));
             };
-            let place = found.spectrum.eigenpairs.iter().position(|e| std::ptr::eq(e, *pair)).unwrap_or(0);
-            Ok((reactions(model, &found.contact, pair)?, *pair, place, model, &found.contact))
+            let (place, pair) = *pair;
+            Ok((reactions(model, &found.contact, pair)?, pair, place, model, &found.contact))
         })?;
         let forces = world.broadcast(on_root.as_ref().map(|r| r.0.clone()).unwrap_or_default());
         let modal = world.broadcast(on_root.as_ref().map(|r| r.1.modal.clone()).unwrap_or_default());
@@ -253,30 +293,32 @@ fn tables(shapes: &[Shape], energies: &[Energy]) -> Vec<Table> {
 }
 
 /// Collective: the file with every mode over its period, without growth. At the first phase the largest displacement is real, a quarter period on
-/// minus the imaginary part is shown.
+/// minus the imaginary part is shown. `shapes` are the eigenvalues, 1/s, with their places in the list; `at_nodes(shape, part)`, collective, gives real and
+/// imaginary parts of one at this rank's local nodes of a part.
 fn write<'w>(
     world: &'w World,
     phases: usize,
-    bodies: &Bodies,
-    shapes: &[Shape],
+    parts: &[BodyPart],
+    shapes: &[(C, usize)],
+    at_nodes: impl Fn(usize, usize) -> Result<[Vec<f64>; 2]>,
     options: &RunOptions,
 ) -> Result<SequenceFile<'w>> {
     let steps = shapes.len() * phases;
     let times: Vec<f64> = (0..steps).map(|i| i as f64 / phases as f64).collect();
-    let of_step = |of: &dyn Fn(&Shape) -> f64| (0..steps).map(|i| of(&shapes[i / phases])).collect::<Vec<f64>>();
+    let of_step = |of: &dyn Fn(&(C, usize)) -> f64| (0..steps).map(|i| of(&shapes[i / phases])).collect::<Vec<f64>>();
     let tables = [
         Table::list(
             "/modes/frequency",
             "Hz",
             "Frequency of the mode of each step.",
-            of_step(&|s| s.value.im / (2.0 * std::f64::consts::PI)),
+            of_step(&|s| s.0.im / (2.0 * std::f64::consts::PI)),
         ),
-        Table::list("/modes/growth_rate", "1/s", "Growth rate of the mode of each step.", of_step(&|s| s.value.re)),
+        Table::list("/modes/growth_rate", "1/s", "Growth rate of the mode of each step.", of_step(&|s| s.0.re)),
         Table::list(
             "/modes/eigenvalue",
             "1",
             "Place of the mode of each step in /stability/eigenvalue of the main file, from 0.",
-            (0..steps).map(|i| shapes[i / phases].place as i64).collect::<Vec<_>>(),
+            (0..steps).map(|i| shapes[i / phases].1 as i64).collect::<Vec<_>>(),
         ),
         Table::list(
             "/modes/phase",
@@ -298,18 +340,9 @@ fn write<'w>(
         single: true,
     };
     let path = companion(&options.output, "modes.vtkhdf");
-    let parts: Vec<BodyPart> = bodies.parts();
-    let mut file = SequenceFile::create(world, &path, options.force || options.resume, &parts, sequence)?;
-    for (number, shape) in shapes.iter().enumerate() {
-        let mut at_nodes: Vec<[Vec<f64>; 2]> = Vec::new();
-        for place in 0..2 {
-            let body = fields(bodies, place)?;
-            let part = |of: fn(&C) -> f64| {
-                let u: Vec<f64> = shape.motion[place].iter().map(of).collect();
-                body.at_nodes(&u).into_flattened()
-            };
-            at_nodes.push([part(|v| v.re), part(|v| v.im)]);
-        }
+    let mut file = SequenceFile::create(world, &path, options.force || options.resume, parts, sequence)?;
+    for number in 0..shapes.len() {
+        let at_nodes = (0..parts.len()).map(|part| at_nodes(number, part)).collect::<Result<Vec<_>>>()?;
         let unit = unit(world, &at_nodes);
         for phase in 0..phases {
             let turn = unit * C::from_polar(1.0, 2.0 * std::f64::consts::PI * phase as f64 / phases as f64);

@@ -2,8 +2,9 @@
 
 use super::run::Run;
 use crate::body::modes::Extent;
-use crate::body::{ModeName, TraceModes};
+use crate::body::{Kind, ModeName, TraceModes};
 use crate::case::bodies::Bodies;
+use crate::case::pictures::Pictures;
 use crate::job::{Job, ModesExtent};
 use crate::model::{waves, ModalRotation, Wave};
 use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
@@ -54,14 +55,31 @@ pub fn list(run: &mut Run, places: &[(&'static str, usize)], modes: &[TraceModes
 
 /// Collective: the shapes of the `modes` of the bodies that differ as a sequence that goes with the result file, where fields are wanted.
 pub fn show(run: &mut Run, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
+    let path = companion(&run.options.output, "free_modes.vtkhdf");
+    if run.job.output.swept_modes == Some(true) {
+        return show_swept(run, &path, bodies, modes);
+    }
     if !run.job.output.fields || modes.is_empty() || !bodies.on_meshes() {
         return Ok(());
     }
     run.progress.stage("writing mode shapes");
-    let path = companion(&run.options.output, "free_modes.vtkhdf");
     let places: Vec<usize> = bodies.places.iter().map(|p| p.body).collect();
     let how = (run.replaces(), true);
     let shapes = sequence(run.world(), &path, how, bodies, (&bodies.parts(), &places), modes)?;
+    run.file.attach(shapes)
+}
+
+/// Collective: the shapes of the modes of wheels that are swept from a section; a rail has hundreds of waves.
+fn show_swept(run: &mut Run, path: &Path, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
+    let world = run.world();
+    let pictures = Pictures::of(world, bodies, |kind| kind == Kind::Swept);
+    if pictures.is_empty() || modes.is_empty() {
+        return Ok(());
+    }
+    run.progress.stage("writing mode shapes");
+    let frequencies: Vec<Vec<f64>> = pictures.bodies().into_iter().map(|body| modes[body].frequency()).collect();
+    let mode = |picture: usize, k: usize| Ok(pictures.mode(picture, k));
+    let shapes = write_modes(world, path, (run.replaces(), true), &pictures.parts(), &frequencies, mode)?;
     run.file.attach(shapes)
 }
 

@@ -77,6 +77,10 @@ pub(super) fn run(
         }
     }
     match shapes {
+        _ if run.job.output.swept_modes == Some(true) => {
+            let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
+            complex_modes::draw(run, stability, bodies, reduced)?;
+        }
         _ if !writes_shapes(run.job) => {}
         Ok(()) => {
             run.progress.stage("complex modes");

@@ -33,7 +33,7 @@ pub use trace::{Side, Trace};
 
 use crate::mesh::distribute::MeshPart;
 use crate::petsc::csr::DistCsr;
-use crate::swept::{Infinite, OutlineModes};
+use crate::swept::{Infinite, OutlineModes, PictureModes};
 use crate::Result;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
@@ -199,6 +199,11 @@ pub trait Body {
     /// piece that is modelled ends.
     fn infinite(&self, _reach: f64) -> Result<Option<Infinite>> {
         Ok(None)
+    }
+
+    /// Its modes on a mesh that shows them, after [`Body::modes`], of a body that is swept from a section; the same on every rank.
+    fn picture(&self) -> Option<&PictureModes> {
+        None
     }
 
     /// Its motions on a mesh, where it has one.

@@ -10,7 +10,8 @@ use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
 use crate::swept::waves::{self, Damping, Member, Wave};
-use crate::swept::{infinite, turned, Bays, Forms, Infinite, LineLoad, Seen, Square, Track, FAMILY, LOADS};
+use crate::swept::{infinite, turned, Bays, Forms, Infinite, LineLoad, Picture, PictureModes, Seen, Square};
+use crate::swept::{Track, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -53,6 +54,8 @@ pub struct Rail<'w> {
     /// Angle of the contact's frame against that of the surface, rad.
     tilt: f64,
     contact: Hybrid,
+    /// Its modes on a mesh that shows them, once they are known; not those of pads that stand apart, which are waves of many orders each.
+    picture: Option<PictureModes>,
 }
 
 impl<'w> Rail<'w> {
@@ -74,6 +77,7 @@ impl<'w> Rail<'w> {
             period,
             tilt: tilt.map_or(0.0, |t| t - angle),
             contact: Hybrid::new(half_space, grid),
+            picture: None,
         })
     }
 
@@ -245,6 +249,12 @@ impl Body for Rail<'_> {
             // They are waves of many orders each, and solved densely.
             return Ok(TraceModes { rows, damping, reach, omega, ..TraceModes::default() });
         }
+        let highest = all.iter().map(|wave| wave.order).max().unwrap_or(0);
+        self.picture = Some(PictureModes {
+            picture: Picture::new(&self.forms, 0.0, highest, self.tilt),
+            orders: all.iter().map(|wave| (wave.order, wave.vectors.clone())).collect(),
+            list: list.clone(),
+        });
         let rows = self.contact.of_modes(&omega, &seen);
         Ok(TraceModes {
             residual: list.iter().map(|m| all[m.0].residual[m.1]).collect(),
@@ -255,6 +265,10 @@ impl Body for Rail<'_> {
             rotation: None,
             names: list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect(),
         })
+    }
+
+    fn picture(&self) -> Option<&PictureModes> {
+        self.picture.as_ref()
     }
 
     fn infinite(&self, reach: f64) -> Result<Option<Infinite>> {

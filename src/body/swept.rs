@@ -12,7 +12,7 @@ use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order};
 use crate::swept::{turned, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, FAMILY, LOADS};
-use crate::swept::{OrderModes, Outline, OutlineModes};
+use crate::swept::{OrderModes, Outline, OutlineModes, Picture, PictureModes};
 use crate::{Error, Result};
 use faer::Mat;
 use std::collections::BTreeSet;
@@ -54,6 +54,8 @@ pub struct Swept<'w> {
     contact: Hybrid,
     /// What meets the air, or why that cannot be said; with the modes, once they are known.
     outline: Result<OutlineModes>,
+    /// Its modes on a mesh that shows them, once they are known.
+    picture: Option<PictureModes>,
 }
 
 impl<'w> Swept<'w> {
@@ -68,6 +70,7 @@ impl<'w> Swept<'w> {
         let outline = forms.section.outline(&clamped).map(bare).map_err(|e| e.context(format!("bodies.{name}")));
         Ok(Self {
             outline,
+            picture: None,
             world,
             name: name.into(),
             making: making.section,
@@ -229,6 +232,10 @@ impl Body for Swept<'_> {
         self.outline.as_ref().map(Some).map_err(Error::clone)
     }
 
+    fn picture(&self) -> Option<&PictureModes> {
+        self.picture.as_ref()
+    }
+
     fn rows(&self) -> usize {
         self.contact.rows()
     }
@@ -273,6 +280,13 @@ impl Body for Swept<'_> {
         if let Ok(outline) = &mut self.outline {
             (outline.orders, outline.count) = (on_outline(&list), list.len());
         }
+        let highest = all.iter().map(|seen| seen.order).max().unwrap_or(0);
+        let place = |m: &Member| all.iter().position(|seen| seen.order == m.of.order).unwrap_or(0);
+        self.picture = Some(PictureModes {
+            picture: Picture::new(&self.forms, self.making.radius(), highest, self.tilt),
+            orders: all.iter().map(|seen| (seen.order, seen.vectors.clone())).collect(),
+            list: list.iter().map(|m| (place(m), m.index, m.family)).collect(),
+        });
         let omega: Vec<f64> = list.iter().map(Member::omega).collect();
         let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.tilt)).collect();
         let rows = self.contact.of_modes(&omega, &seen);
@@ -312,7 +326,16 @@ mod tests {
         let contact = (0..m).map(|k| std::array::from_fn(|c| (1 + k + c) as f64)).collect();
         let shares = (0..m).map(|k| if k % 2 == 0 { [0.1, 0.2, 0.7] } else { [0.6, 0.3, 0.1] }).collect();
         let outline = Mat::from_fn(2, m, |i, j| (10 * order + 2 * j + i) as f64);
-        Seen { order, omega: omega.to_vec(), residual: vec![0.0; m], shares, contact, rotation, outline }
+        Seen {
+            order,
+            omega: omega.to_vec(),
+            residual: vec![0.0; m],
+            shares,
+            contact,
+            rotation,
+            outline,
+            vectors: Mat::zeros(0, m),
+        }
     }
 
     /// What the air sees of the modes that are kept, by orders, with their places in the list; and the way between ranks.

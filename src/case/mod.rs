@@ -7,6 +7,7 @@ pub mod foresee;
 pub mod interface;
 mod lies;
 pub mod meshes;
+pub(crate) mod pictures;
 pub mod placed;
 pub mod rail;
 pub(crate) mod rolling;

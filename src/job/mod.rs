@@ -97,7 +97,10 @@ impl Job {
 
     fn resolve(&mut self, folder: &Path) {
         let graded = self.contact.is_some();
-        // A section and a profile have no mesh that could be shown.
+        if self.is_swept() {
+            self.output.swept_modes.get_or_insert(self.output.fields);
+        }
+        // A section and a profile have no mesh on which all could be shown.
         self.output.fields &= !self.is_swept() && self.placement().is_none();
         // Absolute, so that the resolved job means the same file wherever it is kept.
         let absolute = |file: &mut std::path::PathBuf| {

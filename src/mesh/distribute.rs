@@ -33,6 +33,21 @@ pub struct MeshPart {
 }
 
 impl MeshPart {
+    /// A mesh that is on rank 0 alone: its nodes, m, and its cells.
+    pub fn undivided(world: &World, nodes: &[[f64; 3]], cells: impl Iterator<Item = (CellKind, Vec<u32>)>) -> Self {
+        let mut part = Self { ranges: vec![nodes.len() as u64; world.size + 1], ..Self::default() };
+        part.ranges[0] = 0;
+        if world.is_root() {
+            cells.for_each(|(kind, nodes)| part.cells.push(kind, &nodes));
+            part.node_ids = (0..nodes.len() as u64).collect();
+            part.owned = nodes.len();
+            part.coords = nodes.to_vec();
+            part.cell_ids = (0..part.cells.len() as u64).collect();
+            part.cell_owned = vec![true; part.cells.len()];
+        }
+        part
+    }
+
     /// Boundary facets of which this rank has the corner with the lowest number, in the order of their local nodes: each facet is on one rank.
     pub fn boundary(&self) -> Vec<Facet> {
         let part = self;

@@ -43,6 +43,8 @@ pub struct Seen {
     pub rotation: RotationBlocks,
     /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see [`Seen::with_outline`].
     pub outline: Mat<f64>,
+    /// Amplitudes of the whole section, 1/√kg, `[amplitudes, m]`; as the ones before.
+    pub vectors: Mat<f64>,
 }
 
 impl Seen {
@@ -72,14 +74,16 @@ impl Seen {
             contact: (0..modes.omega.len()).map(mean).collect(),
             rotation: blocks(forms, modes, prestress),
             outline: Mat::zeros(0, modes.omega.len()),
+            vectors: Mat::zeros(0, modes.omega.len()),
         }
     }
 
-    /// The same with what the air sees of the modes, at these nodes of the section.
+    /// The same with the modes' amplitudes, and with what the air sees of them, at these nodes of the section.
     pub fn with_outline(mut self, forms: &Forms, modes: &Modes, nodes: &[usize]) -> Self {
         self.outline = Mat::from_fn(2 * nodes.len(), modes.omega.len(), |i, j| {
             forms.amplitude(nodes[i / 2]).map_or(0.0, |first| modes.vectors[(first + 2 * (i % 2), j)])
         });
+        self.vectors = modes.vectors.clone();
         self
     }
 
@@ -100,10 +104,10 @@ impl Seen {
     /// As one list of numbers.
     pub fn to_numbers(&self) -> Vec<f64> {
         let m = self.omega.len();
-        let mut list = vec![self.order as f64, m as f64, self.outline.nrows() as f64];
+        let mut list = vec![self.order as f64, m as f64, self.outline.nrows() as f64, self.vectors.nrows() as f64];
         list.extend(self.omega.iter().chain(&self.residual));
         list.extend(self.shares.as_flattened().iter().chain(self.contact.as_flattened()));
-        for matrix in [&self.rotation.coupling, &self.rotation.stiffness, &self.outline] {
+        for matrix in [&self.rotation.coupling, &self.rotation.stiffness, &self.outline, &self.vectors] {
             list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
         }
         list
@@ -115,12 +119,13 @@ impl Seen {
         while !numbers.is_empty() {
             let m = numbers.get(1).map_or(0, |m| *m as usize);
             let rows = numbers.get(2).map_or(0, |rows| *rows as usize);
-            let length = 3 + (5 + LOADS) * m + 2 * m * m + rows * m;
+            let amplitudes = numbers.get(3).map_or(0, |rows| *rows as usize);
+            let length = 4 + (5 + LOADS) * m + 2 * m * m + (rows + amplitudes) * m;
             if numbers.len() < length {
                 return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
             }
             let (mine, rest) = numbers.split_at(length);
-            let (list, matrices) = mine[3..].split_at((5 + LOADS) * m);
+            let (list, matrices) = mine[4..].split_at((5 + LOADS) * m);
             let matrix = |rows: usize, first: usize| Mat::from_fn(rows, m, |i, j| matrices[first + i + rows * j]);
             all.push(Self {
                 order: mine[0] as usize,
@@ -130,6 +135,7 @@ impl Seen {
                 contact: list[5 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
                 rotation: RotationBlocks { coupling: matrix(m, 0), stiffness: matrix(m, m * m) },
                 outline: matrix(rows, 2 * m * m),
+                vectors: matrix(amplitudes, 2 * m * m + rows * m),
             });
             numbers = rest;
         }

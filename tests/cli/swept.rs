@@ -166,6 +166,47 @@ fn keys_that_do_not_go_together_are_named() {
     }
 }
 
+/// Modes on meshes that show them: those of both bodies, which are one, and the complex ones over their period; the same on two ranks. They touch at
+/// the contact point.
+#[test]
+fn swept_modes_are_shown() {
+    let mut job = coarse();
+    job["analyses"] = json!({ "modes": { "count": 14 }, "stability": { "shapes": 2 } });
+    job["output"] = json!({});
+    let folder = Folder::with(job.to_string());
+    for ranks in [1, 2] {
+        folder.call(ranks, "run", &["--output", &folder.text(&format!("{ranks}.h5"))]).good();
+    }
+    let read = |file: &str, name: &str| numbers(&folder, file, name);
+    let frequency = read("1.h5", "modes/upper/frequency");
+    let listed = read("1.free_modes.vtkhdf", "modes/frequency");
+    assert_eq!(listed, [frequency.clone(), frequency].concat());
+    let points = read("1.free_modes.vtkhdf", "VTKHDF/Points");
+    let high =
+        points.iter().skip(2).step_by(3).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], z| [a.min(*z), b.max(*z)]);
+    // Two wheels of the radius 0.5 m, one on the other.
+    assert!((high[0] + 1.0).abs() < 1e-6 && (high[1] - 1.0).abs() < 1e-6, "{high:?}");
+    assert!(points.chunks_exact(3).any(|p| p.iter().all(|c| c.abs() < 1e-9)), "no contact point");
+    let growth = read("1.modes.vtkhdf", "modes/growth_rate");
+    let eigenvalue = read("1.h5", "stability/growth_rate");
+    assert!(growth.iter().any(|g| (g - eigenvalue[0]).abs() < 1e-9), "{growth:?} {eigenvalue:?}");
+    for file in ["free_modes", "modes"] {
+        let name = if file == "modes" { "motion" } else { "shape" };
+        let [one, two] = [1, 2].map(|ranks| {
+            let mut all = read(&format!("{ranks}.{file}.vtkhdf"), &format!("VTKHDF/PointData/{name}"));
+            all.iter_mut().for_each(|v| *v = v.abs());
+            all
+        });
+        let sum = |all: &[f64]| all.iter().map(|v| v * v).sum::<f64>();
+        assert_eq!(one.len(), two.len());
+        assert!((sum(&one) / sum(&two) - 1.0).abs() < 1e-3 && sum(&one) > 0.0, "{file}: {} {}", sum(&one), sum(&two));
+    }
+    job["output"] = json!({ "swept_modes": false });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    assert!(!folder.listing().iter().any(|name| name.ends_with(".vtkhdf")), "{:?}", folder.listing());
+}
+
 /// The sound of swept wheels: in the band of the mode that squeals, as loud on one rank as on two, and the same to the last bit of a run that is
 /// continued.
 #[test]

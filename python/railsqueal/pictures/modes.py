@@ -66,6 +66,12 @@ class Surface:
         """Largest extent, m."""
         return float(np.ptp(self.points[np.unique(self.faces)], axis=0).max())
 
+    def near_contact(self) -> "Surface":
+        """Without what of a rail is further along the track than the bodies are high or wide."""
+        reach = float(np.ptp(self.points[np.unique(self.faces)][:, 1:], axis=0).max())
+        kept = (np.abs(self.points[self.faces, 0]) <= reach).all(axis=1)
+        return Surface(self.points, self.faces[kept]) if kept.any() else self
+
 
 def shape_pictures(path: Path, canvas: Canvas, count: int) -> list[Path]:
     """Real modes of each body."""
@@ -98,7 +104,7 @@ def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
     table = ComplexModes.of(result) if ComplexModes.present(result) else None
     with Fields(path) as fields:
         frequency, growth, phase, place = (fields.table(f"modes/{name}") for name in ("frequency", "growth_rate", "phase", "eigenvalue"))
-        surface = Surface(fields.mesh.points, fields.mesh.surface())
+        surface = Surface(fields.mesh.points, fields.mesh.surface()).near_contact()
         first = np.flatnonzero(phase == 0)
         first = first[np.argsort(-growth[first], kind="stable")][:COMPLEX_MODES]
         figure = plt.figure(figsize=(2.3 * PHASES, 4.3 * len(first) + 0.9), layout="constrained")

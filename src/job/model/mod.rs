@@ -132,11 +132,15 @@ pub struct Output {
     /// for each body with n contact nodes, before compression.
     #[serde(default = "yes")]
     pub reduced: bool,
+    /// Whether the modes of bodies that are swept from a section, and complex modes with them, are written on meshes that show them. By default as
+    /// `fields` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub swept_modes: Option<bool>,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { fields: true, reduced: true }
+        Self { fields: true, reduced: true, swept_modes: None }
     }
 }
 
