@@ -107,9 +107,12 @@ def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
         surface = Surface(fields.mesh.points, fields.mesh.surface()).near_contact()
         first = np.flatnonzero(phase == 0)
         first = first[np.argsort(-growth[first], kind="stable")][:COMPLEX_MODES]
-        figure = plt.figure(figsize=(2.3 * PHASES, 4.3 * len(first) + 0.9), layout="constrained")
+        # As high as the bodies are seen, with their name above.
+        wide, high = np.ptp(surface.points[np.unique(surface.faces)] @ view()[:2].T, axis=0)
+        row = 2.3 * float(np.clip(high / wide, 0.3, 1.6)) + 0.7
+        figure = plt.figure(figsize=(2.3 * PHASES, row * len(first) + 0.9), layout="constrained")
         # A part of the figure for each mode: its name stands over its own row and meets no other.
-        parts = np.atleast_1d(np.asarray(figure.subfigures(len(first) + 1, 1, height_ratios=[4.3] * len(first) + [0.6])))
+        parts = np.atleast_1d(np.asarray(figure.subfigures(len(first) + 1, 1, height_ratios=[row] * len(first) + [0.6])))
         for part, start in zip(parts, first):
             steps = np.flatnonzero(place == place[start])
             # The motion is the real part and a quarter period later minus the imaginary one: any phase follows from two steps.
