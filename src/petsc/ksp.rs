@@ -51,7 +51,13 @@ enum Norm {
 /// Settings of GAMG that differ from PETSc's defaults, unless the user gives them. The flat elements between a fine contact
 /// patch and a coarse rim need both: with Jacobi smoothing such a mesh takes four times the iterations, on one of 143 000
 /// rows more than 300 instead of 72.
-const DEFAULTS: &[(&str, &str)] = &[("pc_gamg_threshold", "0.04"), ("mg_levels_pc_type", "sor")];
+const DEFAULTS: &[(&str, &str)] = &[
+    ("pc_gamg_threshold", "0.04"),
+    ("mg_levels_pc_type", "sor"),
+    // The largest eigenvalue of each level. With conjugate gradients, PETSc's own choice, an indefinite matrix ends the iteration early, and what it then takes
+    // for a tridiagonal matrix may hold anything: with a NaN in it a loop of `KSPComputeExtremeSingularValues_CG` (3.18) has no end, on this rank alone.
+    ("pc_gamg_esteig_ksp_type", "gmres"),
+];
 
 /// Shift of the diagonal in the smoother, as a part of the largest entry. An aggregate of fewer nodes than it takes for six
 /// independent motions leaves zero rows on the coarse grid, which successive over-relaxation would divide by.
