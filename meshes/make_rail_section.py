@@ -43,25 +43,28 @@ def head(worn):
     return points
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--worn", type=float, default=8.0, help="by how much the head is lower, mm")
-    parser.add_argument("--cells", choices=["triangle", "quad"], default="triangle")
-    parser.add_argument("--order", type=int, choices=[1, 2], default=2)
-    parser.add_argument("--size", type=float, default=12.0, help="edge length, mm")
-    parser.add_argument("--fine", type=float, default=4.0, help="edge length on the head, mm")
-    parser.add_argument("file")
-    given = parser.parse_args()
-    surface = head(given.worn)
-    down = [p for p in SIDE if p[1] < surface[-1][1] - 0.1] + UNDERSIDE + WEB + FILLET + FOOT
-    top = HEIGHT - given.worn
+def simplified(line, tolerance):
+    """The points of a line without those that are nearer than `tolerance` to what is left (Douglas and Peucker)."""
+    (x0, y0), (x1, y1) = line[0], line[-1]
+    length = math.hypot(x1 - x0, y1 - y0)
+    off = [abs((x1 - x0) * (y0 - y) - (x0 - x) * (y1 - y0)) / length for x, y in line[1:-1]]
+    if not off or max(off) <= tolerance:
+        return [line[0], line[-1]]
+    k = off.index(max(off)) + 1
+    return simplified(line[: k + 1], tolerance)[:-1] + simplified(line[k:], tolerance)
 
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Terminal", 0)
+
+def outline(worn, size, fine, tolerance=0.0):
+    """The section as geometry of Gmsh, mm: curves of the head, the curve of the foot, the surface. Edges of the length `size`, mm, `fine` on the head. Points
+    of the outline below the head that are no further than `tolerance`, mm, from the others are left out: each is a node."""
+    surface = head(worn)
+    down = [p for p in SIDE if p[1] < surface[-1][1] - 0.1] + UNDERSIDE + WEB + FILLET + FOOT
+    down = simplified(down, tolerance) if tolerance > 0 else down
+    top = HEIGHT - worn
     geo = gmsh.model.geo
 
     def points(line, side):
-        return [geo.addPoint(side * y, z - top, 0, given.fine if z > 135 else given.size) for y, z in line]
+        return [geo.addPoint(side * y, z - top, 0, fine if z > 135 else size) for y, z in line]
 
     crown = points(surface[:1], 1)
     right, left = points(surface[1:], 1), points(surface[1:], -1)
@@ -73,12 +76,27 @@ def main():
     # Splines between the ends of the arcs, so that edges of second order follow them.
     halves = [[*crown, *right], [*crown, *left]]
     arcs = [[geo.addSpline(half[k * PARTS : (k + 1) * PARTS + 1]) for k in range(3)] for half in halves]
-    body = [along([half[-1], *outline]) for half, outline in zip(halves, (falling, rising))]
+    body = [along([half[-1], *line]) for half, line in zip(halves, (falling, rising))]
     foot = geo.addLine(falling[-1], rising[-1])
     loop = [*arcs[0], *body[0], foot, *(-c for c in body[1][::-1]), *(-c for c in arcs[1][::-1])]
     face = geo.addPlaneSurface([geo.addCurveLoop(loop)])
     geo.synchronize()
-    for name, dim, tags in (("running", 1, arcs[0] + arcs[1]), ("foot", 1, [foot]), ("rail", 2, [face])):
+    return arcs[0] + arcs[1], foot, face
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--worn", type=float, default=8.0, help="by how much the head is lower, mm")
+    parser.add_argument("--cells", choices=["triangle", "quad"], default="triangle")
+    parser.add_argument("--order", type=int, choices=[1, 2], default=2)
+    parser.add_argument("--size", type=float, default=12.0, help="edge length, mm")
+    parser.add_argument("--fine", type=float, default=4.0, help="edge length on the head, mm")
+    parser.add_argument("file")
+    given = parser.parse_args()
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    arcs, foot, face = outline(given.worn, given.size, given.fine)
+    for name, dim, tags in (("running", 1, arcs), ("foot", 1, [foot]), ("rail", 2, [face])):
         gmsh.model.setPhysicalName(dim, gmsh.model.addPhysicalGroup(dim, tags), name)
     gmsh.option.setNumber("Mesh.MeshSizeMax", given.size)
     if given.cells == "quad":
