@@ -584,6 +584,7 @@ fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
     let s = interface(4);
     let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.7)).unwrap();
     let falling = FrictionLaw::from(Exponential::new(0.45, 0.3, 0.3)).remembering(2e-3);
+    let places: Vec<[f64; 2]> = (0..s.len()).map(|i| s.point(i)).collect();
     let (mut count, mut tilted) = (0, 0.0f64);
     for (friction, c) in [
         (FrictionLaw::Constant(0.3), [0.0, 0.02, 0.0]),
@@ -595,7 +596,7 @@ fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
         let mut pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
         // Those of modes; relaxations of the contact have no mode of their own.
         pairs.retain(|e| e.value.im > 0.0 && e.damping_ratio().abs() < 0.02);
-        for (pair, found) in pairs.iter().zip(criteria(&b, &s, &contact, &pairs).unwrap()) {
+        for (pair, found) in pairs.iter().zip(criteria(&b, &places, &contact, &pairs).unwrap()) {
             let (got, want) = (found.growth_rate, pair.growth_rate());
             assert!((got - want).abs() < 1e-8 * pair.value.norm(), "{c:?} {}: {got}, expected {want}", pair.value);
             // Nothing of it is small: without the tilting the equation would be another one.

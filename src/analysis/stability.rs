@@ -36,7 +36,10 @@ pub(super) fn run(
         // Points apart from each other are not one.
         let criteria = match root.interface.are_points() {
             true => Vec::new(),
-            false => criteria(&root.pair, &root.interface, &found.contact, listed(&found.spectrum))?,
+            false => {
+                let places: Vec<[f64; 2]> = (0..root.interface.len()).map(|i| root.interface.point(i)).collect();
+                criteria(&root.pair, &places, &found.contact, listed(&found.spectrum))?
+            }
         };
         let one_point = point::wanted(&examined, &found)?;
         Ok((found, (smallest, sensitivities, criteria, one_point)))

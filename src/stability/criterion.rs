@@ -23,7 +23,6 @@
 
 use super::reduced::{contact_rows, participation, ContactRows, Eigenpair, View};
 use crate::contact::{LinearContact, Tangent};
-use crate::grid::Interface;
 use crate::model::ModalPair;
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
@@ -82,9 +81,9 @@ struct Condensed {
 }
 
 impl Condensed {
-    fn new(bodies: &ModalPair, interface: &Interface, contact: &LinearContact) -> Result<Self> {
+    fn new(bodies: &ModalPair, places: &[[f64; 2]], contact: &LinearContact) -> Result<Self> {
         let closed: Vec<usize> = contact.nodes.iter().map(|n| n.node).collect();
-        let functions = functions(interface, &closed);
+        let functions = functions(places, &closed);
         let motions = 3 * functions.len();
         let shapes = Mat::from_fn(bodies.modes.nrows(), motions, |row, j| match row % 3 == j % 3 {
             true => functions[j / 3][row / 3],
@@ -111,10 +110,10 @@ impl Condensed {
 }
 
 /// The functions 1, x and y at all nodes, orthogonal over the `closed` ones with a mean square of 1 there, as far as these can tell them apart.
-fn functions(interface: &Interface, closed: &[usize]) -> Vec<Vec<f64>> {
-    let place = |c: usize| (0..interface.len()).map(|i| interface.point(i)[c]).collect::<Vec<f64>>();
+fn functions(places: &[[f64; 2]], closed: &[usize]) -> Vec<Vec<f64>> {
+    let place = |c: usize| places.iter().map(|x| x[c]).collect::<Vec<f64>>();
     let mean = |a: &[f64], b: &[f64]| closed.iter().map(|&i| a[i] * b[i]).sum::<f64>() / closed.len() as f64;
-    let mut found = vec![vec![1.0; interface.len()]];
+    let mut found = vec![vec![1.0; places.len()]];
     for mut f in [place(0), place(1)] {
         let whole = mean(&f, &f).sqrt();
         for before in &found {
@@ -130,18 +129,18 @@ fn functions(interface: &Interface, closed: &[usize]) -> Vec<Vec<f64>> {
     found
 }
 
-/// The closed form for the `pairs` of bodies that slide all over the contact, in their order; none where part of it sticks, or where it does not yield by
+/// The closed form for the `pairs` of bodies that slide all over the contact, whose nodes have their `places` (x, y), m, in their order; none where part of it sticks, or where it does not yield by
 /// itself.
 pub fn criteria(
     bodies: &ModalPair,
-    interface: &Interface,
+    places: &[[f64; 2]],
     contact: &LinearContact,
     pairs: &[Eigenpair],
 ) -> Result<Vec<Criterion>> {
     if contact.nodes.is_empty() || contact.nodes.iter().any(|n| !matches!(n.tangent, Tangent::Slip(_))) {
         return Ok(Vec::new());
     }
-    let condensed = Condensed::new(bodies, interface, contact)?;
+    let condensed = Condensed::new(bodies, places, contact)?;
     let found: Result<Option<Vec<Criterion>>> = pairs.iter().map(|p| of_pair(bodies, &condensed, p)).collect();
     Ok(found?.unwrap_or_default())
 }
@@ -265,10 +264,6 @@ mod tests {
     use crate::body::ReducedBody;
     use crate::contact::{LinearNode, Slip};
 
-    fn one_point() -> Interface {
-        Interface::points(vec![0.0], vec![[0.0; 2]]).unwrap()
-    }
-
     /// A mode that friction which falls drives harder than it can oscillate: two real eigenvalues, of which there is no such criterion.
     #[test]
     fn what_does_not_oscillate_has_none() {
@@ -292,7 +287,7 @@ mod tests {
         let growing: Vec<_> =
             eigenpairs(&pair, &contact, 1e-9).unwrap().into_iter().filter(|e| e.growth_rate() > 0.0).collect();
         assert!(growing.len() == 2 && growing.iter().all(|e| e.value.im.abs() < 1e-6), "{growing:?}");
-        for c in criteria(&pair, &one_point(), &contact, &growing).unwrap() {
+        for c in criteria(&pair, &[[0.0; 2]], &contact, &growing).unwrap() {
             assert!(c.modes == [0] && c.damping == -0.25 && c.growth_rate.is_nan() && c.coupling.is_nan(), "{c:?}");
         }
     }
@@ -324,7 +319,7 @@ mod tests {
             let all = eigenpairs(&pair, &contact, 1e-9).unwrap();
             let of_wheel: Vec<_> =
                 all.into_iter().filter(|e| e.value.im > 0.0 && participation(&pair, e)[1] > 0.7).collect();
-            let found = criteria(&pair, &one_point(), &contact, &of_wheel).unwrap();
+            let found = criteria(&pair, &[[0.0; 2]], &contact, &of_wheel).unwrap();
             assert_eq!((found.len(), &found[0].modes[..]), (1, &[1usize][..]));
             let (c, grown) = (&found[0], of_wheel[0].growth_rate());
             let omega = of_wheel[0].value.im;
@@ -335,7 +330,7 @@ mod tests {
             signs.push((c.coupling.signum(), c.compliance.im.signum()));
         }
         // A single node has no moments to tell from forces, and a single line of them those about two axes alone.
-        let grid = Interface::new(vec![-1.0, 0.0, 1.0], vec![-1.0, 0.0, 1.0], vec![0.0; 9]).unwrap();
+        let grid: Vec<[f64; 2]> = (0..9).map(|i| [(i % 3) as f64, (i / 3) as f64]).collect();
         assert_eq!([&[4][..], &[3, 4, 5], &[0, 4, 8], &[1, 3, 4]].map(|c| functions(&grid, c).len()), [1, 2, 2, 3]);
         // A rail's mode always lags: only the sign of κ decides; the wheel sees μτ·ψ_t of either sign.
         assert!(signs.iter().all(|s| s.1 < 0.0) && signs[0].0 == signs[1].0, "{signs:?}");
