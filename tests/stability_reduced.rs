@@ -12,6 +12,7 @@ use railsqueal::contact::{
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::ModalPair;
+use railsqueal::stability::criterion::criteria;
 use railsqueal::stability::reduced::{eigenpairs, participation, sharpness, Eigenpair};
 use railsqueal::stability::sensitivity::Linearisation;
 use railsqueal::Error;
@@ -574,6 +575,36 @@ fn longitudinal_sliding_converges_with_the_grid() {
     // The two-point difference comes to the same from further away.
     let two = distance(&bodies(11, Stencil::Upwind1));
     assert!(two < 0.15, "two-point difference at a/11: {two}");
+}
+
+/// One mode on everything else, with the motion over the contact condensed to its linear course, which is all that these modes have: of every eigenvalue that
+/// oscillates, growing or not, whatever the sliding and the law of friction.
+#[test]
+fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
+    let s = interface(4);
+    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.7)).unwrap();
+    let falling = FrictionLaw::from(Exponential::new(0.45, 0.3, 0.3)).remembering(2e-3);
+    let places: Vec<[f64; 2]> = (0..s.len()).map(|i| s.point(i)).collect();
+    let (mut count, mut tilted) = (0, 0.0f64);
+    for (friction, c) in [
+        (FrictionLaw::Constant(0.3), [0.0, 0.02, 0.0]),
+        (FrictionLaw::Constant(0.5), [0.015, -0.02, 0.3]),
+        (falling, [0.0, 0.03, 0.0]),
+    ] {
+        let p = SlidingProblem { friction, ..problem(&s, &b, 0.0, c) };
+        let contact = p.contact(&p.solve().unwrap());
+        let mut pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
+        // Those of modes; relaxations of the contact have no mode of their own.
+        pairs.retain(|e| e.value.im > 0.0 && e.damping_ratio().abs() < 0.02);
+        for (pair, found) in pairs.iter().zip(criteria(&b, &places, &contact, &pairs).unwrap()) {
+            let (got, want) = (found.growth_rate, pair.growth_rate());
+            assert!((got - want).abs() < 1e-8 * pair.value.norm(), "{c:?} {}: {got}, expected {want}", pair.value);
+            // Nothing of it is small: without the tilting the equation would be another one.
+            tilted = tilted.max((found.tilting / (want - found.damping)).abs());
+            count += 1;
+        }
+    }
+    assert!(count >= 15 && tilted > 0.1, "{count} {tilted}");
 }
 
 #[test]

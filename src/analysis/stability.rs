@@ -36,7 +36,10 @@ pub(super) fn run(
         // Points apart from each other are not one.
         let criteria = match root.interface.are_points() {
             true => Vec::new(),
-            false => criteria(&root.pair, &found.contact, listed(&found.spectrum))?,
+            false => {
+                let places: Vec<[f64; 2]> = (0..root.interface.len()).map(|i| root.interface.point(i)).collect();
+                criteria(&root.pair, &places, &found.contact, listed(&found.spectrum))?
+            }
         };
         let one_point = point::wanted(&examined, &found)?;
         Ok((found, (smallest, sensitivities, criteria, one_point)))
@@ -169,9 +172,11 @@ pub(super) fn summarise(
 /// A criterion in words.
 fn cause(c: &Criterion) -> String {
     format!(
-        "damping {:+.3}, motion across {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
+        "damping {:+.3}, friction {:+.3}, creep {:+.3}, tilting {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
         c.damping,
+        c.friction(),
         c.across,
+        c.tilting,
         c.growth_rate,
         c.coupling,
         1e12 * c.compliance.norm(),

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod creep_curve;
+mod criterion;
 mod cycles;
 mod damaged;
 mod drawn;

@@ -160,7 +160,8 @@ pub fn causes(all: &[Criterion]) -> Vec<Table> {
             all.iter().map(|c| c.modes.first().map_or(-1, |&k| k as i64)).collect::<Vec<i64>>(),
         ),
         list("damping", "1/s", "Part of the growth rate that the mode's own damping makes.", &|c| c.damping),
-        list("across", "1/s", "Part of it by motion across the sliding, which turns the friction.", &|c| c.across),
+        list("across", "1/s", "Part of it by motion along the surface, whose creep turns the friction.", &|c| c.across),
+        list("tilting", "1/s", "Part of it by the course of the motion over the contact.", &|c| c.tilting),
         list(
             "coupling",
             "1/kg",
@@ -170,7 +171,7 @@ pub fn causes(all: &[Criterion]) -> Vec<Table> {
         Table::list(
             &path("compliance"),
             "m/N",
-            "H at the frequency of the eigenvalue: what everything but the mode yields to a normal force and its friction.",
+            "H at the eigenvalue: what everything but the mode yields to a normal force and its friction.",
             all.iter().map(|c| c.compliance).collect::<Vec<Complex<f64>>>(),
         ),
         list("growth_rate", "1/s", "Growth rate that these make.", &|c| c.growth_rate),
