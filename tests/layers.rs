@@ -30,7 +30,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("swept", &["dense", "quadrature", "fem"]),
     ("body", &["input", "dense", "parallel", "quadrature", "job", "mesh", "grid", "petsc", "eigen", "fem", "swept"]),
     ("model", &["parallel", "job", "grid", "body"]),
-    ("contact", &["dense", "friction", "grid", "model"]),
+    ("contact", &["dense", "quadrature", "friction", "grid", "model"]),
     ("stability", &["dense", "parallel", "progress", "job", "petsc", "eigen", "body", "model", "contact"]),
     ("transient", &["dense", "friction", "grid", "roughness", "model", "contact"]),
     ("sound", &["parallel", "quadrature", "mesh", "fem", "swept", "body"]),

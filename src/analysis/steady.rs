@@ -7,11 +7,12 @@ use super::steps::Needs;
 use crate::case::bodies::{Bodies, Place};
 use crate::case::interface::steady_rolling;
 use crate::case::placed;
+use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
 use crate::contact::SteadySolution;
 use crate::grid::Interface;
-use crate::job::{self, Compliance, Job};
+use crate::job::{self, Compliance, Job, Quadrature};
 use crate::model::ModalPair;
-use crate::output::datasets::contact::tables;
+use crate::output::datasets::contact::{consistent, tables};
 use crate::output::{contact_fields, PointField, ResultFile, Table};
 use crate::parallel::World;
 use crate::summary::Summary;
@@ -37,7 +38,16 @@ pub fn run(
     let problem = model.on_root().map(|r| steady_rolling((&r.interface, &r.pair), contact, Some(steady)));
     // Displacements of the bodies where the solution needed them.
     let mut displacements = None;
-    let solution = if model.approximate {
+    // Stresses between the nodes, where the laws hold there.
+    let mut between = None;
+    let solution = if contact.quadrature == Quadrature::Consistent {
+        let problem = problem.map(ConsistentSteady::new);
+        let found = world.on_root(|| problem.ok_or_else(|| Error::Defect("no contact on rank 0".into()))?.solve())?;
+        found.map(|ConsistentSolution { solution, field, area }| {
+            between = Some((field, area));
+            solution
+        })
+    } else if model.approximate {
         let found = deferred::solve(run, problem.as_ref(), steady.tolerance, bodies)?;
         displacements = Some(found.displacements);
         found.solution
@@ -49,6 +59,9 @@ pub fn run(
             run.file.tables(placed::tables(run.job, |i| solution.pressure[i] > 0.0)?);
         }
         run.file.tables(tables(s, solution, !contact.friction.is_constant()));
+        if let Some((field, area)) = &between {
+            run.file.tables(consistent(field, *area));
+        }
         summarise(contact, solution, &mut run.summary);
         if let Some([x, y, n]) = model.on_root().and_then(|r| deflection(&r.interface, &r.pair, solution)) {
             let text = format!("x {:.1}, y {:.1}, n {:.1} µm, part of the placement", 1e6 * x, 1e6 * y, 1e6 * n);

@@ -2,11 +2,13 @@
 
 use super::interface::{self, creepage, given_forces, normal_load, steady_sliding};
 use super::well_posed;
+use crate::contact::consistent::{augmentation, ConsistentSteady};
+use crate::contact::law::Augmentation;
 use crate::contact::points::{bear_load, linearised, reactions};
 use crate::contact::sliding::SlidingProblem;
 use crate::contact::{NormalLoad, SteadyProblem};
 use crate::grid::Interface;
-use crate::job::{self, Direction, Hold, Job, StabilityState, StartState, TransientSolver};
+use crate::job::{self, Direction, Hold, Job, Quadrature, StabilityState, StartState, TransientSolver};
 use crate::model::ModalPair;
 use crate::stability::reduced::{sharpness, Eigenpair};
 use crate::transient::drive::{Drive, History, Normal, Tangential};
@@ -44,6 +46,12 @@ impl Rolling<'_> {
         }
         let rest = Rest::of(self)?;
         Ok(Ready { interface: rest.interface(self.model.0), begin: Begin::Grid(rest) })
+    }
+
+    /// ρ of the laws at points of quadrature, where they hold there: those of the state of rest.
+    pub(crate) fn augmentation(&self) -> Option<Augmentation> {
+        let consistent = self.contact.quadrature == Quadrature::Consistent;
+        consistent.then(|| augmentation(&interface::at_rest(self.model, self.contact, None)))
     }
 }
 
@@ -183,7 +191,10 @@ fn at_rest(rolling: &Rolling<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> {
             let problem = interface::at_rest(model, contact, analyses.steady.as_ref());
             let problem = SteadyProblem { creepage, load, ..problem };
             well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(&problem, law, pair))?;
-            let found = problem.solve()?;
+            let found = match contact.quadrature {
+                Quadrature::Nodal => problem.solve()?,
+                Quadrature::Consistent => ConsistentSteady::new(problem).solve()?.solution,
+            };
             (found.pressure, found.traction, found.approach, found.friction)
         }
     };

@@ -114,6 +114,28 @@ impl Projected {
         [t[0], t[1], node.pressure - self.pressure]
     }
 
+    /// The derivative of the projected (traction x, y, pressure) by what is projected, (t − ρ_t ṡ, p − ρ_n g), at a coefficient of friction that does not
+    /// change: rows and columns (x, y, n).
+    pub fn derivative(&self) -> [[f64; 3]; 3] {
+        match self.status {
+            Status::Open => [[0.0; 3]; 3],
+            // Without friction nothing sticks.
+            Status::Stick => {
+                let held = if self.friction > 0.0 { 1.0 } else { 0.0 };
+                [[held, 0.0, 0.0], [0.0, held, 0.0], [0.0, 0.0, 1.0]]
+            }
+            Status::Slip => {
+                let [x, y] = self.z.map(|z| z / self.length);
+                let a = self.friction * self.pressure / self.length;
+                [
+                    [a * y * y, -a * x * y, self.friction * x],
+                    [-a * x * y, a * x * x, self.friction * y],
+                    [0.0, 0.0, 1.0],
+                ]
+            }
+        }
+    }
+
     /// The derivative of the map of `node`, whose friction has the slope dμ/d|ṡ| there.
     pub fn tangent(&self, node: &Node, slope: f64) -> Tangent {
         match self.status {

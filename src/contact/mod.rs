@@ -8,6 +8,7 @@
 pub(crate) mod active_set;
 pub mod baseline;
 mod candidates;
+pub mod consistent;
 mod continuation;
 pub(crate) mod course;
 pub mod deferred;

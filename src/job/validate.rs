@@ -5,6 +5,7 @@ use super::transient::{Hold, SoundPower, StartState, Transient};
 
 mod matrices;
 mod placement;
+mod quadrature;
 mod rail;
 mod roughness;
 mod support;
@@ -21,6 +22,7 @@ pub fn validate(job: &Job) -> Vec<String> {
     }
     check_rotating(job, &mut faults);
     rail::check_modes(job, &mut faults);
+    quadrature::check(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
         roughness::check(job, &mut faults);

@@ -251,7 +251,7 @@ impl StepProblem<'_> {
 
     /// Measure of the forces in this problem, N: the load where it is given, else what the guess and the penetrations say;
     /// 0 where nothing touches.
-    fn scale(&self, guess: &[f64]) -> f64 {
+    pub(super) fn scale(&self, guess: &[f64]) -> f64 {
         if let Some(n) = self.total[2] {
             return n;
         }

@@ -19,12 +19,14 @@ use crate::roughness::Surface;
 use crate::{Error, Result};
 
 mod found;
+mod integrated;
 mod passing;
 mod remembered;
 mod working;
 
 use found::{End, Met};
 pub use found::{Fields, Posed, Report};
+use integrated::Integrated;
 use passing::Passing;
 use working::{Outside, Working};
 
@@ -86,6 +88,8 @@ pub struct Stepper<'a> {
     working: Working,
     outside: Outside,
     memory: Memory,
+    /// The laws at points of quadrature; none where they hold node by node.
+    integrated: Option<Integrated>,
     /// Ψ.
     shapes: Shapes,
     /// Modal reactions of the present state, where they are at hand.
@@ -165,6 +169,7 @@ impl<'a> Stepper<'a> {
             },
             outside: Outside::default(),
             memory: Memory::default(),
+            integrated: None,
             past: Vec::new(),
             shapes,
             modal_now: None,
@@ -193,9 +198,7 @@ impl<'a> Stepper<'a> {
         self.memory.forget();
         self.past.clear();
         self.modal_now = None;
-        let closed: Vec<usize> =
-            (0..self.model.interface.len()).filter(|&i| self.state.reaction[3 * i + 2] > 0.0).collect();
-        self.gather(closed)
+        self.gather(pressed(&self.state.reaction))
     }
 
     /// The present state.
@@ -311,6 +314,7 @@ impl<'a> Stepper<'a> {
         let mut effort = Effort::default();
         let mut rounds = 0;
         let end = loop {
+            self.look_for_edges();
             let ws = &self.working;
             let core = ws.core;
             let rows = ws.rows();
@@ -348,15 +352,23 @@ impl<'a> Stepper<'a> {
             let (guess, known) = self.guess();
             let shift = [self.state.creep[0] * h, self.state.creep[1] * h, -self.state.approach];
             let shift = [0, 1, 2].map(|c| if total[c].is_some() { shift[c] } else { 0.0 });
-            let solution =
-                problem.solve(self.settings.solver, &guess, known.as_deref(), shift, &mut self.memory, &mut effort)?;
+            let solution = match &mut self.integrated {
+                Some(integrated) => integrated.solve(&problem, &ws.nodes[..core], &guess, shift, &mut effort)?,
+                None => {
+                    let (memory, known) = (&mut self.memory, known.as_deref());
+                    problem.solve(self.settings.solver, &guess, known, shift, memory, &mut effort)?
+                }
+            };
             let mut response = vec![0.0; rows];
             response[..3 * core].copy_from_slice(&solution.response);
             dense::add_columns(&ws.around, rows - 3 * core, &solution.reaction, &mut response[3 * core..]);
             let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
             self.modal.add(&modal, &mut q, &mut v);
-            let entering = self.entering(&solution, (&response, &free), &self.shapes.seen(&q), approach);
+            let mut entering = self.entering(&solution, (&response, &free), &self.shapes.seen(&q), approach);
+            if entering.is_empty() {
+                entering = self.pressed_beyond(&solution, (&response, &free), approach);
+            }
             if entering.is_empty() {
                 self.met.nodes = self.working.nodes[..core].to_vec();
                 self.met.slip = (0..core)
@@ -420,7 +432,11 @@ impl<'a> Stepper<'a> {
             report.force[1] += r[1];
             report.force[2] -= r[2];
             report.moment_z += x * r[1] - y * r[0];
-            if r[2] > 0.0 {
+            let closed = match self.integrated {
+                Some(_) => solution.status[a] != Status::Open,
+                None => r[2] > 0.0,
+            };
+            if closed {
                 report.closed += 1;
                 report.stick += usize::from(solution.status[a] == Status::Stick);
             }
@@ -496,6 +512,11 @@ impl<'a> Stepper<'a> {
         }
         (guess, Some(response))
     }
+}
+
+/// Nodes with a pressure, ascending.
+fn pressed(reaction: &[f64]) -> Vec<usize> {
+    (0..reaction.len() / 3).filter(|&i| reaction[3 * i + 2] > 0.0).collect()
 }
 
 /// A x.

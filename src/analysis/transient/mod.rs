@@ -196,6 +196,10 @@ fn advance(
     let total = wanted.steps();
     let begin = |state: State| -> Result<Stepper<'_>> {
         let stepper = Stepper::new(model, settings, state)?;
+        let stepper = match rolling.augmentation() {
+            Some(rho) => stepper.consistent(rho)?,
+            None => stepper,
+        };
         Ok(match surface {
             Some(surface) => stepper.rough(surface),
             None => stepper,

@@ -28,6 +28,9 @@ pub struct Contact {
     /// Where the compliance of the contact surface comes from.
     #[serde(default)]
     pub compliance: Compliance,
+    /// Where the laws of contact hold: at the nodes, or at points of quadrature between them.
+    #[serde(default)]
+    pub quadrature: Quadrature,
     /// The finely meshed rectangle on which contact is looked for; it must hold the whole contact. Needed by built-in
     /// cylinders and swept bodies; a mesh file brings its own grid, the group `contact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -137,6 +140,17 @@ impl Compliance {
     pub fn of_bodies(self) -> bool {
         self != Compliance::HalfSpace
     }
+}
+
+/// Where the laws of contact hold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Quadrature {
+    /// At the nodes of the grid: pressure is nodal force over nodal area.
+    #[default]
+    Nodal,
+    /// At points of quadrature in the cells of the grid, with the consistent matrix of its bilinear shape functions: in steady rolling and in the transient.
+    Consistent,
 }
 
 /// Half-lengths of the rectangle around the contact point on which contact is looked for.

@@ -4,7 +4,7 @@ use super::super::compact::Operator;
 use super::super::foot::{support, Foot};
 use super::super::model::Impact;
 use super::super::problem::StepSolution;
-use super::Stepper;
+use super::{pressed, Stepper};
 use crate::contact::course::Course;
 use crate::dense::dot;
 use crate::{Error, Result};
@@ -37,7 +37,7 @@ impl Working {
     }
 
     /// Normal row of node `a`.
-    fn normal(&self, a: usize) -> usize {
+    pub(super) fn normal(&self, a: usize) -> usize {
         if a < self.full {
             3 * a + 2
         } else {
@@ -80,7 +80,7 @@ impl Stepper<'_> {
         let near = [left + 1, left, left - 1];
         let h = [1, 2].map(|k| x[near[0]] - x[near[k]]);
         // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
-        let closed = near.map(|jx| self.state.reaction[3 * (line + jx) + 2] > 0.0);
+        let closed = near.map(|jx| self.is_closed(line + jx));
         let own = line + left + 1 == ws.nodes[a] && self.impact == Impact::Compliant;
         let course = match closed {
             // Only at its own node the gaps of the edge are known.
@@ -175,7 +175,11 @@ impl Stepper<'_> {
 
     /// Drops core nodes when many of them are open.
     pub(super) fn shrink(&mut self) -> Result<()> {
-        if self.working.core > 12 && 3 * self.working.core > 4 * self.report.closed + 36 {
+        let needed = match &self.integrated {
+            Some(integrated) => integrated.around(pressed(&self.state.reaction)).len(),
+            None => self.report.closed,
+        };
+        if self.working.core > 12 && 3 * self.working.core > 4 * needed + 36 {
             return self.reset();
         }
         Ok(())
@@ -185,6 +189,9 @@ impl Stepper<'_> {
     pub(super) fn gather(&mut self, mut core: Vec<usize>) -> Result<()> {
         let s = self.model.interface;
         let (nx, ny) = (s.x.len(), s.y.len());
+        if let Some(integrated) = &self.integrated {
+            core = integrated.around(core);
+        }
         core.sort_unstable();
         core.dedup();
         let mut place = vec![usize::MAX; s.len()];
