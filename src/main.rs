@@ -11,7 +11,7 @@ use cli::{init, launch, neighbour, probe, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::{self, RunOptions};
-use railsqueal::case::{foresee, Meshes};
+use railsqueal::case::{foresee, shown, Meshes};
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::memory::Limit;
 use railsqueal::output::job_of_run;
@@ -133,7 +133,7 @@ fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
                 run(&world, &job, &options, &petsc, stop)
             })
         }
-        Command::Check { job, changes } => check(&world, &job, &changes),
+        Command::Check { job, changes, mesh } => check(&world, &job, &changes, mesh.as_deref()),
         _ => Ok(()),
     });
     match result {
@@ -203,9 +203,11 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
     Ok(())
 }
 
-fn check(world: &World, path: &Path, changes: &Changes) -> Result<()> {
+fn check(world: &World, path: &Path, changes: &Changes, mesh: Option<&Path>) -> Result<()> {
     let job = read(world, path, changes, || job::read_file(path))?;
     let meshes = Meshes::default();
+    // A mesh that lies wrong is what one wants to see: it comes before all that could be refused.
+    world.on_root(|| mesh.map_or(Ok(()), |file| shown::surfaces(&job, &meshes)?.write(file)))?;
     // What the analyses cannot do, and what is wrong with the bodies, all together.
     let (capable, planned) = (analysis::check(&job), plan_of(world, &job, &meshes));
     Error::all([capable, planned.as_ref().map(drop).map_err(Error::clone)])?;

@@ -34,7 +34,7 @@ def parser() -> argparse.ArgumentParser:
         return made
 
     one = command("plot", plot, "Pictures of a result, of a stopped run as far as it came.")
-    one.add_argument("file", type=Path, metavar="FILE.h5")
+    one.add_argument("file", type=Path, metavar="FILE.h5", help="result, or the surfaces that `railsqueal check JOB --mesh FILE.vtkhdf` wrote")
     one.add_argument("--out", type=Path, metavar="DIR", help="folder of the pictures (default: beside the file)")
     one.add_argument("--modes", type=int, default=12, metavar="N", help="modes drawn for each body (default 12)")
     one.add_argument("--format", default="png", metavar="LIST", help="png, pdf, svg, or several: png,pdf (default png)")
@@ -70,8 +70,11 @@ def said(paths: list[Path]) -> int:
 
 def plot(given: argparse.Namespace) -> int:
     """Pictures."""
-    from .pictures import Canvas, draw  # matplotlib takes a second, which the other commands need not wait
+    from .pictures import Canvas, draw, surfaces  # matplotlib takes a second, which the other commands need not wait
 
+    if surfaces.Surfaces.present(given.file):
+        stem = given.file.name.removesuffix(".vtkhdf").removesuffix(".mesh")
+        return said(surfaces.draw(given.file, Canvas(given.out or given.file.parent, stem, given.format.split(","))))
     with Result(given.file) as result:
         canvas = Canvas(given.out or given.file.parent, result.stem, given.format.split(","))
         made = draw(result, canvas, given.modes)

@@ -59,6 +59,19 @@ impl Meshes {
         }
     }
 
+    /// The mesh of a body in lower form where the job puts it, whether or not there can be a contact: to be looked at.
+    pub fn as_it_lies(&self, job: &Job, name: &str, body: &job::Body) -> Result<Mesh> {
+        let fitting = self.of(job, name, body);
+        match (&body.mesh, fitting) {
+            (_, Ok(meshed)) => Ok(meshed.mesh.clone()),
+            (Some(MeshSource::File(file)), Err(_)) => {
+                let mesh = read(file).map_err(|e| e.context(format!("bodies.{name}.mesh")))?.0;
+                Ok(if name == "upper" { mesh.reflected() } else { mesh })
+            }
+            (_, Err(error)) => Err(error),
+        }
+    }
+
     /// Gives back the memory of what was read.
     pub fn forget(&self) {
         self.files.borrow_mut().clear();

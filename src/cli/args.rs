@@ -66,6 +66,9 @@ pub enum Command {
         job: PathBuf,
         #[command(flatten)]
         changes: Changes,
+        /// Write the surfaces of the meshes with their groups, supports and contact nodes, for ParaView and `plot`
+        #[arg(long, value_name = "FILE.vtkhdf")]
+        mesh: Option<PathBuf>,
     },
     /// Write a job to begin with: NAME.json, and the meshes it needs
     Init {

@@ -133,6 +133,23 @@ impl Cells {
         wanted.iter().map(|k| found.get(k).copied().flatten()).collect()
     }
 
+    /// The faces that one cell alone has, in the order of the cells.
+    pub fn boundary(&self) -> Vec<Facet> {
+        let mut open: HashMap<FacetKey, Facet> = HashMap::new();
+        for (i, cell) in self.iter().enumerate() {
+            for face in 0..cell.kind.faces().len() {
+                let key = cell.facet_key(face);
+                // Met for the second time it lies between two cells.
+                if open.remove(&key).is_none() {
+                    open.insert(key, Facet { cell: i as u32, face: face as u8 });
+                }
+            }
+        }
+        let mut facets: Vec<Facet> = open.into_values().collect();
+        facets.sort_unstable();
+        facets
+    }
+
     /// Calls `visit` with every face of every cell whose corners all occur in the `wanted` keys.
     fn visit_facets(&self, wanted: &[FacetKey], mut visit: impl FnMut(FacetKey, Facet)) {
         let last = self.all_nodes().max().map_or(0, |n| n as usize + 1);

@@ -1,10 +1,10 @@
 //! Partition with METIS and distribution of a mesh over the ranks.
 
-use super::{CellKind, Cells, Facet, FacetKey, Mesh};
+use super::{CellKind, Cells, Facet, Mesh};
 use crate::parallel::World;
 use crate::{Error, Result};
 use metis::Idx;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// One rank's share of a mesh. Nodes are renumbered so that each rank owns a contiguous range of global numbers.
 /// A rank holds every cell that touches one of its nodes, so it can assemble its own rows without communication.
@@ -51,21 +51,15 @@ impl MeshPart {
     /// Boundary facets of which this rank has the corner with the lowest number, in the order of their local nodes: each facet is on one rank.
     pub fn boundary(&self) -> Vec<Facet> {
         let part = self;
-        let mut open: HashMap<FacetKey, Facet> = HashMap::new();
-        for (i, cell) in part.cells.iter().enumerate() {
-            for face in 0..cell.kind.faces().len() {
-                let key = cell.facet_key(face);
-                // Met for the second time it lies between two cells.
-                if open.remove(&key).is_none() {
-                    open.insert(key, Facet { cell: i as u32, face: face as u8 });
-                }
-            }
-        }
         // All cells at an owned node are here, so its facets are known to be on the boundary; others may only seem so.
         let corners = |f: &Facet| part.cells.get(f.cell as usize).facet_corners(f.face as usize);
         let lowest = |f: &Facet| corners(f).min_by_key(|&n| part.node_ids[n as usize]);
-        let mut facets: Vec<Facet> =
-            open.into_values().filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned)).collect();
+        let mut facets: Vec<Facet> = part
+            .cells
+            .boundary()
+            .into_iter()
+            .filter(|f| lowest(f).is_some_and(|n| (n as usize) < part.owned))
+            .collect();
         facets.sort_unstable_by(|a, b| part.cells.facet(*a).cmp(part.cells.facet(*b)));
         facets
     }

@@ -20,6 +20,7 @@ mod result;
 mod segments;
 mod sequence;
 mod shown;
+pub mod surface;
 mod table;
 mod values;
 mod vtkhdf;

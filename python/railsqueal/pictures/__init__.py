@@ -8,10 +8,10 @@ matplotlib.use("Agg")  # no screen is needed
 
 from ..errors import WRITING, ResultError  # noqa: E402
 from ..result import Result  # noqa: E402
-from . import campbell, contact, creep_curve, cycles, modes, placement, receptance, style, sweep, transient  # noqa: E402
+from . import campbell, contact, creep_curve, cycles, modes, placement, receptance, style, surfaces, sweep, transient  # noqa: E402
 from .style import Canvas  # noqa: E402
 
-__all__ = ["Canvas", "draw"]
+__all__ = ["Canvas", "draw", "surfaces"]
 
 
 def draw(result: Result, canvas: Canvas, count: int = 12) -> list[Path]:

@@ -1,0 +1,125 @@
+//! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws (`docs/output.md`, "Meshes before a run").
+
+use super::partial::{sweep, Partial};
+use super::read::Reader;
+use super::replace::replaceable;
+use super::table::Table;
+use super::vtkhdf::skeleton;
+use crate::{Error, Result};
+use std::path::Path;
+
+/// Ending of the file, which ParaView goes by.
+const ENDING: &str = "vtkhdf";
+/// What tells such a file from all others.
+const GROUPS: &str = "/surface/group";
+
+/// A facet of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Face {
+    /// Three or four corners, outward, as indices of points.
+    pub corners: Vec<u32>,
+    /// 1 lower, 2 upper.
+    pub body: i8,
+    /// Index of its group; −1 where it is in none.
+    pub group: i32,
+}
+
+/// A group of facets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// "lower" or "upper", and its name in the mesh.
+    pub name: String,
+    /// What the job does with it: "contact", "fixed", "support" or nothing.
+    pub role: &'static str,
+}
+
+/// The surfaces of the bodies of a job, in the frame of the contact.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surfaces {
+    /// Points, m.
+    pub points: Vec<[f64; 3]>,
+    /// Facets of all bodies.
+    pub faces: Vec<Face>,
+    /// Groups of all bodies.
+    pub groups: Vec<Group>,
+    /// Nodes of the contact grid of each body as they lie on its surface, m: body (1 lower, 2 upper) and place.
+    pub contact: Vec<(i8, [f64; 3])>,
+}
+
+impl Surfaces {
+    /// On one rank alone: writes the file. One of this kind is replaced, nothing else is.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        if path.extension().is_none_or(|e| e != ENDING) {
+            return Err(Error::Job(format!(
+                "--mesh {}: expected a name that ends in .{ENDING}, which ParaView opens as it is",
+                path.display()
+            )));
+        }
+        let ours = path.is_file() && Reader::open(path).is_ok_and(|r| r.has(GROUPS));
+        if !ours {
+            replaceable(path, false)?;
+        }
+        sweep(path);
+        let mut partial = Partial::alone(path);
+        skeleton(&partial, Some([1, 0]), &[], &self.tables(), None)?;
+        partial.publish()
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        let n = self.points.len();
+        let connectivity: Vec<i64> = self.faces.iter().flat_map(|f| f.corners.iter().map(|&c| i64::from(c))).collect();
+        let ends = self.faces.iter().scan(0i64, |at, f| {
+            *at += f.corners.len() as i64;
+            Some(*at)
+        });
+        let offsets: Vec<i64> = std::iter::once(0).chain(ends).collect();
+        // VTK's triangle and quadrilateral.
+        let types: Vec<u8> = self.faces.iter().map(|f| if f.corners.len() == 3 { 5 } else { 9 }).collect();
+        let of_faces = |value: fn(&Face) -> i32| self.faces.iter().map(value).collect::<Vec<i32>>();
+        let count = |what: usize| vec![what as i64];
+        let places: Vec<f64> = self.contact.iter().flat_map(|c| c.1).collect();
+        let text = |of: fn(&Group) -> &str| self.groups.iter().map(|g| of(g).to_owned()).collect::<Vec<String>>();
+        vec![
+            Table::list("/VTKHDF/NumberOfPoints", "1", "Points.", count(n)),
+            Table::list("/VTKHDF/NumberOfCells", "1", "Facets.", count(self.faces.len())),
+            Table::list("/VTKHDF/NumberOfConnectivityIds", "1", "Entries of Connectivity.", count(connectivity.len())),
+            Table::new(
+                "/VTKHDF/Points",
+                "m",
+                "Coordinates in the frame of the contact point.",
+                &[n, 3],
+                self.points.as_flattened().to_vec(),
+            ),
+            Table::list("/VTKHDF/Connectivity", "-", "Corners of the facets, outward.", connectivity),
+            Table::list("/VTKHDF/Offsets", "-", "Start of each facet in Connectivity, and the end.", offsets),
+            Table::list("/VTKHDF/Types", "-", "VTK cell types: 5 triangle, 9 quadrilateral.", types),
+            Table::list("/VTKHDF/CellData/body", "-", "Body: 1 lower, 2 upper.", of_faces(|f| f.body.into())),
+            Table::list(
+                "/VTKHDF/CellData/group",
+                "-",
+                "Row of /surface/group; -1 for facets in no group.",
+                of_faces(|f| f.group),
+            ),
+            Table::list(GROUPS, "-", "Body and name of each group of facets.", text(|g| &g.name)),
+            Table::list(
+                "/surface/role",
+                "-",
+                "What the job does with it: contact, fixed, support, or nothing.",
+                text(|g| g.role),
+            ),
+            Table::list(
+                "/surface/contact_body",
+                "-",
+                "Body of each contact node: 1 lower, 2 upper.",
+                self.contact.iter().map(|c| i32::from(c.0)).collect::<Vec<i32>>(),
+            ),
+            Table::new(
+                "/surface/contact_point",
+                "m",
+                "Contact nodes as they lie on the surfaces.",
+                &[self.contact.len(), 3],
+                places,
+            ),
+        ]
+    }
+}
