@@ -118,7 +118,9 @@ mod tests {
             (role("lower contact"), role("upper base"), role("lower sides")),
             (Some("contact"), Some("fixed"), Some(""))
         );
-        assert!(found.faces.iter().all(|f| f.group >= 0), "the blocks' groups cover them");
+        // The contact is a grid of rectangles: 7 by 7 nodes on either body.
+        let touching = |f: &&Face| f.group >= 0 && found.groups[f.group as usize].role == "contact";
+        assert_eq!((found.faces.iter().filter(touching).count(), found.contact.len()), (2 * 36, 2 * 49));
         let places: Vec<_> = found.points.iter().map(|p| p.map(|v| (v * 1e9).round() as i64)).collect();
         assert!(!found.contact.is_empty());
         for (_, p) in &found.contact {

@@ -2,7 +2,7 @@
 
 use super::program::*;
 use super::transient::sliding;
-use serde_json::json;
+use serde_json::{json, Value};
 use std::process::Command;
 
 const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/two-cylinders.h5");
@@ -97,6 +97,39 @@ fn a_stopped_run_is_drawn_as_far_as_it_came() {
     assert!(!folder.path("job.h5").exists());
     let ran = program(&["plot", &folder.text("job.h5"), "--format", "svg"]);
     assert!(ran.good().out.contains("job-growth.svg") && folder.path("job-growth.svg").exists(), "{ran:?}");
+}
+
+/// The surfaces of meshes before a run: written, drawn, written again; nothing else is replaced; and written too where the job is refused.
+#[test]
+fn meshes_are_shown_before_a_run() {
+    let mut job: Value = serde_json::from_slice(include_bytes!("../../jobs/blocks.json")).expect("a job");
+    for (body, file) in [("lower", "block-lower.msh"), ("upper", "block-upper.msh")] {
+        job["bodies"][body]["mesh"] = json!({ "file": format!("{}/meshes/{file}", env!("CARGO_MANIFEST_DIR")) });
+    }
+    let folder = Folder::with(job.to_string());
+    let file = folder.text("job.mesh.vtkhdf");
+    let check = |more: &[&str]| program(&[&["check", &folder.text("job.json")], more].concat());
+    check(&["--mesh", &file]).good();
+    check(&["--mesh", &file]).good();
+    let ran = program(&["plot", &file, "--format", "svg"]);
+    assert!(ran.good().out.contains("job-surfaces.svg") && folder.path("job-surfaces.svg").exists(), "{ran:?}");
+    let read = hdf5::File::open(folder.path("job.mesh.vtkhdf")).expect("a file");
+    let offsets = read.dataset("VTKHDF/Offsets").and_then(|d| d.read_raw::<i64>()).expect("offsets");
+    let group = read.dataset("VTKHDF/CellData/group").and_then(|d| d.read_raw::<i32>()).expect("groups");
+    assert_eq!(offsets.len(), group.len() + 1);
+    drop(read);
+    check(&["--mesh", &folder.text("job.h5")]).failed(2, &["job.h5", ".vtkhdf"]);
+    std::fs::write(folder.path("other.vtkhdf"), "mine").expect("a file of another kind");
+    check(&["--mesh", &folder.text("other.vtkhdf")]).failed(2, &["other.vtkhdf"]);
+    assert_eq!(std::fs::read(folder.path("other.vtkhdf")).expect("still there"), b"mine");
+    // Above where a lower body should be.
+    std::fs::remove_file(folder.path("job.mesh.vtkhdf")).expect("a file");
+    let wrong = r#"bodies.lower.mesh={"file": {"path": "PATH", "transform": [{"translate": [0, 0, 0.05]}]}}"#;
+    let wrong = wrong.replace("PATH", concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/block-lower.msh"));
+    let ran = check(&["--mesh", &file, "--set", &wrong]);
+    assert!(ran.code == Some(3) && folder.path("job.mesh.vtkhdf").exists(), "{ran:?}");
+    program(&["check", &format!("{}/jobs/wheel-on-rail.json", env!("CARGO_MANIFEST_DIR")), "--mesh", &file])
+        .failed(2, &["--mesh", "no body"]);
 }
 
 #[test]

@@ -106,7 +106,7 @@ def painted(axis: Any, surfaces: Surfaces, view: tuple[str, int, int, int, float
     base = np.array([to_rgb(c) for c in colours])[surfaces.group[order]]
     shade = 1 - (1 - base) * light[:, None]
     edges = len(order) < 6000
-    axis.add_collection(PolyCollection(MM * places[order][:, :, [a, b]], facecolors=shade * (0.75 + 0.25 * light[:, None]), edgecolors="#00000055" if edges else "none", linewidths=0.3))
+    axis.add_collection(PolyCollection(list(MM * places[order][:, :, [a, b]]), facecolors=shade * (0.75 + 0.25 * light[:, None]), edgecolors="#00000055" if edges else "none", linewidths=0.3))
     if len(surfaces.contact) and chosen.sum() < len(chosen):
         axis.plot(*(MM * surfaces.contact[:, [a, b]].T), ".", color="black", markersize=1.5)
     axis.plot(0, 0, "+", color="black", markersize=10)
