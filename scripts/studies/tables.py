@@ -8,6 +8,7 @@ import numpy as np
 from pages import put
 from program import ROOT, both, run
 from report import table
+from steady import CONTACT, HERTZ
 
 DOCS = ROOT / "docs"
 
@@ -171,6 +172,39 @@ def full_and_reduced():
     put(DOCS / "theory.md", "full-and-reduced", table(head, rows))
 
 
+def quadratures():
+    """Laws at nodes and at points of quadrature: `two-cylinders.json` on half-spaces beside Hertz and CONTACT, on two grids."""
+    radius, pressure, approach = HERTZ[70e3]
+    forces = {eta: force for load, eta, force in CONTACT if load == 70e3}
+    stick = 0.518  # CONTACT's, at 0.3 %
+    rows = [["Hertz, CONTACT", "", "1", "1", "1", *(f"{forces[eta]:.4f}" for eta in sorted(forces)), f"{stick:.3f}", ""]]
+    for kind in ("nodal", "consistent"):
+        for size in (1e-3, 5e-4):
+            found, took = {}, {}
+            for eta in sorted(forces):
+                sets = both("mesh.cylinder.element_size", size) | {
+                    "contact.compliance": "half_space",
+                    "contact.creepage.lateral": eta,
+                    "contact.quadrature": kind,
+                    "analyses.modes": "null",
+                    "output.fields": "false",
+                }
+                found[eta], took[eta] = run("two-cylinders.json", sets, ranks=1, only="steady")
+            tables = found[0.003]
+            if kind == "nodal":
+                weight, state = tables["contact/weight"], tables["contact/state"]
+                area, sticking = weight[state > 0].sum(), weight[state == 1].sum()
+                largest = tables["contact/pressure"].max()
+            else:
+                (area, sticking), largest = tables["contact/area"], tables["contact/field"][:, 2].max()
+            along = [f"{found[eta]['contact/force'][1] / (0.3 * 70e3):.4f}" for eta in sorted(forces)]
+            ratios = [area / (np.pi * radius**2), largest / pressure, float(tables["contact/approach"]) / approach]
+            rows.append([kind, f"{1e3 * size:g} mm", *(f"{r:.4f}" for r in ratios), *along, f"{sticking / area:.3f}", f"{took[0.003]:.1f}"])
+    names = [f"F_y/μN at {100 * eta:g} %" for eta in sorted(forces)]
+    head = ["laws", "grid", "area", "largest pressure", "approach", *names, "stick at 0.3 %", "whole run, s"]
+    put(DOCS / "theory.md", "quadratures", table(head, rows))
+
+
 def manchester():
     """Manchester's benchmark A-2.2 beside CONTACT, as the test computes it."""
     command = ["cargo", "test", "--release", "--quiet", "--test", "wheel_on_rail", "--", "--nocapture"]
@@ -182,7 +216,7 @@ def manchester():
     put(DOCS / "placement.md", "manchester", table(head, rows))
 
 
-TABLES = [manchester, closed_nodes, laws_of_point_contact, modes_of_a_rail, swept_cylinders, full_and_reduced, limit_cycles, partial_slip]
+TABLES = [manchester, closed_nodes, quadratures, laws_of_point_contact, modes_of_a_rail, swept_cylinders, full_and_reduced, limit_cycles, partial_slip]
 
 
 def written():
