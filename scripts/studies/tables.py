@@ -5,10 +5,10 @@ import os
 import subprocess
 
 import numpy as np
+import steady
 from pages import put
 from program import ROOT, both, run
 from report import table
-from steady import CONTACT, HERTZ
 
 DOCS = ROOT / "docs"
 
@@ -174,14 +174,13 @@ def full_and_reduced():
 
 def quadratures():
     """Laws at nodes and at points of quadrature: `two-cylinders.json` on half-spaces beside Hertz and CONTACT, on two grids."""
-    radius, pressure, approach = HERTZ[70e3]
-    forces = {eta: force for load, eta, force in CONTACT if load == 70e3}
+    radius, pressure, approach = steady.HERTZ[70e3]
     stick = 0.518  # CONTACT's, at 0.3 %
-    rows = [["Hertz, CONTACT", "", "1", "1", "1", *(f"{forces[eta]:.4f}" for eta in sorted(forces)), f"{stick:.3f}", ""]]
+    rows = [["Hertz, CONTACT", "", "1", "1", "1", *(f"{force:.4f}" for force in CONTACT.values()), f"{stick:.3f}", ""]]
     for kind in ("nodal", "consistent"):
         for size in (1e-3, 5e-4):
             found, took = {}, {}
-            for eta in sorted(forces):
+            for eta in CONTACT:
                 sets = both("mesh.cylinder.element_size", size) | {
                     "contact.compliance": "half_space",
                     "contact.creepage.lateral": eta,
@@ -197,10 +196,10 @@ def quadratures():
                 largest = tables["contact/pressure"].max()
             else:
                 (area, sticking), largest = tables["contact/area"], tables["contact/field"][:, 2].max()
-            along = [f"{found[eta]['contact/force'][1] / (0.3 * 70e3):.4f}" for eta in sorted(forces)]
+            along = [f"{found[eta]['contact/force'][1] / (0.3 * 70e3):.4f}" for eta in CONTACT]
             ratios = [area / (np.pi * radius**2), largest / pressure, float(tables["contact/approach"]) / approach]
             rows.append([kind, f"{1e3 * size:g} mm", *(f"{r:.4f}" for r in ratios), *along, f"{sticking / area:.3f}", f"{took[0.003]:.1f}"])
-    names = [f"F_y/μN at {100 * eta:g} %" for eta in sorted(forces)]
+    names = [f"F_y/μN at {100 * eta:g} %" for eta in CONTACT]
     head = ["laws", "grid", "area", "largest pressure", "approach", *names, "stick at 0.3 %", "whole run, s"]
     put(DOCS / "theory.md", "quadratures", table(head, rows))
 
