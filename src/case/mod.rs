@@ -12,6 +12,7 @@ pub mod placed;
 pub mod rail;
 pub(crate) mod rolling;
 pub(crate) mod roughness;
+pub mod surfaces;
 pub mod swept;
 pub(crate) mod well_posed;
 
