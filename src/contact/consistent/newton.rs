@@ -110,14 +110,8 @@ impl Posed<'_> {
         Iterate { forces, shift, response, stress, motion, map, largest, norm }
     }
 
-    /// Solves to a largest residual of `target`, as measured, from `start`; the best iterate where the method stalls.
-    pub fn solve(
-        &self,
-        target: f64,
-        start: Iterate,
-        memory: &mut Memory,
-        effort: &mut Effort,
-    ) -> Result<Iterate, Iterate> {
+    /// Solves to a largest residual of `target`, as measured, from `start`; the residual that is left where the method stalls.
+    pub fn solve(&self, target: f64, start: Iterate, memory: &mut Memory, effort: &mut Effort) -> Result<Iterate, f64> {
         let mut now = start;
         for _ in 0..PATIENCE {
             if now.largest <= target {
@@ -134,7 +128,7 @@ impl Posed<'_> {
                 None => break,
             }
         }
-        Err(now)
+        Err(now.largest)
     }
 
     /// A Newton step, `[3k + borders]`.

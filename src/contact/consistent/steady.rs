@@ -159,10 +159,10 @@ impl<'a> ConsistentSteady<'a> {
         let own = cells.nodes.iter().flat_map(|&i| 3 * i..3 * i + 3).map(|r| forces[r]).collect();
         let start = posed.at(own, [0.0; 3]);
         let target = 0.3 * p.tolerance * if law.friction > 0.0 { law.friction.min(1.0) } else { 1.0 };
-        posed.solve(target, start, memory, effort).map_err(|best| {
+        posed.solve(target, start, memory, effort).map_err(|left| {
             Error::NotConverged(format!(
                 "steady contact, consistent quadrature: Newton's method stalled at a residual of {:.1e}, {target:.1e} was asked for",
-                best.largest
+                left
             ))
         })
     }

@@ -137,10 +137,10 @@ impl Integrated {
                 ..Effort::default()
             };
             spent = consistent::Effort::default();
-            let reached = found.map_err(|best| {
+            let reached = found.map_err(|left| {
                 Error::NotConverged(format!(
                     "contact of a time step, consistent quadrature: Newton's method stalled at a residual of {:.2e} N, {target:.2e} N was asked for",
-                    best.largest
+                    left
                 ))
             })?;
             now = posed.at(reached.forces, reached.shift);
