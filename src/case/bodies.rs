@@ -1,6 +1,7 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
-use super::meshes::Meshes;
+use super::meshes::{Meshed, Meshes};
+use super::surfaces;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::matrices::{Matrices, SignedRow};
@@ -102,6 +103,18 @@ impl<'p> Bodies<'p> {
             let meshes = world.is_root() && meshed.as_ref().is_some_and(|m| m[0].mesh.identical(&m[1].mesh));
             world.broadcast(vec![u8::from(described && meshes)]) == [1]
         };
+        let meshed_refs: Vec<&Meshed> = meshed.iter().flatten().map(|m| &**m).collect();
+        let meeting = world.on_root(|| match meshed_refs[..] {
+            [lower, upper] if !job.analyses.on_contact().is_empty() => surfaces::meet(job, [lower, upper]),
+            _ => Ok(surfaces::Meeting::default()),
+        })?;
+        for line in meeting.iter().flat_map(|m| &m.lines) {
+            summary.line(line.clone());
+        }
+        for warning in meeting.iter().flat_map(|m| &m.warnings) {
+            progress.note(format!("warning: {warning}"));
+            summary.warn(warning.clone());
+        }
         let mut places = Vec::new();
         for (i, (name, body)) in given.iter().enumerate() {
             let mine = meshed.as_ref().map(|m| &m[i]);
@@ -109,7 +122,7 @@ impl<'p> Bodies<'p> {
                 name,
                 side: Side::named(name).unwrap_or(Side::Lower),
                 body: if same { 0 } else { i },
-                grid: mine.and_then(|m| m.grid.clone()),
+                grid: meeting.as_ref().and_then(|m| m.grids.get(i).cloned()),
                 material: Some(material_of(body)?),
                 checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),
             });
@@ -125,7 +138,7 @@ impl<'p> Bodies<'p> {
                 continue;
             }
             let mine = meshed.as_ref().map(|m| &m[i]);
-            let grid = mine.and_then(|m| m.grid.as_ref()).filter(|_| !job.analyses.on_contact().is_empty());
+            let grid = bodies.places[i].grid.as_ref();
             let held = (&body.fixed[..], &body.supports[..]);
             let fe = FeBody::held(world, name, mine.map(|m| &m.mesh), grid, material_of(body)?, held)?;
             refuse_unborne(job, &fe)?;

@@ -4,6 +4,7 @@
 use super::bodies::{matrices_of, Bodies};
 use super::interface::{interface_between, interface_of};
 use super::meshes::{Meshed, Meshes};
+use super::surfaces;
 use crate::body::half_space::HalfSpace;
 use crate::contact::foreseen::Foreseen;
 use crate::grid::Interface;
@@ -76,14 +77,14 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         report.warnings.extend(found.warnings);
         meshed.push(mesh);
     }
-    if let ([Some(lower), Some(upper)], true) =
-        (&meshed.iter().map(|m| m.grid.as_ref()).collect::<Vec<_>>()[..], wanted(job))
-    {
+    if let ([lower, upper], true) = (&meshed[..], wanted(job)) {
         // What is odd about the meshes may be why there is no such contact.
         let why = |e| report.warnings.iter().fold(e, Error::with);
+        let meeting = surfaces::meet(job, [lower, upper]).map_err(why)?;
+        let [lower, upper] = &meeting.grids[..] else { return Err(Error::Defect("a contact of one grid".into())) };
         let found = interface_between(lower, upper).and_then(|between| foreseen(job, &between)).map_err(why)?;
-        report.lines.extend(found.lines);
-        report.warnings.extend(found.warnings);
+        report.lines.extend(meeting.lines.into_iter().chain(found.lines));
+        report.warnings.extend(meeting.warnings.into_iter().chain(found.warnings));
     }
     Ok(report)
 }

@@ -301,7 +301,7 @@ pub(crate) fn build<'p>(
         // The plane of the contact is where the wheel ends; the rail lies below it by the gap.
         let grid = placed.as_ref().map(|p| {
             let z = p.gap.gap.iter().map(|g| if side == Side::Lower { -g } else { 0.0 }).collect();
-            ContactGrid { x: p.gap.x.clone(), y: p.gap.y.clone(), nodes: Vec::new(), z }
+            ContactGrid::meshless(p.gap.x.clone(), p.gap.y.clone(), z)
         });
         let body_index = bodies.unique.len().saturating_sub(1);
         bodies.places.push(Place::meshless((name, side), body_index, grid, material_of(body)?));
