@@ -6,11 +6,12 @@ use crate::body::hybrid::{CIRCLE, WIDER};
 use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
 use crate::job::{self, Compliance, Job, Load, MeshSource};
 use crate::placement::{Ellipse, Press};
+use crate::swept::{Cylinder, Given};
 use crate::{Error, Result};
 
 /// Half the extent of a grid over that of Hertz' ellipse, and spacings over its smaller half axis.
 const MARGIN: f64 = 1.7;
-const SPACINGS: f64 = 8.0;
+const SPACINGS: f64 = 10.0;
 /// Radius of the loads of "hybrid" over the distance of the nodes at the contact: fewer do not show the load.
 const FACES: f64 = 2.5;
 /// An error of the gap of more than this part of the approach is warned of.
@@ -58,6 +59,13 @@ fn differ([lower, upper]: [&Meshed; 2]) -> Option<String> {
 /// Smallest distance of the lines of a grid, m.
 pub(crate) fn spacing(grid: &ContactGrid) -> f64 {
     grid.x.windows(2).chain(grid.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
+}
+
+/// What a body is where its description says it exactly.
+fn exact(body: &job::Body) -> Option<Given> {
+    let Some(MeshSource::Cylinder(c)) = &body.mesh else { return None };
+    let &job::Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset, .. } = c;
+    Some(Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset }))
 }
 
 /// Curvatures of a body at its contact, 1/m; none where neither its description nor its mesh shows them.
@@ -139,8 +147,13 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
         1e3 * (x[1] - x[0])
     ));
     for ((name, body), faces) in job.bodies().into_iter().zip(&faces) {
-        let met = foot(contact, faces, (&x, &y)).map_err(named(name))?;
+        let mut met = foot(contact, faces, (&x, &y)).map_err(named(name))?;
         meeting.lines.push(format!("body {name}: {}", met.1));
+        if let Some(given) = exact(body) {
+            met.0.z = y.iter().flat_map(|&b| x.iter().map(|&a| given.height(a, b)).collect::<Vec<_>>()).collect();
+            meeting.grids.push(met.0);
+            continue;
+        }
         let across = curvatures(body, Some(faces)).map_or(0.0, |c| c[0][0].abs().max(c[1][1].abs()));
         let half = [x[x.len() - 1], y[y.len() - 1]];
         let off = faces.size(half).powi(2) * across / 8.0;

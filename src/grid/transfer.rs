@@ -54,8 +54,9 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
     let half = [x, y].map(|v| v[0].abs().max(v[v.len() - 1].abs()));
     let rule = Rule::new();
     let mut rows = vec![BTreeMap::<u32, f64>::new(); nx * ny];
-    let (mut area, mut z) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);
-    for piece in faces.around(half)? {
+    let mut area = vec![0.0; nx * ny];
+    let pieces = faces.around(half)?;
+    for piece in &pieces {
         let span = |c: usize, line: &[f64]| {
             let at = || piece.plan.iter().map(|p| p[c]);
             let (low, high) = (at().fold(f64::INFINITY, f64::min), at().fold(f64::NEG_INFINITY, f64::max));
@@ -72,7 +73,6 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
                     {
                         let (k, w) = (i + a + nx * (j + b), n * weight);
                         area[k] += w;
-                        z[k] += w * at.z;
                         for (&node, value) in at.nodes.iter().zip(at.values) {
                             *rows[k].entry(node).or_default() += w * value;
                         }
@@ -89,8 +89,14 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
             return Err(uncovered(faces, [x[i], y[j]], found));
         }
         rows[k].values_mut().for_each(|v| *v /= area[k]);
-        z[k] /= area[k];
     }
+    let height = |k: usize| {
+        let place = [x[k % nx], y[k / nx]];
+        let piece = faces.over(&pieces, place).ok_or_else(|| uncovered(faces, place, 0.0))?;
+        Ok(faces.at(piece, place).z)
+    };
+    // At the node: a mean would lie below a round surface.
+    let z = (0..nx * ny).map(height).collect::<Result<_>>()?;
     Ok((rows.into_iter().map(sorted).collect(), z))
 }
 

@@ -300,7 +300,7 @@ mod tests {
             let Some(MeshSource::Cylinder(c)) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
             let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
             let grid = crate::grid::ContactGrid::from_mesh(&mesh, "contact").unwrap();
-            assert_eq!(counted[0].contact_nodes, grid.nodes.len() as u64, "{sets:?}");
+            assert_eq!(counted[0].contact_nodes, grid.nodes().len() as u64, "{sets:?}");
             assert_eq!((counted[0].nodes, counted[0].cells), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
         }
     }
