@@ -111,7 +111,7 @@ fn capable(job: &Job) -> Result<()> {
                 None if half_space => (Kind::HalfSpace, "is a half-space"),
                 None if body.is_half_space() => (Kind::HalfSpace, "is a half-space"),
                 None if body.track.is_some() => (Kind::Rail, "is a rail"),
-                None if job.is_swept() => (Kind::Swept, "is swept from a section"),
+                None if !body.is_meshed() => (Kind::Swept, "is swept from a section"),
                 None => (Kind::Elements, "is of finite elements"),
             };
             if !kind.can(what) {

@@ -18,12 +18,22 @@ pub struct MeanTraces {
     pub discs: Vec<(Patch, Trace)>,
 }
 
-/// Rows 3i + c, each the weighted sum of the component c of nodes.
-fn weighted(of_nodes: &[Weights], first: &dyn Fn(u32) -> Result<u64>) -> Result<Vec<Vec<(u64, f64)>>> {
+/// Rows 3i + c, each the weighted sum of the component c of nodes in a frame that is turned against that of the degrees of freedom by `tilt`, rad.
+fn weighted(of_nodes: &[Weights], tilt: f64, first: &dyn Fn(u32) -> Result<u64>) -> Result<Vec<Vec<(u64, f64)>>> {
+    let (sin, cos) = tilt.sin_cos();
+    // x, y and z of the frame, in components of the degrees of freedom.
+    let seen: [&[(u64, f64)]; 3] = match tilt == 0.0 {
+        true => [&[(0, 1.0)], &[(1, 1.0)], &[(2, 1.0)]],
+        false => [&[(0, 1.0)], &[(1, cos), (2, sin)], &[(1, -sin), (2, cos)]],
+    };
     let mut rows = Vec::with_capacity(3 * of_nodes.len());
     for weights in of_nodes {
         let dofs = weights.iter().map(|&(node, w)| Ok((first(node)?, w))).collect::<Result<Vec<_>>>()?;
-        rows.extend([0, 1, 2].map(|c| dofs.iter().map(|&(d, w)| (d + c as u64, axis(c) * w)).collect()));
+        let row = |c: usize| {
+            let terms = |&(d, w): &(u64, f64)| seen[c].iter().map(move |&(k, part)| (d + k, axis(c) * part * w));
+            dofs.iter().flat_map(terms).collect()
+        };
+        rows.extend([0, 1, 2].map(row));
     }
     Ok(rows)
 }
@@ -36,17 +46,19 @@ pub(super) fn trace(
     grid: Option<&ContactGrid>,
     first: &dyn Fn(u32) -> Result<u64>,
 ) -> Result<(Trace, Option<MeanTraces>)> {
-    let means = |t: &Transfer| if let Transfer::Means(means) = t { means.clone() } else { Vec::new() };
     let transfer = grid.and_then(|g| g.transfer.as_ref());
-    let means: Vec<Means> = transfer.map_or(Vec::new(), means);
+    let (means, tilt): (&[Means], f64) = match transfer {
+        Some(Transfer::Means { discs, tilt }) => (discs, *tilt),
+        _ => (&[], 0.0),
+    };
     let radii = world.broadcast(means.iter().map(|m| m.radius).collect::<Vec<_>>());
     if radii.is_empty() {
         let rows = world.on_root(|| match transfer {
             Some(Transfer::Nodes(nodes)) => {
                 let alone: Vec<Weights> = nodes.iter().map(|&node| vec![(node, 1.0)]).collect();
-                weighted(&alone, first)
+                weighted(&alone, 0.0, first)
             }
-            Some(Transfer::Averages(rows)) => weighted(rows, first),
+            Some(Transfer::Averages(rows)) => weighted(rows, 0.0, first),
             _ => Ok(Vec::new()),
         })?;
         return Ok((Trace::new(world, ranges, rows.as_deref())?, None));
@@ -55,7 +67,7 @@ pub(super) fn trace(
     let grid = [lines(|g| &g.x), lines(|g| &g.y)];
     let mut discs = Vec::new();
     for (k, radius) in radii.into_iter().enumerate() {
-        let rows = world.on_root(|| means.get(k).map_or(Ok(Vec::new()), |m| weighted(&m.weights, first)))?;
+        let rows = world.on_root(|| means.get(k).map_or(Ok(Vec::new()), |m| weighted(&m.weights, tilt, first)))?;
         discs.push((Patch { radius }, Trace::new(world, ranges, rows.as_deref())?));
     }
     let moments = discs[0].0.moments();

@@ -13,6 +13,7 @@ use crate::fem::rotation::Axis;
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
 use crate::job::{self, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Profile};
+use crate::mesh::Mesh;
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -40,7 +41,7 @@ pub struct Place {
     /// Material of finite elements.
     pub material: Option<Material>,
     /// Checksum of the mesh, on rank 0.
-    checksum: String,
+    pub(super) checksum: String,
 }
 
 impl Place {
@@ -82,7 +83,7 @@ impl<'p> Bodies<'p> {
         }
         let world = petsc.world();
         if job.placement().is_some() {
-            return super::placed::build(world, job, progress, summary);
+            return super::placed::build(petsc, job, meshes, progress, summary);
         }
         if job.is_swept() {
             return super::swept::build(world, job, progress, summary);
@@ -137,30 +138,10 @@ impl<'p> Bodies<'p> {
                 summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
                 continue;
             }
-            let mine = meshed.as_ref().map(|m| &m[i]);
+            let mesh = meshed.as_ref().map(|m| &m[i].mesh);
             let grid = bodies.places[i].grid.as_ref();
-            let held = (&body.fixed[..], &body.supports[..]);
-            let fe = FeBody::held(world, name, mine.map(|m| &m.mesh), grid, material_of(body)?, held)?;
-            refuse_unborne(job, &fe)?;
-            let volume = assembly::volume(world, &fe.part);
-            summary.line(format!(
-                "body {name}: {} nodes, {} degrees of freedom, volume {volume:.6e} m³, mass {:.6e} kg",
-                fe.part.ranges[world.size],
-                fe.dofs.total(),
-                volume * fe.material.density
-            ));
-            fe.effect.lines.iter().for_each(|line| summary.line(format!("body {name}: {line}")));
-            let method = match job.solver.linear {
-                LinearSolver::Mumps => Method::Direct,
-                LinearSolver::Gamg => Method::Iterative,
-            };
-            let elements = Elements::new(petsc, fe, method).with_modes_by(eigen_method(job));
             let axis = body.axle().filter(|_| body.rotates()).map(Axis::below);
-            bodies.unique.push(Box::new(match (axis, &body.mesh) {
-                (Some(axis), Some(MeshSource::Cylinder(_))) => elements.made_round(axis),
-                (Some(axis), _) => elements.rotating(axis)?,
-                (None, _) => elements,
-            }));
+            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), (mesh, grid), axis)?));
         }
         Ok(bodies)
     }
@@ -288,6 +269,37 @@ impl<'p> Bodies<'p> {
             sums.push((path.display().to_string(), sha256(path)?));
         }
         Ok(sums)
+    }
+}
+
+/// Collective: the body `name` of finite elements of a mesh in lower form with its contact grid, both on rank 0, that turns about `axis`, if any.
+pub(super) fn of_elements<'p>(
+    (petsc, summary): (&'p Petsc<'p>, &mut Summary),
+    job: &Job,
+    (name, body): (&str, &job::Body),
+    (mesh, grid): (Option<&Mesh>, Option<&ContactGrid>),
+    axis: Option<Axis>,
+) -> Result<Elements<'p>> {
+    let world = petsc.world();
+    let fe = FeBody::held(world, name, mesh, grid, material_of(body)?, (&body.fixed[..], &body.supports[..]))?;
+    refuse_unborne(job, &fe)?;
+    let volume = assembly::volume(world, &fe.part);
+    summary.line(format!(
+        "body {name}: {} nodes, {} degrees of freedom, volume {volume:.6e} m³, mass {:.6e} kg",
+        fe.part.ranges[world.size],
+        fe.dofs.total(),
+        volume * fe.material.density
+    ));
+    fe.effect.lines.iter().for_each(|line| summary.line(format!("body {name}: {line}")));
+    let method = match job.solver.linear {
+        LinearSolver::Mumps => Method::Direct,
+        LinearSolver::Gamg => Method::Iterative,
+    };
+    let elements = Elements::new(petsc, fe, method).with_modes_by(eigen_method(job));
+    match (axis, &body.mesh) {
+        (Some(axis), Some(MeshSource::Cylinder(_))) => Ok(elements.made_round(axis)),
+        (Some(axis), _) => elements.rotating(axis),
+        (None, _) => Ok(elements),
     }
 }
 

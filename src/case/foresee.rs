@@ -4,6 +4,7 @@
 use super::bodies::{matrices_of, Bodies};
 use super::interface::{interface_between, interface_of};
 use super::meshes::{Meshed, Meshes};
+use super::standing::axle;
 use super::surfaces;
 use crate::body::half_space::HalfSpace;
 use crate::contact::foreseen::Foreseen;
@@ -53,7 +54,18 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     if job.placement().is_some() {
         let placed = super::placed::Placed::of(job)?;
         placed.refuse_sections(job)?;
-        report = if wanted(job) { foreseen(job, &placed.interface()?)? } else { report };
+        for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.is_meshed()) {
+            let (_, found) = of_mesh(job, meshes, name, body)?;
+            let stands = placed.standing(job, meshes, name, body)?;
+            let axle = axle(body, &stands).map(|text| format!("bodies.{name}.mesh: {text}"));
+            report.lines.extend(found.lines.into_iter().chain([format!("body {name}: {}", stands.text)]));
+            report.warnings.extend(found.warnings.into_iter().chain(axle));
+        }
+        if wanted(job) {
+            let found = foreseen(job, &placed.interface()?)?;
+            report.lines.extend(found.lines);
+            report.warnings.extend(found.warnings);
+        }
         report.lines.splice(0..0, placed.lines());
         report.warnings.splice(0..0, placed.warnings());
         return Ok(report);

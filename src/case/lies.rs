@@ -16,7 +16,8 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 /// Lines and warnings about the body `name`, whose mesh in lower form lies as `attitude` says; an error if its surface does not pass the contact point.
 pub(crate) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attitude: &Attitude) -> Result<Report> {
     let mut report = Report { lines: Vec::new(), warnings: meshed.remarks.clone() };
-    if !matches!(body.mesh, Some(MeshSource::File(_))) {
+    // On a placement another point than the origin is touched.
+    if !matches!(body.mesh, Some(MeshSource::File(_))) || job.placement().is_some() {
         return Ok(report);
     }
     // Of an upper body the file has the mirror image.

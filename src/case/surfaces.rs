@@ -199,7 +199,7 @@ pub(crate) fn foot(contact: &job::Contact, faces: &Faces, (x, y): (&[f64], &[f64
         return Ok((grid(Transfer::Averages(rows)), text));
     }
     let (discs, text) = discs(faces, half)?;
-    Ok((grid(Transfer::Means(discs)), text))
+    Ok((grid(Transfer::Means { discs, tilt: 0.0 }), text))
 }
 
 /// The means from which the contact of the half sides `half`, m, follows beside a half-space, and that in words.

@@ -25,7 +25,12 @@ pub enum Transfer {
     /// functions of the faces, seen in plan, `[n]`.
     Averages(Vec<Weights>),
     /// The surface moves by π = (1, x, y) times three means of it over a disc, the first one; a second, wider one shows how little it depends on that.
-    Means(Vec<Means>),
+    Means {
+        /// The discs.
+        discs: Vec<Means>,
+        /// Angle from the axes y, z of the mesh to those of the grid about −x, rad: y of the mesh is (0, cos, −sin) there.
+        tilt: f64,
+    },
 }
 
 /// Means of a surface over a disc about the origin, with Hertz' weight ω = 3/(2πb²)√(1 − r²/b²).

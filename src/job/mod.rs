@@ -105,7 +105,8 @@ impl Job {
             self.output.swept_modes.get_or_insert(self.output.fields);
         }
         // A section and a profile have no mesh on which all could be shown.
-        self.output.fields &= !self.is_swept() && self.placement().is_none();
+        self.output.fields &=
+            !self.is_swept() && self.bodies().iter().all(|(_, b)| b.profile.is_none() || b.is_meshed());
         // Absolute, so that the resolved job means the same file wherever it is kept.
         let absolute = |file: &mut std::path::PathBuf| {
             let path = folder.join(&*file);

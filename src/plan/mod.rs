@@ -79,8 +79,9 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             contact_nodes: m.contacts.len() as u64,
         });
     }
-    if body.profile.is_some() {
-        let contact_nodes = crate::case::placed::Placed::of(job)?.nodes() as u64;
+    let placed = || Ok(crate::case::placed::Placed::of(job)?.nodes() as u64);
+    if body.profile.is_some() && !body.is_meshed() {
+        let contact_nodes = placed()?;
         let [nodes, cells] = match &body.mesh {
             Some(_) => crate::case::swept::size(body).map_err(named)?.map(|n| n as u64),
             None => [0, 0],
@@ -113,7 +114,8 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
                 let key = format!("bodies.{name}.supports.{i}.group: {}", file.path().display());
                 mesh.require_group(&support.group, &key)?;
             }
-            let contact = read.grid.as_ref().and_then(|g| g.as_ref().ok()).map_or(0, |g| g.len() as u64);
+            let of_mesh = || read.grid.as_ref().and_then(|g| g.as_ref().ok()).map_or(0, |g| g.len() as u64);
+            let contact = if body.profile.is_some() { placed()? } else { of_mesh() };
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
             let neighbours = match mesh.cells.iter().all(|c| c.kind == CellKind::Hex8) {
                 true => HEXAHEDRAL,
