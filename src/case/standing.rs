@@ -75,3 +75,69 @@ pub(crate) fn axle(body: &Body, standing: &Standing) -> Option<String> {
         _ => Some("the body turns, and is no body of revolution about an axis along y: is it in its place?".into()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::example;
+    use crate::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
+    use crate::placement::builtin;
+
+    /// A ring whose surface is the head of a 60E1 along y, its crown at the origin: round along x, so that it can stand for a rail.
+    fn head() -> Mesh {
+        let spec = CylinderSpec {
+            inner_radius: 0.1,
+            outer_radius: 0.5,
+            thickness: 0.06,
+            crown_radius: None,
+            contact_offset: 0.0,
+            element_size: 2e-3,
+            growth: DEFAULT_GROWTH,
+            max_element_size: None,
+            patch_half_length: 0.03,
+            patch_half_width: 0.03,
+        };
+        let (mut mesh, profile) = (build(&spec).expect("a ring"), builtin::rail_60e1().expect("a profile"));
+        // Profiles have their z down.
+        mesh.nodes.iter_mut().for_each(|[_, y, z]| *z -= profile.at(*y).z * (1.0 + 2.0 * *z).clamp(0.0, 1.0));
+        mesh
+    }
+
+    /// Where a placement says that a rail is touched, its mesh touches the plane of the contact: on both sides of the track, which are mirror images.
+    #[test]
+    fn a_rail_touches_the_plane_of_the_contact() {
+        let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));
+        for (y, side) in [(0.008, TrackSide::Right), (-0.008, TrackSide::Left), (-0.004, TrackSide::Right)] {
+            // As [`placement::Placed::seats`] has it: the tilt is that of the profile there.
+            let seat = Seat { y, tilt: -profile.at(y).slope.atan() };
+            let found = standing(&mesh, seat, side, [8e-3; 2], 0.5).expect("it stands");
+            let mut tilted = found.mesh.clone();
+            tilted.nodes.iter_mut().for_each(|p| *p = seen(*p, seat.tilt));
+            let faces = Faces::of(&tilted, "contact").expect("faces");
+            let height = |y: f64| faces.height([0.0, y]).expect("a face");
+            assert!(height(0.0).abs() < 1e-12, "{}", height(0.0));
+            // No slope, to what chords of 2 mm on a radius of 80 mm leave.
+            let slope = (height(4e-3) - height(-4e-3)) / 8e-3;
+            assert!(slope.abs() < 2e-3, "{y}: {slope}, tilt {}", seat.tilt);
+            let z = profile.at(y).z;
+            assert!((found.axle - (0.5 - z)).abs() < 2e-5, "{} {z}", found.axle);
+            assert!(matches!(found.transfer, Transfer::Means { ref discs, .. } if discs.len() == 2), "{}", found.text);
+        }
+        let beside = Seat { y: 0.05, tilt: 0.0 };
+        let error = standing(&mesh, beside, TrackSide::Left, [8e-3; 2], 0.5).expect_err("no head there").to_string();
+        assert!(error.contains("y = 0.05000 m of the profile") && error.contains("y = -0.0300 to 0.0300 m"), "{error}");
+    }
+
+    #[test]
+    fn an_axle_elsewhere_is_told() {
+        let mesh = head();
+        let body = |radius: f64| {
+            let found = standing(&mesh, Seat { y: 0.0, tilt: 0.0 }, TrackSide::Left, [8e-3; 2], radius).expect("it stands");
+            let mut body = example::two_cylinders(&[]).bodies.upper.expect("a body");
+            body.rotation = Some(crate::job::Rotation::Speed(20.0));
+            axle(&body, &found)
+        };
+        assert_eq!(body(0.5), None);
+        assert!(body(0.46).is_some_and(|t| t.contains("0.4600 m from there")), "{:?}", body(0.46));
+    }
+}

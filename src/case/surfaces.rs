@@ -16,6 +16,9 @@ const SPACINGS: f64 = 10.0;
 const FACES: f64 = 2.5;
 /// An error of the gap of more than this part of the approach is warned of.
 const GAP: f64 = 0.02;
+/// Distances of nodes in the smaller half axis of the contact from which on their own compliance is nearer to the truth than that of a half-space with
+/// what the rest adds: docs/meshes.md has the study.
+const FINE: f64 = 7.0;
 /// By how much the spacing of a grid may fall short of the size of the faces.
 const SHORT: f64 = 1e-6;
 
@@ -127,7 +130,10 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
     let why = asked(contact).map(str::to_owned).or_else(|| differ(meshed));
     let Some(why) = why else {
         let own = |m: &Meshed| m.grid.clone().and_then(Result::ok);
-        return Ok(Meeting { grids: meshed.into_iter().filter_map(own).collect(), ..Meeting::default() });
+        let grids: Vec<ContactGrid> = meshed.into_iter().filter_map(own).collect();
+        let ellipse = ellipse(job, contact, [None, None])?;
+        let lines = recommended(contact, ellipse.as_ref(), grids.first().map_or(0.0, spacing)).into_iter().collect();
+        return Ok(Meeting { grids, lines, ..Meeting::default() });
     };
     let named = |name: &str| {
         let at = format!("bodies.{name}.mesh");
@@ -169,6 +175,9 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
         }
         meeting.grids.push(met.0);
     }
+    let half = [x[x.len() - 1], y[y.len() - 1]];
+    let size = faces.iter().map(|f| f.size(half)).fold(0.0, f64::max);
+    meeting.lines.extend(recommended(contact, ellipse.as_ref(), size));
     if let Some([along, across]) = contact.grid.and_then(|g| g.curvatures) {
         let height = |x: f64, y: f64| -0.5 * (along * x * x + across * y * y);
         let z: Vec<f64> = y.iter().flat_map(|&b| x.iter().map(move |&a| height(a, b))).collect();
@@ -176,6 +185,23 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
         meeting.grids[1].z = vec![0.0; x.len() * y.len()];
     }
     Ok(meeting)
+}
+
+/// Which compliance suits a contact with nodes so far apart as `size`, m, in words.
+fn recommended(contact: &job::Contact, ellipse: Option<&Ellipse>, size: f64) -> Option<String> {
+    let [a, b] = ellipse?.semi_axes;
+    let count = a.min(b) / size;
+    let taken = match contact.compliance {
+        Compliance::HalfSpace => return None,
+        Compliance::Fe => "fe",
+        Compliance::Hybrid => "hybrid",
+    };
+    let better = if count < FINE { "hybrid" } else { "fe" };
+    let relation = if count < FINE { "fewer than" } else { "at least" };
+    Some(format!(
+        "compliance of the contact: \"{taken}\"; recommended: \"{better}\", as there are {count:.1} distances of nodes of the meshes in its smaller half axis, \
+         {relation} {FINE}"
+    ))
 }
 
 /// How the `faces` of a body meet the grid of the lines `x` and `y`, and that in words.
@@ -248,4 +274,51 @@ pub fn nodes(job: &Job, meshes: &Meshes) -> Result<Option<usize>> {
     }
     let lines = lines(job, contact, [faces[0].as_ref(), faces[1].as_ref()])?;
     Ok(Some(lines.x.len() * lines.y.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::example;
+
+    /// The meeting of the cylinders of the job with these keys.
+    fn met(sets: &[&str]) -> Result<Meeting> {
+        let job = example::two_cylinders(sets);
+        let meshes = Meshes::default();
+        let of = |name: &str, body: &Option<job::Body>| meshes.of(&job, name, body.as_ref().expect("a body"));
+        let both = [of("lower", &job.bodies.lower)?, of("upper", &job.bodies.upper)?];
+        meet(&job, [&both[0], &both[1]])
+    }
+
+    const COARSE: [&str; 4] = [
+        "bodies.lower.mesh.cylinder.element_size=0.002",
+        "bodies.upper.mesh.cylinder.element_size=0.002",
+        "bodies.lower.mesh.cylinder.growth=2",
+        "bodies.upper.mesh.cylinder.growth=2",
+    ];
+
+    /// Hertz' circle of the paper's cylinders has 4.9 mm: 2.4 elements of 2 mm, and its grid of ten spacings.
+    #[test]
+    fn grids_follow_from_hertz() {
+        let own = met(&COARSE).expect("they match");
+        assert!(matches!(own.grids[0].transfer, Some(Transfer::Nodes(_))));
+        assert!(own.lines[0].contains("recommended: \"hybrid\"") && own.lines[0].contains("2.4 distances"), "{:?}", own.lines);
+        let patch = ["contact.patch.half_length=0.014", "contact.patch.half_width=0.014", "contact.compliance=hybrid"];
+        let hybrid = met(&[&COARSE[..], &patch].concat()).expect("they meet");
+        let grid = &hybrid.grids[1];
+        assert!(matches!(grid.transfer, Some(Transfer::Means { tilt: 0.0, .. })));
+        assert_eq!((grid.x.len(), grid.y.len()), (35, 35));
+        assert!((grid.x[34] / 17.0 - 4.9e-4).abs() < 0.1e-4, "{:?}", grid.x);
+        // The gap is that of the radii, although elements of 2 mm are flat.
+        let gap = -hybrid.grids[0].z[0] - grid.z[0];
+        let [x, y] = [grid.x[0], grid.y[0]];
+        let drop = 0.5 - (0.25 - y * y).sqrt();
+        let one = 0.5 - ((0.5 - drop).powi(2) - x * x).sqrt();
+        assert!((gap - 2.0 * one).abs() < 1e-12, "{gap} {one}");
+        assert!(hybrid.warnings.is_empty(), "{:?}", hybrid.warnings);
+        let curvatures = met(&[&COARSE[..], &patch, &["contact.grid.curvatures=[4,6]"]].concat()).expect("they meet");
+        let found = -curvatures.grids[0].z[0] - curvatures.grids[1].z[0];
+        let [x, y] = [curvatures.grids[0].x[0], curvatures.grids[0].y[0]];
+        assert!((found - 2.0 * x * x - 3.0 * y * y).abs() < 1e-15, "{found}");
+    }
 }

@@ -288,3 +288,52 @@ impl Piece {
         [0, 1].map(|c| self.plan.iter().map(|p| p[c]).sum::<f64>() / 3.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
+
+    fn wheel() -> Mesh {
+        let spec = CylinderSpec {
+            inner_radius: 0.1,
+            outer_radius: 0.5,
+            thickness: 0.1,
+            crown_radius: Some(0.3),
+            contact_offset: 0.01,
+            element_size: 2e-3,
+            growth: DEFAULT_GROWTH,
+            max_element_size: None,
+            patch_half_length: 8e-3,
+            patch_half_width: 8e-3,
+        };
+        build(&spec).expect("a valid cylinder")
+    }
+
+    /// Curvatures, heights and sizes of a crowned wheel, as its nodes show them.
+    #[test]
+    fn a_round_surface_is_seen() {
+        let faces = Faces::of(&wheel(), "contact").expect("faces");
+        let [[xx, xy], [_, yy]] = faces.curvatures().expect("a parabola");
+        assert!((xx - 2.0).abs() < 1e-3 && (yy - 1.0 / 0.3).abs() < 2e-3 && xy.abs() < 1e-9, "{xx} {xy} {yy}");
+        // A face is flat between its nodes: half way it lies lower by a quarter of what the node is lower.
+        let of = |x: f64| faces.height([x, 0.0]).expect("a face");
+        let node = (0.25f64 - 4e-6).sqrt() - 0.5;
+        assert!((of(2e-3) - node).abs() < 1e-15 && (of(1e-3) - 0.5 * node).abs() < 1e-15);
+        assert_eq!(faces.height([0.1, 0.0]), None);
+        assert!((faces.size([6e-3; 2]) - 2e-3).abs() < 1e-8 && faces.are_flat([6e-3; 2]));
+        let [[x0, x1], [y0, y1]] = faces.ends();
+        assert!([x0 + 8e-3, x1 - 8e-3, y0 + 8e-3, y1 - 8e-3].iter().all(|e| e.abs() < 1e-12));
+    }
+
+    /// A surface that stands upright beside the contact is refused there, and does not matter farther away.
+    #[test]
+    fn steep_faces_are_refused() {
+        let mut mesh = wheel();
+        mesh.nodes.iter_mut().for_each(|p| p[2] -= if p[0] > 3e-3 { 2e-3 * (p[0] - 3e-3) / 2e-3 } else { 0.0 });
+        let faces = Faces::of(&mesh, "contact").expect("faces");
+        let error = faces.around([7e-3; 2]).expect_err("it is steep").to_string();
+        assert!(error.contains("rad steep") && error.contains("x = 0.0"), "{error}");
+        assert!(!faces.around([1.9e-3; 2]).expect("faces").is_empty());
+    }
+}

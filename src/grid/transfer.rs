@@ -160,3 +160,145 @@ fn disc(radius: f64) -> impl Iterator<Item = ([f64; 2], f64)> {
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{msh, CellKind, FacetKind, Mesh};
+    use std::path::Path;
+
+    const X: [f64; 5] = [-0.13, -0.08, 0.0, 0.07, 0.13];
+    const Y: [f64; 4] = [-0.09, -0.01, 0.05, 0.09];
+
+    /// The block of 0.3 by 0.2 m of a kind of cell, its top about the origin, its inner corners displaced, so that its faces fit no grid; edges are straight.
+    fn block(kind: CellKind) -> Mesh {
+        let name = format!("tests/data/msh/{}-4.1.msh", format!("{kind:?}").to_lowercase());
+        let mut mesh = msh::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).expect("a block");
+        mesh.nodes.iter_mut().for_each(|[x, y, z]| {
+            (*x, *y, *z) = (*x - 0.15, *y - 0.1, *z - 0.1);
+            let inner = (1.0 - (*x / 0.15).powi(2)) * (1.0 - (*y / 0.1).powi(2));
+            (*x, *y) = (*x + 0.012 * inner, *y - 0.009 * inner);
+        });
+        let places = mesh.nodes.clone();
+        for cell in mesh.cells.iter() {
+            for (node, around) in cell.nodes[kind.corners()..].iter().zip(kind.between()) {
+                let mean = |c: usize| around.iter().map(|&i| places[cell.nodes[i as usize] as usize][c]).sum::<f64>();
+                mesh.nodes[*node as usize] = [0, 1, 2].map(|c| mean(c) / around.len() as f64);
+            }
+        }
+        mesh
+    }
+
+    /// ∫N_a ds of a face in plan, by points that are many.
+    fn consistent(kind: FacetKind, places: &[[f64; 3]]) -> Vec<f64> {
+        let at = |own: [f64; 2], c: usize| -> f64 { places.iter().zip(kind.shape(own)).map(|(p, v)| v * p[c]).sum() };
+        let mut loads = vec![0.0; places.len()];
+        for (a, wa) in legendre(8) {
+            for (b, wb) in legendre(8) {
+                let (s, mut t, mut weight) = (0.5 * (1.0 + a), 0.5 * (1.0 + b), 0.25 * wa * wb);
+                if kind.corners() == 3 {
+                    (t, weight) = (t * (1.0 - s), weight * (1.0 - s));
+                }
+                // Of second order in each: differences are derivatives.
+                let slope = |c: usize, d: [f64; 2]| 2.0 * (at([s + d[0], t + d[1]], c) - at([s - d[0], t - d[1]], c));
+                let (along, up) = ([0.25, 0.0], [0.0, 0.25]);
+                let area = weight * (slope(0, along) * slope(1, up) - slope(0, up) * slope(1, along));
+                loads.iter_mut().zip(kind.shape([s, t])).for_each(|(sum, v)| *sum += area * v);
+            }
+        }
+        loads
+    }
+
+    /// Means of linear fields are those at the nodes within the grid, force and moment go through, and a field 1 is 1, on every kind of face.
+    #[test]
+    fn means_on_faces_that_fit_no_grid() {
+        for kind in CellKind::ALL {
+            let mesh = block(kind);
+            let (rows, z) = averages(&Faces::of(&mesh, "top").expect("faces"), &X, &Y).expect("means");
+            assert!(z.iter().all(|z| z.abs() < 1e-14));
+            for (k, row) in rows.iter().enumerate() {
+                let of = |f: &dyn Fn([f64; 3]) -> f64| row.iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum::<f64>();
+                let (i, j) = (k % X.len(), k / X.len());
+                assert!((of(&|_| 1.0) - 1.0).abs() < 1e-13, "{kind:?}");
+                // Towards a border half of a hat is missing.
+                let third = |line: &[f64], i: usize| match i {
+                    0 => line[0] + (line[1] - line[0]) / 3.0,
+                    _ if i + 1 == line.len() => line[i] - (line[i] - line[i - 1]) / 3.0,
+                    _ => line[i] + (line[i + 1] - 2.0 * line[i] + line[i - 1]) / 3.0,
+                };
+                let (x, y) = (third(&X, i), third(&Y, j));
+                assert!((of(&|p| p[0]) - x).abs() < 1e-9 && (of(&|p| p[1]) - y).abs() < 1e-9, "{kind:?}, node {k}: {} {x}", of(&|p| p[0]));
+            }
+        }
+    }
+
+    /// Nodal forces of a uniform pressure on a grid as large as the surface are the consistent ones of the faces: nothing at the corners of triangles of second order.
+    #[test]
+    fn a_uniform_pressure_passes() {
+        let (x, y) = ([-0.15, -0.06, 0.02, 0.15], [-0.1, 0.03, 0.1]);
+        for kind in CellKind::ALL {
+            let mesh = block(kind);
+            let faces = Faces::of(&mesh, "top").expect("faces");
+            let (rows, _) = averages(&faces, &x, &y).expect("means");
+            let side = |line: &[f64], i: usize| 0.5 * (line[(i + 1).min(line.len() - 1)] - line[i.saturating_sub(1)]);
+            let mut found = BTreeMap::<u32, f64>::new();
+            for (k, row) in rows.iter().enumerate() {
+                let area = side(&x, k % x.len()) * side(&y, k / x.len());
+                row.iter().for_each(|&(n, w)| *found.entry(n).or_default() += area * w);
+            }
+            let total: f64 = found.values().sum();
+            assert!((total - 0.06).abs() < 1e-14, "{kind:?}: {total}");
+            let mut wanted = BTreeMap::<u32, f64>::new();
+            let mut triangles = true;
+            for facet in &mesh.groups["top"] {
+                let nodes: Vec<u32> = mesh.cells.facet(*facet).collect();
+                let kind = mesh.cells.get(facet.cell as usize).kind.faces()[facet.face as usize].kind;
+                let places: Vec<[f64; 3]> = nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
+                triangles &= kind.corners() == 3;
+                let loads = consistent(kind, &places);
+                nodes.iter().zip(loads).for_each(|(&n, v)| *wanted.entry(n).or_default() += v);
+            }
+            for (node, force) in wanted {
+                let found = found.get(&node).copied().unwrap_or_default();
+                // Quadrilaterals are no polynomials in plan.
+                let tolerance = if triangles { 1e-15 } else { 1e-7 };
+                assert!((found - force).abs() < tolerance, "{kind:?}, node {node}: {found} {force}");
+            }
+        }
+    }
+
+    /// Means over a disc of 1, x and y give back their moments: 1, b²/5.
+    #[test]
+    fn means_over_a_disc() {
+        for kind in CellKind::ALL {
+            let mesh = block(kind);
+            let Means { weights, .. } = means(&Faces::of(&mesh, "top").expect("faces"), 0.06).expect("a disc");
+            let of = |m: usize, f: &dyn Fn([f64; 3]) -> f64| -> f64 {
+                weights[m].iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum()
+            };
+            let second = 0.06f64.powi(2) / 5.0;
+            for (m, wanted) in [[1.0, 0.0, 0.0], [0.0, second, 0.0], [0.0, 0.0, second]].into_iter().enumerate() {
+                let found = [of(m, &|_| 1.0), of(m, &|p| p[0]), of(m, &|p| p[1])];
+                assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{kind:?}: {found:?} {wanted:?}");
+            }
+        }
+    }
+
+    /// A grid beside the surface, a disc that is too large, a surface that looks down: errors with the place.
+    #[test]
+    fn what_is_not_there_is_named() {
+        let mesh = block(CellKind::Tet10);
+        let faces = Faces::of(&mesh, "top").expect("faces");
+        let beside = averages(&faces, &[-0.16, 0.0, 0.16], &[-0.05, 0.0, 0.05]).expect_err("no face").to_string();
+        for word in ["x = -0.160000", "x = -0.1500 to 0.1500 m", "contact.grid"] {
+            assert!(beside.contains(word), "{word} not in: {beside}");
+        }
+        let large = means(&faces, 0.12).expect_err("no face").to_string();
+        assert!(large.contains("disc of the radius 0.12000 m"), "{large}");
+        let down = Faces::of(&mesh.reflected(), "top").expect("faces");
+        let down = averages(&down, &X, &Y).expect_err("it looks down").to_string();
+        assert!(down.contains("faces -z"), "{down}");
+        let missing = Faces::of(&mesh, "head").expect_err("no group").to_string();
+        assert!(missing.contains("\"head\"") && missing.contains("\"top\""), "{missing}");
+    }
+}
