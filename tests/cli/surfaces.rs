@@ -200,12 +200,17 @@ fn a_mesh_stands_where_its_section_does() {
     let run = |file: &str, ranks: usize| folder.call(ranks, "run", &["--output", &folder.text(file)]).good().out.clone();
     set(&swept, "right");
     run("swept.h5", 1);
-    let mesh = json!({ "file": "wheel.msh" });
+    let mesh = json!({ "file": { "path": "wheel.msh", "scale": 1.0 } });
     set(&mesh, "right");
     let said = folder.call(1, "check", &[]).good().out.clone();
     assert!(said.contains("body upper: means over a disc of"), "{said}");
     run("right.h5", 1);
     run("two.h5", 2);
+    // Its modes serve another friction, and no other mesh.
+    folder.call(1, "run", &["--reuse", &folder.text("right.h5"), "--set", "contact.friction=0.3", "--only", "stability"]).good();
+    let other = "bodies.upper.mesh.file.scale=1.001";
+    std::fs::remove_file(folder.path("job.h5")).expect("the last result");
+    folder.call(1, "run", &["--reuse", &folder.text("right.h5"), "--set", other]).failed(2, &["bodies.upper.mesh.file.scale"]);
     set(&mesh, "left");
     run("left.h5", 1);
     let of = |file: &str, name: &str| numbers(&folder, file, name);
