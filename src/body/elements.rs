@@ -58,7 +58,18 @@ impl<'p> Elements<'p> {
         let eigen = sparse::Method::default();
         let half_space = HalfSpace { young: fe.material.young, poisson: fe.material.poisson };
         let hybrid = fe.means.as_ref().map(|m| Hybrid::new(half_space, Some([&m.grid[0][..], &m.grid[1][..]])));
-        Self { petsc, fe, method, hybrid, eigen, axis: None, spread: None, statics: RefCell::new(None), shapes: None, order }
+        Self {
+            petsc,
+            fe,
+            method,
+            hybrid,
+            eigen,
+            axis: None,
+            spread: None,
+            statics: RefCell::new(None),
+            shapes: None,
+            order,
+        }
     }
 
     /// The same body with modes computed by `eigen`.

@@ -1,9 +1,9 @@
 //! A finite-element body: its share of the mesh, its matrices, and what contact asks of them.
 
+use super::means::{self, MeanTraces};
 use super::rigid_motions::RigidMotions;
 use super::statics::Statics;
 use super::supports::{Effect, Supported};
-use super::means::{self, MeanTraces};
 use super::trace::Trace;
 use super::FullSystem;
 use crate::fem::assembly::Operators;

@@ -100,7 +100,12 @@ impl MeanTraces {
     }
 
     /// Collective: ψ̂ = Γ⁻¹⟨ωπ, φ⟩ of `count` modes, `mode(k)` this rank's degrees of freedom; on rank 0.
-    pub fn seen<'v>(&self, world: &World, count: usize, mode: impl Fn(usize) -> &'v [f64]) -> Option<Vec<[f64; LOADS]>> {
+    pub fn seen<'v>(
+        &self,
+        world: &World,
+        count: usize,
+        mode: impl Fn(usize) -> &'v [f64],
+    ) -> Option<Vec<[f64; LOADS]>> {
         let (patch, trace) = self.discs.first()?;
         let (moments, rows) = (patch.moments(), trace.gather(world, count, mode)?);
         Some((0..count).map(|k| std::array::from_fn(|c| rows[(c, k)] / moments[c])).collect())

@@ -158,7 +158,8 @@ impl Trace {
                 f * g * block[(a, b)]
             });
         }
-        let half = Mat::from_fn(self.rows, block.ncols(), |i, b| of_row[i].iter().map(|&(a, f)| f * block[(a, b)]).sum());
+        let half =
+            Mat::from_fn(self.rows, block.ncols(), |i, b| of_row[i].iter().map(|&(a, f)| f * block[(a, b)]).sum());
         let half = self.combined(half);
         let whole = Mat::from_fn(self.rows, half.nrows(), |j, i| {
             of_row[j].iter().map(|&(b, g): &(usize, f64)| g * half[(i, b)]).sum::<f64>()

@@ -132,7 +132,8 @@ mod tests {
     fn an_axle_elsewhere_is_told() {
         let mesh = head();
         let body = |radius: f64| {
-            let found = standing(&mesh, Seat { y: 0.0, tilt: 0.0 }, TrackSide::Left, [8e-3; 2], radius).expect("it stands");
+            let found =
+                standing(&mesh, Seat { y: 0.0, tilt: 0.0 }, TrackSide::Left, [8e-3; 2], radius).expect("it stands");
             let mut body = example::two_cylinders(&[]).bodies.upper.expect("a body");
             body.rotation = Some(crate::job::Rotation::Speed(20.0));
             axle(&body, &found)

@@ -110,12 +110,10 @@ fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Resul
              spacing (m), or curvatures (1/m)"
         ))
     };
-    let half = |key: &str, given: Option<f64>, c: usize| {
-        given.or(extent.map(|e| MARGIN * e[c])).ok_or_else(|| missing(key))
-    };
+    let half =
+        |key: &str, given: Option<f64>, c: usize| given.or(extent.map(|e| MARGIN * e[c])).ok_or_else(|| missing(key));
     let (length, width) = (half("half_length", given.half_length, 0)?, half("half_width", given.half_width, 1)?);
-    let spacing =
-        given.spacing.or(extent.map(|e| e[0].min(e[1]) / SPACINGS)).ok_or_else(|| missing("spacing"))?;
+    let spacing = given.spacing.or(extent.map(|e| e[0].min(e[1]) / SPACINGS)).ok_or_else(|| missing("spacing"))?;
     let line = |half: f64| -> Vec<f64> {
         // Rounding does not make a line more.
         let n = (half / spacing - 1e-9).ceil().max(2.0) as i64;
@@ -302,7 +300,11 @@ mod tests {
     fn grids_follow_from_hertz() {
         let own = met(&COARSE).expect("they match");
         assert!(matches!(own.grids[0].transfer, Some(Transfer::Nodes(_))));
-        assert!(own.lines[0].contains("recommended: \"hybrid\"") && own.lines[0].contains("2.4 distances"), "{:?}", own.lines);
+        assert!(
+            own.lines[0].contains("recommended: \"hybrid\"") && own.lines[0].contains("2.4 distances"),
+            "{:?}",
+            own.lines
+        );
         let patch = ["contact.patch.half_length=0.014", "contact.patch.half_width=0.014", "contact.compliance=hybrid"];
         let hybrid = met(&[&COARSE[..], &patch].concat()).expect("they meet");
         let grid = &hybrid.grids[1];

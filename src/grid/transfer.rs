@@ -65,7 +65,8 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
         let span = |c: usize, line: &[f64]| {
             let at = || piece.plan.iter().map(|p| p[c]);
             let (low, high) = (at().fold(f64::INFINITY, f64::min), at().fold(f64::NEG_INFINITY, f64::max));
-            line.partition_point(|v| *v <= low).saturating_sub(1)..line.partition_point(|v| *v < high).min(line.len() - 1)
+            line.partition_point(|v| *v <= low).saturating_sub(1)
+                ..line.partition_point(|v| *v < high).min(line.len() - 1)
         };
         for j in span(1, y) {
             for i in span(0, x) {
@@ -217,7 +218,8 @@ mod tests {
             let (rows, z) = averages(&Faces::of(&mesh, "top").expect("faces"), &X, &Y).expect("means");
             assert!(z.iter().all(|z| z.abs() < 1e-14));
             for (k, row) in rows.iter().enumerate() {
-                let of = |f: &dyn Fn([f64; 3]) -> f64| row.iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum::<f64>();
+                let of =
+                    |f: &dyn Fn([f64; 3]) -> f64| row.iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum::<f64>();
                 let (i, j) = (k % X.len(), k / X.len());
                 assert!((of(&|_| 1.0) - 1.0).abs() < 1e-13, "{kind:?}");
                 // Towards a border half of a hat is missing.
@@ -227,7 +229,11 @@ mod tests {
                     _ => line[i] + (line[i + 1] - 2.0 * line[i] + line[i - 1]) / 3.0,
                 };
                 let (x, y) = (third(&X, i), third(&Y, j));
-                assert!((of(&|p| p[0]) - x).abs() < 1e-9 && (of(&|p| p[1]) - y).abs() < 1e-9, "{kind:?}, node {k}: {} {x}", of(&|p| p[0]));
+                assert!(
+                    (of(&|p| p[0]) - x).abs() < 1e-9 && (of(&|p| p[1]) - y).abs() < 1e-9,
+                    "{kind:?}, node {k}: {} {x}",
+                    of(&|p| p[0])
+                );
             }
         }
     }

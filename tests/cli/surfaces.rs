@@ -156,7 +156,8 @@ fn wheel() -> String {
                     all.join(" ")
                 };
                 elements.push(format!("17 2 3 1 {}", text(&at)));
-                let face = |b: usize| [[0, b, 0], [2, b, 0], [2, b, 2], [0, b, 2], [1, b, 0], [2, b, 1], [1, b, 2], [0, b, 1]];
+                let face =
+                    |b: usize| [[0, b, 0], [2, b, 0], [2, b, 2], [0, b, 2], [1, b, 0], [2, b, 1], [1, b, 2], [0, b, 1]];
                 if i == 0 {
                     elements.push(format!("16 2 2 2 {}", text(&face(0))));
                 }
@@ -197,7 +198,8 @@ fn a_mesh_stands_where_its_section_does() {
             json!({ "side": side, "radius": 0.46, "cant": 0.025, "lateral": -0.006 * sign, "yaw": -0.010 * sign });
         std::fs::write(folder.path("job.json"), job.to_string()).expect("a job");
     };
-    let run = |file: &str, ranks: usize| folder.call(ranks, "run", &["--output", &folder.text(file)]).good().out.clone();
+    let run =
+        |file: &str, ranks: usize| folder.call(ranks, "run", &["--output", &folder.text(file)]).good().out.clone();
     set(&swept, "right");
     run("swept.h5", 1);
     let mesh = json!({ "file": { "path": "wheel.msh", "scale": 1.0 } });
@@ -207,14 +209,20 @@ fn a_mesh_stands_where_its_section_does() {
     run("right.h5", 1);
     run("two.h5", 2);
     // Its modes serve another friction, and no other mesh.
-    folder.call(1, "run", &["--reuse", &folder.text("right.h5"), "--set", "contact.friction=0.3", "--only", "stability"]).good();
+    folder
+        .call(1, "run", &["--reuse", &folder.text("right.h5"), "--set", "contact.friction=0.3", "--only", "stability"])
+        .good();
     let other = "bodies.upper.mesh.file.scale=1.001";
     std::fs::remove_file(folder.path("job.h5")).expect("the last result");
-    folder.call(1, "run", &["--reuse", &folder.text("right.h5"), "--set", other]).failed(2, &["bodies.upper.mesh.file.scale"]);
+    folder
+        .call(1, "run", &["--reuse", &folder.text("right.h5"), "--set", other])
+        .failed(2, &["bodies.upper.mesh.file.scale"]);
     set(&mesh, "left");
     run("left.h5", 1);
     let of = |file: &str, name: &str| numbers(&folder, file, name);
-    for (name, tolerance) in [("modes/upper/frequency", 5e-3), ("stability/frequency", 5e-3), ("stability/damping_ratio", 5e-2)] {
+    for (name, tolerance) in
+        [("modes/upper/frequency", 5e-3), ("stability/frequency", 5e-3), ("stability/damping_ratio", 5e-2)]
+    {
         let (wanted, found) = (of("swept.h5", name), of("right.h5", name));
         let size = wanted.iter().take(8).fold(0.0f64, |m, v| m.max(v.abs()));
         for k in 0..8 {
@@ -227,7 +235,10 @@ fn a_mesh_stands_where_its_section_does() {
     let load = wanted[2].abs();
     for c in 0..3 {
         let mirrored = if c == 1 { -left[c] } else { left[c] };
-        assert!((right[c] - wanted[c]).abs() < 1e-3 * load && (mirrored - right[c]).abs() < 1e-6 * load, "{wanted:?} {right:?} {left:?}");
+        assert!(
+            (right[c] - wanted[c]).abs() < 1e-3 * load && (mirrored - right[c]).abs() < 1e-6 * load,
+            "{wanted:?} {right:?} {left:?}"
+        );
     }
     for other in ["two.h5", "left.h5"] {
         let (a, b) = (of("right.h5", "stability/growth_rate"), of(other, "stability/growth_rate"));
@@ -248,12 +259,28 @@ fn mistakes_with_surfaces_are_named() {
             folder.untouched();
         }
     };
-    refused(&["contact.grid.spacing=0.001"], 2, &["contact.compliance", "1.000 mm spacing", "\"hybrid\"", "contact.grid.spacing = 4.0e-3"]);
-    refused(&["contact.grid={\"spacing\":0.004,\"half_length\":0.02}"], 3, &["bodies.lower.mesh", "no face of the surface", "contact.patch"]);
-    refused(&["contact.grid={\"spacing\":0.004,\"half_length\":0.002}"], 2, &["contact.grid.half_length: found 0.002 m", "0.008"]);
+    refused(
+        &["contact.grid.spacing=0.001"],
+        2,
+        &["contact.compliance", "1.000 mm spacing", "\"hybrid\"", "contact.grid.spacing = 4.0e-3"],
+    );
+    refused(
+        &["contact.grid={\"spacing\":0.004,\"half_length\":0.02}"],
+        3,
+        &["bodies.lower.mesh", "no face of the surface", "contact.patch"],
+    );
+    refused(
+        &["contact.grid={\"spacing\":0.004,\"half_length\":0.002}"],
+        2,
+        &["contact.grid.half_length: found 0.002 m", "0.008"],
+    );
     refused(&["contact.grid.curvatures=[4,-1]"], 2, &["contact.grid.curvatures", "above 0"]);
     refused(&["contact.compliance=half_space", "contact.grid={}"], 2, &["contact.grid", "leave it out"]);
-    refused(&[hybrid, "analyses.stability.full={\"max_frequency\":2000}"], 2, &["analyses.stability.full", "\"hybrid\"", "\"fe\""]);
+    refused(
+        &[hybrid, "analyses.stability.full={\"max_frequency\":2000}"],
+        2,
+        &["analyses.stability.full", "\"hybrid\"", "\"fe\""],
+    );
     // A disc of the loads needs a surface.
     let large = "bodies.lower.mesh.cylinder.element_size=0.006";
     refused(&[hybrid, large], 3, &["bodies.lower.mesh", "disc of the radius", "contact.patch"]);

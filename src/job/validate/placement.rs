@@ -36,12 +36,10 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
     let moves = job.bodies().iter().any(|(_, b)| b.mesh.is_some());
     match (moves, contact.compliance) {
         (true, Compliance::Hybrid) | (false, Compliance::HalfSpace) => {}
-        (true, _) => {
-            faults.push("contact.compliance: expected \"hybrid\" with bodies that have a mesh on a contact.placement".into())
-        }
-        (false, _) => faults.push(
-            "contact.compliance: expected \"half_space\" with contact.placement of bodies without meshes".into(),
-        ),
+        (true, _) => faults
+            .push("contact.compliance: expected \"hybrid\" with bodies that have a mesh on a contact.placement".into()),
+        (false, _) => faults
+            .push("contact.compliance: expected \"half_space\" with contact.placement of bodies without meshes".into()),
     }
     if contact.grid.is_some() {
         faults.push(
