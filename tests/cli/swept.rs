@@ -157,7 +157,7 @@ fn keys_that_do_not_go_together_are_named() {
         ),
         (
             &|j| j["bodies"]["upper"]["mesh"] = job("curve.json")["bodies"]["upper"]["mesh"].clone(),
-            &["contact.compliance", "both bodies or none"],
+            &["contact.patch.spacing", "both bodies or none"],
         ),
     ];
     for (change, words) in cases {
