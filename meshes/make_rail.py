@@ -35,7 +35,7 @@ def section(given):
     gmsh.option.setNumber("General.Terminal", 0)
     arcs, foot, face = outline(0.0, given.size / MILLI, given.size / MILLI, TOLERANCE)
 
-    def size(dim, tag, x, y, z, lc):
+    def size(dim, tag, x, y, z, lc=0.0):
         away = max(0.0, ((x - given.at / MILLI) ** 2 + y**2) ** 0.5 * MILLI - given.patch)
         return min(given.size, given.contact_size + GROWTH * away) / MILLI
 
@@ -111,11 +111,11 @@ def main():
     body = gmsh.model.addDiscreteEntity(3)
     gmsh.model.mesh.addNodes(3, body, list(number.values()), coords)
     gmsh.model.mesh.addElementsByType(body, 18, [], solid)
-    gmsh.model.addPhysicalGroup(3, [body], name="body")
+    gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, [body]), "body")
     for name, (kind, nodes) in faces.items():
         surface = gmsh.model.addDiscreteEntity(2)
         gmsh.model.mesh.addElementsByType(surface, kind, [], nodes)
-        gmsh.model.addPhysicalGroup(2, [surface], name=name)
+        gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, [surface]), name)
     gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
     gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.write(given.file)

@@ -86,7 +86,7 @@ def main():
                 gmsh.model.mesh.setTransfiniteSurface(surface)
                 gmsh.model.mesh.setRecombine(dim, surface)
     if given.contact_size:
-        def size(dim, tag, x, y, z, lc):
+        def size(dim, tag, x, y, z, lc=0.0):
             return min(given.size, given.contact_size + GROWTH * max(0.0, math.sqrt(x * x + y * y + z * z) - PATCH))
 
         gmsh.model.mesh.setSizeCallback(size)

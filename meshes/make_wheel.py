@@ -99,11 +99,11 @@ def structured(given, offset, sign):
     volume = gmsh.model.addDiscreteEntity(3)
     gmsh.model.mesh.addNodes(3, volume, list(number.values()), coords)
     gmsh.model.mesh.addElementsByType(volume, 17, [], cells)
-    gmsh.model.addPhysicalGroup(3, [volume], name="body")
+    gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, [volume]), "body")
     for name, nodes in faces.items():
         surface = gmsh.model.addDiscreteEntity(2)
         gmsh.model.mesh.addElementsByType(surface, 16, [], nodes)
-        gmsh.model.addPhysicalGroup(2, [surface], name=name)
+        gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, [surface]), name)
 
 
 def free(given, offset, sign):
@@ -143,10 +143,10 @@ def free(given, offset, sign):
             x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(dim, tag)
             groups["contact" if max(-x0, x1, -y0, y1) < 1.1 * given.patch else "tread"].append(tag)
     for name, tags in groups.items():
-        gmsh.model.addPhysicalGroup(2, tags, name=name)
-    gmsh.model.addPhysicalGroup(3, [t for _, t in gmsh.model.getEntities(3)], name="body")
+        gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, tags), name)
+    gmsh.model.setPhysicalName(3, gmsh.model.addPhysicalGroup(3, [t for _, t in gmsh.model.getEntities(3)]), "body")
 
-    def size(dim, tag, x, y, z, lc):
+    def size(dim, tag, x, y, z, lc=0.0):
         away = math.sqrt(x * x + y * y + z * z) - given.patch
         r = math.hypot(x, z - sign * TREAD)
         bends = [(RADII[0], STEEP_WIDTHS[0]), (RADII[0], STEEP_WIDTHS[3]), (RADII[1], STEEP_WIDTHS[1]), (RADII[1], STEEP_WIDTHS[2])]
