@@ -13,6 +13,7 @@ pub mod matrix_body;
 pub mod matrix_market;
 pub mod modal;
 pub mod modes;
+pub mod moving;
 pub mod name;
 pub mod nearest;
 pub mod order;

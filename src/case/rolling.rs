@@ -265,14 +265,26 @@ pub(crate) fn drive(
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.
 pub(crate) fn moved(state: State, pair: &ModalPair, mode: &Eigenpair, amplitude: f64) -> State {
+    let (phase, size) = start(pair, mode);
+    let modal: Vec<Complex64> = mode.modal.iter().map(|z| phase * z).collect();
+    state.perturbed(&modal, mode.value, amplitude / size)
+}
+
+/// What a complex mode is multiplied by for its largest displacement of a contact node to be `amplitude`, m, and its phase that of [`moved`].
+pub(crate) fn scale(pair: &ModalPair, mode: &Eigenpair, amplitude: f64) -> Complex64 {
+    let (phase, size) = start(pair, mode);
+    amplitude / size * phase
+}
+
+/// The phase that a complex mode is begun with, and its largest displacement.
+fn start(pair: &ModalPair, mode: &Eigenpair) -> (Complex64, f64) {
     let largest = largest_displacement(pair.modes.as_ref(), &mode.modal);
     // A wave has no phase of its own: its largest displacement is now.
     let phase = match pair.turning {
         Some(_) => largest.conj() / largest.norm(),
         None => Complex64::from(1.0),
     };
-    let modal: Vec<Complex64> = mode.modal.iter().map(|z| phase * z).collect();
-    state.perturbed(&modal, mode.value, amplitude / largest.norm())
+    (phase, largest.norm())
 }
 
 /// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of

@@ -167,7 +167,11 @@ impl<'a> Recorder<'a> {
             velocities: vec![0.0; 3 * p],
             step: wanted.step,
             contact_stride: u64::from(wanted.contact_stride),
-            modal_stride: u64::from(wanted.modal_stride),
+            // All degrees of freedom have no amplitudes of modes.
+            modal_stride: match wanted.model {
+                job::TransientModel::Reduced => wanted.modal_stride.into(),
+                job::TransientModel::Full => 0,
+            },
             sound_stride,
             body_stride: u64::from(wanted.body_stride),
             steps: within(steps, 1),
