@@ -79,6 +79,8 @@ pub struct Stepper<'a> {
     settings: Settings,
     impact: Impact,
     motion: Box<dyn Motion + 'a>,
+    /// Whether the nodes of the surface have mass: all degrees of freedom move, none is taken statically.
+    massive: bool,
     /// W, m/N, `[3n, 3n]`.
     w: Mat<f64>,
     /// Foot of each grid column.
@@ -115,21 +117,21 @@ impl<'a> Stepper<'a> {
         settings.scheme.check(model.omega)?;
         let motion = Box::new(Modal::new(&model, settings.scheme, impact)?);
         let shapes = Shapes::new(model.modes);
-        Self::made((model, shapes), settings, state, motion)
+        Self::made((model, shapes), settings, state, (motion, false))
     }
 
     /// A stepper of bodies that `motion` moves. Ψ of the `model` picks the contact rows from its coordinates. What the future depends on is not all in the
     /// [`State`], so that the stepper cannot be [put](Self::put) elsewhere or [settled](Self::settle).
     pub fn over(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Motion + 'a>) -> Result<Self> {
         let shapes = Shapes::whole(model.modes);
-        Self::made((model, shapes), settings, state, motion)
+        Self::made((model, shapes), settings, state, (motion, true))
     }
 
     fn made(
         (model, shapes): (Model<'a>, Shapes),
         settings: Settings,
         mut state: State,
-        motion: Box<dyn Motion + 'a>,
+        (motion, massive): (Box<dyn Motion + 'a>, bool),
     ) -> Result<Self> {
         let impact = model.impact()?;
         settings.scheme.check(&[])?;
@@ -174,6 +176,7 @@ impl<'a> Stepper<'a> {
             settings,
             impact,
             motion,
+            massive,
             w,
             slope,
             state,
@@ -357,7 +360,8 @@ impl<'a> Stepper<'a> {
                 let closes = touching.as_ref().map_or(gap <= 0.0, |t| t[i]);
                 b[3 * a + 2] = match self.impact {
                     Impact::Compliant => gap,
-                    Impact::Rigid if !closes => FAR,
+                    Impact::Rigid if !closes && self.massive => FAR,
+                    Impact::Rigid if !closes => f64::INFINITY,
                     Impact::Rigid => {
                         let rate = rate + self.passing.raised(i) / h;
                         theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate)
@@ -389,16 +393,11 @@ impl<'a> Stepper<'a> {
             dense::add_columns(&ws.around, rows - 3 * core, &solution.reaction, &mut response[3 * core..]);
             let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
-<<<<<<< ours
-            self.modal.add(&modal, &mut q, &mut v);
+            self.motion.add(&modal, &mut q, &mut v);
             let mut entering = self.entering(&solution, (&response, &free), &self.shapes.seen(&q), approach);
             if entering.is_empty() {
                 entering = self.pressed_beyond(&solution, (&response, &free), approach);
             }
-            if entering.is_empty() {
-=======
-            self.motion.add(&modal, &mut q, &mut v);
-            let mut entering = self.entering(&solution, (&response, &free), &self.shapes.seen(&q), approach);
             let mut late = 0;
             if let Some(touching) = &mut touching {
                 let limit = self.rounding(approach);
@@ -413,7 +412,6 @@ impl<'a> Stepper<'a> {
             }
             if entering.is_empty() && late == 0 {
                 self.motion.accept(&modal, &mut q, &mut v)?;
->>>>>>> theirs
                 self.met.nodes = self.working.nodes[..core].to_vec();
                 self.met.slip = (0..core)
                     .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
@@ -442,11 +440,11 @@ impl<'a> Stepper<'a> {
     }
 
     /// The nodes that a step of a surface with mass begins with in contact, `[n]`: those that pressed at the end of the step before. Others come in where the step
-    /// would press them into each other. None where the gap without reactions decides: on points, and where the surface has no mass.
+    /// would press them into each other. None where the gap without reactions decides.
     fn touching(&self) -> Option<Vec<bool>> {
         let pressed = |i: usize| self.state.reaction[3 * i + 2] > 0.0;
-        let s = self.model.interface;
-        (self.impact == Impact::Rigid && !s.are_points()).then(|| (0..s.len()).map(pressed).collect())
+        let n = self.model.interface.len();
+        self.massive.then(|| (0..n).map(pressed).collect())
     }
 
     /// A gap that is negative by rounding alone, m.

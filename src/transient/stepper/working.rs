@@ -80,14 +80,9 @@ impl Stepper<'_> {
         let near = [left + 1, left, left - 1];
         let h = [1, 2].map(|k| x[near[0]] - x[near[k]]);
         // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
-<<<<<<< ours
         let closed = near.map(|jx| self.is_closed(line + jx));
-        let own = line + left + 1 == ws.nodes[a] && self.impact == Impact::Compliant;
-=======
-        let closed = near.map(|jx| self.state.reaction[3 * (line + jx) + 2] > 0.0);
-        let known = self.impact == Impact::Compliant || !self.model.interface.are_points();
+        let known = self.impact == Impact::Compliant || self.massive;
         let own = line + left + 1 == ws.nodes[a] && known;
->>>>>>> theirs
         let course = match closed {
             // Only at its own node the gaps of the edge are known.
             [true, false, false] if !own => Course::Line,
@@ -209,7 +204,7 @@ impl Stepper<'_> {
         let mut lines = Vec::with_capacity(core.len());
         for &i in &core {
             let (ix, iy) = (i % nx, i / nx);
-            let foot = self.feet[ix].filter(|_| !s.on_border(i)).ok_or_else(|| {
+            let foot = self.feet[ix].filter(|_| !s.on_border(i) || self.impact == Impact::Rigid && !self.massive).ok_or_else(|| {
                 let [x, y] = s.point(i);
                 Error::Job(format!(
                     "contact.patch: the contact reaches x = {x:.4e} m, y = {y:.4e} m, at the border of the patch; enlarge \
