@@ -492,11 +492,19 @@ fn check_full(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<
         refuse(key, "a given load", "its law of impact holds the approach; give that, or take the model \"reduced\"");
     }
     if transient.sound_power.is_some() {
-        refuse("sound_power", "it given", "sound is made of the amplitudes of modes; leave it out, or take the model \"reduced\"");
+        refuse(
+            "sound_power",
+            "it given",
+            "sound is made of the amplitudes of modes; leave it out, or take the model \"reduced\"",
+        );
     }
     if transient.body_stride > 0 {
         let found = transient.body_stride.to_string();
-        refuse("body_stride", &found, "it writes the motion of points alone; set it to 0, or take the model \"reduced\"");
+        refuse(
+            "body_stride",
+            &found,
+            "it writes the motion of points alone; set it to 0, or take the model \"reduced\"",
+        );
     }
     if job.solver.linear != LinearSolver::Mumps {
         faults.push(format!("solver.linear: found \"gamg\", expected \"mumps\": {path}.model \"full\" solves with one factorisation at every step"));

@@ -65,7 +65,8 @@ impl Course<'_, '_> {
             tables.extend(more()?);
             Ok(tables)
         };
-        let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, |s| s.stride()), &stepper.state().reaction);
+        let mut recorder =
+            Recorder::new(points, wanted, root, sound.map_or(0, |s| s.stride()), &stepper.state().reaction);
         let mut effort = Effort::default();
         let first = stepper.state().step;
         let mut account = Account::new(wanted.step, first, total);
@@ -85,7 +86,12 @@ impl Course<'_, '_> {
             let result = stepper.advance();
             if result.is_ok() {
                 recorder.take(&stepper);
-                account.take(stepper.state().step, stepper.report(), stepper.state().energy.kinetic, recorder.velocities());
+                account.take(
+                    stepper.state().step,
+                    stepper.report(),
+                    stepper.state().energy.kinetic,
+                    recorder.velocities(),
+                );
                 effort += stepper.report().effort;
             }
             let step = stepper.state().step;

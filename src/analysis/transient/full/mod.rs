@@ -76,7 +76,11 @@ pub(super) fn run(
         let s = moving.statistics();
         run.summary.value(
             &format!("factor of the steps of {name}"),
-            format!("{:.2} M entries, {:.2} GB on all ranks", s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3),
+            format!(
+                "{:.2} M entries, {:.2} GB on all ranks",
+                s.factor_entries as f64 / 1e6,
+                s.memory_sum_mb as f64 / 1e3
+            ),
         );
         let (fields, ranges) = (inputs.bodies.fields(place.body)?, &system.stiffness().ranges[..]);
         halves.push(Half { moving, side: place.side, fields, ranges });

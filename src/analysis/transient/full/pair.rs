@@ -62,7 +62,8 @@ impl Pair<'_> {
                 }
                 let (u, v) = half.moving.state();
                 let at = half.fields.at_nodes([u, v][k]);
-                for ((_, node), out) in self.watched.iter().zip(more.chunks_exact_mut(3)).filter(|(w, _)| w.0 == place) {
+                for ((_, node), out) in self.watched.iter().zip(more.chunks_exact_mut(3)).filter(|(w, _)| w.0 == place)
+                {
                     let Some(node) = node else { continue };
                     (0..3).for_each(|c| out[c] = half.side.reflection(c) * at[*node][c]);
                 }
