@@ -154,5 +154,7 @@ pub(super) fn run(
     };
     let done = go();
     leader.borrow().end();
+    // The factors are freed by all ranks together, and the others have done with theirs.
+    drop(leader);
     world.agree(done.map(Some))
 }
