@@ -279,12 +279,8 @@ pub(crate) fn scale(pair: &ModalPair, mode: &Eigenpair, amplitude: f64) -> Compl
 /// The phase that a complex mode is begun with, and its largest displacement.
 fn start(pair: &ModalPair, mode: &Eigenpair) -> (Complex64, f64) {
     let largest = largest_displacement(pair.modes.as_ref(), &mode.modal);
-    // A wave has no phase of its own: its largest displacement is now.
-    let phase = match pair.turning {
-        Some(_) => largest.conj() / largest.norm(),
-        None => Complex64::from(1.0),
-    };
-    (phase, largest.norm())
+    // An eigenvector has no phase of its own, and no sign: its largest displacement is now.
+    (largest.conj() / largest.norm(), largest.norm())
 }
 
 /// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of

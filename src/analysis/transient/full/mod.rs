@@ -13,7 +13,7 @@ use crate::analysis::run::Run;
 use crate::body::moving::{Energies, March, Moving};
 use crate::case::rolling::Rolling;
 use crate::case::roughness;
-use crate::job::{self, Job};
+use crate::job::{self, Compliance, Job};
 use crate::model::{combined_compliance, ModalMatrix};
 use crate::output::datasets::checkpoint;
 use crate::output::datasets::points::Points;
@@ -30,6 +30,11 @@ pub(super) fn check(job: &Job) -> Result<()> {
     let refused = |key: String, found: &str, why: &str| {
         Err(Error::Job(format!("{key}: found {found}, but analyses.transient.model is \"full\": {why}")))
     };
+    if let Some(contact) = job.contact.as_ref().filter(|c| c.compliance != Compliance::Fe) {
+        let found = if contact.compliance == Compliance::Hybrid { "\"hybrid\"" } else { "\"half_space\"" };
+        let why = "its contact is that of the elements; take \"fe\", or the model \"reduced\"";
+        return refused("contact.compliance".into(), found, why);
+    }
     for (name, body) in job.bodies() {
         if body.matrices.is_some() {
             let why = "it takes finite elements; take the model \"reduced\", which keeps all that matrices have";
