@@ -11,6 +11,7 @@ import math
 import gmsh
 
 INNER, OUTER, WIDTH = 0.1, 0.5, 0.1
+GROWTH, PATCH = 0.3, 0.01  # of the size of cells with the distance from the contact point, beyond so many m
 CELLS = {  # first-order shape, order, without nodes in the faces
     "tet4": ("tetrahedra", 1, 1),
     "tet10": ("tetrahedra", 2, 1),
@@ -27,6 +28,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", choices=CELLS, default="hex20")
     parser.add_argument("--size", type=float, default=0.03, help="edge length, m")
+    parser.add_argument("--contact-size", type=float, help="edge length of tetrahedra about the contact point at the origin, m; makes the group contact, the running surface")
     parser.add_argument("--version", default="4.1", choices=["4.1", "2.2"])
     parser.add_argument("--ascii", action="store_true")
     parser.add_argument("file")
@@ -62,6 +64,8 @@ def main():
         for name, radius in bounds.items():
             if all(abs(r - radius) < 1e-6 for r in radii):
                 groups[name].append(surface)
+    if given.contact_size:
+        groups["contact"] = groups["outer"]
     for name, surfaces in groups.items():
         gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, surfaces), name)
     volumes = [tag for _, tag in gmsh.model.getEntities(3)]
@@ -81,7 +85,13 @@ def main():
             if gmsh.model.getType(dim, surface) == "Plane":
                 gmsh.model.mesh.setTransfiniteSurface(surface)
                 gmsh.model.mesh.setRecombine(dim, surface)
-    gmsh.option.setNumber("Mesh.MeshSizeMin", given.size)
+    if given.contact_size:
+        def size(dim, tag, x, y, z, lc):
+            return min(given.size, given.contact_size + GROWTH * max(0.0, math.sqrt(x * x + y * y + z * z) - PATCH))
+
+        gmsh.model.mesh.setSizeCallback(size)
+    else:
+        gmsh.option.setNumber("Mesh.MeshSizeMin", given.size)
     gmsh.option.setNumber("Mesh.MeshSizeMax", given.size)
     gmsh.option.setNumber("Mesh.SecondOrderIncomplete", incomplete)
     gmsh.option.setNumber("Mesh.ElementOrder", order)

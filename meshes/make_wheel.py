@@ -19,14 +19,17 @@ TREAD = RADII[3]
 WIDTHS = [-0.090, -0.065, -0.012, 0.012, 0.040, 0.070, 0.090]  # from the middle of the web towards the flange, m
 BANDS = [(0, 6), (2, 3), (1, 5), (4, 5)]  # first and last of the widths between two radii
 GROWTH = 0.35  # of the size of cells with the distance from the contact point
+STEEP_RADII, STEEP_WIDTHS = [0.095, 0.135], [-0.090, -0.012, 0.012, 0.090]  # where the stress is: at the ends of the clamped bore, between web and hub
 
 
-def lines(ends, at, fine, patch, size):
-    """Positions from the first to the last of `ends`, all of which are among them: small steps about `at`, and larger ones away from there."""
+def lines(ends, at, fine, patch, size, steep=(), corner=0.0):
+    """Positions from the first to the last of `ends`, all of which are among them: small steps about `at`, and steps `corner` about the places `steep`,
+    and larger ones away from there."""
     out = [ends[0]]
     for a, b in zip(ends, ends[1:]):
         def wanted(x):
-            return min(size, fine + GROWTH * max(0.0, abs(x - at) - patch))
+            near = [corner + GROWTH * abs(x - place) for place in steep]
+            return min(size, fine + GROWTH * max(0.0, abs(x - at) - patch), *near)
 
         count = [0.0]
         step = (b - a) / 400
@@ -46,9 +49,11 @@ def structured(given, offset, sign):
     """Hexahedra or wedges of revolution: rectangles of the section, swept through angles that grow away from the contact point."""
     widths = sorted(w - offset for w in WIDTHS)
     across = sorted({*widths, -given.patch, given.patch})
-    across = lines([w for w in across if w in widths or widths[1] < w < widths[4]], 0.0, given.contact_size, given.patch, given.size)
-    radii = lines(RADII, TREAD, given.contact_size, 0.0, given.size)
-    half = lines([0.0, given.patch, math.pi * TREAD], 0.0, given.contact_size, given.patch, given.size)
+    across = [w for w in across if w in widths or widths[1] < w < widths[4]]
+    steep = [w - offset for w in STEEP_WIDTHS]
+    across = lines(across, 0.0, given.contact_size, given.patch, given.size, steep, given.corner_size)
+    radii = lines(RADII, TREAD, given.contact_size, 0.0, given.size, STEEP_RADII, given.corner_size)
+    half = lines([0.0, given.patch, math.pi * TREAD], 0.0, given.contact_size, given.patch, 2 * given.size)
     angles = [-s / TREAD for s in reversed(half[1:])] + [s / TREAD for s in half[:-1]]
     number, coords, cells, faces = {}, [], [], {"inner": [], "contact": [], "tread": []}
 
@@ -143,7 +148,10 @@ def free(given, offset, sign):
 
     def size(dim, tag, x, y, z, lc):
         away = math.sqrt(x * x + y * y + z * z) - given.patch
-        return min(given.size, given.contact_size + GROWTH * max(0.0, away))
+        r = math.hypot(x, z - sign * TREAD)
+        bends = [(RADII[0], STEEP_WIDTHS[0]), (RADII[0], STEEP_WIDTHS[3]), (RADII[1], STEEP_WIDTHS[1]), (RADII[1], STEEP_WIDTHS[2])]
+        steep = min(math.hypot(r - radius, y + offset - width) for radius, width in bends)
+        return min(given.size, given.contact_size + GROWTH * max(0.0, away), given.corner_size + GROWTH * steep)
 
     gmsh.model.mesh.setSizeCallback(size)
     for option in ("MeshSizeFromPoints", "MeshSizeExtendFromBoundary"):
@@ -156,8 +164,9 @@ def free(given, offset, sign):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", choices=["tet10", "hex20"], default="hex20")
-    parser.add_argument("--size", type=float, default=0.03, help="largest edge length, m")
+    parser.add_argument("--size", type=float, default=0.03, help="largest edge length, m; of hexahedra that in a section, twice as long around the axle")
     parser.add_argument("--contact-size", type=float, default=0.005, help="edge length at the contact, m")
+    parser.add_argument("--corner-size", type=float, default=0.01, help="edge length at the edges of the bore and between web and hub, m")
     parser.add_argument("--patch", type=float, default=0.01, help="half length and half width of the patch of the group contact, m")
     parser.add_argument("--offset", type=float, default=0.0, help="contact point from the middle of the web towards the flange, m")
     parser.add_argument("--lower", action="store_true", help="below the plane z = 0")

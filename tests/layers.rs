@@ -21,7 +21,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("friction", &[]),
     ("job", &["input", "friction"]),
     ("mesh", &["input", "parallel", "quadrature"]),
-    ("grid", &["mesh"]),
+    ("grid", &["quadrature", "mesh"]),
     ("placement", &["input"]),
     ("roughness", &["input"]),
     ("petsc", &["memory", "scratch", "parallel"]),

@@ -17,6 +17,7 @@ import ranks
 import report
 import rotation
 import steady
+import surfaces
 import tables
 import transient
 import tutorial
@@ -27,6 +28,7 @@ STUDIES = {
     "finite_elements": steady.finite_elements,
     "modes": modes.annulus,
     "meshes": meshes.rings,
+    "surfaces": surfaces.met,
     "growth": growth.narrow_curve,
     "one_point": one_point.narrow_curve,
     "longitudinal": longitudinal.sliding,

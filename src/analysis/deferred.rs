@@ -78,7 +78,7 @@ fn held<'a, 'p>(deferred: &'a mut Option<DeferredSteady<'p>>) -> Result<&'a mut 
 /// of the contact `grid`, which rank 0 has.
 pub fn probe(body: &dyn Fields, grid: Option<&ContactGrid>) -> Result<[Vec<f64>; 3]> {
     let forces = grid.map_or(Vec::new(), |g| {
-        let (rows, middle) = (3 * g.nodes.len(), kernel::middle(&g.x, &g.y));
+        let (rows, middle) = (3 * g.len(), kernel::middle(&g.x, &g.y));
         let mut forces = vec![0.0; 3 * rows];
         (0..3).for_each(|k| forces[k * rows + 3 * middle + k] = 1.0);
         forces

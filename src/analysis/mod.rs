@@ -90,7 +90,15 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
 /// An error if an analysis needs what a body cannot give.
 fn capable(job: &Job) -> Result<()> {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
+    let hybrid = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Hybrid);
     for (key, what) in wanted(job) {
+        let meshed = job.bodies().iter().all(|(_, b)| b.is_meshed());
+        if hybrid && meshed && what == Capability::FullSystem {
+            return Err(Error::Job(format!(
+                "analyses.{key}: takes the contact from the finite elements themselves, which contact.compliance \"hybrid\" does not; expected \"fe\". Change one \
+                 of the two"
+            )));
+        }
         let needed = match what {
             Capability::Grid => "meshes with a contact surface",
             Capability::Modes => "modes",
@@ -112,7 +120,7 @@ fn capable(job: &Job) -> Result<()> {
                 None if half_space => (Kind::HalfSpace, "is a half-space"),
                 None if body.is_half_space() => (Kind::HalfSpace, "is a half-space"),
                 None if body.track.is_some() => (Kind::Rail, "is a rail"),
-                None if job.is_swept() => (Kind::Swept, "is swept from a section"),
+                None if !body.is_meshed() => (Kind::Swept, "is swept from a section"),
                 None => (Kind::Elements, "is of finite elements"),
             };
             if !kind.can(what) {

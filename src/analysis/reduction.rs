@@ -7,7 +7,7 @@ use crate::body::half_space::HalfSpaceBody;
 use crate::body::{Body, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::case::interface::{convolution, half_space, interface_of, near};
-use crate::grid::Interface;
+use crate::grid::{Interface, Transfer};
 use crate::job::{self, Compliance, Job, LinearSolver};
 use crate::model::{AtContact, ReducedModel};
 use crate::parallel::World;
@@ -77,7 +77,9 @@ impl Reduction {
                 (false, [lower, upper]) => [lower.body, upper.body],
                 _ => [0, 1],
             };
-            ReducedModel::assemble(job, interface, parts, place)
+            let model = ReducedModel::assemble(job, interface, parts, place)?;
+            residual_is_positive(bodies, &model)?;
+            Ok(model)
         })?;
         Ok(Self { root: root.map(looked_through), approximate })
     }
@@ -109,6 +111,21 @@ fn looked_through(mut model: ReducedModel) -> ReducedModel {
         model.pair.find_convolution(&model.interface);
     }
     model
+}
+
+/// An error where bodies meet on a grid that is not of their nodes, and it sees more of the modes than the compliance has.
+fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
+    let averaged = |p: &crate::case::bodies::Place| {
+        p.grid.as_ref().is_some_and(|g| matches!(g.transfer, Some(Transfer::Averages(_))))
+    };
+    if !bodies.places.iter().any(averaged) || model.pair.residual.llt(faer::Side::Lower).is_ok() {
+        return Ok(());
+    }
+    Err(Error::Job(
+        "contact.compliance: the residual compliance of the finite elements on the contact grid is not positive: the grid is finer than what their faces show. \
+         Take \"hybrid\", or a larger contact.grid.spacing"
+            .into(),
+    ))
 }
 
 /// What making the reduced model needs of the bodies.

@@ -9,7 +9,7 @@ use crate::case::interface::steady_rolling;
 use crate::case::placed;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
 use crate::contact::SteadySolution;
-use crate::grid::Interface;
+use crate::grid::{ContactGrid, Interface};
 use crate::job::{self, Compliance, Job, Quadrature};
 use crate::model::ModalPair;
 use crate::output::datasets::contact::{consistent, tables};
@@ -114,14 +114,18 @@ fn fields(
             Some((_, r)) => (&r.pressure, r.traction.concat(), r.state.iter().map(|&s| s as i8).collect()),
             None => (&[], Vec::new(), Vec::new()),
         };
-        let nodes = place.grid.as_ref().map_or(&[][..], |g| &g.nodes);
+        let nodes = place.grid.as_ref().map_or(&[][..], ContactGrid::nodes);
         contact.push(contact_fields(world, body.mesh(), nodes, pressure, &traction, &state));
     }
     let mut all = vec![
         PointField::displacement(displacement.iter().map(Vec::as_slice).collect()),
         PointField::von_mises(von_mises.iter().map(Vec::as_slice).collect()),
     ];
-    all.extend(PointField::contact(&contact));
+    // Pressure and traction are at the nodes of the grid, which those of the meshes may not be.
+    let at_nodes = bodies.places.iter().all(|p| p.grid.as_ref().is_none_or(|g| !g.nodes().is_empty()));
+    if world.max(f64::from(u8::from(!at_nodes))) == 0.0 {
+        all.extend(PointField::contact(&contact));
+    }
     file.fields(&bodies.parts(), &all)
 }
 

@@ -75,7 +75,7 @@ impl Earlier {
 
 /// Whether mode shapes of the job can be shown on meshes.
 fn on_meshes(job: &Job) -> bool {
-    needs_elements(job) && !job.is_swept() && job.placement().is_none()
+    needs_elements(job) && job.bodies().iter().all(|(_, b)| b.is_meshed())
 }
 
 /// What the analyses of the job need of the bodies.

@@ -1,6 +1,8 @@
 //! A body of finite elements with the solver and the modes that belong to it.
 
 use super::fe::{BodyModes, FeBody};
+use super::half_space::HalfSpace;
+use super::hybrid::Hybrid;
 use super::modes::{self, Extent};
 use super::nearest::Nearest;
 use super::order::Order;
@@ -37,6 +39,8 @@ pub struct Elements<'p> {
     /// Mesh, degrees of freedom, matrices and trace.
     pub fe: FeBody,
     method: Method,
+    /// The compliance of its contact rows, where that near the contact is a half-space's.
+    hybrid: Option<Hybrid>,
     eigen: sparse::Method,
     /// The axis about which it rotates.
     axis: Option<Axis>,
@@ -52,7 +56,20 @@ impl<'p> Elements<'p> {
     pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: Method) -> Self {
         let order = Order::new(&fe.name);
         let eigen = sparse::Method::default();
-        Self { petsc, fe, method, eigen, axis: None, spread: None, statics: RefCell::new(None), shapes: None, order }
+        let half_space = HalfSpace { young: fe.material.young, poisson: fe.material.poisson };
+        let hybrid = fe.means.as_ref().map(|m| Hybrid::new(half_space, Some([&m.grid[0][..], &m.grid[1][..]])));
+        Self {
+            petsc,
+            fe,
+            method,
+            hybrid,
+            eigen,
+            axis: None,
+            spread: None,
+            statics: RefCell::new(None),
+            shapes: None,
+            order,
+        }
     }
 
     /// The same body with modes computed by `eigen`.
@@ -114,14 +131,19 @@ impl Body for Elements<'_> {
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {
-        self.enter("factorise")?;
+        let world = self.enter("factorise")?;
         // What is there goes before the next one is made.
         *self.statics.get_mut() = None;
-        let made = match self.method {
+        let mut made = match self.method {
             Method::Direct => Statics::direct(self.petsc, &self.fe)?,
             Method::Iterative => Statics::iterative(self.petsc, &self.fe)?,
         };
-        let text = made.describe();
+        let mut text = made.describe();
+        if let (Some(hybrid), Some(means)) = (&mut self.hybrid, &self.fe.means) {
+            let yielding = means.yielding(world, &mut made, self.fe.dofs.owned())?;
+            let circles: Vec<_> = means.discs.iter().map(|d| d.0).collect();
+            text += &format!("; {}", hybrid.complete(&yielding, &circles)?);
+        }
         *self.statics.get_mut() = Some(made);
         Ok(Some(text))
     }
@@ -134,6 +156,9 @@ impl Body for Elements<'_> {
 
     fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>> {
         let world = self.enter("compliance")?;
+        if let Some(hybrid) = &self.hybrid {
+            return hybrid.compliance(world, &self.fe.name);
+        }
         self.fe.compliance(world, &mut *self.solver()?, steps)
     }
 
@@ -142,6 +167,10 @@ impl Body for Elements<'_> {
         let found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, self.eigen, steps)?;
         let (omega, residual) = (found.omega.clone(), found.residual.clone());
         let rows = self.fe.contact_modes(world, &found);
+        let seen = self.fe.means.as_ref().and_then(|m| m.seen(world, omega.len(), |k| &found.vectors[k]));
+        if let (Some(hybrid), Some(seen)) = (&mut self.hybrid, seen) {
+            hybrid.of_modes(&omega, &seen);
+        }
         let reach = omega.last().copied().unwrap_or(0.0);
         let rotation = match self.axis {
             Some(axis) => {
@@ -165,6 +194,9 @@ impl Body for Elements<'_> {
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
         let world = self.enter("response")?;
+        if let Some(hybrid) = &self.hybrid {
+            return hybrid.response(world, &self.fe.name, forces);
+        }
         let motion = self.fe.response(world, &mut *self.solver()?, forces)?;
         Ok(self.fe.trace.at(world, &motion))
     }

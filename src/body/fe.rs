@@ -1,5 +1,6 @@
 //! A finite-element body: its share of the mesh, its matrices, and what contact asks of them.
 
+use super::means::{self, MeanTraces};
 use super::rigid_motions::RigidMotions;
 use super::statics::Statics;
 use super::supports::{Effect, Supported};
@@ -32,6 +33,8 @@ pub struct FeBody {
     pub operators: Operators,
     /// Its contact rows; none where it has no contact surface.
     pub trace: Trace,
+    /// What its contact rows are made of, where they follow from means over a disc.
+    pub means: Option<MeanTraces>,
     /// What its supports do beside stiffness and mass.
     pub effect: Effect,
     /// The rigid motions that its supports leave free.
@@ -90,11 +93,11 @@ impl FeBody {
         // Local ghosts are ascending, so are the exchange's: the fetched values are in the order of `node_ids`.
         let node_ghosts = Exchange::new(world, &part.ranges, part.node_ids.iter().copied());
         let supported = rigid.is_empty();
-        let first = world.on_root(|| grid.map_or(Ok(Vec::new()), |grid| contact_dofs(name, grid, &part, &dofs)))?;
-        let trace = Trace::of_nodes(world, &dofs.ranges, first.as_deref())?;
+        let first = |node: u32| first_at(name, node, &part, &dofs);
+        let (trace, means) = means::trace(world, &dofs.ranges, grid, &first)?;
         world.agree(contact_is_free(name, &trace, &effect))?;
         let name = name.into();
-        Ok(Self { name, part, dofs, material, operators, trace, effect, rigid, supported, ghosts, node_ghosts })
+        Ok(Self { name, part, dofs, material, operators, trace, means, effect, rigid, supported, ghosts, node_ghosts })
     }
 
     /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
@@ -209,17 +212,14 @@ fn contact_is_free(name: &str, trace: &Trace, effect: &Effect) -> Result<()> {
     }
 }
 
-/// On rank 0: the first degree of freedom of each node of the contact `grid`, `[n]`.
-fn contact_dofs(name: &str, grid: &ContactGrid, part: &MeshPart, dofs: &DofMap) -> Result<Vec<u64>> {
-    let first = |&node: &u32| {
-        match dofs.all[part.renumbered[node as usize] as usize] {
+/// On rank 0: the first degree of freedom of a `node` of the contact surface.
+fn first_at(name: &str, node: u32, part: &MeshPart, dofs: &DofMap) -> Result<u64> {
+    match dofs.all[part.renumbered[node as usize] as usize] {
         FIXED => Err(Error::Job(format!(
             "bodies.{name}.fixed: a support holds node {node} of the contact surface; the groups in `fixed` must not touch the contact patch"
         ))),
         first => Ok(first),
     }
-    };
-    grid.nodes.iter().map(first).collect()
 }
 
 fn columns(part: &MeshPart, dofs: &DofMap) -> Vec<u64> {

@@ -3,14 +3,14 @@
 use super::half_space::HalfSpace;
 use crate::parallel::World;
 use crate::swept::compliance::sum;
-use crate::swept::{both_turned, Constant, Forms, Patch, Square, LOADS};
+use crate::swept::{both_turned, Constant, Forms, HalfSpaceLoad, Patch, Square, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 
 /// Part of the smaller half side of the grid that the circle of the loads has as its radius: about a contact that the grid holds with room to spare.
-const CIRCLE: f64 = 2.0 / 3.0;
+pub const CIRCLE: f64 = 2.0 / 3.0;
 /// A second, wider circle shows how little the constant depends on it.
-const WIDER: f64 = 1.5;
+pub const WIDER: f64 = 1.5;
 /// A difference between both circles of more than this part of the contact's own compliance is called large.
 const LARGE: f64 = 0.01;
 
@@ -23,6 +23,17 @@ pub(super) fn statics(omega: &[f64], seen: &[[f64; LOADS]]) -> Square {
         }
     }
     sum
+}
+
+/// π = (1, x, y) of the contact rows on a grid of lines along x and y, m, `[3n, 9]`.
+pub(super) fn expansion([x, y]: &[Vec<f64>; 2]) -> Mat<f64> {
+    let mut pi = Mat::zeros(3 * x.len() * y.len(), LOADS);
+    for row in 0..pi.nrows() {
+        let node = row / 3;
+        let factors = [1.0, x[node % x.len()], y[node / x.len()]];
+        factors.into_iter().enumerate().for_each(|(m, f)| pi[(row, 3 * m + row % 3)] = f);
+    }
+    pi
 }
 
 /// The contact rows of a body, on every rank.
@@ -59,21 +70,6 @@ impl Hybrid {
         Some(Patch { radius: CIRCLE * x.min(y) })
     }
 
-    /// π = (1, x, y) of a node.
-    fn factors(&self, node: usize) -> [f64; 3] {
-        let [x, y] = &self.grid;
-        [1.0, x[node % x.len()], y[node / x.len()]]
-    }
-
-    /// π of the contact rows, `[3n, 9]`.
-    fn loads(&self) -> Mat<f64> {
-        let mut pi = Mat::zeros(self.rows(), LOADS);
-        for row in 0..pi.nrows() {
-            self.factors(row / 3).into_iter().enumerate().for_each(|(m, f)| pi[(row, 3 * m + row % 3)] = f);
-        }
-        pi
-    }
-
     /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its contact; order n has the
     /// wavenumber n over `radius`, m. The frame of the contact is turned by `tilt`, rad, against that of the section's surface. What was made, for the
     /// summary.
@@ -90,14 +86,34 @@ impl Hybrid {
         let all = world.sum_all(sum(parts.into_iter().chain([own])).as_flattened().as_flattened());
         let square = |of: &[f64]| -> Square { std::array::from_fn(|c| std::array::from_fn(|d| of[LOADS * c + d])) };
         let made: Vec<Square> = all.chunks_exact(LOADS * LOADS).map(|a| both_turned(&square(a), tilt)).collect();
+        let beside = self.take(&made, circle)?;
+        Ok(Some(format!(
+            "sections of {} unknowns at {} of the orders up to {}; {beside}",
+            forms.order(),
+            constant.blocks.len(),
+            constant.blocks.iter().map(|b| b.0 + b.1 / 2).max().unwrap_or(0)
+        )))
+    }
+
+    /// What `yielding`, Γ⁻¹BΓ⁻¹ of loads on the discs `circles`, leaves beside the half-space is kept; said in words, for the summary.
+    pub fn complete(&mut self, yielding: &[Square], circles: &[Patch]) -> Result<String> {
+        let beside = |(b, &patch): (&Square, &Patch)| -> Square {
+            let load = HalfSpaceLoad { patch, shear: self.half_space.shear(), poisson: self.half_space.poisson };
+            let (known, moments) = (load.whole(), patch.moments());
+            std::array::from_fn(|c| std::array::from_fn(|d| b[c][d] - known[c][d] / (moments[c] * moments[d])))
+        };
+        let made: Vec<Square> = yielding.iter().zip(circles).map(beside).collect();
+        let circle = circles.first().copied().unwrap_or(Patch { radius: 0.0 });
+        Ok(format!("means over a disc of {:.2} mm; {}", 1e3 * circle.radius, self.take(&made, circle)?))
+    }
+
+    /// Keeps the first of `made`, what is added to the half-space by loads on the `circle` and on a wider one; in words.
+    fn take(&mut self, made: &[Square], circle: Patch) -> Result<String> {
         let Some(&a) = made.first() else { return Err(Error::Defect("no compliance beside the half-space".into())) };
         self.constant = Some(a);
         let pico = |v: f64| 1e12 * v;
         let mut text = format!(
-            "sections of {} unknowns at {} of the orders up to {}; beside a half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
-            forms.order(),
-            constant.blocks.len(),
-            constant.blocks.iter().map(|b| b.0 + b.1 / 2).max().unwrap_or(0),
+            "beside a half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
             pico(a[0][0]),
             pico(a[1][1]),
             pico(a[2][2]),
@@ -117,16 +133,16 @@ impl Hybrid {
                 if normal > LARGE * own { ", which is much: the surface is not that of a half-space" } else { "" }
             );
         }
-        Ok(Some(text))
+        Ok(text)
     }
 
     /// The modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, at the contact rows, 1/√kg, `[3n, m]`. What of the compliance is theirs
     /// is kept.
     pub fn of_modes(&mut self, omega: &[f64], seen: &[[f64; LOADS]]) -> Mat<f64> {
         self.modal = statics(omega, seen);
-        Mat::from_fn(self.rows(), seen.len(), |i, k| {
-            let pi = self.factors(i / 3);
-            (0..3).map(|m| pi[m] * seen[k][3 * m + i % 3]).sum()
+        let pi = expansion(&self.grid);
+        Mat::from_fn(pi.nrows(), seen.len(), |i, k| {
+            (0..3).map(|m| 3 * m + i % 3).map(|c| pi[(i, c)] * seen[k][c]).sum()
         })
     }
 
@@ -147,13 +163,13 @@ impl Hybrid {
         let constant = self.constant(name)?;
         world.on_root(|| {
             let c = self.half_space.compliance(&self.grid[0], &self.grid[1])?;
-            let pi = self.loads();
+            let pi = expansion(&self.grid);
             let square = |of: &Square| Mat::from_fn(LOADS, LOADS, |i, j| of[i][j]);
             let c = c + &pi * square(&constant) * pi.transpose();
             let residual = &c - &pi * square(&self.modal) * pi.transpose();
             residual.llt(faer::Side::Lower).map_err(|_| {
                 Error::NotConverged(format!(
-                    "compliance of body \"{name}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make contact.patch smaller"
+                    "compliance of body \"{name}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make the contact grid smaller (contact.patch, contact.grid)"
                 ))
             })?;
             Ok(c)
@@ -165,7 +181,7 @@ impl Hybrid {
         let constant = self.constant(name)?;
         let found = world.on_root(|| {
             let c = self.half_space.compliance(&self.grid[0], &self.grid[1])?;
-            let (pi, forces) = (self.loads(), faer::ColRef::from_slice(forces));
+            let (pi, forces) = (expansion(&self.grid), faer::ColRef::from_slice(forces));
             let square = Mat::from_fn(LOADS, LOADS, |i, j| constant[i][j]);
             let moved = c * forces + &pi * (square * (pi.transpose() * forces));
             Ok(moved.iter().copied().collect())

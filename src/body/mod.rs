@@ -11,6 +11,7 @@ pub mod hybrid;
 pub mod matrices;
 pub mod matrix_body;
 pub mod matrix_market;
+pub mod means;
 pub mod modal;
 pub mod modes;
 pub mod moving;

@@ -69,7 +69,7 @@ impl Side {
 }
 
 /// Direction of the contact row `row` = 3i + c against the body's own axes in lower form: n points into the body, −z.
-fn axis(row: usize) -> f64 {
+pub(super) fn axis(row: usize) -> f64 {
     if row % 3 == 2 {
         -1.0
     } else {
@@ -87,6 +87,8 @@ pub struct Trace {
     own: Vec<(usize, usize, f64)>,
     /// On rank 0: the rows of the terms of each rank.
     arriving: Vec<Vec<usize>>,
+    /// What makes the contact rows of the rows of the terms, `[3n, rows]`; none where these are the contact rows.
+    factors: Option<Mat<f64>>,
 }
 
 impl Trace {
@@ -109,22 +111,25 @@ impl Trace {
             true => (0..world.size).map(|rank| of_rank(rank).map(|t| t.0).collect()).collect(),
             false => Vec::new(),
         };
-        Ok(Self { rows: counts.len(), own, arriving, terms })
+        Ok(Self { rows: counts.len(), own, arriving, terms, factors: None })
     }
 
-    /// Collective: the trace at nodes with three degrees of freedom (x, y, z in lower form) each, whose first ones rank 0 gives.
-    pub fn of_nodes(world: &World, ranges: &[u64], first: Option<&[u64]>) -> Result<Self> {
-        let row = |(i, first): (usize, &u64)| [0, 1, 2].map(|c| vec![(first + c, axis(3 * i + c as usize))]);
-        let rows = first.map(|first| first.iter().enumerate().flat_map(row).collect::<Vec<_>>());
-        Self::new(world, ranges, rows.as_deref())
+    /// The trace whose contact rows are `factors` times the rows of this one; the same on every rank, `[3n, rows]`.
+    pub fn times(self, factors: Mat<f64>) -> Self {
+        Self { factors: Some(factors), ..self }
+    }
+
+    /// Whether each contact row has degrees of freedom of its own.
+    pub fn is_sparse(&self) -> bool {
+        self.factors.is_none()
     }
 
     /// Number of contact rows, 3n.
     pub fn rows(&self) -> usize {
-        self.rows
+        self.factors.as_ref().map_or(self.rows, Mat::nrows)
     }
 
-    /// This rank's part of P: (row, local degree of freedom, coefficient), by rows.
+    /// This rank's part of P: (row, local degree of freedom, coefficient), by rows, of a trace that is sparse.
     pub fn own(&self) -> &[(usize, usize, f64)] {
         &self.own
     }
@@ -139,7 +144,7 @@ impl Trace {
     pub fn dense(&self, order: usize) -> Mat<f64> {
         let mut p = Mat::zeros(self.rows, order);
         self.terms.iter().for_each(|&(row, dof, f)| p[(row, dof as usize)] += f);
-        p
+        self.combined(p)
     }
 
     /// P B Pᵀ with B given at the degrees of freedom [`Trace::dofs`]; `[3n, 3n]`.
@@ -147,12 +152,27 @@ impl Trace {
         let place: std::collections::HashMap<u64, usize> = self.dofs().into_iter().zip(0..).collect();
         let mut of_row = vec![Vec::new(); self.rows];
         self.terms.iter().for_each(|&(row, dof, f)| of_row[row].push((place[&dof], f)));
-        Mat::from_fn(self.rows, self.rows, |i, j| match (&of_row[i][..], &of_row[j][..]) {
-            (&[(a, f)], &[(b, g)]) => f * g * block[(a, b)],
-            (left, right) => {
-                left.iter().map(|&(a, f)| right.iter().map(|&(b, g)| f * g * block[(a, b)]).sum::<f64>()).sum()
-            }
-        })
+        if let (true, Some(nodes)) = (self.is_sparse(), single(&of_row)) {
+            return Mat::from_fn(self.rows, self.rows, |i, j| {
+                let ((a, f), (b, g)) = (nodes[i], nodes[j]);
+                f * g * block[(a, b)]
+            });
+        }
+        let half =
+            Mat::from_fn(self.rows, block.ncols(), |i, b| of_row[i].iter().map(|&(a, f)| f * block[(a, b)]).sum());
+        let half = self.combined(half);
+        let whole = Mat::from_fn(self.rows, half.nrows(), |j, i| {
+            of_row[j].iter().map(|&(b, g): &(usize, f64)| g * half[(i, b)]).sum::<f64>()
+        });
+        self.combined(whole)
+    }
+
+    /// The contact rows from those of the terms, column by column.
+    fn combined(&self, rows: Mat<f64>) -> Mat<f64> {
+        match &self.factors {
+            Some(factors) => factors * rows,
+            None => rows,
+        }
     }
 
     /// Collective: P u of `count` vectors of this rank's degrees of freedom, `vector(k)`, `[3n, count]` on rank 0, `None` elsewhere.
@@ -172,7 +192,7 @@ impl Trace {
             }
             rest = others;
         }
-        Some(rows)
+        Some(self.combined(rows))
     }
 
     /// Collective: P u of a vector of this rank's degrees of freedom, `[3n]` on rank 0, empty elsewhere.
@@ -188,17 +208,35 @@ impl Trace {
     {
         let mut rows = vec![T::default(); self.rows];
         self.own.iter().for_each(|&(row, dof, f)| rows[row] += f * u[dof]);
-        world.sum_all(&rows)
+        let rows = world.sum_all(&rows);
+        let Some(factors) = &self.factors else { return rows };
+        let row = |i: usize| {
+            let mut sum = T::default();
+            rows.iter().enumerate().for_each(|(k, r)| sum += factors[(i, k)] * *r);
+            sum
+        };
+        (0..factors.nrows()).map(row).collect()
     }
 
     /// Collective: Pᵀ f of forces on the contact rows, N, `[3n]` on rank 0, added to this rank's degrees of freedom `load`.
     pub fn spread(&self, world: &World, forces: &[f64], load: &mut [f64]) {
         let forces = world.broadcast(forces.to_vec());
+        let forces = match &self.factors {
+            Some(factors) if !forces.is_empty() => {
+                (factors.transpose() * faer::ColRef::from_slice(&forces)).iter().copied().collect()
+            }
+            _ => forces,
+        };
         // Nothing is given for no forces at all.
         for &(row, dof, f) in self.own.iter().filter(|_| !forces.is_empty()) {
             load[dof] += f * forces[row];
         }
     }
+}
+
+/// The one term of each row, where all rows have one alone.
+fn single(of_row: &[Vec<(usize, f64)>]) -> Option<Vec<(usize, f64)>> {
+    of_row.iter().map(|row| if let [one] = row[..] { Some(one) } else { None }).collect()
 }
 
 #[cfg(test)]

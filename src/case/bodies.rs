@@ -1,6 +1,7 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
-use super::meshes::Meshes;
+use super::meshes::{Meshed, Meshes};
+use super::surfaces;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::matrices::{Matrices, SignedRow};
@@ -12,6 +13,7 @@ use crate::fem::rotation::Axis;
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
 use crate::job::{self, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Profile};
+use crate::mesh::Mesh;
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -39,7 +41,7 @@ pub struct Place {
     /// Material of finite elements.
     pub material: Option<Material>,
     /// Checksum of the mesh, on rank 0.
-    checksum: String,
+    pub(super) checksum: String,
 }
 
 impl Place {
@@ -81,7 +83,7 @@ impl<'p> Bodies<'p> {
         }
         let world = petsc.world();
         if job.placement().is_some() {
-            return super::placed::build(world, job, progress, summary);
+            return super::placed::build(petsc, job, meshes, progress, summary);
         }
         if job.is_swept() {
             return super::swept::build(world, job, progress, summary);
@@ -102,6 +104,18 @@ impl<'p> Bodies<'p> {
             let meshes = world.is_root() && meshed.as_ref().is_some_and(|m| m[0].mesh.identical(&m[1].mesh));
             world.broadcast(vec![u8::from(described && meshes)]) == [1]
         };
+        let meshed_refs: Vec<&Meshed> = meshed.iter().flatten().map(|m| &**m).collect();
+        let meeting = world.on_root(|| match meshed_refs[..] {
+            [lower, upper] if !job.analyses.on_contact().is_empty() => surfaces::meet(job, [lower, upper]),
+            _ => Ok(surfaces::Meeting::default()),
+        })?;
+        for line in meeting.iter().flat_map(|m| &m.lines) {
+            summary.line(line.clone());
+        }
+        for warning in meeting.iter().flat_map(|m| &m.warnings) {
+            progress.note(format!("warning: {warning}"));
+            summary.warn(warning.clone());
+        }
         let mut places = Vec::new();
         for (i, (name, body)) in given.iter().enumerate() {
             let mine = meshed.as_ref().map(|m| &m[i]);
@@ -109,7 +123,7 @@ impl<'p> Bodies<'p> {
                 name,
                 side: Side::named(name).unwrap_or(Side::Lower),
                 body: if same { 0 } else { i },
-                grid: mine.and_then(|m| m.grid.clone()),
+                grid: meeting.as_ref().and_then(|m| m.grids.get(i).cloned()),
                 material: Some(material_of(body)?),
                 checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),
             });
@@ -124,30 +138,10 @@ impl<'p> Bodies<'p> {
                 summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
                 continue;
             }
-            let mine = meshed.as_ref().map(|m| &m[i]);
-            let grid = mine.and_then(|m| m.grid.as_ref()).filter(|_| !job.analyses.on_contact().is_empty());
-            let held = (&body.fixed[..], &body.supports[..]);
-            let fe = FeBody::held(world, name, mine.map(|m| &m.mesh), grid, material_of(body)?, held)?;
-            refuse_unborne(job, &fe)?;
-            let volume = assembly::volume(world, &fe.part);
-            summary.line(format!(
-                "body {name}: {} nodes, {} degrees of freedom, volume {volume:.6e} m³, mass {:.6e} kg",
-                fe.part.ranges[world.size],
-                fe.dofs.total(),
-                volume * fe.material.density
-            ));
-            fe.effect.lines.iter().for_each(|line| summary.line(format!("body {name}: {line}")));
-            let method = match job.solver.linear {
-                LinearSolver::Mumps => Method::Direct,
-                LinearSolver::Gamg => Method::Iterative,
-            };
-            let elements = Elements::new(petsc, fe, method).with_modes_by(eigen_method(job));
+            let mesh = meshed.as_ref().map(|m| &m[i].mesh);
+            let grid = bodies.places[i].grid.as_ref();
             let axis = body.axle().filter(|_| body.rotates()).map(Axis::below);
-            bodies.unique.push(Box::new(match (axis, &body.mesh) {
-                (Some(axis), Some(MeshSource::Cylinder(_))) => elements.made_round(axis),
-                (Some(axis), _) => elements.rotating(axis)?,
-                (None, _) => elements,
-            }));
+            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), (mesh, grid), axis)?));
         }
         Ok(bodies)
     }
@@ -275,6 +269,37 @@ impl<'p> Bodies<'p> {
             sums.push((path.display().to_string(), sha256(path)?));
         }
         Ok(sums)
+    }
+}
+
+/// Collective: the body `name` of finite elements of a mesh in lower form with its contact grid, both on rank 0, that turns about `axis`, if any.
+pub(super) fn of_elements<'p>(
+    (petsc, summary): (&'p Petsc<'p>, &mut Summary),
+    job: &Job,
+    (name, body): (&str, &job::Body),
+    (mesh, grid): (Option<&Mesh>, Option<&ContactGrid>),
+    axis: Option<Axis>,
+) -> Result<Elements<'p>> {
+    let world = petsc.world();
+    let fe = FeBody::held(world, name, mesh, grid, material_of(body)?, (&body.fixed[..], &body.supports[..]))?;
+    refuse_unborne(job, &fe)?;
+    let volume = assembly::volume(world, &fe.part);
+    summary.line(format!(
+        "body {name}: {} nodes, {} degrees of freedom, volume {volume:.6e} m³, mass {:.6e} kg",
+        fe.part.ranges[world.size],
+        fe.dofs.total(),
+        volume * fe.material.density
+    ));
+    fe.effect.lines.iter().for_each(|line| summary.line(format!("body {name}: {line}")));
+    let method = match job.solver.linear {
+        LinearSolver::Mumps => Method::Direct,
+        LinearSolver::Gamg => Method::Iterative,
+    };
+    let elements = Elements::new(petsc, fe, method).with_modes_by(eigen_method(job));
+    match (axis, &body.mesh) {
+        (Some(axis), Some(MeshSource::Cylinder(_))) => Ok(elements.made_round(axis)),
+        (Some(axis), _) => elements.rotating(axis),
+        (None, _) => Ok(elements),
     }
 }
 

@@ -4,6 +4,8 @@
 use super::bodies::{matrices_of, Bodies};
 use super::interface::{interface_between, interface_of};
 use super::meshes::{Meshed, Meshes};
+use super::standing::axle;
+use super::surfaces;
 use crate::body::half_space::HalfSpace;
 use crate::contact::foreseen::Foreseen;
 use crate::grid::Interface;
@@ -52,7 +54,18 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     if job.placement().is_some() {
         let placed = super::placed::Placed::of(job)?;
         placed.refuse_sections(job)?;
-        report = if wanted(job) { foreseen(job, &placed.interface()?)? } else { report };
+        for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.is_meshed()) {
+            let (_, found) = of_mesh(job, meshes, name, body)?;
+            let stands = placed.standing(job, meshes, name, body)?;
+            let axle = axle(body, &stands).map(|text| format!("bodies.{name}.mesh: {text}"));
+            report.lines.extend(found.lines.into_iter().chain([format!("body {name}: {}", stands.text)]));
+            report.warnings.extend(found.warnings.into_iter().chain(axle));
+        }
+        if wanted(job) {
+            let found = foreseen(job, &placed.interface()?)?;
+            report.lines.extend(found.lines);
+            report.warnings.extend(found.warnings);
+        }
         report.lines.splice(0..0, placed.lines());
         report.warnings.splice(0..0, placed.warnings());
         return Ok(report);
@@ -76,14 +89,14 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         report.warnings.extend(found.warnings);
         meshed.push(mesh);
     }
-    if let ([Some(lower), Some(upper)], true) =
-        (&meshed.iter().map(|m| m.grid.as_ref()).collect::<Vec<_>>()[..], wanted(job))
-    {
+    if let ([lower, upper], true) = (&meshed[..], wanted(job)) {
         // What is odd about the meshes may be why there is no such contact.
         let why = |e| report.warnings.iter().fold(e, Error::with);
+        let meeting = surfaces::meet(job, [lower, upper]).map_err(why)?;
+        let [lower, upper] = &meeting.grids[..] else { return Err(Error::Defect("a contact of one grid".into())) };
         let found = interface_between(lower, upper).and_then(|between| foreseen(job, &between)).map_err(why)?;
-        report.lines.extend(found.lines);
-        report.warnings.extend(found.warnings);
+        report.lines.extend(meeting.lines.into_iter().chain(found.lines));
+        report.warnings.extend(meeting.warnings.into_iter().chain(found.warnings));
     }
     Ok(report)
 }

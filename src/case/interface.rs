@@ -115,7 +115,7 @@ pub(crate) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<In
 /// The grid that both bodies share and the gap between them. Bodies that overlap are an error: the approach counts from first touch.
 pub(crate) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Result<Interface> {
     // A thousandth of an element: much less than the grid error, much more than rounding in a mesh file.
-    let spacing = lower.x.windows(2).chain(lower.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    let spacing = super::surfaces::spacing(lower);
     ContactGrid::matched(lower, upper, 1e-3 * spacing)?;
     let gap: Vec<f64> = lower.z.iter().zip(&upper.z).map(|(l, u)| -l - u).collect();
     let lowest = (0..gap.len()).min_by(|&a, &b| gap[a].total_cmp(&gap[b]));

@@ -2,7 +2,7 @@
 
 use super::foresee::Report;
 use super::meshes::Meshed;
-use crate::grid::ContactGrid;
+use crate::grid::{ContactGrid, Faces};
 use crate::job::{self, Job, MeshSource};
 use crate::mesh::attitude::Attitude;
 use crate::{Error, Result};
@@ -16,7 +16,8 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 /// Lines and warnings about the body `name`, whose mesh in lower form lies as `attitude` says; an error if its surface does not pass the contact point.
 pub(crate) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attitude: &Attitude) -> Result<Report> {
     let mut report = Report { lines: Vec::new(), warnings: meshed.remarks.clone() };
-    if !matches!(body.mesh, Some(MeshSource::File(_))) {
+    // On a placement another point than the origin is touched.
+    if !matches!(body.mesh, Some(MeshSource::File(_))) || job.placement().is_some() {
         return Ok(report);
     }
     // Of an upper body the file has the mirror image.
@@ -30,7 +31,16 @@ pub(crate) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attit
         _ => "no axis of revolution along x, y or z".to_string(),
     };
     let surface = match &meshed.grid {
-        Some(grid) => format!(", surface {:.3} mm from the contact point", 1e3 * beside(grid, &at, height)?.abs()),
+        Some(grid) => {
+            let z = match grid {
+                Ok(grid) => on_grid(grid, &at, height)?,
+                Err(_) => {
+                    let faces = Faces::of(&meshed.mesh, "contact").map_err(|e| e.context(&at))?;
+                    beside(faces.ends(), faces.height([0.0; 2]), &at, height)?
+                }
+            };
+            format!(", surface {:.3} mm from the contact point", 1e3 * z.abs())
+        }
         None => String::new(),
     };
     report.lines.push(format!("body {name}: {axis}{surface}"));
@@ -47,17 +57,8 @@ pub(crate) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attit
     Ok(report)
 }
 
-/// Height of the surface at the contact point, m; an error if the contact point is beside the surface or far from it.
-fn beside(grid: &ContactGrid, at: &str, height: impl Fn(f64) -> f64) -> Result<f64> {
-    let ends = |v: &[f64]| [v[0], v[v.len() - 1]];
-    let ([x0, x1], [y0, y1]) = (ends(&grid.x), ends(&grid.y));
-    let hint =
-        "expected the contact point at the origin. Move the mesh with mesh.file.transform, or look at mesh.file.scale";
-    if x0 > 0.0 || x1 < 0.0 || y0 > 0.0 || y1 < 0.0 {
-        return Err(Error::Input(format!(
-            "{at}: the contact point is not on the group \"contact\", which reaches from x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m; {hint}"
-        )));
-    }
+/// Height of the surface at the contact point, m, where it has a grid of its own.
+fn on_grid(grid: &ContactGrid, at: &str, height: impl Fn(f64) -> f64) -> Result<f64> {
     // Bilinear in the rectangle around the origin.
     let around = |v: &[f64]| {
         let i = v.partition_point(|&a| a <= 0.0).clamp(1, v.len() - 1);
@@ -66,6 +67,28 @@ fn beside(grid: &ContactGrid, at: &str, height: impl Fn(f64) -> f64) -> Result<f
     let ((i, s), (j, t)) = (around(&grid.x), around(&grid.y));
     let z = |a: usize, b: usize| grid.z[i + a + grid.x.len() * (j + b)];
     let z = (1.0 - t) * ((1.0 - s) * z(0, 0) + s * z(1, 0)) + t * ((1.0 - s) * z(0, 1) + s * z(1, 1));
+    let ends = |v: &[f64]| [v[0], v[v.len() - 1]];
+    beside([ends(&grid.x), ends(&grid.y)], Some(z), at, height)
+}
+
+/// Height of the surface at the contact point, `surface`, m, where the group has the `ends` along x and y, m; an error if the contact point is beside it or
+/// far from it.
+fn beside(
+    [[x0, x1], [y0, y1]]: [[f64; 2]; 2],
+    surface: Option<f64>,
+    at: &str,
+    height: impl Fn(f64) -> f64,
+) -> Result<f64> {
+    let hint =
+        "expected the contact point at the origin. Move the mesh with mesh.file.transform, or look at mesh.file.scale";
+    if x0 > 0.0 || x1 < 0.0 || y0 > 0.0 || y1 < 0.0 {
+        return Err(Error::Input(format!(
+            "{at}: the contact point is not on the group \"contact\", which reaches from x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m; {hint}"
+        )));
+    }
+    let Some(z) = surface else {
+        return Err(Error::Input(format!("{at}: no face of the group \"contact\" is at the contact point; {hint}")));
+    };
     if z.abs() > BESIDE * (x1 - x0).max(y1 - y0) {
         return Err(Error::Input(format!(
             "{at}: at the contact point the surface of the group \"contact\" is at z = {:.6} m; {hint}",
@@ -101,20 +124,20 @@ mod tests {
         let x = vec![-0.01 + shift, -0.004 + shift, 0.005 + shift, 0.01 + shift];
         let y = vec![-0.01, 0.0, 0.01];
         let z = y.iter().flat_map(|b| x.iter().map(move |a| height + 0.1 * a - 0.2 * b)).collect();
-        ContactGrid { x, y, nodes: vec![0; 12], z }
+        ContactGrid::meshless(x, y, z)
     }
 
     /// A plane is interpolated exactly; a surface elsewhere is refused, with its place as it is in the file.
     #[test]
     fn the_surface_passes_the_contact_point() {
-        let found = beside(&grid(1e-4, 0.0), "here", |z| z).expect("near by");
+        let found = on_grid(&grid(1e-4, 0.0), "here", |z| z).expect("near by");
         assert!((found - 1e-4).abs() < 1e-15, "{found}");
-        let below = beside(&grid(-0.46, 0.0), "here", |z| -z).expect_err("the axle is at the origin").to_string();
+        let below = on_grid(&grid(-0.46, 0.0), "here", |z| -z).expect_err("the axle is at the origin").to_string();
         assert!(
             below.starts_with("here: ") && below.contains("z = 0.460000 m") && below.contains("transform"),
             "{below}"
         );
-        let aside = beside(&grid(0.0, 0.1), "here", |z| z).expect_err("beside it").to_string();
+        let aside = on_grid(&grid(0.0, 0.1), "here", |z| z).expect_err("beside it").to_string();
         assert!(aside.contains("from x = 0.0900 to 0.1100 m"), "{aside}");
     }
 

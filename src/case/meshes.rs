@@ -13,8 +13,8 @@ use std::rc::Rc;
 pub struct Meshed {
     /// The mesh.
     pub mesh: Mesh,
-    /// The grid of its group `contact`.
-    pub grid: Option<ContactGrid>,
+    /// The grid of its group `contact`, where there is a contact, or why that is none.
+    pub grid: Option<Result<ContactGrid>>,
     /// What was left out of its file, or taken for something else.
     pub remarks: Vec<String>,
 }
@@ -33,14 +33,14 @@ impl Meshes {
     pub fn of(&self, job: &Job, name: &str, body: &job::Body) -> Result<Rc<Meshed>> {
         let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
         let on_grid = |mesh: Mesh, contact: bool, remarks: Vec<String>| {
-            let grid = contact.then(|| ContactGrid::from_mesh(&mesh, "contact")).transpose().map_err(named)?;
-            Ok(Rc::new(Meshed { mesh, grid, remarks }))
+            let grid = contact.then(|| ContactGrid::from_mesh(&mesh, "contact").map_err(named));
+            Rc::new(Meshed { mesh, grid, remarks })
         };
         match body.elements()?.0 {
             MeshSource::Cylinder(c) => {
                 let mesh = cylinder_mesh(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
                 let contact = mesh.groups.contains_key("contact");
-                on_grid(mesh, contact, Vec::new())
+                Ok(on_grid(mesh, contact, Vec::new()))
             }
             MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
                 Err(Error::Defect("a mesh is asked for of a body that is swept".into()))
@@ -52,7 +52,7 @@ impl Meshes {
                 }
                 let (mesh, remarks) = read(file).map_err(named)?;
                 // Files hold a body where it is.
-                let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2, remarks)?;
+                let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2, remarks);
                 self.files.borrow_mut().push((key, read.clone()));
                 Ok(read)
             }
@@ -213,7 +213,7 @@ mod tests {
         let all =
             || job.bodies().into_iter().map(|(name, body)| meshes.of(&job, name, body)).collect::<Result<Vec<_>>>();
         let first = all().expect("two files");
-        assert!(first.iter().all(|m| m.grid.is_some()));
+        assert!(first.iter().all(|m| matches!(m.grid, Some(Ok(_)))));
         for file in ["block-lower.msh", "block-upper.msh"] {
             std::fs::remove_file(folder.path().join(file)).expect("a file to remove");
         }

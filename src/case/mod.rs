@@ -13,6 +13,8 @@ pub mod rail;
 pub(crate) mod rolling;
 pub(crate) mod roughness;
 pub mod shown;
+pub(crate) mod standing;
+pub mod surfaces;
 pub mod swept;
 pub(crate) mod well_posed;
 

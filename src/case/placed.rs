@@ -1,14 +1,18 @@
 //! A wheel on a rail by their profiles, as a job places them: the grid of the contact, the gap, the creepages.
 
-use super::bodies::{material_of, Bodies, Place};
+use super::bodies::{material_of, of_elements, Bodies, Place};
+use super::meshes::Meshes;
 use super::rail;
+use super::standing::{axle, standing, Standing};
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
-use crate::grid::{ContactGrid, Interface};
+use crate::fem::rotation::Axis;
+use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
+use crate::petsc::session::Petsc;
 use crate::placement::read::{read, ProfileKind, Reading};
 use crate::placement::{
     self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
@@ -103,12 +107,33 @@ impl Placed {
         for (name, body) in job.bodies() {
             let checked = match &body.mesh {
                 Some(MeshSource::Extruded(rail)) => rail::touched(rail, on_rail(lower, track)),
-                Some(_) => super::swept::touched(body, upper, track),
-                None => Ok(()),
+                Some(MeshSource::Revolved(_)) => super::swept::touched(body, upper, track),
+                _ => Ok(()),
             };
             checked.map_err(|e| e.context(format!("bodies.{name}")))?;
         }
         Ok(())
+    }
+
+    /// The body `name` of a mesh file where it is touched.
+    pub(crate) fn standing(&self, job: &Job, meshes: &Meshes, name: &str, body: &job::Body) -> Result<Standing> {
+        let Some(placement) = job.placement() else {
+            return Err(Error::Defect("a mesh is put on a placement of a job without one".into()));
+        };
+        let seats = self.placed.seats(&self.frame).map_err(|e| e.context("contact.placement"))?;
+        let seat = seats[Side::named(name).unwrap_or(Side::Lower).index()];
+        let half = [&self.gap.x, &self.gap.y].map(|lines| 0.5 * (lines[lines.len() - 1] - lines[0]));
+        let meshed = meshes.of(job, name, body)?;
+        standing(&meshed.mesh, seat, placement.side, half, placement.radius)
+            .map_err(|e| e.context(format!("bodies.{name}.mesh")))
+    }
+
+    /// The grid of the body on a side, which its mesh meets by `transfer`, if it has one.
+    fn grid(&self, side: Side, transfer: Option<Transfer>) -> ContactGrid {
+        // The plane of the contact is where the wheel ends; the rail lies below it by the gap.
+        let height = |gap: &f64| if side == Side::Lower { -gap } else { 0.0 };
+        let z = self.gap.gap.iter().map(height).collect();
+        ContactGrid { x: self.gap.x.clone(), y: self.gap.y.clone(), transfer, z }
     }
 
     /// The `contact` of a job with the creepages of this wheel.
@@ -257,11 +282,13 @@ pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
 
 /// Collective: the two places of a wheel on a rail.
 pub(crate) fn build<'p>(
-    world: &'p World,
+    petsc: &'p Petsc<'p>,
     job: &Job,
+    meshes: &Meshes,
     progress: &mut Progress,
     summary: &mut Summary,
 ) -> Result<Bodies<'p>> {
+    let world = petsc.world();
     progress.stage("placing the wheel");
     let placed = world.on_root(|| Placed::of(job))?;
     for line in placed.iter().flat_map(Placed::lines) {
@@ -271,14 +298,33 @@ pub(crate) fn build<'p>(
         progress.note(format!("warning: {warning}"));
         summary.warn(warning);
     }
-    let hybrid = job.is_swept();
+    let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
     let lines = |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.as_ref().map_or(Vec::new(), |p| of(&p.gap).clone()));
     let (x, y) = (lines(|g| &g.x), lines(|g| &g.y));
     let seats = seats(world, placed.as_ref())?;
     let mut bodies = Bodies::none();
     for (name, body) in job.bodies() {
         let side = Side::named(name).unwrap_or(Side::Lower);
-        if hybrid {
+        let stands = match (&placed, &body.mesh) {
+            (Some(placed), Some(MeshSource::File(_))) => Some(placed.standing(job, meshes, name, body)),
+            _ => None,
+        };
+        let stands = world.agree(stands.transpose())?;
+        let on_grid = placed.as_ref().map(|p| p.grid(side, stands.as_ref().map(|s| s.transfer.clone())));
+        if matches!(body.mesh, Some(MeshSource::File(_))) {
+            let distance = world.broadcast(stands.as_ref().map_or(Vec::new(), |s| vec![s.axle]));
+            let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
+            if let Some(stands) = &stands {
+                summary.line(format!("body {name}: {}", stands.text));
+                if let Some(text) = axle(body, stands) {
+                    progress.note(format!("warning: bodies.{name}.mesh: {text}"));
+                    summary.warn(format!("bodies.{name}.mesh: {text}"));
+                }
+            }
+            progress.stage(format!("distribution and assembly, body {name}"));
+            let mesh = (stands.as_ref().map(|s| &s.mesh), on_grid.as_ref());
+            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));
+        } else if moves {
             let grid = Some([&x[..], &y[..]]).filter(|_| !job.analyses.on_contact().is_empty());
             bodies.unique.push(match &body.mesh {
                 Some(MeshSource::Extruded(_)) => {
@@ -287,24 +333,20 @@ pub(crate) fn build<'p>(
                     let at = on_rail(seat, track);
                     Box::new(rail::told((world, summary), job, (name, body), (Some(at), grid))?)
                 }
-                Some(_) => {
+                Some(MeshSource::Revolved(_)) => {
                     let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
                     let seat = (seats[side.index()], track);
                     Box::new(super::swept::wheel((world, summary), (name, body), seat, grid)?)
                 }
-                None => {
+                _ => {
                     let m = body.elastic()?;
                     Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
                 }
             });
         }
-        // The plane of the contact is where the wheel ends; the rail lies below it by the gap.
-        let grid = placed.as_ref().map(|p| {
-            let z = p.gap.gap.iter().map(|g| if side == Side::Lower { -g } else { 0.0 }).collect();
-            ContactGrid { x: p.gap.x.clone(), y: p.gap.y.clone(), nodes: Vec::new(), z }
-        });
-        let body_index = bodies.unique.len().saturating_sub(1);
-        bodies.places.push(Place::meshless((name, side), body_index, grid, material_of(body)?));
+        let index = bodies.unique.len().saturating_sub(1);
+        let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
+        bodies.places.push(Place { checksum, ..Place::meshless((name, side), index, on_grid, material_of(body)?) });
     }
     Ok(bodies)
 }

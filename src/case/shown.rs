@@ -19,7 +19,7 @@ pub fn surfaces(job: &Job, meshes: &Meshes) -> Result<Surfaces> {
         add(&mut all, &meshes.as_it_lies(job, name, body)?, side, body);
         // A mesh that lies wrong is shown too, and has no grid.
         let grid = meshes.of(job, name, body).ok().and_then(|meshed| meshed.grid.clone());
-        if let Some(grid) = &grid {
+        if let Some(Ok(grid)) = &grid {
             let nx = grid.x.len().max(1);
             let place = |(k, &z): (usize, &f64)| [grid.x[k % nx], grid.y[k / nx], side.reflection(2) * z];
             all.contact.extend(grid.z.iter().enumerate().map(place).map(|p| (number(side), p)));

@@ -147,7 +147,7 @@ pub fn grid(job: &Job, body: &job::Body) -> Result<Option<ContactGrid>> {
             y.iter().flat_map(|&y| x.iter().map(move |&x| section.height(x, y))).collect()
         }
     };
-    Ok(Some(ContactGrid { x, y, nodes: Vec::new(), z }))
+    Ok(Some(ContactGrid::meshless(x, y, z)))
 }
 
 /// Nodes and elements of the section of a body, as the modes see it.

@@ -1,7 +1,12 @@
-//! The grid of contact nodes: the part of a body's surface that offers them, and the interface of two bodies on them.
+//! The grid of contact nodes: the part of a body's surface that offers them, how any other surface meets them, and the interface of two bodies on them.
 
+mod clip;
+mod faces;
 mod interface;
 pub mod surface;
+mod transfer;
 
+pub use faces::Faces;
 pub use interface::Interface;
 pub use surface::ContactGrid;
+pub use transfer::{averages, means, Means, Transfer, Weights};

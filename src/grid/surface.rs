@@ -1,5 +1,6 @@
 //! The rectilinear grid of contact nodes that a body offers to the interface.
 
+use super::transfer::Transfer;
 use crate::mesh::{Facet, FacetKind, Mesh};
 use crate::{Error, Result};
 
@@ -10,8 +11,8 @@ pub struct ContactGrid {
     pub x: Vec<f64>,
     /// Lateral node positions, m, `[ny]`, ascending.
     pub y: Vec<f64>,
-    /// Mesh node (index into [`Mesh::nodes`]) of each grid node, `[nx*ny]`.
-    pub nodes: Vec<u32>,
+    /// How the mesh of the body meets the grid; none of a body without a mesh of three dimensions.
+    pub transfer: Option<Transfer>,
     /// Height z of the surface of the body in lower form at each grid node, m, `[nx*ny]`; 0 at the contact point, negative away from it.
     pub z: Vec<f64>,
 }
@@ -124,7 +125,30 @@ impl ContactGrid {
             )));
         }
         let z = at.iter().map(|&n| mesh.nodes[n as usize][2]).collect();
-        Ok(ContactGrid { x, y, nodes: at, z })
+        Ok(ContactGrid { x, y, transfer: Some(Transfer::Nodes(at)), z })
+    }
+
+    /// A grid of the lines `x` and `y`, m, with the heights `z`, m, `[nx*ny]`, of a body that has no mesh to meet it with.
+    pub fn meshless(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> ContactGrid {
+        ContactGrid { x, y, transfer: None, z }
+    }
+
+    /// Number of nodes, nx·ny.
+    pub fn len(&self) -> usize {
+        self.x.len() * self.y.len()
+    }
+
+    /// True for a grid without nodes.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Mesh node (index into [`Mesh::nodes`]) of each grid node, `[nx*ny]`; none where they are no nodes of a mesh.
+    pub fn nodes(&self) -> &[u32] {
+        match &self.transfer {
+            Some(Transfer::Nodes(nodes)) => nodes,
+            _ => &[],
+        }
     }
 
     /// Checks that two bodies (`a` lower, `b` upper, both in lower form) have their contact nodes at the same x and y, within `tolerance` (m).
@@ -205,7 +229,7 @@ mod tests {
         let (mesh, grid) = wheel();
         let line = |n: i32| (-n..=n).map(|i| f64::from(i) * 2e-3).collect::<Vec<f64>>();
         assert_eq!((grid.x.clone(), grid.y.clone()), (line(3), line(2)));
-        for (k, (&n, &z)) in grid.nodes.iter().zip(&grid.z).enumerate() {
+        for (k, (&n, &z)) in grid.nodes().iter().zip(&grid.z).enumerate() {
             assert_eq!(mesh.nodes[n as usize], [grid.x[k % 7], grid.y[k / 7], z]);
         }
         assert_eq!(grid.z[3 + 7 * 2], 0.0);
@@ -223,7 +247,7 @@ mod tests {
     #[test]
     fn what_is_no_grid_is_refused_with_the_place() {
         let (_, grid) = wheel();
-        let inner = grid.nodes[3 + 7 * 2] as usize;
+        let inner = grid.nodes()[3 + 7 * 2] as usize;
         refused(|m| m.nodes[inner][0] += 1e-4, "lines x = const");
         refused(|m| drop(m.groups.remove("contact")), "found: \"inner\", \"outer\"");
         refused(|m| m.groups.get_mut("contact").expect("group").clear(), "no group \"contact\"");
@@ -267,7 +291,7 @@ mod tests {
 
     /// Exchanges two neighbouring nodes of the grid in all cells.
     fn twist(mesh: &mut Mesh, grid: &ContactGrid) {
-        let (a, b) = (grid.nodes[2], grid.nodes[3]);
+        let (a, b) = (grid.nodes()[2], grid.nodes()[3]);
         mesh.cells = mesh.cells.renumbered(|n| {
             if n == a {
                 b

@@ -37,6 +37,9 @@ pub fn fe_inputs(job: &Job) -> Value {
         "contact": { "patch": contact.map(|c| c.patch), "compliance": contact.map(|c| c.compliance) },
         "analyses": { "modes": job.analyses.modes },
     });
+    if let Some(grid) = contact.and_then(|c| c.grid) {
+        inputs["contact"]["grid"] = json!(grid);
+    }
     if let Some(placement) = job.placement() {
         // How fast it rolls and slides changes neither the bodies nor the gap.
         inputs["contact"]["placement"] = json!(Placement {

@@ -88,8 +88,12 @@ impl Job {
     /// A body that can turn and of which nothing else is said rolls.
     fn resolve_rotation(&mut self) {
         let inertia = self.contact.is_some() && self.analyses.modes.is_some();
-        for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
-            let can = inertia && body.matrices.is_none() && !body.fixed.is_empty() && body.axle().is_some();
+        let placed = self.placement().is_some();
+        for (upper, body) in [(false, &mut self.bodies.lower), (true, &mut self.bodies.upper)] {
+            let Some(body) = body else { continue };
+            // A wheel on a placement has its axle there.
+            let axle = body.axle().is_some() || (placed && upper && body.is_meshed());
+            let can = inertia && body.matrices.is_none() && !body.fixed.is_empty() && axle;
             let name = if can { RotationName::Rolling } else { RotationName::None };
             body.rotation.get_or_insert(Rotation::Named(name));
         }
@@ -101,7 +105,8 @@ impl Job {
             self.output.swept_modes.get_or_insert(self.output.fields);
         }
         // A section and a profile have no mesh on which all could be shown.
-        self.output.fields &= !self.is_swept() && self.placement().is_none();
+        self.output.fields &=
+            !self.is_swept() && self.bodies().iter().all(|(_, b)| b.profile.is_none() || b.is_meshed());
         // Absolute, so that the resolved job means the same file wherever it is kept.
         let absolute = |file: &mut std::path::PathBuf| {
             let path = folder.join(&*file);

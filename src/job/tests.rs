@@ -330,7 +330,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("contact_offset=0.05", vec!["contact_offset: found 0.05 m, expected less than half the thickness (0.05 m)"]),
         ("crown_radius=0.05", vec!["crown_radius: found 0.05 m, expected more than 0.05 m"]),
         ("element_size=0.2", vec!["element_size: found 0.2 m, expected at most 0.1 m"]),
-        ("element_size=0.002", vec!["contact grids of the bodies must match"]),
+        ("element_size=0.002", vec!["found 0.001 m, expected 0.002 m as in bodies.lower, or contact.grid"]),
         ("growth=0.9", vec!["growth: found 0.9, expected a number ≥ 1"]),
         ("max_element_size=0.0001", vec!["max_element_size", "at least element_size"]),
     ] {

@@ -116,7 +116,8 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
     if matches!(body.mesh, Some(MeshSource::Extruded(_))) {
         return faults.push(format!("{path}.rotation: a rail does not turn; expected \"none\", or leave it out"));
     }
-    if file && body.axle_distance.is_none() {
+    // Of one with a profile the placement says where it is.
+    if file && body.axle_distance.is_none() && body.profile.is_none() {
         faults.push(format!("{path}.axle_distance: missing; a mesh file does not say where the axle is, and {path}.rotation needs it (m)"));
     }
     if let Some(Rotation::Speed(speed)) = body.rotation {
@@ -263,15 +264,17 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             "contact.compliance: \"half_space\" takes the gap from the radii of built-in cylinders; a body has a mesh file".into(),
         );
     }
+    let common = contact.grid.is_some() || contact.compliance == Compliance::Hybrid;
     if let [(_, a), (_, b)] = cylinders[..] {
-        if a.element_size != b.element_size {
+        if !common && a.element_size != b.element_size {
             faults.push(format!(
-                "bodies.upper.mesh.cylinder.element_size: found {} m, expected {} m as in bodies.lower: the contact grids of the bodies must match",
+                "bodies.upper.mesh.cylinder.element_size: found {} m, expected {} m as in bodies.lower, or contact.grid, on which meshes meet that differ",
                 b.element_size, a.element_size
             ));
         }
     }
     swept::check_contact(job, contact, faults);
+    check_grid(job, contact, faults);
     if contact.points.is_some() {
         faults.push(
             "contact.points: only for bodies given by matrices; bodies with meshes touch on their surfaces".into(),
@@ -317,6 +320,36 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
                 ));
             }
         }
+    }
+}
+
+/// Most nodes of a common grid in a row.
+const MOST_NODES: f64 = 400.0;
+
+fn check_grid(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
+    let Some(grid) = &contact.grid else { return };
+    if contact.placement.is_some() {
+        // Its rules are with the profiles.
+        return;
+    }
+    if contact.compliance == Compliance::HalfSpace || job.bodies().iter().any(|(_, b)| !b.is_meshed()) {
+        faults.push("contact.grid: only between two meshes of three dimensions (mesh.file, mesh.cylinder) with the compliance \"fe\" or \"hybrid\"; leave it out".into());
+    }
+    for (key, half) in [("half_length", grid.half_length), ("half_width", grid.half_width)] {
+        let (Some(half), Some(spacing)) = (half, grid.spacing) else { continue };
+        if !(2.0 * spacing..=0.5 * MOST_NODES * spacing).contains(&half) {
+            faults.push(format!(
+                "contact.grid.{key}: found {half} m, expected from {} to {} m, 2 to {} times contact.grid.spacing",
+                2.0 * spacing,
+                0.5 * MOST_NODES * spacing,
+                0.5 * MOST_NODES
+            ));
+        }
+    }
+    if let Some(curvatures) = grid.curvatures.filter(|c| c.iter().any(|v| !(*v > 0.0))) {
+        faults.push(format!(
+            "contact.grid.curvatures: found {curvatures:?}, expected two above 0 (1/m): sums over both bodies, positive of bodies that are round outwards"
+        ));
     }
 }
 

@@ -6,6 +6,7 @@ mod text;
 
 use crate::body::matrix_market;
 use crate::case::meshes::{cylinder_spec, Meshes};
+use crate::case::surfaces;
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
 use crate::memory::Limit;
 use crate::mesh::{cylinder, CellKind};
@@ -58,7 +59,11 @@ pub struct Plan {
 pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
     let all: Vec<_> = job.bodies().into_iter().map(|(name, body)| size(job, meshes, name, body)).collect();
     Error::all(all.iter().map(|s| s.as_ref().map(drop).map_err(Error::clone)))?;
-    all.into_iter().collect()
+    let mut sizes = all.into_iter().collect::<Result<Vec<_>>>()?;
+    if let Some(nodes) = surfaces::nodes(job, meshes)? {
+        sizes.iter_mut().for_each(|s| s.contact_nodes = nodes as u64);
+    }
+    Ok(sizes)
 }
 
 fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Result<BodySize> {
@@ -74,8 +79,9 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             contact_nodes: m.contacts.len() as u64,
         });
     }
-    if body.profile.is_some() {
-        let contact_nodes = crate::case::placed::Placed::of(job)?.nodes() as u64;
+    let placed = || Ok(crate::case::placed::Placed::of(job)?.nodes() as u64);
+    if body.profile.is_some() && !body.is_meshed() {
+        let contact_nodes = placed()?;
         let [nodes, cells] = match &body.mesh {
             Some(_) => crate::case::swept::size(body).map_err(named)?.map(|n| n as u64),
             None => [0, 0],
@@ -108,7 +114,8 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
                 let key = format!("bodies.{name}.supports.{i}.group: {}", file.path().display());
                 mesh.require_group(&support.group, &key)?;
             }
-            let contact = read.grid.as_ref().map_or(0, |g| g.nodes.len() as u64);
+            let of_mesh = || read.grid.as_ref().and_then(|g| g.as_ref().ok()).map_or(0, |g| g.len() as u64);
+            let contact = if body.profile.is_some() { placed()? } else { of_mesh() };
             let (nodes, cells) = (mesh.nodes.len() as u64, mesh.cells.len() as u64);
             let neighbours = match mesh.cells.iter().all(|c| c.kind == CellKind::Hex8) {
                 true => HEXAHEDRAL,
@@ -295,7 +302,7 @@ mod tests {
             let Some(MeshSource::Cylinder(c)) = &job.bodies.lower.as_ref().unwrap().mesh else { panic!("no cylinder") };
             let mesh = cylinder::build(&cylinder_spec(c, job.contact.as_ref())).unwrap();
             let grid = crate::grid::ContactGrid::from_mesh(&mesh, "contact").unwrap();
-            assert_eq!(counted[0].contact_nodes, grid.nodes.len() as u64, "{sets:?}");
+            assert_eq!(counted[0].contact_nodes, grid.nodes().len() as u64, "{sets:?}");
             assert_eq!((counted[0].nodes, counted[0].cells), (mesh.nodes.len() as u64, mesh.cells.len() as u64));
         }
     }

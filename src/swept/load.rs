@@ -260,6 +260,11 @@ impl HalfSpaceLoad {
         all
     }
 
+    /// The same of all wavenumbers.
+    pub fn whole(&self) -> Square {
+        self.up_to(FAR / self.patch.radius)
+    }
+
     /// The same of one order n ≥ 1 of a body of rolling radius `radius`, m: ∂/∂k of [`HalfSpaceLoad::up_to`] over the radius.
     pub fn order(&self, n: usize, radius: f64) -> Square {
         let k = n as f64 / radius;
@@ -313,7 +318,7 @@ mod tests {
         let load = HalfSpaceLoad { patch: Patch { radius: b }, shear: young / 2.6, poisson: nu };
         let normal = 0.6 * (1.0 - nu * nu) / (young * b);
         let tangential = normal * (2.0 - nu) / (2.0 * (1.0 - nu));
-        let all = load.up_to(FAR / b);
+        let all = load.whole();
         for (k, wanted) in [tangential, tangential, normal].into_iter().enumerate() {
             assert!((all[k][k] / wanted - 1.0).abs() < 1e-6, "{:e} {wanted:e}", all[k][k]);
         }

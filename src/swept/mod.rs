@@ -45,7 +45,7 @@ pub use drawn::Drawn;
 pub use ends::Ends;
 pub use forms::{Forms, Prestress};
 pub use infinite::{Infinite, FORCES};
-pub use load::{LineLoad, Patch, Square, FAMILY, LOADS};
+pub use load::{HalfSpaceLoad, LineLoad, Patch, Square, FAMILY, LOADS};
 pub use modes::{Modes, Seen};
 pub use outline::{Edge, OrderModes, Outline, OutlineModes};
 pub use path::Path;

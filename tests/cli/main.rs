@@ -24,6 +24,7 @@ mod runs;
 mod sensitivities;
 mod slurm;
 mod sound;
+mod surfaces;
 mod sweep;
 mod swept;
 mod transient;

@@ -35,6 +35,10 @@ pub struct Contact {
     /// cylinders and swept bodies; a mesh file brings its own grid, the group `contact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<Patch>,
+    /// The grid on which two meshes of three dimensions meet that do not have the same one, or whose compliance is `"hybrid"`; given, two meshes that have
+    /// the same one meet on it as well.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grid: Option<CommonGrid>,
     /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and creepages follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<super::Placement>,
@@ -131,7 +135,7 @@ pub enum Compliance {
     /// Elastic half-spaces of the bodies' materials (Boussinesq and Cerruti) on the same grid; the bodies' shapes give
     /// the gap only.
     HalfSpace,
-    /// Of swept bodies: the half-space near the contact, and beside it what the rest of the body adds, from its section.
+    /// The half-space near the contact, and beside it what the rest of the body adds, from its section or its finite elements.
     Hybrid,
 }
 
@@ -151,6 +155,28 @@ pub enum Quadrature {
     Nodal,
     /// At points of quadrature in the cells of the grid, with the consistent matrix of its bilinear shape functions: in steady rolling and in the transient.
     Consistent,
+}
+
+/// A rectilinear grid in the plane z = 0 about the contact point. What is not given follows from Hertz' ellipse.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommonGrid {
+    /// Half-length along x, m; rounded up to whole spacings. Default: 1.7 times that of Hertz' ellipse.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub half_length: Option<f64>,
+    /// Half-width along y, m; rounded up to whole spacings. Default: 1.7 times that of Hertz' ellipse.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub half_width: Option<f64>,
+    /// Distance of the nodes, m. Default: an eighth of the smaller half axis of Hertz' ellipse.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub spacing: Option<f64>,
+    /// Curvatures of the gap along x and y, the sums of those of both bodies, 1/m: the gap is then that parabola, not that of the faces of the meshes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "1/m"))]
+    pub curvatures: Option<[f64; 2]>,
 }
 
 /// Half-lengths of the rectangle around the contact point on which contact is looked for.

@@ -197,7 +197,8 @@ impl Job {
 
     /// Whether the contact is where bodies that yield as a whole are under the load.
     pub fn is_loaded(&self) -> bool {
-        self.is_swept() && self.placement().is_some_and(|p| p.loaded)
+        let hybrid = self.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Hybrid);
+        hybrid && self.placement().is_some_and(|p| p.loaded)
     }
 
     /// Distance of the nodes of the contact grid, m, where the job says it.

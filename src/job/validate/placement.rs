@@ -33,13 +33,18 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         }
     }
     let (Some(contact), Some(placement)) = (&job.contact, placement) else { return };
-    match (job.is_swept(), contact.compliance) {
+    let moves = job.bodies().iter().any(|(_, b)| b.mesh.is_some());
+    match (moves, contact.compliance) {
         (true, Compliance::Hybrid) | (false, Compliance::HalfSpace) => {}
         (true, _) => faults
-            .push("contact.compliance: expected \"hybrid\" with bodies that are swept on a contact.placement".into()),
-        (false, _) => faults.push(
-            "contact.compliance: expected \"half_space\" with contact.placement of bodies without sections".into(),
-        ),
+            .push("contact.compliance: expected \"hybrid\" with bodies that have a mesh on a contact.placement".into()),
+        (false, _) => faults
+            .push("contact.compliance: expected \"half_space\" with contact.placement of bodies without meshes".into()),
+    }
+    if contact.grid.is_some() {
+        faults.push(
+            "contact.grid: given beside contact.placement, whose grid follows from the profiles; leave it out".into(),
+        );
     }
     if contact.patch.is_some() {
         faults.push(
@@ -55,7 +60,7 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
                 .into(),
         );
     }
-    if job.analyses.modes.is_some() && !job.is_swept() {
+    if job.analyses.modes.is_some() && !moves {
         faults.push(
             "analyses.modes: bodies given by their profiles alone are half-spaces, which have no modes; leave it out"
                 .into(),
@@ -90,8 +95,13 @@ fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
                 faults.push(format!("{path}.mesh.extruded: the wheel is the upper body, and a rail the lower one"));
             }
         }
-        Some(_) => faults.push(format!(
-            "{path}.mesh: given beside {path}.profile; a wheel on a rail by their profiles is swept from sections (mesh.revolved, mesh.extruded), or of half-spaces without meshes"
+        Some(MeshSource::File(_)) if body.axle_distance.is_some() => faults.push(format!(
+            "{path}.axle_distance: given beside contact.placement, from whose radius it follows; leave it out"
+        )),
+        Some(MeshSource::File(_)) => {}
+        Some(MeshSource::Cylinder(_)) => faults.push(format!(
+            "{path}.mesh.cylinder: given beside {path}.profile; a wheel on a rail by their profiles has mesh files, is swept from sections (mesh.revolved, \
+             mesh.extruded), or is of half-spaces without meshes"
         )),
     }
 }

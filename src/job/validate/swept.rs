@@ -76,8 +76,8 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     let hybrid = contact.compliance == Compliance::Hybrid;
     let spacing = contact.patch.and_then(|p| p.spacing);
     if swept.len() < job.bodies().len() {
-        if hybrid || !swept.is_empty() {
-            faults.push("contact.compliance: \"hybrid\" is for two bodies with mesh.revolved or mesh.extruded, and they need it; sweep both bodies or none".into());
+        if !swept.is_empty() {
+            faults.push("bodies: one is swept (mesh.revolved, mesh.extruded), the other is not; without contact.placement sweep both bodies or none".into());
         }
         if spacing.is_some() {
             faults.push(

@@ -142,7 +142,7 @@ fn patch_nodes_are_exact_and_match_between_bodies() {
         for (j, &y) in grid.y.iter().enumerate() {
             for (i, &x) in grid.x.iter().enumerate() {
                 let k = i + 15 * j;
-                let [px, py, pz] = mesh.nodes[grid.nodes[k] as usize];
+                let [px, py, pz] = mesh.nodes[grid.nodes()[k] as usize];
                 assert_eq!((px, py, pz), (x, y, grid.z[k]));
                 // On the body of revolution: (x² + (z + R)²) = r_s(y)², written as the difference from the apex.
                 let r = spec.outer_radius - spec.drop(y);

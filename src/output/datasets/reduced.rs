@@ -279,7 +279,10 @@ fn names(reader: &Reader, path: &dyn Fn(&str) -> String) -> Result<Vec<ModeName>
 fn summed_inputs(job: &Job) -> Result<Value> {
     let mut inputs = fe_inputs(job);
     for place in ["lower", "upper"] {
-        let Some(file) = inputs.pointer_mut(&format!("/bodies/{place}/mesh/file")) else { continue };
+        let at = format!("/bodies/{place}/mesh/file");
+        // With more than its path it is an object.
+        let path = if inputs.pointer(&at).is_some_and(Value::is_object) { format!("{at}/path") } else { at };
+        let Some(file) = inputs.pointer_mut(&path) else { continue };
         let sum = sha256(Path::new(file.as_str().unwrap_or_default()))?;
         *file = Value::String(format!("sha256 {sum}"));
     }

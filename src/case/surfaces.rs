@@ -1,0 +1,326 @@
+//! How the meshes of two bodies meet: on the grid that both have, or on a common one that neither needs to have.
+
+use super::meshes::{Meshed, Meshes};
+use crate::body::half_space::HalfSpace;
+use crate::body::hybrid::{CIRCLE, WIDER};
+use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
+use crate::job::{self, Compliance, Job, Load, MeshSource};
+use crate::placement::{Ellipse, Press};
+use crate::swept::{Cylinder, Given};
+use crate::{Error, Result};
+
+/// Half the extent of a grid over that of Hertz' ellipse, and spacings over its smaller half axis.
+const MARGIN: f64 = 1.7;
+const SPACINGS: f64 = 10.0;
+/// Radius of the loads of "hybrid" over the distance of the nodes at the contact: fewer do not show the load.
+const FACES: f64 = 2.5;
+/// An error of the gap of more than this part of the approach is warned of.
+const GAP: f64 = 0.02;
+/// Distances of nodes in the smaller half axis of the contact from which on their own compliance is nearer to the truth than that of a half-space with
+/// what the rest adds: docs/meshes.md has the study.
+const FINE: f64 = 7.0;
+/// By how much the spacing of a grid may fall short of the size of the faces.
+const SHORT: f64 = 1e-6;
+
+/// Two meshes in contact.
+#[derive(Debug, Default)]
+pub struct Meeting {
+    /// The grid as the lower and the upper body meet it; two of them.
+    pub grids: Vec<ContactGrid>,
+    /// What was done, one line each.
+    pub lines: Vec<String>,
+    /// What makes results doubtful.
+    pub warnings: Vec<String>,
+}
+
+/// The lines of the common grid, and Hertz' ellipse where that is known.
+struct Lines {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    ellipse: Option<Ellipse>,
+}
+
+/// Whether the job asks for a common grid, and why.
+fn asked(contact: &job::Contact) -> Option<&'static str> {
+    match (contact.grid, contact.compliance) {
+        (Some(_), _) => Some("contact.grid"),
+        (None, Compliance::Hybrid) => Some("the compliance \"hybrid\""),
+        _ => None,
+    }
+}
+
+/// Why two meshes do not meet on a grid of their own; none where they do.
+fn differ([lower, upper]: [&Meshed; 2]) -> Option<String> {
+    match [&lower.grid, &upper.grid] {
+        [Some(Ok(a)), Some(Ok(b))] => ContactGrid::matched(a, b, 1e-3 * spacing(a)).err(),
+        [Some(Err(e)), _] | [_, Some(Err(e))] => Some(e.clone()),
+        _ => None,
+    }
+    .map(|e| e.message().to_owned())
+}
+
+/// Smallest distance of the lines of a grid, m.
+pub(crate) fn spacing(grid: &ContactGrid) -> f64 {
+    grid.x.windows(2).chain(grid.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
+}
+
+/// What a body is where its description says it exactly.
+fn exact(body: &job::Body) -> Option<Given> {
+    let Some(MeshSource::Cylinder(c)) = &body.mesh else { return None };
+    let &job::Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset, .. } = c;
+    Some(Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset }))
+}
+
+/// Curvatures of a body at its contact, 1/m; none where neither its description nor its mesh shows them.
+fn curvatures(body: &job::Body, faces: Option<&Faces>) -> Option<[[f64; 2]; 2]> {
+    match body.running() {
+        Some(r) => Some([[1.0 / r.radius, 0.0], [0.0, r.crown.map_or(0.0, |c| 1.0 / c)]]),
+        None => faces?.curvatures(),
+    }
+}
+
+/// Hertz' ellipse of the job, where the curvatures of both bodies are known and make one.
+fn ellipse(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Result<Option<Ellipse>> {
+    let mut relative = [[0.0; 2]; 2];
+    let mut compliance = 0.0;
+    for ((_, body), faces) in job.bodies().into_iter().zip(faces) {
+        let m = body.elastic()?;
+        compliance += 1.0 / HalfSpace { young: m.young, poisson: m.poisson }.plane();
+        let Some(own) = curvatures(body, faces) else { continue };
+        (0..4).for_each(|k| relative[k / 2][k % 2] += own[k / 2][k % 2]);
+    }
+    if let Some([along, across]) = contact.grid.and_then(|g| g.curvatures) {
+        relative = [[along, 0.0], [0.0, across]];
+    }
+    let press = match contact.load() {
+        Load::Normal(force) => Press::Force(force),
+        Load::Approach(approach) => Press::Approach(approach),
+    };
+    Ok(Ellipse::new(relative, 1.0 / compliance, press).ok())
+}
+
+/// The lines of the common grid of the job.
+fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Result<Lines> {
+    let given = contact.grid.unwrap_or_default();
+    let ellipse = ellipse(job, contact, faces)?;
+    let extent = ellipse.as_ref().map(Ellipse::extent);
+    let missing = |key: &str| {
+        Error::Job(format!(
+            "contact.grid.{key}: missing; the curvatures at the contact make no ellipse of Hertz from which it could follow. Give half_length, half_width and \
+             spacing (m), or curvatures (1/m)"
+        ))
+    };
+    let half =
+        |key: &str, given: Option<f64>, c: usize| given.or(extent.map(|e| MARGIN * e[c])).ok_or_else(|| missing(key));
+    let (length, width) = (half("half_length", given.half_length, 0)?, half("half_width", given.half_width, 1)?);
+    let spacing = given.spacing.or(extent.map(|e| e[0].min(e[1]) / SPACINGS)).ok_or_else(|| missing("spacing"))?;
+    let line = |half: f64| -> Vec<f64> {
+        // Rounding does not make a line more.
+        let n = (half / spacing - 1e-9).ceil().max(2.0) as i64;
+        (-n..=n).map(|i| i as f64 * spacing).collect()
+    };
+    Ok(Lines { x: line(length), y: line(width), ellipse })
+}
+
+/// The grid that the meshes of the job, the lower one first, share, or a common one where they have none or the job asks for it.
+pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
+    let Some(contact) = &job.contact else { return Ok(Meeting::default()) };
+    let why = asked(contact).map(str::to_owned).or_else(|| differ(meshed));
+    let Some(why) = why else {
+        let own = |m: &Meshed| m.grid.clone().and_then(Result::ok);
+        let grids: Vec<ContactGrid> = meshed.into_iter().filter_map(own).collect();
+        let ellipse = ellipse(job, contact, [None, None])?;
+        let lines = recommended(contact, ellipse.as_ref(), grids.first().map_or(0.0, spacing)).into_iter().collect();
+        return Ok(Meeting { grids, lines, ..Meeting::default() });
+    };
+    let named = |name: &str| {
+        let at = format!("bodies.{name}.mesh");
+        move |e: Error| e.context(&at)
+    };
+    let mut faces = Vec::new();
+    for ((name, _), m) in job.bodies().into_iter().zip(meshed) {
+        faces.push(Faces::of(&m.mesh, "contact").map_err(named(name))?);
+    }
+    let [lower, upper] = &faces[..] else { return Err(Error::Defect("a contact of one body".into())) };
+    let Lines { x, y, ellipse } = lines(job, contact, [Some(lower), Some(upper)])?;
+    let mut meeting = Meeting::default();
+    meeting.lines.push(format!(
+        "contact grid: {} x {} nodes, {:.3} mm apart, on which both meshes meet ({why})",
+        x.len(),
+        y.len(),
+        1e3 * (x[1] - x[0])
+    ));
+    for ((name, body), faces) in job.bodies().into_iter().zip(&faces) {
+        let mut met = foot(contact, faces, (&x, &y)).map_err(named(name))?;
+        meeting.lines.push(format!("body {name}: {}", met.1));
+        if let Some(given) = exact(body) {
+            met.0.z = y.iter().flat_map(|&b| x.iter().map(|&a| given.height(a, b)).collect::<Vec<_>>()).collect();
+            meeting.grids.push(met.0);
+            continue;
+        }
+        let across = curvatures(body, Some(faces)).map_or(0.0, |c| c[0][0].abs().max(c[1][1].abs()));
+        let half = [x[x.len() - 1], y[y.len() - 1]];
+        let off = faces.size(half).powi(2) * across / 8.0;
+        let approach = ellipse.as_ref().map_or(f64::INFINITY, |e| e.approach);
+        let given = contact.grid.is_some_and(|g| g.curvatures.is_some());
+        if !given && faces.are_flat(half) && off > GAP * approach {
+            meeting.warnings.push(format!(
+                "bodies.{name}.mesh: the flat faces at the contact are {:.1} µm off the round surface between their nodes (size² times curvature / 8), where the \
+                 bodies approach each other by about {:.1} µm: give contact.grid.curvatures, or take cells of second order",
+                1e6 * off,
+                1e6 * approach
+            ));
+        }
+        meeting.grids.push(met.0);
+    }
+    let half = [x[x.len() - 1], y[y.len() - 1]];
+    let size = faces.iter().map(|f| f.size(half)).fold(0.0, f64::max);
+    meeting.lines.extend(recommended(contact, ellipse.as_ref(), size));
+    if let Some([along, across]) = contact.grid.and_then(|g| g.curvatures) {
+        let height = |x: f64, y: f64| -0.5 * (along * x * x + across * y * y);
+        let z: Vec<f64> = y.iter().flat_map(|&b| x.iter().map(move |&a| height(a, b))).collect();
+        meeting.grids[0].z = z;
+        meeting.grids[1].z = vec![0.0; x.len() * y.len()];
+    }
+    Ok(meeting)
+}
+
+/// Which compliance suits a contact with nodes so far apart as `size`, m, in words.
+fn recommended(contact: &job::Contact, ellipse: Option<&Ellipse>, size: f64) -> Option<String> {
+    let [a, b] = ellipse?.semi_axes;
+    let count = a.min(b) / size;
+    let taken = match contact.compliance {
+        Compliance::HalfSpace => return None,
+        Compliance::Fe => "fe",
+        Compliance::Hybrid => "hybrid",
+    };
+    let better = if count < FINE { "hybrid" } else { "fe" };
+    let relation = if count < FINE { "fewer than" } else { "at least" };
+    Some(format!(
+        "compliance of the contact: \"{taken}\"; recommended: \"{better}\", as there are {count:.1} distances of nodes of the meshes in its smaller half axis, \
+         {relation} {FINE}"
+    ))
+}
+
+/// How the `faces` of a body meet the grid of the lines `x` and `y`, and that in words.
+pub(crate) fn foot(contact: &job::Contact, faces: &Faces, (x, y): (&[f64], &[f64])) -> Result<(ContactGrid, String)> {
+    let half = [x[x.len() - 1], y[y.len() - 1]];
+    let size = faces.size(half);
+    let (rows, z) = averages(faces, x, y)?;
+    let grid = |transfer| ContactGrid { x: x.to_vec(), y: y.to_vec(), z, transfer: Some(transfer) };
+    let spacing = x[1] - x[0];
+    if contact.compliance != Compliance::Hybrid {
+        if spacing < (1.0 - SHORT) * size {
+            return Err(Error::Job(format!(
+                "contact.compliance: \"fe\" on a contact grid of {:.3} mm spacing, where the nodes of the faces at the contact are {:.3} mm apart: the compliance \
+                 would be singular. Take \"hybrid\", or contact.grid.spacing = {:.1e} (m) at least, or a finer mesh",
+                1e3 * spacing,
+                1e3 * size,
+                size
+            )));
+        }
+        let text = format!("means about the nodes of the grid; nodes of its faces there {:.3} mm apart", 1e3 * size);
+        return Ok((grid(Transfer::Averages(rows)), text));
+    }
+    let (discs, text) = discs(faces, half)?;
+    Ok((grid(Transfer::Means { discs, tilt: 0.0 }), text))
+}
+
+/// The means from which the contact of the half sides `half`, m, follows beside a half-space, and that in words.
+pub(crate) fn discs(faces: &Faces, half: [f64; 2]) -> Result<(Vec<crate::grid::Means>, String)> {
+    let least = CIRCLE * half[0].min(half[1]);
+    let mut radius = least;
+    // A larger disc may reach larger faces.
+    for _ in 0..4 {
+        radius = least.max(FACES * faces.size([radius; 2]));
+    }
+    let mut discs = vec![means(faces, radius)?];
+    discs.extend(means(faces, WIDER * radius));
+    let size = faces.size([radius; 2]);
+    let room = if discs.len() == 1 { "; no room for a wider one that would show its error" } else { "" };
+    let text = format!(
+        "means over a disc of {:.2} mm, nodes of its faces there {:.3} mm apart{room}",
+        1e3 * radius,
+        1e3 * size
+    );
+    Ok((discs, text))
+}
+
+/// Nodes of the common grid of a job of meshes; none where the meshes have their own. For one rank.
+pub fn nodes(job: &Job, meshes: &Meshes) -> Result<Option<usize>> {
+    let Some(contact) = job.contact.as_ref().filter(|c| c.placement.is_none()) else { return Ok(None) };
+    let given = job.bodies();
+    let [(lower_name, lower), (upper_name, upper)] = given[..] else { return Ok(None) };
+    if !lower.is_meshed() || !upper.is_meshed() {
+        return Ok(None);
+    }
+    let is_file = |b: &job::Body| matches!(b.mesh, Some(MeshSource::File(_)));
+    let files = is_file(lower) || is_file(upper);
+    if asked(contact).is_none() && !files {
+        return Ok(None);
+    }
+    let mut faces = [None, None];
+    if files {
+        let both = [meshes.of(job, lower_name, lower)?, meshes.of(job, upper_name, upper)?];
+        if asked(contact).is_none() && differ([&both[0], &both[1]]).is_none() {
+            return Ok(None);
+        }
+        for (face, (m, name)) in faces.iter_mut().zip(both.iter().zip([lower_name, upper_name])) {
+            let of = Faces::of(&m.mesh, "contact").map_err(|e| e.context(format!("bodies.{name}.mesh")))?;
+            *face = Some(of);
+        }
+    }
+    let lines = lines(job, contact, [faces[0].as_ref(), faces[1].as_ref()])?;
+    Ok(Some(lines.x.len() * lines.y.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::example;
+
+    /// The meeting of the cylinders of the job with these keys.
+    fn met(sets: &[&str]) -> Result<Meeting> {
+        let job = example::two_cylinders(sets);
+        let meshes = Meshes::default();
+        let of = |name: &str, body: &Option<job::Body>| meshes.of(&job, name, body.as_ref().expect("a body"));
+        let both = [of("lower", &job.bodies.lower)?, of("upper", &job.bodies.upper)?];
+        meet(&job, [&both[0], &both[1]])
+    }
+
+    const COARSE: [&str; 4] = [
+        "bodies.lower.mesh.cylinder.element_size=0.002",
+        "bodies.upper.mesh.cylinder.element_size=0.002",
+        "bodies.lower.mesh.cylinder.growth=2",
+        "bodies.upper.mesh.cylinder.growth=2",
+    ];
+
+    /// Hertz' circle of the paper's cylinders has 4.9 mm: 2.4 elements of 2 mm, and its grid of ten spacings.
+    #[test]
+    fn grids_follow_from_hertz() {
+        let own = met(&COARSE).expect("they match");
+        assert!(matches!(own.grids[0].transfer, Some(Transfer::Nodes(_))));
+        assert!(
+            own.lines[0].contains("recommended: \"hybrid\"") && own.lines[0].contains("2.4 distances"),
+            "{:?}",
+            own.lines
+        );
+        let patch = ["contact.patch.half_length=0.014", "contact.patch.half_width=0.014", "contact.compliance=hybrid"];
+        let hybrid = met(&[&COARSE[..], &patch].concat()).expect("they meet");
+        let grid = &hybrid.grids[1];
+        assert!(matches!(grid.transfer, Some(Transfer::Means { tilt: 0.0, .. })));
+        assert_eq!((grid.x.len(), grid.y.len()), (35, 35));
+        assert!((grid.x[34] / 17.0 - 4.9e-4).abs() < 0.1e-4, "{:?}", grid.x);
+        // The gap is that of the radii, although elements of 2 mm are flat.
+        let gap = -hybrid.grids[0].z[0] - grid.z[0];
+        let [x, y] = [grid.x[0], grid.y[0]];
+        let drop = 0.5 - (0.25 - y * y).sqrt();
+        let one = 0.5 - ((0.5 - drop).powi(2) - x * x).sqrt();
+        assert!((gap - 2.0 * one).abs() < 1e-12, "{gap} {one}");
+        assert!(hybrid.warnings.is_empty(), "{:?}", hybrid.warnings);
+        let curvatures = met(&[&COARSE[..], &patch, &["contact.grid.curvatures=[4,6]"]].concat()).expect("they meet");
+        let found = -curvatures.grids[0].z[0] - curvatures.grids[1].z[0];
+        let [x, y] = [curvatures.grids[0].x[0], curvatures.grids[0].y[0]];
+        assert!((found - 2.0 * x * x - 3.0 * y * y).abs() < 1e-15, "{found}");
+    }
+}
