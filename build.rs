@@ -33,7 +33,7 @@ fn main() {
 /// before them, take their place: complex factorisations are then a quarter faster.
 fn mumps_with_scotch(version: &str) {
     let number = version.split('.').take(2).collect::<Vec<_>>().join(".");
-    let names = ["zmumps", "dmumps", "mumps_common"].map(|base| format!("lib{base}_ptscotch-{number}.so"));
+    let names = ["zmumps", "dmumps", "smumps", "mumps_common"].map(|base| format!("lib{base}_ptscotch-{number}.so"));
     let compiler = env::var("CC").unwrap_or_else(|_| "cc".into());
     let found = |file: &String| {
         let answer = Command::new(&compiler).arg(format!("-print-file-name={file}")).output();

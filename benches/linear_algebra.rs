@@ -134,7 +134,7 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
     let mut factor = None;
     for &ordering in orderings {
         drop(factor.take());
-        let f = Factor::new(world, k, FactorOptions { kind: Symmetry::Positive, ordering }, "stiffness")?;
+        let f = Factor::new(world, k, FactorOptions { ordering, ..FactorOptions::new(Symmetry::Positive) }, "stiffness")?;
         clock.lap(&format!("factorisation, {ordering:?}"));
         if world.is_root() {
             let counted = f.statistics();
@@ -245,11 +245,12 @@ fn counts(
     clock: &mut Clock,
 ) -> railsqueal::Result<()> {
     let (k, m) = (&operators.stiffness, &operators.mass);
-    let options = FactorOptions { kind: Symmetry::Positive, ordering: Ordering::Metis };
+    let options = FactorOptions::new(Symmetry::Positive);
     if !once {
         Factor::estimate(world, k, options)?;
         clock.lap("ordering and analysis");
     }
+    let options = if std::env::var_os("SINGLE").is_some() { options.single() } else { options };
     let mut factor = Factor::new(world, k, options, "stiffness")?;
     clock.lap("factorisation with its analysis");
     if !once {
@@ -270,5 +271,9 @@ fn counts(
     let wanted = ModesOptions { sigma: 0.0, count, method: Method::Blocks, prefix: String::new() };
     let found = modes(petsc, &mut factor, &pencil, &wanted, &mut |_, _| ())?;
     clock.lap(&format!("modes, {} right-hand sides", found.solves));
+    if world.is_root() {
+        println!("worst {:.1e} {:?}", found.residuals.iter().copied().fold(0.0, f64::max), found.residuals);
+        println!("{:?}", found.lambda);
+    }
     Ok(())
 }

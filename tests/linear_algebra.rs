@@ -15,6 +15,8 @@ mod matrices;
 mod quadratic;
 #[path = "linear_algebra/reduction.rs"]
 mod reduction;
+#[path = "linear_algebra/single.rs"]
+mod single;
 mod watch;
 
 use railsqueal::parallel::World;
@@ -38,7 +40,7 @@ fn main() -> ExitCode {
     }));
     let watch = watch::Watch::start(world.rank);
     let checks: Vec<Check> =
-        [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS].concat();
+        [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS, single::CHECKS].concat();
     for (name, check) in checks.into_iter().filter(|(name, _)| name.contains(&word)) {
         watch.begins(name);
         check(&world);

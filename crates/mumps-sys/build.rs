@@ -57,6 +57,9 @@ fn find() -> (PathBuf, Option<PathBuf>) {
     ))
 }
 
+/// Double and single precision, and what they share.
+const LIBRARIES: [&str; 3] = ["dmumps", "smumps", "mumps_common"];
+
 /// Links MUMPS and returns the variant's suffix, `_ptscotch` or nothing.
 fn link(lib: Option<&Path>, version: &str) -> &'static str {
     if let Some(dir) = lib {
@@ -69,22 +72,19 @@ fn link(lib: Option<&Path>, version: &str) -> &'static str {
         // Debian keeps the variant with SCOTCH beside the default one, which has only the PORD ordering. It has no
         // unversioned name to link by.
         let number = version.split('.').take(2).collect::<Vec<_>>().join(".");
-        let name = |base: &str| format!("lib{base}_ptscotch-{number}.so");
-        if known_to_linker(&name("dmumps")) {
-            println!("cargo:rustc-link-lib=dylib:+verbatim={}", name("dmumps"));
-            println!("cargo:rustc-link-lib=dylib:+verbatim={}", name("mumps_common"));
+        let names = LIBRARIES.map(|base| format!("lib{base}_ptscotch-{number}.so"));
+        if names.iter().all(|name| known_to_linker(name)) {
+            names.iter().for_each(|name| println!("cargo:rustc-link-lib=dylib:+verbatim={name}"));
             return "_ptscotch";
         }
     }
-    println!("cargo:rustc-link-lib=dmumps");
-    println!("cargo:rustc-link-lib=mumps_common");
+    LIBRARIES.iter().for_each(|name| println!("cargo:rustc-link-lib={name}"));
     ""
 }
 
 /// A static MUMPS (as `--download-mumps` makes it) needs what it was built on, which only PETSc's configuration knows.
 fn link_static(dir: &Path) {
-    println!("cargo:rustc-link-lib=static=dmumps");
-    println!("cargo:rustc-link-lib=static=mumps_common");
+    LIBRARIES.iter().for_each(|name| println!("cargo:rustc-link-lib=static={name}"));
     let pc = ["petsc.pc", "PETSc.pc"].map(|n| dir.join("pkgconfig").join(n));
     let text = pc.iter().find_map(|p| fs::read_to_string(p).ok()).unwrap_or_default();
     let private = text.lines().find_map(|l| l.strip_prefix("Libs.private:")).unwrap_or_default();
@@ -92,7 +92,7 @@ fn link_static(dir: &Path) {
         if let Some(path) = word.strip_prefix("-L") {
             println!("cargo:rustc-link-search=native={}", path.replace("${libdir}", &dir.display().to_string()));
         } else if let Some(name) = word.strip_prefix("-l") {
-            if !["dmumps", "mumps_common"].contains(&name) {
+            if !LIBRARIES.contains(&name) {
                 println!("cargo:rustc-link-lib={name}");
             }
         }
@@ -110,8 +110,8 @@ fn generate(include: &Path) {
     let bindings = bindgen::Builder::default()
         .header("wrapper.h")
         .clang_arg(format!("-I{}", include.display()))
-        .allowlist_function("dmumps_c")
-        .allowlist_type("DMUMPS_STRUC_C")
+        .allowlist_function("[ds]mumps_c")
+        .allowlist_type("[DS]MUMPS_STRUC_C")
         .derive_debug(false)
         .layout_tests(false)
         .generate_comments(false)

@@ -1,1 +1,2 @@
 #include <dmumps_c.h>
+#include <smumps_c.h>

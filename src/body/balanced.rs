@@ -6,7 +6,7 @@ use super::rigid_motions::{products, RigidMotions};
 use crate::eigen::Shifted;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
-use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
+use crate::petsc::mumps::{Factor, FactorOptions, Precision};
 use crate::Result;
 use faer::Mat;
 
@@ -21,13 +21,19 @@ pub struct Balanced<'p> {
 }
 
 impl<'p> Balanced<'p> {
-    /// Collective: factorises the stiffness of a body with the free motions `rigid`.
-    pub fn new(world: &'p World, stiffness: &DistCsr, rigid: &RigidMotions, name: &str) -> Result<Self> {
+    /// Collective: factorises the stiffness of a body with the free motions `rigid`, by `options` for a positive matrix.
+    pub fn new(
+        world: &'p World,
+        stiffness: &DistCsr,
+        rigid: &RigidMotions,
+        options: FactorOptions,
+        name: &str,
+    ) -> Result<Self> {
         let mut held = determining(world, &stiffness.ranges, rigid);
         held.sort_unstable();
         let mut k = stiffness.clone();
         k.hold(world.rank, &held, 1.0);
-        let factor = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), name)?;
+        let factor = Factor::new(world, &k, options, name)?;
         Ok(Self { world, factor, rigid: rigid.clone(), held, ranges: stiffness.ranges.clone() })
     }
 
@@ -107,6 +113,10 @@ impl Shifted for Balanced<'_> {
 
     fn below(&self) -> u64 {
         self.rigid.len() as u64
+    }
+
+    fn rough(&self) -> bool {
+        self.factor.precision() == Precision::Single
     }
 }
 

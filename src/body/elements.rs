@@ -27,6 +27,8 @@ use std::cell::{RefCell, RefMut};
 pub enum Method {
     /// By a factorisation, which modes need as well.
     Direct,
+    /// The same where nothing but modes is asked for: in single precision if that will do.
+    Modes,
     /// By conjugate gradients with algebraic multigrid.
     Iterative,
 }
@@ -119,6 +121,7 @@ impl Body for Elements<'_> {
         *self.statics.get_mut() = None;
         let made = match self.method {
             Method::Direct => Statics::direct(self.petsc, &self.fe)?,
+            Method::Modes => Statics::for_modes(self.petsc, &self.fe)?,
             Method::Iterative => Statics::iterative(self.petsc, &self.fe)?,
         };
         let text = made.describe();
@@ -139,7 +142,14 @@ impl Body for Elements<'_> {
 
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
         let world = self.enter("modes")?;
-        let found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, self.eigen, steps)?;
+        let short = self.solver()?.is_single();
+        let mut found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, self.eigen, steps);
+        if short && matches!(found, Err(Error::NotConverged(_))) {
+            *self.statics.get_mut() = None;
+            *self.statics.get_mut() = Some(Statics::direct(self.petsc, &self.fe)?);
+            found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, self.eigen, steps);
+        }
+        let found = found?;
         let (omega, residual) = (found.omega.clone(), found.residual.clone());
         let rows = self.fe.contact_modes(world, &found);
         let reach = omega.last().copied().unwrap_or(0.0);

@@ -2,9 +2,10 @@
 
 use super::balanced::Balanced;
 use super::fe::FeBody;
+use crate::eigen::{contraction, sparse};
 use crate::fem::dofs::FIXED;
 use crate::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
-use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
+use crate::petsc::mumps::{Factor, FactorOptions, Precision, Symmetry};
 use crate::petsc::session::Petsc;
 use crate::{Error, Result};
 use faer::Mat;
@@ -14,6 +15,9 @@ use std::rc::Rc;
 const TOLERANCE: f64 = 1e-10;
 /// Iterations after which an iterative solve gives up; multigrid takes some tens.
 const MAX_ITERATIONS: usize = 1000;
+
+/// Largest relative error of a solution in single precision at which modes are computed with it.
+const CONTRACTION: f64 = 1e-2;
 
 /// Solver of K u = f for one body.
 pub enum Statics<'p> {
@@ -28,13 +32,53 @@ pub enum Statics<'p> {
 impl<'p> Statics<'p> {
     /// Collective: factorises K, or what takes its place where rigid motions are free.
     pub fn direct(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
+        Self::factorised(petsc, body, FactorOptions::new(Symmetry::Positive))
+    }
+
+    /// Collective: the same for modes alone: in single precision, where that leaves enough digits.
+    pub fn for_modes(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
+        let (k, m) = (&body.operators.stiffness, &body.operators.mass);
+        let pencil = sparse::Matrices::new(petsc.world(), k, m).knowing(&body.rigid.shapes);
+        let enough = |statics: &mut Self| -> Result<bool> {
+            let error = match statics {
+                Statics::Direct(factor) => contraction(&pencil, &mut sparse::At { factor, sigma: 0.0 })?,
+                Statics::Balanced(balanced) => contraction(&pencil, &mut **balanced)?,
+                Statics::Iterative(_) => return Ok(true),
+            };
+            Ok(error <= CONTRACTION)
+        };
+        let mut single = match Self::factorised(petsc, body, FactorOptions::new(Symmetry::Positive).single()) {
+            Err(Error::NotConverged(_)) => return Self::direct(petsc, body),
+            made => made?,
+        };
+        match enough(&mut single) {
+            Ok(true) => Ok(single),
+            Ok(false) | Err(Error::NotConverged(_)) => {
+                drop(single);
+                Self::direct(petsc, body)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn factorised(petsc: &'p Petsc<'p>, body: &FeBody, options: FactorOptions) -> Result<Self> {
         let world = petsc.world();
         let k = &body.operators.stiffness;
         let name = format!("stiffness of body {}", body.name);
         if !body.rigid.is_empty() {
-            return Ok(Statics::Balanced(Box::new(Balanced::new(world, k, &body.rigid, &name)?)));
+            return Ok(Statics::Balanced(Box::new(Balanced::new(world, k, &body.rigid, options, &name)?)));
         }
-        Ok(Statics::Direct(Factor::new(world, k, FactorOptions::new(Symmetry::Positive), &name)?))
+        Ok(Statics::Direct(Factor::new(world, k, options, &name)?))
+    }
+
+    /// Whether a factor in single precision solves.
+    pub fn is_single(&self) -> bool {
+        let of = |factor: &Factor| factor.precision() == Precision::Single;
+        match self {
+            Statics::Direct(factor) => of(factor),
+            Statics::Balanced(balanced) => of(balanced.factor()),
+            Statics::Iterative(_) => false,
+        }
     }
 
     /// Collective: sets up multigrid on K with the rigid-body motions as near-null space.
@@ -116,6 +160,7 @@ impl<'p> Statics<'p> {
 
 fn of_factor(factor: &Factor) -> String {
     let s = factor.statistics();
+    let short = if factor.precision() == Precision::Single { " in single precision" } else { "" };
     let (entries, memory) = (s.factor_entries as f64 / 1e6, s.memory_sum_mb as f64 / 1e3);
-    format!("factor of {entries:.1} M entries, {memory:.2} GB on all ranks")
+    format!("factor of {entries:.1} M entries{short}, {memory:.2} GB on all ranks")
 }

@@ -11,7 +11,7 @@ use crate::eigen::sparse;
 use crate::fem::rotation::Axis;
 use crate::fem::{assembly, Material};
 use crate::grid::ContactGrid;
-use crate::job::{self, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Profile};
+use crate::job::{self, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Modes, ModesExtent, Profile};
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -24,6 +24,15 @@ pub fn eigen_method(job: &Job) -> sparse::Method {
         EigenSolver::Blocks => sparse::Method::Blocks,
         EigenSolver::Slepc => sparse::Method::Slepc,
     }
+}
+
+/// Whether nothing but modes is asked of the factors of the bodies of the job: some modes by the block method, of bodies at rest.
+pub fn modes_alone(job: &Job) -> bool {
+    let count = job.analyses.modes.as_ref().map(Modes::extent);
+    job.analyses.on_contact().is_empty()
+        && job.solver.eigen == EigenSolver::Blocks
+        && matches!(count, Some(ModesExtent::Count(n)) if n <= sparse::SLICED)
+        && !job.bodies().iter().any(|(_, body)| body.rotates())
 }
 
 /// A place, lower or upper, and the body that fills it.
@@ -138,6 +147,7 @@ impl<'p> Bodies<'p> {
             ));
             fe.effect.lines.iter().for_each(|line| summary.line(format!("body {name}: {line}")));
             let method = match job.solver.linear {
+                LinearSolver::Mumps if modes_alone(job) => Method::Modes,
                 LinearSolver::Mumps => Method::Direct,
                 LinearSolver::Gamg => Method::Iterative,
             };

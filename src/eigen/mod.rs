@@ -8,6 +8,7 @@ mod lanczos;
 mod orthonormal;
 pub mod projection;
 pub mod quadratic;
+mod refine;
 mod slices;
 pub mod sparse;
 
@@ -15,6 +16,7 @@ pub use check::Modes;
 pub use lanczos::Sizes;
 pub use slices::{band, lowest, Moving};
 
+use block::{columns, gram};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::MatRef;
@@ -46,6 +48,10 @@ pub trait Shifted {
     fn solve(&mut self, x: &mut [f64], columns: usize) -> Result<()>;
     /// Number of eigenvalues below σ, from the inertia of K − σM.
     fn below(&self) -> u64;
+    /// Whether the inverse is right to some digits only. What is found with it is refined then, with products with K.
+    fn rough(&self) -> bool {
+        false
+    }
     /// Block and basis for `count` pairs, by what a pass through the inverse costs.
     fn sizes(&self, count: usize) -> Sizes {
         Sizes::of(count)
@@ -75,7 +81,7 @@ pub fn nearest_by(
         return Ok(Modes::default());
     }
     enough(count, pencil.order())?;
-    let found = lanczos::run(pencil, shifted, pencil.known(), Goal::Nearest(count), sizes, progress)?;
+    let mut found = lanczos::run(pencil, shifted, pencil.known(), Goal::Nearest(count), sizes, progress)?;
     if found.theta.len() < count {
         return Err(Error::NotConverged(format!(
             "only {} of {count} modes have finite frequency: the mass matrix is singular",
@@ -84,9 +90,30 @@ pub fn nearest_by(
     }
     let sigma = shifted.sigma();
     let lambda: Vec<f64> = found.theta.iter().map(|t| sigma + 1.0 / t).collect();
+    if shifted.rough() {
+        found.solves += refine::polish(pencil, shifted, &lambda, &mut found.vectors)?;
+    }
     let mut modes = check::checked(pencil, sigma, &lambda, found.vectors)?;
     (modes.iterations, modes.solves) = (found.restarts, found.solves);
     Ok(modes)
+}
+
+/// Collective: the relative error of P⁻¹(K − σM)x beside x in the norm of M, for a vector x that the inverse P⁻¹ has smoothed.
+pub fn contraction(pencil: &dyn Pencil, shifted: &mut dyn Shifted) -> Result<f64> {
+    let (world, n) = (pencil.world(), pencil.n_local());
+    let first = world.all_gather(&[n as u64])[..world.rank].iter().sum();
+    let (mut x, mut image, mut mass) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    block::random(first, 0, &mut image);
+    pencil.mass(&image, &mut x, 1);
+    shifted.solve(&mut x, 1)?;
+    pencil.stiffness(&x, &mut image, 1);
+    pencil.mass(&x, &mut mass, 1);
+    image.iter_mut().zip(&mass).for_each(|(k, m)| *k -= shifted.sigma() * m);
+    shifted.solve(&mut image, 1)?;
+    let size = gram(world, columns(&x, n, 1), columns(&mass, n, 1))[(0, 0)];
+    image.iter_mut().zip(&x).for_each(|(y, x)| *y -= x);
+    pencil.mass(&image, &mut mass, 1);
+    Ok((gram(world, columns(&image, n, 1), columns(&mass, n, 1))[(0, 0)] / size).sqrt())
 }
 
 /// Refuses more pairs than there are.

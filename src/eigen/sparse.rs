@@ -3,6 +3,7 @@
 use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted, Sizes};
 use crate::parallel::World;
 use crate::petsc::csr::{DistCsr, Operator};
+use crate::petsc::mumps::Precision;
 use crate::petsc::{eps, Factor, FactorOptions, Petsc, Symmetry};
 use crate::{Error, Result};
 use faer::MatRef;
@@ -104,6 +105,10 @@ impl Shifted for At<'_, '_> {
         self.factor.negative_pivots()
     }
 
+    fn rough(&self) -> bool {
+        self.factor.precision() == Precision::Single
+    }
+
     fn sizes(&self, count: usize) -> Sizes {
         sizes(self.factor, count)
     }
@@ -188,7 +193,7 @@ pub fn beside_known(
     count: usize,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Modes> {
-    match count > SLICED {
+    match count > SLICED && !first.rough() {
         true => lowest(pencil, first, &mut Sliding::new(pencil), count, progress),
         false => nearest(pencil, first, count, progress),
     }
@@ -210,7 +215,7 @@ pub fn modes(
     if *method == Method::Blocks {
         let mut first = At { factor, sigma: *sigma };
         // Above the lowest eigenvalue the nearest ones lie on both sides.
-        return match *count > SLICED && first.below() == 0 {
+        return match *count > SLICED && first.below() == 0 && !first.rough() {
             true => lowest(pencil, &mut first, &mut Sliding::new(pencil), *count, progress),
             false => nearest(pencil, &mut first, *count, progress),
         };

@@ -1,4 +1,4 @@
-//! Raw bindings to the C interface of MUMPS in real double precision, generated against the installed `dmumps_c.h`.
+//! Raw bindings to the C interface of MUMPS in real double and single precision, generated against the installed `dmumps_c.h` and `smumps_c.h`.
 //!
 //! Where MUMPS is looked for: `MUMPS_DIR`, the PETSc build of `PETSC_DIR`/`PETSC_ARCH` (which brings it with
 //! `--download-mumps`), then the system's directories. Debian's variant with SCOTCH orderings is preferred.

@@ -1,6 +1,6 @@
 //! Selected entries of the inverse, by the elimination tree alone.
 
-use super::{Factor, Symmetry};
+use super::{Factor, Instance, Symmetry};
 use crate::{Error, Result};
 use faer::Mat;
 use mumps_sys::MUMPS_INT;
@@ -72,26 +72,28 @@ impl Factor<'_> {
             }
         }
         let mut values = vec![0.0; indices.len()];
-        self.id.nrhs = order as MUMPS_INT;
-        self.id.nz_rhs = indices.len() as MUMPS_INT;
-        if self.world.is_root() {
-            self.id.irhs_ptr = starts.as_mut_ptr();
-            self.id.irhs_sparse = indices.as_mut_ptr();
-            self.id.rhs_sparse = values.as_mut_ptr();
+        let usual = self.id.icntl(27);
+        let root = self.world.is_root();
+        let Instance::Double(id) = &mut self.id else {
+            return Err(Error::Defect("inverse block of a factor in single precision".into()));
+        };
+        (id.nrhs, id.nz_rhs) = (order as MUMPS_INT, indices.len() as MUMPS_INT);
+        if root {
+            (id.irhs_ptr, id.irhs_sparse) = (starts.as_mut_ptr(), indices.as_mut_ptr());
+            id.rhs_sparse = values.as_mut_ptr();
         }
         self.control(20, 1);
         self.control(21, 0);
         self.control(30, 1);
-        let usual = self.id.icntl[26];
         self.control(27, INVERSE_BLOCK);
         self.call(3);
         self.control(27, usual);
         self.control(30, 0);
         self.control(20, 0);
-        self.id.nz_rhs = 0;
-        self.id.irhs_ptr = ptr::null_mut();
-        self.id.irhs_sparse = ptr::null_mut();
-        self.id.rhs_sparse = ptr::null_mut();
+        if let Instance::Double(id) = &mut self.id {
+            id.nz_rhs = 0;
+            (id.irhs_ptr, id.irhs_sparse, id.rhs_sparse) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+        }
         self.result("selected entries of the inverse")?;
         Ok(values)
     }

@@ -6,6 +6,7 @@
 //! MUMPS 5.5 users' guide.
 
 mod failure;
+mod instance;
 mod inverse;
 mod solve;
 
@@ -16,9 +17,8 @@ use super::ordering::nested_dissection;
 use crate::parallel::World;
 use crate::{Error, Result};
 use failure::SINGULAR;
-use mpi::raw::AsRaw;
-use mumps_sys::{dmumps_c, DMUMPS_STRUC_C, MUMPS_INT};
-use std::ptr;
+use instance::{either, Instance};
+use mumps_sys::MUMPS_INT;
 
 /// What is known of a matrix before it is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +43,25 @@ pub enum Ordering {
     Pord,
 }
 
+/// Numbers of the factors. Right-hand sides and solutions are in double precision in any case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 8 bytes a number.
+    Double,
+    /// 4 bytes a number: half the memory, and solutions with the relative error of rounding to seven digits times the condition number.
+    Single,
+}
+
+impl Precision {
+    /// Bytes of a number.
+    fn bytes(self) -> f64 {
+        match self {
+            Precision::Double => 8.0,
+            Precision::Single => 4.0,
+        }
+    }
+}
+
 /// How to factorise.
 #[derive(Debug, Clone, Copy)]
 pub struct FactorOptions {
@@ -50,12 +69,19 @@ pub struct FactorOptions {
     pub kind: Symmetry,
     /// Elimination order.
     pub ordering: Ordering,
+    /// Numbers of the factors.
+    pub precision: Precision,
 }
 
 impl FactorOptions {
+    /// The same in single precision.
+    pub fn single(self) -> Self {
+        Self { precision: Precision::Single, ..self }
+    }
+
     /// The defaults for a matrix of this kind.
     pub fn new(kind: Symmetry) -> Self {
-        Self { kind, ordering: Ordering::Metis }
+        Self { kind, ordering: Ordering::Metis, precision: Precision::Double }
     }
 }
 
@@ -79,10 +105,11 @@ pub struct FactorStatistics {
 /// A factorised matrix.
 pub struct Factor<'w> {
     world: &'w World,
-    /// Boxed: MUMPS keeps pointers into its own structure.
-    id: Box<DMUMPS_STRUC_C>,
+    id: Instance,
     ranges: Vec<u64>,
     kind: Symmetry,
+    /// What the matrix was multiplied with before it became one of short numbers.
+    scale: f64,
     statistics: FactorStatistics,
     /// Where right-hand sides and solutions lie on several ranks.
     rows: solve::Rows,
@@ -109,7 +136,7 @@ impl<'w> Factor<'w> {
         factor.refuse_no_room(name)?;
         if let Err(error) = factor.factorise(matrix, name) {
             // Only the search for pivots can say which rows make a matrix singular.
-            if options.kind == Symmetry::Positive && i64::from(factor.id.infog[0]) == SINGULAR {
+            if options.kind == Symmetry::Positive && i64::from(factor.id.infog(1)) == SINGULAR {
                 drop(factor);
                 let options = FactorOptions { kind: Symmetry::Indefinite, ..options };
                 Self::analysed(world, matrix, options, name, false)?.factorise(matrix, name)?;
@@ -152,19 +179,15 @@ impl<'w> Factor<'w> {
         };
         // MUMPS counts from 1, and takes the position of each variable.
         let mut permutation: Vec<MUMPS_INT> = order.drain(..).map(|p| p as MUMPS_INT + 1).collect();
-        // SAFETY: a structure of integers, floats and pointers, for which all zeros are valid; MUMPS fills it.
-        let mut id: Box<DMUMPS_STRUC_C> = Box::new(unsafe { std::mem::zeroed() });
-        // SAFETY: a live communicator.
-        id.comm_fortran = unsafe { mpi::ffi::RSMPI_Comm_c2f(world.comm.as_raw()) } as MUMPS_INT;
-        id.par = 1;
-        id.sym = match options.kind {
+        let sym = match options.kind {
             Symmetry::Positive => 1,
             Symmetry::Indefinite => 2,
             Symmetry::General => 0,
         };
+        let id = Instance::new(world, options.precision, sym);
         let statistics = FactorStatistics::default();
         let mut factor =
-            Self { world, id, ranges: matrix.ranges.clone(), kind: options.kind, statistics, rows: Default::default() };
+            Self { world, id, ranges: matrix.ranges.clone(), kind: options.kind, scale: 1.0, statistics, rows: Default::default() };
         factor.call(-1);
         factor.result(name)?;
         for stream in 1..=3 {
@@ -174,8 +197,7 @@ impl<'w> Factor<'w> {
         factor.control(18, 3); // matrix distributed by rows, pattern at the analysis and values at the factorisation
         factor.control(28, 1); // ordering on one rank
         if let Some(scratch) = world.scratch.get() {
-            factor.control(22, 1); // factors on the disk
-            put_text(&mut factor.id.ooc_tmpdir, &scratch.path().to_string_lossy())?;
+            factor.id.write_factors(&scratch.path().to_string_lossy())?;
         }
         factor.control(14, WORKSPACE[usize::from(options.kind != Symmetry::Positive)]);
         factor.control(
@@ -187,46 +209,42 @@ impl<'w> Factor<'w> {
             },
         );
         if options.kind != Symmetry::Positive {
-            factor.control(24, 1); // find null pivots: a singular matrix is reported, with its rows
-            factor.id.cntl[2] = NULL_PIVOT;
+            factor.id.find_null_pivots(NULL_PIVOT); // a singular matrix is reported, with its rows
         }
         if options.kind == Symmetry::Indefinite {
             factor.control(13, 1); // no ScaLAPACK on the last block: its pivots would not be counted
         }
 
         let (mut rows, mut cols) = factor.pattern(matrix);
-        factor.id.n = matrix.order() as MUMPS_INT;
-        factor.id.nnz_loc = rows.len() as i64;
-        factor.id.irn_loc = rows.as_mut_ptr();
-        factor.id.jcn_loc = cols.as_mut_ptr();
-        factor.id.perm_in = if permutation.is_empty() { ptr::null_mut() } else { permutation.as_mut_ptr() };
-        factor.call(1);
-        factor.id.perm_in = ptr::null_mut();
-        factor.id.irn_loc = ptr::null_mut();
-        factor.id.jcn_loc = ptr::null_mut();
+        factor.id.analyse(matrix.order(), &mut rows, &mut cols, &mut permutation);
         factor.result(name)?;
         factor.statistics = FactorStatistics {
-            factor_entries: large(factor.id.infog[19]),
-            flops: factor.id.rinfog[0],
-            flops_max: world.max(factor.id.rinfo[0]),
-            entries_max: world.max(large(factor.id.info[2]) as f64) as u64,
-            memory_max_mb: factor.id.infog[if factor.on_disk() { 25 } else { 15 }].max(0) as u64,
-            memory_sum_mb: factor.id.infog[if factor.on_disk() { 26 } else { 16 }].max(0) as u64,
+            factor_entries: large(factor.id.infog(20)),
+            flops: factor.id.rinfog(1),
+            flops_max: world.max(factor.id.rinfo(1)),
+            entries_max: world.max(large(factor.id.info(3)) as f64) as u64,
+            memory_max_mb: factor.id.infog(if factor.on_disk() { 26 } else { 16 }).max(0) as u64,
+            memory_sum_mb: factor.id.infog(if factor.on_disk() { 27 } else { 17 }).max(0) as u64,
         };
         Ok(factor)
     }
 
+    /// Numbers of the factors.
+    pub fn precision(&self) -> Precision {
+        self.id.precision()
+    }
+
     /// True where the factors go to the disk.
     pub fn on_disk(&self) -> bool {
-        self.id.icntl[21] == 1
+        self.id.icntl(22) == 1
     }
 
     /// Collective: an error where there is no memory for what the analysis found, or no space on the disk.
     fn refuse_no_room(&self, name: &str) -> Result<()> {
         let what = format!("the factorisation of {name}");
         let failed = self.failed(&what, name);
-        let need = self.id.info[if self.on_disk() { 16 } else { 14 }].max(0) as u64;
-        space(self.world, 8.0 * large(self.id.info[2]) as f64, &failed)?;
+        let need = self.id.info(if self.on_disk() { 17 } else { 15 }).max(0) as u64;
+        space(self.world, self.id.precision().bytes() * large(self.id.info(3)) as f64, &failed)?;
         room(self.world, need, &failed)
     }
 
@@ -248,41 +266,49 @@ impl<'w> Factor<'w> {
             Symmetry::General => matrix.values.clone(),
             _ => matrix.lower_triangle(self.world.rank).map(|(_, _, v)| v).collect(),
         };
-        self.id.irn_loc = rows.as_mut_ptr();
-        self.id.jcn_loc = cols.as_mut_ptr();
-        self.id.a_loc = values.as_mut_ptr();
-        let mut percent = self.id.icntl[13];
+        self.id.entries(&mut rows, &mut cols);
+        let mut short = Vec::new();
+        match &mut self.id {
+            Instance::Double(id) => id.a_loc = values.as_mut_ptr(),
+            Instance::Single(id) => {
+                // Powers of ten of the units are not to leave the range of the numbers.
+                self.scale = 1.0 / matrix.max_abs(self.world).max(f64::MIN_POSITIVE);
+                short = values.iter().map(|v| (v * self.scale) as f32).collect();
+                values = Vec::new();
+                id.a_loc = short.as_mut_ptr();
+            }
+        }
+        let mut percent = self.id.icntl(14);
         loop {
             self.call(2);
             // Delayed pivots outgrew the estimate.
-            if [-8, -9, -14, -15, -17, -20].contains(&self.id.infog[0]) && percent < WORKSPACE[2] {
+            if [-8, -9, -14, -15, -17, -20].contains(&self.id.infog(1)) && percent < WORKSPACE[2] {
                 percent = (percent * 3).min(WORKSPACE[2]);
                 self.control(14, percent);
                 continue;
             }
             break;
         }
-        self.id.irn_loc = ptr::null_mut();
-        self.id.jcn_loc = ptr::null_mut();
-        self.id.a_loc = ptr::null_mut();
+        self.id.no_entries();
+        drop((rows, cols, values, short));
         self.result(name)?;
         self.statistics = FactorStatistics {
-            factor_entries: large(self.id.infog[8]),
-            flops: self.id.rinfog[2],
-            flops_max: self.world.max(self.id.rinfo[2]),
-            entries_max: self.world.max(large(self.id.info[8]) as f64) as u64,
-            memory_max_mb: self.id.infog[17].max(0) as u64,
-            memory_sum_mb: self.id.infog[18].max(0) as u64,
+            factor_entries: large(self.id.infog(9)),
+            flops: self.id.rinfog(3),
+            flops_max: self.world.max(self.id.rinfo(3)),
+            entries_max: self.world.max(large(self.id.info(9)) as f64) as u64,
+            memory_max_mb: self.id.infog(18).max(0) as u64,
+            memory_sum_mb: self.id.infog(19).max(0) as u64,
         };
-        let null = self.id.infog[27];
+        let null = self.id.infog(28);
         if null > 0 {
             return Err(self.singular(null, name));
         }
-        if self.kind == Symmetry::Positive && self.id.infog[11] > 0 {
+        if self.kind == Symmetry::Positive && self.id.infog(12) > 0 {
             return Err(Error::NotConverged(format!(
                 "matrix {name} is not positive definite: {} negative pivots. A stiffness matrix has none unless an element \
                  is turned inside out or the material is unstable.",
-                self.id.infog[11]
+                self.id.infog(12)
             )));
         }
         Ok(())
@@ -325,10 +351,8 @@ impl<'w> Factor<'w> {
     /// The error for a matrix with `null` zero pivots, naming their rows.
     fn singular(&self, null: MUMPS_INT, name: &str) -> Error {
         let mut rows = Vec::new();
-        if self.world.is_root() && !self.id.pivnul_list.is_null() {
-            // SAFETY: on rank 0 MUMPS lists the rows (1-based) of the null pivots, INFOG(28) of them.
-            let list = unsafe { std::slice::from_raw_parts(self.id.pivnul_list, null as usize) };
-            rows.extend(list.iter().map(|&r| (r - 1) as u64));
+        if self.world.is_root() {
+            rows.extend(self.id.null_pivots().iter().map(|&r| (r - 1) as u64));
             rows.sort_unstable();
         }
         let rows = self.world.broadcast(rows);
@@ -343,7 +367,7 @@ impl<'w> Factor<'w> {
 
     /// Number of negative eigenvalues of a symmetric matrix (Sylvester's law of inertia).
     pub fn negative_pivots(&self) -> u64 {
-        self.id.infog[11].max(0) as u64
+        self.id.infog(12).max(0) as u64
     }
 
     /// What the factorisation took.
@@ -363,24 +387,21 @@ impl<'w> Factor<'w> {
 
     /// Sets ICNTL(`number`).
     fn control(&mut self, number: usize, value: MUMPS_INT) {
-        self.id.icntl[number - 1] = value;
+        self.id.control(number, value);
     }
 
     fn call(&mut self, job: MUMPS_INT) {
-        self.id.job = job;
-        // SAFETY: the structure was zeroed and initialised (job -1) on all ranks; pointers set in it are valid for the
-        // job at hand and are reset by the caller after it.
-        unsafe { dmumps_c(&mut *self.id) };
+        self.id.call(job);
     }
 
     /// INFOG(1) as a result; the same on every rank.
     fn result(&self, name: &str) -> Result<()> {
-        let (code, detail) = (i64::from(self.id.infog[0]), i64::from(self.id.infog[1]));
+        let (code, detail) = (i64::from(self.id.infog(1)), i64::from(self.id.infog(2)));
         failure(code, detail, &self.failed(&format!("the factorisation of {name}"), name))
     }
 
     fn failed<'a>(&self, what: &'a str, matrix: &'a str) -> Failed<'a> {
-        Failed { what, matrix, entry: 8.0, megabytes: self.statistics.memory_max_mb, advice: ADVICE }
+        Failed { what, matrix, entry: self.id.precision().bytes(), megabytes: self.statistics.memory_max_mb, advice: ADVICE }
     }
 }
 
@@ -393,20 +414,6 @@ impl Drop for Factor<'_> {
             self.call(-2);
         }
     }
-}
-
-/// Puts `text` into a field of characters that ends in zero.
-fn put_text(field: &mut [std::ffi::c_char], text: &str) -> Result<()> {
-    if text.len() >= field.len() || text.contains('\0') {
-        return Err(Error::Job(format!(
-            "solver.out_of_core: found a path of {} bytes, {text}; expected one that MUMPS can hold, of at most {} bytes",
-            text.len(),
-            field.len() - 1
-        )));
-    }
-    field.fill(0);
-    field.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from as std::ffi::c_char);
-    Ok(())
 }
 
 /// MUMPS gives numbers beyond 32 bits as negative millions.

@@ -1,10 +1,11 @@
 //! Solutions with a real factor. Each rank gives its own rows of the right-hand sides and gets its own rows of the solutions; no rank sees
 //! a whole column.
 
-use super::Factor;
+use super::{either, Factor, Precision};
 use crate::parallel::World;
 use crate::petsc::csr::{all_to_all, owner_of};
 use crate::{Error, Result};
+use mpi::traits::Equivalence;
 use mumps_sys::MUMPS_INT;
 use std::ptr;
 
@@ -21,6 +22,11 @@ pub(super) struct Rows {
     /// The way of the solution to the ranks that own its rows, known after the first solve.
     way: Option<Way>,
 }
+
+/// A number of a factor.
+trait Number: Equivalence + Copy + Default {}
+impl Number for f64 {}
+impl Number for f32 {}
 
 struct Way {
     /// Places in `left` of the rows that each rank owns.
@@ -48,10 +54,10 @@ impl Way {
     }
 
     /// Collective: `solution`, `[rows left here, k]` with leading dimension `stride`, as this rank's own rows, `[n, k]`.
-    fn bring(&self, world: &World, solution: &[f64], stride: usize, own: &mut [f64], k: usize) {
+    fn bring<T: Number>(&self, world: &World, solution: &[T], stride: usize, own: &mut [T], k: usize) {
         let column = |j: usize, places: &[u32]| places.iter().map(|&p| solution[j * stride + p as usize]).collect();
-        let part = |places: &Vec<u32>| (0..k).flat_map(|j| -> Vec<f64> { column(j, places) }).collect();
-        let parts: Vec<Vec<f64>> = self.send.iter().map(part).collect();
+        let part = |places: &Vec<u32>| (0..k).flat_map(|j| -> Vec<T> { column(j, places) }).collect();
+        let parts: Vec<Vec<T>> = self.send.iter().map(part).collect();
         let mut values = all_to_all(world, &parts).into_iter();
         let n = own.len() / k;
         for rows in &self.receive {
@@ -76,61 +82,84 @@ impl Factor<'_> {
         for first in (0..nrhs).step_by(BLOCK) {
             let k = BLOCK.min(nrhs - first);
             let columns = &mut rhs[first * n..(first + k) * n];
-            match self.world.size {
-                1 => self.solve_whole(columns, k)?,
-                _ => self.solve_distributed(columns, k)?,
+            match self.id.precision() {
+                Precision::Double => self.solve_in(columns, k)?,
+                Precision::Single => self.solve_short(columns, k)?,
             }
         }
         Ok(())
     }
 
-    fn solve_whole(&mut self, rhs: &mut [f64], k: usize) -> Result<()> {
-        self.id.nrhs = k as MUMPS_INT;
-        self.id.lrhs = self.n_local() as MUMPS_INT;
+    /// Collective: the same in single precision, of columns whose largest entry becomes 1.
+    fn solve_short(&mut self, rhs: &mut [f64], k: usize) -> Result<()> {
+        let largest = self.world.max(rhs.iter().fold(0.0, |m, v| v.abs().max(m)));
+        if largest == 0.0 {
+            return Ok(());
+        }
+        let mut short: Vec<f32> = rhs.iter().map(|v| (v / largest) as f32).collect();
+        self.solve_in(&mut short, k)?;
+        // The matrix was scaled as well.
+        let back = largest * self.scale;
+        rhs.iter_mut().zip(short).for_each(|(v, s)| *v = back * f64::from(s));
+        Ok(())
+    }
+
+    /// Collective: `T` is the type of the numbers of the factor.
+    fn solve_in<T: Number>(&mut self, rhs: &mut [T], k: usize) -> Result<()> {
+        match self.world.size {
+            1 => self.solve_whole(rhs, k),
+            _ => self.solve_distributed(rhs, k),
+        }
+    }
+
+    fn solve_whole<T: Number>(&mut self, rhs: &mut [T], k: usize) -> Result<()> {
+        let n = self.n_local() as MUMPS_INT;
         self.control(20, 0);
         self.control(21, 0);
         self.control(30, 0);
-        self.id.rhs = rhs.as_mut_ptr();
+        either!(&mut self.id, s => (s.nrhs, s.lrhs, s.rhs) = (k as MUMPS_INT, n, rhs.as_mut_ptr().cast()));
         self.call(3);
-        self.id.rhs = ptr::null_mut();
+        either!(&mut self.id, s => s.rhs = ptr::null_mut());
         self.result("solve")
     }
 
-    fn solve_distributed(&mut self, rhs: &mut [f64], k: usize) -> Result<()> {
+    fn solve_distributed<T: Number>(&mut self, rhs: &mut [T], k: usize) -> Result<()> {
         let n = self.n_local();
         // INFO(23): rows of the solution that will be left on this rank.
-        let stride = self.id.info[22].max(0) as usize;
+        let stride = self.id.info(23).max(0) as usize;
         if self.rows.own.len() != n || self.rows.left.len() != stride {
             let first = self.ranges[self.world.rank] as MUMPS_INT + 1;
             self.rows = Rows { own: (first..first + n as MUMPS_INT).collect(), left: vec![0; stride], way: None };
         }
         // MUMPS takes a null pointer for one that was forgotten, also on a rank without rows.
-        let mut nothing = [0.0];
+        let mut nothing = [T::default()];
         let mut no_row = [1 as MUMPS_INT];
-        let mut solution = vec![0.0; (stride * k).max(1)];
+        let mut solution = vec![T::default(); (stride * k).max(1)];
         let or = |values: &mut Vec<MUMPS_INT>, empty: &mut [MUMPS_INT; 1]| match values.is_empty() {
             true => empty.as_mut_ptr(),
             false => values.as_mut_ptr(),
         };
-        self.id.nrhs = k as MUMPS_INT;
-        self.id.nloc_rhs = n as MUMPS_INT;
-        self.id.lrhs_loc = n.max(1) as MUMPS_INT;
-        self.id.irhs_loc = or(&mut self.rows.own, &mut no_row);
-        self.id.rhs_loc = if rhs.is_empty() { nothing.as_mut_ptr() } else { rhs.as_mut_ptr() };
-        self.id.lsol_loc = stride.max(1) as MUMPS_INT;
-        self.id.isol_loc = or(&mut self.rows.left, &mut no_row);
-        self.id.sol_loc = solution.as_mut_ptr();
+        let own = or(&mut self.rows.own, &mut no_row);
+        let left = or(&mut self.rows.left, &mut no_row);
+        let from = if rhs.is_empty() { nothing.as_mut_ptr() } else { rhs.as_mut_ptr() };
+        either!(&mut self.id, s => {
+            s.nrhs = k as MUMPS_INT;
+            (s.nloc_rhs, s.lrhs_loc) = (n as MUMPS_INT, n.max(1) as MUMPS_INT);
+            (s.irhs_loc, s.rhs_loc) = (own, from.cast());
+            s.lsol_loc = stride.max(1) as MUMPS_INT;
+            (s.isol_loc, s.sol_loc) = (left, solution.as_mut_ptr().cast());
+        });
         self.control(20, 10); // right-hand sides distributed as the caller has them
         self.control(21, 1); // solution distributed as MUMPS has it
         self.control(30, 0);
         self.call(3);
         self.control(20, 0);
         self.control(21, 0);
-        self.id.nloc_rhs = 0;
-        self.id.irhs_loc = ptr::null_mut();
-        self.id.rhs_loc = ptr::null_mut();
-        self.id.isol_loc = ptr::null_mut();
-        self.id.sol_loc = ptr::null_mut();
+        either!(&mut self.id, s => {
+            s.nloc_rhs = 0;
+            (s.irhs_loc, s.rhs_loc) = (ptr::null_mut(), ptr::null_mut());
+            (s.isol_loc, s.sol_loc) = (ptr::null_mut(), ptr::null_mut());
+        });
         self.result("solve")?;
         let (world, ranges, rows) = (self.world, &self.ranges, &mut self.rows);
         let way = rows.way.get_or_insert_with(|| Way::new(world, ranges, &rows.left));
