@@ -40,7 +40,8 @@ fn main() -> ExitCode {
     }));
     let watch = watch::Watch::start(world.rank);
     let checks: Vec<Check> =
-        [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS, single::CHECKS].concat();
+        [direct::CHECKS, eigen::CHECKS, iterative::CHECKS, quadratic::CHECKS, reduction::CHECKS, single::CHECKS]
+            .concat();
     for (name, check) in checks.into_iter().filter(|(name, _)| name.contains(&word)) {
         watch.begins(name);
         check(&world);

@@ -15,9 +15,9 @@ use faer::{Mat, MatRef};
 /// Columns of a block.
 const BLOCK: usize = 8;
 /// Relative residual of θ at which a pair has converged.
-pub(super) const TOLERANCE: f64 = 1e-9;
-/// The same where the inverse is right to some digits only: what it leaves is refined then.
-const ROUGH: f64 = 1e-5;
+const TOLERANCE: f64 = 1e-9;
+/// The same where the inverse is right to some digits only, and corrections with K follow.
+const ROUGH: f64 = 1e-6;
 /// Relative residual of θ at which a pair is locked: its coupling to the rest is rounding then.
 const LOCKED: f64 = 1e-13;
 /// Blocks that must follow one with new random columns before pairs count as those of the goal.
@@ -79,12 +79,12 @@ pub(super) struct Found {
 }
 
 /// Ritz pairs of the active part of the basis, by falling |θ|.
-pub(super) struct Ritz {
-    pub theta: Vec<f64>,
+struct Ritz {
+    theta: Vec<f64>,
     /// In the active columns of the basis.
-    pub vectors: Mat<f64>,
+    vectors: Mat<f64>,
     /// Length of what the image has beyond the basis, over |θ|.
-    pub residual: Vec<f64>,
+    residual: Vec<f64>,
 }
 
 impl Ritz {
@@ -93,31 +93,31 @@ impl Ritz {
     }
 }
 
-pub(super) struct Lanczos<'a> {
-    pub pencil: &'a dyn Pencil,
-    pub shifted: &'a mut dyn Shifted,
-    pub deflated: MatRef<'a, f64>,
-    pub n: usize,
+struct Lanczos<'a> {
+    pencil: &'a dyn Pencil,
+    shifted: &'a mut dyn Shifted,
+    deflated: MatRef<'a, f64>,
+    n: usize,
     /// Orthonormal columns: locked ones, those with known images, the next block.
-    pub basis: Vec<f64>,
+    basis: Vec<f64>,
     /// M times the next block.
-    pub mass: Vec<f64>,
+    mass: Vec<f64>,
     /// θ of the locked columns.
-    pub locked: Vec<f64>,
+    locked: Vec<f64>,
     /// Active columns whose images are known, and T between them and the next block.
-    pub done: usize,
-    pub t: Mat<f64>,
+    done: usize,
+    t: Mat<f64>,
     /// The last image beyond the basis: next block = image, `[next, last block]`.
-    pub beyond: Mat<f64>,
-    pub solves: usize,
+    beyond: Mat<f64>,
+    solves: usize,
     /// Random columns drawn so far.
     drawn: u64,
     /// Blocks taken since the basis was last filled up because it was invariant.
-    pub since: usize,
+    since: usize,
     /// θ of the goal when that last happened.
     before: Vec<f64>,
     /// Relative residual of θ at which a pair has converged.
-    pub tolerance: f64,
+    tolerance: f64,
 }
 
 /// Collective: the pairs of the goal, in a space orthogonal to `deflated`, which has orthonormal columns. `progress` is told converged and wanted.
@@ -131,9 +131,9 @@ pub(super) fn run(
 ) -> Result<Found> {
     let n = pencil.n_local();
     let room = pencil.order() as usize - deflated.ncols();
-    let mut block = sizes.block.clamp(1, room.max(1));
-    let rough = shifted.rough();
+    let block = sizes.block.clamp(1, room.max(1));
     let mut subspace = sizes.subspace.max(goal.count() + 2 * block).max(3 * block);
+    let tolerance = if shifted.rough() { ROUGH } else { TOLERANCE };
     let mut lanczos = Lanczos {
         pencil,
         shifted,
@@ -149,7 +149,7 @@ pub(super) fn run(
         drawn: 0,
         since: SETTLED,
         before: Vec::new(),
-        tolerance: if rough { ROUGH } else { TOLERANCE },
+        tolerance,
     };
     lanczos.refill(block)?;
     let mut restarts = 0;
@@ -169,16 +169,7 @@ pub(super) fn run(
         let (reached, converged) = lanczos.reached(&ritz, goal);
         progress(converged.min(goal.count()), goal.count());
         if all || reached && lanczos.settled(&ritz, goal) {
-            if rough && lanczos.tolerance == ROUGH {
-                lanczos.refine(&ritz, lanczos.span(&ritz, goal))?;
-                // Blocks are as wide as what is left to do, and get no new columns.
-                (block, subspace, lanczos.tolerance) = (0, usize::MAX, TOLERANCE);
-                continue;
-            }
             return Ok(lanczos.finish(ritz, restarts));
-        }
-        if block == 0 {
-            lanczos.narrow(&ritz, lanczos.span(&ritz, goal))?;
         }
         if full {
             // Unwanted pairs of the other side that are nearer to the shift need room too.
@@ -206,7 +197,7 @@ impl Lanczos<'_> {
     }
 
     /// Columns of the next block.
-    pub fn width(&self) -> usize {
+    fn width(&self) -> usize {
         self.t.nrows() - self.done
     }
 
@@ -244,25 +235,11 @@ impl Lanczos<'_> {
 
     /// Adds `count` orthonormal columns, and M times them, to the next block.
     fn append(&mut self, w: &[f64], mass: &[f64], count: usize) {
-        self.basis.reserve_exact(w.len());
         self.basis.extend_from_slice(w);
         self.mass.extend_from_slice(mass);
         let size = self.t.nrows() + count;
         self.t.resize_with(size, size, |_, _| 0.0);
         self.beyond.resize_with(self.beyond.nrows() + count, self.beyond.ncols(), |_, _| 0.0);
-    }
-
-    /// Makes `w`, orthonormal columns with M times them, the next block; `beyond` is what the images of the last columns have of it, `[next, last]`.
-    pub fn follow(&mut self, w: &[f64], mass: &[f64], beyond: Mat<f64>) {
-        let (size, rank, last) = (self.done, beyond.nrows(), beyond.ncols());
-        self.append(w, mass, rank);
-        self.beyond = beyond;
-        for i in 0..rank {
-            for j in 0..last {
-                self.t[(size - last + j, size + i)] = self.beyond[(i, j)];
-                self.t[(size + i, size - last + j)] = self.beyond[(i, j)];
-            }
-        }
     }
 
     /// Collective: takes the image of the next block into T; what it has beyond the basis is the block after it.
@@ -286,11 +263,8 @@ impl Lanczos<'_> {
         let against = Against { deflated: self.deflated, basis: columns(&self.basis, n, locked + size) };
         let mut mass = std::mem::take(&mut self.mass);
         let new = orthonormalise(self.pencil, &against, &mut w, &mut mass, &lengths);
-        // What is taken off in addition is rounding, which has no part in T where it is that of a rough inverse.
-        if !self.shifted.rough() {
-            for j in 0..p {
-                (0..size).for_each(|i| self.t[(i, done + j)] += new.taken[(locked + i, j)]);
-            }
+        for j in 0..p {
+            (0..size).for_each(|i| self.t[(i, done + j)] += new.taken[(locked + i, j)]);
         }
         // The operator is symmetric; its rounding errors are not.
         for j in 0..p {
@@ -301,7 +275,15 @@ impl Lanczos<'_> {
             }
         }
         self.done = size;
-        self.follow(&w, &mass, new.factors);
+        self.beyond = Mat::zeros(0, p);
+        self.append(&w, &mass, new.rank);
+        self.beyond = new.factors;
+        for i in 0..new.rank {
+            for j in 0..p {
+                self.t[(done + j, size + i)] = self.beyond[(i, j)];
+                self.t[(size + i, done + j)] = self.beyond[(i, j)];
+            }
+        }
         self.since += 1;
         if self.width() < block {
             self.refill(block)?;
@@ -368,8 +350,7 @@ impl Lanczos<'_> {
     /// Replaces the active columns by the best Ritz vectors and locks those that have converged.
     fn restart(&mut self, ritz: &Ritz, span: usize, subspace: usize, block: usize) {
         let (n, old, width) = (self.n, self.locked.len(), self.width());
-        let locked = if self.tolerance == ROUGH { 0.0 } else { LOCKED };
-        let leading = ritz.residual.iter().take_while(|r| **r <= locked).count();
+        let leading = ritz.residual.iter().take_while(|r| **r <= LOCKED).count();
         let apart = |i: &usize| {
             *i == 0 || *i >= ritz.theta.len() || {
                 let (a, b) = (ritz.theta[*i - 1], ritz.theta[*i]);

@@ -16,9 +16,9 @@ pub use check::Modes;
 pub use lanczos::Sizes;
 pub use slices::{band, lowest, Moving};
 
-use block::{columns, gram};
 use crate::parallel::World;
 use crate::{Error, Result};
+use block::{columns, gram};
 use faer::MatRef;
 use lanczos::Goal;
 
@@ -89,9 +89,9 @@ pub fn nearest_by(
         )));
     }
     let sigma = shifted.sigma();
-    let lambda: Vec<f64> = found.theta.iter().map(|t| sigma + 1.0 / t).collect();
+    let mut lambda: Vec<f64> = found.theta.iter().map(|t| sigma + 1.0 / t).collect();
     if shifted.rough() {
-        found.solves += refine::polish(pencil, shifted, &lambda, &mut found.vectors)?;
+        found.solves += refine::refine(pencil, shifted, &mut lambda, &mut found.vectors)?;
     }
     let mut modes = check::checked(pencil, sigma, &lambda, found.vectors)?;
     (modes.iterations, modes.solves) = (found.restarts, found.solves);

@@ -1,190 +1,155 @@
 //! Pairs found with a rough inverse, such as a factor in single precision, made those of K and M.
 //!
-//! With P⁻¹ ≈ (K − σM)⁻¹ = A M⁻¹ the recurrence ends in Ritz vectors of P. In their span K gives the best eigenvalues and what is missing, R = (K − σM)X − MXΛ.
-//! Then AX = (X − D)Λ⁻¹ with D = A M⁻¹R, which P⁻¹R is to the digits that P⁻¹ has: D is small, so the images are known to those digits more. They are images
-//! of a basis like others, and the recurrence goes on from there with D as the next block, for which P⁻¹ is good enough again.
-//!
-//! P⁻¹ is worst along the lowest modes, which are in X already. So what D has of X is not taken from it: with XᵀR = 0 it is XᵀMD = −Λ⁻¹RᵀD, of second
-//! order, and T = XᵀMAX = Λ⁻¹ + Λ⁻¹RᵀDΛ⁻¹.
+//! With P⁻¹ ≈ (K − σM)⁻¹ the vector x − d, d = P⁻¹(K − λM)x, is what one step of inverse iteration makes of x, but for the error of P⁻¹ in the small
+//! correction d alone. That takes off high frequencies, of which rounding leaves most. What x has of modes just above the wanted ones is in d as well:
+//! the best pairs in the span of all vectors and corrections follow by the method of Rayleigh and Ritz.
 
-use super::block::{columns, combine, gram, subtract};
-use super::lanczos::{Lanczos, Ritz, TOLERANCE};
-use super::orthonormal::{orthonormalise, Against};
+use super::block::{columns, combine, gram};
 use super::{Pencil, Shifted};
 use crate::dense::symmetric_eigen;
 use crate::{Error, Result};
-use faer::Mat;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par};
 
-/// Pairs beyond the wanted ones are taken along where their residual is below this.
-const GUARD: f64 = 1e-2;
-/// Parts of a block that matter less than this to every wanted pair are left out.
-const NEGLIGIBLE: f64 = 0.05 * TOLERANCE;
-/// Residual |Kx − λMx| / (|λ − σ| |Mx|) above which a vector is polished.
-const POLISHED: f64 = 1e-8;
-/// Columns that are multiplied at once.
+/// Residual |Kx − λMx| / (|λ − σ| |Mx|) above which a vector is corrected.
+const CORRECTED: f64 = 5e-8;
+/// Rounds of corrections at the most.
+const ROUNDS: usize = 4;
+/// Part of a correction's energy that must be its own, not that of columns before it.
+const OWN: f64 = 1e-8;
+/// Columns that are multiplied and solved at once.
 const BLOCK: usize = 16;
 
-impl Lanczos<'_> {
-    /// Collective: replaces the basis by the `wanted` leading Ritz vectors and those that are nearly as good, with images as K gives them, and the next block by
-    /// what these have beyond.
-    pub fn refine(&mut self, ritz: &Ritz, wanted: usize) -> Result<()> {
-        let (n, world) = (self.n, self.pencil.world());
-        let guards = ritz.residual.iter().skip(wanted).take_while(|r| **r <= GUARD).count();
-        let m = (wanted + guards).min(ritz.theta.len());
-        combine(&mut self.basis[..self.done * n], n, ritz.vectors.subcols(0, m));
-        self.basis.truncate(m * n);
-        self.mass = Vec::new();
-        let mut r = self.by_stiffness(m)?;
-        let theta = std::mem::take(&mut r.1);
-        let r = r.0;
-        let mut d = r.clone();
-        self.shifted.solve(&mut d, m)?;
-        self.solves += m;
-        let inner = gram(world, columns(&r, n, m), columns(&d, n, m));
-        drop(r);
-        self.t = Mat::from_fn(m, m, |i, j| {
-            let second = 0.5 * theta[i] * (inner[(i, j)] + inner[(j, i)]) * theta[j];
-            if i == j { theta[i] + second } else { second }
-        });
-        self.done = m;
-        let against = Against { deflated: self.deflated, basis: columns(&self.basis, n, m) };
-        let mut mass = vec![0.0; n * m];
-        self.pencil.mass(&d, &mut mass, m);
-        let before_norm: Vec<f64> = { let g = gram(world, columns(&d, n, m), columns(&mass, n, m)); (0..m).map(|i| g[(i, i)]).collect() };
-        against.take(world, &mut d, &mass, m);
-        self.pencil.mass(&d, &mut mass, m);
-        // Columns that depend on each other, as those of one block before, become as many as there are.
-        let products = gram(world, columns(&d, n, m), columns(&mass, n, m));
-        let (kept, sizes) = leading(&products)?;
-        if std::env::var_os("DEBUG").is_some() && world.is_root() {
-            let full = (0..m).map(|i| inner[(i, i)] * theta[i]).collect::<Vec<f64>>();
-            eprintln!("refine m {m} wanted {wanted} solves {} rank {} sizes {:.1e} {:.1e}", self.solves, sizes.len(), sizes[0], sizes[sizes.len()-1]);
-            for i in (0..m).step_by(6) { eprintln!("{i} residual {:.1e} own {:.1e} D {:.1e} second {:.1e}", ritz.residual[i], before_norm[i].sqrt(), products[(i,i)].sqrt(), full[i]); }
-        }
-        let parts = Mat::from_fn(m, sizes.len(), |i, j| kept[(i, j)] / sizes[j]);
-        combine(&mut d, n, parts.as_ref());
-        d.truncate(n * sizes.len());
-        mass.truncate(n * sizes.len());
-        let new = orthonormalise(self.pencil, &against, &mut d, &mut mass, &vec![1.0; sizes.len()]);
-        let before = Mat::from_fn(sizes.len(), m, |i, j| -sizes[i] * kept[(j, i)] * theta[j]);
-        self.beyond = Mat::zeros(0, m);
-        self.follow(&d, &mass, &new.factors * before);
-        Ok(())
-    }
-
-    /// Collective: turns the `m` columns of the basis to the Ritz vectors of K − σM; returns their residuals, `[n, m]`, and θ.
-    fn by_stiffness(&mut self, m: usize) -> Result<(Vec<f64>, Vec<f64>)> {
-        let (n, world, sigma) = (self.n, self.pencil.world(), self.shifted.sigma());
-        let mut k = vec![0.0; n * m];
-        for first in (0..m).step_by(BLOCK) {
-            let part = first * n..(first + BLOCK.min(m - first)) * n;
-            self.pencil.stiffness(&self.basis[part.clone()], &mut k[part], BLOCK.min(m - first));
-        }
-        let inner = gram(world, columns(&self.basis, n, m), columns(&k, n, m));
-        let inner = Mat::from_fn(m, m, |i, j| 0.5 * (inner[(i, j)] + inner[(j, i)]));
-        let failed = || Error::NotConverged(format!("eigenvalues of the projected stiffness of order {m}"));
-        let (values, vectors) = symmetric_eigen(inner.as_ref()).ok_or_else(failed)?;
-        let theta = |i: usize| 1.0 / (values[i] - sigma);
-        let mut order: Vec<usize> = (0..m).collect();
-        order.sort_by(|&a, &b| theta(b).abs().total_cmp(&theta(a).abs()));
-        let turn = Mat::from_fn(m, m, |i, j| vectors[(i, order[j])]);
-        combine(&mut self.basis, n, turn.as_ref());
-        combine(&mut k, n, turn.as_ref());
-        let mut mass = vec![0.0; n * BLOCK];
-        for first in (0..m).step_by(BLOCK) {
-            let width = BLOCK.min(m - first);
-            self.pencil.mass(&self.basis[first * n..(first + width) * n], &mut mass[..width * n], width);
-            for j in 0..width {
-                let lambda = values[order[first + j]];
-                let column = &mut k[(first + j) * n..(first + j + 1) * n];
-                column.iter_mut().zip(&mass[j * n..(j + 1) * n]).for_each(|(k, m)| *k -= lambda * m);
-            }
-        }
-        Ok((k, order.into_iter().map(theta).collect()))
-    }
-
-    /// Reduces the next block to what matters to the `wanted` leading pairs that have not converged.
-    pub fn narrow(&mut self, ritz: &Ritz, wanted: usize) -> Result<()> {
-        let (n, last, size, width) = (self.n, self.beyond.ncols(), self.done, self.width());
-        let open: Vec<usize> = (0..wanted.saturating_sub(self.locked.len()).min(ritz.theta.len()))
-            .filter(|&i| ritz.residual[i] > self.tolerance)
-            .collect();
-        let rest = &self.beyond * ritz.vectors.subrows(size - last, last);
-        let rest = Mat::from_fn(width, open.len(), |i, j| rest[(i, open[j])] / ritz.theta[open[j]]);
-        let (kept, sizes) = leading(&(&rest * rest.transpose()))?;
-        let turn = kept.subcols(0, sizes.len());
-        if std::env::var_os("DEBUG").is_some() { eprintln!("narrow open {} width {width} to {} solves {} largest {:.1e}", open.len(), sizes.len(), self.solves, open.iter().map(|&i| ritz.residual[i]).fold(0.0, f64::max)); }
-        let next = (self.locked.len() + size) * n;
-        combine(&mut self.basis[next..], n, turn);
-        self.basis.truncate(next + sizes.len() * n);
-        let mut mass = std::mem::take(&mut self.mass);
-        combine(&mut mass, n, turn);
-        mass.truncate(sizes.len() * n);
-        let block = self.basis.split_off(next);
-        let beyond = turn.transpose() * &self.beyond;
-        self.t.resize_with(size, size, |_, _| 0.0);
-        self.beyond = Mat::zeros(0, last);
-        self.follow(&block, &mass, beyond);
-        Ok(())
-    }
-}
-
-/// Collective: takes off the vectors of the pairs `lambda`, `[n_local, lambda.len()]`, which are orthonormal in the mass, what a rough inverse left of high
-/// frequencies: rounding that its solutions have beside their size, which K enlarges. The vectors stay orthonormal.
-pub(super) fn polish(
+/// Collective: makes the pairs `lambda` with `vectors`, `[n_local, lambda.len()]`, those of K and M. K − σM must be positive definite. Returns how many
+/// right-hand sides it took.
+pub(super) fn refine(
     pencil: &dyn Pencil,
     shifted: &mut dyn Shifted,
-    lambda: &[f64],
-    vectors: &mut [f64],
+    lambda: &mut Vec<f64>,
+    vectors: &mut Vec<f64>,
 ) -> Result<usize> {
-    let (world, n, sigma, count) = (pencil.world(), pencil.n_local(), shifted.sigma(), lambda.len());
-    let (mut d, mut which) = (Vec::new(), Vec::new());
-    let (mut k, mut mass) = (vec![0.0; n * BLOCK], vec![0.0; n * BLOCK]);
+    let mut solves = 0;
+    for round in 0..ROUNDS {
+        let corrected = correct(pencil, shifted, lambda, vectors)?;
+        // The eigenvalues before the first round are those of the rough inverse, whatever the residuals are.
+        if corrected == 0 && round > 0 {
+            break;
+        }
+        solves += corrected;
+        // Corrections bring high frequencies back, which later rounds take off.
+        let more = if round == 0 { corrected } else { 0 };
+        vectors.truncate(pencil.n_local() * (lambda.len() + more));
+        *lambda = rayleigh_ritz(pencil, shifted.sigma(), vectors, lambda.len(), more)?;
+    }
+    Ok(solves)
+}
+
+/// Collective: corrects the vectors whose residuals are not small and puts the corrections behind them; returns how many.
+fn correct(pencil: &dyn Pencil, shifted: &mut dyn Shifted, lambda: &[f64], vectors: &mut Vec<f64>) -> Result<usize> {
+    let (world, n, count) = (pencil.world(), pencil.n_local(), lambda.len());
+    let (mut residual, mut mass) = (vec![0.0; n * BLOCK], vec![0.0; n * BLOCK]);
+    let mut corrected = 0;
     for first in (0..count).step_by(BLOCK) {
         let width = BLOCK.min(count - first);
         let x = &vectors[first * n..(first + width) * n];
-        pencil.stiffness(x, &mut k[..width * n], width);
+        pencil.stiffness(x, &mut residual[..width * n], width);
         pencil.mass(x, &mut mass[..width * n], width);
         let mut sums = Vec::with_capacity(2 * width);
         for j in 0..width {
-            let (k, m) = (&mut k[j * n..(j + 1) * n], &mass[j * n..(j + 1) * n]);
-            k.iter_mut().zip(m).for_each(|(k, m)| *k -= lambda[first + j] * m);
-            sums.extend([k.iter().map(|r| r * r).sum::<f64>(), m.iter().map(|m| m * m).sum()]);
+            let (r, m) = (&mut residual[j * n..(j + 1) * n], &mass[j * n..(j + 1) * n]);
+            r.iter_mut().zip(m).for_each(|(r, m)| *r -= lambda[first + j] * m);
+            sums.extend([r.iter().map(|r| r * r).sum::<f64>(), m.iter().map(|m| m * m).sum()]);
         }
         let sums = world.sum_all(&sums);
-        for j in 0..width {
-            let residual = (sums[2 * j] / sums[2 * j + 1]).sqrt() / (lambda[first + j] - sigma).abs();
-            if std::env::var_os("DEBUG").is_some() && world.is_root() { eprint!("{residual:.0e} "); }
-            if residual > POLISHED {
-                which.push(first + j);
-                d.extend_from_slice(&k[j * n..(j + 1) * n]);
-            }
+        let size = |j: usize| (sums[2 * j] / sums[2 * j + 1]).sqrt() / (lambda[first + j] - shifted.sigma()).abs();
+        let open: Vec<usize> = (0..width).filter(|&j| size(j) > CORRECTED).collect();
+        for (to, &from) in open.iter().enumerate() {
+            residual.copy_within(from * n..(from + 1) * n, to * n);
         }
+        let d = &mut residual[..open.len() * n];
+        shifted.solve(d, open.len())?;
+        for (from, &to) in open.iter().enumerate() {
+            let x = &mut vectors[(first + to) * n..(first + to + 1) * n];
+            x.iter_mut().zip(&d[from * n..(from + 1) * n]).for_each(|(x, d)| *x -= d);
+        }
+        vectors.reserve_exact(d.len());
+        vectors.extend_from_slice(d);
+        corrected += open.len();
     }
-    drop((k, mass));
-    if which.is_empty() {
-        return Ok(0);
-    }
-    shifted.solve(&mut d, which.len())?;
-    let mut mass = vec![0.0; d.len()];
-    pencil.mass(&d, &mut mass, which.len());
-    let own = gram(world, columns(vectors, n, count), columns(&mass, n, which.len()));
-    subtract(&mut d, columns(vectors, n, count), own.as_ref());
-    for (j, &i) in which.iter().enumerate() {
-        vectors[i * n..(i + 1) * n].iter_mut().zip(&d[j * n..(j + 1) * n]).for_each(|(x, d)| *x -= d);
-    }
-    Ok(which.len())
+    Ok(corrected)
 }
 
-/// The eigenvectors of a Gram matrix with lengths above [`NEGLIGIBLE`], the longest first, and the lengths.
-fn leading(products: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>)> {
-    let m = products.nrows();
-    let even = Mat::from_fn(m, m, |i, j| 0.5 * (products[(i, j)] + products[(j, i)]));
-    let failed = || Error::NotConverged(format!("eigenvalues of a Gram matrix of order {m}"));
-    let (values, vectors) = symmetric_eigen(even.as_ref()).ok_or_else(failed)?;
-    let length = |i: usize| values[i].max(0.0).sqrt();
-    let mut order: Vec<usize> = (0..m).filter(|&i| length(i) > NEGLIGIBLE).collect();
-    order.sort_by(|&a, &b| length(b).total_cmp(&length(a)));
-    let kept = Mat::from_fn(m, order.len(), |i, j| vectors[(i, order[j])]);
-    Ok((kept, order.into_iter().map(length).collect()))
+/// Collective: replaces `count` vectors with `more` behind them, `[n_local, count + more]`, by the `count` best Ritz vectors of K and M in their span,
+/// orthonormal in M; returns their λ. Those are found from the inverse, whose largest eigenvalues rounding leaves alone, whatever frequencies are in `more`.
+fn rayleigh_ritz(
+    pencil: &dyn Pencil,
+    sigma: f64,
+    vectors: &mut Vec<f64>,
+    count: usize,
+    more: usize,
+) -> Result<Vec<f64>> {
+    let (n, all) = (pencil.n_local(), count + more);
+    let (energy, mass) = projected(pencil, sigma, vectors, all);
+    let failed = || Error::NotConverged(format!("Ritz values of {count} vectors"));
+    let scale: Vec<f64> = (0..all).map(|i| energy[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+    let even = |a: &Mat<f64>, i: usize, j: usize| 0.5 * scale[i] * (a[(i, j)] + a[(j, i)]) * scale[j];
+    let (kept, factor) = independent(&Mat::from_fn(all, all, |i, j| even(&energy, i, j)));
+    let size = kept.len();
+    let mut inverse = Mat::<f64>::identity(size, size);
+    solve_lower_triangular_in_place(factor.as_ref(), inverse.as_mut(), Par::Seq);
+    let mass = Mat::from_fn(size, size, |i, j| even(&mass, kept[i], kept[j]));
+    let (theta, turn) = symmetric_eigen((&inverse * mass * inverse.transpose()).as_ref()).ok_or_else(failed)?;
+    let mut order: Vec<usize> = (0..size).filter(|&i| theta[i] > 0.0).collect();
+    order.sort_by(|&a, &b| theta[b].total_cmp(&theta[a]));
+    order.truncate(count);
+    if order.len() < count {
+        return Err(failed());
+    }
+    let turn = inverse.transpose() * Mat::from_fn(size, count, |i, j| turn[(i, order[j])] / theta[order[j]].sqrt());
+    let mut whole = Mat::<f64>::zeros(all, count);
+    for (i, &at) in kept.iter().enumerate() {
+        (0..count).for_each(|j| whole[(at, j)] = scale[at] * turn[(i, j)]);
+    }
+    combine(vectors, n, whole.as_ref());
+    vectors.truncate(n * count);
+    Ok(order.into_iter().map(|i| sigma + 1.0 / theta[i]).collect())
+}
+
+/// Collective: Vᵀ(K − σM)V and VᵀMV of `count` vectors V.
+fn projected(pencil: &dyn Pencil, sigma: f64, vectors: &[f64], count: usize) -> (Mat<f64>, Mat<f64>) {
+    let (world, n) = (pencil.world(), pencil.n_local());
+    let all = columns(vectors, n, count);
+    let mut image = vec![0.0; n * BLOCK.min(count)];
+    let (mut energy, mut mass) = (Mat::zeros(count, count), Mat::zeros(count, count));
+    for first in (0..count).step_by(BLOCK) {
+        let width = BLOCK.min(count - first);
+        let (x, image) = (&vectors[first * n..(first + width) * n], &mut image[..width * n]);
+        pencil.stiffness(x, image, width);
+        energy.subcols_mut(first, width).copy_from(gram(world, all, columns(image, n, width)));
+        pencil.mass(x, image, width);
+        mass.subcols_mut(first, width).copy_from(gram(world, all, columns(image, n, width)));
+    }
+    energy -= faer::Scale(sigma) * &mass;
+    (energy, mass)
+}
+
+/// Columns of a Gram matrix with unit diagonal that do not depend on those before them, and their Cholesky factor.
+fn independent(products: &Mat<f64>) -> (Vec<usize>, Mat<f64>) {
+    let all = products.nrows();
+    let mut kept: Vec<usize> = Vec::with_capacity(all);
+    let mut factor = Mat::<f64>::zeros(all, all);
+    for i in 0..all {
+        let row = kept.len();
+        for (j, &at) in kept.iter().enumerate() {
+            let before: f64 = (0..j).map(|l| factor[(row, l)] * factor[(j, l)]).sum();
+            factor[(row, j)] = (products[(i, at)] - before) / factor[(j, j)];
+        }
+        let own = products[(i, i)] - (0..row).map(|l| factor[(row, l)].powi(2)).sum::<f64>();
+        if own > OWN {
+            factor[(row, row)] = own.sqrt();
+            kept.push(i);
+        }
+    }
+    let size = kept.len();
+    (kept, factor.subrows(0, size).subcols(0, size).to_owned())
 }

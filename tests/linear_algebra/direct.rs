@@ -88,7 +88,8 @@ fn solve(world: &World) {
     let b = sample(&k, world, 0.0);
     for kind in [Symmetry::Positive, Symmetry::Indefinite, Symmetry::General] {
         for ordering in [Ordering::Metis, Ordering::Scotch, Ordering::Pord] {
-            let mut f = Factor::new(world, &k, FactorOptions { ordering, ..FactorOptions::new(kind) }, "brick").unwrap();
+            let mut f =
+                Factor::new(world, &k, FactorOptions { ordering, ..FactorOptions::new(kind) }, "brick").unwrap();
             let mut x = b.clone();
             f.solve(&mut x, 1).unwrap();
             let r = residual(world, &k, &x, &b);

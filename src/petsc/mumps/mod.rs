@@ -186,8 +186,15 @@ impl<'w> Factor<'w> {
         };
         let id = Instance::new(world, options.precision, sym);
         let statistics = FactorStatistics::default();
-        let mut factor =
-            Self { world, id, ranges: matrix.ranges.clone(), kind: options.kind, scale: 1.0, statistics, rows: Default::default() };
+        let mut factor = Self {
+            world,
+            id,
+            ranges: matrix.ranges.clone(),
+            kind: options.kind,
+            scale: 1.0,
+            statistics,
+            rows: Default::default(),
+        };
         factor.call(-1);
         factor.result(name)?;
         for stream in 1..=3 {
@@ -401,7 +408,13 @@ impl<'w> Factor<'w> {
     }
 
     fn failed<'a>(&self, what: &'a str, matrix: &'a str) -> Failed<'a> {
-        Failed { what, matrix, entry: self.id.precision().bytes(), megabytes: self.statistics.memory_max_mb, advice: ADVICE }
+        Failed {
+            what,
+            matrix,
+            entry: self.id.precision().bytes(),
+            megabytes: self.statistics.memory_max_mb,
+            advice: ADVICE,
+        }
     }
 }
 
