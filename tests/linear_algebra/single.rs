@@ -7,6 +7,7 @@ use railsqueal::eigen::{contraction, Modes};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{dot, DistCsr};
 use railsqueal::petsc::{Factor, FactorOptions, Petsc, Symmetry};
+use railsqueal::{Error, Result};
 use std::f64::consts::PI;
 
 pub const CHECKS: &[Check] = &[
@@ -121,15 +122,20 @@ fn clusters(world: &World) {
 
 /// The condition number of a chain grows with the square of its length; a few digits are left of that of a hundred links, none of a hundred thousand's.
 fn ill_conditioned(world: &World) {
-    let error = |n: u64| {
+    let error = |n: u64| -> Result<f64> {
         let k = chain(world, n, false);
         let m = diagonal(world, k.ranges.clone(), |_| 1.0);
-        let mut factor = factor(world, &k);
-        contraction(&Matrices::new(world, &k, &m), &mut At { factor: &mut factor, sigma: 0.0 }).unwrap()
+        let options = FactorOptions::new(Symmetry::Positive).single();
+        let mut factor = Factor::new(world, &k, options, "K in single precision")?;
+        contraction(&Matrices::new(world, &k, &m), &mut At { factor: &mut factor, sigma: 0.0 })
     };
-    let (short, long) = (error(100), error(100_000));
+    let short = error(100).unwrap();
     assert!(short > 1e-9 && short < 1e-3, "{short:e}");
-    assert!(long > 1e-2, "{long:e}");
+    // Rounding may leave a negative pivot, which says it as well.
+    match error(100_000) {
+        Ok(long) => assert!(long > 1e-2, "{long:e}"),
+        Err(error) => assert!(matches!(error, Error::NotConverged(_)), "{error}"),
+    }
 }
 
 fn no_inverse(world: &World) {
