@@ -90,9 +90,9 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
 fn capable(job: &Job) -> Result<()> {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
     let hybrid = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Hybrid);
+    let by_means = hybrid && job.bodies().iter().all(|(_, b)| b.is_meshed());
     for (key, what) in wanted(job) {
-        let meshed = job.bodies().iter().all(|(_, b)| b.is_meshed());
-        if hybrid && meshed && what == Capability::FullSystem {
+        if by_means && what == Capability::FullSystem {
             return Err(Error::Job(format!(
                 "analyses.{key}: takes the contact from the finite elements themselves, which contact.compliance \"hybrid\" does not; expected \"fe\". Change one \
                  of the two"

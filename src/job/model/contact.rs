@@ -169,7 +169,7 @@ pub struct CommonGrid {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub half_width: Option<f64>,
-    /// Distance of the nodes, m. Default: an eighth of the smaller half axis of Hertz' ellipse.
+    /// Distance of the nodes, m. Default: a tenth of the smaller half axis of Hertz' ellipse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub spacing: Option<f64>,
