@@ -4,7 +4,7 @@ use super::meshes::{Meshed, Meshes};
 use crate::body::half_space::HalfSpace;
 use crate::body::hybrid::{CIRCLE, WIDER};
 use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
-use crate::job::{self, Compliance, Job, Load, MeshSource};
+use crate::job::{self, Compliance, Job, Load, MeshSource, MOST_NODES};
 use crate::placement::{Ellipse, Press};
 use crate::swept::{Cylinder, Given};
 use crate::{Error, Result};
@@ -114,12 +114,21 @@ fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Resul
         |key: &str, given: Option<f64>, c: usize| given.or(extent.map(|e| MARGIN * e[c])).ok_or_else(|| missing(key));
     let (length, width) = (half("half_length", given.half_length, 0)?, half("half_width", given.half_width, 1)?);
     let spacing = given.spacing.or(extent.map(|e| e[0].min(e[1]) / SPACINGS)).ok_or_else(|| missing("spacing"))?;
-    let line = |half: f64| -> Vec<f64> {
+    let line = |key: &str, half: f64| -> Result<Vec<f64>> {
         // Rounding does not make a line more.
-        let n = (half / spacing - 1e-9).ceil().max(2.0) as i64;
-        (-n..=n).map(|i| i as f64 * spacing).collect()
+        let n = (half / spacing - 1e-9).ceil().max(2.0);
+        // Either may have followed from the ellipse, so that this is seen only here.
+        if !(2.0 * n <= MOST_NODES) {
+            return Err(Error::Job(format!(
+                "contact.grid.{key}: {half:.4e} m with a spacing of {spacing:.4e} m is {n:.0} spacings; expected at most {}. Give a smaller contact.grid.{key}, or a \
+                 larger contact.grid.spacing",
+                0.5 * MOST_NODES
+            )));
+        }
+        let n = n as i64;
+        Ok((-n..=n).map(|i| i as f64 * spacing).collect())
     };
-    Ok(Lines { x: line(length), y: line(width), ellipse })
+    Ok(Lines { x: line("half_length", length)?, y: line("half_width", width)?, ellipse })
 }
 
 /// The grid that the meshes of the job, the lower one first, share, or a common one where they have none or the job asks for it.
@@ -322,5 +331,13 @@ mod tests {
         let found = -curvatures.grids[0].z[0] - curvatures.grids[1].z[0];
         let [x, y] = [curvatures.grids[0].x[0], curvatures.grids[0].y[0]];
         assert!((found - 2.0 * x * x - 3.0 * y * y).abs() < 1e-15, "{found}");
+        for (key, value) in [("spacing", "1e-9"), ("half_width", "1000")] {
+            let set = format!("contact.grid.{key}={value}");
+            let error = met(&[&COARSE[..], &patch, &[&set]].concat()).expect_err("more nodes than can be").to_string();
+            assert!(
+                error.contains("spacings; expected at most 200") && error.contains("contact.grid.half_"),
+                "{error}"
+            );
+        }
     }
 }

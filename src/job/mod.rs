@@ -25,6 +25,7 @@ pub use range::range;
 pub use schema::schema;
 pub use sweep::SweepPlan;
 pub use transient::*;
+pub(crate) use validate::MOST_NODES;
 
 use crate::{Error, Result};
 use format::Format;

@@ -324,7 +324,7 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
 }
 
 /// Most nodes of a common grid in a row.
-const MOST_NODES: f64 = 400.0;
+pub const MOST_NODES: f64 = 400.0;
 
 fn check_grid(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     let Some(grid) = &contact.grid else { return };
