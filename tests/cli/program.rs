@@ -46,6 +46,8 @@ pub fn mpirun() -> Command {
     let mut command = Command::new("mpirun");
     command.env("OPENBLAS_NUM_THREADS", "1").env("OMPI_MCA_rmaps_base_oversubscribe", "1");
     command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    // Several tests run at once: ranks that wait give the processor to those that work.
+    command.env("OMPI_MCA_mpi_yield_when_idle", "1");
     // Seconds: ranks that wait for each other would wait for ever.
     command.env("MPIEXEC_TIMEOUT", "900");
     command

@@ -104,6 +104,8 @@ fn main() {
             .env(railsqueal::body::order::CHECK, "1")
             .env("OPENBLAS_NUM_THREADS", "1")
             .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
+            // There may be more ranks than processors.
+            .env("OMPI_MCA_mpi_yield_when_idle", "1")
             .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
             .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
             .status()
