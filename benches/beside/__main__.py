@@ -12,6 +12,7 @@ import modes  # noqa: E402
 import scaling  # noqa: E402
 import steady  # noqa: E402
 import steps  # noqa: E402
+import wheels  # noqa: E402
 import whole  # noqa: E402
 
 # Half an hour each, or a large disk.
@@ -19,6 +20,7 @@ LONG = ("largest", "out-of-core")
 STUDIES = {
     "modes": modes.sizes,
     "many-modes": modes.many,
+    "wheels": wheels.wheels,
     "out-of-core": modes.out_of_core,
     "full": full.beside,
     "rotation": steps.turning,

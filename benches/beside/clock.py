@@ -10,6 +10,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
+
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = str(ROOT / "target/release/railsqueal")
 DEBIAN = "/usr/bin/python3"
@@ -79,6 +81,12 @@ def benchmark(name):
 def rows(out):
     """What a benchmark says in lines `row: a | b | c`."""
     return [line.partition("row: ")[2].split(" | ") for line in out.splitlines() if line.startswith("row: ")]
+
+
+def stages(result):
+    """Seconds of each stage of a run by its name, from its result file."""
+    with h5py.File(result) as file:
+        return dict(zip((n.decode() for n in file["provenance/stage_names"][()]), file["provenance/stage_times"][()].tolist()))
 
 
 def version(package):

@@ -24,7 +24,9 @@ PICTURE = ROOT / "docs" / "pictures" / "performance-modes.svg"
 SIZES = (0.026, 0.017, 0.0137, 0.0115)
 MIDDLE = 0.017
 # CalculiX factorises with SPOOLES here, which takes minutes beyond.
-CALCULIX_UP_TO = 100_000
+CALCULIX_UP_TO = 110_000
+# Names of its elements, whose nodes stand as VTK's do, by VTK's number of a kind.
+CALCULIX = {12: "C3D8", 24: "C3D10", 25: "C3D20"}
 
 
 def sized(size, count):
@@ -36,9 +38,9 @@ def ours(folder, size, count, ranks):
     return run("annulus.json", "--output", folder / "own.h5", "--force", sets=sized(size, count), ranks=ranks)
 
 
-def dolfinx(result, count, ranks):
-    """The peer's own clock, without imports and the compilation of forms, and the memory it says."""
-    done = spent([DEBIAN, ROOT / "benches/peers/dolfinx_modes.py", result, count], ranks, petsc("real"))
+def dolfinx(result, count, ranks, *bore):
+    """The peer's own clock, without imports and the compilation of forms, and the memory it says; `bore` is what it clamps (dolfinx_modes.py)."""
+    done = spent([DEBIAN, ROOT / "benches/peers/dolfinx_modes.py", result, count, *bore], ranks, petsc("real"))
     found = re.search(r"wall ([\d.]+) s  cpu ([\d.]+) s", done.out)
     return Spent(float(found[1]), float(found[2]), done.memory, done.out)
 
@@ -47,19 +49,25 @@ def calculix(folder, count, threads):
     return spent(["ccx", "-i", folder / "annulus"], 1, {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)}, folder)
 
 
-def deck(result, count, path):
-    """Our mesh as an input of CalculiX; the number of its rows without supports."""
+def deck(result, count, path, bore=(0.1, -0.5), material=None):
+    """Our mesh as an input of CalculiX, clamped at a radius about an axis at a height, m; the number of its rows without supports."""
     with Fields(result) as fields:
         mesh = fields.mesh
-    cells, points = mesh.cells(12), mesh.points
-    bore = np.flatnonzero(abs(np.hypot(points[:, 0], points[:, 2] + 0.5) - 0.1) < 1e-6)
+    (kind,) = np.unique(mesh.types)
+    cells, points = mesh.cells(kind), mesh.points
+    steel = material or {"young": 205e9, "poisson": 0.3, "density": 7800}
+    bore = np.flatnonzero(abs(np.hypot(points[:, 0], points[:, 2] - bore[1]) - bore[0]) < 1e-6)
     with open(path, "w") as file:
         file.write("*NODE, NSET=ALL\n")
         np.savetxt(file, np.column_stack([np.arange(1, len(points) + 1), points]), fmt="%d, %.12g, %.12g, %.12g")
-        file.write("*ELEMENT, TYPE=C3D8, ELSET=BODY\n")
-        np.savetxt(file, np.column_stack([np.arange(1, len(cells) + 1), cells + 1]), fmt="%d", delimiter=", ")
+        file.write(f"*ELEMENT, TYPE={CALCULIX[kind]}, ELSET=BODY\n")
+        for number, cell in enumerate(cells + 1, 1):
+            words = [f"{n}" for n in (number, *cell)]
+            # A line has sixteen entries at the most.
+            file.write(", ".join(words[:16]) + (",\n" + ", ".join(words[16:]) if len(words) > 16 else "") + "\n")
         file.write("*NSET, NSET=BORE\n" + "".join(f"{n + 1},\n" for n in bore))
-        file.write("*MATERIAL, NAME=STEEL\n*ELASTIC\n205e9, 0.3\n*DENSITY\n7800\n*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL\n")
+        file.write(f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{steel['young']}, {steel['poisson']}\n*DENSITY\n{steel['density']}\n")
+        file.write("*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL\n")
         file.write(f"*BOUNDARY\nBORE, 1, 3\n*STEP\n*FREQUENCY\n{count}\n*NODE FILE\nU\n*END STEP\n")
     return 3 * (len(points) - len(bore))
 

@@ -6,19 +6,13 @@ import tempfile
 from pathlib import Path
 
 import h5py
-from clock import PROGRAM, ROOT, RUNS, busy, in_turn, middle, noted, ratio, run
+from clock import PROGRAM, ROOT, RUNS, busy, in_turn, middle, noted, ratio, run, stages
 from pages import put
 from report import table
 
 PAGE = ROOT / "docs" / "performance.md"
 # The program before modes were found in blocks, which scripts/golden builds.
 FORMER = ROOT / "target/golden/railsqueal-c62cf57"
-
-
-def stages(path):
-    """Seconds of each stage of a run by its name."""
-    with h5py.File(path) as file:
-        return dict(zip((n.decode() for n in file["provenance/stage_names"][()]), file["provenance/stage_times"][()].tolist()))
 
 
 def two_cylinders():

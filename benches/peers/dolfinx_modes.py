@@ -1,8 +1,8 @@
 """Modes of a clamped body with dolfinx + slepc4py + MUMPS, on the mesh of a railsqueal result file.
 
-    python3 dolfinx_modes.py RESULT.h5 [COUNT]
+    python3 dolfinx_modes.py RESULT.h5 [COUNT [RADIUS CENTRE]]
 
-Clamps the nodes within 1e-6 m of the inner radius of the built-in cylinder, and asks SLEPc for the COUNT (40) lowest modes by shift-invert about 0 with a MUMPS Cholesky factorisation.
+Clamps the inner radius of the built-in cylinder, or a RADIUS about an axis at the height CENTRE, and asks SLEPc for the COUNT (40) lowest modes by shift-invert about 0 with a MUMPS Cholesky factorisation.
 Written for dolfinx 0.5 (Debian 12: python3-dolfinx-real, python3-slepc4py-real, libopenblas0-pthread); run with
 OPENBLAS_NUM_THREADS=1 and under `mpirun -n 2` as well as alone. Needs h5py where the file is read: rank 0.
 """
@@ -19,10 +19,11 @@ from slepc4py import SLEPc
 
 comm = MPI.COMM_WORLD
 count = int(sys.argv[2]) if len(sys.argv) > 2 else 40
-domain, job = distributed(comm, sys.argv[1])
+bore = tuple(map(float, sys.argv[3:5])) or None
+body = distributed(comm, sys.argv[1])
 comm.barrier()
 begin, cpu = time.perf_counter(), time.process_time()
-k, m = assembled(domain, job)
+k, m = assembled(*body, bore)
 
 eps = SLEPc.EPS().create(comm)
 eps.setOperators(k, m)

@@ -16,8 +16,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 comm = MPI.COMM_WORLD
-domain, job = distributed(comm, sys.argv[1])
-k, m = assembled(domain, job)
+k, m = assembled(*distributed(comm, sys.argv[1]))
 k.setOption(PETSc.Mat.Option.SPD, True)
 load, found = k.createVecRight(), k.createVecRight()
 load.setRandom()

@@ -7,6 +7,7 @@ import cycles
 import drawn
 import examples
 import faults
+import foreign
 import growth
 import longitudinal
 import meshes
@@ -28,6 +29,7 @@ STUDIES = {
     "finite_elements": steady.finite_elements,
     "modes": modes.annulus,
     "meshes": meshes.rings,
+    "foreign": foreign.ring,
     "surfaces": surfaces.met,
     "growth": growth.narrow_curve,
     "one_point": one_point.narrow_curve,
