@@ -172,18 +172,21 @@ impl CylinderSpec {
         let (nx, ny) = (whole(self.patch_half_length), whole(self.patch_half_width));
         let [y0, y1] = self.sides();
         let room = y1.min(-y0);
+        // Messages say lengths to the nanometre, without the rounding of sums.
+        let told = |length: f64| (length * 1e9).round() / 1e9;
         if ny * h > room * (1.0 + 1e-9) {
             return Err(Error::Job(format!(
-                "contact.patch.half_width is {} m, in whole elements of cylinder.element_size {} m; the side of the body is {room} m from the contact point; \
+                "contact.patch.half_width is {} m, in whole elements of cylinder.element_size {} m; the side of the body is {} m from the contact point; \
                  expected a smaller patch (or elements that fit)",
-                ny * h,
-                h
+                told(ny * h),
+                h,
+                told(room)
             )));
         }
         if nx * h > 0.5 * (self.outer_radius - self.drop(ny * h)) {
             return Err(Error::Job(format!(
                 "contact.patch.half_length is {} m; expected at most half of cylinder.outer_radius, {} m",
-                nx * h,
+                told(nx * h),
                 self.outer_radius
             )));
         }

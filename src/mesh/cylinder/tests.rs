@@ -324,6 +324,11 @@ fn impossible_cylinders_are_refused_with_the_key_to_change() {
         assert!(error.message().contains(word), "{word} not in: {error}");
         assert_eq!(count(&spec).expect_err("the same").message(), error.message());
     }
+    // 20 elements of 1 mm are 0.02 m, not 0.020000000000000004.
+    let wide =
+        CylinderSpec { patch_half_width: 0.03, contact_offset: 0.03, thickness: 0.1, element_size: 1e-3, ..p.clone() };
+    let message = build(&wide).expect_err("too wide").message().to_string();
+    assert!(message.contains("half_width is 0.03 m") && message.contains("is 0.02 m from"), "{message}");
 }
 
 #[test]
