@@ -265,11 +265,16 @@ pub(crate) fn drive(
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.
 pub(crate) fn moved(state: State, pair: &ModalPair, mode: &Eigenpair, amplitude: f64) -> State {
-    let largest = largest_displacement(pair.modes.as_ref(), &mode.modal);
-    // An eigenvector has neither phase nor sign of its own, and those of the modes come from the solver: the largest displacement is now.
-    let phase = largest.conj() / largest.norm();
-    let modal: Vec<Complex64> = mode.modal.iter().map(|z| phase * z).collect();
-    state.perturbed(&modal, mode.value, amplitude / largest.norm())
+    let scale = scale(pair, &mode.modal, amplitude);
+    let modal: Vec<Complex64> = mode.modal.iter().map(|z| scale * z).collect();
+    state.perturbed(&modal, mode.value, 1.0)
+}
+
+/// What a complex mode with the amplitudes `modal` of the free modes is multiplied by for the largest displacement of a contact node to be `amplitude`, m, and to be now: an eigenvector has neither phase
+/// nor sign of its own, and those of the modes come from the solver.
+pub(crate) fn scale(pair: &ModalPair, modal: &[Complex64], amplitude: f64) -> Complex64 {
+    let largest = largest_displacement(pair.modes.as_ref(), modal);
+    largest.conj() * (amplitude / largest.norm_sqr())
 }
 
 /// Displacements that differ by less than this share are taken for equally large, and the first of them is taken: nodes beside a plane of symmetry differ by
