@@ -137,7 +137,7 @@ CASES = {
         | {"contact.creepage.lateral": 0.003, "analyses.stability": None, "contact.friction": FALLING},
         "squeal-model",
     ),
-    # Without a mode to start from: bodies at rest have its phase as the eigensolver leaves it, which is rounding.
+    # Without a mode to start from: in the earlier program bodies at rest had its phase as the eigensolver left it, which is rounding.
     "squeal-approach": (
         "squeal.json",
         in_time(200, start={"state": "sliding", "mode": None, "amplitude": None}, histories={"approach": [[0, 1e-4], [1e-3, 0.7e-4], [2e-3, 1.1e-4]]}, theta=0.55)

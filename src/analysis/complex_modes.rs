@@ -148,7 +148,6 @@ fn of_reduced(
 ) -> Result<Vec<Shape>> {
     let chosen = chosen(reduced.map(|r| r.0), least);
     let count = world.broadcast(vec![chosen.len() as u64])[0] as usize;
-    let systems = bodies.full_systems()?;
     let mut shapes = Vec::new();
     for i in 0..count {
         let on_root = world.on_root(|| {
@@ -166,7 +165,7 @@ fn of_reduced(
         let mut first = 0;
         for place in 0..2 {
             let index = bodies.places[place].body;
-            let (body, phi) = (bodies.fields(index)?, &bodies.shapes_of(index)?.vectors);
+            let phi = &bodies.shapes_of(index)?.vectors;
             // Reactions on all contact rows of this body in its lower form.
             let part = |of: fn(&C) -> f64| -> Vec<f64> {
                 let Some((forces, _, _, model, contact)) = &on_root else { return Vec::new() };
@@ -176,17 +175,8 @@ fn of_reduced(
                 }
                 bodies.places[place].side.turned(&all)
             };
-            let re = body.statics(&part(|f| f.re), 1)?;
-            let im = body.statics(&part(|f| f.im), 1)?;
-            let mut u: Vec<C> = re.into_iter().zip(im).map(|(re, im)| C::new(re, im)).collect();
-            let mut mu = vec![C::default(); u.len()];
-            systems[index].mass().operator(world).apply(world, &u, &mut mu);
-            let products: Vec<C> = phi.iter().map(|p| p.iter().zip(&mu).map(|(p, m)| p * m).sum()).collect();
-            let products = world.sum_all(&products);
-            for (k, (p, statics)) in phi.iter().zip(products).enumerate() {
-                let amplitude = modal[first + k] - statics;
-                u.iter_mut().zip(p).for_each(|(u, p)| *u += amplitude * p);
-            }
+            let parts = [part(|f| f.re), part(|f| f.im)];
+            let u = recovered(world, bodies, index, &modal[first..first + phi.len()], &parts)?;
             if let Some((_, _, _, model, _)) = &on_root {
                 // Bodies do not couple: with the amplitudes of one alone the form is that of its own damping.
                 let span = first..first + phi.len();
@@ -205,6 +195,29 @@ fn of_reduced(
         shapes.push(Shape { value, place: on_root.map_or(0, |r| r.2), motion, forces, damping, stiffening });
     }
     Ok(shapes)
+}
+
+/// Collective: the motion of the body with this index in [`Bodies::unique`] from its modal amplitudes, `[m]` on every rank, and the real and the imaginary part of
+/// the forces on its contact rows in lower form, N, `[3n]` on rank 0.
+pub(super) fn recovered(
+    world: &World,
+    bodies: &Bodies,
+    index: usize,
+    modal: &[C],
+    forces: &[Vec<f64>; 2],
+) -> Result<Vec<C>> {
+    let (body, phi) = (bodies.fields(index)?, &bodies.shapes_of(index)?.vectors);
+    let [re, im] = [body.statics(&forces[0], 1)?, body.statics(&forces[1], 1)?];
+    let mut u: Vec<C> = re.into_iter().zip(im).map(|(re, im)| C::new(re, im)).collect();
+    let mut mu = vec![C::default(); u.len()];
+    bodies.full_systems()?[index].mass().operator(world).apply(world, &u, &mut mu);
+    let products: Vec<C> = phi.iter().map(|p| p.iter().zip(&mu).map(|(p, m)| p * m).sum()).collect();
+    let products = world.sum_all(&products);
+    for ((p, statics), q) in phi.iter().zip(products).zip(modal) {
+        let amplitude = q - statics;
+        u.iter_mut().zip(p).for_each(|(u, p)| *u += amplitude * p);
+    }
+    Ok(u)
 }
 
 /// The motions of the body in a place.

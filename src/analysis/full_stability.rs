@@ -65,6 +65,37 @@ pub fn run(
     Ok(FullResult { spectrum, shares, amplitudes, partners })
 }
 
+/// What the full system found beside an eigenvalue of the reduced one.
+pub struct Beside {
+    /// λ, 1/s.
+    pub value: C,
+    /// This rank's degrees of freedom of the lower and the upper body, in lower form, of Euclidean norm 1 together.
+    pub motion: [Vec<C>; 2],
+    /// On rank 0: its modal amplitudes, lower body first.
+    pub amplitudes: Vec<C>,
+}
+
+impl Beside {
+    /// Collective: of what was `found` that which agrees with the reduced eigenvalue of this number, from 1: a transient of all degrees of freedom begins along it.
+    pub fn of(world: &World, found: FullResult, number: u32) -> Result<Self> {
+        let FullResult { spectrum, mut amplitudes, partners, .. } = found;
+        let place = world.on_root(|| {
+            let partner = (number as usize).checked_sub(1);
+            partners.iter().position(|p| p.is_some() && *p == partner).ok_or_else(|| {
+                Error::Job(format!(
+                    "analyses.transient.start.mode is {number}: the full system has no eigenvalue that agrees with this one of the reduced model; take another \
+                     mode, a higher analyses.stability.full.max_frequency or more modes, or leave analyses.stability.full out"
+                ))
+            })
+        })?;
+        let place = world.broadcast(vec![place.unwrap_or_default() as u64])[0] as usize;
+        let missing = || Error::Defect(format!("no eigenpair {place} of the full system"));
+        let pair = spectrum.pairs.into_iter().nth(place).ok_or_else(missing)?;
+        let amplitudes = if place < amplitudes.len() { amplitudes.swap_remove(place) } else { Vec::new() };
+        Ok(Self { value: pair.value, motion: pair.motion, amplitudes })
+    }
+}
+
 /// Collective: the spectrum of finite elements, by successive shifts; `reduced` says on rank 0 where to look.
 fn by_shifts(
     run: &mut Run,

@@ -22,7 +22,7 @@ mod transient;
 
 use crate::body::{Capability, Kind};
 use crate::case::{placed, Meshes};
-use crate::job::{Compliance, Job};
+use crate::job::{Compliance, Job, TransientModel};
 use crate::output::datasets::reduced::of_modes_alone;
 use crate::output::{companion, Provenance, Reader, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
@@ -78,6 +78,7 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
         ("stability", a.stability.is_some(), Capability::Modes),
         ("stability.full", a.stability.as_ref().is_some_and(|s| s.full.is_some()), Capability::FullSystem),
         ("transient", a.transient.is_some(), Capability::Modes),
+        ("transient.model", transient(&|t| t.model == TransientModel::Full), Capability::FullSystem),
         ("transient.points", transient(&|t| !t.points.is_empty()), Capability::Fields),
         ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Surface),
         ("sweep.cycles.sound_power", cycles.is_some_and(|c| c.sound_power.is_some()), Capability::Surface),

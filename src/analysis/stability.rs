@@ -11,19 +11,20 @@ use crate::job::{self, Job};
 use crate::model::ModalPair;
 use crate::output::datasets::stability::{causes, derivatives, eigenvalues, equilibrium, of_point};
 use crate::stability::criterion::{criteria, Criterion};
+use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
 use crate::stability::{grows, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
-/// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`.
+/// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`. What was found, on rank 0 and of the full system.
 pub(super) fn run(
     run: &mut Run,
     stability: &job::Stability,
     contact: &job::Contact,
     parts: &Parts,
-) -> Result<Option<Found>> {
+) -> Result<(Option<Found>, Option<FullResult>)> {
     let (world, job) = (run.world(), run.job);
     let Parts { bodies, shapes, model } = parts;
     run.progress.stage("stability");
@@ -94,7 +95,7 @@ pub(super) fn run(
             .summary
             .value("complex modes", format!("not written, for want of the mode shapes of the earlier run: {e}")),
     }
-    Ok(found)
+    Ok((found, full))
 }
 
 /// Whether complex modes are to be written.

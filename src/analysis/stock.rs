@@ -1,5 +1,6 @@
 //! What the steps of a run make and later steps take.
 
+use super::full_stability::Beside;
 use super::radiation::Sounding;
 use super::reduction::Reduction;
 use super::reuse;
@@ -10,7 +11,7 @@ use super::{creep_curve, modes, receptance, stability, steady, sweep};
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::foresee;
-use crate::job;
+use crate::job::{self, TransientModel};
 use crate::output::datasets::reduced::{self, Origin, Reused};
 use crate::output::{sha256, Table};
 use crate::{Error, Result};
@@ -36,6 +37,8 @@ pub struct Stock<'s> {
     /// How the modes radiate, or why that could not be found.
     pub sounding: Option<Result<Sounding>>,
     found: Option<crate::case::examined::Found>,
+    /// What the full system found beside the mode that a full transient begins along.
+    beside: Option<Beside>,
 }
 
 impl<'s> Stock<'s> {
@@ -52,6 +55,7 @@ impl<'s> Stock<'s> {
             model: None,
             sounding: None,
             found: None,
+            beside: None,
         }
     }
 
@@ -253,7 +257,13 @@ impl<'s> Stock<'s> {
         let (Some(wanted), Some(model)) = (&run.job.analyses.stability, &self.model) else { return Ok(()) };
         let shapes = self.shapes.as_ref().map_or(Ok(()), |s| s.as_ref().copied());
         let parts = stability::Parts { bodies: &self.bodies, shapes, model };
-        self.found = stability::run(run, wanted, contact(run.job)?, &parts)?;
+        let (found, full) = stability::run(run, wanted, contact(run.job)?, &parts)?;
+        self.found = found;
+        let transient = run.job.analyses.transient.as_ref().filter(|t| t.model == TransientModel::Full);
+        let begun = transient.and_then(|t| t.start.mode).filter(|_| !run.options.resume);
+        if let (Some(full), Some(number)) = (full, begun) {
+            self.beside = Some(Beside::of(run.world(), full, number)?);
+        }
         Ok(())
     }
 
@@ -278,6 +288,7 @@ impl<'s> Stock<'s> {
             shapes: options.reuse.is_none() || self.earlier.shapes,
             model,
             found: self.found.as_ref(),
+            beside: self.beside.as_ref(),
             options,
             stop,
             segments: segments.as_ref(),

@@ -14,6 +14,7 @@ pub mod matrix_market;
 pub mod means;
 pub mod modal;
 pub mod modes;
+pub mod moving;
 pub mod name;
 pub mod nearest;
 pub mod order;

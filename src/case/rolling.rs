@@ -265,15 +265,21 @@ pub(crate) fn drive(
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.
 pub(crate) fn moved(state: State, pair: &ModalPair, mode: &Eigenpair, amplitude: f64) -> State {
-    let largest = largest_displacement(pair.modes.as_ref(), &mode.modal);
-    // A wave has no phase of its own: its largest displacement is now.
-    let phase = match pair.turning {
-        Some(_) => largest.conj() / largest.norm(),
-        None => Complex64::from(1.0),
-    };
-    let modal: Vec<Complex64> = mode.modal.iter().map(|z| phase * z).collect();
-    state.perturbed(&modal, mode.value, amplitude / largest.norm())
+    let scale = scale(pair, &mode.modal, amplitude);
+    let modal: Vec<Complex64> = mode.modal.iter().map(|z| scale * z).collect();
+    state.perturbed(&modal, mode.value, 1.0)
 }
+
+/// What a complex mode with the amplitudes `modal` of the free modes is multiplied by for the largest displacement of a contact node to be `amplitude`, m, and to be now: an eigenvector has neither phase
+/// nor sign of its own, and those of the modes come from the solver.
+pub(crate) fn scale(pair: &ModalPair, modal: &[Complex64], amplitude: f64) -> Complex64 {
+    let largest = largest_displacement(pair.modes.as_ref(), modal);
+    largest.conj() * (amplitude / largest.norm_sqr())
+}
+
+/// Displacements that differ by less than this share are taken for equally large, and the first of them is taken: nodes beside a plane of symmetry differ by
+/// rounding alone.
+const ALIKE: f64 = 1e-6;
 
 /// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of
 /// the squared amplitudes along x, y and n, with the phase of the largest of them. Rows of `psi` are 3i + c.
@@ -282,14 +288,20 @@ fn largest_displacement(psi: MatRef<'_, f64>, modal: &[Complex64]) -> Complex64 
     let node = |i: usize| {
         let all = [0, 1, 2].map(|c| component(3 * i + c));
         let size = all.iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
-        let first = all.into_iter().max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default();
+        let first = first_of_largest(&all);
         if first.norm() > 0.0 {
             first * (size / first.norm())
         } else {
             first
         }
     };
-    (0..psi.nrows() / 3).map(node).max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default()
+    first_of_largest(&(0..psi.nrows() / 3).map(node).collect::<Vec<Complex64>>())
+}
+
+/// The first of those that are as large as the largest.
+fn first_of_largest(all: &[Complex64]) -> Complex64 {
+    let largest = all.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    all.iter().find(|u| u.norm() >= (1.0 - ALIKE) * largest).copied().unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -305,5 +317,14 @@ mod tests {
         let modal = [Complex64::new(2.0, 0.0), Complex64::new(0.0, 3.0)];
         let found = largest_displacement(psi.as_ref(), &modal);
         assert!((found.norm() - 5.0).abs() < 1e-15, "{found}");
+    }
+    #[test]
+    fn of_displacements_that_rounding_alone_tells_apart_the_first_counts() {
+        // The ends of a rod that tilts, in both orders of rounding.
+        for error in [-1e-12, 1e-12] {
+            let psi = faer::Mat::from_fn(6, 1, |row, _| [0.0, 0.0, 1.0, 0.0, 0.0, -1.0 - error][row]);
+            let found = largest_displacement(psi.as_ref(), &[Complex64::i()]);
+            assert_eq!(found, Complex64::i());
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::transient::{
     default_step, default_step_tolerance, default_theta, Hold, SoundPower, Start, StartState, Transient,
-    TransientSolver,
+    TransientModel, TransientSolver,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,7 @@ impl Cycles {
             duration: self.duration,
             step: self.step,
             theta: self.theta,
+            model: TransientModel::Reduced,
             solver: TransientSolver::Newton,
             tolerance: self.tolerance,
             start: Start { state: Some(state), ..Start::default() },

@@ -18,6 +18,9 @@ pub struct Transient {
     #[serde(default = "default_theta")]
     #[schemars(range(min = 0.5, max = 1.0), extend("unit" = "1"))]
     pub theta: f64,
+    /// What moves: the modes of the bodies, or all degrees of freedom of their finite elements.
+    #[serde(default)]
+    pub model: TransientModel,
     /// Solver of the contact problem of a step.
     #[serde(default)]
     pub solver: TransientSolver,
@@ -84,6 +87,17 @@ fn default_modal_stride() -> u32 {
 
 fn default_segment() -> u32 {
     1000
+}
+
+/// What moves in time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TransientModel {
+    /// The modes of `analyses.modes`, and statically the rest at the contact.
+    #[default]
+    Reduced,
+    /// All degrees of freedom of the finite elements: slow, the check of the reduced model.
+    Full,
 }
 
 /// Solver of the contact problem of a step.

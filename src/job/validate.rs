@@ -1,7 +1,7 @@
 //! What the schema cannot say: rules between keys.
 
 use super::model::*;
-use super::transient::{Hold, SoundPower, StartState, Transient};
+use super::transient::{Hold, SoundPower, StartState, Transient, TransientModel};
 
 mod matrices;
 mod placement;
@@ -472,6 +472,9 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
     if job.contact.as_ref().is_some_and(|c| !c.compliance.of_bodies()) {
         faults.push(format!("contact.compliance: \"half_space\" has no modes; {path} needs \"fe\""));
     }
+    if transient.model == TransientModel::Full {
+        check_full(job, transient, (path, faults));
+    }
     if transient.duration < transient.step {
         faults.push(format!(
             "{path}.duration: found {} s, expected at least one step ({} s)",
@@ -508,6 +511,29 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
             faults.push(format!("{path}.hold: \"load\" needs contact.normal_load; the job gives an approach"));
         }
         _ => {}
+    }
+}
+
+/// What the model of all degrees of freedom leaves to that of the modes.
+fn check_full(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<String>)) {
+    let load = transient.histories.as_ref().is_some_and(|h| h.normal_load.is_some());
+    let mut refuse = |key: &str, found: &str, why: &str| {
+        faults.push(format!("{path}.{key}: found {found}, but {path}.model is \"full\": {why}"));
+    };
+    if transient.hold == Hold::Load || load {
+        let key = if load { "histories.normal_load" } else { "hold" };
+        refuse(key, "a given load", "its law of impact holds the approach; give that, or take the model \"reduced\"");
+    }
+    if transient.body_stride > 0 {
+        let found = transient.body_stride.to_string();
+        refuse(
+            "body_stride",
+            &found,
+            "it writes the motion of points alone; set it to 0, or take the model \"reduced\"",
+        );
+    }
+    if job.solver.linear != LinearSolver::Mumps {
+        faults.push(format!("solver.linear: found \"gamg\", expected \"mumps\": {path}.model \"full\" solves with one factorisation at every step"));
     }
 }
 

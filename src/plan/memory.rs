@@ -3,7 +3,9 @@
 use super::BodySize;
 use crate::body::Convolution;
 use crate::eigen::quadratic::BLOCK;
-use crate::job::{self, contact_radius, Compliance, EigenSolver, Job, LinearSolver, Modes, ModesExtent};
+use crate::job::{
+    self, contact_radius, Compliance, EigenSolver, Job, LinearSolver, Modes, ModesExtent, TransientModel,
+};
 
 // Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
 // Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
@@ -66,6 +68,12 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
             false => 4.0 * b.dofs as f64 * 3.0 * b.neighbours * ENTRY,
         };
         shared.push((if direct { "factorisation" } else { "multigrid" }, unique.iter().map(solver).sum()));
+        if full_transient(job) {
+            // Bodies of one stiffness that are damped alike share the factor of their steps as well; it stays in memory, whatever is on the disk.
+            let damped: Vec<_> = job.bodies().into_iter().map(|(_, b)| (b.damping.alpha, b.damping.beta)).collect();
+            let apart = if damped.windows(2).all(|d| d[0] == d[1]) { unique } else { bodies };
+            shared.push(("factorisation of the steps", apart.iter().map(solver).sum()));
+        }
     }
     if let Some(modes) = &job.analyses.modes {
         let count = mode_count(modes);
@@ -101,6 +109,10 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         let copies = 4.0 + unique.len() as f64;
         on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
     }
+    if full_transient(job) {
+        // The influence of each body and of both, its copy in the stepper, the residual compliance that is zero and the rows that are picked.
+        on_root.push(("contact of the full transient", 6.0 * rows * rows * 8.0));
+    }
     if job.analyses.stability.as_ref().is_some_and(|s| s.sensitivities) && !job.by_matrices() {
         // W and S of the bodies with a parameter changed, ahead and behind.
         on_root.push(("sensitivities", 4.0 * rows * rows * 8.0));
@@ -125,6 +137,11 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
 
 /// What of the memory are factors, which may go to the disk.
 const FACTORS: [&str; 3] = ["factorisation", "factorisations of slices", "factorisations at a shift"];
+
+/// Whether all degrees of freedom move in time.
+fn full_transient(job: &Job) -> bool {
+    job.analyses.transient.as_ref().is_some_and(|t| t.model == TransientModel::Full)
+}
 
 /// Modes of each body, about.
 fn mode_count(modes: &Modes) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::{models, BodySize};
 use crate::analysis::steps::{steps, Earlier, Step};
-use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, MeshSource, ModesExtent};
+use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, MeshSource, ModesExtent, TransientModel};
 
 /// What a run of `job` computes, in order, one line each.
 pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
@@ -115,7 +115,11 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         Step::Transient => wanted.transient.as_ref().map(|t| {
             let sound = t.sound_power.as_ref().map_or("", |_| "; sound power radiated in it, in third octaves");
             let count = (t.duration / t.step).round();
-            format!("transient on the modes: {count} steps of {} s, {} s{sound}", t.step, t.duration)
+            let moved = match t.model {
+                TransientModel::Reduced => "on the modes",
+                TransientModel::Full => "on all degrees of freedom, with one factorisation for each body",
+            };
+            format!("transient {moved}: {count} steps of {} s, {} s{sound}", t.step, t.duration)
         }),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::coupled::Coupled;
 use super::model::{Impact, Model};
+use super::motion::Motion;
 use crate::model::ModalMatrix;
 use crate::{Error, Result};
 use faer::Mat;
@@ -58,12 +59,12 @@ pub struct Modal {
     /// Weight of the reaction at the end of the step in the force that the modes feel.
     gamma: f64,
     load: Vec<f64>,
-    motion: Motion,
+    motion: Modes,
 }
 
 /// How the modes move; with A = I + hθC + h²θ²K.
 #[derive(Debug, Clone)]
-enum Motion {
+enum Modes {
     /// Each by itself, with ω² and its damping; the last is 1/A.
     Apart { stiffness: Vec<f64>, damping: Vec<f64>, inverse: Vec<f64> },
     /// All of a body together.
@@ -80,32 +81,34 @@ impl Modal {
             Impact::Rigid => 1.0,
         };
         let motion = match (&model.stiffness, &model.damping) {
-            (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) => Motion::Apart {
+            (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) => Modes::Apart {
                 stiffness: k.clone(),
                 damping: c.clone(),
                 inverse: k.iter().zip(c).map(|(w, c)| 1.0 / (1.0 + h * theta * (c + h * theta * w))).collect(),
             },
-            _ => Motion::Coupled(Box::new(Coupled::new(model, scheme, gamma)?)),
+            _ => Modes::Coupled(Box::new(Coupled::new(model, scheme, gamma)?)),
         };
         Ok(Self { h, theta, gamma, load, motion })
     }
+}
 
+impl Motion for Modal {
     /// W = S + θh²γ Ψ A⁻¹ Ψᵀ, m/N, `[3n, 3n]`, with the symmetric part of A⁻¹; what the skew one does is in [`lag`](Self::lag).
-    pub fn operator(&self, model: &Model) -> Mat<f64> {
+    fn operator(&self, model: &Model) -> Mat<f64> {
         let (h, theta) = (self.h, self.theta);
         let scaled = match &self.motion {
-            Motion::Apart { inverse, .. } => {
+            Modes::Apart { inverse, .. } => {
                 let root: Vec<f64> = inverse.iter().map(|a| (h * theta * (h * self.gamma * a)).sqrt()).collect();
                 Mat::from_fn(model.modes.nrows(), root.len(), |i, k| model.modes[(i, k)] * root[k])
             }
-            Motion::Coupled(coupled) => faer::Scale((h * theta * (h * self.gamma)).sqrt()) * coupled.half(model.modes),
+            Modes::Coupled(coupled) => faer::Scale((h * theta * (h * self.gamma)).sqrt()) * coupled.half(model.modes),
         };
         model.residual + &scaled * scaled.transpose()
     }
 
     /// The step without the reaction at its end, from displacements `q`, velocities `v` and the modal reactions at its beginning
     /// `f` (all `[m]`): (q, v) at the end.
-    pub fn free(&self, q: &[f64], v: &[f64], f: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    fn free(&mut self, q: &[f64], v: &[f64], f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
         let (h, theta) = (self.h, self.theta);
         let (mut q_end, mut v_end) = (vec![0.0; q.len()], vec![0.0; q.len()]);
         let force = |k: usize| self.load[k] + (1.0 - self.gamma) * f[k];
@@ -114,41 +117,41 @@ impl Modal {
             q_end[k] = q[k] + h * (v[k] + theta * change);
         };
         match &self.motion {
-            Motion::Apart { stiffness, damping, inverse } => {
+            Modes::Apart { stiffness, damping, inverse } => {
                 for k in 0..q.len() {
                     let rate = force(k) - damping[k] * v[k] - stiffness[k] * (q[k] + theta * h * v[k]);
                     end(k, h * inverse[k] * rate);
                 }
             }
-            Motion::Coupled(coupled) => {
+            Modes::Coupled(coupled) => {
                 let change = coupled.change((0..q.len()).map(force).collect(), q, v);
                 change.into_iter().enumerate().for_each(|(k, c)| end(k, c));
             }
         }
-        (q_end, v_end)
+        Ok((q_end, v_end))
     }
 
     /// What the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal reactions: displacements of the modes, m √kg, `[m]`; none where there is
     /// no such part. The steps take it from the reactions at their beginning, which changes the contact by less than the scheme's own error.
-    pub fn lag(&self, f: &[f64]) -> Option<Vec<f64>> {
+    fn lag(&self, f: &[f64]) -> Option<Vec<f64>> {
         match &self.motion {
-            Motion::Apart { .. } => None,
-            Motion::Coupled(coupled) => coupled.lag(f),
+            Modes::Apart { .. } => None,
+            Modes::Coupled(coupled) => coupled.lag(f),
         }
     }
 
     /// Adds what the modal reactions at the end of the step, `f`, do: to the velocities hγ A⁻¹ f, to the displacements θh times that.
-    pub fn add(&self, f: &[f64], q: &mut [f64], v: &mut [f64]) {
+    fn add(&self, f: &[f64], q: &mut [f64], v: &mut [f64]) {
         let (h, theta) = (self.h, self.theta);
         match &self.motion {
-            Motion::Apart { inverse, .. } => {
+            Modes::Apart { inverse, .. } => {
                 for k in 0..q.len() {
                     let gain = h * self.gamma * inverse[k];
                     q[k] += h * theta * gain * f[k];
                     v[k] += gain * f[k];
                 }
             }
-            Motion::Coupled(coupled) => {
+            Modes::Coupled(coupled) => {
                 for (k, a) in coupled.solved(f).into_iter().enumerate() {
                     let change = h * self.gamma * a;
                     q[k] += h * theta * change;
@@ -159,38 +162,38 @@ impl Modal {
     }
 
     /// Weight γ of the reaction at the end of the step in the mean force of the step.
-    pub fn gamma(&self) -> f64 {
+    fn gamma(&self) -> f64 {
         self.gamma
     }
 
     /// Kinetic energy of the modes, J.
-    pub fn kinetic(&self, v: &[f64]) -> f64 {
+    fn kinetic(&self, v: &[f64]) -> f64 {
         0.5 * v.iter().map(|v| v * v).sum::<f64>()
     }
 
     /// Elastic energy of the modes, J.
-    pub fn elastic(&self, q: &[f64]) -> f64 {
+    fn elastic(&self, q: &[f64]) -> f64 {
         match &self.motion {
-            Motion::Apart { stiffness, .. } => 0.5 * q.iter().zip(stiffness).map(|(q, w)| w * q * q).sum::<f64>(),
-            Motion::Coupled(coupled) => coupled.elastic(q),
+            Modes::Apart { stiffness, .. } => 0.5 * q.iter().zip(stiffness).map(|(q, w)| w * q * q).sum::<f64>(),
+            Modes::Coupled(coupled) => coupled.elastic(q),
         }
     }
 
     /// Energy that damping takes in a step, and the part of it that the axles of bodies that rotate supply, J; between the ends (q, v) of the step.
-    pub fn damped(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64])) -> (f64, f64) {
+    fn damped(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64])) -> (f64, f64) {
         match &self.motion {
-            Motion::Apart { damping, .. } => {
+            Modes::Apart { damping, .. } => {
                 let (before, after) = (before.1, after.1);
                 let mean = |k: usize| (1.0 - self.theta) * before[k] + self.theta * after[k];
                 let sum: f64 = (0..before.len()).map(|k| damping[k] * mean(k) * 0.5 * (before[k] + after[k])).sum();
                 (self.h * sum, 0.0)
             }
-            Motion::Coupled(coupled) => coupled.damped(before, after),
+            Modes::Coupled(coupled) => coupled.damped(before, after),
         }
     }
 
     /// Work of the loads in a step, J.
-    pub fn loaded(&self, before: &[f64], after: &[f64]) -> f64 {
+    fn loaded(&self, before: &[f64], after: &[f64]) -> f64 {
         (0..before.len()).map(|k| self.load[k] * (after[k] - before[k])).sum()
     }
 }
@@ -216,12 +219,12 @@ mod tests {
             load: &[],
             turning: None,
         };
-        let modal = Modal::new(&model, scheme, Impact::Compliant).unwrap();
+        let mut modal = Modal::new(&model, scheme, Impact::Compliant).unwrap();
         let (mut q, mut v) = (vec![1.0], vec![0.0]);
         let (mut turned, mut last) = (0.0, 0.0);
         let steps = 1000;
         for _ in 0..steps {
-            (q, v) = modal.free(&q, &v, &[0.0]);
+            (q, v) = modal.free(&q, &v, &[0.0]).unwrap();
             let angle = (-v[0] / OMEGA).atan2(q[0]);
             turned += (angle - last).rem_euclid(2.0 * std::f64::consts::PI);
             last = angle;

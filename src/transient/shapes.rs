@@ -27,12 +27,18 @@ impl Shapes {
         // B and C together are to be smaller than Ψ.
         let limit = (n * m).saturating_sub(1) / (n + m).max(1);
         let Some([basis, mix]) = factors(modes, limit) else {
-            let rows = (0..n).flat_map(|i| (0..m).map(move |k| modes[(i, k)])).collect();
-            return Self { rows, rank: m, mix: None };
+            return Self::whole(modes);
         };
         let rank = basis.len();
         let rows = (0..n).flat_map(|i| basis.iter().map(move |b| b[i])).collect();
         Self { rows, rank, mix: Some(Mat::from_fn(m, rank, |k, j| mix[j][k])) }
+    }
+
+    /// Those of Ψ as they are.
+    pub(super) fn whole(modes: MatRef<'_, f64>) -> Self {
+        let (n, m) = modes.shape();
+        let rows = (0..n).flat_map(|i| (0..m).map(move |k| modes[(i, k)])).collect();
+        Self { rows, rank: m, mix: None }
     }
 
     /// r.

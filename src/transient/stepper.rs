@@ -8,6 +8,7 @@ use super::drive::{Drive, Normal, Tangential};
 use super::energy::Energy;
 use super::foot::{feet, Foot};
 use super::model::{Impact, Model};
+use super::motion::Motion;
 use super::newton::Memory;
 use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::{Modal, Scheme};
@@ -30,6 +31,8 @@ use integrated::Integrated;
 use passing::Passing;
 use working::{Outside, Working};
 
+/// Gap of a node that cannot close in a step, m: more than any body moves.
+const FAR: f64 = 1.0;
 /// Steps that the first guess of the next one is extrapolated from.
 const PAST: usize = 4;
 
@@ -75,7 +78,9 @@ pub struct Stepper<'a> {
     model: Model<'a>,
     settings: Settings,
     impact: Impact,
-    modal: Modal,
+    motion: Box<dyn Motion + 'a>,
+    /// Whether the nodes of the surface have mass: all degrees of freedom move, none is taken statically.
+    massive: bool,
     /// W, m/N, `[3n, 3n]`.
     w: Mat<f64>,
     /// Foot of each grid column.
@@ -107,9 +112,29 @@ pub struct Stepper<'a> {
 
 impl<'a> Stepper<'a> {
     /// A stepper at the given state.
-    pub fn new(model: Model<'a>, settings: Settings, mut state: State) -> Result<Self> {
+    pub fn new(model: Model<'a>, settings: Settings, state: State) -> Result<Self> {
         let impact = model.impact()?;
         settings.scheme.check(model.omega)?;
+        let motion = Box::new(Modal::new(&model, settings.scheme, impact)?);
+        let shapes = Shapes::new(model.modes);
+        Self::made((model, shapes), settings, state, (motion, false))
+    }
+
+    /// A stepper of bodies that `motion` moves. Ψ of the `model` picks the contact rows from its coordinates. What the future depends on is not all in the
+    /// [`State`], so that the stepper cannot be [put](Self::put) elsewhere or [settled](Self::settle).
+    pub fn over(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Motion + 'a>) -> Result<Self> {
+        let shapes = Shapes::whole(model.modes);
+        Self::made((model, shapes), settings, state, (motion, true))
+    }
+
+    fn made(
+        (model, shapes): (Model<'a>, Shapes),
+        settings: Settings,
+        mut state: State,
+        (motion, massive): (Box<dyn Motion + 'a>, bool),
+    ) -> Result<Self> {
+        let impact = model.impact()?;
+        settings.scheme.check(&[])?;
         let n = model.interface.len();
         if state.q.len() != model.omega.len() || state.v.len() != model.omega.len() || state.reaction.len() != 3 * n {
             return Err(Error::Defect("transient: the state does not belong to the model".into()));
@@ -130,8 +155,7 @@ impl<'a> Stepper<'a> {
                     .into(),
             ));
         }
-        let modal = Modal::new(&model, settings.scheme, impact)?;
-        let w = modal.operator(&model);
+        let w = motion.operator(&model);
         let s = model.interface;
         let travel = settings.drive.speed * settings.scheme.step;
         let nx = s.x.len();
@@ -145,14 +169,14 @@ impl<'a> Stepper<'a> {
                 (s.gap[line + b] - s.gap[line + a]) / (s.x[b] - s.x[a])
             })
             .collect();
-        let shapes = Shapes::new(model.modes);
         let mut new = Self {
             feet: feet(&s.x, travel),
             passing: Passing::smooth(s),
             model,
             settings,
             impact,
-            modal,
+            motion,
+            massive,
             w,
             slope,
             state,
@@ -283,9 +307,9 @@ impl<'a> Stepper<'a> {
         self.passing.go(self.model.interface, self.state.step, h);
         // The modal reactions at the beginning of the step: kept from the one before where there was one.
         let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.core_reaction()));
-        let (q_free, v_free) = self.modal.free(&self.state.q, &self.state.v, &old_modal);
+        let (q_free, v_free) = self.motion.free(&self.state.q, &self.state.v, &old_modal)?;
         // As the contact sees them.
-        let q_seen = match self.modal.lag(&old_modal) {
+        let q_seen = match self.motion.lag(&old_modal) {
             Some(lag) => self.shapes.seen(&q_free.iter().zip(lag).map(|(q, l)| q + l).collect::<Vec<f64>>()),
             None => self.shapes.seen(&q_free),
         };
@@ -313,6 +337,7 @@ impl<'a> Stepper<'a> {
         }
         let mut effort = Effort::default();
         let mut rounds = 0;
+        let mut touching = self.touching();
         let end = loop {
             self.look_for_edges();
             let ws = &self.working;
@@ -320,6 +345,7 @@ impl<'a> Stepper<'a> {
             let rows = ws.rows();
             let free = product(MatRef::from_row_major_slice(&ws.psi, rows, rank), &q_seen);
             let mut b = free[..3 * core].to_vec();
+            let mut gaps = Vec::with_capacity(core);
             for a in 0..core {
                 let i = ws.nodes[a];
                 let [x, y] = self.model.interface.point(i);
@@ -330,9 +356,12 @@ impl<'a> Stepper<'a> {
                     b[3 * a + c] += h * rigid[c] - foot[c];
                 }
                 let gap = b[3 * a + 2] + self.passing.after[i] - approach;
+                gaps.push(gap);
+                let closes = touching.as_ref().map_or(gap <= 0.0, |t| t[i]);
                 b[3 * a + 2] = match self.impact {
                     Impact::Compliant => gap,
-                    Impact::Rigid if gap > 0.0 => f64::INFINITY,
+                    Impact::Rigid if !closes && self.massive => FAR,
+                    Impact::Rigid if !closes => f64::INFINITY,
                     Impact::Rigid => {
                         let rate = rate + self.passing.raised(i) / h;
                         theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate)
@@ -364,12 +393,25 @@ impl<'a> Stepper<'a> {
             dense::add_columns(&ws.around, rows - 3 * core, &solution.reaction, &mut response[3 * core..]);
             let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
-            self.modal.add(&modal, &mut q, &mut v);
+            self.motion.add(&modal, &mut q, &mut v);
             let mut entering = self.entering(&solution, (&response, &free), &self.shapes.seen(&q), approach);
             if entering.is_empty() {
                 entering = self.pressed_beyond(&solution, (&response, &free), approach);
             }
-            if entering.is_empty() {
+            let mut late = 0;
+            if let Some(touching) = &mut touching {
+                let limit = self.rounding(approach);
+                for (a, gap) in gaps.iter().enumerate() {
+                    let i = self.working.nodes[a];
+                    if !touching[i] && gap + response[3 * a + 2] < limit {
+                        touching[i] = true;
+                        late += 1;
+                    }
+                }
+                entering.iter().for_each(|&i| touching[i] = true);
+            }
+            if entering.is_empty() && late == 0 {
+                self.motion.accept(&modal, &mut q, &mut v)?;
                 self.met.nodes = self.working.nodes[..core].to_vec();
                 self.met.slip = (0..core)
                     .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
@@ -383,22 +425,38 @@ impl<'a> Stepper<'a> {
             if rounds > 50 {
                 return Err(Error::NotConverged(format!(
                     "the set of contact nodes did not settle in {rounds} rounds; {} more nodes touch",
-                    entering.len()
+                    entering.len() + late
                 )));
             }
+            if entering.is_empty() {
+                continue;
+            }
             let mut core: Vec<usize> = self.working.nodes[..core].to_vec();
-            core.extend(entering);
+            core.append(&mut entering);
             self.gather(core)?;
         };
         self.take(end, total, effort);
         self.shrink()
     }
 
+    /// The nodes that a step of a surface with mass begins with in contact, `[n]`: those that pressed at the end of the step before. Others come in where the step
+    /// would press them into each other. None where the gap without reactions decides.
+    fn touching(&self) -> Option<Vec<bool>> {
+        let pressed = |i: usize| self.state.reaction[3 * i + 2] > 0.0;
+        let n = self.model.interface.len();
+        self.massive.then(|| (0..n).map(pressed).collect())
+    }
+
+    /// A gap that is negative by rounding alone, m.
+    fn rounding(&self, shift: f64) -> f64 {
+        -1e-12 * (shift.abs() + self.model.interface.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())))
+    }
+
     /// Takes the end of a step into the state; `total` says which forces were prescribed.
     fn take(&mut self, end: End, total: [Option<f64>; 3], effort: Effort) {
         let End { solution, response, free, modal, q, v, approach } = end;
         let h = self.settings.scheme.step;
-        let gamma = self.modal.gamma();
+        let gamma = self.motion.gamma();
         let core = self.working.core;
         let mut reaction = vec![0.0; self.state.reaction.len()];
         for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
@@ -441,10 +499,10 @@ impl<'a> Stepper<'a> {
                 report.stick += usize::from(solution.status[a] == Status::Stick);
             }
         }
-        let (damped, supplied) = self.modal.damped((&self.state.q, &self.state.v), (&q, &v));
+        let (damped, supplied) = self.motion.damped((&self.state.q, &self.state.v), (&q, &v));
         e.damping += damped;
         e.drive += supplied;
-        e.drive += self.modal.loaded(&self.state.q, &q);
+        e.drive += self.motion.loaded(&self.state.q, &q);
         self.state.q = q;
         self.state.v = v;
         self.state.reaction = reaction;
@@ -467,7 +525,7 @@ impl<'a> Stepper<'a> {
 
     /// Kinetic and elastic energy of the present state, J.
     fn stored(&self) -> (f64, f64) {
-        let mut elastic = self.modal.elastic(&self.state.q);
+        let mut elastic = self.motion.elastic(&self.state.q);
         if self.impact == Impact::Compliant {
             // ½ RᵀSR = ½ Rᵀ(u − Ψ q).
             for (a, &i) in self.working.nodes[..self.working.core].iter().enumerate() {
@@ -479,7 +537,7 @@ impl<'a> Stepper<'a> {
             };
             elastic -= 0.5 * modal;
         }
-        (self.modal.kinetic(&self.state.v), elastic)
+        (self.motion.kinetic(&self.state.v), elastic)
     }
 
     /// Ψᵀ R of the reactions on the core, N/√kg, `[m]`.

@@ -7,6 +7,7 @@ mod cycles;
 mod damaged;
 mod drawn;
 mod failures;
+mod full_transient;
 mod golden;
 mod interrupted;
 mod matrices;

@@ -34,7 +34,7 @@ pub fn read<T: hdf5::H5Type>(file: &hdf5::File, name: &str) -> Vec<T> {
 }
 
 /// Growth rate and frequency of rows of modal amplitudes dominated by one oscillation, `interval` apart.
-fn growth(rows: &[Vec<f64>], interval: f64, about: f64) -> (f64, f64) {
+pub fn growth(rows: &[Vec<f64>], interval: f64, about: f64) -> (f64, f64) {
     // Differences take the state of rest away; then x_{j+1} = a x_j − b x_{j−1}, a = 2 r cos ωT, b = r².
     let x: Vec<Vec<f64>> = rows.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(a, b)| a - b).collect()).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

@@ -5,7 +5,7 @@ use super::*;
 use faer::linalg::solvers::Solve;
 use railsqueal::model::{turning, ModalRotation};
 use railsqueal::transient::scheme::Modal;
-use railsqueal::transient::{Effort, Memory, Operator, StepProblem};
+use railsqueal::transient::{Effort, Memory, Motion, Operator, StepProblem};
 
 /// Angular velocity, rad/s.
 const SPEED: f64 = 60.0;

@@ -1,13 +1,16 @@
 //! The analysis `transient`: rolling contact in time, from a state of rest and its perturbation, written in segments.
 
 mod account;
+mod course;
 mod fields;
+mod full;
 pub mod kept;
 mod points;
 mod sound;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
 
+use super::full_stability::Beside;
 use super::reduction::Reduction;
 use super::run::Run;
 use super::steps::Needs;
@@ -17,24 +20,23 @@ use crate::case::bodies::Bodies;
 use crate::case::examined::Found;
 use crate::case::rolling::{drive, moved, Rolling};
 use crate::case::roughness;
-use crate::job::{self, Job};
+use crate::job::{self, Job, TransientModel};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
 use crate::output::datasets::points::Points;
-use crate::output::datasets::record::{grid, Recorder};
+use crate::output::datasets::record::grid;
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
 use crate::stability::grows;
 use crate::stability::reduced::Eigenpair;
 use crate::stop::Stop;
 use crate::summary::Summary;
-use crate::transient::{Effort, Scheme, State, Stepper};
+use crate::transient::{Scheme, State, Stepper};
 use crate::{Error, Result};
-use account::Account;
+use course::{Course, Done};
 use points::Located;
 use sound::Sound;
 use std::path::Path;
-use std::time::Instant;
 
 /// What the transient takes from the other stages of a run.
 pub struct Inputs<'a> {
@@ -58,6 +60,8 @@ pub struct Inputs<'a> {
     pub model: &'a Reduction,
     /// On rank 0: what stability found, where it was asked for.
     pub found: Option<&'a Found>,
+    /// What the full system found beside the mode that the bodies are moved along at the start, where it was asked.
+    pub beside: Option<&'a Beside>,
     /// What the command line says.
     pub options: &'a RunOptions,
     /// When to stop.
@@ -74,6 +78,15 @@ impl Inputs<'_> {
         self.found.map_or(&[], |f| &f.spectrum.eigenpairs)
     }
 
+    /// On rank 0: the eigenvalue along whose mode the bodies are moved at the start.
+    fn start_mode(&self) -> Result<&Eigenpair> {
+        let number = self.wanted.start.mode.unwrap_or(0);
+        (number as usize).checked_sub(1).and_then(|i| self.eigenpairs().get(i)).ok_or_else(|| {
+            let found = self.eigenpairs().len();
+            Error::Job(format!("analyses.transient.start.mode is {number}: stability found {found} eigenvalues"))
+        })
+    }
+
     /// On rank 0: the segments of the run.
     fn segments(&self) -> Result<&Segments> {
         self.segments.ok_or_else(|| Error::Defect("a transient without segments".into()))
@@ -83,6 +96,9 @@ impl Inputs<'_> {
 /// What the analysis needs of the bodies: named points and the motion of the bodies take static solves, and sound the shapes. What moves the points and how
 /// the modes radiate is in the first segment of a run that is continued.
 pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
+    if wanted.model == TransientModel::Full {
+        return full::needs(wanted, resume);
+    }
     let solvers = (!wanted.points.is_empty() && !resume) || wanted.body_stride > 0;
     Needs { solvers, shapes: solvers || (wanted.sound_power.is_some() && !resume) }
 }
@@ -98,13 +114,20 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
                 .into(),
         ));
     }
-    let points = if inputs.options.resume {
+    let full = wanted.model == TransientModel::Full;
+    let mut located = Located::default();
+    let points = if full {
+        full::refuse_without_shapes(inputs)?;
+        located = Located::find(wanted, inputs.bodies, true)?;
+        full::points(&mut located, inputs.model.on_root().map_or(0, |root| 3 * root.interface.len()));
+        std::mem::take(&mut located.points)
+    } else if inputs.options.resume {
         let found = world.on_root(|| Points::restore(wanted, &inputs.segments()?.open_first()?))?;
         found.unwrap_or_default()
     } else {
-        let mut located = Located::find(wanted, inputs.bodies, inputs.shapes)?;
+        located = Located::find(wanted, inputs.bodies, inputs.shapes)?;
         located.solve(inputs.bodies, inputs.modes, inputs.model)?;
-        located.points
+        std::mem::take(&mut located.points)
     };
     let sound = match &wanted.sound_power {
         Some(power) => Some(Sound::new(world, inputs, power, run.progress)?),
@@ -114,10 +137,15 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
     if world.is_root() {
         report_damping(wanted, inputs.eigenpairs(), run.progress, &mut run.summary);
     }
-    let wish = || inputs.stop.signalled();
-    let work = |elsewhere: &dyn Fn() -> bool| advance(inputs, (&points, sound.as_ref()), keep, elsewhere, run.progress);
-    let done = world.on_root_heeding(wish, work)?;
-    if let Some((effort, steps, seconds, account)) = &done {
+    let done = if full {
+        full::run(run, inputs, (&located, &points), sound.as_ref(), keep)?
+    } else {
+        let wish = || inputs.stop.signalled();
+        let work =
+            |elsewhere: &dyn Fn() -> bool| advance(inputs, (&points, sound.as_ref()), keep, elsewhere, run.progress);
+        world.on_root_heeding(wish, work)?
+    };
+    if let Some(Done { effort, steps, seconds, account }) = &done {
         let pair = &inputs.model.root()?.pair;
         let per = |n: usize| n as f64 / (*steps).max(1) as f64;
         run.summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
@@ -173,14 +201,14 @@ fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progr
     }
 }
 
-/// On rank 0: all steps; returns effort, number of steps, time and what is to be said of them.
+/// On rank 0: all steps on the reduced model.
 fn advance(
     inputs: &Inputs<'_>,
     (points, sound): (&Points, Option<&Sound<'_>>),
     keep: Vec<Table>,
     elsewhere: &dyn Fn() -> bool,
     progress: &mut Progress,
-) -> Result<(Effort, u64, f64, Account)> {
+) -> Result<Done> {
     let (root, segments) = (inputs.model.root()?, inputs.segments()?);
     let wanted = inputs.wanted;
     let rolling = Rolling { job: inputs.job, wanted, contact: inputs.contact, model: (&root.interface, &root.pair) };
@@ -193,7 +221,6 @@ fn advance(
     let identity = roughness::identity(checkpoint::identity(&model), surface.as_ref());
     let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
     let (rest, settings) = ready.begin(&model, &rolling)?;
-    let total = wanted.steps();
     let begin = |state: State| -> Result<Stepper<'_>> {
         let stepper = Stepper::new(model, settings, state)?;
         let stepper = match rolling.augmentation() {
@@ -205,16 +232,11 @@ fn advance(
             None => stepper,
         })
     };
-    let mut stepper;
+    let (mut stepper, begun);
     match resumed {
         Some(found) => {
-            if found.identity != identity {
-                progress.note(
-                    "warning: the reduced model differs in rounding from that of the run to be continued, or a file of its roughness has changed; the results do too",
-                );
-            }
             stepper = begin(found.state)?;
-            segments.go_on(inputs.given.to_json())?;
+            begun = Some(found.identity);
         }
         None => {
             let (start, moved) = perturbed(inputs, root, rest)?;
@@ -222,86 +244,18 @@ fn advance(
             if moved {
                 stepper.settle().map_err(|e| e.context("analyses.transient: the start"))?;
             }
-            // Nothing is left behind by a run that cannot begin.
-            segments.begin(inputs.given.to_json())?;
+            begun = None;
         }
     }
-    let mut recorder = Recorder::new(points, wanted, root, sound.map_or(0, Sound::stride), &stepper.state().reaction);
-    let mut effort = Effort::default();
-    let first = stepper.state().step;
-    let mut account = Account::new(wanted.step, first, total);
-    let begun = Instant::now();
-    if !inputs.options.resume {
-        let mut tables = checkpoint::tables(stepper.state(), &identity, inputs.given)?;
-        tables.extend(keep);
-        tables.extend(points.kept());
-        tables.extend(sound.map(Sound::kept).unwrap_or_default());
-        segments.write(0, &tables)?;
-        if let Some(kept) = inputs.kept {
-            let _ = std::fs::remove_file(kept);
-        }
-    }
-    let mut segment_begun = Instant::now();
-    while stepper.state().step < total {
-        let result = stepper.advance();
-        if result.is_ok() {
-            recorder.take(&stepper);
-            account.take(stepper.state().step, stepper.report(), stepper.state().energy.kinetic, recorder.velocities());
-            effort += stepper.report().effort;
-        }
-        let step = stepper.state().step;
-        let end = step.is_multiple_of(u64::from(wanted.segment)) || step == total;
-        if result.is_err() || end {
-            let mut tables = recorder.tables();
-            tables.extend(checkpoint::tables(stepper.state(), &identity, inputs.given)?);
-            if result.is_ok() || recorder.any() {
-                segments.write(step, &tables)?;
-            }
-            recorder.clear();
-        }
-        result.map_err(|e| {
-            let place = segments.folder().display();
-            let advice = match e {
-                Error::NotConverged(_) => "; a shorter analyses.transient.step, or a larger tolerance, may help",
-                _ => "",
-            };
-            e.context(format!("analyses.transient (the state before is kept in {place}{advice})"))
-        })?;
-        if end {
-            // A run that is continued from here begins with an empty solver; one that goes on does as well.
-            stepper.reset()?;
-            progress.step("steps", (step - first) as usize, (total - first) as usize);
-            let segment = segment_begun.elapsed();
-            segment_begun = Instant::now();
-            if elsewhere() {
-                inputs.stop.request();
-            }
-            if step < total {
-                if let Some(why) = inputs.stop.asked(segment) {
-                    return Err(Error::Stopped(format!(
-                        "stopped {why} after {step} of {total} steps (t = {:.6} s); the state is kept in {}. Continue with \
-                         --resume {}",
-                        step as f64 * wanted.step,
-                        segments.folder().display(),
-                        inputs.options.output.display()
-                    )));
-                }
-            }
-        }
-    }
-    segments.complete(total)?;
-    Ok((effort, total - first, begun.elapsed().as_secs_f64(), account))
+    let course = Course { inputs, points, sound, identity, more: &|| Ok(Vec::new()), elsewhere };
+    course.go(stepper, begun.as_deref(), keep, progress)
 }
 
 /// The start with its perturbations, and whether there are any.
 fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Result<(State, bool)> {
     let start = &inputs.wanted.start;
-    if let Some(number) = start.mode {
-        let pair = (number as usize).checked_sub(1).and_then(|i| inputs.eigenpairs().get(i)).ok_or_else(|| {
-            let found = inputs.eigenpairs().len();
-            Error::Job(format!("analyses.transient.start.mode is {number}: stability found {found} eigenvalues"))
-        })?;
-        state = moved(state, &root.pair, pair, start.amplitude);
+    if start.mode.is_some() {
+        state = moved(state, &root.pair, inputs.start_mode()?, start.amplitude);
     }
     if let Some(random) = start.random {
         state = state.shaken(u64::from(random.seed), random.energy);
@@ -313,6 +267,9 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
 pub fn check(job: &Job, wanted: &job::Transient, contact: &job::Contact) -> Result<()> {
     Scheme { step: wanted.step, theta: wanted.theta }.check(&[])?;
     sound::check(wanted)?;
+    if wanted.model == TransientModel::Full {
+        full::check(job)?;
+    }
     roughness::check(job)?;
     drive(wanted, contact, 0.0, [0.0; 2]).map(|_| ())
 }

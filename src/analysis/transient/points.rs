@@ -52,6 +52,11 @@ impl Located {
         Ok(located)
     }
 
+    /// The place of the body of each point, and its node on the rank that owns it.
+    pub fn nodes(&self) -> impl Iterator<Item = (usize, Option<usize>)> + '_ {
+        self.place.iter().copied().zip(self.node.iter().copied())
+    }
+
     /// Collective: what moves the points, by three static solves for each.
     pub fn solve(&mut self, bodies: &Bodies, modes: &[TraceModes], model: &Reduction) -> Result<()> {
         let counts: Vec<usize> = bodies.places.iter().map(|p| modes.get(p.body).map_or(0, |m| m.omega.len())).collect();

@@ -83,6 +83,8 @@ pub struct Recorder<'a> {
     beyond: Vec<f64>,
     /// Velocities of the points at the last step, m/s, `[3 points]`.
     velocities: Vec<f64>,
+    /// Number of modes.
+    modes: usize,
     /// Time step, s.
     step: f64,
     contact_stride: u64,
@@ -165,6 +167,7 @@ impl<'a> Recorder<'a> {
             points,
             beyond: points.residual(reaction),
             velocities: vec![0.0; 3 * p],
+            modes: m,
             step: wanted.step,
             contact_stride: u64::from(wanted.contact_stride),
             modal_stride: u64::from(wanted.modal_stride),
@@ -225,12 +228,14 @@ impl<'a> Recorder<'a> {
             ];
             self.contact.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
         }
+        // Their amplitudes are the last coordinates, where others move as well.
+        let amplitudes = || state.q[state.q.len().saturating_sub(self.modes)..].to_vec();
         if due(self.modal_stride) {
-            let rows = [vec![time], state.q.clone()];
+            let rows = [vec![time], amplitudes()];
             self.modal.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
         }
         if due(self.sound_stride) {
-            let rows = [vec![time], state.q.clone()];
+            let rows = [vec![time], amplitudes()];
             self.sound.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
         }
         if due(self.body_stride) {

@@ -81,7 +81,8 @@ impl Stepper<'_> {
         let h = [1, 2].map(|k| x[near[0]] - x[near[k]]);
         // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
         let closed = near.map(|jx| self.is_closed(line + jx));
-        let own = line + left + 1 == ws.nodes[a] && self.impact == Impact::Compliant;
+        let known = self.impact == Impact::Compliant || self.massive;
+        let own = line + left + 1 == ws.nodes[a] && known;
         let course = match closed {
             // Only at its own node the gaps of the edge are known.
             [true, false, false] if !own => Course::Line,
@@ -107,7 +108,7 @@ impl Stepper<'_> {
         let ws = &self.working;
         let gap = &self.passing.after;
         let shift = solution.shift[2] - approach;
-        let limit = -1e-12 * (shift.abs() + s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())));
+        let limit = self.rounding(shift);
         let mut entering: Vec<usize> = (ws.core..ws.nodes.len())
             .filter(|&a| gap[ws.nodes[a]] + shift + free[ws.normal(a)] + response[ws.normal(a)] < limit)
             .map(|a| ws.nodes[a])
@@ -203,7 +204,7 @@ impl Stepper<'_> {
         let mut lines = Vec::with_capacity(core.len());
         for &i in &core {
             let (ix, iy) = (i % nx, i / nx);
-            let foot = self.feet[ix].filter(|_| !s.on_border(i) || self.impact == Impact::Rigid).ok_or_else(|| {
+            let foot = self.feet[ix].filter(|_| !s.on_border(i) || self.impact == Impact::Rigid && !self.massive).ok_or_else(|| {
                 let [x, y] = s.point(i);
                 Error::Job(format!(
                     "contact.patch: the contact reaches x = {x:.4e} m, y = {y:.4e} m, at the border of the patch; enlarge \
