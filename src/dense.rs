@@ -7,7 +7,8 @@ use std::ops::{Add, AddAssign, Mul};
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
-use faer::{Auto, Mat, MatRef, Par, Spec};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Auto, Mat, MatMut, MatRef, Par, Spec};
 use pulp::{Arch, Simd, WithSimd};
 
 /// `f64` or `f32`.
@@ -16,6 +17,16 @@ pub(crate) trait Real: Copy + Default + Add<Output = Self> + Mul<Output = Self> 
     fn add_columns(a: &[Self], stride: usize, x: &[Self], out: &mut [Self]);
     /// See the function [`add_scattered`].
     fn add_scattered(columns: &[(&[Self], Self)], out: &mut [Self]);
+}
+
+/// A x, of as many entries as A has rows.
+pub(crate) fn product(a: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; a.nrows()];
+    if !x.is_empty() && !out.is_empty() {
+        let column = MatMut::from_column_major_slice_mut(&mut out, a.nrows(), 1);
+        matmul(column, Accum::Replace, a, MatRef::from_column_major_slice(x, x.len(), 1), 1.0, Par::Seq);
+    }
+    out
 }
 
 /// Eigenvalues, ascending, `[n]`, and orthonormal eigenvectors, columns of `[n, n]`, of the symmetric matrix whose lower triangle `a` holds; by QR

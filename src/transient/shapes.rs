@@ -3,7 +3,7 @@
 //! A contact is small beside the waves of the modes that are kept: hundreds of modes move it in a few dozen ways. Ψ = B Cᵀ with r columns, to rounding, so
 //! that displacements of the contact and forces on the modes cost r and not m products a row.
 
-use crate::dense::wide_dot;
+use crate::dense::{product, wide_dot};
 use faer::{Mat, MatRef};
 
 /// What is left of columns by rounding, relative to the largest of them.
@@ -60,7 +60,7 @@ impl Shapes {
     /// C z, `[m]`: forces on the modes from those, `z`, on what the contact sees of them, `[r]`.
     pub(super) fn spread(&self, z: Vec<f64>) -> Vec<f64> {
         let Some(mix) = &self.mix else { return z };
-        super::stepper::product(mix.as_ref(), &z)
+        product(mix.as_ref(), &z)
     }
 }
 

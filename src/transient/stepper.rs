@@ -1,7 +1,6 @@
 //! One step after the other.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Mat, MatRef};
 
 use super::compact::Operator;
 use super::drive::{Drive, Normal, Tangential};
@@ -14,7 +13,7 @@ use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::{Modal, Scheme};
 use super::shapes::Shapes;
 use crate::contact::law::Status;
-use crate::dense::{self, dot};
+use crate::dense::{self, dot, product};
 use crate::friction::{FrictionLaw, Remembered};
 use crate::roughness::Surface;
 use crate::{Error, Result};
@@ -575,14 +574,4 @@ impl<'a> Stepper<'a> {
 /// Nodes with a pressure, ascending.
 fn pressed(reaction: &[f64]) -> Vec<usize> {
     (0..reaction.len() / 3).filter(|&i| reaction[3 * i + 2] > 0.0).collect()
-}
-
-/// A x.
-pub(super) fn product(a: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
-    let mut out = vec![0.0; a.nrows()];
-    if !x.is_empty() && !out.is_empty() {
-        let column = MatMut::from_column_major_slice_mut(&mut out, a.nrows(), 1);
-        matmul(column, Accum::Replace, a, MatRef::from_column_major_slice(x, x.len(), 1), 1.0, Par::Seq);
-    }
-    out
 }

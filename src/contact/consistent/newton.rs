@@ -5,9 +5,9 @@
 
 use super::cells::{Cells, Derivative, Fields, Law};
 use crate::contact::krylov::gmres;
-use faer::linalg::matmul::matmul;
+use crate::dense::product;
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Mat, MatMut, MatRef};
 
 /// A problem on the nodes of some cells.
 pub(crate) struct Posed<'a> {
@@ -228,12 +228,4 @@ impl Posed<'_> {
         }
         best
     }
-}
-
-/// A x.
-fn product(a: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
-    let mut out = vec![0.0; a.nrows()];
-    let column = MatMut::from_column_major_slice_mut(&mut out, a.nrows(), 1);
-    matmul(column, Accum::Replace, a, MatRef::from_column_major_slice(x, x.len(), 1), 1.0, Par::Seq);
-    out
 }
