@@ -80,7 +80,8 @@ impl Hybrid {
         let both = Constant::new(forms, &[circle, wider], radius);
         let constant = both.or_else(|_| Constant::new(forms, &[circle], radius))?;
         let mine = (world.rank..constant.blocks.len()).step_by(world.size);
-        let parts = world.agree(mine.map(|k| constant.block(k)).collect::<Result<Vec<_>>>())?;
+        let mut memory = Vec::new();
+        let parts = world.agree(mine.map(|k| constant.block(k, &mut memory)).collect::<Result<Vec<_>>>())?;
         let nothing = constant.singles().iter().map(|_| [[0.0; LOADS]; LOADS]).collect();
         let own = if world.is_root() { constant.singles() } else { nothing };
         let all = world.sum_all(sum(parts.into_iter().chain([own])).as_flattened().as_flattened());
