@@ -5,10 +5,12 @@ use super::half_space::HalfSpace;
 use crate::dense::dot;
 use crate::parallel::World;
 use crate::swept::compliance::sum;
-use crate::swept::{both_turned, Constant, Forms, HalfSpaceLoad, Patch, Square, LOADS};
+use crate::swept::{both_turned, Constant, Forms, HalfSpaceLoad, Patch};
 use crate::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
+
+pub use crate::swept::{Square, LOADS};
 
 /// Part of the smaller half side of the grid that the circle of the loads has as its radius: about a contact that the grid holds with room to spare.
 pub const CIRCLE: f64 = 2.0 / 3.0;

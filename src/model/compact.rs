@@ -1,13 +1,11 @@
 //! The model of a sweep on bodies that the contact sees by few numbers: every rank makes it by itself.
 
-use super::{adapt, SharedModel};
-use crate::body::hybrid::{add_functions, expansion, Compact};
+use super::{adapt, ModalPair, SharedModel};
+use crate::body::hybrid::{add_functions, expansion, Compact, Square, LOADS};
 use crate::body::{Convolution, ModalMatrix, Side, TraceModes};
 use crate::grid::Interface;
 use crate::job::Job;
-use crate::model::ModalPair;
 use crate::parallel::World;
-use crate::swept::{Square, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;

@@ -12,8 +12,8 @@ use faer::linalg::triangular_solve::{
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use std::rc::Rc;
 
-/// Rows of a block; a multiple of 3, so that the three amplitudes of a node are in one.
-pub(super) const BLOCK: usize = 48;
+/// Rows of a block: a multiple of 3, so that the three amplitudes of a node are in one, and few, as rows of sections reach back by some hundred and fifty.
+pub(super) const BLOCK: usize = 24;
 /// A pivot of this part of its diagonal entry is lost in rounding.
 const LOST: f64 = 1e-13;
 

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 mod bays;
 mod drawn_rail;
+mod elsewhere;
 mod infinite;
 mod straight;
 
