@@ -33,6 +33,7 @@ STUDIES = {
     "former": whole.former,
     "wheel-on-rail": whole.wheel_on_rail,
     "sweeps": whole.sweeps,
+    "places": whole.places,
     "limit-cycles": whole.limit_cycles,
     "orderings": algebra.orderings,
     "solves": algebra.solves,

@@ -132,6 +132,24 @@ def sweeps():
     put(PAGE, "sweeps", table(head, body) + "\n" + noted(load))
 
 
+def places():
+    """A map over places of the wheel on the rail, whose bodies are made anew at each: the whole run, the job's own model and its pictures included."""
+    load, body = busy(), []
+    cases = [("modes up to 2.5 kHz, as the job has it", {}, 1), ("modes up to 2.5 kHz, as the job has it", {}, 2), ("up to 6.6 kHz", MANY, 2)]
+    with tempfile.TemporaryDirectory() as name:
+        result = Path(name) / "map.h5"
+        for what, sets, ranks in cases:
+            found = in_turn(lambda: run("curve-map.json", "--output", result, "--force", sets=sets, ranks=ranks))[0]
+            with h5py.File(result) as file:
+                modes = [len(file[f"modes/{one}/frequency"]) for one in ("lower", "upper")]
+                status, error = file["sweep/status"][()], file["sweep/backward_error"][()].max()
+            wall, cpu, memory = (middle(found, key) for key in ("wall", "cpu", "memory"))
+            shown = [f"{wall:.1f} s", f"{60 * status.size / wall:.0f}", f"{cpu:.1f} s", f"{memory / 1e9:.2f} GB", f"{error:.0e}", str(int((status != 0).sum()))]
+            body.append([what, f"{modes[0]} and {modes[1]}", str(ranks), str(status.size), *shown])
+    head = ["`curve-map.json`", "modes of rail and wheel", "ranks", "points", "whole run", "points a minute", "its CPU", "memory of all ranks", "backward errors to", "failed"]
+    put(PAGE, "places", table(head, body) + "\n" + noted(load))
+
+
 # Of `limit-cycles.json`: fifty states, each in two branches.
 CYCLES = {"contact.creepage.lateral": {"from": 0.004, "to": 0.013, "count": 10}, "contact.friction": {"from": 0.25, "to": 0.45, "count": 5}}
 

@@ -3,13 +3,14 @@
 
 use super::deferred;
 use super::steps::Needs;
-use crate::body::half_space::HalfSpaceBody;
+use crate::body::half_space::{is_uniform, HalfSpaceBody};
+use crate::body::hybrid::refuse_negative;
 use crate::body::{Body, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::case::interface::{convolution, half_space, interface_of, near};
 use crate::grid::{Interface, Transfer};
 use crate::job::{self, Compliance, Job, LinearSolver};
-use crate::model::{AtContact, ReducedModel};
+use crate::model::{shared, AtContact, ReducedModel, SharedModel};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -82,6 +83,29 @@ impl Reduction {
             Ok(model)
         })?;
         Ok(Self { root: root.map(looked_through), approximate })
+    }
+
+    /// Collective: the model that the points of a sweep share, on every rank, where both bodies need few numbers at the contact and a state of rest sees half-spaces alone:
+    /// what [`Reduction::build`] makes on rank 0 and [`SharedModel::broadcast`] brings to the others, but by every rank itself. None of other bodies.
+    pub fn shared(
+        world: &World,
+        job: &Job,
+        contact: &job::Contact,
+        (bodies, modes): (&Bodies, &[TraceModes]),
+        progress: &mut Progress,
+    ) -> Result<Option<SharedModel>> {
+        let [lower, upper] = &bodies.places[..] else { return Ok(None) };
+        if !job.is_loaded() || modes.len() != bodies.unique.len() {
+            return Ok(None);
+        }
+        let few = bodies.unique.iter().map(|b| b.compact()).collect::<Result<Option<Vec<_>>>>()?;
+        let interface = shared(world, world.on_root(|| interface_of(contact, bodies))?.as_ref())?;
+        let (Some(few), true) = (few, is_uniform(&interface.x) && is_uniform(&interface.y)) else { return Ok(None) };
+        progress.stage("compliance of the contact");
+        let named: Vec<_> = bodies.unique.iter().map(|b| b.name()).zip(&few).collect();
+        refuse_negative(world, &named, &[interface.x.clone(), interface.y.clone()])?;
+        let parts = [lower, upper].map(|p| (&modes[p.body], &few[p.body]));
+        SharedModel::of_compact(world, job, interface, parts).map(Some)
     }
 
     /// On rank 0: the reduction to `model`.

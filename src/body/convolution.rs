@@ -306,7 +306,21 @@ impl Convolution {
 
     /// The matrix itself, `[3n, 3n]`.
     pub fn dense(&self) -> Mat<f64> {
-        Mat::from_fn(self.rows(), self.rows(), |i, j| self.get(i, j))
+        if self.whole.is_some() {
+            return Mat::from_fn(self.rows(), self.rows(), |i, j| self.get(i, j));
+        }
+        let [nx, ny] = self.shape();
+        let mut all = Mat::<f64>::zeros(self.rows(), self.rows());
+        for column in 0..self.rows() {
+            let (j, c) = (column / 3, column % 3);
+            for (iy, line) in all.col_as_slice_mut(column).chunks_exact_mut(3 * nx).enumerate() {
+                let kernel = &self.kernel[nx - 1 - j % nx + (2 * nx - 1) * (iy + ny - 1 - j / nx)..][..nx];
+                for (out, k) in line.chunks_exact_mut(3).zip(kernel) {
+                    (0..3).for_each(|r| out[r] = k[r][c]);
+                }
+            }
+        }
+        all
     }
 
     /// Products in double precision, good to rounding.

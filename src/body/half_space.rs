@@ -5,9 +5,11 @@
 //! a normal force P gives u_n = P(1−ν)/(2πG r), u_x = −P(1−2ν) X/(4πG r²), u_y likewise with Y;
 //! a tangential force Q along x gives u_x = Q/(2πG)·((1−ν)/r + ν X²/r³), u_y = Q ν X Y/(2πG r³), u_n = Q(1−2ν) X/(4πG r²).
 
+use super::hybrid::Compact;
 use super::modes::Extent;
 use super::{Body, Kind, Steps, TraceModes};
 use crate::parallel::World;
+use crate::swept::LOADS;
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -156,6 +158,10 @@ impl Body for HalfSpaceBody<'_> {
         self.world.on_root(|| self.material.compliance(&self.x, &self.y))
     }
 
+    fn compact(&self) -> Result<Option<Compact>> {
+        Ok(Some(Compact { half_space: self.material, beside: [[0.0; LOADS]; LOADS], seen: Vec::new() }))
+    }
+
     /// None: it has no inertia that would reflect waves.
     fn modes(&mut self, _: Extent, _: &mut Steps) -> Result<TraceModes> {
         let rows = self.world.is_root().then(|| Mat::zeros(Body::rows(self), 0));
@@ -201,7 +207,7 @@ fn dual_sides(x: &[f64]) -> Result<Vec<f64>> {
 }
 
 /// Equal spacing to the digits that positions read from a mesh file keep.
-pub(super) fn is_uniform(x: &[f64]) -> bool {
+pub(crate) fn is_uniform(x: &[f64]) -> bool {
     let h = (x[x.len() - 1] - x[0]) / (x.len() - 1) as f64;
     x.windows(2).all(|w| (w[1] - w[0] - h).abs() <= 1e-9 * h)
 }

@@ -1,11 +1,16 @@
 //! The contact of a body whose compliance is that of a half-space and a motion of the contact that is constant or goes with x and y ("hybrid").
 
+use super::convolution::{Convolution, Product};
 use super::half_space::HalfSpace;
+use crate::dense::dot;
 use crate::parallel::World;
 use crate::swept::compliance::sum;
-use crate::swept::{both_turned, Constant, Forms, HalfSpaceLoad, Patch, Square, LOADS};
+use crate::swept::{both_turned, Constant, Forms, HalfSpaceLoad, Patch};
 use crate::{Error, Result};
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+
+pub use crate::swept::{Square, LOADS};
 
 /// Part of the smaller half side of the grid that the circle of the loads has as its radius: about a contact that the grid holds with room to spare.
 pub const CIRCLE: f64 = 2.0 / 3.0;
@@ -13,6 +18,12 @@ pub const CIRCLE: f64 = 2.0 / 3.0;
 pub const WIDER: f64 = 1.5;
 /// A difference between both circles of more than this part of the contact's own compliance is called large.
 const LARGE: f64 = 0.01;
+
+/// Residual of the forces that move a grid as its functions do, over what is wanted, and steps to get there at the most.
+const PRECISE: f64 = 1e-10;
+const STEPS: usize = 1000;
+/// An eigenvalue this near to 0 tells nothing of its sign.
+const NEAR: f64 = 1e-6;
 
 /// Σ ψ̂ψ̂ᵀ/ω²: what modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, have of the compliance.
 pub(super) fn statics(omega: &[f64], seen: &[[f64; LOADS]]) -> Square {
@@ -26,7 +37,7 @@ pub(super) fn statics(omega: &[f64], seen: &[[f64; LOADS]]) -> Square {
 }
 
 /// π = (1, x, y) of the contact rows on a grid of lines along x and y, m, `[3n, 9]`.
-pub(super) fn expansion([x, y]: &[Vec<f64>; 2]) -> Mat<f64> {
+pub fn expansion([x, y]: &[Vec<f64>; 2]) -> Mat<f64> {
     let mut pi = Mat::zeros(3 * x.len() * y.len(), LOADS);
     for row in 0..pi.nrows() {
         let node = row / 3;
@@ -34,6 +45,17 @@ pub(super) fn expansion([x, y]: &[Vec<f64>; 2]) -> Mat<f64> {
         factors.into_iter().enumerate().for_each(|(m, f)| pi[(row, 3 * m + row % 3)] = f);
     }
     pi
+}
+
+/// What the contact rows of a body need: it yields as a half-space does and by motions that are constant or go with x and y, as its modes move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compact {
+    /// The half-space.
+    pub half_space: HalfSpace,
+    /// What there is beside it that the modes have no part in, m/N and so on.
+    pub beside: Square,
+    /// The modes, 1/√kg and 1/(√kg m), `[m]`.
+    pub seen: Vec<[f64; LOADS]>,
 }
 
 /// The contact rows of a body, on every rank.
@@ -46,7 +68,8 @@ pub struct Hybrid {
     constant: Option<Square>,
     /// What is added to that by what the section's forms do not know.
     beside: Square,
-    /// Modal part of it, once modes are known.
+    /// The modes at the contact, once they are known, and their part of it.
+    seen: Vec<[f64; LOADS]>,
     modal: Square,
 }
 
@@ -55,7 +78,7 @@ impl Hybrid {
     pub fn new(half_space: HalfSpace, grid: Option<[&[f64]; 2]>) -> Self {
         let grid = grid.map_or([Vec::new(), Vec::new()], |lines| lines.map(<[f64]>::to_vec));
         let none = [[0.0; LOADS]; LOADS];
-        Self { grid, half_space, constant: None, beside: none, modal: none }
+        Self { grid, half_space, constant: None, beside: none, seen: Vec::new(), modal: none }
     }
 
     /// Number of contact rows, 3n.
@@ -80,7 +103,8 @@ impl Hybrid {
         let both = Constant::new(forms, &[circle, wider], radius);
         let constant = both.or_else(|_| Constant::new(forms, &[circle], radius))?;
         let mine = (world.rank..constant.blocks.len()).step_by(world.size);
-        let parts = world.agree(mine.map(|k| constant.block(k)).collect::<Result<Vec<_>>>())?;
+        let mut memory = Vec::new();
+        let parts = world.agree(mine.map(|k| constant.block(k, &mut memory)).collect::<Result<Vec<_>>>())?;
         let nothing = constant.singles().iter().map(|_| [[0.0; LOADS]; LOADS]).collect();
         let own = if world.is_root() { constant.singles() } else { nothing };
         let all = world.sum_all(sum(parts.into_iter().chain([own])).as_flattened().as_flattened());
@@ -140,6 +164,7 @@ impl Hybrid {
     /// is kept.
     pub fn of_modes(&mut self, omega: &[f64], seen: &[[f64; LOADS]]) -> Mat<f64> {
         self.modal = statics(omega, seen);
+        self.seen = seen.to_vec();
         let pi = expansion(&self.grid);
         Mat::from_fn(pi.nrows(), seen.len(), |i, k| {
             (0..3).map(|m| 3 * m + i % 3).map(|c| pi[(i, c)] * seen[k][c]).sum()
@@ -157,23 +182,19 @@ impl Hybrid {
         Ok(std::array::from_fn(|i| std::array::from_fn(|j| constant[i][j] + self.beside[i][j])))
     }
 
+    /// What the contact rows of the body `name` need, after its modes are known.
+    pub fn compact(&self, name: &str) -> Result<Compact> {
+        let constant = self.constant(name)?;
+        let beside = std::array::from_fn(|i| std::array::from_fn(|j| constant[i][j] - self.modal[i][j]));
+        Ok(Compact { half_space: self.half_space, beside, seen: self.seen.clone() })
+    }
+
     /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left of it without the modes has to
     /// be positive.
     pub fn compliance(&self, world: &World, name: &str) -> Result<Option<Mat<f64>>> {
         let constant = self.constant(name)?;
-        world.on_root(|| {
-            let c = self.half_space.compliance(&self.grid[0], &self.grid[1])?;
-            let pi = expansion(&self.grid);
-            let square = |of: &Square| Mat::from_fn(LOADS, LOADS, |i, j| of[i][j]);
-            let c = c + &pi * square(&constant) * pi.transpose();
-            let residual = &c - &pi * square(&self.modal) * pi.transpose();
-            residual.llt(faer::Side::Lower).map_err(|_| {
-                Error::NotConverged(format!(
-                    "compliance of body \"{name}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make the contact grid smaller (contact.patch, contact.grid)"
-                ))
-            })?;
-            Ok(c)
-        })
+        refuse_negative(world, &[(name, &self.compact(name)?)], &self.grid)?;
+        world.on_root(|| matrix(&self.half_space, &constant, &self.grid))
     }
 
     /// Collective: static displacement of the contact rows of the body `name`, m, `[3n]` on rank 0, under forces on them, N.
@@ -187,5 +208,145 @@ impl Hybrid {
             Ok(moved.iter().copied().collect())
         })?;
         Ok(found.unwrap_or_default())
+    }
+}
+
+/// A half-space and what is `beside` it at the contact rows, m/N, `[3n, 3n]`.
+fn matrix(half_space: &HalfSpace, beside: &Square, grid: &[Vec<f64>; 2]) -> Result<Mat<f64>> {
+    let mut c = half_space.compliance(&grid[0], &grid[1])?;
+    add_functions(&mut c, &expansion(grid), beside);
+    Ok(c)
+}
+
+/// Collective: an error where what is left of the compliance of a body without its modes is not positive definite, of `bodies` with their names on one grid. What counts is
+/// what rank 0 knows.
+///
+/// C + π D πᵀ with a positive C is positive just where 1 + LᵀDL is, LLᵀ = πᵀC⁻¹π.
+pub fn refuse_negative(world: &World, bodies: &[(&str, &Compact)], grid: &[Vec<f64>; 2]) -> Result<()> {
+    // Of half-spaces of one Poisson's ratio one is as good as the other.
+    let mut known: Vec<(f64, Option<Square>)> = Vec::new();
+    for (name, Compact { half_space, beside, .. }) in bodies {
+        let left = world.broadcast(beside.as_flattened().to_vec());
+        let left: Square = std::array::from_fn(|i| std::array::from_fn(|j| left[LOADS * i + j]));
+        let punch = match known.iter().find(|(poisson, _)| *poisson == half_space.poisson) {
+            Some(&(_, punch)) => punch,
+            None => {
+                let punch = punch(world, half_space.poisson, grid)?;
+                known.push((half_space.poisson, punch));
+                punch
+            }
+        };
+        let scaled = punch.map(|p| p.map(|row| row.map(|v| v * half_space.young)));
+        let positive = match scaled.and_then(|punch| stays_positive(&punch, &left)) {
+            Some(positive) => positive,
+            None => {
+                let dense = || Ok(matrix(half_space, &left, grid)?.llt(faer::Side::Lower).is_ok());
+                world.max(f64::from(u8::from(world.on_root(dense)? == Some(true)))) > 0.0
+            }
+        };
+        if !positive {
+            return Err(Error::NotConverged(format!(
+                "compliance of body \"{name}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make the contact grid smaller (contact.patch, contact.grid)"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Adds π D πᵀ, D = `beside`, to a matrix of the contact rows, `[3n, 3n]`.
+pub fn add_functions(c: &mut Mat<f64>, pi: &Mat<f64>, beside: &Square) {
+    let half = pi * Mat::from_fn(LOADS, LOADS, |i, j| beside[i][j]);
+    matmul(c.as_mut(), Accum::Add, half.as_ref(), pi.transpose(), 1.0, Par::Seq);
+}
+
+/// Collective: πᵀC⁻¹π of a half-space of 1 Pa and of a Poisson's ratio on a grid, m and so on: by the forces that move all nodes as the functions π do; none where the grid
+/// is not uniform, or they are not found.
+fn punch(world: &World, poisson: f64, grid: &[Vec<f64>; 2]) -> Result<Option<Square>> {
+    let half_space = HalfSpace { young: 1.0, poisson };
+    let Some(c) = Convolution::of_half_space(&half_space, &grid[0], &grid[1])? else { return Ok(None) };
+    let pi = expansion(grid);
+    let mut product = c.exact();
+    let mut found = [[0.0; LOADS]; LOADS];
+    let mut all = true;
+    for k in (world.rank..LOADS).step_by(world.size) {
+        match forces(&mut product, pi.col_as_slice(k)) {
+            Some(forces) => (0..LOADS).for_each(|l| found[k][l] = dot(pi.col_as_slice(l), &forces)),
+            None => all = false,
+        }
+    }
+    let sums = world.sum_all(found.as_flattened());
+    let all = world.max(f64::from(u8::from(!all))) == 0.0;
+    let mean = |i: usize, j: usize| 0.5 * (sums[LOADS * i + j] + sums[LOADS * j + i]);
+    Ok(all.then(|| std::array::from_fn(|i| std::array::from_fn(|j| mean(i, j)))))
+}
+
+/// The forces under which all nodes move by `motion`, by conjugate gradients; none where these do not get there.
+fn forces(product: &mut Product<'_, f64>, motion: &[f64]) -> Option<Vec<f64>> {
+    let mut found = vec![0.0; motion.len()];
+    let (mut rest, mut way, mut moved) = (motion.to_vec(), motion.to_vec(), motion.to_vec());
+    let mut square = dot(&rest, &rest);
+    let small = PRECISE * PRECISE * square;
+    for _ in 0..STEPS {
+        if square <= small {
+            return Some(found);
+        }
+        product.times(&way, &mut moved);
+        let step = square / dot(&way, &moved);
+        found.iter_mut().zip(&way).for_each(|(f, w)| *f += step * w);
+        rest.iter_mut().zip(&moved).for_each(|(r, m)| *r -= step * m);
+        let before = std::mem::replace(&mut square, dot(&rest, &rest));
+        way.iter_mut().zip(&rest).for_each(|(w, r)| *w = r + square / before * *w);
+    }
+    None
+}
+
+/// Whether 1 + LᵀDL, LLᵀ = `punch`, D = `left`, is positive definite; none where that is not certain.
+fn stays_positive(punch: &Square, left: &Square) -> Option<bool> {
+    let [punch, left] = [punch, left].map(|of| Mat::from_fn(LOADS, LOADS, |i, j| of[i][j]));
+    let factor = punch.llt(faer::Side::Lower).ok()?;
+    let grown = factor.L().transpose() * (left * factor.L());
+    let values = grown.self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
+    let lowest = 1.0 + values.into_iter().fold(f64::INFINITY, f64::min);
+    (lowest.abs() > NEAR).then_some(lowest > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The forces that hold a grid as the functions do are those of the dense inverse; the sign of what is left is that of its Cholesky factor, on either side of where
+    /// it changes.
+    #[test]
+    fn what_is_left_is_positive_where_its_factor_is() {
+        let line = |n: i32, h: f64| (-n..=n).map(|i| f64::from(i) * h).collect::<Vec<f64>>();
+        let grid = [line(4, 1e-3), line(3, 0.8e-3)];
+        let steel = HalfSpace { young: 210e9, poisson: 0.3 };
+        let (c, pi) = (steel.compliance(&grid[0], &grid[1]).unwrap(), expansion(&grid));
+        let convolution = Convolution::of_half_space(&steel, &grid[0], &grid[1]).unwrap().unwrap();
+        let mut product = convolution.exact();
+        let found = Mat::from_fn(pi.nrows(), LOADS, {
+            let all: Vec<Vec<f64>> = (0..LOADS).map(|k| forces(&mut product, pi.col_as_slice(k)).unwrap()).collect();
+            move |i, k| all[k][i]
+        });
+        assert!((&c * &found - &pi).norm_max() < 1e-8, "{:e}", (&c * &found - &pi).norm_max());
+        let dense = pi.transpose() * &found;
+        let punch: Square = std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (dense[(i, j)] + dense[(j, i)])));
+        let stiff = |k: usize| 1.0 / punch[k][k];
+        let mut answers = [0, 0];
+        for part in [-0.2, -0.9, -1.1] {
+            for k in 0..LOADS {
+                // Of which the half-space alone would need just as much, beside one that yields more.
+                let mut left = [[0.0; LOADS]; LOADS];
+                left[k][k] = part * stiff(k);
+                left[2][2] += 0.3 * stiff(2);
+                let mut whole = c.clone();
+                add_functions(&mut whole, &pi, &left);
+                let factor = whole.llt(faer::Side::Lower).is_ok();
+                assert_eq!(stays_positive(&punch, &left), Some(factor), "{k} {part}");
+                assert!(factor || part < -1.0, "{k} {part}");
+                answers[usize::from(factor)] += 1;
+            }
+        }
+        assert_eq!(answers, [8, 19], "all but the one that yields more");
     }
 }

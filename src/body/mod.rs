@@ -5,6 +5,7 @@ pub mod balanced;
 pub mod clusters;
 pub mod convolution;
 pub mod elements;
+pub mod elsewhere;
 pub mod fe;
 pub mod half_space;
 pub mod hybrid;
@@ -37,8 +38,10 @@ use crate::mesh::distribute::MeshPart;
 use crate::petsc::csr::DistCsr;
 use crate::swept::{Infinite, OutlineModes, PictureModes};
 use crate::Result;
+use elsewhere::Elsewhere;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
+use hybrid::Compact;
 use modes::Extent;
 use nearest::Nearest;
 use residual::NodeMotion;
@@ -180,8 +183,21 @@ pub trait Body {
     /// Collective: static compliance P K⁻¹ Pᵀ of the contact rows without rigid-body motions, m/N, `[3n, 3n]` on rank 0.
     fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>>;
 
+    /// What its contact rows need, where that is few numbers, the same on every rank, after [`Body::factorise`] and [`Body::modes`].
+    fn compact(&self) -> Result<Option<Compact>> {
+        Ok(None)
+    }
+
     /// Collective: the free-interface modes that are wanted.
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes>;
+
+    /// The modes that it has found, for another body, where they may serve one.
+    fn found(&self) -> Option<Elsewhere> {
+        None
+    }
+
+    /// Takes modes that another body has found, for [`Body::modes`] to look whether they serve it.
+    fn take(&mut self, _found: &Elsewhere) {}
 
     /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on rank 0.
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>>;

@@ -2,19 +2,21 @@
 //! ranks; damping couples all modes of a family.
 
 use super::clusters;
+use super::elsewhere::{by_ranks, Elsewhere};
 use super::half_space::HalfSpace;
-use super::hybrid::{statics, Hybrid};
+use super::hybrid::{statics, Compact, Hybrid};
 use super::modes::Extent;
 use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
-use crate::swept::modes::{below, by_orders, limit_of, of_order};
+use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
 use crate::swept::waves::{self, Damping, Member, Wave};
 use crate::swept::{infinite, turned, Bays, Forms, Infinite, LineLoad, Picture, PictureModes, Seen, Square};
 use crate::swept::{Track, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
+use std::rc::Rc;
 
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
 const BEYOND: usize = 4;
@@ -46,7 +48,7 @@ pub struct Rail<'w> {
     name: String,
     section: crate::swept::Rail,
     /// Meshed for the modes, in the frame of the surface at the contact point.
-    forms: Forms,
+    forms: Rc<Forms>,
     track: Track,
     bays: Option<Bays>,
     damping: Damping,
@@ -56,6 +58,23 @@ pub struct Rail<'w> {
     contact: Hybrid,
     /// Its modes on a mesh that shows them, once they are known; not those of pads that stand apart, which are waves of many orders each.
     picture: Option<PictureModes>,
+    /// Modes that it has found itself, or taken from elsewhere.
+    found: Option<Rc<Found>>,
+}
+
+/// The modes of a rail, and what they depend on.
+pub struct Found {
+    forms: Rc<Forms>,
+    /// Of the frame of their amplitudes against the upright section, rad.
+    angle: f64,
+    track: Track,
+    losses: Damping,
+    extent: Extent,
+    all: Vec<Wave>,
+    /// How many of them are kept.
+    keep: usize,
+    /// Their damping, 1/s, on rank 0; none with pads that stand apart.
+    damping: Option<Mat<f64>>,
 }
 
 impl<'w> Rail<'w> {
@@ -70,7 +89,7 @@ impl<'w> Rail<'w> {
             world,
             name: name.into(),
             section,
-            forms,
+            forms: Rc::new(forms),
             track,
             bays,
             damping,
@@ -78,6 +97,7 @@ impl<'w> Rail<'w> {
             tilt: tilt.map_or(0.0, |t| t - angle),
             contact: Hybrid::new(half_space, grid),
             picture: None,
+            found: None,
         })
     }
 
@@ -129,6 +149,61 @@ impl<'w> Rail<'w> {
             let mine = of_order(forms, n, limit).map(|modes| Wave::of(forms, modes, contact));
             Wave::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))
         })
+    }
+
+    /// Collective: the modes up to `extent` found by another rail, where these are those of this one.
+    fn from_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Wave>)> {
+        let found = self.found.clone()?;
+        let angle = self.section.contact().angle - found.angle;
+        let same = (found.extent, found.track, found.losses) == (extent, self.track, self.damping);
+        if !same || !found.forms.is_elsewhere(&self.forms, angle) {
+            return None;
+        }
+        let turned: Vec<Wave> = found.all.iter().map(|wave| wave.turned(angle)).collect();
+        let counts: Vec<usize> = turned.iter().map(|wave| wave.omega.len()).collect();
+        let circle = self.contact.circle();
+        let contact = by_ranks(self.world, &counts, |k| {
+            let Wave { order, vectors, .. } = &turned[k];
+            let line = circle.map(|patch| (LineLoad::new(&self.forms, patch, *order, self.radius()), patch));
+            seen(vectors.as_ref(), line.as_ref().map(|(line, patch)| (line, *patch)))
+        });
+        let all = turned.into_iter().zip(contact).map(|(wave, contact)| Wave { contact, ..wave }).collect();
+        Some((found, all))
+    }
+
+    /// Collective: the modes up to `extent`, and how many of them are kept.
+    fn anew(&self, extent: Extent, steps: &mut Steps) -> Result<(Vec<Wave>, usize)> {
+        match extent {
+            Extent::MaxFrequency(f) => {
+                let all = self.up_to(2.0 * PI * f, steps)?;
+                let keep = members(&all).len();
+                Ok((all, keep))
+            }
+            Extent::Count(count) => {
+                let mut wanted = count + BEYOND;
+                loop {
+                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit))?;
+                    let all = self.up_to(limit, steps)?;
+                    if let Some(keep) = clusters::cut(&frequencies(&all, &members(&all)), count) {
+                        return Ok((all, keep));
+                    }
+                    wanted += wanted / 4 + BEYOND;
+                }
+            }
+        }
+    }
+
+    /// Keeps modes for others: those that are `known` from elsewhere as they were found, or these.
+    fn keep(
+        &mut self,
+        known: Option<Rc<Found>>,
+        (extent, all, keep): (Extent, Vec<Wave>, usize),
+        damping: Option<Mat<f64>>,
+    ) {
+        let (forms, angle) = (self.forms.clone(), self.section.contact().angle);
+        let (track, losses) = (self.track, self.damping);
+        let new = || Rc::new(Found { forms, angle, track, losses, extent, all, keep, damping });
+        self.found = Some(known.unwrap_or_else(new));
     }
 
     /// ψ̂ of a mode in the frame of the contact, 1/√kg and 1/(√kg m).
@@ -214,25 +289,19 @@ impl Body for Rail<'_> {
         self.contact.compliance(self.world, &self.name)
     }
 
+    fn compact(&self) -> Result<Option<Compact>> {
+        self.contact.compact(&self.name).map(Some)
+    }
+
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
         let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
-        let (all, keep) = match extent {
-            Extent::MaxFrequency(f) => {
-                let all = self.up_to(2.0 * PI * f, steps).map_err(named)?;
-                let keep = members(&all).len();
-                (all, keep)
+        let known = self.from_elsewhere(extent);
+        let (known, (all, keep)) = match known {
+            Some((found, all)) => {
+                let keep = found.keep;
+                (Some(found), (all, keep))
             }
-            Extent::Count(count) => {
-                let mut wanted = count + BEYOND;
-                loop {
-                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit)).map_err(named)?;
-                    let all = self.up_to(limit, steps).map_err(named)?;
-                    if let Some(keep) = clusters::cut(&frequencies(&all, &members(&all)), count) {
-                        break (all, keep);
-                    }
-                    wanted += wanted / 4 + BEYOND;
-                }
-            }
+            None => (None, self.anew(extent, steps).map_err(named)?),
         };
         let mut list = members(&all);
         list.truncate(keep);
@@ -246,6 +315,7 @@ impl Body for Rail<'_> {
         if let Some(bays) = self.bays {
             let OnBays { omega, seen, damping } = self.on_bays(&bays, &all, &list, &seen)?;
             let rows = root.then_some(self.contact.of_modes(&omega, &seen));
+            self.keep(known, (extent, all, keep), None);
             // They are waves of many orders each, and solved densely.
             return Ok(TraceModes { rows, damping, reach, omega, ..TraceModes::default() });
         }
@@ -256,15 +326,25 @@ impl Body for Rail<'_> {
             list: list.clone(),
         });
         let rows = self.contact.of_modes(&omega, &seen);
-        Ok(TraceModes {
-            residual: list.iter().map(|m| all[m.0].residual[m.1]).collect(),
-            rows: root.then_some(rows),
-            damping: root.then(|| waves::damping(&self.forms, &all, &list, &self.damping)),
-            reach,
-            omega,
-            rotation: None,
-            names: list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect(),
-        })
+        let damping = match known.as_ref().and_then(|found| found.damping.clone()) {
+            Some(damping) => Some(damping),
+            None => root.then(|| waves::damping(&self.forms, &all, &list, &self.damping)),
+        };
+        let residual = list.iter().map(|m| all[m.0].residual[m.1]).collect();
+        let names = list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect();
+        self.keep(known, (extent, all, keep), damping.clone());
+        let rows = root.then_some(rows);
+        Ok(TraceModes { residual, rows, damping, reach, omega, rotation: None, names })
+    }
+
+    fn found(&self) -> Option<Elsewhere> {
+        self.found.clone().map(Elsewhere::Rail)
+    }
+
+    fn take(&mut self, found: &Elsewhere) {
+        if let Elsewhere::Rail(found) = found {
+            self.found = Some(found.clone());
+        }
     }
 
     fn picture(&self) -> Option<&PictureModes> {

@@ -3,20 +3,22 @@
 //! half-space and, beside it, a motion of the contact that is constant or goes with x and y ("hybrid").
 
 use super::clusters;
+use super::elsewhere::{by_ranks, Elsewhere};
 use super::half_space::HalfSpace;
-use super::hybrid::Hybrid;
+use super::hybrid::{Compact, Hybrid};
 use super::modes::Extent;
 use super::rotation::ModalRotation;
 use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
-use crate::swept::modes::{below, by_orders, limit_of, of_order};
+use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
 use crate::swept::{turned, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, FAMILY, LOADS};
 use crate::swept::{OrderModes, Outline, OutlineModes, Picture, PictureModes};
 use crate::{Error, Result};
 use faer::Mat;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
+use std::rc::Rc;
 
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
 const BEYOND: usize = 4;
@@ -46,7 +48,7 @@ pub struct Swept<'w> {
     name: String,
     making: Given,
     /// Meshed for the modes.
-    forms: Forms,
+    forms: Rc<Forms>,
     fixed: Vec<String>,
     springs: Vec<EdgeSprings>,
     rotates: bool,
@@ -56,6 +58,20 @@ pub struct Swept<'w> {
     outline: Result<OutlineModes>,
     /// Its modes on a mesh that shows them, once they are known.
     picture: Option<PictureModes>,
+    /// Modes that it has found itself, or taken from elsewhere.
+    found: Option<Rc<Found>>,
+}
+
+/// The modes of a body of revolution, and what they depend on.
+pub struct Found {
+    forms: Rc<Forms>,
+    fixed: Vec<String>,
+    springs: Vec<EdgeSprings>,
+    rotates: bool,
+    extent: Extent,
+    all: Vec<Seen>,
+    /// How many of them are kept.
+    keep: usize,
 }
 
 impl<'w> Swept<'w> {
@@ -71,10 +87,11 @@ impl<'w> Swept<'w> {
         Ok(Self {
             outline,
             picture: None,
+            found: None,
             world,
             name: name.into(),
             making: making.section,
-            forms,
+            forms: Rc::new(forms),
             fixed: making.fixed.to_vec(),
             springs: making.springs.to_vec(),
             rotates: making.rotates,
@@ -124,6 +141,52 @@ impl<'w> Swept<'w> {
             let mine = of_order(forms, n, limit).map(seen);
             Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))
         })
+    }
+}
+
+impl Swept<'_> {
+    /// Collective: the modes up to `extent` found by another body, where these are those of this one.
+    fn from_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Seen>)> {
+        let found = self.found.clone()?;
+        let same = found.extent == extent && found.rotates == self.rotates;
+        let held = found.fixed == self.fixed && found.springs == self.springs;
+        if !same || !held || !found.forms.is_elsewhere(&self.forms, 0.0) {
+            return None;
+        }
+        let counts: Vec<usize> = found.all.iter().map(|of| of.omega.len()).collect();
+        let circle = self.contact.circle();
+        let contact = by_ranks(self.world, &counts, |k| {
+            let Seen { order, vectors, .. } = &found.all[k];
+            let line = circle.map(|patch| (LineLoad::new(&self.forms, patch, *order, self.making.radius()), patch));
+            seen(vectors.as_ref(), line.as_ref().map(|(line, patch)| (line, *patch)))
+        });
+        let all = found.all.iter().zip(contact).map(|(of, contact)| Seen { contact, ..of.clone() }).collect();
+        Some((found, all))
+    }
+
+    /// Collective: the modes up to `extent`, and how many of them are kept.
+    fn anew(&self, extent: Extent, steps: &mut Steps) -> Result<(Vec<Seen>, usize)> {
+        let prestress = if self.rotates { Some(self.forms.centrifugal()?) } else { None };
+        let mut up_to = |limit: f64| self.up_to(limit, prestress.as_ref(), steps);
+        match extent {
+            Extent::MaxFrequency(f) => {
+                let all = up_to(2.0 * PI * f)?;
+                let keep = all.iter().map(Seen::count).sum();
+                Ok((all, keep))
+            }
+            Extent::Count(count) => {
+                let mut wanted = count + BEYOND;
+                loop {
+                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit))?;
+                    let all = up_to(limit)?;
+                    let omega: Vec<f64> = members(&all).iter().map(Member::omega).collect();
+                    if let Some(keep) = clusters::cut(&omega, count) {
+                        return Ok((all, keep));
+                    }
+                    wanted += wanted / 4 + BEYOND;
+                }
+            }
+        }
     }
 }
 
@@ -252,28 +315,18 @@ impl Body for Swept<'_> {
         self.contact.compliance(self.world, &self.name)
     }
 
+    fn compact(&self) -> Result<Option<Compact>> {
+        self.contact.compact(&self.name).map(Some)
+    }
+
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
         let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
-        let prestress = if self.rotates { Some(self.forms.centrifugal().map_err(named)?) } else { None };
-        let mut up_to = |limit: f64| self.up_to(limit, prestress.as_ref(), steps);
-        let (all, keep) = match extent {
-            Extent::MaxFrequency(f) => {
-                let all = up_to(2.0 * PI * f).map_err(named)?;
-                let keep = all.iter().map(Seen::count).sum();
-                (all, keep)
+        let (known, (all, keep)) = match self.from_elsewhere(extent) {
+            Some((found, all)) => {
+                let keep = found.keep;
+                (Some(found), (all, keep))
             }
-            Extent::Count(count) => {
-                let mut wanted = count + BEYOND;
-                loop {
-                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit)).map_err(named)?;
-                    let all = up_to(limit).map_err(named)?;
-                    let omega: Vec<f64> = members(&all).iter().map(Member::omega).collect();
-                    if let Some(keep) = clusters::cut(&omega, count) {
-                        break (all, keep);
-                    }
-                    wanted += wanted / 4 + BEYOND;
-                }
-            }
+            None => (None, self.anew(extent, steps).map_err(named)?),
         };
         let mut list = members(&all);
         list.truncate(keep);
@@ -290,8 +343,7 @@ impl Body for Swept<'_> {
         let omega: Vec<f64> = list.iter().map(Member::omega).collect();
         let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.tilt)).collect();
         let rows = self.contact.of_modes(&omega, &seen);
-        Ok(TraceModes {
-            omega,
+        let found = TraceModes {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
             rows: self.world.is_root().then_some(rows),
             damping: None,
@@ -301,7 +353,25 @@ impl Body for Swept<'_> {
             },
             rotation: self.rotates.then(|| rotation(&list)),
             names: names(&all, &list),
-        })
+            omega,
+        };
+        // Those from elsewhere go on as they were found.
+        self.found = Some(known.unwrap_or_else(|| {
+            let (forms, rotates) = (self.forms.clone(), self.rotates);
+            let (fixed, springs) = (self.fixed.clone(), self.springs.clone());
+            Rc::new(Found { forms, fixed, springs, rotates, extent, all, keep })
+        }));
+        Ok(found)
+    }
+
+    fn found(&self) -> Option<Elsewhere> {
+        self.found.clone().map(Elsewhere::Swept)
+    }
+
+    fn take(&mut self, found: &Elsewhere) {
+        if let Elsewhere::Swept(found) = found {
+            self.found = Some(found.clone());
+        }
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {

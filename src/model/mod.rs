@@ -1,5 +1,6 @@
 //! The reduced model: what contact analyses need of the two bodies and of the interface between them, dense, made once for a run.
 
+mod compact;
 mod damping;
 mod pair;
 mod receptance;
@@ -167,18 +168,7 @@ pub struct SharedModel {
 impl SharedModel {
     /// Collective: the model of rank 0 on every rank.
     pub fn broadcast(world: &World, root: Option<&ReducedModel>) -> Result<Self> {
-        let list =
-            |of: &dyn Fn(&Interface) -> Vec<f64>| world.broadcast(root.map(|m| of(&m.interface)).unwrap_or_default());
-        let (x, y, gap) = (list(&|s| s.x.clone()), list(&|s| s.y.clone()), list(&|s| s.gap.clone()));
-        let creep = list(&|s| match s.are_points() {
-            true => (0..s.len()).flat_map(|i| s.creep(i)).collect(),
-            false => Vec::new(),
-        });
-        let interface = match creep.is_empty() {
-            true => Interface::new(x, y, gap),
-            false => Interface::points(gap, creep.chunks_exact(2).map(|c| [c[0], c[1]]).collect()),
-        };
-        let interface = world.agree(interface)?;
+        let interface = shared(world, root.map(|m| &m.interface))?;
         let own = [0, 1].map(|place| {
             let matrix = ModalMatrix::broadcast(world, root.and_then(|m| m.own[place].as_ref()));
             (matrix.order() > 0).then_some(matrix)
@@ -225,6 +215,21 @@ fn adapt(
     pair.damping = lower.damping.joined(&upper.damping);
     pair.turning = Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
     Ok(changed)
+}
+
+/// Collective: the interface of rank 0 on every rank.
+pub fn shared(world: &World, root: Option<&Interface>) -> Result<Interface> {
+    let list = |of: &dyn Fn(&Interface) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
+    let (x, y, gap) = (list(&|s| s.x.clone()), list(&|s| s.y.clone()), list(&|s| s.gap.clone()));
+    let creep = list(&|s| match s.are_points() {
+        true => (0..s.len()).flat_map(|i| s.creep(i)).collect(),
+        false => Vec::new(),
+    });
+    let interface = match creep.is_empty() {
+        true => Interface::new(x, y, gap),
+        false => Interface::points(gap, creep.chunks_exact(2).map(|c| [c[0], c[1]]).collect()),
+    };
+    world.agree(interface)
 }
 
 /// Collective: a matrix of rank 0 on every rank.

@@ -118,7 +118,8 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         on_root.push(("sensitivities", 4.0 * rows * rows * 8.0));
     }
     if swept && !job.by_matrices() {
-        // Every rank solves points of its own: it has W, S and the modes at the contact of both bodies, and a copy of W on its way there.
+        // Every rank solves points of its own: it has W, S and the modes at the contact of both bodies, and beside them what of W a state of rest sees, or a copy of W on
+        // its way there.
         let modes = job.analyses.modes.as_ref().map_or(0.0, mode_count);
         shared.push(("reduced model of the sweep", ranks as f64 * (3.0 * rows + 2.0 * modes) * rows * 8.0));
     }

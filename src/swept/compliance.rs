@@ -100,23 +100,25 @@ impl<'f> Constant<'f> {
         std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (moments[c] * moments[d])))
     }
 
-    /// What a block adds, for each patch.
-    pub fn block(&self, index: usize) -> Result<Vec<Square>> {
+    /// What a block adds, for each patch; factorised in the `memory` of the block before, which then holds that of this one.
+    pub fn block(&self, index: usize, memory: &mut Vec<f64>) -> Result<Vec<Square>> {
         let (n, width) = self.blocks[index];
         let forms = self.forms;
-        let factor = forms.factor(n, 0.0)?.positive("the statics of a swept body")?;
+        let factor = forms.factor_in(std::mem::take(memory), n, 0.0)?.positive("the statics of a swept body")?;
         let of = |&patch: &Patch| {
             let term = order(forms, &factor, &LineLoad::new(forms, patch, n, self.radius));
             let same = if width == 1 { [[0.0; LOADS]; LOADS] } else { self.half_space(patch).order(n, self.radius) };
             self.scaled(patch, |c, d| width as f64 * (term[c][d] - same[c][d]))
         };
-        Ok(self.patches.iter().map(of).collect())
+        let all = self.patches.iter().map(of).collect();
+        *memory = factor.into_memory();
+        Ok(all)
     }
 }
 
 /// The means of the displacements of one order under each load.
 fn order(forms: &Forms, factor: &Factor, line: &LineLoad) -> Square {
-    let moved = factor.solve(line.columns(forms.order()).as_ref());
+    let moved = factor.solve_from(line.first(), line.columns(forms.order()).as_ref());
     let means: [[f64; LOADS]; LOADS] = std::array::from_fn(|d| line.means(moved.col(d)));
     let both = |c: usize, d: usize| if line.together(c, d) { 0.5 * (means[c][d] + means[d][c]) } else { 0.0 };
     std::array::from_fn(|c| std::array::from_fn(|d| both(c, d)))

@@ -1,54 +1,110 @@
-//! A = L D Lᵀ of a sparse symmetric matrix within its envelope, by blocks of rows, without pivoting.
+//! A = L S Lᵀ of a sparse symmetric matrix within its envelope, by blocks of rows, without pivoting; S has the signs of the pivots, 1 or −1.
 //!
 //! Without pivoting it is stable where A is positive definite. Of other matrices it is asked for the inertia alone (Sylvester's law), and a pivot
 //! that is lost in rounding is an error.
 
+use crate::dense::add_columns;
 use crate::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{
-    solve_unit_lower_triangular_in_place as solve_lower, solve_unit_upper_triangular_in_place as solve_upper,
+    solve_lower_triangular_in_place as solve_lower, solve_upper_triangular_in_place as solve_upper,
 };
 use faer::{Accum, Mat, MatMut, MatRef, Par};
+use std::rc::Rc;
 
-/// Rows of a block.
-const BLOCK: usize = 48;
+/// Rows of a block: a multiple of 3, so that the three amplitudes of a node are in one, and few, as rows of sections reach back by some hundred and fifty.
+pub(super) const BLOCK: usize = 24;
 /// A pivot of this part of its diagonal entry is lost in rounding.
 const LOST: f64 = 1e-13;
 
-/// A factorised matrix.
-pub struct Factor {
+/// Where the entries of a symmetric matrix are: the blocks of its lower triangle, row by row, from the first one of each row that is not empty. All matrices of a section
+/// have one envelope.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Envelope {
     n: usize,
     /// First block column of each block row.
     first: Vec<usize>,
-    /// Block rows of L from the first block column up to the diagonal block, `[BLOCK, BLOCK * (i + 1 - first)]`.
-    rows: Vec<Mat<f64>>,
-    /// D, `[n]` with ones up to whole blocks.
-    pivots: Vec<f64>,
+    /// Where each block row begins among the values, and their number. A block row is stored by columns.
+    start: Vec<usize>,
+}
+
+impl Envelope {
+    /// That of a matrix of order `n` with `entries` (row, column ≤ row).
+    pub fn new(n: usize, entries: impl Iterator<Item = (usize, usize)>) -> Self {
+        let mut first: Vec<usize> = (0..n.div_ceil(BLOCK)).collect();
+        entries.for_each(|(i, j)| first[i / BLOCK] = first[i / BLOCK].min(j / BLOCK));
+        let mut start = vec![0];
+        for (i, f) in first.iter().enumerate() {
+            start.push(start[i] + BLOCK * BLOCK * (i + 1 - f));
+        }
+        Self { n, first, start }
+    }
+
+    fn rows(&self) -> usize {
+        self.first.len()
+    }
+
+    /// Blocks of a block row before that on the diagonal.
+    fn left(&self, row: usize) -> usize {
+        row - self.first[row]
+    }
+
+    /// Place of an entry among the values. In a block the next row is beside it and the next column `BLOCK` farther.
+    #[inline]
+    pub fn place(&self, row: usize, column: usize) -> usize {
+        let i = row / BLOCK;
+        self.start[i] + BLOCK * (column - BLOCK * self.first[i]) + row % BLOCK
+    }
+
+    /// Values of a matrix without entries, in the `memory` of another one.
+    pub fn empty(&self, mut memory: Vec<f64>) -> Vec<f64> {
+        memory.clear();
+        memory.resize(self.start[self.rows()], 0.0);
+        // Up to whole blocks it is 1.
+        (self.n..self.rows() * BLOCK).for_each(|k| memory[self.place(k, k)] = 1.0);
+        memory
+    }
+
+    /// Block row of values, `[BLOCK, BLOCK (left + 1)]`.
+    fn row<'v>(&self, values: &'v [f64], row: usize) -> MatRef<'v, f64> {
+        let width = BLOCK * (self.left(row) + 1);
+        MatRef::from_column_major_slice(&values[self.start[row]..self.start[row + 1]], BLOCK, width)
+    }
+
+    /// Its block on the diagonal.
+    fn diagonal<'v>(&self, values: &'v [f64], row: usize) -> MatRef<'v, f64> {
+        self.row(values, row).subcols(BLOCK * self.left(row), BLOCK)
+    }
+}
+
+/// A factorised matrix.
+pub struct Factor {
+    envelope: Rc<Envelope>,
+    /// L.
+    values: Vec<f64>,
+    /// S, `[n]` with ones up to whole blocks.
+    signs: Vec<f64>,
 }
 
 impl Factor {
-    /// Factorises the symmetric matrix of order `n` whose lower triangle `entries` calls its argument with, (row, column, value), each once.
-    pub fn new(n: usize, entries: impl Fn(&mut dyn FnMut(usize, usize, f64))) -> Result<Self> {
-        let blocks = n.div_ceil(BLOCK);
-        let mut first: Vec<usize> = (0..blocks).collect();
-        entries(&mut |i, j, _| first[i / BLOCK] = first[i / BLOCK].min(j / BLOCK));
-        let mut rows: Vec<Mat<f64>> = (0..blocks).map(|i| Mat::zeros(BLOCK, BLOCK * (i + 1 - first[i]))).collect();
-        entries(&mut |i, j, v| rows[i / BLOCK][(i % BLOCK, j - BLOCK * first[i / BLOCK])] += v);
-        let mut pivots = vec![1.0; blocks * BLOCK];
-        for i in n..blocks * BLOCK {
-            let at = i - BLOCK * first[i / BLOCK];
-            rows[i / BLOCK][(i % BLOCK, at)] = 1.0;
+    /// Factorises the symmetric matrix with these `values` of its lower triangle; their memory becomes that of the factor.
+    pub fn new(envelope: &Rc<Envelope>, mut values: Vec<f64>) -> Result<Self> {
+        let mut signs = vec![1.0; envelope.rows() * BLOCK];
+        for i in 0..envelope.rows() {
+            let (above, from_here) = values.split_at_mut(envelope.start[i]);
+            eliminate((envelope, i), above, &mut from_here[..envelope.start[i + 1] - envelope.start[i]], &mut signs)?;
         }
-        for i in 0..blocks {
-            let (above, from_here) = rows.split_at_mut(i);
-            eliminate(&mut from_here[0], i, &first, above, &mut pivots)?;
-        }
-        Ok(Self { n, first, rows, pivots })
+        Ok(Self { envelope: envelope.clone(), values, signs })
+    }
+
+    /// Its memory, for another one.
+    pub fn into_memory(self) -> Vec<f64> {
+        self.values
     }
 
     /// Number of negative eigenvalues.
     pub fn negative(&self) -> usize {
-        self.pivots[..self.n].iter().filter(|d| **d < 0.0).count()
+        self.signs[..self.envelope.n].iter().filter(|s| **s < 0.0).count()
     }
 
     /// An error unless the matrix is positive definite.
@@ -63,97 +119,102 @@ impl Factor {
 
     /// A⁻¹ b of columns, `[n, k]`.
     pub fn solve(&self, b: MatRef<'_, f64>) -> Mat<f64> {
-        let columns = b.ncols();
-        let mut x = Mat::zeros(self.rows.len() * BLOCK, columns);
-        x.as_mut().subrows_mut(0, self.n).copy_from(b);
-        for (i, row) in self.rows.iter().enumerate() {
+        self.solve_from(0, b)
+    }
+
+    /// The rows from `row` on of A⁻¹ b of columns that are 0 before it, `[n, k]`; the rows before are not made, and 0 or what there is of the block of `row`.
+    pub fn solve_from(&self, row: usize, b: MatRef<'_, f64>) -> Mat<f64> {
+        let (e, values) = (&*self.envelope, &self.values);
+        let begin = row / BLOCK;
+        let mut x = Mat::zeros(e.rows() * BLOCK, b.ncols());
+        x.as_mut().subrows_mut(0, e.n).copy_from(b);
+        // The blocks of a block row from the first one that counts on, and where that is.
+        let known = |i: usize| {
+            let from = begin.max(e.first[i]);
+            (from, e.row(values, i).subcols(BLOCK * (from - e.first[i]), BLOCK * (i - from)))
+        };
+        for i in begin..e.rows() {
             let (before, mut here) = x.as_mut().subrows_mut(0, (i + 1) * BLOCK).split_at_row_mut(i * BLOCK);
-            let left = i - self.first[i];
-            let known = before.as_ref().subrows(self.first[i] * BLOCK, left * BLOCK);
-            matmul(here.as_mut(), Accum::Add, row.as_ref().subcols(0, left * BLOCK), known, -1.0, Par::Seq);
-            solve_lower(diagonal(row, left), here, Par::Seq);
+            let (from, left) = known(i);
+            matmul(
+                here.as_mut(),
+                Accum::Add,
+                left,
+                before.as_ref().subrows(from * BLOCK, left.ncols()),
+                -1.0,
+                Par::Seq,
+            );
+            solve_lower(e.diagonal(values, i), here, Par::Seq);
         }
         for column in x.col_iter_mut() {
-            column.iter_mut().zip(&self.pivots).for_each(|(x, d)| *x /= d);
+            column.iter_mut().zip(&self.signs).for_each(|(x, s)| *x *= s);
         }
-        for (i, row) in self.rows.iter().enumerate().rev() {
+        for i in (begin..e.rows()).rev() {
             let (before, mut here) = x.as_mut().subrows_mut(0, (i + 1) * BLOCK).split_at_row_mut(i * BLOCK);
-            let left = i - self.first[i];
-            solve_upper(diagonal(row, left).transpose(), here.as_mut(), Par::Seq);
-            let rest = before.subrows_mut(self.first[i] * BLOCK, left * BLOCK);
-            matmul(rest, Accum::Add, row.as_ref().subcols(0, left * BLOCK).transpose(), here.as_ref(), -1.0, Par::Seq);
+            let (from, left) = known(i);
+            solve_upper(e.diagonal(values, i).transpose(), here.as_mut(), Par::Seq);
+            let rest = before.subrows_mut(from * BLOCK, left.ncols());
+            matmul(rest, Accum::Add, left.transpose(), here.as_ref(), -1.0, Par::Seq);
         }
-        x.as_ref().subrows(0, self.n).to_owned()
+        x.as_ref().subrows(0, e.n).to_owned()
     }
 }
 
-/// The diagonal block of a block row that has `left` blocks before it.
-fn diagonal(row: &Mat<f64>, left: usize) -> MatRef<'_, f64> {
-    row.as_ref().subcols(left * BLOCK, BLOCK)
+/// A slice of columns of a block row.
+fn columns(of: &[f64]) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(of, BLOCK, of.len() / BLOCK)
 }
 
-/// Turns block row `i` of A into that of L, with the block rows `above` it and their pivots.
-fn eliminate(row: &mut Mat<f64>, i: usize, first: &[usize], above: &[Mat<f64>], pivots: &mut [f64]) -> Result<()> {
-    let own = diagonal(row, i - first[i]);
-    let scale: Vec<f64> = (0..BLOCK).map(|k| own[(k, k)].abs()).collect();
-    // L D, column block by column block.
-    for j in first[i]..i {
-        let start = first[i].max(first[j]);
-        let width = (j - start) * BLOCK;
-        let (done, rest) = row.as_mut().split_at_col_mut((j - first[i]) * BLOCK);
-        let mut here = rest.subcols_mut(0, BLOCK);
-        let known = done.as_ref().subcols((start - first[i]) * BLOCK, width);
-        let other = above[j].as_ref().subcols((start - first[j]) * BLOCK, width);
+/// Turns block row `i` of A, `row`, into that of L, with the block rows `above` it and their signs.
+fn eliminate((e, i): (&Envelope, usize), above: &[f64], row: &mut [f64], signs: &mut [f64]) -> Result<()> {
+    let (first, width) = (e.first[i], BLOCK * e.left(i));
+    let (left, own) = row.split_at_mut(BLOCK * width);
+    let scale: [f64; BLOCK] = std::array::from_fn(|k| own[k * BLOCK + k].abs());
+    let (before, signs) = signs.split_at_mut(i * BLOCK);
+    let before = &before[first * BLOCK..];
+    // L S, where that is not L.
+    let mut signed = before.iter().any(|s| *s < 0.0).then(|| vec![0.0; left.len()]);
+    for j in first..i {
+        let (from, at) = (first.max(e.first[j]), BLOCK * BLOCK * (j - first));
+        let (done, rest) = left.split_at_mut(at);
+        let mut here = MatMut::from_column_major_slice_mut(&mut rest[..BLOCK * BLOCK], BLOCK, BLOCK);
+        let known = columns(&signed.as_deref().unwrap_or(done)[BLOCK * BLOCK * (from - first)..at]);
+        let other = e.row(above, j).subcols(BLOCK * (from - e.first[j]), known.ncols());
         matmul(here.as_mut(), Accum::Add, known, other.transpose(), -1.0, Par::Seq);
-        solve_lower(diagonal(&above[j], j - first[j]), here.transpose_mut(), Par::Seq);
+        solve_lower(e.diagonal(above, j), here.transpose_mut(), Par::Seq);
+        if let Some(signed) = &mut signed {
+            let here = &mut rest[..BLOCK * BLOCK];
+            signed[at..][..BLOCK * BLOCK].copy_from_slice(here);
+            let signs = &before[BLOCK * (j - first)..];
+            here.chunks_exact_mut(BLOCK).zip(signs).for_each(|(column, s)| column.iter_mut().for_each(|v| *v *= s));
+        }
     }
-    let width = (i - first[i]) * BLOCK;
-    let (mut left, mut here) = row.as_mut().split_at_col_mut(width);
-    let scaled = left.to_owned();
-    for (k, column) in left.as_mut().col_iter_mut().enumerate() {
-        let d = pivots[first[i] * BLOCK + k];
-        column.iter_mut().for_each(|v| *v /= d);
-    }
-    matmul(here.as_mut(), Accum::Add, scaled.as_ref(), left.as_ref().transpose(), -1.0, Par::Seq);
-    unblocked(here, &mut pivots[i * BLOCK..(i + 1) * BLOCK], &scale)
+    let (here, known) =
+        (MatMut::from_column_major_slice_mut(own, BLOCK, BLOCK), columns(signed.as_deref().unwrap_or(left)));
+    matmul(here, Accum::Add, known, columns(left).transpose(), -1.0, Par::Seq);
+    unblocked(own, &mut signs[..BLOCK], &scale)
         .map_err(|k| Error::NotConverged(format!("row {} of a matrix of a section has no pivot", i * BLOCK + k)))
 }
 
-/// L D Lᵀ of one block, its upper triangle zero afterwards and the diagonal 1; an error with the row of a pivot that is lost.
-fn unblocked(mut a: MatMut<'_, f64>, pivots: &mut [f64], scale: &[f64]) -> std::result::Result<(), usize> {
+/// L S Lᵀ of one block, its upper triangle zero afterwards; an error with the row of a pivot that is lost.
+fn unblocked(a: &mut [f64], signs: &mut [f64], scale: &[f64; BLOCK]) -> std::result::Result<(), usize> {
     for k in 0..BLOCK {
-        let d = a[(k, k)];
+        let (done, rest) = a.split_at_mut(k * BLOCK);
+        let (above, here) = rest[..BLOCK].split_at_mut(k);
+        let known: [f64; BLOCK] = std::array::from_fn(|j| if j < k { -signs[j] * done[j * BLOCK + k] } else { 0.0 });
+        add_columns(&done[k.min(done.len())..], BLOCK, &known[..k], here);
+        let d = here[0];
         if !(d.abs() > LOST * scale[k]) {
             return Err(k);
         }
-        pivots[k] = d;
-        let column: Vec<f64> = (k + 1..BLOCK).map(|i| a[(i, k)]).collect();
-        for (j, &v) in column.iter().enumerate() {
-            let factor = v / d;
-            let target = a.rb_mut_column(k + 1 + j);
-            target[k + 1 + j..].iter_mut().zip(&column[j..]).for_each(|(t, c)| *t -= factor * c);
-        }
-        let own = a.rb_mut_column(k);
-        own[..k].iter_mut().for_each(|v| *v = 0.0);
-        own[k] = 1.0;
-        own[k + 1..].iter_mut().for_each(|v| *v /= d);
+        let root = d.abs().sqrt();
+        signs[k] = d.signum();
+        let factor = d.signum() / root;
+        above.fill(0.0);
+        here.iter_mut().for_each(|v| *v *= factor);
+        here[0] = root;
     }
     Ok(())
-}
-
-/// A column of a block as a slice.
-trait Column {
-    fn rb_mut_column(&mut self, k: usize) -> &mut [f64];
-}
-
-impl Column for MatMut<'_, f64> {
-    fn rb_mut_column(&mut self, k: usize) -> &mut [f64] {
-        // Blocks are parts of matrices stored by columns.
-        match self.as_mut().col_mut(k).try_as_col_major_mut() {
-            Some(column) => column.as_slice_mut(),
-            None => &mut [],
-        }
-    }
 }
 
 #[cfg(test)]
@@ -175,12 +236,21 @@ mod tests {
         all
     }
 
+    /// The factor of a matrix given by its entries (row, column, value).
+    fn factor(n: usize, list: &[(usize, usize, f64)], memory: Vec<f64>) -> Result<Factor> {
+        let envelope = Rc::new(Envelope::new(n, list.iter().map(|&(i, j, _)| (i, j))));
+        let mut values = envelope.empty(memory);
+        list.iter().for_each(|&(i, j, v)| values[envelope.place(i, j)] += v);
+        Factor::new(&envelope, values)
+    }
+
     #[test]
     fn solutions_and_inertia_are_those_of_the_dense_matrix() {
         let n = 211;
+        let mut memory = vec![7.0; 5];
         for shift in [0.0, 21.3, 24.9] {
             let list = entries(n, shift);
-            let factor = Factor::new(n, |f| list.iter().for_each(|&(i, j, v)| f(i, j, v))).unwrap();
+            let factor = factor(n, &list, memory).unwrap();
             let mut dense = Mat::<f64>::zeros(n, n);
             for &(i, j, v) in &list {
                 dense[(i, j)] = v;
@@ -191,20 +261,27 @@ mod tests {
             let x = Mat::from_fn(n, 3, |i, k| ((i * (k + 2)) % 11) as f64 - 5.0);
             let found = factor.solve((&dense * &x).as_ref());
             assert!((&found - &x).norm_max() < 1e-9, "{shift} {:e}", (&found - &x).norm_max());
-            assert_eq!(factor.positive("A").is_ok(), shift == 0.0);
+            // The end of a solution, where the right-hand sides begin late.
+            let late = Mat::from_fn(n, 2, |i, k| if i < 150 { 0.0 } else { ((i * (k + 3)) % 7) as f64 - 3.0 });
+            let (whole, end) = (factor.solve(late.as_ref()), factor.solve_from(150, late.as_ref()));
+            let apart = (whole.as_ref().subrows(150, n - 150) - end.as_ref().subrows(150, n - 150)).norm_max();
+            assert!(apart < 1e-12 * whole.norm_max(), "{shift} {apart:e}");
+            assert_eq!(factor.negative() == 0, shift == 0.0);
+            memory = factor.into_memory();
         }
+        let list = entries(n, 21.3);
+        assert!(factor(n, &list, Vec::new()).unwrap().positive("A").is_err());
     }
 
     #[test]
     fn a_singular_matrix_is_an_error() {
-        let laplace = |f: &mut dyn FnMut(usize, usize, f64)| {
-            for i in 0..60 {
-                f(i, i, if i == 0 || i == 59 { 1.0 } else { 2.0 });
-                if i > 0 {
-                    f(i, i - 1, -1.0);
-                }
+        let mut laplace = Vec::new();
+        for i in 0..60 {
+            laplace.push((i, i, if i == 0 || i == 59 { 1.0 } else { 2.0 }));
+            if i > 0 {
+                laplace.push((i, i - 1, -1.0));
             }
-        };
-        assert_eq!(Factor::new(60, laplace).err().map(|e| e.exit_code()), Some(4));
+        }
+        assert_eq!(factor(60, &laplace, Vec::new()).err().map(|e| e.exit_code()), Some(4));
     }
 }

@@ -2,7 +2,7 @@
 //! The Finite
 //! Element Method, 5th edition (2000), volume 2, chapter 9, with the signs of this module's families.
 
-use super::envelope::Factor;
+use super::envelope::{Envelope, Factor, BLOCK};
 use super::numbering::reverse_cuthill_mckee;
 use super::springs::EdgeSprings;
 use super::track::{Added, Track};
@@ -11,6 +11,7 @@ use crate::fem::Material;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 /// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
 type Strains = [[f64; 3]; 6];
@@ -27,6 +28,7 @@ pub struct Forms {
     /// Number of each node among those that are free to move.
     place: Vec<Option<usize>>,
     pairs: Pairs,
+    envelope: Rc<Envelope>,
     /// K0, K1, K2 at each pair, N/m per radian of the angle.
     stiffness: [Vec<[[f64; 3]; 3]>; 3],
     /// ∫ρ N_a N_b r dr dy at each pair, kg per radian.
@@ -84,6 +86,9 @@ const SHIFT: f64 = 0.1;
 /// Part of the shift at which a motion of the whole body yields.
 const ALMOST_FREE: f64 = 1e-5;
 
+/// Nodes nearer than this part of the size of a section are in one place.
+const SAME_PLACE: f64 = 1e-12;
+
 impl Forms {
     /// The forms of a section of a body of revolution, of a material, that is clamped at the nodes of the groups `fixed`.
     pub fn new(section: Section, material: Material, fixed: &[String]) -> Result<Self> {
@@ -134,7 +139,9 @@ impl Forms {
         let empty = vec![[[0.0; 3]; 3]; pairs.columns.len()];
         let mass = vec![0.0; pairs.columns.len()];
         let stiffness = [empty.clone(), empty.clone(), empty];
-        let mut forms = Self { section, material, path, place, pairs, stiffness, mass, track: Vec::new() };
+        let blocks = pairs.iter().map(|(a, b, _)| (3 * a + 2, 3 * b));
+        let envelope = Rc::new(Envelope::new(3 * pairs.rows(), blocks));
+        let mut forms = Self { section, material, path, place, pairs, envelope, stiffness, mass, track: Vec::new() };
         forms.assemble();
         Ok(forms)
     }
@@ -173,6 +180,32 @@ impl Forms {
         let (low, high) = self.section.nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
         let size = if self.path == Path::Axle { high } else { high - low };
         -(SHIFT / size).powi(2) * self.material.young / self.material.density
+    }
+
+    /// Whether `other` is the same section of the same material on the same way, in a frame that is elsewhere and turned by `angle`, rad, from y to z against that of this one; of
+    /// a body of revolution along the axle alone. Tracks and springs are not looked at.
+    pub fn is_elsewhere(&self, other: &Self, angle: f64) -> bool {
+        let (a, b) = (&self.section, &other.section);
+        let alike = self.path == other.path && self.material == other.material && self.place == other.place;
+        if !alike
+            || a.nodes.len() != b.nodes.len()
+            || a.elements != b.elements
+            || a.tread != b.tread
+            || a.groups != b.groups
+        {
+            return false;
+        }
+        let (Some(&[first, also]), Some(&[to, there])) = (a.nodes.first(), b.nodes.first()) else { return false };
+        let (s, c) = angle.sin_cos();
+        let from = |x: &[f64; 2]| [x[0] - first, x[1] - also];
+        let size = a.nodes.iter().map(|x| from(x)[0].hypot(from(x)[1])).fold(0.0, f64::max);
+        let round = self.path == Path::Axle;
+        a.nodes.iter().zip(&b.nodes).all(|(x, y)| {
+            let [r, w] = from(x);
+            let off = [c * r - s * w - (y[0] - to), c * w + s * r - (y[1] - there)];
+            let same = off[0].hypot(off[1]) <= SAME_PLACE * size;
+            same && (!round || (x[0] - y[0]).abs() <= SAME_PLACE * size)
+        })
     }
 
     /// First amplitude of a node; none where it is clamped.
@@ -233,15 +266,28 @@ impl Forms {
 
     /// K_n − σM, factorised.
     pub fn factor(&self, n: usize, sigma: f64) -> Result<Factor> {
-        Factor::new(self.order(), |put| {
-            for (a, b, k) in self.pairs.iter() {
-                let block = self.block(n, sigma, k);
-                for (c, row) in block.iter().enumerate() {
-                    let last = if a == b { c } else { 2 };
-                    (0..=last).for_each(|d| put(3 * a + c, 3 * b + d, row[d]));
+        self.factor_in(Vec::new(), n, sigma)
+    }
+
+    /// The same in the memory of another factor.
+    pub fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<Factor> {
+        let mut values = self.envelope.empty(memory);
+        let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
+        let [zero, one, two] = &self.stiffness;
+        for (a, b, k) in self.pairs.iter() {
+            let ([zero, one, two], at) = ([&zero[k], &one[k], &two[k]], self.envelope.place(3 * a, 3 * b));
+            for c in 0..3 {
+                // Of a node with itself the lower triangle.
+                for d in 0..if a == b { c + 1 } else { 3 } {
+                    values[at + BLOCK * d + c] = w * (zero[c][d] + x * (one[c][d] + x * two[c][d]));
                 }
             }
-        })
+            if sigma != 0.0 {
+                let inertia = w * sigma * self.mass[k];
+                (0..3).for_each(|c| values[at + BLOCK * c + c] -= inertia);
+            }
+        }
+        Factor::new(&self.envelope, values)
     }
 
     /// (K_n − σM) x of columns, `[order, k]`.
@@ -457,7 +503,10 @@ fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option
     let mut index = vec![None; near.len()];
     kept.iter().enumerate().for_each(|(i, &k)| index[k] = Some(i));
     let others = |k: usize| near[k].iter().filter(|&&b| b != k).filter_map(|&b| index[b]).collect();
-    let order = reverse_cuthill_mckee(&kept.iter().map(|&k| others(k)).collect::<Vec<Vec<usize>>>());
+    let neighbours: Vec<Vec<usize>> = kept.iter().map(|&k| others(k)).collect();
+    // The running line comes last: of a solution under loads there nothing before it has to be made.
+    let last: BTreeSet<usize> = section.tread.iter().flatten().filter_map(|&k| index[k]).collect();
+    let order = reverse_cuthill_mckee(&neighbours, &last.into_iter().collect::<Vec<usize>>());
     let mut place = vec![None; near.len()];
     order.iter().enumerate().for_each(|(new, &i)| place[kept[i]] = Some(new));
     let mut pairs = Pairs { start: vec![0], columns: Vec::new() };

@@ -7,7 +7,6 @@
 use super::{Forms, Path};
 use crate::quadrature::legendre;
 use faer::Mat;
-use num_complex::Complex;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
@@ -166,6 +165,11 @@ impl LineLoad {
         Self { order: n, nodes }
     }
 
+    /// First amplitude that is loaded.
+    pub fn first(&self) -> usize {
+        self.nodes.iter().map(|(at, _)| *at).min().unwrap_or(0)
+    }
+
     /// The loads as columns of amplitudes, each of the family that it moves, `[order, 9]`.
     pub fn columns(&self, order: usize) -> Mat<f64> {
         let mut columns = Mat::zeros(order, LOADS);
@@ -199,6 +203,45 @@ const FAR: f64 = 400.0;
 /// Parts of what goes up to there.
 const PANELS: usize = 300;
 
+/// What the factors i of a pair of loads and of the displacement of one under the other make together: 1 or −1; 0 where the product is odd along x or along y.
+const PHASE: Square = {
+    let mut all = [[0.0; LOADS]; LOADS];
+    let mut k = 0;
+    while k < LOADS * LOADS {
+        let (a, b) = (k / LOADS, k % LOADS);
+        // Powers of i, and how often odd along x and along y.
+        let (by, under) = (a / 3, b / 3);
+        let (moved, force) = (a % 3, b % 3);
+        let mut power = 0;
+        let mut odd = [0; 2];
+        if by > 0 {
+            power += 3;
+            odd[by - 1] += 1;
+        }
+        if under > 0 {
+            power += 1;
+            odd[under - 1] += 1;
+        }
+        if moved < 2 && force == 2 {
+            power += 1;
+            odd[moved] += 1;
+        }
+        if moved == 2 && force < 2 {
+            power += 3;
+            odd[force] += 1;
+        }
+        if moved < 2 && force < 2 && moved != force {
+            odd[0] += 1;
+            odd[1] += 1;
+        }
+        if odd[0] % 2 == 0 && odd[1] % 2 == 0 {
+            all[a][b] = if power % 4 == 0 { 1.0 } else { -1.0 };
+        }
+        k += 1;
+    }
+    all
+};
+
 /// Half-space that carries the loads: shear modulus G, Pa, and Poisson's ratio ν. In Fourier space, e^{i(k_x x + k_y y)}, a force along n moves the
 /// surface by
 /// (1 − ν)/(Gκ) along n and by i(1 − 2ν)k/(2Gκ²) along x, y; one along x, y by (δ − ν k k/κ²)/(Gκ) (from K. L. Johnson, Contact Mechanics, 1985,
@@ -214,30 +257,27 @@ pub struct HalfSpaceLoad {
 }
 
 impl HalfSpaceLoad {
-    /// κ times the means under the loads of the wave of size κ and of the direction α against x, m/N and so on, the mean over the four quadrants.
+    /// κ times the means under the loads of the wave of size κ and of the direction α against x, m/N and so on, the mean over the four quadrants: what is
+    /// even along x and along y.
     fn wave(&self, kappa: f64, alpha: f64) -> Square {
         let [value, slope] = self.patch.transform(kappa);
-        let nu = self.poisson;
+        let (nu, (s, c)) = (self.poisson, alpha.sin_cos());
         let coupling = 0.5 * (1.0 - 2.0 * nu);
-        let i = Complex::<f64>::I;
-        let mut sum = [[0.0; LOADS]; LOADS];
-        for (sx, sy) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
-            let (c, s) = (sx * alpha.cos(), sy * alpha.sin());
-            // ω, xω and yω in Fourier space, and the displacements of the surface.
-            let load = [Complex::from(value), i * (slope * c), i * (slope * s)];
-            let along = |a: f64, b: f64, same: f64| Complex::from(same - nu * a * b);
-            let moved = [
-                [along(c, c, 1.0), along(c, s, 0.0), i * (coupling * c)],
-                [along(s, c, 0.0), along(s, s, 1.0), i * (coupling * s)],
-                [-i * (coupling * c), -i * (coupling * s), Complex::from(1.0 - nu)],
-            ];
-            for (a, row) in sum.iter_mut().enumerate() {
-                for (b, v) in row.iter_mut().enumerate() {
-                    *v += 0.25 * (load[a / 3].conj() * moved[a % 3][b % 3] * load[b / 3]).re / self.shear;
-                }
+        // ω, xω and yω in Fourier space, and the displacements of the surface, but for factors i and −i, which are in `PHASE`.
+        let load = [value, slope * c, slope * s];
+        let moved = [
+            [1.0 - nu * c * c, -nu * c * s, coupling * c],
+            [-nu * c * s, 1.0 - nu * s * s, coupling * s],
+            [coupling * c, coupling * s, 1.0 - nu],
+        ];
+        let moved = moved.map(|row| row.map(|v| v / self.shear));
+        let mut all = [[0.0; LOADS]; LOADS];
+        for (a, row) in all.iter_mut().enumerate() {
+            for (b, v) in row.iter_mut().enumerate() {
+                *v = PHASE[a][b] * (load[a / 3] * load[b / 3]) * moved[a % 3][b % 3];
             }
         }
-        sum
+        all
     }
 
     /// The means under the loads with the wavenumbers |k_x| < `k`: ⟨ω π_m, u⟩ of each under each.

@@ -3,7 +3,7 @@
 use super::krylov;
 use super::{blocks, Forms, LineLoad, Patch, Prestress, RotationBlocks, LOADS};
 use crate::{Error, Result};
-use faer::Mat;
+use faer::{Mat, MatRef};
 use std::f64::consts::PI;
 
 /// Eigenvalues smaller than this part of the shift are rigid-body motions.
@@ -56,12 +56,6 @@ impl Seen {
         contact: Option<(&LineLoad, Patch)>,
         prestress: Option<&Prestress>,
     ) -> Self {
-        let mean = |k: usize| {
-            contact.map_or([0.0; LOADS], |(line, patch)| {
-                let (means, moments) = (line.means(modes.vectors.col(k)), patch.moments());
-                std::array::from_fn(|c| means[c] / moments[c])
-            })
-        };
         let mass = forms.mass(modes.order, modes.vectors.as_ref());
         let share = |k: usize, c: usize| -> f64 {
             (c..mass.nrows()).step_by(3).map(|i| modes.vectors[(i, k)] * mass[(i, k)]).sum()
@@ -71,7 +65,7 @@ impl Seen {
             omega: modes.omega.clone(),
             residual: modes.residual.clone(),
             shares: (0..modes.omega.len()).map(|k| std::array::from_fn(|c| share(k, c))).collect(),
-            contact: (0..modes.omega.len()).map(mean).collect(),
+            contact: seen(modes.vectors.as_ref(), contact),
             rotation: blocks(forms, modes, prestress),
             outline: Mat::zeros(0, modes.omega.len()),
             vectors: Mat::zeros(0, modes.omega.len()),
@@ -142,6 +136,17 @@ impl Seen {
         all.sort_by_key(|s| s.order);
         Ok(all)
     }
+}
+
+/// ψ̂ of modes with these amplitudes, `[m]`, under the load of their order on a patch; 0 without a contact.
+pub fn seen(vectors: MatRef<'_, f64>, contact: Option<(&LineLoad, Patch)>) -> Vec<[f64; LOADS]> {
+    let Some((line, patch)) = contact else { return vec![[0.0; LOADS]; vectors.ncols()] };
+    let moments = patch.moments();
+    let mean = |column| {
+        let means = line.means(column);
+        std::array::from_fn(|c| means[c] / moments[c])
+    };
+    vectors.col_iter().map(mean).collect()
 }
 
 /// Number of eigenvalues of the order `n` below ω = `limit`, rad/s, from the inertia of K_n − ω²M.

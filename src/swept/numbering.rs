@@ -4,15 +4,18 @@
 
 use std::collections::VecDeque;
 
-/// The nodes in their new order; `neighbours` of each node, itself left out.
-pub fn reverse_cuthill_mckee(neighbours: &[Vec<usize>]) -> Vec<usize> {
+/// The nodes in their new order, those of `last` at the end of it; `neighbours` of each node, itself left out.
+pub fn reverse_cuthill_mckee(neighbours: &[Vec<usize>], last: &[usize]) -> Vec<usize> {
     let n = neighbours.len();
     let mut placed = vec![false; n];
     let mut order = Vec::with_capacity(n);
+    let mut begin = last.to_vec();
     while let Some(any) = (0..n).filter(|&i| !placed[i]).min_by_key(|&i| neighbours[i].len()) {
-        let start = far_end(neighbours, any);
-        let mut queue = VecDeque::from([start]);
-        placed[start] = true;
+        if begin.is_empty() {
+            begin.push(far_end(neighbours, any));
+        }
+        let mut queue = VecDeque::from(std::mem::take(&mut begin));
+        queue.iter().for_each(|&k| placed[k] = true);
         while let Some(node) = queue.pop_front() {
             order.push(node);
             let mut next: Vec<usize> = neighbours[node].iter().copied().filter(|&k| !placed[k]).collect();
@@ -81,11 +84,19 @@ mod tests {
                 }
             }
         }
-        let order = reverse_cuthill_mckee(&neighbours);
+        let order = reverse_cuthill_mckee(&neighbours, &[]);
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert!(sorted.iter().enumerate().all(|(i, &k)| i == k));
         let mut place = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(i, &k)| place[k] = i);
+        let band = (0..order.len()).flat_map(|i| neighbours[i].iter().map(move |&k| (i, k)));
+        let band = band.map(|(i, k)| place[i].abs_diff(place[k])).max().unwrap();
+        assert!(band <= 5, "{band}");
+        // A line of nodes across the one strip comes last, and the band is hardly wider.
+        let line: Vec<usize> = (0..wide).map(|j| name(0, j, 0)).collect();
+        let order = reverse_cuthill_mckee(&neighbours, &line);
+        assert!(order[order.len() - wide..].iter().all(|k| line.contains(k)), "{order:?}");
         order.iter().enumerate().for_each(|(i, &k)| place[k] = i);
         let band = (0..order.len()).flat_map(|i| neighbours[i].iter().map(move |&k| (i, k)));
         let band = band.map(|(i, k)| place[i].abs_diff(place[k])).max().unwrap();

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 mod bays;
 mod drawn_rail;
+mod elsewhere;
 mod infinite;
 mod straight;
 
@@ -286,7 +287,7 @@ fn constant(radius: f64, focus: Focus, last: usize) -> Square {
     let forms = clamped(cylinder(&annulus(Some(0.5), 0.03), focus).unwrap(), STEEL);
     let constant = Constant::new(&forms, &[Patch { radius }], 0.5).unwrap();
     let constant = if last > 0 { constant.up_to(last) } else { constant };
-    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k).unwrap());
+    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
     sum(blocks.chain([constant.singles()]))[0]
 }
 

@@ -1,6 +1,6 @@
 //! Modes of a rail, order by order of its period, and the damping between all of them.
 
-use super::modes::Modes;
+use super::modes::{seen, Modes};
 use super::{Ends, Forms, LineLoad, Patch, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
@@ -41,19 +41,27 @@ impl Wave {
     pub fn of(forms: &Forms, modes: Modes, contact: Option<(&LineLoad, Patch)>) -> Self {
         let Modes { order, omega, vectors, residual } = modes;
         let m = omega.len();
-        let mean = |k: usize| {
-            contact.map_or([0.0; LOADS], |(line, patch)| {
-                let (means, moments) = (line.means(vectors.col(k)), patch.moments());
-                std::array::from_fn(|c| means[c] / moments[c])
-            })
-        };
-        let contact = (0..m).map(mean).collect();
+        let contact = seen(vectors.as_ref(), contact);
         let (springs, dashpots) = match forms.track(order, vectors.as_ref()) {
             None => (vec![0.0; m], Mat::zeros(m, m)),
             Some([springs, dashpots]) => {
                 ((0..m).map(|k| vectors.col(k).transpose() * springs.col(k)).collect(), vectors.transpose() * dashpots)
             }
         };
+        Self { order, omega, residual, contact, springs, dashpots, vectors }
+    }
+
+    /// The same in a frame turned by `angle`, rad, from y to z against that of the amplitudes; what the contact sees of it there is not known.
+    pub fn turned(&self, angle: f64) -> Self {
+        let (s, c) = angle.sin_cos();
+        let v = &self.vectors;
+        let vectors = Mat::from_fn(v.nrows(), v.ncols(), |i, k| match i % 3 {
+            0 => c * v[(i, k)] - s * v[(i + 2, k)],
+            1 => v[(i, k)],
+            _ => c * v[(i, k)] + s * v[(i - 2, k)],
+        });
+        let contact = vec![[0.0; LOADS]; self.contact.len()];
+        let Self { order, omega, residual, springs, dashpots, .. } = self.clone();
         Self { order, omega, residual, contact, springs, dashpots, vectors }
     }
 

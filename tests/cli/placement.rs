@@ -199,6 +199,32 @@ fn sweeps_move_the_wheel() {
     assert!(apart(1) < 1e-6 * 6e4 && apart(0) > 1.0, "{own:?} {swept:?}");
 }
 
+/// A sweep over places takes the modes of both sections from the first place, and makes its models from few numbers: what it finds at the second place is what a run there
+/// finds, which does neither.
+#[test]
+fn a_place_among_others_is_that_by_itself() {
+    let mut job = job("wheel-on-rail.json");
+    job["analyses"] = json!({
+        "modes": { "max_frequency": 500 },
+        "stability": {},
+        "sweep": { "keys": { "contact.placement.lateral": [-0.003, -0.005], "contact.friction": [0.3, 0.4] } },
+    });
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
+    let [growth, frequency] = ["sweep/growth_rate", "sweep/frequency"].map(|name| numbers(&folder, name));
+    job["contact"]["placement"]["lateral"] = json!(-0.005);
+    job["contact"]["friction"] = json!(0.4);
+    job["analyses"]["sweep"] = Value::Null;
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let alone = ["stability/growth_rate", "stability/frequency"].map(|name| numbers(&folder, name)[0]);
+    let rate = 2.0 * std::f64::consts::PI * alone[1];
+    assert!((growth[3] - alone[0]).abs() < 1e-8 * rate, "{growth:?} 1/s, alone {alone:?}");
+    assert!((frequency[3] / alone[1] - 1.0).abs() < 1e-8, "{frequency:?} Hz, alone {alone:?}");
+    // The places differ by more than that.
+    assert!((growth[1] - alone[0]).abs() > 1e-5 * rate, "{growth:?} 1/s, alone {alone:?}");
+}
+
 /// Where the placement is that under the load, the forces are those of half-spaces, whatever the rail gives way by, and a transient begins at rest.
 #[test]
 #[ignore = "long: scripts/validate cli"]

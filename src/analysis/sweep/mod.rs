@@ -9,6 +9,7 @@ use super::modes;
 use super::radiation::Sounding;
 use super::reduction::Reduction;
 use super::run::Run;
+use crate::body::elsewhere::Elsewhere;
 use crate::case::bodies::Bodies;
 use crate::case::examined::Examined;
 use crate::case::interface::{given_forces, points};
@@ -56,12 +57,14 @@ pub fn run(
         run.file.discard(&folder);
     }
     let mut base_sounds = sounding.transpose()?;
+    let mut earlier = Vec::new();
     for (number, (inputs, members)) in groups.iter().enumerate() {
         let (model, sounding) = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
             (SharedModel::broadcast(world, base.on_root())?, base_sounds.take())
         } else {
             run.progress.note(format!("bodies {} of {}", number + 1, groups.len()));
-            match build(run.petsc, point_of(&points, members[0])?, wanted, (run.meshes, run.progress)) {
+            let around = (run.meshes, &mut *run.progress);
+            match build(run.petsc, point_of(&points, members[0])?, wanted, &mut earlier, around) {
                 Ok((model, sounding)) => (model, sounding.transpose()?),
                 Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
                 Err(e) => {
@@ -158,11 +161,12 @@ fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
     groups
 }
 
-/// Collective: the reduced model of a point, on every rank, and how its modes radiate where limit cycles are heard.
+/// Collective: the reduced model of a point, on every rank, and how its modes radiate where limit cycles are heard. Modes that bodies elsewhere have found are `earlier`.
 fn build(
     petsc: &Petsc,
     point: &Job,
     cycles: Option<&Cycles>,
+    earlier: &mut Vec<Option<Elsewhere>>,
     (meshes, progress): (&Meshes, &mut Progress),
 ) -> Result<(SharedModel, Option<Result<Sounding>>)> {
     let world = petsc.world();
@@ -175,13 +179,21 @@ fn build(
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
     let mut bodies = Bodies::build(petsc, &job, meshes, progress, &mut quiet)?;
     bodies.factorise(&job, progress, &mut quiet)?;
+    bodies.unique.iter_mut().zip(&*earlier).for_each(|(body, found)| found.iter().for_each(|f| body.take(f)));
     let found = modes::compute_all(&job, &mut bodies, progress)?;
-    let model = Reduction::build(world, &job, contact, &bodies, &found, progress)?;
+    *earlier = bodies.unique.iter().map(|body| body.found()).collect();
+    let model = match Reduction::shared(world, &job, contact, (&bodies, &found), progress)? {
+        Some(model) => model,
+        None => {
+            let made = Reduction::build(world, &job, contact, &bodies, &found, progress)?;
+            SharedModel::broadcast(world, made.on_root())?
+        }
+    };
     let sounding = cycles.and_then(|c| c.sound_power.as_ref().map(|s| (c, s))).map(|(cycles, sound)| {
         progress.stage("radiation of sound");
         Sounding::new(world, (SOUND, sound), cycles.step, &bodies, &found)
     });
-    Ok((SharedModel::broadcast(world, model.on_root())?, sounding))
+    Ok((model, sounding))
 }
 
 /// Stability at one point, on this rank alone.

@@ -81,7 +81,7 @@ fn even(track: &Track, period: f64, limit: f64) -> Even {
     let focus = Focus { size: 2.5e-3, reach: 7.5e-3, corner: 0.015, largest: 0.015 };
     let loaded = Forms::along(rail.section(focus).unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();
     let constant = Constant::new(&loaded, &[PATCH], radius).unwrap();
-    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k).unwrap());
+    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
     let a = sum(blocks.chain([constant.singles()]))[0];
     Even { forms, waves, list, damping, a }
 }

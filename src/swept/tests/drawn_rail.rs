@@ -59,7 +59,7 @@ fn the_contact_on_a_drawn_rail_yields_as_on_the_built_in_one() {
         let section = rail.for_loads(patch.radius).unwrap();
         let forms = Forms::along(section, RAIL_STEEL, period, Some(&pads()), rail.contact().angle).unwrap();
         let constant = Constant::new(&forms, &[patch], period / (2.0 * PI)).unwrap();
-        let blocks = (0..constant.blocks.len()).map(|k| constant.block(k).unwrap());
+        let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
         sum(blocks.chain([constant.singles()]))[0]
     };
     let [built, drawn] = [Rail::Built(Rail60E1::new(0.005).unwrap()), at(0.005)].map(|rail| yields(&rail));

@@ -149,7 +149,7 @@ fn at_contact(y: f64, radii: &[f64], parts: f64, period: f64, singles: Option<us
         let next = usual[0].0 - usual[0].1 / 2;
         constant.blocks = (0..next).map(|n| (n, 1)).chain(usual).collect();
     }
-    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k).unwrap());
+    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
     sum(blocks.chain([constant.singles()]))
 }
 
