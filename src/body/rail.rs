@@ -152,7 +152,7 @@ impl<'w> Rail<'w> {
     }
 
     /// Collective: the modes up to `extent` found by another rail, where these are those of this one.
-    fn from_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Wave>)> {
+    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Wave>)> {
         let found = self.found.clone()?;
         let angle = self.section.contact().angle - found.angle;
         let same = (found.extent, found.track, found.losses) == (extent, self.track, self.damping);
@@ -295,7 +295,7 @@ impl Body for Rail<'_> {
 
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
         let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
-        let known = self.from_elsewhere(extent);
+        let known = self.found_elsewhere(extent);
         let (known, (all, keep)) = match known {
             Some((found, all)) => {
                 let keep = found.keep;

@@ -146,7 +146,7 @@ impl<'w> Swept<'w> {
 
 impl Swept<'_> {
     /// Collective: the modes up to `extent` found by another body, where these are those of this one.
-    fn from_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Seen>)> {
+    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Seen>)> {
         let found = self.found.clone()?;
         let same = found.extent == extent && found.rotates == self.rotates;
         let held = found.fixed == self.fixed && found.springs == self.springs;
@@ -321,7 +321,7 @@ impl Body for Swept<'_> {
 
     fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
         let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
-        let (known, (all, keep)) = match self.from_elsewhere(extent) {
+        let (known, (all, keep)) = match self.found_elsewhere(extent) {
             Some((found, all)) => {
                 let keep = found.keep;
                 (Some(found), (all, keep))
