@@ -21,6 +21,7 @@ import steady
 import surfaces
 import tables
 import transient
+import truncation
 import tutorial
 from program import KEPT
 
@@ -36,6 +37,7 @@ STUDIES = {
     "longitudinal": longitudinal.sliding,
     "rotation": rotation.narrow_curve,
     "transient": transient.against_linear,
+    "truncation": truncation.beside_all,
     "ranks": ranks.agreement,
     "faults": faults.broken,
     "cycles": cycles.followed,
