@@ -135,7 +135,7 @@ def sweeps():
 def places():
     """A map over places of the wheel on the rail, whose bodies are made anew at each: the whole run, the job's own model and its pictures included."""
     load, body = busy(), []
-    cases = [("modes up to 2.5 kHz, as the job has it", {}, 1), ("modes up to 2.5 kHz, as the job has it", {}, 2), ("up to 6.6 kHz", MANY, 2)]
+    cases = [("modes up to 2.5 kHz, as the job has it", {}, 1), ("modes up to 2.5 kHz, as the job has it", {}, 2), ("up to 5.8 kHz", {"analyses.modes.max_frequency": 5800}, 2), ("up to 6.6 kHz", MANY, 2)]
     with tempfile.TemporaryDirectory() as name:
         result = Path(name) / "map.h5"
         for what, sets, ranks in cases:
