@@ -1,5 +1,6 @@
 //! Convolutions beside the matrices that they stand for.
 
+use super::product::good_size;
 use super::*;
 use faer::Scale;
 
