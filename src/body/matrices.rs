@@ -11,7 +11,7 @@ use super::{Trace, TraceModes};
 use crate::dense::symmetric_eigen;
 use crate::eigen::sparse::{self, Method, ModesOptions};
 use crate::parallel::World;
-use crate::petsc::csr::DistCsr;
+use crate::petsc::csr::{DistCsr, Stored};
 use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::session::Petsc;
 use crate::{Error, Result};
@@ -386,5 +386,6 @@ pub(super) fn scatter(world: &World, matrix: Option<&Csr>) -> DistCsr {
     }
     let starts = world.scatter(starts);
     let (cols, values) = (world.scatter(cols), world.scatter(values));
-    DistCsr { ranges, indptr: starts.into_iter().map(|s| s as usize).collect(), cols, values }
+    let indptr = starts.into_iter().map(|s| s as usize).collect();
+    DistCsr { ranges, indptr, cols, values, stored: Stored::Whole }
 }

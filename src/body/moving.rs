@@ -9,8 +9,8 @@
 use super::trace::Trace;
 use super::FullSystem;
 use crate::parallel::World;
-use crate::petsc::csr::Operator;
 use crate::petsc::mumps::{Factor, FactorOptions, FactorStatistics, Symmetry};
+use crate::petsc::operator::Operator;
 use crate::Result;
 use faer::{Mat, Scale};
 use std::cell::RefCell;

@@ -2,7 +2,8 @@
 
 use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted, Sizes};
 use crate::parallel::World;
-use crate::petsc::csr::{DistCsr, Operator};
+use crate::petsc::csr::DistCsr;
+use crate::petsc::operator::Operator;
 use crate::petsc::{eps, Factor, FactorOptions, Petsc, Symmetry};
 use crate::{Error, Result};
 use faer::MatRef;

@@ -7,7 +7,7 @@ use super::Material;
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::quality;
 use crate::parallel::World;
-use crate::petsc::csr::DistCsr;
+use crate::petsc::csr::{DistCsr, Stored};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -61,10 +61,11 @@ impl<'a> Assembly<'a> {
         Ok(Self { part, dofs, graph })
     }
 
-    /// The matrix of a form; this rank's rows.
+    /// The matrix of a form; this rank's rows, of a symmetric one half of the entries between them ([`Stored::Lower`]).
     pub fn assemble(&self, form: &dyn Form) -> DistCsr {
         let (part, dofs) = (self.part, self.dofs);
-        let mut matrix = self.pattern(form.coupling());
+        let half = form.symmetric();
+        let mut matrix = self.pattern(form.coupling(), half);
         let full = form.coupling() == Coupling::Full;
         let per_node = form.coupling().per_node();
         let mut values = Vec::new();
@@ -76,24 +77,26 @@ impl<'a> Assembly<'a> {
                 if na as usize >= part.owned || dofs.local[na as usize] == FIXED {
                     continue;
                 }
-                let row = (dofs.local[na as usize] - dofs.begin()) as usize;
-                let base = matrix.indptr[row];
-                // The three rows of a node are equally long.
-                let length = matrix.indptr[row + 1] - base;
+                let own = dofs.local[na as usize];
+                let row = (own - dofs.begin()) as usize;
+                let begins = [0, 1, 2].map(|c| matrix.indptr[row + c]);
+                let length = matrix.indptr[row + 1] - begins[0];
                 for (b, &nb) in cell.nodes.iter().enumerate() {
                     let first = dofs.local[nb as usize];
-                    if first == FIXED {
+                    if first == FIXED || half && first > own && (nb as usize) < part.owned {
                         continue;
                     }
                     // The pattern was made from these very cells: the column is there.
-                    let at = base + matrix.cols[base..base + length].partition_point(|&c| u64::from(c) < first);
+                    let at = matrix.cols[begins[0]..begins[0] + length].partition_point(|&c| u64::from(c) < first);
                     for c in 0..3 {
+                        // Of its own block a row of half a matrix has one entry more than the row before.
+                        let to = begins[c] + at + if half && full && first > own { c } else { 0 };
                         if full {
                             let from = order * (3 * a + c) + 3 * b;
-                            let to = at + c * length;
-                            (0..3).for_each(|d| matrix.values[to + d] += values[from + d]);
+                            let count = if half && first == own { c + 1 } else { 3 };
+                            (0..count).for_each(|d| matrix.values[to + d] += values[from + d]);
                         } else {
-                            matrix.values[at + c * length] += values[order * a + b];
+                            matrix.values[to] += values[order * a + b];
                         }
                     }
                 }
@@ -125,29 +128,29 @@ impl<'a> Assembly<'a> {
         load
     }
 
-    /// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals.
-    fn pattern(&self, coupling: Coupling) -> DistCsr {
+    /// First degrees of freedom of the free nodes of `list` that the node of the degree of freedom `own` couples to, as far as they are stored.
+    fn coupled<'s>(&'s self, own: u64, list: &'s [u32], half: bool) -> impl Iterator<Item = u64> + 's {
+        let mirrored = move |m: u32, first: u64| half && first > own && (m as usize) < self.part.owned;
+        let each = list.iter().map(|&m| (m, self.dofs.local[m as usize]));
+        each.filter(move |&(m, first)| first != FIXED && !mirrored(m, first)).map(|(_, first)| first)
+    }
+
+    /// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals; `half` of a symmetric one.
+    fn pattern(&self, coupling: Coupling, half: bool) -> DistCsr {
         let dofs = self.dofs;
-        let per_node = coupling.per_node();
-        let entries: usize = self
-            .graph
-            .iter()
-            .enumerate()
-            .filter(|(n, _)| dofs.local[*n] != FIXED)
-            .map(|(_, l)| 3 * per_node * l.iter().filter(|&&m| dofs.local[m as usize] != FIXED).count())
-            .sum();
+        let free = || self.graph.iter().enumerate().map(|(n, l)| (dofs.local[n], &l[..])).filter(|n| n.0 != FIXED);
+        let blocks: usize = free().map(|(own, list)| self.coupled(own, list, half).count()).sum();
+        // Above the diagonals of the blocks there are three entries.
+        let left_out = if half && coupling == Coupling::Full { dofs.owned() } else { 0 };
+        let entries = 3 * coupling.per_node() * blocks - left_out;
         let mut indptr = Vec::with_capacity(dofs.owned() + 1);
         let mut cols = Vec::with_capacity(entries);
         indptr.push(0);
-        for (n, list) in self.graph.iter().enumerate() {
-            if dofs.local[n] == FIXED {
-                continue;
-            }
+        for (own, list) in free() {
             for c in 0..3 {
-                for &m in list {
-                    let first = dofs.local[m as usize];
+                for first in self.coupled(own, list, half) {
                     match coupling {
-                        _ if first == FIXED => {}
+                        Coupling::Full if half && first == own => cols.extend((0..=c).map(|d| (first + d) as u32)),
                         Coupling::Full => cols.extend((0..3).map(|d| (first + d) as u32)),
                         Coupling::Components => cols.push((first + c) as u32),
                     }
@@ -156,7 +159,8 @@ impl<'a> Assembly<'a> {
             }
         }
         let values = vec![0.0; cols.len()];
-        DistCsr { ranges: dofs.ranges.clone(), indptr, cols, values }
+        let stored = if half { Stored::Lower { first: dofs.begin() } } else { Stored::Whole };
+        DistCsr { ranges: dofs.ranges.clone(), indptr, cols, values, stored }
     }
 }
 

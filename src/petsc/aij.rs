@@ -10,10 +10,11 @@ use petsc_sys as sys;
 
 /// Collective: the matrix in PETSc's rows, each allocated to its length.
 pub(crate) fn assembled<'p>(petsc: &'p Petsc<'_>, matrix: &DistCsr, block: usize) -> Result<Handle<'p, sys::Mat>> {
-    assembled_with(petsc, matrix, block, |row, at, _| Complex::new(matrix.row(row).1[at], 0.0))
+    let matrix = matrix.whole();
+    assembled_with(petsc, &matrix, block, |row, at, _| Complex::new(matrix.row(row).1[at], 0.0))
 }
 
-/// Collective: a matrix with the pattern of `pattern` whose entry in local row `row`, the `at`-th of that row, in global column `column` is
+/// Collective: a matrix with the pattern of `pattern`, all of whose entries are stored, whose entry in local row `row`, the `at`-th of that row, in global column `column` is
 /// `value(row, at, column)`.
 pub(crate) fn assembled_with<'p>(
     petsc: &'p Petsc<'_>,

@@ -1,15 +1,29 @@
 //! Distributed real sparse matrix in compressed rows: what assembly makes and the solvers take.
 
-use super::exchange::Exchange;
+use super::operator::{Held, Operator};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
 use mpi::traits::*;
-use pulp::{Arch, Simd, WithSimd};
-use std::ops::{Deref, Range};
-use std::rc::Rc;
+use std::borrow::Cow;
+use std::ops::Range;
 
-/// One rank's rows of a square real matrix. Rows are distributed in contiguous ranges.
+/// What a rank stores of the entries between its own rows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Stored {
+    /// All of them.
+    #[default]
+    Whole,
+    /// Those on and below the diagonal, of a symmetric matrix. An entry between rows of two ranks stands on both all the same, so that a product needs
+    /// what one with all entries needs from other ranks.
+    Lower {
+        /// This rank's first row, global.
+        first: u64,
+    },
+}
+
+/// One rank's rows of a square real matrix. Rows are distributed in contiguous ranges. Of a symmetric matrix half of the entries are enough
+/// ([`Stored::Lower`]): they are most of the memory beside a factor, and of the time of a product.
 #[derive(Debug, Clone, Default)]
 pub struct DistCsr {
     /// First row of each rank, `[size + 1]`; the last entry is the order of the matrix.
@@ -21,6 +35,8 @@ pub struct DistCsr {
     pub cols: Vec<u32>,
     /// Value of each entry.
     pub values: Vec<f64>,
+    /// Which entries there are.
+    pub stored: Stored,
 }
 
 impl DistCsr {
@@ -39,7 +55,15 @@ impl DistCsr {
         self.ranges[rank]..self.ranges[rank + 1]
     }
 
-    /// Columns and values of local row `row`.
+    /// Own columns left of the diagonal of local row `row`, whose entries stand for two; none where all are stored.
+    fn mirrored(&self, row: usize) -> Range<u64> {
+        match self.stored {
+            Stored::Whole => 0..0,
+            Stored::Lower { first } => first..first + row as u64,
+        }
+    }
+
+    /// Columns and values of local row `row`, as far as they are stored.
     pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
         let span = self.indptr[row]..self.indptr[row + 1];
         (&self.cols[span.clone()], &self.values[span])
@@ -68,6 +92,10 @@ impl DistCsr {
             let (cols, values) = self.row(i);
             if cols.windows(2).any(|w| w[0] >= w[1]) || cols.last().is_some_and(|&c| u64::from(c) >= order) {
                 return defect(format!("columns of row {} do not ascend within 0..{order}", rows.start + i as u64));
+            }
+            let above = rows.start + i as u64 + 1..rows.end;
+            if self.stored != Stored::Whole && cols.iter().any(|&c| above.contains(&c.into())) {
+                return defect(format!("row {} has own columns above the diagonal", rows.start + i as u64));
             }
             if let Some(k) = values.iter().position(|v| !v.is_finite()) {
                 return Err(Error::Input(format!(
@@ -101,8 +129,14 @@ impl DistCsr {
         (0..self.n_local()).map(|i| self.get(i, first + i as u64)).collect()
     }
 
-    /// Entry at local row `row`, global column `col`; zero where none is stored.
+    /// Entry at local row `row`, global column `col`; zero where there is none.
     pub fn get(&self, row: usize, col: u64) -> f64 {
+        let (row, col) = match self.stored {
+            Stored::Lower { first } if (first + row as u64 + 1..first + self.n_local() as u64).contains(&col) => {
+                ((col - first) as usize, first + row as u64)
+            }
+            _ => (row, col),
+        };
         let (cols, values) = self.row(row);
         cols.binary_search_by(|&c| u64::from(c).cmp(&col)).map(|k| values[k]).unwrap_or(0.0)
     }
@@ -114,11 +148,22 @@ impl DistCsr {
 
     /// Collective: largest absolute row sum, the norm induced by the maximum norm and a bound of the spectral radius.
     pub fn norm_inf(&self, world: &World) -> f64 {
-        let sum = |i| self.row(i).1.iter().map(|v| v.abs()).sum::<f64>();
-        world.max((0..self.n_local()).map(sum).fold(0.0, f64::max))
+        let mut sums = vec![0.0; self.n_local()];
+        for i in 0..self.n_local() {
+            let mirrored = self.mirrored(i);
+            let (cols, values) = self.row(i);
+            for (&c, v) in cols.iter().zip(values) {
+                sums[i] += v.abs();
+                if mirrored.contains(&c.into()) {
+                    sums[(u64::from(c) - mirrored.start) as usize] += v.abs();
+                }
+            }
+        }
+        world.max(sums.into_iter().fold(0.0, f64::max))
     }
 
-    /// Collective: largest |a_ij − a_ji| over the largest |a_ij|; 0 for an exactly symmetric matrix.
+    /// Collective: largest |a_ij − a_ji| over the largest |a_ij|; 0 for an exactly symmetric matrix. Where half of the entries are stored this sees only
+    /// those between rows of two ranks.
     pub fn asymmetry(&self, world: &World) -> f64 {
         let first = self.ranges[world.rank];
         let own = self.rows_of(world.rank);
@@ -153,12 +198,88 @@ impl DistCsr {
         }
     }
 
-    /// This matrix minus `sigma` times `other`, on the union of both patterns. Both have the same ranges.
+    /// The same matrix with all entries.
+    pub fn whole(&self) -> Cow<'_, DistCsr> {
+        if self.stored == Stored::Whole {
+            return Cow::Borrowed(self);
+        }
+        let indptr = self.whole_starts();
+        let entries = indptr.last().copied().unwrap_or(0);
+        let (mut cols, mut values) = (vec![0; entries], vec![0.0; entries]);
+        self.spread(&indptr, |to, col, from| (cols[to], values[to]) = (col, self.values[from]));
+        Cow::Owned(DistCsr { ranges: self.ranges.clone(), indptr, cols, values, stored: Stored::Whole })
+    }
+
+    /// Starts and columns of the rows with all entries.
+    pub(super) fn whole_pattern(&self) -> (Cow<'_, [usize]>, Cow<'_, [u32]>) {
+        if self.stored == Stored::Whole {
+            return (Cow::Borrowed(&self.indptr), Cow::Borrowed(&self.cols));
+        }
+        let indptr = self.whole_starts();
+        let mut cols = vec![0; indptr.last().copied().unwrap_or(0)];
+        self.spread(&indptr, |to, col, _| cols[to] = col);
+        (Cow::Owned(indptr), Cow::Owned(cols))
+    }
+
+    /// Starts of the rows with all entries, `[n_local + 1]`.
+    fn whole_starts(&self) -> Vec<usize> {
+        let mut starts = vec![0; self.n_local() + 1];
+        for i in 0..self.n_local() {
+            let mirrored = self.mirrored(i);
+            let cols = self.row(i).0;
+            starts[i + 1] += cols.len();
+            for &c in cols.iter().filter(|&&c| mirrored.contains(&c.into())) {
+                starts[(u64::from(c) - mirrored.start) as usize + 1] += 1;
+            }
+        }
+        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
+        starts
+    }
+
+    /// Tells of every entry of the rows with all entries, which begin at `starts`, its place, its column, and where its value is stored.
+    fn spread(&self, starts: &[usize], mut put: impl FnMut(usize, u32, usize)) {
+        let mut next = starts[..self.n_local()].to_vec();
+        let last = self.ranges.last().copied().unwrap_or(0);
+        for i in 0..self.n_local() {
+            let mirrored = self.mirrored(i);
+            // Left of the diagonal and on it; what is mirrored follows from later rows, and columns of later ranks end the row.
+            let split = match self.stored {
+                Stored::Whole => last,
+                Stored::Lower { .. } => mirrored.end + 1,
+            };
+            let cols = self.row(i).0;
+            let tail = starts[i + 1] - cols.len();
+            for (k, &c) in cols.iter().enumerate() {
+                let from = self.indptr[i] + k;
+                match u64::from(c) < split {
+                    true => {
+                        put(next[i], c, from);
+                        next[i] += 1;
+                    }
+                    false => put(tail + k, c, from),
+                }
+                if mirrored.contains(&c.into()) {
+                    let row = (u64::from(c) - mirrored.start) as usize;
+                    put(next[row], mirrored.end as u32, from);
+                    next[row] += 1;
+                }
+            }
+        }
+    }
+
+    /// This matrix minus `sigma` times `other`, on the union of both patterns, stored as this one is; `other` must be symmetric too where half of the
+    /// entries are stored. Both have the same ranges.
     pub fn minus_scaled(&self, sigma: f64, other: &DistCsr) -> DistCsr {
         if sigma == 0.0 {
             return self.clone();
         }
+        let other = match self.stored {
+            Stored::Whole => other.whole(),
+            Stored::Lower { .. } => Cow::Borrowed(other),
+        };
+        let own = self.mirrored(self.n_local());
         let mut sum = DistCsr {
+            stored: self.stored,
             ranges: self.ranges.clone(),
             indptr: Vec::with_capacity(self.indptr.len()),
             cols: Vec::with_capacity(self.cols.len()),
@@ -171,6 +292,10 @@ impl DistCsr {
             let (mut p, mut q) = (0, 0);
             while p < a.len() || q < b.len() {
                 let (ca, cb) = (a.get(p).copied().unwrap_or(u32::MAX), b.get(q).copied().unwrap_or(u32::MAX));
+                if cb < ca && own.contains(&cb.into()) && u64::from(cb) > own.start + i as u64 {
+                    q += 1;
+                    continue;
+                }
                 let mut value = 0.0;
                 if ca <= cb {
                     value += av[p];
@@ -210,6 +335,10 @@ impl DistCsr {
 
     /// Collective: the whole matrix, `[n, n]` on rank 0, `None` elsewhere.
     pub fn gather(&self, world: &World) -> Option<Mat<f64>> {
+        self.whole().gather_stored(world)
+    }
+
+    fn gather_stored(&self, world: &World) -> Option<Mat<f64>> {
         let rows: Vec<u64> =
             (0..self.n_local()).flat_map(|i| std::iter::repeat_n(i as u64, self.row(i).0.len())).collect();
         let first = self.ranges[world.rank];
@@ -258,150 +387,6 @@ pub(crate) fn all_to_all<T: Equivalence + Clone + Default>(world: &World, parts:
         &mut PartitionMut::new(&mut received[..], incoming, in_starts),
     );
     received
-}
-
-/// A matrix that is borrowed, or shared by those who use it.
-#[derive(Debug, Clone)]
-pub enum Held<'a> {
-    /// Borrowed.
-    Borrowed(&'a DistCsr),
-    /// Shared.
-    Shared(Rc<DistCsr>),
-}
-
-impl Deref for Held<'_> {
-    type Target = DistCsr;
-
-    fn deref(&self) -> &DistCsr {
-        match self {
-            Held::Borrowed(matrix) => matrix,
-            Held::Shared(matrix) => matrix,
-        }
-    }
-}
-
-impl<'a> From<&'a DistCsr> for Held<'a> {
-    fn from(matrix: &'a DistCsr) -> Self {
-        Held::Borrowed(matrix)
-    }
-}
-
-impl From<Rc<DistCsr>> for Held<'_> {
-    fn from(matrix: Rc<DistCsr>) -> Self {
-        Held::Shared(matrix)
-    }
-}
-
-/// A matrix with its exchange of ghost values, for repeated products.
-pub struct Operator<'a> {
-    matrix: Held<'a>,
-    /// Column of each entry in the own rows followed by the ghosts.
-    local: Vec<u32>,
-    exchange: Exchange,
-}
-
-impl<'a> Operator<'a> {
-    /// Collective: a matrix made ready for products with vectors.
-    pub fn new(world: &World, matrix: Held<'a>) -> Self {
-        let exchange = Exchange::new(world, &matrix.ranges, matrix.cols.iter().map(|&c| c.into()));
-        let own = matrix.rows_of(world.rank);
-        let n = matrix.n_local();
-        let local = matrix.cols.iter().map(|&col| {
-            let col = u64::from(col);
-            if own.contains(&col) {
-                (col - own.start) as u32
-            } else {
-                // Every column outside the own rows is a ghost by construction of the exchange.
-                (n + exchange.ghosts().partition_point(|&g| g < col)) as u32
-            }
-        });
-        let local = local.collect();
-        Self { matrix, local, exchange }
-    }
-
-    /// The matrix.
-    pub fn matrix(&self) -> &DistCsr {
-        &self.matrix
-    }
-
-    /// Collective: y = A x over local rows, `x` and `y` real or complex, of `[n_local]`.
-    pub fn apply<T>(&self, world: &World, x: &[T], y: &mut [T])
-    where
-        T: Equivalence + Copy + Default + std::ops::AddAssign,
-        f64: std::ops::Mul<T, Output = T>,
-    {
-        let ghosts = self.exchange.fetch(world, x);
-        let n = self.matrix.n_local();
-        for (i, out) in y.iter_mut().enumerate() {
-            let span = self.matrix.indptr[i]..self.matrix.indptr[i + 1];
-            let mut sum = T::default();
-            for (&c, &v) in self.local[span.clone()].iter().zip(&self.matrix.values[span]) {
-                let c = c as usize;
-                sum += v * if c < n { x[c] } else { ghosts[c - n] };
-            }
-            *out = sum;
-        }
-    }
-}
-
-/// Columns of a block that one pass through the matrix takes with it.
-const WIDTH: usize = 8;
-
-impl Operator<'_> {
-    /// Collective: Y = A X over local rows, both `[n_local, columns]` column by column. A pass through the matrix takes several columns.
-    pub fn apply_block(&self, world: &World, x: &[f64], y: &mut [f64], columns: usize) {
-        let n = self.matrix.n_local();
-        let mut rows = Vec::new();
-        for first in (0..columns).step_by(WIDTH) {
-            let width = WIDTH.min(columns - first);
-            if width < WIDTH / 4 {
-                for j in first..columns {
-                    self.apply(world, &x[j * n..(j + 1) * n], &mut y[j * n..(j + 1) * n]);
-                }
-                break;
-            }
-            // The columns of a row behind one another, filled up by zeros.
-            rows.clear();
-            rows.resize(n * WIDTH, 0.0);
-            for (j, column) in x[first * n..(first + width) * n].chunks_exact(n.max(1)).enumerate() {
-                column.iter().zip(rows.chunks_exact_mut(WIDTH)).for_each(|(v, row)| row[j] = *v);
-            }
-            let ghosts = self.exchange.fetch_wide(world, &rows, WIDTH);
-            rows.extend(ghosts);
-            let out = &mut y[first * n..(first + width) * n];
-            Arch::new().dispatch(Rows { operator: self, x: &rows, out });
-        }
-    }
-}
-
-/// One pass of [`Operator::apply_block`].
-struct Rows<'a> {
-    operator: &'a Operator<'a>,
-    /// `WIDTH` columns of the own rows and the ghosts, row by row.
-    x: &'a [f64],
-    /// `[n_local, at most WIDTH]`, column by column.
-    out: &'a mut [f64],
-}
-
-impl WithSimd for Rows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let (matrix, local) = (&*self.operator.matrix, &self.operator.local);
-        let n = matrix.n_local();
-        for i in 0..n {
-            let span = matrix.indptr[i]..matrix.indptr[i + 1];
-            let mut sums = [0.0; WIDTH];
-            for (&c, &v) in local[span.clone()].iter().zip(&matrix.values[span]) {
-                let row = &self.x[c as usize * WIDTH..][..WIDTH];
-                for k in 0..WIDTH {
-                    sums[k] += v * row[k];
-                }
-            }
-            self.out.chunks_exact_mut(n).zip(sums).for_each(|(column, s)| column[i] = s);
-        }
-    }
 }
 
 /// Collective: scalar product of two distributed vectors.

@@ -4,8 +4,9 @@
 //! stays real, as every product with a zero imaginary part is an exact zero. It is the second opinion on the block method of
 //! [`crate::eigen`], which judges what both find.
 
-use super::csr::{norm2, Operator};
+use super::csr::norm2;
 use super::handle::{read, vector, write, Handle};
+use super::operator::Operator;
 use super::session::{check, Petsc};
 use super::shell::{monitor, Shell, ShellOperator};
 use super::Factor;

@@ -5,8 +5,9 @@
 //! real and one in the imaginary part.
 
 use super::aij::assembled;
-use super::csr::{dot, norm2, DistCsr, Held, Operator};
+use super::csr::{dot, norm2, DistCsr};
 use super::handle::{read, vector, write, Handle};
+use super::operator::{Held, Operator};
 use super::session::{check, Petsc};
 use crate::{Error, Result};
 use faer::Mat;

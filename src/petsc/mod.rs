@@ -8,6 +8,7 @@ pub mod exchange;
 mod handle;
 pub mod ksp;
 pub mod mumps;
+pub mod operator;
 mod ordering;
 pub mod pep;
 pub mod session;

@@ -12,8 +12,9 @@ use metis_sys::idx_t;
 pub(crate) fn nested_dissection(world: &World, matrix: &DistCsr) -> Result<Vec<u32>> {
     // Consecutive rows with the same columns form a block; a rank's first row always begins one.
     // (Not bytes: the address of an empty slice of them is 1, which Open MPI takes for MPI_IN_PLACE.)
-    let begins: Vec<u32> =
-        (0..matrix.n_local()).map(|i| u32::from(i == 0 || matrix.row(i).0 != matrix.row(i - 1).0)).collect();
+    let (starts, cols) = matrix.whole_pattern();
+    let row = |i: usize| &cols[starts[i]..starts[i + 1]];
+    let begins: Vec<u32> = (0..matrix.n_local()).map(|i| u32::from(i == 0 || row(i) != row(i - 1))).collect();
     let all = world.all_gather(&begins);
     let mut block_of = Vec::with_capacity(all.len());
     let mut blocks = 0u32;
@@ -28,7 +29,7 @@ pub(crate) fn nested_dissection(world: &World, matrix: &DistCsr) -> Result<Vec<u
         let own = block_of[first + i];
         let mut last = u32::MAX;
         let before = neighbours.len();
-        for &c in matrix.row(i).0 {
+        for &c in row(i) {
             let block = block_of[c as usize];
             // Columns ascend, so repetitions of a block are adjacent.
             if block != own && block != last {

@@ -2,8 +2,9 @@
 
 use crate::matrices::*;
 use crate::Check;
+use num_complex::Complex;
 use railsqueal::parallel::World;
-use railsqueal::petsc::csr::{norm2, DistCsr};
+use railsqueal::petsc::csr::{norm2, DistCsr, Stored};
 use railsqueal::petsc::{Factor, FactorOptions, Ordering, Symmetry};
 use railsqueal::scratch::Scratch;
 use railsqueal::Error;
@@ -11,6 +12,7 @@ use railsqueal::Error;
 pub const CHECKS: &[Check] = &[
     ("product with a chain", product),
     ("asymmetry of one entry is seen", asymmetry),
+    ("half of the entries are the whole matrix", half),
     ("shifted matrix on the union of patterns", shifted),
     ("solve, every kind and ordering", solve),
     ("solve of several right-hand sides", solve_many),
@@ -62,6 +64,72 @@ fn asymmetry(world: &World) {
         a.values[at] = -0.5;
     }
     assert_eq!(a.asymmetry(world), 0.25);
+}
+
+/// The matrix with the own entries above the diagonal left out.
+fn lower(world: &World, all: &DistCsr) -> DistCsr {
+    let own = all.rows_of(world.rank);
+    let mut half = DistCsr { ranges: all.ranges.clone(), indptr: vec![0], ..DistCsr::default() };
+    half.stored = Stored::Lower { first: own.start };
+    for i in 0..all.n_local() {
+        let above = own.start + i as u64 + 1..own.end;
+        for (&c, &v) in all.row(i).0.iter().zip(all.row(i).1).filter(|(c, _)| !above.contains(&u64::from(**c))) {
+            half.cols.push(c);
+            half.values.push(v);
+        }
+        half.indptr.push(half.cols.len());
+    }
+    half
+}
+
+fn half(world: &World) {
+    let (k, m) = brick(world, 4);
+    // Symmetric to the last bit between the own rows.
+    let [k, m] = [&k, &m].map(|a| lower(world, a).whole().into_owned());
+    let [low, light] = [&k, &m].map(|a| lower(world, a));
+    low.validate(world, "half").unwrap();
+    let same = |a: &DistCsr, b: &DistCsr| (&a.indptr, &a.cols, &a.values) == (&b.indptr, &b.cols, &b.values);
+    assert!(same(&low.whole(), &k) && low.whole().stored == Stored::Whole);
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * a.abs();
+    assert!(close(low.norm_inf(world), k.norm_inf(world)) && low.max_abs(world) == k.max_abs(world));
+    assert!(low.asymmetry(world) < 1e-14);
+    let (n, first) = (k.n_local(), k.rows_of(world.rank).start);
+    for (i, col) in (0..n).flat_map(|i| (0..k.order()).map(move |c| (i, c))) {
+        assert_eq!(low.get(i, col), k.get(i, col), "({}, {col})", first + i as u64);
+    }
+    assert_eq!(low.diagonal(world.rank), k.diagonal(world.rank));
+    // Sums are stored as their first term is.
+    assert!(same(&low.minus_scaled(0.3, &light), &low.minus_scaled(0.3, &m)));
+    assert!(same(&low.minus_scaled(0.3, &m).whole(), &k.minus_scaled(0.3, &m)));
+    assert!(same(&k.minus_scaled(0.3, &light), &k.minus_scaled(0.3, &m)));
+    let held = [1, 5, k.order() - 1];
+    let [mut fixed, mut all] = [low.clone(), k.clone()];
+    fixed.hold(world.rank, &held, 2.0);
+    all.hold(world.rank, &held, 2.0);
+    assert!(same(&fixed.whole(), &all));
+    assert_eq!(low.gather(world), k.gather(world));
+    // Products, of one column, of some, and of complex ones.
+    let x: Vec<f64> = (0..11).flat_map(|j| sample(&k, world, f64::from(j))).collect();
+    let scale = k.norm_inf(world);
+    let (mut y, mut z) = (vec![f64::NAN; 11 * n], vec![f64::NAN; 11 * n]);
+    for columns in [1, 3, 8, 11] {
+        low.operator(world).apply_block(world, &x[..columns * n], &mut y[..columns * n], columns);
+        k.operator(world).apply_block(world, &x[..columns * n], &mut z[..columns * n], columns);
+        let worst = y[..columns * n].iter().zip(&z).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(worst < 1e-14 * scale, "{columns} columns: {worst:e} of {scale:e}");
+    }
+    let x: Vec<Complex<f64>> = (0..n).map(|i| Complex::new(x[i], x[n + i])).collect();
+    let mut w = vec![Complex::new(f64::NAN, 0.0); n];
+    low.operator(world).apply(world, &x, &mut w);
+    let worst = (0..n).fold(0.0, |m: f64, i| m.max((w[i] - Complex::new(z[i], z[n + i])).norm()));
+    assert!(worst < 1e-14 * scale, "complex: {worst:e} of {scale:e}");
+    // Factors of half a matrix, also where all of it is asked for.
+    let b = sample(&k, world, 0.0);
+    for kind in [Symmetry::Positive, Symmetry::Indefinite, Symmetry::General] {
+        let mut x = b.clone();
+        Factor::new(world, &low, FactorOptions::new(kind), "half").unwrap().solve(&mut x, 1).unwrap();
+        assert!(residual(world, &k, &x, &b) < 1e-12, "{kind:?}");
+    }
 }
 
 fn shifted(world: &World) {

@@ -1,12 +1,13 @@
 //! Assembly and solution on distributed meshes against closed forms.
 
-use railsqueal::fem::assembly::Operators;
+use railsqueal::fem::assembly::{Assembly, Operators};
 use railsqueal::fem::dofs::{DofMap, FIXED};
+use railsqueal::fem::forms::{Coupling, Form, Mass, Stiffness};
 use railsqueal::fem::Material;
 use railsqueal::mesh::distribute::{distribute, MeshPart};
-use railsqueal::mesh::{facet_key, CellKind, Mesh};
+use railsqueal::mesh::{facet_key, Cell, CellKind, Mesh};
 use railsqueal::parallel::World;
-use railsqueal::petsc::csr::dot;
+use railsqueal::petsc::csr::{dot, DistCsr, Stored};
 use railsqueal::petsc::exchange::Exchange;
 use railsqueal::petsc::mumps::{Factor, FactorOptions, Symmetry};
 
@@ -101,8 +102,46 @@ pub fn patch_test(world: &World) {
     let mass = dot(world, &ones, &weighed);
     let exact = 7800.0 * 0.48;
     assert!((mass / exact - 1.0).abs() < 1e-12, "mass {mass} kg, exact {exact} kg");
-    let asymmetry = ops.stiffness.asymmetry(world);
-    assert!(asymmetry < 1e-14, "K is not symmetric: {asymmetry:e} of its largest entry");
+    halves(world, &part, &dofs, &ops);
+}
+
+/// A form that hides that it is symmetric.
+struct All<F>(F);
+
+impl<F: Form> Form for All<F> {
+    fn coupling(&self) -> Coupling {
+        self.0.coupling()
+    }
+
+    fn symmetric(&self) -> bool {
+        false
+    }
+
+    fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]) {
+        self.0.matrix(cell, x, out);
+    }
+}
+
+/// Matrices with all their entries are symmetric, and those of which half is assembled are the same.
+fn halves(world: &World, part: &MeshPart, dofs: &DofMap, ops: &Operators) {
+    let assembly = Assembly::new(world, part, dofs).unwrap();
+    let forms: [(&str, &DistCsr, Box<dyn Form>); 2] = [
+        ("K", &ops.stiffness, Box::new(All(Stiffness(STEEL)))),
+        ("M", &ops.mass, Box::new(All(Mass { density: STEEL.density }))),
+    ];
+    for (name, half, form) in forms {
+        let all = assembly.assemble(&*form);
+        assert_eq!(all.stored, Stored::Whole);
+        let asymmetry = all.asymmetry(world);
+        assert!(asymmetry < 1e-14, "{name} is not symmetric: {asymmetry:e} of its largest entry");
+        half.validate(world, name).unwrap();
+        assert!(half.cols.len() < all.cols.len(), "{name}: {} of {} entries", half.cols.len(), all.cols.len());
+        let whole = half.whole();
+        assert_eq!((&whole.indptr, &whole.cols), (&all.indptr, &all.cols), "{name}");
+        let scale = all.max_abs(world);
+        let worst = whole.values.iter().zip(&all.values).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(worst < 1e-14 * scale, "{name}: {worst:e} of {scale:e}");
+    }
 }
 
 /// Deflection of a cantilever of slenderness 20 under an end load, one element through its height: no locking in bending.

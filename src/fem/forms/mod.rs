@@ -38,6 +38,11 @@ pub trait Form {
     /// How it couples two nodes.
     fn coupling(&self) -> Coupling;
 
+    /// Whether it is symmetric: half of the entries of its matrix are enough then.
+    fn symmetric(&self) -> bool {
+        true
+    }
+
     /// Matrix of a cell with nodes at `x` (m, `[n][3]`), row-major, `[pn, pn]` with `p` = [`Coupling::per_node`]; overwritten.
     fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]);
 }

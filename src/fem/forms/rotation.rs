@@ -41,6 +41,10 @@ impl Form for Gyroscopic {
         Coupling::Components
     }
 
+    fn symmetric(&self) -> bool {
+        false
+    }
+
     fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]) {
         let n = cell.kind.nodes();
         out.fill(0.0);

@@ -234,10 +234,12 @@ impl<'w> Factor<'w> {
     fn pattern(&self, matrix: &DistCsr) -> (Vec<MUMPS_INT>, Vec<MUMPS_INT>) {
         let one = |k: u64| k as MUMPS_INT + 1;
         match self.kind {
-            Symmetry::General => (0..matrix.n_local())
-                .flat_map(|i| matrix.row(i).0.iter().map(move |&c| (i, c)))
-                .map(|(i, c)| (one(matrix.ranges[self.world.rank] + i as u64), one(c.into())))
-                .unzip(),
+            Symmetry::General => {
+                let (starts, cols) = matrix.whole_pattern();
+                let rows = (0..matrix.n_local()).flat_map(|i| std::iter::repeat_n(i as u64, starts[i + 1] - starts[i]));
+                let first = matrix.ranges[self.world.rank];
+                (rows.map(|i| one(first + i)).collect(), cols.iter().map(|&c| one(c.into())).collect())
+            }
             _ => matrix.lower_triangle(self.world.rank).map(|(r, c, _)| (one(r), one(c))).unzip(),
         }
     }
@@ -245,7 +247,7 @@ impl<'w> Factor<'w> {
     fn factorise(&mut self, matrix: &DistCsr, name: &str) -> Result<()> {
         let (mut rows, mut cols) = self.pattern(matrix);
         let mut values: Vec<f64> = match self.kind {
-            Symmetry::General => matrix.values.clone(),
+            Symmetry::General => matrix.whole().into_owned().values,
             _ => matrix.lower_triangle(self.world.rank).map(|(_, _, v)| v).collect(),
         };
         self.id.irn_loc = rows.as_mut_ptr();

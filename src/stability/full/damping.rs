@@ -7,7 +7,7 @@ use crate::body::fe::BodyModes;
 use crate::body::rotation::{ModalRotation, RotationForms};
 use crate::body::ModalMatrix;
 use crate::parallel::World;
-use crate::petsc::csr::Operator;
+use crate::petsc::operator::Operator;
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;

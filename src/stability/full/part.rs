@@ -5,7 +5,7 @@ use super::damping::{DampedBody, Damping, ModalTerms, Spin};
 use crate::body::fe::BodyModes;
 use crate::body::{FullSystem, Side};
 use crate::parallel::World;
-use crate::petsc::csr::Operator;
+use crate::petsc::operator::Operator;
 use crate::{Error, Result};
 use num_complex::Complex;
 use std::rc::Rc;
