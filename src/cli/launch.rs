@@ -33,6 +33,11 @@ const INTERFACES: [&str; 9] = [
     "ALPS_APP_PE",
 ];
 
+/// True where no launcher has set anything by which this process would find others.
+pub fn alone(env: Lookup) -> bool {
+    INTERFACES.iter().all(|name| env(name).is_none()) && number(env, "SLURM_STEP_NUM_TASKS").unwrap_or(1) <= 1
+}
+
 /// `Some` message if srun started several processes and gave them nothing by which they find each other: MPI_Init would abort.
 pub fn mute(env: Lookup) -> Option<String> {
     let size = number(env, "SLURM_STEP_NUM_TASKS").filter(|n| *n > 1)?;
@@ -119,6 +124,15 @@ mod tests {
         }
         assert_eq!(mute(&|name: &str| (name == "SLURM_STEP_NUM_TASKS").then(|| "1".to_owned())), None);
         assert_eq!(mute(&|_: &str| None), None);
+    }
+
+    #[test]
+    fn a_process_is_alone_where_nobody_started_others() {
+        assert!(alone(&|_: &str| None));
+        assert!(alone(&|name: &str| (name == "SLURM_STEP_NUM_TASKS").then(|| "1".to_owned())));
+        for name in INTERFACES.into_iter().chain(["SLURM_STEP_NUM_TASKS"]) {
+            assert!(!alone(&|asked: &str| (asked == name).then(|| "2".to_owned())), "{name}");
+        }
     }
 
     #[test]
