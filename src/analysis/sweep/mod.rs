@@ -58,43 +58,55 @@ pub fn run(
     }
     let mut base_sounds = sounding.transpose()?;
     let mut earlier = Vec::new();
-    for (number, (inputs, members)) in groups.iter().enumerate() {
-        let (model, sounding) = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
-            (SharedModel::broadcast(world, base.on_root())?, base_sounds.take())
-        } else {
-            run.progress.note(format!("bodies {} of {}", number + 1, groups.len()));
-            let around = (run.meshes, &mut *run.progress);
-            match build(run.petsc, point_of(&points, members[0])?, wanted, &mut earlier, around) {
-                Ok((model, sounding)) => (model, sounding.transpose()?),
-                Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
-                Err(e) => {
-                    members.iter().for_each(|&i| results[i] = Some(Outcome::failed(&e)));
-                    continue;
+    // Ranks share the points of several models, one for each: three points of one place are no work for two. Limit cycles are shared model by model.
+    let together = if followed.is_some() { 1 } else { world.size };
+    for (round, batch) in groups.chunks(together).enumerate() {
+        let planned: Vec<(usize, usize)> =
+            batch.iter().enumerate().flat_map(|(m, (_, members))| members.iter().map(move |&i| (m, i))).collect();
+        let mine = share(&planned, batch.len(), world);
+        let mut models = Vec::with_capacity(batch.len());
+        for (number, (inputs, members)) in batch.iter().enumerate() {
+            let made = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
+                (SharedModel::broadcast(world, base.on_root())?, base_sounds.take())
+            } else {
+                run.progress.note(format!("bodies {} of {}", round * together + number + 1, groups.len()));
+                let around = (run.meshes, &mut *run.progress);
+                match build(run.petsc, point_of(&points, members[0])?, wanted, &mut earlier, around) {
+                    Ok((model, sounding)) => (model, sounding.transpose()?),
+                    Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
+                    Err(e) => {
+                        members.iter().for_each(|&i| results[i] = Some(Outcome::failed(&e)));
+                        models.push(None);
+                        continue;
+                    }
                 }
-            }
-        };
+            };
+            // A rank keeps the models of its own points alone.
+            let needed = followed.is_some() || mine.iter().any(|&(m, _)| m == number);
+            models.push(needed.then_some(made));
+        }
         run.progress.stage("points of the sweep");
-        let mut mine = Packed::default();
-        let mut model = model;
-        let going = |_: &(usize, &usize)| !run.stop.signalled();
-        for (done, &i) in members.iter().enumerate().skip(world.rank).step_by(world.size).take_while(going) {
-            let found = point_of(&points, i).and_then(|point| solve(&mut model, point));
-            mine.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
-            run.progress.step("points", (done + world.size).min(members.len()), members.len());
+        let mut solved = Packed::default();
+        for (done, &(m, i)) in mine.iter().enumerate().take_while(|_| !run.stop.signalled()) {
+            if let Some((model, _)) = &mut models[m] {
+                let found = point_of(&points, i).and_then(|point| solve(model, point));
+                solved.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
+            }
+            run.progress.step("points", (done + 1) * planned.len() / mine.len(), planned.len());
         }
         if run.stop.wanted(world) {
             return Err(Error::Stopped("stopped on request among the points of the sweep, which are not kept".into()));
         }
-        let (numbers, text) = (world.gather(&mine.numbers), world.gather(&mine.text));
+        let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
         world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
-        if let Some((wanted, found)) = &mut followed {
-            let chains = cycles::chains(plan, wanted, members);
+        if let (Some((wanted, found)), [Some((model, sounding))]) = (&mut followed, &mut models[..]) {
+            let chains = cycles::chains(plan, wanted, &batch[0].1);
             if let (true, Some(sounding)) = (world.is_root(), &sounding) {
                 found.hears(sounding);
             }
             let sounding = sounding.as_ref();
             let following = Following { cycles: wanted, points: &points, folder: &folder, sounding, stop: run.stop };
-            let mine = world.agree(following.all(world, &mut model, &chains, run.progress))?;
+            let mine = world.agree(following.all(world, model, &chains, run.progress))?;
             let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
             world.on_root(|| found.take(&rows, &text, plan.points.len()))?;
             if run.stop.wanted(world) {
@@ -140,6 +152,16 @@ fn filled(world: &World, plan: &SweepPlan, results: &mut [Option<Outcome>]) -> R
         });
     }
     Ok(all)
+}
+
+/// This rank's share of the `planned` points of some `models`, each with its model: of one model every so-manieth point, since neighbours cost alike, of several
+/// a stretch, which needs few of them.
+fn share(planned: &[(usize, usize)], models: usize, world: &World) -> Vec<(usize, usize)> {
+    let (rank, size) = (world.rank, world.size);
+    match models {
+        1 => planned.iter().copied().skip(rank).step_by(size).collect(),
+        _ => planned[rank * planned.len() / size..(rank + 1) * planned.len() / size].to_vec(),
+    }
 }
 
 fn point_of(points: &[Option<Job>], i: usize) -> Result<&Job> {
