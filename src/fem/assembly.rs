@@ -36,6 +36,8 @@ pub struct Assembly<'a> {
     dofs: &'a DofMap,
     /// Sorted neighbours (itself included) of each owned node, as local nodes ordered by global number.
     graph: Vec<Vec<u32>>,
+    /// The cells by their first nodes: one after another they meet in rows that are still in the cache.
+    order: Vec<u32>,
 }
 
 impl<'a> Assembly<'a> {
@@ -58,7 +60,10 @@ impl<'a> Assembly<'a> {
             list.sort_unstable_by_key(|&n| part.node_ids[n as usize]);
             list.dedup();
         }
-        Ok(Self { part, dofs, graph })
+        let mut order: Vec<(u32, u32)> =
+            part.cells.iter().zip(0..).map(|(cell, i)| (cell.nodes.iter().copied().min().unwrap_or(0), i)).collect();
+        order.sort_unstable();
+        Ok(Self { part, dofs, graph, order: order.into_iter().map(|(_, cell)| cell).collect() })
     }
 
     /// The matrix of a form; this rank's rows, of a symmetric one half of the entries between them ([`Stored::Lower`]).
@@ -69,7 +74,7 @@ impl<'a> Assembly<'a> {
         let full = form.coupling() == Coupling::Full;
         let per_node = form.coupling().per_node();
         let mut values = Vec::new();
-        for cell in part.cells.iter() {
+        for cell in self.order.iter().map(|&cell| part.cells.get(cell as usize)) {
             let order = per_node * cell.nodes.len();
             values.resize(order * order, 0.0);
             form.matrix(cell, &cell.places(&part.coords), &mut values);

@@ -22,6 +22,8 @@ const OUT_OF_CORE: f64 = 0.3;
 const OUT_OF_CORE_SPREAD: f64 = 0.4;
 /// Bytes of an entry of a distributed matrix: value and column.
 const ENTRY: f64 = 16.0;
+/// Half of stiffness and mass, the triangle of the stiffness that MUMPS is given, and what it keeps of that: byte per entry of the stiffness (6 + 2 + 8 + 6).
+const MATRICES: f64 = 22.0;
 /// More modes than this are found in slices.
 const SLICED: f64 = crate::eigen::sparse::SLICED as f64;
 /// What steady rolling takes for a contact node beside the compliance where that is a convolution, byte: from runs of 12 100 and 23 409 nodes.
@@ -50,7 +52,7 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
     let mut on_root = vec![("meshes before distribution", bodies.iter().map(mesh_bytes).sum())];
     if elements {
         shared.push(("distributed meshes", unique.iter().map(mesh_bytes).sum()));
-        let matrices = |b: &BodySize| 2.0 * b.dofs as f64 * 3.0 * b.neighbours * ENTRY;
+        let matrices = |b: &BodySize| b.dofs as f64 * 3.0 * b.neighbours * MATRICES;
         shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
         let absorbs = |name: &str| {
             let found = job.bodies().into_iter().find(|(n, _)| *n == name);
