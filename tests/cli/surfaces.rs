@@ -206,6 +206,14 @@ fn a_mesh_stands_where_its_section_does() {
     set(&mesh, "right");
     let said = folder.call(1, "check", &[]).good().out.clone();
     assert!(said.contains("body upper: means over a disc of"), "{said}");
+    // The grid is shown on the wheel as it stands, its middle at the contact point.
+    folder.call(1, "check", &["--mesh", &folder.text("shown.vtkhdf")]).good();
+    let shown = |name: &str| numbers(&folder, "shown.vtkhdf", &format!("surface/{name}"));
+    let (grid, places) = (shown("common_grid"), shown("contact_point"));
+    assert!(places.len() as f64 == 3.0 * grid[0] * grid[1] && shown("contact_body").iter().all(|b| *b == 2.0));
+    assert!(shown("contact_on_face").iter().all(|on| *on == 1.0), "a wheel behind the whole grid");
+    let middle = places.chunks_exact(3).map(|p| p[0].hypot(p[1]).hypot(p[2])).fold(f64::INFINITY, f64::min);
+    assert!(middle < 1e-9, "{middle}");
     run("right.h5", 1);
     run("two.h5", 2);
     // Its modes serve another friction, and no other mesh.
