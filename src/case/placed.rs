@@ -4,6 +4,7 @@ use super::bodies::{material_of, of_elements, Bodies, Place};
 use super::meshes::Meshes;
 use super::rail;
 use super::standing::{axle, standing, Standing};
+use super::surfaces::beside_nodes;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
 use crate::fem::rotation::Axis;
@@ -355,8 +356,17 @@ pub(crate) fn build<'p>(
             });
         }
         let index = bodies.unique.len().saturating_sub(1);
+        let laid = world.on_root(|| match (&stands, &on_grid) {
+            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, seats[side.index()].tilt),
+            _ => Ok(Vec::new()),
+        })?;
+        let laid = laid.unwrap_or_default();
         let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
-        bodies.places.push(Place { checksum, ..Place::meshless((name, side), index, on_grid, material_of(body)?) });
+        bodies.places.push(Place {
+            checksum,
+            laid,
+            ..Place::meshless((name, side), index, on_grid, material_of(body)?)
+        });
     }
     Ok(bodies)
 }

@@ -224,6 +224,16 @@ pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([
     Ok(y.iter().flat_map(|&b| x.iter().map(move |&a| (a, b))).map(|(a, b)| node(a, b)).collect())
 }
 
+/// Where the nodes of a contact `grid` are on the surface of a mesh, as [`laid`] has it, m; none where they are nodes of the mesh.
+pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
+    match &grid.transfer {
+        Some(Transfer::Averages(_) | Transfer::Means { .. }) => {
+            Ok(laid(mesh, [&grid.x, &grid.y], tilt)?.into_iter().map(|(place, _)| place).collect())
+        }
+        _ => Ok(Vec::new()),
+    }
+}
+
 /// Which compliance suits a contact with nodes so far apart as `size`, m, in words.
 fn recommended(contact: &job::Contact, ellipse: Option<&Ellipse>, size: f64) -> Option<String> {
     let [a, b] = ellipse?.semi_axes;
