@@ -1,7 +1,7 @@
 //! Gmsh files: the meshes of the repository, wrong files, and damaged ones.
 
 use railsqueal::grid::ContactGrid;
-use railsqueal::mesh::{msh, CellKind, Facet, Mesh};
+use railsqueal::mesh::{inp, msh, CellKind, Facet, Mesh};
 use std::path::{Path, PathBuf};
 
 fn file(name: &str) -> PathBuf {
@@ -128,6 +128,16 @@ fn a_missing_group_names_those_there_are() {
     let error = mesh.require_group("inner", "block-lower.msh").expect_err("no such group");
     assert_eq!(error.exit_code(), 3);
     assert!(error.message().contains("\"base\", \"contact\", \"sides\""), "{error}");
+    assert!(error.message().contains("physical group in Gmsh"), "{error}");
+    // Gmsh tells BASE from base.
+    assert!(mesh.require_group("BASE", "block-lower.msh").is_err());
+    let deck = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/inp/hex8.inp");
+    let mesh = inp::read(&deck).expect("a deck").0;
+    for mesh in [&mesh, &mesh.reflected()] {
+        let error = mesh.require_group("inner", "hex8.inp").expect_err("no such group").to_string();
+        assert!(error.contains("\"bottom\"") && error.contains("*SURFACE"), "{error}");
+        assert!(!error.contains("Gmsh"), "{error}");
+    }
 }
 
 /// A cube of one hexahedron with tags far apart, in pieces that the tests below exchange.

@@ -18,6 +18,8 @@ FACES: dict[int, list[list[int]]] = {
     13: [[0, 1, 2, 2], [3, 5, 4, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]],
     14: [[0, 3, 2, 1], [0, 1, 4, 4], [1, 2, 4, 4], [2, 3, 4, 4], [3, 0, 4, 4]],
 }
+# Cells that lie on the surface of a body: those of a contact grid that its mesh does not have.
+FLAT = (5, 9)
 # Quadratic kinds have the corners of these first.
 FACES |= {24: FACES[10], 25: FACES[12], 26: FACES[13], 29: FACES[12]}
 
@@ -25,7 +27,7 @@ FACES |= {24: FACES[10], 25: FACES[12], 26: FACES[13], 29: FACES[12]}
 class Mesh:
     """Points [p, 3] in m, and cells of both bodies: cell i has the points `connectivity[offsets[i]:offsets[i + 1]]` and is of VTK's kind `types[i]`.
 
-    `body` [p] and `cell_body` [c] are 1 for the lower and 2 for the upper body.
+    `body` [p] and `cell_body` [c] are 1 for the lower and 2 for the upper body. Cells of a contact grid on the surfaces have points of their own.
     """
 
     def __init__(self, root: Any) -> None:
@@ -33,16 +35,18 @@ class Mesh:
         count = {name: np.asarray(root[f"NumberOf{name}"][()], dtype=np.int64) for name in ("Points", "Cells", "ConnectivityIds")}
         starts = np.concatenate([[0], np.cumsum(count["Points"])[:-1]])
         joined = np.asarray(root["Connectivity"][()], dtype=np.int64) + np.repeat(starts, count["ConnectivityIds"])
-        # Two bodies that touch have points at one place, which stay two.
-        place = np.column_stack([points + 0.0, body])
+        lengths = np.concatenate([np.diff(piece) for piece in np.split(root["Offsets"][()], np.cumsum(count["Cells"] + 1)[:-1])])
+        self.offsets: Integers = np.concatenate([[0], np.cumsum(lengths)])
+        self.types: NDArray[np.uint8] = np.asarray(root["Types"][()])
+        on_surface = np.zeros(len(points))
+        on_surface[joined[np.repeat(np.isin(self.types, FLAT), lengths)]] = 1
+        # Two bodies that touch have points at one place, which stay two; so have a body and the contact grid on it.
+        place = np.column_stack([points + 0.0, body, on_surface])
         _, self.first, self._same = np.unique(place, axis=0, return_index=True, return_inverse=True)
         self._same = self._same.reshape(-1)
         self.points: Floats = points[self.first]
         self.body: NDArray[np.int8] = body[self.first]
         self.connectivity: Integers = self._same[joined]
-        lengths = np.concatenate([np.diff(piece) for piece in np.split(root["Offsets"][()], np.cumsum(count["Cells"] + 1)[:-1])])
-        self.offsets: Integers = np.concatenate([[0], np.cumsum(lengths)])
-        self.types: NDArray[np.uint8] = np.asarray(root["Types"][()])
         self.cell_body: NDArray[np.int8] = self.body[self.connectivity[self.offsets[:-1]]]
 
     def __len__(self) -> int:
@@ -57,9 +61,9 @@ class Mesh:
         return np.asarray(self.connectivity[self.offsets[chosen][:, None] + np.arange(size)])
 
     def surface(self, body: int | None = None) -> Integers:
-        """Faces [f, 4] that belong to one cell alone, outward; a triangle repeats its last corner."""
+        """Faces [f, 4] of the bodies that belong to one cell alone, outward; a triangle repeats its last corner."""
         faces: list[Integers] = []
-        for kind in np.unique(self.types):
+        for kind in np.setdiff1d(self.types, FLAT):
             if int(kind) not in FACES:
                 raise ResultError(f"cells of VTK's kind {kind} have no surface here; there is one for {', '.join(map(str, FACES))}")
             cells = self.cells(int(kind), body)

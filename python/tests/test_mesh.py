@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -30,6 +31,34 @@ def test_pieces_share_their_points_and_bodies_do_not(pieces: Path) -> None:
             fields.field("pressure")
         with pytest.raises(ResultError, match="1 steps"):
             fields.field("height", 1)
+
+
+def test_a_contact_grid_is_beside_the_bodies(pieces: Path) -> None:
+    with h5py.File(pieces, "a") as file:
+        root = file["VTKHDF"]
+        # A cell on the top of the first cube, corner on corner, as a piece of its own.
+        more = {
+            "Points": [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+            "PointData/body": [1] * 4,
+            "PointData/height": [-7.0] * 4,
+            "Connectivity": [0, 1, 2, 3],
+            "Offsets": [0, 4],
+            "Types": [9],
+            "NumberOfPoints": [4],
+            "NumberOfCells": [1],
+            "NumberOfConnectivityIds": [4],
+        }
+        for name, values in more.items():
+            joined = np.concatenate([root[name][()], np.asarray(values, root[name].dtype)])
+            del root[name]
+            root[name] = joined
+    with Fields(pieces) as fields:
+        mesh = fields.mesh
+        assert (len(mesh), len(mesh.points)) == (4, 12 + 8 + 4)
+        height = fields.field("height")
+        (grid,) = mesh.cells(9, 1)
+        assert (height[grid] == -7).all() and (height[mesh.cells(12)] != -7).all()
+        assert len(mesh.surface(1)) == 10 and volume(mesh.points, mesh.surface(1)) == pytest.approx(2.0, rel=1e-12)
 
 
 def test_a_file_without_fields_says_how_to_get_them(cylinders: Path) -> None:

@@ -4,16 +4,17 @@ use super::deferred;
 use super::reduction::{by_products, Reduction};
 use super::run::Run;
 use super::steps::Needs;
+use crate::body::Side;
 use crate::case::bodies::{Bodies, Place};
 use crate::case::interface::steady_rolling;
 use crate::case::placed;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
 use crate::contact::SteadySolution;
-use crate::grid::{ContactGrid, Interface};
+use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, Compliance, Job, Quadrature};
 use crate::model::ModalPair;
 use crate::output::datasets::contact::{consistent, tables};
-use crate::output::{contact_fields, PointField, ResultFile, Table};
+use crate::output::{averaged, contact_fields, GridPatch, PointField, ResultFile, Table};
 use crate::parallel::World;
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -70,15 +71,20 @@ pub fn run(
             run.file.tables([Table::list("/contact/deflection", "m", text, vec![x, y, n])]);
         }
     }
-    if contact.compliance == Compliance::Fe && run.job.output.fields {
+    if !run.job.output.fields {
+        return Ok(());
+    }
+    let solved = interface.zip(solution.as_ref());
+    if contact.compliance == Compliance::Fe {
         run.progress.stage("fields in the bodies");
-        let solved = interface.zip(solution.as_ref());
         let displacements = match displacements {
             Some(found) => found,
             None => loaded(bodies, solved)?,
         };
-        fields(world, bodies, &displacements, solved, &mut run.file)?;
-    } else if run.job.output.fields {
+        fields(world, bodies, Some(&displacements), solved, &mut run.file)?;
+    } else if bodies.on_meshes() && bodies.on_common_grid(world) {
+        fields(world, bodies, None, solved, &mut run.file)?;
+    } else {
         bodies.write_shapes(&mut run.file)?;
     }
     Ok(())
@@ -95,38 +101,56 @@ fn loaded(bodies: &Bodies, solved: Option<(&Interface, &SteadySolution)>) -> Res
     bodies.places.iter().map(of).collect()
 }
 
-/// Collective: displacement and stress of both bodies, and the contact fields, into `/VTKHDF`.
+/// Collective: the contact fields, at the nodes of the meshes or on cells of a common grid, into `/VTKHDF`; with displacement and stress of both bodies
+/// where their `displacements` are known.
 fn fields(
     world: &World,
     bodies: &Bodies,
-    displacements: &[Vec<f64>],
+    displacements: Option<&[Vec<f64>]>,
     solved: Option<(&Interface, &SteadySolution)>,
     file: &mut ResultFile,
 ) -> Result<()> {
     let mut displacement = Vec::new();
     let mut von_mises = Vec::new();
     let mut contact = Vec::new();
-    for (place, u) in bodies.places.iter().zip(displacements) {
+    let mut patches = Vec::new();
+    for (i, place) in bodies.places.iter().enumerate() {
         let body = bodies.fields(place.body)?;
-        von_mises.push(body.von_mises(u));
-        displacement.push(body.at_nodes(u).into_flattened());
+        let grid = place.grid.as_ref();
+        let mut on_grid = Vec::new();
+        if let Some(u) = displacements.and_then(|all| all.get(i)) {
+            von_mises.push(body.von_mises(u));
+            displacement.push(body.at_nodes(u).into_flattened());
+            let rows = match grid.and_then(|g| g.transfer.as_ref()) {
+                Some(Transfer::Averages(rows)) => rows,
+                _ => &[][..],
+            };
+            let at = |values: &[Vec<f64>], n: usize| averaged(world, body.mesh(), rows, &values[i], n);
+            on_grid.push(("displacement".to_owned(), at(&displacement, 3)));
+            on_grid.push(("von_mises".to_owned(), at(&von_mises, 1)));
+        }
         let (pressure, traction, state): (&[f64], Vec<f64>, Vec<i8>) = match solved {
             Some((_, r)) => (&r.pressure, r.traction.concat(), r.state.iter().map(|&s| s as i8).collect()),
             None => (&[], Vec::new(), Vec::new()),
         };
-        let nodes = place.grid.as_ref().map_or(&[][..], ContactGrid::nodes);
+        let nodes = grid.map_or(&[][..], ContactGrid::nodes);
+        // Of a common grid no node is one of the mesh: these are free here, and the grid has cells of its own.
         contact.push(contact_fields(world, body.mesh(), nodes, pressure, &traction, &state));
+        if let (Some((_, r)), Some(grid), false) = (solved, grid, place.laid.is_empty()) {
+            on_grid.push(("pressure".to_owned(), r.pressure.clone()));
+            on_grid.push(("traction".to_owned(), place.on_mesh(&r.traction).into_flattened()));
+            on_grid.push(("state".to_owned(), state.iter().map(|&s| f64::from(s)).collect()));
+            let (upper, lines) = (place.side == Side::Upper, [grid.x.len(), grid.y.len()]);
+            patches.push(GridPatch { upper, lines, points: place.laid.clone(), values: on_grid });
+        }
     }
-    let mut all = vec![
-        PointField::displacement(displacement.iter().map(Vec::as_slice).collect()),
-        PointField::von_mises(von_mises.iter().map(Vec::as_slice).collect()),
-    ];
-    // Pressure and traction are at the nodes of the grid, which those of the meshes may not be.
-    let at_nodes = bodies.places.iter().all(|p| p.grid.as_ref().is_none_or(|g| !g.nodes().is_empty()));
-    if world.max(f64::from(u8::from(!at_nodes))) == 0.0 {
-        all.extend(PointField::contact(&contact));
+    let mut all = Vec::new();
+    if displacements.is_some() {
+        all.push(PointField::displacement(displacement.iter().map(Vec::as_slice).collect()));
+        all.push(PointField::von_mises(von_mises.iter().map(Vec::as_slice).collect()));
     }
-    file.fields(&bodies.parts(), &all)
+    all.extend(PointField::contact(&contact));
+    file.fields_and_grid(&bodies.parts(), &all, &patches)
 }
 
 fn summarise(contact: &job::Contact, r: &SteadySolution, summary: &mut Summary) {

@@ -1,6 +1,7 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
 use super::meshes::{Meshed, Meshes};
+use super::standing::seen;
 use super::surfaces;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
@@ -11,10 +12,11 @@ use crate::body::{Body, Fields, FullSystem, Side};
 use crate::eigen::sparse;
 use crate::fem::rotation::Axis;
 use crate::fem::{assembly, Material};
-use crate::grid::ContactGrid;
+use crate::grid::{ContactGrid, Transfer};
 use crate::job::{self, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Profile};
 use crate::mesh::Mesh;
 use crate::output::{sha256, BodyPart, PointField, ResultFile};
+use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::summary::Summary;
@@ -38,6 +40,8 @@ pub struct Place {
     pub body: usize,
     /// Contact grid of the body's mesh, on rank 0.
     pub grid: Option<ContactGrid>,
+    /// Nodes of a contact grid that are no nodes of the body's mesh as they lie on its surface, in the frame of the mesh in lower form, m, `[nx*ny]`, on rank 0.
+    pub laid: Vec<[f64; 3]>,
     /// Material of finite elements.
     pub material: Option<Material>,
     /// Checksum of the mesh, on rank 0.
@@ -45,6 +49,15 @@ pub struct Place {
 }
 
 impl Place {
+    /// Vectors in the plane of the contact as the mesh of the body has them in lower form, from their components along x and y of the contact.
+    pub fn on_mesh(&self, vectors: &[[f64; 2]]) -> Vec<[f64; 3]> {
+        let tilt = match self.grid.as_ref().and_then(|g| g.transfer.as_ref()) {
+            Some(Transfer::Means { tilt, .. }) => *tilt,
+            _ => 0.0,
+        };
+        vectors.iter().map(|&[x, y]| seen([x, y, 0.0], -tilt)).collect()
+    }
+
     /// The place of a body without a mesh, that with the index `body`.
     pub(crate) fn meshless(
         (name, side): (&'static str, Side),
@@ -52,7 +65,7 @@ impl Place {
         grid: Option<ContactGrid>,
         material: Material,
     ) -> Self {
-        Self { name, side, body, grid, material: Some(material), checksum: String::new() }
+        Self { name, side, body, grid, laid: Vec::new(), material: Some(material), checksum: String::new() }
     }
 }
 
@@ -119,11 +132,17 @@ impl<'p> Bodies<'p> {
         let mut places = Vec::new();
         for (i, (name, body)) in given.iter().enumerate() {
             let mine = meshed.as_ref().map(|m| &m[i]);
+            let grid = meeting.as_ref().and_then(|m| m.grids.get(i).cloned());
+            let laid = world.on_root(|| match (mine, &grid) {
+                (Some(m), Some(grid)) if job.output.fields => surfaces::beside_nodes(&m.mesh, grid, 0.0),
+                _ => Ok(Vec::new()),
+            })?;
             places.push(Place {
                 name,
                 side: Side::named(name).unwrap_or(Side::Lower),
                 body: if same { 0 } else { i },
-                grid: meeting.as_ref().and_then(|m| m.grids.get(i).cloned()),
+                grid,
+                laid: laid.unwrap_or_default(),
                 material: Some(material_of(body)?),
                 checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),
             });
@@ -155,7 +174,7 @@ impl<'p> Bodies<'p> {
         for (index, side) in Side::BOTH.into_iter().enumerate() {
             let name = side.name();
             let (grid, material, checksum) = (None, None, String::new());
-            bodies.places.push(Place { name, side, body: index, grid, material, checksum });
+            bodies.places.push(Place { name, side, body: index, grid, laid: Vec::new(), material, checksum });
             let Some((_, body)) = given.iter().find(|(n, _)| *n == name) else {
                 bodies.unique.push(Box::new(Rigid::new(world, name, 3 * contacts)));
                 continue;
@@ -172,6 +191,12 @@ impl<'p> Bodies<'p> {
     /// Whether the bodies can be shown on meshes.
     pub fn on_meshes(&self) -> bool {
         !self.unique.is_empty() && self.unique.iter().all(|b| b.fields().is_some())
+    }
+
+    /// Collective: whether the bodies meet on a grid whose nodes are none of their meshes.
+    pub fn on_common_grid(&self, world: &World) -> bool {
+        let beside = self.places.iter().any(|p| !p.laid.is_empty());
+        world.max(f64::from(u8::from(beside))) > 0.0
     }
 
     /// Collective: factorises, or prepares to iterate with, the stiffness of each body.

@@ -4,6 +4,7 @@ use super::bodies::{material_of, of_elements, Bodies, Place};
 use super::meshes::Meshes;
 use super::rail;
 use super::standing::{axle, standing, Standing};
+use super::surfaces::beside_nodes;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
 use crate::fem::rotation::Axis;
@@ -115,13 +116,23 @@ impl Placed {
         Ok(())
     }
 
+    /// Lines of the grid along x and y, m.
+    pub(crate) fn grid_lines(&self) -> [&[f64]; 2] {
+        [&self.gap.x, &self.gap.y]
+    }
+
+    /// Where the body `name` is touched.
+    pub(crate) fn seat(&self, name: &str) -> Result<Seat> {
+        let seats = self.placed.seats(&self.frame).map_err(|e| e.context("contact.placement"))?;
+        Ok(seats[Side::named(name).unwrap_or(Side::Lower).index()])
+    }
+
     /// The body `name` of a mesh file where it is touched.
     pub(crate) fn standing(&self, job: &Job, meshes: &Meshes, name: &str, body: &job::Body) -> Result<Standing> {
         let Some(placement) = job.placement() else {
             return Err(Error::Defect("a mesh is put on a placement of a job without one".into()));
         };
-        let seats = self.placed.seats(&self.frame).map_err(|e| e.context("contact.placement"))?;
-        let seat = seats[Side::named(name).unwrap_or(Side::Lower).index()];
+        let seat = self.seat(name)?;
         let half = [&self.gap.x, &self.gap.y].map(|lines| 0.5 * (lines[lines.len() - 1] - lines[0]));
         let meshed = meshes.of(job, name, body)?;
         standing(&meshed.mesh, seat, placement.side, half, placement.radius)
@@ -345,8 +356,17 @@ pub(crate) fn build<'p>(
             });
         }
         let index = bodies.unique.len().saturating_sub(1);
+        let laid = world.on_root(|| match (&stands, &on_grid) {
+            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, seats[side.index()].tilt),
+            _ => Ok(Vec::new()),
+        })?;
+        let laid = laid.unwrap_or_default();
         let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
-        bodies.places.push(Place { checksum, ..Place::meshless((name, side), index, on_grid, material_of(body)?) });
+        bodies.places.push(Place {
+            checksum,
+            laid,
+            ..Place::meshless((name, side), index, on_grid, material_of(body)?)
+        });
     }
     Ok(bodies)
 }

@@ -30,12 +30,19 @@ pub(crate) fn seen([x, y, z]: [f64; 3], tilt: f64) -> [f64; 3] {
     [x, c * y + s * z, c * z - s * y]
 }
 
-/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of the track by a contact of the half
-/// sides `half`, m. Meshes are as on the left side; on the right they are turned about z. `radius` is that of the running circle of a wheel, m.
+/// An upright mesh as it is seen in the frame of the contact.
+pub(crate) fn tilted(mesh: &Mesh, tilt: f64) -> Mesh {
+    let mut mesh = mesh.clone();
+    mesh.nodes.iter_mut().for_each(|p| *p = seen(*p, tilt));
+    mesh
+}
+
+/// A `mesh` in lower form that has the origin of its profile at the origin, moved so that the place where it is touched, at a seat on a side of the track, is
+/// there; and the height of that place in the frame of the profile, m. Meshes are as on the left side; on the right they are turned about z.
 ///
 /// # Errors
-/// No surface at the contact point; one that does not look at the other body; see [`surfaces::discs`].
-pub(crate) fn standing(mesh: &Mesh, seat: Seat, side: TrackSide, half: [f64; 2], radius: f64) -> Result<Standing> {
+/// No surface at the contact point.
+pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide) -> Result<(Mesh, f64)> {
     let turn = if side == TrackSide::Right { -1.0 } else { 1.0 };
     let mut mesh = mesh.clone();
     mesh.nodes.iter_mut().for_each(|[x, y, _]| {
@@ -54,8 +61,17 @@ pub(crate) fn standing(mesh: &Mesh, seat: Seat, side: TrackSide, half: [f64; 2],
         ))
     })?;
     mesh.nodes.iter_mut().for_each(|p| p[2] -= height);
-    let mut tilted = mesh.clone();
-    tilted.nodes.iter_mut().for_each(|p| *p = seen(*p, seat.tilt));
+    Ok((mesh, height))
+}
+
+/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of the track by a contact of the half
+/// sides `half`, m. `radius` is that of the running circle of a wheel, m.
+///
+/// # Errors
+/// See [`upright`] and [`surfaces::discs`].
+pub(crate) fn standing(mesh: &Mesh, seat: Seat, side: TrackSide, half: [f64; 2], radius: f64) -> Result<Standing> {
+    let (mesh, height) = upright(mesh, seat, side)?;
+    let tilted = tilted(&mesh, seat.tilt);
     let (discs, text) = surfaces::discs(&Faces::of(&tilted, "contact")?, half)?;
     let transfer = Transfer::Means { discs, tilt: seat.tilt };
     Ok(Standing { mesh, transfer, axle: radius + height, text })
@@ -111,9 +127,7 @@ mod tests {
             // As [`placement::Placed::seats`] has it: the tilt is that of the profile there.
             let seat = Seat { y, tilt: -profile.at(y).slope.atan() };
             let found = standing(&mesh, seat, side, [8e-3; 2], 0.5).expect("it stands");
-            let mut tilted = found.mesh.clone();
-            tilted.nodes.iter_mut().for_each(|p| *p = seen(*p, seat.tilt));
-            let faces = Faces::of(&tilted, "contact").expect("faces");
+            let faces = Faces::of(&tilted(&found.mesh, seat.tilt), "contact").expect("faces");
             let height = |y: f64| faces.height([0.0, y]).expect("a face");
             assert!(height(0.0).abs() < 1e-12, "{}", height(0.0));
             // No slope, to what chords of 2 mm on a radius of 80 mm leave.

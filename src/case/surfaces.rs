@@ -1,10 +1,12 @@
 //! How the meshes of two bodies meet: on the grid that both have, or on a common one that neither needs to have.
 
 use super::meshes::{Meshed, Meshes};
+use super::standing::{seen, tilted};
 use crate::body::half_space::HalfSpace;
 use crate::body::hybrid::{CIRCLE, WIDER};
 use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
 use crate::job::{self, Compliance, Job, Load, MeshSource, MOST_NODES};
+use crate::mesh::Mesh;
 use crate::placement::{Ellipse, Press};
 use crate::swept::{Cylinder, Given};
 use crate::{Error, Result};
@@ -192,6 +194,44 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
         meeting.grids[1].z = vec![0.0; x.len() * y.len()];
     }
     Ok(meeting)
+}
+
+/// Lines of the common grid on which the meshes of the job, the lower one first, meet, m; none where they meet on nodes of their own.
+///
+/// # Errors
+/// As [`meet`], but for what is wrong with the grid on the surfaces.
+pub(super) fn common(job: &Job, meshed: [&Meshed; 2]) -> Result<Option<[Vec<f64>; 2]>> {
+    let Some(contact) = &job.contact else { return Ok(None) };
+    if asked(contact).is_none() && differ(meshed).is_none() {
+        return Ok(None);
+    }
+    let [lower, upper] = meshed.map(|m| Faces::of(&m.mesh, "contact"));
+    let Lines { x, y, .. } = lines(job, contact, [Some(&lower?), Some(&upper?)])?;
+    Ok(Some([x, y]))
+}
+
+/// The nodes of the grid of the lines `x` and `y`, m, on the group `contact` of a mesh in lower form, which the frame of the grid is turned against by
+/// `tilt`, rad, about x: their places in the frame of the mesh, m, `[nx*ny]`, and whether there is a face. Where there is none they are in the plane of the contact.
+pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([f64; 3], bool)>> {
+    let faces = match tilt == 0.0 {
+        true => Faces::of(mesh, "contact")?,
+        false => Faces::of(&tilted(mesh, tilt), "contact")?,
+    };
+    let node = |a: f64, b: f64| {
+        let height = faces.height([a, b]);
+        (seen([a, b, height.unwrap_or(0.0)], -tilt), height.is_some())
+    };
+    Ok(y.iter().flat_map(|&b| x.iter().map(move |&a| (a, b))).map(|(a, b)| node(a, b)).collect())
+}
+
+/// Where the nodes of a contact `grid` are on the surface of a mesh, as [`laid`] has it, m; none where they are nodes of the mesh.
+pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
+    match &grid.transfer {
+        Some(Transfer::Averages(_) | Transfer::Means { .. }) => {
+            Ok(laid(mesh, [&grid.x, &grid.y], tilt)?.into_iter().map(|(place, _)| place).collect())
+        }
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// Which compliance suits a contact with nodes so far apart as `size`, m, in words.

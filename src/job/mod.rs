@@ -71,6 +71,7 @@ impl Job {
             Error::Job(format!("{name}: {}: {}", e.path(), e.inner()))
         })?;
         job.schema = None;
+        job.resolve_groups();
         job.resolve_rotation();
         if let Some(only) = only {
             keep_only(&mut job, only)?;
@@ -84,6 +85,16 @@ impl Job {
         job.changed_defaults = format.changed(&value, &job.to_json());
         job.version = format.number;
         Ok(job)
+    }
+
+    /// Groups of Abaqus and CalculiX are in lower case, as their reader has them: their names do not depend on case.
+    fn resolve_groups(&mut self) {
+        for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
+            if matches!(&body.mesh, Some(MeshSource::File(file)) if file.is_abaqus()) {
+                let supported = body.supports.iter_mut().map(|s| &mut s.group);
+                body.fixed.iter_mut().chain(supported).for_each(|group| *group = group.to_lowercase());
+            }
+        }
     }
 
     /// A body that can turn and of which nothing else is said rolls.

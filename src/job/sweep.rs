@@ -116,6 +116,7 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
             return Err(refused(fault));
         }
         let mut job: Job = serde_json::from_value(job).map_err(|e| refused(&e.to_string()))?;
+        job.resolve_groups();
         job.resolve_rotation();
         if let Some(fault) = validate(&job).first() {
             return Err(refused(fault));

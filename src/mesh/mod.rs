@@ -30,6 +30,31 @@ pub struct Mesh {
     pub cells: Cells,
     /// Boundary facets by physical group name.
     pub groups: BTreeMap<String, Vec<Facet>>,
+    /// Where the groups got their names.
+    pub naming: Naming,
+}
+
+/// Where surfaces are named.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Naming {
+    /// Physical groups of Gmsh.
+    #[default]
+    Gmsh,
+    /// Surfaces and sets of Abaqus or CalculiX.
+    Abaqus,
+}
+
+impl Naming {
+    /// What a surface is made a group by.
+    fn advice(self) -> &'static str {
+        match self {
+            Self::Gmsh => "Name the surface as a physical group in Gmsh",
+            Self::Abaqus => {
+                "Name the surface in Abaqus or CalculiX, by *SURFACE or as an *NSET of all its nodes; upper and lower case are the same there, and names are in lower \
+                 case here"
+            }
+        }
+    }
 }
 
 impl Mesh {
@@ -82,6 +107,7 @@ impl Mesh {
             nodes: self.nodes.iter().map(|&[x, y, z]| [x, y, -z]).collect(),
             cells,
             groups: self.groups.iter().map(|(n, facets)| (n.clone(), facets.iter().map(image).collect())).collect(),
+            naming: self.naming,
         }
     }
 
@@ -128,7 +154,8 @@ impl Mesh {
         let found: Vec<String> = there.map(|(name, _)| format!("\"{name}\"")).collect();
         let found = if found.is_empty() { "none".to_string() } else { found.join(", ") };
         Err(Error::Input(format!(
-            "{source} has no group \"{group}\" of boundary facets; found: {found}. Name the surface as a physical group in Gmsh"
+            "{source} has no group \"{group}\" of boundary facets; found: {found}. {}",
+            self.naming.advice()
         )))
     }
 }

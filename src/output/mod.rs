@@ -13,6 +13,7 @@ pub mod datasets;
 mod fields;
 mod modes;
 mod partial;
+mod patch;
 mod provenance;
 mod read;
 mod replace;
@@ -27,6 +28,7 @@ mod vtkhdf;
 
 pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;
+pub use patch::{averaged, GridPatch};
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::{survey, Reader};
 pub use replace::is_result;

@@ -2,6 +2,7 @@
 
 use super::fields::{BodyPart, PointField};
 use super::partial::{check_target, sweep, Partial};
+use super::patch::GridPatch;
 use super::replace::replaceable;
 use super::segments::{append_to, Segments};
 use super::sequence::SequenceFile;
@@ -68,15 +69,22 @@ impl<'w> ResultFile<'w> {
     /// Collective: writes the static fields, once: both bodies, the fields at their points, the body and the rank of each
     /// cell. Fields are named once each.
     pub fn fields(&mut self, bodies: &[BodyPart], fields: &[PointField]) -> Result<()> {
+        self.fields_and_grid(bodies, fields, &[])
+    }
+
+    /// Collective: as [`ResultFile::fields`], with cells of the contact grid on the bodies as a piece of their own: rank 0's count.
+    pub fn fields_and_grid(&mut self, bodies: &[BodyPart], fields: &[PointField], patches: &[GridPatch]) -> Result<()> {
         let world = self.world;
         if self.partial.is_some() {
             return Err(Error::Defect("the fields of a result file are written once".into()));
         }
-        let piece = Piece::new(world, bodies);
+        let piece = Piece::new(world, bodies).patched(world, patches);
         let (mut slots, mut slabs) = piece.geometry();
         slots.extend(fields.iter().map(|f| piece.slot(&f.spec, 1, false)));
         let mine: Result<Vec<_>> = fields.iter().map(|f| piece.slab(f, 0, false)).collect();
         slabs.extend(world.agree(mine)?);
+        let on_grid: Result<Vec<_>> = fields.iter().map(|f| piece.patch_slab(&f.spec, patches)).collect();
+        slabs.extend(world.agree(on_grid)?.into_iter().flatten());
         let partial = Partial::new(world, &self.target)?;
         world.on_root(|| skeleton(&partial, Some([1, 0]), &slots, &piece.sizes(), None))?;
         write_slabs(world, &partial, &slabs)?;

@@ -33,6 +33,17 @@ pub struct Group {
     pub role: &'static str,
 }
 
+/// A node of the contact grid on the surface of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactNode {
+    /// 1 lower, 2 upper.
+    pub body: i8,
+    /// Where it is, m; in the plane of the contact where there is no facet.
+    pub place: [f64; 3],
+    /// Whether a facet of the contact surface of the body is there.
+    pub on_face: bool,
+}
+
 /// The surfaces of the bodies of a job, in the frame of the contact.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surfaces {
@@ -42,8 +53,10 @@ pub struct Surfaces {
     pub faces: Vec<Face>,
     /// Groups of all bodies.
     pub groups: Vec<Group>,
-    /// Nodes of the contact grid of each body as they lie on its surface, m: body (1 lower, 2 upper) and place.
-    pub contact: Vec<(i8, [f64; 3])>,
+    /// Nodes of the contact grid as they lie on the surface of each body that has one, the lower one first.
+    pub contact: Vec<ContactNode>,
+    /// Nodes along x and y of the common grid, node (i, j) of a body its (i + nx·j)-th; zeros where the nodes are those of the meshes.
+    pub common: [usize; 2],
 }
 
 impl Surfaces {
@@ -77,7 +90,7 @@ impl Surfaces {
         let types: Vec<u8> = self.faces.iter().map(|f| if f.corners.len() == 3 { 5 } else { 9 }).collect();
         let of_faces = |value: fn(&Face) -> i32| self.faces.iter().map(value).collect::<Vec<i32>>();
         let count = |what: usize| vec![what as i64];
-        let places: Vec<f64> = self.contact.iter().flat_map(|c| c.1).collect();
+        let places: Vec<f64> = self.contact.iter().flat_map(|c| c.place).collect();
         let text = |of: fn(&Group) -> &str| self.groups.iter().map(|g| of(g).to_owned()).collect::<Vec<String>>();
         vec![
             Table::list("/VTKHDF/NumberOfPoints", "1", "Points.", count(n)),
@@ -111,7 +124,7 @@ impl Surfaces {
                 "/surface/contact_body",
                 "-",
                 "Body of each contact node: 1 lower, 2 upper.",
-                self.contact.iter().map(|c| i32::from(c.0)).collect::<Vec<i32>>(),
+                self.contact.iter().map(|c| i32::from(c.body)).collect::<Vec<i32>>(),
             ),
             Table::new(
                 "/surface/contact_point",
@@ -119,6 +132,18 @@ impl Surfaces {
                 "Contact nodes as they lie on the surfaces.",
                 &[self.contact.len(), 3],
                 places,
+            ),
+            Table::list(
+                "/surface/contact_on_face",
+                "-",
+                "1 where a facet of the contact surface is behind the contact node, 0 where the grid leaves the surface.",
+                self.contact.iter().map(|c| i8::from(c.on_face)).collect::<Vec<i8>>(),
+            ),
+            Table::list(
+                "/surface/common_grid",
+                "1",
+                "Nodes along x and y of the common contact grid; 0 where the contact nodes are those of the meshes.",
+                self.common.map(|n| n as i64).to_vec(),
             ),
         ]
     }

@@ -1,16 +1,26 @@
-//! The group `/VTKHDF`: an UnstructuredGrid with one piece for each rank, as VTK's own reader wants it.
+//! The group `/VTKHDF`: an UnstructuredGrid with one piece for each rank, as VTK's own reader wants it, and one for a contact grid beside the meshes.
 //!
 //! Layout after the VTKHDF specification (docs.vtk.org, "VTKHDF format specification"): version 1.0 without steps,
 //! 2.0 with them.
 
 use super::fields::{BodyPart, FieldKind, FieldSpec, PointField};
 use super::partial::Partial;
+use super::patch::{self, Block, GridPatch};
 use super::table::{describe, parent, Table};
 use super::values::{Layout, Values};
 use crate::parallel::World;
 use crate::{Error, Result};
 use hdf5::types::FixedAscii;
 use mpi::raw::AsRaw;
+
+/// Datasets of the geometry.
+const POINTS_PATH: &str = "/VTKHDF/Points";
+const CONNECTIVITY: &str = "/VTKHDF/Connectivity";
+const OFFSETS: &str = "/VTKHDF/Offsets";
+const TYPES: &str = "/VTKHDF/Types";
+const BODY_OF_POINT: &str = "/VTKHDF/PointData/body";
+const BODY_OF_CELL: &str = "/VTKHDF/CellData/body";
+const RANK: &str = "/VTKHDF/CellData/rank";
 
 /// A dataset whose rows the ranks write.
 pub(super) struct Slot {
@@ -38,19 +48,16 @@ pub(super) struct Slab {
 
 /// This rank's piece of the grid: its own cells of all bodies and the points they use, in the frame of the contact.
 pub(super) struct Piece {
-    points: Vec<f64>,
-    connectivity: Vec<i64>,
-    offsets: Vec<i64>,
-    types: Vec<u8>,
-    body_of_point: Vec<i8>,
-    body_of_cell: Vec<i8>,
+    block: Block,
     /// For each body, the local nodes that are points of the piece, in order.
     nodes: Vec<Vec<u32>>,
     local_nodes: Vec<usize>,
     upper: Vec<bool>,
     rank: i32,
-    /// Points, cells and connectivity entries of each rank's piece.
+    /// Points, cells and connectivity entries of each rank's piece, and of that of the contact grid.
     counts: Vec<[i64; 3]>,
+    /// The piece of the contact grid, on rank 0.
+    patch: Option<Block>,
 }
 
 /// Where to find what in [`Piece::counts`].
@@ -62,22 +69,32 @@ impl Piece {
     /// Collective: makes the pieces of `bodies`.
     pub(super) fn new(world: &World, bodies: &[BodyPart]) -> Self {
         let mut piece = Self {
-            points: Vec::new(),
-            connectivity: Vec::new(),
-            offsets: vec![0],
-            types: Vec::new(),
-            body_of_point: Vec::new(),
-            body_of_cell: Vec::new(),
+            block: Block::new(),
             nodes: Vec::new(),
             local_nodes: Vec::new(),
             upper: Vec::new(),
             rank: world.rank as i32,
             counts: Vec::new(),
+            patch: None,
         };
         bodies.iter().for_each(|body| piece.add(body));
-        let mine = [piece.body_of_point.len() as i64, piece.body_of_cell.len() as i64, piece.connectivity.len() as i64];
-        piece.counts = world.all_gather(&mine).chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        let counts = world.all_gather(&piece.block.counts());
+        piece.counts = counts.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
         piece
+    }
+
+    /// Collective: with the `patches` that rank 0 has as one more piece, the last one; without any as it is.
+    pub(super) fn patched(mut self, world: &World, patches: &[GridPatch]) -> Self {
+        let mut block = Block::new();
+        if world.is_root() {
+            patches.iter().for_each(|patch| block.add(patch));
+        }
+        let counts = world.broadcast(block.counts().to_vec());
+        if counts[POINTS] > 0 {
+            self.counts.push([counts[POINTS], counts[CELLS], counts[ENTRIES]]);
+            self.patch = world.is_root().then_some(block);
+        }
+        self
     }
 
     fn add(&mut self, body: &BodyPart) {
@@ -93,17 +110,17 @@ impl Piece {
                 let node = cell.nodes[if body.upper { image as usize } else { place }];
                 let point = &mut point_of_node[node as usize];
                 if *point < 0 {
-                    *point = self.body_of_point.len() as i64;
+                    *point = self.block.body_of_point.len() as i64;
                     let [x, y, z] = part.coords[node as usize];
-                    self.points.extend([x, y, if body.upper { -z } else { z }]);
-                    self.body_of_point.push(number);
+                    self.block.points.extend([x, y, if body.upper { -z } else { z }]);
+                    self.block.body_of_point.push(number);
                     nodes.push(node);
                 }
-                self.connectivity.push(*point);
+                self.block.connectivity.push(*point);
             }
-            self.offsets.push(self.connectivity.len() as i64);
-            self.types.push(cell_type.vtk);
-            self.body_of_cell.push(number);
+            self.block.offsets.push(self.block.connectivity.len() as i64);
+            self.block.types.push(cell_type.vtk);
+            self.block.body_of_cell.push(number);
         }
         self.nodes.push(nodes);
         self.local_nodes.push(part.node_ids.len());
@@ -114,11 +131,12 @@ impl Piece {
         self.counts.iter().map(|c| c[what] as usize).sum()
     }
 
-    fn start(&self, what: usize) -> usize {
-        self.counts[..self.rank as usize].iter().map(|c| c[what] as usize).sum()
+    /// Points, cells or entries before a piece.
+    fn before(&self, piece: usize, what: usize) -> usize {
+        self.counts[..piece].iter().map(|c| c[what] as usize).sum()
     }
 
-    /// Number of pieces: one for each rank.
+    /// Number of pieces: one for each rank, and one for the contact grid if it is beside the meshes.
     pub(super) fn pieces(&self) -> usize {
         self.counts.len()
     }
@@ -128,81 +146,65 @@ impl Piece {
         self.total(POINTS)
     }
 
+    /// The slots of the geometry and of the data that come with it.
+    fn geometry_slots(&self) -> Vec<Slot> {
+        let (np, nc, ne) = (self.total(POINTS), self.total(CELLS), self.total(ENTRIES));
+        let body = "Body: 1 lower, 2 upper.";
+        let connectivity = "Points of the cells, numbered within the piece.";
+        let offsets = "Start of each cell in Connectivity, and the end, for each piece.";
+        let types = "VTK cell types: 12 hexahedron.";
+        vec![
+            Slot::new(
+                POINTS_PATH,
+                "m",
+                "Coordinates in the frame of the contact point.",
+                &[np, 3],
+                Values::F64(vec![]),
+            ),
+            Slot::new(CONNECTIVITY, "-", connectivity, &[ne], Values::I64(vec![])),
+            Slot::new(OFFSETS, "-", offsets, &[nc + self.pieces()], Values::I64(vec![])),
+            Slot::new(TYPES, "-", types, &[nc], Values::U8(vec![])),
+            Slot::new(BODY_OF_POINT, "-", body, &[np], Values::I8(vec![])),
+            Slot::new(BODY_OF_CELL, "-", body, &[nc], Values::I8(vec![])),
+            Slot::new(RANK, "-", "Rank that owned the cell.", &[nc], Values::I32(vec![])),
+        ]
+    }
+
+    /// The rows of a block in these slots, which is the piece `piece`.
+    fn geometry_slabs(&self, block: &Block, piece: usize) -> Vec<Slab> {
+        let [p, c, e] = [POINTS, CELLS, ENTRIES].map(|what| self.before(piece, what));
+        let rank = vec![self.rank; block.body_of_cell.len()];
+        let all: [(&str, usize, Values); 7] = [
+            (POINTS_PATH, p, block.points.clone().into()),
+            (CONNECTIVITY, e, block.connectivity.clone().into()),
+            (OFFSETS, c + piece, block.offsets.clone().into()),
+            (TYPES, c, block.types.clone().into()),
+            (BODY_OF_POINT, p, block.body_of_point.clone().into()),
+            (BODY_OF_CELL, c, block.body_of_cell.clone().into()),
+            (RANK, c, rank.into()),
+        ];
+        all.into_iter().map(|(path, start, values)| Slab { path: path.to_owned(), start, values }).collect()
+    }
+
     /// Slots and slabs of the geometry and of the data that come with it.
     pub(super) fn geometry(&self) -> (Vec<Slot>, Vec<Slab>) {
-        let (np, nc, ne) = (self.total(POINTS), self.total(CELLS), self.total(ENTRIES));
-        let (p, c, e) = (self.start(POINTS), self.start(CELLS), self.start(ENTRIES));
-        let ranks = self.counts.len();
-        let cells = self.body_of_cell.len();
-        let body = "Body: 1 lower, 2 upper.";
-        let all: Vec<(Slot, usize, Values)> = vec![
-            (
-                Slot::new(
-                    "/VTKHDF/Points",
-                    "m",
-                    "Coordinates in the frame of the contact point.",
-                    &[np, 3],
-                    Values::F64(vec![]),
-                ),
-                p,
-                self.points.clone().into(),
-            ),
-            (
-                Slot::new(
-                    "/VTKHDF/Connectivity",
-                    "-",
-                    "Points of the cells, numbered within the piece.",
-                    &[ne],
-                    Values::I64(vec![]),
-                ),
-                e,
-                self.connectivity.clone().into(),
-            ),
-            (
-                Slot::new(
-                    "/VTKHDF/Offsets",
-                    "-",
-                    "Start of each cell in Connectivity, and the end, for each piece.",
-                    &[nc + ranks],
-                    Values::I64(vec![]),
-                ),
-                c + self.rank as usize,
-                self.offsets.clone().into(),
-            ),
-            (
-                Slot::new("/VTKHDF/Types", "-", "VTK cell types: 12 hexahedron.", &[nc], Values::U8(vec![])),
-                c,
-                self.types.clone().into(),
-            ),
-            (
-                Slot::new("/VTKHDF/PointData/body", "-", body, &[np], Values::I8(vec![])),
-                p,
-                self.body_of_point.clone().into(),
-            ),
-            (
-                Slot::new("/VTKHDF/CellData/body", "-", body, &[nc], Values::I8(vec![])),
-                c,
-                self.body_of_cell.clone().into(),
-            ),
-            (
-                Slot::new("/VTKHDF/CellData/rank", "-", "Rank that owned the cell.", &[nc], Values::I32(vec![])),
-                c,
-                vec![self.rank; cells].into(),
-            ),
-        ];
-        all.into_iter()
-            .map(|(slot, start, values)| {
-                let slab = Slab { path: slot.path.clone(), start, values };
-                (slot, slab)
-            })
-            .unzip()
+        let mut slabs = self.geometry_slabs(&self.block, self.rank as usize);
+        if let Some(patch) = &self.patch {
+            slabs.extend(self.geometry_slabs(patch, self.pieces() - 1));
+        }
+        (self.geometry_slots(), slabs)
     }
 
     /// The sizes of the pieces, which the reader wants first.
     pub(super) fn sizes(&self) -> Vec<Table> {
         let of = |what: usize| self.counts.iter().map(|c| c[what]).collect::<Vec<i64>>();
         vec![
-            Table::list("/VTKHDF/NumberOfPoints", "1", "Points of each piece; one piece for each rank.", of(POINTS)),
+            Table::list(
+                "/VTKHDF/NumberOfPoints",
+                "1",
+                "Points of each piece; one piece for each rank, the last one for a contact grid beside the meshes.",
+                of(POINTS),
+            ),
             Table::list("/VTKHDF/NumberOfCells", "1", "Cells of each piece.", of(CELLS)),
             Table::list("/VTKHDF/NumberOfConnectivityIds", "1", "Entries of Connectivity of each piece.", of(ENTRIES)),
         ]
@@ -228,7 +230,7 @@ impl Piece {
             let (have, want) = (field.values.len(), self.nodes.len());
             return Err(Error::Defect(format!("field {} has values for {have} of {want} bodies", spec.name)));
         }
-        let mut all = Vec::with_capacity(self.body_of_point.len() * n);
+        let mut all = Vec::with_capacity(self.block.body_of_point.len() * n);
         for (b, values) in field.values.iter().enumerate() {
             if values.len() != n * self.local_nodes[b] {
                 return Err(Error::Defect(format!(
@@ -248,12 +250,26 @@ impl Piece {
                 }
             }
         }
-        let values = match spec.kind {
-            FieldKind::Label => Values::I8(all.iter().map(|&v| v as i8).collect()),
-            _ if single => Values::F32(all.iter().map(|&v| v as f32).collect()),
-            _ => Values::F64(all),
-        };
-        Ok(Slab { path: field_path(&spec.name), start: step * self.total(POINTS) + self.start(POINTS), values })
+        let start = step * self.total(POINTS) + self.before(self.rank as usize, POINTS);
+        Ok(Slab { path: field_path(&spec.name), start, values: stored(spec, all, single) })
+    }
+
+    /// The rows of a field of one step at the contact grid, on rank 0 if there is one.
+    pub(super) fn patch_slab(&self, spec: &FieldSpec, patches: &[GridPatch]) -> Result<Option<Slab>> {
+        if self.patch.is_none() {
+            return Ok(None);
+        }
+        let values = stored(spec, patch::values(spec, patches)?, false);
+        Ok(Some(Slab { path: field_path(&spec.name), start: self.before(self.pieces() - 1, POINTS), values }))
+    }
+}
+
+/// The values of a field in the type that it is stored in.
+fn stored(spec: &FieldSpec, all: Vec<f64>, single: bool) -> Values {
+    match spec.kind {
+        FieldKind::Label => Values::I8(all.iter().map(|&v| v as i8).collect()),
+        _ if single => Values::F32(all.iter().map(|&v| v as f32).collect()),
+        _ => Values::F64(all),
     }
 }
 

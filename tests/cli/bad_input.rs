@@ -52,6 +52,38 @@ fn wrong_types_and_values() {
     refused_key(&format!("{lower}/poisson"), json!(0.5), &["poisson: found 0.5, expected a number > -1 and < 0.5"]);
 }
 
+/// A set of Abaqus is found whatever its case, one of Gmsh by its letters; who is not found is told where such a name is given.
+#[test]
+fn names_of_groups_depend_on_case_in_gmsh_alone() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let with = |file: &str, fixed: &str| {
+        let mut job = job("annulus.json");
+        job["bodies"]["lower"]["mesh"] = json!({ "file": format!("{root}/{file}") });
+        job["bodies"]["lower"]["fixed"] = json!([fixed]);
+        job["analyses"]["modes"]["count"] = json!(3);
+        Folder::with(job.to_string())
+    };
+    let frequencies = |fixed: &str| {
+        let folder = with("tests/data/inp/hex20.inp", fixed);
+        folder.call(1, "run", &[]).good();
+        let file = hdf5::File::open(folder.path("job.h5")).expect("a result");
+        file.dataset("modes/lower/frequency").and_then(|d| d.read_raw::<f64>()).expect("frequencies")
+    };
+    let found = frequencies("BOTTOM");
+    assert!(found[0] > 1.0 && found == frequencies("bottom"), "{found:?}");
+    for command in ["check", "run"] {
+        let deck = with("tests/data/inp/hex20.inp", "Sole").call(1, command, &[]);
+        deck.failed(3, &["bodies.lower.fixed", "hex20.inp", "no group \"sole\"", "\"bottom\"", "*SURFACE"]);
+        assert!(!deck.err.contains("Gmsh"), "{}", deck.err);
+        let gmsh = with("meshes/block-lower.msh", "BASE").call(1, command, &[]);
+        gmsh.failed(3, &["block-lower.msh", "no group \"BASE\"", "\"base\"", "physical group in Gmsh"]);
+    }
+    let support = r#"bodies.lower.supports=[{"group": "CONTACT", "stiffness": {"x": 1e8}}]"#;
+    with("tests/data/inp/hex20.inp", "bottom")
+        .call(1, "check", &["--set", support])
+        .failed(2, &["bodies.lower.supports.0.group", "contact surface"]);
+}
+
 #[test]
 fn a_load_that_nothing_bears() {
     let mut job = small();

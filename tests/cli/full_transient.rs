@@ -99,6 +99,35 @@ fn all_degrees_of_freedom_grow_as_their_eigenvalue_says() {
     assert!(balance.last().expect("steps").abs() < 1e-9 * friction.last().expect("steps"), "{:?}", balance.last());
 }
 
+/// A file of `--reuse` without fields has no mode shapes: no motion along a mode can be made, and no amplitudes of modes be found. What needs neither is the
+/// run without `--reuse`.
+#[test]
+fn an_earlier_run_without_mode_shapes_serves_what_needs_none() {
+    let folder = Folder::with(short("full").to_string());
+    let [first, again, whole] = ["first.h5", "again.h5", "whole.h5"].map(|name| folder.text(name));
+    folder.call(1, "run", &["--only", "stability", "--output", &first]).good();
+    let before = folder.listing();
+    let (amplitudes, motion) = ("analyses.transient.modal_stride=0", r#"analyses.transient.start={"state": "steady"}"#);
+    let random = r#"analyses.transient.start={"random": {"seed": 1, "energy": 1e-9}}"#;
+    let with = |sets: &[&str], more: &[&str], ranks: usize| {
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        folder.call(ranks, "run", &[&sets[..], more].concat())
+    };
+    let named = ["analyses.transient.model", "\"full\"", "--reuse", "start.mode", "start.random", "modal_stride"];
+    for (sets, ranks) in
+        [(&[][..], 1), (&[][..], 2), (&[amplitudes][..], 1), (&[motion][..], 1), (&[amplitudes, random][..], 1)]
+    {
+        with(sets, &["--reuse", &first, "--output", &again], ranks).failed(2, &named);
+        assert_eq!(folder.listing(), before);
+    }
+    let sets = [amplitudes, motion];
+    with(&sets, &["--reuse", &first, "--output", &again], 1).good();
+    with(&sets, &["--output", &whole], 1).good();
+    let (whole, again) = (normal(&whole), normal(&again));
+    let off = whole.iter().zip(&again).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+    assert!(whole.len() == again.len() && whole.len() > 100 && off < 1e-6 * 70e3, "{} steps, {off:e} N", whole.len());
+}
+
 #[test]
 fn what_the_full_model_has_not_is_refused() {
     let cases: [(&[&str], &str); 3] = [

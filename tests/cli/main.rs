@@ -1,6 +1,7 @@
 //! The program as its users call it: real processes, under `mpirun` where there are several ranks.
 
 mod bad_input;
+mod consistent;
 mod creep_curve;
 mod criterion;
 mod cycles;

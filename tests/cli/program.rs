@@ -58,6 +58,15 @@ pub fn finish(command: &mut Command) -> Ran {
     Ran::new(command.output().expect("the command starts"))
 }
 
+/// The Python of the tests on a script of theirs.
+pub fn script(name: &str, arguments: &[&str]) -> Ran {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let own = format!("{root}/.venv/bin/python");
+    let python = if Path::new(&own).exists() { own } else { "python3".into() };
+    let mut command = Command::new(python);
+    finish(command.env("OPENBLAS_NUM_THREADS", "1").arg(format!("{root}/tests/python/{name}")).args(arguments))
+}
+
 /// The program on so many ranks; without a launcher on one.
 pub fn railsqueal(ranks: usize, args: &[&str]) -> Ran {
     match ranks {

@@ -138,19 +138,10 @@ fn a_shell_and_man_are_told_of_the_commands() {
     assert!(program(&["man"]).good().out.starts_with(".ie"));
 }
 
-/// The Python of the tests on a script of theirs.
-fn script(arguments: &[&str]) -> Ran {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let own = format!("{root}/.venv/bin/python");
-    let python = if std::path::Path::new(&own).exists() { own } else { "python3".into() };
-    let mut command = Command::new(python);
-    finish(command.env("OPENBLAS_NUM_THREADS", "1").arg(format!("{root}/tests/python/documents.py")).args(arguments))
-}
-
 /// Each run that a page shows is one the program would begin.
 #[test]
 fn pages_show_what_there_is() {
-    let ran = script(&["check", PROGRAM]);
+    let ran = script("documents.py", &["check", PROGRAM]);
     assert_eq!(ran.code, Some(0), "{}{}", ran.out, ran.err);
 }
 

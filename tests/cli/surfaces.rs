@@ -49,7 +49,7 @@ fn a_common_grid_has_what_matching_nodes_have() {
 }
 
 /// Elements of unlike sizes meet on a common grid without being asked to by more than that: the same forces on one and two ranks, and those of meshes
-/// that match, whose nodes yield 1 % more where they are 1 mm apart.
+/// that match, whose nodes yield 1 % more where they are 1 mm apart. ParaView has the contact on cells of the grid.
 #[test]
 fn meshes_that_differ_roll_as_matching_ones() {
     let mut job = cylinders([1e-3, 1e-3], 8e-3);
@@ -58,9 +58,12 @@ fn meshes_that_differ_roll_as_matching_ones() {
     folder.call(1, "run", &["--output", &folder.text("matched.h5")]).good();
     job["bodies"]["upper"]["mesh"]["cylinder"]["element_size"] = json!(8e-4);
     job["contact"]["grid"] = json!({ "half_length": 7e-3, "half_width": 7e-3, "spacing": 1e-3 });
+    job["output"]["fields"] = json!(true);
     std::fs::write(folder.path("job.json"), job.to_string()).expect("a job");
-    folder.call(1, "run", &["--output", &folder.text("one.h5")]).good();
-    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    for (ranks, file) in [("1", "one.h5"), ("2", "two.h5")] {
+        folder.call(ranks.parse().expect("a number"), "run", &["--output", &folder.text(file)]).good();
+        script("check_grid.py", &[&folder.text(file), ranks, "displacement"]).good();
+    }
     for (name, tolerance) in [("contact/force", 5e-3), ("contact/approach", 2e-2)] {
         alike(&folder, ["matched.h5", "one.h5"], name, tolerance);
         alike(&folder, ["one.h5", "two.h5"], name, 1e-7);
@@ -74,6 +77,7 @@ fn coarse_cells_roll_as_contact_does() {
     let mut job = cylinders([0.01, 0.01], 0.04);
     job["contact"]["compliance"] = json!("hybrid");
     job["analyses"] = json!({ "steady": {} });
+    job["output"]["fields"] = json!(true);
     let folder = Folder::with(job.to_string());
     for ranks in [1, 2] {
         let ran = folder.call(ranks, "run", &["--force"]);
@@ -81,6 +85,7 @@ fn coarse_cells_roll_as_contact_does() {
         let force = numbers(&folder, "job.h5", "contact/force");
         let coefficient = force[1] / (0.3 * force[2].abs());
         assert!((coefficient / -0.7177 - 1.0).abs() < 5e-3, "{ranks} ranks: {coefficient}");
+        script("check_grid.py", &[&folder.text("job.h5"), &ranks.to_string()]).good();
     }
 }
 
@@ -206,6 +211,14 @@ fn a_mesh_stands_where_its_section_does() {
     set(&mesh, "right");
     let said = folder.call(1, "check", &[]).good().out.clone();
     assert!(said.contains("body upper: means over a disc of"), "{said}");
+    // The grid is shown on the wheel as it stands, its middle at the contact point.
+    folder.call(1, "check", &["--mesh", &folder.text("shown.vtkhdf")]).good();
+    let shown = |name: &str| numbers(&folder, "shown.vtkhdf", &format!("surface/{name}"));
+    let (grid, places) = (shown("common_grid"), shown("contact_point"));
+    assert!(places.len() as f64 == 3.0 * grid[0] * grid[1] && shown("contact_body").iter().all(|b| *b == 2.0));
+    assert!(shown("contact_on_face").iter().all(|on| *on == 1.0), "a wheel behind the whole grid");
+    let middle = places.chunks_exact(3).map(|p| p[0].hypot(p[1]).hypot(p[2])).fold(f64::INFINITY, f64::min);
+    assert!(middle < 1e-9, "{middle}");
     run("right.h5", 1);
     run("two.h5", 2);
     // Its modes serve another friction, and no other mesh.

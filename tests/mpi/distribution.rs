@@ -36,7 +36,7 @@ fn cube() -> Mesh {
     let groups = [("bottom".to_string(), vec![Facet { cell: 0, face: 0 }])].into();
     let mut cells = Cells::default();
     cells.push(CellKind::Hex8, &[0, 1, 2, 3, 4, 5, 6, 7]);
-    Mesh { nodes, cells, groups }
+    Mesh { nodes, cells, groups, ..Mesh::default() }
 }
 
 /// Checks the parts against the mesh, which every rank holds.

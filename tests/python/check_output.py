@@ -184,4 +184,5 @@ def check_sequence(path, name, values, bodies, factors):
         assert error <= 1e-6 * np.abs(expected).max(), f"{path}, step {step}: {name} differs by {error}"
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -26,7 +26,7 @@ pub struct Body {
     #[serde(default)]
     pub damping: Damping,
     /// Names of the boundary groups that are clamped; none: the body is free. The built-in cylinder has the groups
-    /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`.
+    /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`. Case matters, but for the groups of `.inp` files.
     #[serde(default)]
     pub fixed: Vec<String>,
     /// What else holds a body with a mesh, or goes with it, at named groups: single components clamped, planes of symmetry, springs and dashpots,
@@ -264,6 +264,11 @@ impl MeshFile {
             MeshFile::Path(path) => path,
             MeshFile::Keys(keys) => &mut keys.path,
         }
+    }
+
+    /// Whether it is read as a file of Abaqus or CalculiX, by its ending: names do not depend on case there.
+    pub fn is_abaqus(&self) -> bool {
+        self.path().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
     }
 
     /// Length of the file's unit, m.

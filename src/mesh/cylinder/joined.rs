@@ -220,7 +220,7 @@ impl JoinedGrid {
             }
         }
         let groups = groups(&cells, &grid.bits);
-        Mesh { nodes: grid.coords, cells, groups }
+        Mesh { nodes: grid.coords, cells, groups, ..Mesh::default() }
     }
 
     /// The two inner lines of each group of three columns of `level`.

@@ -13,7 +13,7 @@ mod parse;
 mod tests;
 
 use super::listed::Origin;
-use super::Mesh;
+use super::{Mesh, Naming};
 use crate::{Error, Result};
 use lines::{place, Lines, Place};
 use std::path::{Path, PathBuf};
@@ -37,7 +37,8 @@ fn of_lines(mut lines: Lines) -> Result<(Mesh, Vec<String>)> {
     let mut files = Files { names: lines.files, instances: Vec::new() };
     let mut remarks = deck.remarks.said(&files);
     let listed = flatten::flatten(deck, &mut files)?;
-    let (mesh, more) = listed.mesh(&files)?;
+    let (mut mesh, more) = listed.mesh(&files)?;
+    mesh.naming = Naming::Abaqus;
     let name = files.names.first().map(|f| f.display().to_string()).unwrap_or_default();
     remarks.extend(more.into_iter().map(|text| format!("{name}: {text}")));
     Ok((mesh, remarks))

@@ -173,7 +173,7 @@ impl Listed {
         self.cells.renumber(|n| number[n as usize]);
         drop(number);
         let nodes = std::mem::take(&mut self.coords);
-        let mut mesh = Mesh { nodes, cells: std::mem::take(&mut self.cells), groups: Default::default() };
+        let mut mesh = Mesh { nodes, cells: std::mem::take(&mut self.cells), ..Mesh::default() };
         self.check_cells(&mesh, origin)?;
         self.check_seams(&mesh, origin)?;
         self.check_joints(&mesh, origin)?;
