@@ -140,14 +140,14 @@ fn looked_through(mut model: ReducedModel) -> ReducedModel {
 /// An error where bodies meet on a grid that is not of their nodes, and it sees more of the modes than the compliance has.
 fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
     let averaged = |p: &crate::case::bodies::Place| {
-        p.grid.as_ref().is_some_and(|g| matches!(g.transfer, Some(Transfer::Averages(_))))
+        p.grid.as_ref().is_some_and(|g| matches!(g.transfer, Some(Transfer::Averages { .. })))
     };
     if !bodies.places.iter().any(averaged) || model.pair.residual.llt(faer::Side::Lower).is_ok() {
         return Ok(());
     }
     Err(Error::Job(
         "contact.compliance: the residual compliance of the finite elements on the contact grid is not positive: the grid is finer than what their faces show. \
-         Take \"hybrid\", or a larger contact.grid.spacing"
+         Take \"hybrid\", a finer mesh at the contact, or a larger contact.grid.spacing (not with a contact.placement, whose grid follows from the profiles)"
             .into(),
     ))
 }

@@ -122,7 +122,7 @@ fn fields(
             von_mises.push(body.von_mises(u));
             displacement.push(body.at_nodes(u).into_flattened());
             let rows = match grid.and_then(|g| g.transfer.as_ref()) {
-                Some(Transfer::Averages(rows)) => rows,
+                Some(Transfer::Averages { rows, .. }) => rows,
                 _ => &[][..],
             };
             let at = |values: &[Vec<f64>], n: usize| averaged(world, body.mesh(), rows, &values[i], n);

@@ -58,7 +58,7 @@ pub(super) fn trace(
                 let alone: Vec<Weights> = nodes.iter().map(|&node| vec![(node, 1.0)]).collect();
                 weighted(&alone, 0.0, first)
             }
-            Some(Transfer::Averages(rows)) => weighted(rows, 0.0, first),
+            Some(Transfer::Averages { rows, tilt }) => weighted(rows, *tilt, first),
             _ => Ok(Vec::new()),
         })?;
         return Ok((Trace::new(world, ranges, rows.as_deref())?, None));

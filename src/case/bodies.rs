@@ -51,10 +51,7 @@ pub struct Place {
 impl Place {
     /// Vectors in the plane of the contact as the mesh of the body has them in lower form, from their components along x and y of the contact.
     pub fn on_mesh(&self, vectors: &[[f64; 2]]) -> Vec<[f64; 3]> {
-        let tilt = match self.grid.as_ref().and_then(|g| g.transfer.as_ref()) {
-            Some(Transfer::Means { tilt, .. }) => *tilt,
-            _ => 0.0,
-        };
+        let tilt = self.grid.as_ref().and_then(|g| g.transfer.as_ref()).map_or(0.0, Transfer::tilt);
         vectors.iter().map(|&[x, y]| seen([x, y, 0.0], -tilt)).collect()
     }
 

@@ -129,13 +129,12 @@ impl Placed {
 
     /// The body `name` of a mesh file where it is touched.
     pub(crate) fn standing(&self, job: &Job, meshes: &Meshes, name: &str, body: &job::Body) -> Result<Standing> {
-        let Some(placement) = job.placement() else {
+        let (Some(contact), Some(placement)) = (&job.contact, job.placement()) else {
             return Err(Error::Defect("a mesh is put on a placement of a job without one".into()));
         };
         let seat = self.seat(name)?;
-        let half = [&self.gap.x, &self.gap.y].map(|lines| 0.5 * (lines[lines.len() - 1] - lines[0]));
         let meshed = meshes.of(job, name, body)?;
-        standing(&meshed.mesh, seat, placement.side, half, placement.radius)
+        standing(&meshed.mesh, (seat, placement.side), self.grid_lines(), contact.compliance, placement.radius)
             .map_err(|e| e.context(format!("bodies.{name}.mesh")))
     }
 

@@ -1,8 +1,8 @@
 //! Bodies of mesh files on a placement: brought from the frame of their profile to the contact.
 
 use super::surfaces;
-use crate::grid::{Faces, Transfer};
-use crate::job::{Body, TrackSide};
+use crate::grid::{averages, Faces, Transfer};
+use crate::job::{Body, Compliance, TrackSide};
 use crate::mesh::attitude::Attitude;
 use crate::mesh::Mesh;
 use crate::placement::Seat;
@@ -64,16 +64,31 @@ pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide) -> Result<(Mesh,
     Ok((mesh, height))
 }
 
-/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of the track by a contact of the half
-/// sides `half`, m. `radius` is that of the running circle of a wheel, m.
+/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of the track by a contact on the grid of the
+/// `lines`, m. `radius` is that of the running circle of a wheel, m. With the compliance "fe" the surface moves as the means about the nodes of the grid, else as those over discs.
 ///
 /// # Errors
-/// See [`upright`] and [`surfaces::discs`].
-pub(crate) fn standing(mesh: &Mesh, seat: Seat, side: TrackSide, half: [f64; 2], radius: f64) -> Result<Standing> {
+/// See [`upright`], [`surfaces::discs`] and [`averages`]; a grid finer than the mesh.
+pub(crate) fn standing(
+    mesh: &Mesh,
+    (seat, side): (Seat, TrackSide),
+    lines: [&[f64]; 2],
+    compliance: Compliance,
+    radius: f64,
+) -> Result<Standing> {
     let (mesh, height) = upright(mesh, seat, side)?;
-    let tilted = tilted(&mesh, seat.tilt);
-    let (discs, text) = surfaces::discs(&Faces::of(&tilted, "contact")?, half)?;
-    let transfer = Transfer::Means { discs, tilt: seat.tilt };
+    let faces = Faces::of(&tilted(&mesh, seat.tilt), "contact")?;
+    let half = lines.map(|line| 0.5 * (line[line.len() - 1] - line[0]));
+    let (transfer, text) = if compliance == Compliance::Fe {
+        let apart = lines.map(|line| line.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min));
+        // The grid follows from the profiles.
+        let text = surfaces::refuse_finer(&faces, half, apart[0].min(apart[1]), |_| String::new())?;
+        let (rows, _) = averages(&faces, lines[0], lines[1])?;
+        (Transfer::Averages { rows, tilt: seat.tilt }, text)
+    } else {
+        let (discs, text) = surfaces::discs(&faces, half)?;
+        (Transfer::Means { discs, tilt: seat.tilt }, text)
+    };
     Ok(Standing { mesh, transfer, axle: radius + height, text })
 }
 
@@ -119,6 +134,41 @@ mod tests {
         mesh
     }
 
+    /// The lines of a grid, m.
+    const LINE: [f64; 9] = [-8e-3, -6e-3, -4e-3, -2e-3, 0.0, 2e-3, 4e-3, 6e-3, 8e-3];
+
+    /// Means about the nodes of a grid that is tilted with the surface: they add up to one each, and are about the places of the nodes in the plane of the
+    /// contact. A grid that is finer than the mesh is refused.
+    #[test]
+    fn a_surface_moves_as_its_means_about_the_nodes_of_a_tilted_grid() {
+        let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));
+        let seat = Seat { y: 0.008, tilt: -profile.at(0.008).slope.atan() };
+        let at = (seat, TrackSide::Right);
+        // Coarser than the faces, which slope.
+        let line = LINE.map(|v| 1.25 * v);
+        let found = standing(&mesh, at, [&line; 2], Compliance::Fe, 0.5).expect("it stands");
+        let Transfer::Averages { rows, tilt } = &found.transfer else { panic!("{}", found.text) };
+        assert!(rows.len() == 81 && *tilt == seat.tilt && tilt.abs() > 0.02, "{tilt}");
+        for (k, row) in rows.iter().enumerate() {
+            let mean = |c: usize| -> f64 {
+                row.iter().map(|&(n, w)| w * seen(found.mesh.nodes[n as usize], seat.tilt)[c]).sum()
+            };
+            assert!((row.iter().map(|t| t.1).sum::<f64>() - 1.0).abs() < 1e-12);
+            let (i, j) = (k % 9, k / 9);
+            if (1..8).contains(&i) && (1..8).contains(&j) {
+                assert!(
+                    (mean(0) - line[i]).abs() < 1e-9 && (mean(1) - line[j]).abs() < 1e-9,
+                    "{k}: {} {}",
+                    mean(0),
+                    mean(1)
+                );
+            }
+        }
+        let fine: Vec<f64> = (-8..=8).map(|i| f64::from(i) * 1e-3).collect();
+        let error = standing(&mesh, at, [&fine; 2], Compliance::Fe, 0.5).expect_err("finer than the mesh").to_string();
+        assert!(error.contains("1.000 mm spacing") && error.contains("Take \"hybrid\", or a finer mesh"), "{error}");
+    }
+
     /// Where a placement says that a rail is touched, its mesh touches the plane of the contact: on both sides of the track, which are mirror images.
     #[test]
     fn a_rail_touches_the_plane_of_the_contact() {
@@ -126,7 +176,7 @@ mod tests {
         for (y, side) in [(0.008, TrackSide::Right), (-0.008, TrackSide::Left), (-0.004, TrackSide::Right)] {
             // As [`placement::Placed::seats`] has it: the tilt is that of the profile there.
             let seat = Seat { y, tilt: -profile.at(y).slope.atan() };
-            let found = standing(&mesh, seat, side, [8e-3; 2], 0.5).expect("it stands");
+            let found = standing(&mesh, (seat, side), [&LINE; 2], Compliance::Hybrid, 0.5).expect("it stands");
             let faces = Faces::of(&tilted(&found.mesh, seat.tilt), "contact").expect("faces");
             let height = |y: f64| faces.height([0.0, y]).expect("a face");
             assert!(height(0.0).abs() < 1e-12, "{}", height(0.0));
@@ -138,7 +188,8 @@ mod tests {
             assert!(matches!(found.transfer, Transfer::Means { ref discs, .. } if discs.len() == 2), "{}", found.text);
         }
         let beside = Seat { y: 0.05, tilt: 0.0 };
-        let error = standing(&mesh, beside, TrackSide::Left, [8e-3; 2], 0.5).expect_err("no head there").to_string();
+        let at = (beside, TrackSide::Left);
+        let error = standing(&mesh, at, [&LINE; 2], Compliance::Hybrid, 0.5).expect_err("no head there").to_string();
         assert!(error.contains("y = 0.05000 m of the profile") && error.contains("y = -0.0300 to 0.0300 m"), "{error}");
     }
 
@@ -146,8 +197,8 @@ mod tests {
     fn an_axle_elsewhere_is_told() {
         let mesh = head();
         let body = |radius: f64| {
-            let found =
-                standing(&mesh, Seat { y: 0.0, tilt: 0.0 }, TrackSide::Left, [8e-3; 2], radius).expect("it stands");
+            let at = (Seat { y: 0.0, tilt: 0.0 }, TrackSide::Left);
+            let found = standing(&mesh, at, [&LINE; 2], Compliance::Hybrid, radius).expect("it stands");
             let mut body = example::two_cylinders(&[]).bodies.upper.expect("a body");
             body.rotation = Some(crate::job::Rotation::Speed(20.0));
             axle(&body, &found)

@@ -227,7 +227,7 @@ pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([
 /// Where the nodes of a contact `grid` are on the surface of a mesh, as [`laid`] has it, m; none where they are nodes of the mesh.
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {
-        Some(Transfer::Averages(_) | Transfer::Means { .. }) => {
+        Some(Transfer::Averages { .. } | Transfer::Means { .. }) => {
             Ok(laid(mesh, [&grid.x, &grid.y], tilt)?.into_iter().map(|(place, _)| place).collect())
         }
         _ => Ok(Vec::new()),
@@ -253,26 +253,37 @@ fn recommended(contact: &job::Contact, ellipse: Option<&Ellipse>, size: f64) -> 
 
 /// How the `faces` of a body meet the grid of the lines `x` and `y`, and that in words.
 pub(crate) fn foot(contact: &job::Contact, faces: &Faces, (x, y): (&[f64], &[f64])) -> Result<(ContactGrid, String)> {
-    let half = [x[x.len() - 1], y[y.len() - 1]];
-    let size = faces.size(half);
     let (rows, z) = averages(faces, x, y)?;
     let grid = |transfer| ContactGrid { x: x.to_vec(), y: y.to_vec(), z, transfer: Some(transfer) };
-    let spacing = x[1] - x[0];
+    let half = [x[x.len() - 1], y[y.len() - 1]];
     if contact.compliance != Compliance::Hybrid {
-        if spacing < (1.0 - SHORT) * size {
-            return Err(Error::Job(format!(
-                "contact.compliance: \"fe\" on a contact grid of {:.3} mm spacing, where the nodes of the faces at the contact are {:.3} mm apart: the compliance \
-                 would be singular. Take \"hybrid\", or contact.grid.spacing = {:.1e} (m) at least, or a finer mesh",
-                1e3 * spacing,
-                1e3 * size,
-                size
-            )));
-        }
-        let text = format!("means about the nodes of the grid; nodes of its faces there {:.3} mm apart", 1e3 * size);
-        return Ok((grid(Transfer::Averages(rows)), text));
+        let larger = |size: f64| format!(", or contact.grid.spacing = {size:.1e} (m) at least");
+        let text = refuse_finer(faces, half, x[1] - x[0], larger)?;
+        return Ok((grid(Transfer::Averages { rows, tilt: 0.0 }), text));
     }
     let (discs, text) = discs(faces, half)?;
     Ok((grid(Transfer::Means { discs, tilt: 0.0 }), text))
+}
+
+/// An error where the nodes of a grid of the half sides `half`, m, are nearer to each other, by `spacing`, m, than those of the `faces`; `remedy` says what
+/// else to do than to take a finer mesh. What is there, in words.
+pub(crate) fn refuse_finer(
+    faces: &Faces,
+    half: [f64; 2],
+    spacing: f64,
+    remedy: impl Fn(f64) -> String,
+) -> Result<String> {
+    let size = faces.size(half);
+    if spacing < (1.0 - SHORT) * size {
+        return Err(Error::Job(format!(
+            "contact.compliance: \"fe\" on a contact grid of {:.3} mm spacing, where the nodes of the faces at the contact are {:.3} mm apart: the compliance \
+             would be singular. Take \"hybrid\"{}, or a finer mesh",
+            1e3 * spacing,
+            1e3 * size,
+            remedy(size)
+        )));
+    }
+    Ok(format!("means about the nodes of the grid; nodes of its faces there {:.3} mm apart", 1e3 * size))
 }
 
 /// The means from which the contact of the half sides `half`, m, follows beside a half-space, and that in words.

@@ -22,8 +22,13 @@ pub enum Transfer {
     /// Each grid node is a node of the mesh, `[n]`.
     Nodes(Vec<u32>),
     /// Each grid node moves as the mean of the surface about it, u_i = (1/A_i) Σ_a ∫N_i N_a ds u_a, with N_i bilinear on the grid and N_a the shape
-    /// functions of the faces, seen in plan, `[n]`.
-    Averages(Vec<Weights>),
+    /// functions of the faces, seen in plan.
+    Averages {
+        /// Of each node of the grid, `[n]`.
+        rows: Vec<Weights>,
+        /// As that of the means over a disc.
+        tilt: f64,
+    },
     /// The surface moves by π = (1, x, y) times three means of it over a disc, the first one; a second, wider one shows how little it depends on that.
     Means {
         /// The discs.
@@ -31,6 +36,16 @@ pub enum Transfer {
         /// Angle from the axes y, z of the mesh to those of the grid about −x, rad: y of the mesh is (0, cos, −sin) there.
         tilt: f64,
     },
+}
+
+impl Transfer {
+    /// Angle from the axes y, z of the mesh to those of the grid about −x, rad.
+    pub fn tilt(&self) -> f64 {
+        match self {
+            Self::Nodes(_) => 0.0,
+            Self::Averages { tilt, .. } | Self::Means { tilt, .. } => *tilt,
+        }
+    }
 }
 
 /// Means of a surface over a disc about the origin, with Hertz' weight ω = 3/(2πb²)√(1 − r²/b²).

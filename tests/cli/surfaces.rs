@@ -127,12 +127,29 @@ fn file(names: [&str; 3], nodes: &str, count: usize, elements: &[String]) -> Str
     text + "$EndElements\n"
 }
 
+/// Angles of the corners over π, from the contact point at the bottom.
+const AROUND: [f64; 16] = [0.0, 0.02, 0.045, 0.08, 0.13, 0.2, 0.28, 0.36, 0.44, 0.52, 0.6, 0.68, 0.76, 0.84, 0.92, 1.0];
+
 /// The ring of that section in three dimensions, standing on the running circle: hexahedra of 20 nodes, small ones about the contact.
 fn wheel() -> String {
-    let (r, y) = (twice(&RADII), twice(&ACROSS));
-    // Angles of the corners, from the contact point at the bottom.
-    let half = [0.0, 0.02, 0.045, 0.08, 0.13, 0.2, 0.28, 0.36, 0.44, 0.52, 0.6, 0.68, 0.76, 0.84, 0.92, 1.0];
-    let all = half[1..].iter().rev().map(|v| -v).chain(half).map(|v| v * std::f64::consts::PI);
+    ring(&RADII, &ACROSS, &AROUND)
+}
+
+/// The rim of a wheel with cells of 2.9 mm where a contact that is 14 mm beside the running circle reaches: nodes 1.45 mm apart.
+fn fine_rim() -> String {
+    let radii = [0.36, 0.42, 0.445, 0.456, 0.46];
+    // The flange is towards +y, so that is the other side.
+    let fine = (0..=16).map(|k| 9.3e-3 - 2.9e-3 * f64::from(16 - k));
+    let across: Vec<f64> = [-0.04].into_iter().chain(fine).chain([0.022, 0.04]).collect();
+    let near = (0..=8).map(|k| 2e-3 * f64::from(k));
+    let far = [0.024, 0.05, 0.1, 0.2, 0.32, 0.44, 0.56, 0.68, 0.8, 0.9, 1.0];
+    ring(&radii, &across, &near.chain(far).collect::<Vec<f64>>())
+}
+
+/// A ring of hexahedra of 20 nodes between radii, m, places across, m, and angles over π on either side of the contact point.
+fn ring(radii: &[f64], across: &[f64], half: &[f64]) -> String {
+    let (r, y) = (twice(radii), twice(across));
+    let all = half[1..].iter().rev().map(|v| -v).chain(half.iter().copied()).map(|v| v * std::f64::consts::PI);
     let mut angles = twice(&all.collect::<Vec<f64>>());
     angles.pop();
     let mut tags = std::collections::BTreeMap::new();
@@ -259,6 +276,77 @@ fn a_mesh_stands_where_its_section_does() {
             assert!((a[k] - b[k]).abs() < 1e-6 * a[k].abs().max(1.0), "{other}: {a:?} {b:?}");
         }
     }
+}
+
+/// What the upper body yields by at nodes of the contact under forces on others, 10 to 25 mm beside them, as means over all such pairs, m/N, `[3][3]` in (x, y, n).
+fn far_yielding(folder: &Folder, file: &str) -> [[f64; 3]; 3] {
+    let (x, y) = (numbers(folder, file, "reduced/x"), numbers(folder, file, "reduced/y"));
+    let compliance = numbers(folder, file, "reduced/upper/compliance");
+    let n = x.len() * y.len();
+    let place = |k: usize| [x[k % x.len()], y[k / x.len()]];
+    let (mut sum, mut pairs) = ([[0.0; 3]; 3], 0.0);
+    for i in 0..n {
+        for j in 0..n {
+            let ([a, b], [c, d]) = (place(i), place(j));
+            if !(0.010..0.025).contains(&(a - c).hypot(b - d)) || a.hypot(b) > 0.015 || c.hypot(d) > 0.015 {
+                continue;
+            }
+            pairs += 1.0;
+            (0..9).for_each(|k| sum[k / 3][k % 3] += compliance[(3 * i + k / 3) * 3 * n + 3 * j + k % 3]);
+        }
+    }
+    sum.map(|row| row.map(|v| v / pairs))
+}
+
+/// The compliance of the elements of a wheel on a placement, whose contact is tilted against them, beside that of a half-space and what the rest adds, on one
+/// mesh. Far from a force both yield alike, also along y by forces along n, which a tilt to the wrong side would change by 7 pm/N; so do forces, approach and
+/// growth. The same on two ranks.
+#[test]
+fn elements_of_a_placed_wheel_yield_as_a_half_space_and_the_rest_do() {
+    let folder = Folder::with("{}");
+    let mut job = placed(&folder, json!({ "file": "fine.msh" }));
+    std::fs::write(folder.path("fine.msh"), fine_rim()).expect("a mesh");
+    // A load under which the grid, an eighth of Hertz' ellipse, is as coarse as the mesh.
+    job["contact"]["normal_load"] = json!(480e3);
+    job["contact"]["placement"] =
+        json!({ "side": "right", "radius": 0.46, "cant": 0.025, "lateral": -0.006, "yaw": -0.010, "loaded": false });
+    job["contact"]["compliance"] = json!("fe");
+    job["analyses"]["modes"]["count"] = json!(4);
+    std::fs::write(folder.path("job.json"), job.to_string()).expect("a job");
+    let said = folder.call(1, "check", &[]).good().out.clone();
+    assert!(said.contains("body upper: means about the nodes of the grid; nodes of its faces there 1.4"), "{said}");
+    folder.call(1, "run", &["--output", &folder.text("fe.h5")]).good();
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    folder.call(1, "run", &["--set", "contact.compliance=hybrid", "--output", &folder.text("hybrid.h5")]).good();
+    for name in ["contact/force", "contact/approach", "stability/growth_rate"] {
+        alike(&folder, ["fe.h5", "two.h5"], name, 1e-6);
+    }
+    let (wanted, found) = (far_yielding(&folder, "hybrid.h5"), far_yielding(&folder, "fe.h5"));
+    for k in 0..9 {
+        let (a, b) = (wanted[k / 3][k % 3], found[k / 3][k % 3]);
+        assert!((a - b).abs() < 1e-12 + 3e-3 * a.abs(), "row {}, force {}: {b:e}, hybrid {a:e}", k / 3, k % 3);
+    }
+    assert!(wanted[1][2].abs() > 2e-11, "{wanted:?}");
+    for (name, tolerance) in [
+        ("contact/force", 5e-3),
+        ("contact/approach", 5e-3),
+        ("stability/frequency", 1e-3),
+        ("stability/growth_rate", 2e-2),
+    ] {
+        alike(&folder, ["hybrid.h5", "fe.h5"], name, tolerance);
+    }
+    let refused = |set: &str, words: &[&str]| {
+        let before = folder.listing();
+        folder.call(1, "check", &["--set", set]).failed(2, words);
+        assert_eq!(folder.listing(), before);
+    };
+    refused("contact.placement.loaded=true", &["contact.compliance", "contact.placement.loaded = false", "\"hybrid\""]);
+    refused(
+        "bodies.upper.mesh.file=wheel.msh",
+        &["bodies.upper.mesh", "contact.compliance", "mm spacing", "a finer mesh"],
+    );
+    let swept = r#"bodies.lower.mesh={"extruded": {"section": "60E1"}}"#;
+    refused(swept, &["contact.compliance", "bodies.lower is swept", "\"hybrid\""]);
 }
 
 #[test]

@@ -36,8 +36,23 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
     let moves = job.bodies().iter().any(|(_, b)| b.mesh.is_some());
     match (moves, contact.compliance) {
         (true, Compliance::Hybrid) | (false, Compliance::HalfSpace) => {}
-        (true, _) => faults
-            .push("contact.compliance: expected \"hybrid\" with bodies that have a mesh on a contact.placement".into()),
+        (true, Compliance::Fe) => {
+            let swept = |b: &Body| b.mesh.is_some() && !b.is_meshed();
+            if let Some((name, _)) = job.bodies().into_iter().find(|(_, b)| swept(b)) {
+                faults.push(format!(
+                    "contact.compliance: found \"fe\", but bodies.{name} is swept from a section; expected \"hybrid\", or a mesh of three dimensions (mesh.file)"
+                ));
+            } else if placement.loaded {
+                faults.push(
+                    "contact.compliance: found \"fe\" with contact.placement.loaded = true: what bodies give way by as a whole is then no part of the contact, and \
+                     elements do not tell it from what yields at the contact; expected contact.placement.loaded = false, for a position without load, or \"hybrid\""
+                        .into(),
+                );
+            }
+        }
+        (true, Compliance::HalfSpace) => faults.push(
+            "contact.compliance: expected \"hybrid\", or \"fe\" with mesh files, with bodies that have a mesh on a contact.placement".into(),
+        ),
         (false, _) => faults
             .push("contact.compliance: expected \"half_space\" with contact.placement of bodies without meshes".into()),
     }
