@@ -22,6 +22,12 @@ const ORDERS: f64 = 8.0;
 const LONGER: f64 = 1.25;
 const LONGEST: f64 = 120.0;
 
+/// Part by which a rail may differ along itself from one without ends, for which it is told from where on it does not; where that search begins, Hz, and
+/// the ratio of its steps.
+const ENDLESS: f64 = 0.1;
+const HIGHEST: f64 = 5000.0;
+const NEXT: f64 = 1.01;
+
 /// Where the contact is on a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct At {
@@ -102,20 +108,26 @@ fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<Bays> {
     Some(Bays { count, spacing: period / count.max(1) as f64, length, position: track.position, pad, sleeper })
 }
 
-/// The absorbing ends of a rail of the length `period`, m.
-fn ends(track: &job::Track, period: f64) -> Option<Ends> {
-    let job::Ends { length, damping } = track.ends;
-    (length > 0.0 && damping > 0.0).then_some(Ends { period, length, damping })
+/// The absorbing ends of a rail of the length `period`, m, and of a material with waves of compression of `speed`, m/s.
+fn ends(track: &job::Track, period: f64, speed: f64) -> Option<Ends> {
+    let job::Ends { length, damping, longitudinal } = track.ends;
+    (length > 0.0 && damping > 0.0).then_some(Ends { period, length, damping, along: longitudinal * speed })
 }
 
-/// The rail `name` with the contact at a place of its head, or where the job says, on the lines `grid` of the contact, m.
-pub fn make<'w>(
-    world: &'w World,
+/// A rail, and what beams tell of it.
+struct Planned<'a> {
+    making: Making<'a>,
+    beam: Beam,
+    laid: Track,
+}
+
+fn planned<'a>(
+    world: &World,
     job: &Job,
     (name, body): (&str, &job::Body),
     at: Option<At>,
-    grid: Option<[&[f64]; 2]>,
-) -> Result<RailBody<'w>> {
+    grid: Option<[&'a [f64]; 2]>,
+) -> Result<Planned<'a>> {
     let missing = || Error::Defect("a rail is asked for of a body that is none".into());
     let extruded = extruded(body).ok_or_else(missing)?;
     let track = body.track.clone().unwrap_or_default();
@@ -126,11 +138,13 @@ pub fn make<'w>(
     let section = world.agree(section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded"))))?;
     let beam = |lateral| section.beam(material, lateral, track.loss_factor);
     let beams = [(0, beam(false)?), (2, beam(true)?)];
-    let laid = laid(&track, beams[0].1.density * beams[0].1.area);
+    let beam = beams[0].1;
+    let laid = laid(&track, beam.density * beam.area);
     let period = extruded.length;
+    let ends = ends(&track, period, beam.speed());
     if let Some(lowest) = lowest(job) {
-        let none = Ends { period, length: 0.5 * period, damping: 0.0 };
-        let whole = ends(&track, period).unwrap_or(none);
+        let none = Ends { period, length: 0.5 * period, damping: 0.0, along: 0.0 };
+        let whole = ends.unwrap_or(none);
         long_enough(&beams, &laid, whole, lowest)
             .map_err(|e| e.context(format!("bodies.{name}.mesh.extruded.length")))?;
     }
@@ -142,11 +156,22 @@ pub fn make<'w>(
         // Sleepers that stand apart are no part of the section.
         track: if bays.is_some() { Track { sleeper: None, ..laid } } else { laid },
         bays,
-        damping: Damping { loss: track.loss_factor, ends: ends(&track, period) },
+        damping: Damping { loss: track.loss_factor, ends },
         tilt: at.tilt,
         grid,
     };
-    RailBody::new(world, name, making)
+    Ok(Planned { making, beam, laid })
+}
+
+/// The rail `name` with the contact at a place of its head, or where the job says, on the lines `grid` of the contact, m.
+pub fn make<'w>(
+    world: &'w World,
+    job: &Job,
+    body: (&str, &job::Body),
+    at: Option<At>,
+    grid: Option<[&[f64]; 2]>,
+) -> Result<RailBody<'w>> {
+    RailBody::new(world, body.0, planned(world, job, body, at, grid)?.making)
 }
 
 /// The rail of [`make`], told in the summary.
@@ -156,9 +181,18 @@ pub(crate) fn told<'w>(
     body: (&str, &job::Body),
     (at, grid): (Option<At>, Option<[&[f64]; 2]>),
 ) -> Result<RailBody<'w>> {
-    let rail = make(world, job, body, at, grid)?;
+    let Planned { making, beam, laid } = planned(world, job, body, at, grid)?;
+    let from = making.damping.ends.and_then(|ends| endless_along(&beam, &laid, &ends));
+    let rail = RailBody::new(world, body.0, making)?;
     let (unknowns, mass) = (rail.unknowns(), rail.mass());
     summary.line(format!("body {}: rail, {unknowns} unknowns of each order, {mass:.2} kg/m", body.0));
+    if let Some(from) = from {
+        let percent = 100.0 * ENDLESS;
+        summary.line(format!(
+            "body {}: along itself as a rail without ends within {percent:.0} % from {from:.0} Hz on",
+            body.0
+        ));
+    }
     Ok(rail)
 }
 
@@ -180,6 +214,21 @@ fn off(beams: &[(usize, Beam)], track: &Track, ends: &Ends, lowest: f64) -> f64 
         }
     }
     worst
+}
+
+/// The lowest frequency from which on the point receptance of a bar like the rail, along itself, is that of one without ends within [`ENDLESS`], Hz; none
+/// where the ends have no dashpots, or where it is not even so at [`HIGHEST`].
+fn endless_along(bar: &Beam, track: &Track, ends: &Ends) -> Option<f64> {
+    if ends.along <= 0.0 {
+        return None;
+    }
+    let off = |f: f64| {
+        let omega = 2.0 * PI * f;
+        let foundation = track.stiffness(omega, 1);
+        (bar.finite_along(omega, foundation, ends) / bar.infinite_along(omega, foundation) - 1.0).norm()
+    };
+    let mut frequencies = std::iter::successors(Some(HIGHEST), |f| Some(f / NEXT)).take_while(|f| *f > 1.0);
+    frequencies.by_ref().take_while(|f| off(*f) <= ENDLESS).last()
 }
 
 /// An error that says how long a rail has to be if it is too short for the frequency `lowest`, Hz.
@@ -220,15 +269,16 @@ mod tests {
     fn found(track: &job::Track, period: f64, lowest: f64) -> (f64, Result<()>) {
         let beams = [0, 2].map(|direction| (direction, Rail60E1::beam(STEEL, direction == 2, track.loss_factor)));
         let laid = laid(track, 60.2);
-        let ends = Ends { period, length: track.ends.length, damping: track.ends.damping };
+        let ends = ends(track, period, beams[0].1.speed()).unwrap();
         (off(&beams, &laid, &ends, lowest), long_enough(&beams, &laid, ends, lowest))
     }
 
     #[test]
     fn a_rail_that_is_too_short_is_told_how_long_it_has_to_be() {
         let usual = job::Track::default();
+        let usual_ends = usual.ends;
         assert!(found(&usual, 14.0, 300.0).1.is_ok());
-        let short = job::Track { ends: job::Ends { length: 2.0, damping: 6000.0 }, ..usual };
+        let short = job::Track { ends: job::Ends { length: 2.0, ..usual_ends }, ..usual };
         let (off, error) = found(&short, 5.0, 300.0);
         let message = error.unwrap_err().to_string();
         assert!(off > OFF && message.contains("expected"), "{off} {message}");
@@ -237,7 +287,22 @@ mod tests {
             let rest = &message[message.find(before).unwrap() + before.len()..];
             rest[..rest.find(" m").unwrap()].parse().unwrap()
         };
-        let long = job::Track { ends: job::Ends { length: number("track.ends.length "), damping: 6000.0 }, ..short };
+        let long = job::Track { ends: job::Ends { length: number("track.ends.length "), ..usual_ends }, ..short };
         assert!(found(&long, number("expected "), 300.0).0 <= OFF, "{message}");
+    }
+    /// What goes along the rail is much longer: what ends do to it is told.
+    #[test]
+    fn longer_rails_are_endless_from_lower_on() {
+        let usual = job::Track::default();
+        let beam = Rail60E1::beam(STEEL, false, usual.loss_factor);
+        let laid = laid(&usual, 60.2);
+        let from =
+            |period: f64, track: &job::Track| endless_along(&beam, &laid, &ends(track, period, beam.speed()).unwrap());
+        let [short, long] = [14.0, 42.0].map(|period| from(period, &usual).unwrap());
+        assert!((250.0..300.0).contains(&short) && long < 0.85 * short, "{short} {long}");
+        let reflecting = job::Track { ends: job::Ends { longitudinal: 0.5, ..usual.ends }, ..usual.clone() };
+        assert_eq!(from(14.0, &reflecting), None);
+        let slow = job::Track { ends: job::Ends { longitudinal: 0.0, ..usual.ends }, ..usual };
+        assert_eq!(from(14.0, &slow), None);
     }
 }

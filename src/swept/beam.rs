@@ -74,6 +74,7 @@ impl Beam {
         let At { bend, shear, carried, turned, .. } = self.at(omega, foundation);
         let path = Path::Line(ends.period);
         let size = last + 1;
+        let turning = |i: usize, j: usize| if ends.along > 0.0 { 0.0 } else { ends.sines(i, j) };
         // Displacement with cos kx, rotation with sin kx.
         let matrix = Mat::from_fn(2 * size, 2 * size, |row, column| {
             let (i, j) = (row % size, column % size);
@@ -83,7 +84,8 @@ impl Beam {
             match (row < size, column < size) {
                 (true, true) => here(shear * k * k + carried) + slow(self.density * self.area, ends.cosines(i, j)),
                 (false, false) if i == 0 || j == 0 => Complex::new(if i == j { 1.0 } else { 0.0 }, 0.0),
-                (false, false) => here(bend * k * k + turned) + slow(self.density * self.inertia, ends.sines(i, j)),
+                // It turns by motions along the rail.
+                (false, false) => here(bend * k * k + turned) + slow(self.density * self.inertia, turning(i, j)),
                 _ => here(shear * k),
             }
         });
@@ -92,6 +94,32 @@ impl Beam {
         // Shorter waves move by shear alone: the sum of 2/(L GAκ k²) over the rest.
         let rest = ends.period / (2.0 * PI * PI * shear * (last as f64 + 0.5));
         (0..size).map(|j| moved[(j, 0)]).sum::<C64>() + rest
+    }
+
+    /// Velocity of long waves of compression along it, √(E/ρ), m/s.
+    pub fn speed(&self) -> f64 {
+        (self.young / self.density).sqrt()
+    }
+
+    /// What its resistance to a wave of compression along it is at an angular frequency, EAq, N/m, and q, 1/m, of e^{−qx}.
+    fn compressed(&self, omega: f64, foundation: C64) -> (C64, C64) {
+        let stiffness = self.young * self.area * Complex::new(1.0, self.loss);
+        let q = ((foundation - self.density * self.area * omega * omega) / stiffness).sqrt();
+        (stiffness * q, q)
+    }
+
+    /// Point receptance along the infinite bar, m/N, e^{+iωt}, on a foundation of the complex stiffness `foundation`, N/m².
+    pub fn infinite_along(&self, omega: f64, foundation: C64) -> C64 {
+        0.5 / self.compressed(omega, foundation).0
+    }
+
+    /// The same in the middle of the period of `ends` that have dashpots.
+    pub fn finite_along(&self, omega: f64, foundation: C64, ends: &Ends) -> C64 {
+        let (resistance, q) = self.compressed(omega, foundation);
+        let dashpot = C64::I * omega * self.density * self.area * ends.along;
+        // There and back, the end sends back this part of a wave.
+        let back = (resistance - dashpot) / (resistance + dashpot) * (-q * ends.period).exp();
+        0.5 / resistance * (1.0 + back) / (1.0 - back)
     }
 }
 
@@ -151,8 +179,10 @@ mod tests {
             let omega = 2.0 * PI * f;
             let foundation = Complex::new(200e6, 40e6);
             let wanted = RAIL.infinite(omega, foundation);
-            let (with, without) =
-                (Ends { period: 14.0, length: 5.0, damping: 6000.0 }, Ends { period: 40.0, length: 5.0, damping: 0.0 });
+            let (with, without) = (
+                Ends { period: 14.0, length: 5.0, damping: 6000.0, along: 0.0 },
+                Ends { period: 40.0, length: 5.0, damping: 0.0, along: 0.0 },
+            );
             let orders = |period: f64| (period * 8.0) as usize;
             for (worst, ends) in worst.iter_mut().zip([with, without]) {
                 let found = RAIL.finite(omega, foundation, &ends, orders(ends.period));

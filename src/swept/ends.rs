@@ -1,4 +1,5 @@
-//! Ends of a rail that absorb: damping by the mass that grows from nothing, so that what runs away from the contact does not come back.
+//! Ends of a rail that absorb, so that what runs away from the contact does not come back: for what moves across the rail damping by the mass that
+//! grows from nothing, for what runs along it in compression, of waves much longer than any end, dashpots where the period closes.
 
 use std::f64::consts::PI;
 
@@ -12,6 +13,8 @@ pub struct Ends {
     pub length: f64,
     /// α_max, 1/s.
     pub damping: f64,
+    /// Velocity c of dashpots ρc, N·s/m³, at x = ±L/2, which take up motions along the rail; 0: the damping by the mass is for them, too. m/s.
+    pub along: f64,
 }
 
 impl Ends {
@@ -32,6 +35,16 @@ impl Ends {
         0.5 * (self.wave(i.abs_diff(j)) + self.wave(i + j))
     }
 
+    /// What the dashpots at both sides of the closing of the period do to motions along the rail with cos k_i x and cos k_j x, m/s. Those with sin kx
+    /// rest there.
+    pub fn closing(&self, i: usize, j: usize) -> f64 {
+        if (i + j).is_multiple_of(2) {
+            2.0 * self.along
+        } else {
+            -2.0 * self.along
+        }
+    }
+
     /// ∫α sin k_i x sin k_j x dx, m/s.
     pub fn sines(&self, i: usize, j: usize) -> f64 {
         0.5 * (self.wave(i.abs_diff(j)) - self.wave(i + j))
@@ -44,7 +57,7 @@ mod tests {
 
     #[test]
     fn the_integrals_are_those_of_summation() {
-        let ends = Ends { period: 14.0, length: 5.0, damping: 6000.0 };
+        let ends = Ends { period: 14.0, length: 5.0, damping: 6000.0, along: 0.0 };
         let steps = 200_000;
         let dx = ends.period / steps as f64;
         let sum = |f: &dyn Fn(f64) -> f64| -> f64 {

@@ -152,7 +152,13 @@ pub fn damping(forms: &Forms, waves: &[Wave], list: &[Member], given: &Damping) 
                 c[(i, j)] += across[at] * if cos { ends.cosines(m, n) } else { ends.sines(m, n) };
             }
             if (sign == 0.0) == (turn == 0.0) {
-                c[(i, j)] += along[at] * if sign == 0.0 { ends.sines(m, n) } else { sign * turn * ends.cosines(m, n) };
+                let ends = match (ends.along > 0.0, sign == 0.0) {
+                    (true, true) => 0.0,
+                    (true, false) => ends.closing(m, n),
+                    (false, true) => ends.sines(m, n),
+                    (false, false) => ends.cosines(m, n),
+                };
+                c[(i, j)] += along[at] * if sign == 0.0 { ends } else { sign * turn * ends };
             }
         }
     }

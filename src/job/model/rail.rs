@@ -118,7 +118,8 @@ pub struct Sleeper {
     pub ballast: Layer,
 }
 
-/// Damping by the mass at either end of the rail, which grows with the square of the distance from where it begins, so that waves do not come back.
+/// What keeps waves from coming back at either end of the rail: damping by the mass that grows with the square of the distance from where it begins, and
+/// dashpots for the long waves along the rail.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ends {
@@ -130,6 +131,11 @@ pub struct Ends {
     #[serde(default = "end_damping")]
     #[schemars(range(min = 0.0), extend("unit" = "1/s"))]
     pub damping: f64,
+    /// Dashpots at either end for what runs along the rail in compression, over the density times √(E/ρ), which take up all of a long wave that no track
+    /// slows; the damping by the mass is then only for what moves across. 0: it is for all motions.
+    #[serde(default = "end_longitudinal")]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub longitudinal: f64,
 }
 
 impl Default for Layer {
@@ -140,7 +146,7 @@ impl Default for Layer {
 
 impl Default for Ends {
     fn default() -> Self {
-        Self { length: end_length(), damping: end_damping() }
+        Self { length: end_length(), damping: end_damping(), longitudinal: end_longitudinal() }
     }
 }
 
@@ -209,4 +215,9 @@ fn end_length() -> f64 {
 
 fn end_damping() -> f64 {
     6000.0
+}
+
+/// What resists best of waves of compression on pads of 67 MN/m², which slow them, from 200 Hz on.
+fn end_longitudinal() -> f64 {
+    0.9
 }

@@ -76,7 +76,7 @@ fn even(track: &Track, period: f64, limit: f64) -> Even {
     for (i, w) in waves.iter().enumerate() {
         list.extend((0..w.omega.len()).flat_map(|k| (0..Seen::families(w.order)).map(move |f| (i, k, f))));
     }
-    let ends = Some(Ends { period, length: 5.0, damping: 6000.0 });
+    let ends = Some(Ends { period, length: 5.0, damping: 6000.0, along: 0.0 });
     let damping = waves::damping(&forms, &waves, &list, &waves::Damping { loss: 0.02, ends });
     let focus = Focus { size: 2.5e-3, reach: 7.5e-3, corner: 0.015, largest: 0.015 };
     let loaded = Forms::along(rail.section(focus).unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();

@@ -137,7 +137,7 @@ pub(super) fn receptance(
 }
 
 /// A of the rail with the contact at y, m, on circles of the loads, with the mesh and the period of the arguments.
-fn at_contact(y: f64, radii: &[f64], parts: f64, period: f64, singles: Option<usize>) -> Vec<Square> {
+pub(super) fn at_contact(y: f64, radii: &[f64], parts: f64, period: f64, singles: Option<usize>) -> Vec<Square> {
     let rail = Rail60E1::new(y).unwrap();
     let focus = Focus { size: radii[0] / parts, reach: 1.5 * radii[0], corner: 0.03 / parts, largest: 0.03 / parts };
     let section = rail.section(focus).unwrap();
@@ -196,30 +196,49 @@ fn the_contact_on_the_rail_yields_as_it_must() {
     assert!(across < 1e-12 && along.abs() < 1e-12, "length: {along:e} {across:e}");
 }
 
+/// The rail on pads of the length `period`, m, by its modes up to `limit`, Hz.
+pub(super) struct OnPads {
+    forms: Forms,
+    pub waves: Vec<Wave>,
+    pub list: Vec<waves::Member>,
+}
+
+impl OnPads {
+    pub(super) fn new(period: f64, limit: f64, patch: Patch) -> Self {
+        let radius = period / (2.0 * PI);
+        let rail = Rail60E1::new(0.0).unwrap();
+        let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
+        let of = |n| {
+            let modes = of_order(&forms, n, 2.0 * PI * limit)?;
+            Ok(Wave::of(&forms, modes, Some((&LineLoad::new(&forms, patch, n, radius), patch))))
+        };
+        let size = |w: &Wave| w.omega.len();
+        let waves: Vec<Wave> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();
+        let mut list = Vec::new();
+        for (i, w) in waves.iter().enumerate() {
+            list.extend((0..size(w)).flat_map(|k| (0..Seen::families(w.order)).map(move |f| (i, k, f))));
+        }
+        Self { forms, waves, list }
+    }
+
+    /// ΦᵀCΦ with the loss factor 0.02.
+    pub(super) fn damped(&self, ends: Option<Ends>) -> Mat<f64> {
+        waves::damping(&self.forms, &self.waves, &self.list, &waves::Damping { loss: 0.02, ends })
+    }
+}
+
 /// The rail on pads against the infinite beam, vertically; up to 1.5 kHz the section is a beam. The rail is some 700 modes to 6.5 kHz; here to 3.5
 /// kHz.
 #[test]
 fn the_rail_on_pads_responds_as_a_beam() {
     let (period, patch) = (14.0, Patch { radius: 5e-3 });
-    let radius = period / (2.0 * PI);
-    let rail = Rail60E1::new(0.0).unwrap();
-    let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
-    let of = |n| {
-        let modes = of_order(&forms, n, 2.0 * PI * 3500.0)?;
-        Ok(Wave::of(&forms, modes, Some((&LineLoad::new(&forms, patch, n, radius), patch))))
-    };
-    let size = |w: &Wave| w.omega.len();
-    let waves: Vec<Wave> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();
+    let rail = OnPads::new(period, 3500.0, patch);
+    let OnPads { waves, list, .. } = &rail;
     let numbers: Vec<f64> = waves.iter().rev().flat_map(Wave::to_numbers).collect();
-    assert_eq!(Wave::from_numbers(&numbers).unwrap(), waves);
+    assert_eq!(&Wave::from_numbers(&numbers).unwrap(), waves);
     assert!(Wave::from_numbers(&numbers[1..]).is_err());
-    let mut list = Vec::new();
-    for (i, w) in waves.iter().enumerate() {
-        list.extend((0..size(w)).flat_map(|k| (0..Seen::families(w.order)).map(move |f| (i, k, f))));
-    }
-    let damped = |ends: Option<Ends>| waves::damping(&forms, &waves, &list, &waves::Damping { loss: 0.02, ends });
-    let ends = Ends { period, length: 5.0, damping: 6000.0 };
-    let (plain, whole) = (damped(None), damped(Some(ends)));
+    let ends = Ends { period, length: 5.0, damping: 6000.0, along: 0.0 };
+    let (plain, whole) = (rail.damped(None), rail.damped(Some(ends)));
     // Damping takes energy from every motion.
     assert!((&whole - whole.transpose()).norm_max() < 1e-9 * whole.norm_max());
     let smallest = whole.self_adjoint_eigenvalues(faer::Side::Lower).unwrap()[0];
@@ -233,7 +252,7 @@ fn the_rail_on_pads_responds_as_a_beam() {
     let mut off = [0.0_f64; 2];
     for f in [100.0, 200.0, 300.0, 400.0, 500.0, 700.0, 1000.0, 1500.0] {
         let wanted = beam.infinite(2.0 * PI * f, pads().stiffness(2.0 * PI * f, 0));
-        let found = [&whole, &plain].map(|c| receptance(&waves, &list, c, &a, f)[2][2] / wanted);
+        let found = [&whole, &plain].map(|c| receptance(waves, list, c, &a, f)[2][2] / wanted);
         assert!((found[0].norm() - 1.0).abs() < 0.04, "{f} Hz: {}", found[0]);
         assert!(found[0].arg().abs().to_degrees() < 5.0, "{f} Hz: {} degrees", found[0].arg().to_degrees());
         off = [0, 1].map(|k| off[k].max((found[k] - 1.0).norm()));
