@@ -1,6 +1,7 @@
 //! The full analysis of a job: from the reduced spectrum to the full one, compared.
 
 use super::run::Run;
+use crate::body::rigid_motions::in_springs;
 use crate::body::{FullSystem, ModeName};
 use crate::case::bodies::{self, Bodies};
 use crate::contact::LinearContact;
@@ -120,7 +121,9 @@ fn by_shifts(
         let names = spin.as_ref().map(|s| ModeName::of_orders(&s.modal.diameters())).unwrap_or_default();
         let modal = match (&body.damping.modal, modes.get(place.body)) {
             (Some(_), Some(modes)) => {
-                model::damping(&body.damping, (&modes.omega, &names), &format!("bodies.{name}.damping"))?
+                let lossy = systems[place.body].lossy();
+                let springs = lossy.map(|k| in_springs(world, k, &modes.vectors)).unwrap_or_default();
+                model::damping(&body.damping, (&modes.omega, &names), &springs, &format!("bodies.{name}.damping"))?
             }
             (Some(_), None) => return Err(Error::Defect(format!("no modes of the body {name} to damp"))),
             (None, _) => Vec::new(),

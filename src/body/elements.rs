@@ -186,10 +186,12 @@ impl Body for Elements<'_> {
             rigid_motions::products(world, &found.vectors, &images)
         });
         let damping = damping.filter(|_| world.is_root());
+        let springs = self.fe.effect.lossy.as_ref().map(|k| rigid_motions::in_springs(world, k, &found.vectors));
+        let springs = springs.unwrap_or_default();
         self.shapes = Some(found);
         let orders = rotation.as_ref().map(ModalRotation::diameters).unwrap_or_default();
         let names = ModeName::of_orders(&orders);
-        Ok(TraceModes { omega, residual, rows, damping, reach, rotation, names })
+        Ok(TraceModes { omega, residual, rows, damping, springs, reach, rotation, names })
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
@@ -233,6 +235,10 @@ impl FullSystem for Elements<'_> {
 
     fn damping(&self) -> Option<&DistCsr> {
         FullSystem::damping(&self.fe)
+    }
+
+    fn lossy(&self) -> Option<&DistCsr> {
+        FullSystem::lossy(&self.fe)
     }
 
     fn trace(&self) -> &Trace {

@@ -244,6 +244,10 @@ impl FullSystem for FeBody {
         self.effect.damping.as_ref()
     }
 
+    fn lossy(&self) -> Option<&DistCsr> {
+        self.effect.lossy.as_ref()
+    }
+
     fn trace(&self) -> &Trace {
         &self.trace
     }

@@ -95,6 +95,8 @@ pub struct TraceModes {
     pub rows: Option<Mat<f64>>,
     /// ΦᵀCΦ of a body that brings its own damping matrix, 1/s, `[m, m]`; on rank 0.
     pub damping: Option<Mat<f64>>,
+    /// φᵀKφ of each mode in springs that have a loss factor of their own, 1/s², `[m]`; empty where there are none. On every rank.
+    pub springs: Vec<f64>,
     /// Angular frequency up to which all modes are known, rad/s; infinite where these are all there are.
     pub reach: f64,
     /// What rotation of the body adds, where it was asked for; on every rank.
@@ -306,6 +308,11 @@ pub trait FullSystem {
 
     /// Damping C of its own, N·s/m.
     fn damping(&self) -> Option<&DistCsr> {
+        None
+    }
+
+    /// Stiffness of the springs in it that have a loss factor of their own, N/m.
+    fn lossy(&self) -> Option<&DistCsr> {
         None
     }
 

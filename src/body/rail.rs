@@ -334,7 +334,7 @@ impl Body for Rail<'_> {
         let names = list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect();
         self.keep(known, (extent, all, keep), damping.clone());
         let rows = root.then_some(rows);
-        Ok(TraceModes { residual, rows, damping, reach, omega, rotation: None, names })
+        Ok(TraceModes { residual, rows, damping, reach, omega, names, ..TraceModes::default() })
     }
 
     fn found(&self) -> Option<Elsewhere> {

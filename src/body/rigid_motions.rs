@@ -165,6 +165,13 @@ pub(super) fn products(world: &World, a: &[Vec<f64>], b: &[Vec<f64>]) -> Mat<f64
     Mat::from_fn(a.len(), b.len(), |i, j| all[i + a.len() * j])
 }
 
+/// Collective: φᵀKφ of each of the vectors in springs, `[vectors]`, on every rank.
+pub(crate) fn in_springs(world: &World, springs: &DistCsr, vectors: &[Vec<f64>]) -> Vec<f64> {
+    let dot = |(x, y): (&Vec<f64>, &Vec<f64>)| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+    let own: Vec<f64> = vectors.iter().zip(&images(world, springs, vectors)).map(dot).collect();
+    world.sum_all(&own)
+}
+
 /// Collective: makes vectors orthonormal in the mass, twice for what rounding left the first time.
 fn orthonormalise(world: &World, mass: &DistCsr, vectors: &mut [Vec<f64>]) -> Result<()> {
     for _ in 0..2 {

@@ -44,6 +44,8 @@ pub struct Effect {
     pub damping: Option<DistCsr>,
     /// Stiffness of each support with springs, N/m: a static load may rest on them.
     pub springs: Vec<DistCsr>,
+    /// That of the springs which have a loss factor of their own, N/m, if there are any.
+    pub lossy: Option<DistCsr>,
     /// What was made, a line each.
     pub lines: Vec<String>,
 }
@@ -78,6 +80,10 @@ impl Supported<'_> {
             if any(support.springs()) {
                 let springs = form(support.springs());
                 operators.stiffness = Rc::new(operators.stiffness.minus_scaled(-1.0, &springs));
+                if support.loss_factor.is_some() {
+                    let sum = effect.lossy.as_ref().map(|others| others.minus_scaled(-1.0, &springs));
+                    effect.lossy = Some(sum.unwrap_or_else(|| springs.clone()));
+                }
                 effect.springs.push(springs);
             }
             if any(support.dashpots()) {
@@ -95,8 +101,14 @@ impl Supported<'_> {
                 let (place, normal, apart) = surface.plane(world);
                 refuse_curved(&key, "absorbing", apart)?;
                 let (density, depth, rate) = (self.material.density, absorbing.depth, absorbing.rate);
-                let form = Absorbing { density, place, normal, depth, rate };
+                let along = absorbing.longitudinal.unwrap_or(0.0);
+                let form = Absorbing { density, place, normal, depth, rate, across: along > 0.0 };
                 damping.push(Assembly::new(world, self.part, self.dofs)?.assemble(&form));
+                if along > 0.0 {
+                    // A long wave along a bar meets ρ√(E/ρ) for each square metre of its section.
+                    let dashpots = along * (density * self.material.young).sqrt();
+                    damping.push(surface.assemble(self.dofs, &Foundation { axes: [0.0; 3], normal: dashpots }));
+                }
             }
             effect.lines.push(format!("support on \"{}\", {area:.6e} m²", support.group));
         }
@@ -104,6 +116,7 @@ impl Supported<'_> {
         effect.held.dedup();
         Rc::make_mut(&mut operators.stiffness).hold(world.rank, &effect.held, 1.0);
         operators.mass.hold(world.rank, &effect.held, MASS_LEFT);
+        effect.lossy.iter_mut().for_each(|springs| springs.hold(world.rank, &effect.held, 0.0));
         let sum = damping.into_iter().reduce(|a, b| a.minus_scaled(-1.0, &b));
         effect.damping = sum.map(|mut c| {
             c.hold(world.rank, &effect.held, 0.0);

@@ -347,6 +347,7 @@ impl Body for Swept<'_> {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
             rows: self.world.is_root().then_some(rows),
             damping: None,
+            springs: Vec::new(),
             reach: match extent {
                 Extent::MaxFrequency(f) => 2.0 * PI * f,
                 Extent::Count(_) => list.last().map_or(0.0, Member::omega),

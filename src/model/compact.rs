@@ -1,6 +1,6 @@
 //! The model of a sweep on bodies that the contact sees by few numbers: every rank makes it by itself.
 
-use super::{adapt, ModalPair, SharedModel};
+use super::{adapt, ModalPair, Own, SharedModel};
 use crate::body::hybrid::{add_functions, expansion, Compact, Square, LOADS};
 use crate::body::{Convolution, ModalMatrix, Side, TraceModes};
 use crate::grid::Interface;
@@ -20,9 +20,8 @@ impl SharedModel {
         parts: [(&TraceModes, &Compact); 2],
     ) -> Result<Self> {
         let own = parts.map(|(modes, _)| {
-            let mine = modes.damping.clone().map(ModalMatrix::from);
-            let matrix = ModalMatrix::broadcast(world, mine.as_ref());
-            (matrix.order() > 0).then_some(matrix)
+            let matrix = modes.damping.clone().map(ModalMatrix::from);
+            Own::broadcast(world, Some(&Own { matrix, springs: modes.springs.clone() }))
         });
         let rotation = parts.map(|(modes, _)| modes.rotation.clone());
         let [(lower, of_lower), (upper, of_upper)] = parts;

@@ -17,7 +17,7 @@ use faer::Mat;
 pub use crate::body::convolution::Product;
 pub use crate::body::rotation::{ModalRotation, Turning};
 pub use crate::body::{Convolution, ModalMatrix, ModeName, TraceModes};
-pub use damping::damping;
+pub use damping::{damping, Own};
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
 use rotating::Dynamics;
@@ -34,8 +34,8 @@ pub struct ReducedModel {
     pub place: [usize; 2],
     /// Both bodies together: W, its residual, the modes.
     pub pair: ModalPair,
-    /// ΦᵀCΦ of the lower and of the upper body's own damping matrix, 1/s, where they have one.
-    pub own: [Option<ModalMatrix>; 2],
+    /// What the lower and the upper body bring of damping by themselves.
+    pub own: [Own; 2],
     /// What rotation adds to the lower and to the upper body, where they were made for it.
     pub rotation: [Option<ModalRotation>; 2],
     /// The compliances of `bodies` at rest, where these rotate, m/N, `[3n, 3n]`.
@@ -70,14 +70,14 @@ impl ReducedModel {
         let twice = place[0] == place[1] && !alike;
         let mut parts: Vec<Option<AtContact>> = parts.into_iter().map(Some).collect();
         let (mut bodies, mut at_rest) = (Vec::new(), Vec::new());
-        let (mut own, mut rotation) = ([None, None], [None, None]);
+        let (mut own, mut rotation) = ([Own::default(), Own::default()], [None, None]);
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
             let AtContact { modes, compliance } = part.ok_or_else(missing)?;
-            own[side.index()] = modes.damping.map(ModalMatrix::from);
+            own[side.index()] = Own { matrix: modes.damping.map(ModalMatrix::from), springs: modes.springs };
             let names = modes.names;
-            let damping = damping_of(job, side, (&modes.omega, &names), own[side.index()].as_ref())?;
+            let damping = damping_of(job, side, (&modes.omega, &names), &own[side.index()])?;
             let rows = modes.rows.ok_or_else(missing)?;
             let body =
                 ReducedBody { reach: modes.reach, names, ..ReducedBody::new(modes.omega, damping, rows, compliance) };
@@ -121,7 +121,7 @@ impl ReducedModel {
         };
         let pair = ModalPair::new(lower, upper)?;
         let at_rest = vec![None; bodies.len()];
-        Ok(Self { interface, bodies, place, pair, own: [None, None], rotation: [None, None], at_rest })
+        Ok(Self { interface, bodies, place, pair, own: Default::default(), rotation: [None, None], at_rest })
     }
 
     /// Both bodies with the damping and the rotation of another `job` on them.
@@ -140,16 +140,11 @@ fn given(job: &Job) -> [Option<&job::Body>; 2] {
 }
 
 /// Damping of modes with the angular frequencies `omega`, rad/s, and the names, where they are known, of the body on a side of `job`: by the coefficients
-/// that the job gives, beside that of its `own` matrix, which a body by matrices, a rail and supports bring; none of a body that the job does not give.
-fn damping_of(
-    job: &Job,
-    side: Side,
-    (omega, names): (&[f64], &[ModeName]),
-    own: Option<&ModalMatrix>,
-) -> Result<ModalMatrix> {
+/// that the job gives, beside its `own`, which a body by matrices, a rail and supports bring; none of a body that the job does not give.
+fn damping_of(job: &Job, side: Side, (omega, names): (&[f64], &[ModeName]), own: &Own) -> Result<ModalMatrix> {
     let Some(body) = given(job)[side.index()] else { return Ok(vec![0.0; omega.len()].into()) };
-    let modal = damping(&body.damping, (omega, names), &format!("bodies.{}.damping", side.name()))?;
-    Ok(match own {
+    let modal = damping(&body.damping, (omega, names), &own.springs, &format!("bodies.{}.damping", side.name()))?;
+    Ok(match &own.matrix {
         Some(own) => own.scaled(body.damping_factor()).with_diagonal(&modal),
         None => modal.into(),
     })
@@ -161,7 +156,7 @@ pub struct SharedModel {
     /// The grid or the points, with the gap.
     pub interface: Interface,
     pair: ModalPair,
-    own: [Option<ModalMatrix>; 2],
+    own: [Own; 2],
     rotation: [Option<ModalRotation>; 2],
 }
 
@@ -169,10 +164,7 @@ impl SharedModel {
     /// Collective: the model of rank 0 on every rank.
     pub fn broadcast(world: &World, root: Option<&ReducedModel>) -> Result<Self> {
         let interface = shared(world, root.map(|m| &m.interface))?;
-        let own = [0, 1].map(|place| {
-            let matrix = ModalMatrix::broadcast(world, root.and_then(|m| m.own[place].as_ref()));
-            (matrix.order() > 0).then_some(matrix)
-        });
+        let own = [0, 1].map(|place| Own::broadcast(world, root.map(|m| &m.own[place])));
         let rotation = [0, 1].map(|place| {
             let of = |f: fn(&ModalRotation) -> &Mat<f64>| {
                 broadcast(world, root.and_then(|m| m.rotation[place].as_ref()).map(f))
@@ -196,15 +188,10 @@ impl SharedModel {
 }
 
 /// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them. Whether W is another one then.
-fn adapt(
-    pair: &mut ModalPair,
-    job: &Job,
-    own: &[Option<ModalMatrix>; 2],
-    rotation: &[Option<ModalRotation>; 2],
-) -> Result<bool> {
+fn adapt(pair: &mut ModalPair, job: &Job, own: &[Own; 2], rotation: &[Option<ModalRotation>; 2]) -> Result<bool> {
     let (lower, upper) = pair.omega.split_at(pair.lower_modes);
     let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
-        let damping = damping_of(job, side, (omega, &pair.names[side.index()]), own[side.index()].as_ref())?;
+        let damping = damping_of(job, side, (omega, &pair.names[side.index()]), &own[side.index()])?;
         let rotation = rotation[side.index()].as_ref().map(|r| (r, job.angular_velocity(side.name())));
         Ok(Dynamics::new(omega, damping, rotation))
     });

@@ -54,12 +54,13 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         shared.push(("distributed meshes", unique.iter().map(mesh_bytes).sum()));
         let matrices = |b: &BodySize| b.dofs as f64 * 3.0 * b.neighbours * MATRICES;
         shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
-        let absorbs = |name: &str| {
+        // Entries of a row for each neighbour: motions along the normal apart from those across couple all components.
+        let absorbs = |name: &str| -> f64 {
             let found = job.bodies().into_iter().find(|(n, _)| *n == name);
-            found.is_some_and(|(_, b)| b.supports.iter().any(|s| s.absorbing.is_some()))
+            let ends = found.map_or(&[][..], |(_, b)| &b.supports[..]).iter().filter_map(|s| s.absorbing);
+            ends.map(|a| if a.longitudinal.unwrap_or(0.0) > 0.0 { 3.0 } else { 1.0 }).fold(0.0, f64::max)
         };
-        let damping: f64 =
-            unique.iter().filter(|b| absorbs(b.name)).map(|b| b.dofs as f64 * b.neighbours * ENTRY).sum();
+        let damping: f64 = unique.iter().map(|b| absorbs(b.name) * b.dofs as f64 * b.neighbours * ENTRY).sum();
         if damping > 0.0 {
             shared.push(("damping matrices", damping));
         }

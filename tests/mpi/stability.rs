@@ -487,7 +487,7 @@ pub fn bodies_on_dashpots(world: &World) {
     };
     let absorbing = Support {
         group: "foot".into(),
-        absorbing: Some(railsqueal::job::Absorbing { depth: 0.08, rate: 4e3 }),
+        absorbing: Some(railsqueal::job::Absorbing { depth: 0.08, rate: 4e3, longitudinal: Some(0.7) }),
         ..Support::default()
     };
     let bodies = [

@@ -109,7 +109,7 @@ pub struct Dampings {
     pub normal: f64,
 }
 
-/// Damping by the mass that grows towards a plane group with the square of the depth already passed.
+/// Damping by the mass that grows towards a plane group with the square of the depth already passed, and dashpots on the group for long waves along a bar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Absorbing {
@@ -119,6 +119,11 @@ pub struct Absorbing {
     /// The largest damping, at the group, 1/s.
     #[schemars(range(min = 0.0), extend("unit" = "1/s"))]
     pub rate: f64,
+    /// Dashpots on the group along its normal for what runs along a bar in compression, over the density times √(E/ρ), which take up all of a long wave;
+    /// the damping by the mass is then only for what moves across. Without them it is for all motions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub longitudinal: Option<f64>,
 }
 
 impl Stiffnesses {

@@ -41,7 +41,8 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
             residual: &origin.residual[i],
             rows: &body.contact_modes,
             names: &body.names,
-            damping: model.own[i].as_ref().map(|own| own.full()),
+            damping: model.own[i].matrix.as_ref().map(|own| own.full()),
+            springs: &model.own[i].springs,
             rotation: model.rotation[i].as_ref(),
         };
         tables.extend(known.tables(name));
@@ -61,9 +62,9 @@ pub fn tables_of_modes(job: &Job, alike: bool, modes: &[TraceModes]) -> Result<V
     for (name, found) in ["lower", "upper"].into_iter().zip(modes) {
         let rows =
             found.rows.as_ref().ok_or_else(|| Error::Defect("modes are kept without the contact's rows".into()))?;
-        let TraceModes { omega, residual, names, damping, rotation, reach, .. } = found;
+        let TraceModes { omega, residual, names, damping, springs, rotation, reach, .. } = found;
         let (damping, rotation) = (damping.clone(), rotation.as_ref());
-        tables.extend(Known { omega, residual, names, damping, rotation, reach: *reach, rows }.tables(name));
+        tables.extend(Known { omega, residual, names, damping, springs, rotation, reach: *reach, rows }.tables(name));
     }
     Ok(tables.into_iter().map(Table::summed).collect())
 }
@@ -93,6 +94,7 @@ struct Known<'a> {
     rows: &'a Mat<f64>,
     names: &'a [ModeName],
     damping: Option<Mat<f64>>,
+    springs: &'a [f64],
     rotation: Option<&'a ModalRotation>,
 }
 
@@ -117,6 +119,10 @@ impl Known<'_> {
             tables.push(Table::list(&path("order"), "1", text, orders));
             let families: Vec<String> = self.names.iter().map(|n| n.family.clone()).collect();
             tables.push(Table::list(&path("family"), "-", "What of each mode moves most.", families));
+        }
+        if !self.springs.is_empty() {
+            let text = "What each mode stores in springs that have a loss factor of their own, twice, over the square of its amplitude.";
+            tables.push(Table::list(&path("springs"), "1/s^2", text, self.springs.to_vec()));
         }
         let mut modal = |what: &str, units: &str, text: &str, matrix: &Mat<f64>| {
             tables.push(Table::new(&path(what), units, text, &[count, count], by_rows(matrix)));
@@ -240,8 +246,24 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
             true => Some(square(&path("damping"), omega.len())?),
             false => None,
         };
+        let springs = match reader.has(&path("springs")) {
+            true => {
+                let springs = line(&path("springs"))?;
+                if springs.len() != omega.len() {
+                    let found = springs.len();
+                    return Err(Error::Input(format!(
+                        "{name}: {} has {found} values, expected {}, one a mode",
+                        path("springs"),
+                        omega.len()
+                    )));
+                }
+                springs
+            }
+            false => Vec::new(),
+        };
         let names = names(reader, &path)?;
-        modes.push(TraceModes { omega, residual, reach, rows: Some(contact_modes), damping, rotation, names });
+        let rows = Some(contact_modes);
+        modes.push(TraceModes { omega, residual, reach, rows, damping, springs, rotation, names });
     }
     let residual = |i: usize| modes[i.min(modes.len() - 1)].residual.clone();
     let origin = Origin { alike, residual: [residual(0), residual(1)] };

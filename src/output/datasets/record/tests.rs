@@ -38,7 +38,7 @@ fn model() -> ReducedModel {
         bodies,
         place: [0, 1],
         pair,
-        own: [None, None],
+        own: Default::default(),
         rotation: [None, None],
         at_rest: vec![None; 2],
     }
