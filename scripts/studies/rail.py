@@ -1,4 +1,4 @@
-"""A rail beside Timoshenko's beam in closed form: on pads that are spread evenly, and on pads that stand apart; docs/rail.md."""
+"""A rail beside Timoshenko's beam in closed form: on pads that are spread evenly, and on pads that stand apart; and what its length does to squeal; docs/rail.md."""
 
 import json
 
@@ -104,6 +104,21 @@ def bays(own):
     put(PAGE, "rail-on-supports", table(["vertical, 28.8 m, modes up to 3.5 kHz", *(f"{f} Hz" for f in hertz)], rows))
 
 
+def lengths():
+    """Growth rates of wheel-on-rail.json on rails of other lengths, with dashpots at their ends and without."""
+    rows = []
+    for name, longitudinal in (("dashpots", 0.9), ("damping by the mass alone", 0.0)):
+        for length in (14, 21, 28, 42):
+            sets = {"bodies.lower.mesh.extruded.length": length, "bodies.lower.track.ends.longitudinal": longitudinal}
+            tables, _ = run("wheel-on-rail.json", sets | {"analyses.modes.max_frequency": 2500, "output.fields": "false"}, groups=("stability",))
+            found = sorted(zip(tables["stability/frequency"], tables["stability/growth_rate"], strict=True), key=lambda pair: -pair[1])[:4]
+            by_frequency = sorted(found)
+            rows.append([name, length, *(f"{rate:.3f}" for _, rate in by_frequency)])
+            heads = [f"{at:.0f} Hz, 1/s" for at, _ in by_frequency]
+    put(PAGE, "length-of-a-rail", table(["ends", "length, m", *heads], rows))
+
+
 def compared():
     bays(even())
+    lengths()
     return {}

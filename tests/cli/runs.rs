@@ -413,6 +413,58 @@ fn modal_damping_is_that_of_the_full_system_too() {
     }
 }
 
+/// Loss factors of modes leave out what springs with a loss factor of their own store: in the reduced system, in the full one, and in a model of an earlier run.
+/// Dashpots in place of that loss factor do not.
+#[test]
+fn springs_with_their_own_loss_are_not_damped_twice() {
+    let mut job = sliding([0.03, 0.02]);
+    job["analyses"]["stability"] = json!({ "direction": "rigid", "full": { "max_frequency": 600, "count": 6 } });
+    job["output"] = json!({ "fields": false });
+    let stiffness = 4e9;
+    let springs = json!({ "x": stiffness, "y": stiffness, "z": stiffness });
+    job["bodies"]["lower"]["fixed"] = json!([]);
+    job["bodies"]["lower"]["rotation"] = json!("none");
+    job["bodies"]["lower"]["damping"] = json!({ "modal": { "by_mode": [0.05] } });
+    let lossy = json!([{ "group": "inner", "stiffness": springs, "loss_factor": 0.02, "loss_frequency": 400 }]);
+    let dashpot = 0.02 * stiffness / (2.0 * std::f64::consts::PI * 400.0);
+    let dashpots =
+        json!([{ "group": "inner", "stiffness": springs, "damping": { "x": dashpot, "y": dashpot, "z": dashpot } }]);
+    let mut first = Vec::new();
+    for supports in [lossy, dashpots] {
+        let own = supports[0].get("loss_factor").is_some();
+        job["bodies"]["lower"]["supports"] = supports;
+        if !own {
+            job["analyses"]["stability"] = json!({ "direction": "rigid" });
+        }
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "run", &[]).good();
+        let part = hdf5::File::open(folder.path("job.h5")).expect("result file").dataset("reduced/lower/springs");
+        assert_eq!(part.is_ok(), own);
+        let growth = numbers(&folder.path("job.h5"), "stability/growth_rate");
+        first.push(growth[0]);
+        if !own {
+            continue;
+        }
+        let [frequency, partner] =
+            ["frequency", "partner"].map(|n| numbers(&folder.path("job.h5"), &format!("stability/{n}")));
+        let full: Vec<usize> = (0..growth.len()).filter(|&i| partner[i] >= 0.0 && partner[i] < i as f64).collect();
+        assert!(full.len() >= 3, "{} pairs", full.len());
+        for &i in &full {
+            let j = partner[i] as usize;
+            let omega = 2.0 * std::f64::consts::PI;
+            let distance = (growth[i] - growth[j]).hypot(omega * (frequency[i] - frequency[j]));
+            println!("{} Hz: {} and {} 1/s, {distance}", frequency[i], growth[i], growth[j]);
+            assert!(distance < 5e-4 * omega * frequency[i], "{distance} 1/s apart at {} Hz", frequency[i]);
+        }
+        let args = ["--reuse", &folder.text("job.h5"), "--output", &folder.text("again.h5"), "--only", "stability"];
+        folder.call(2, "run", &[&args[..], &["--set", "analyses.stability.full=null"]].concat()).good();
+        let again = numbers(&folder.path("again.h5"), "stability/growth_rate");
+        close("growth of the earlier model", &again[..10], &growth[..10], 1e-8);
+    }
+    println!("{first:?}");
+    assert!(first[0] > first[1] + 1.0, "{first:?}");
+}
+
 /// Complex modes play in VTK, keep to the supports and the contact, and their energies add up; on the reduced and on the full system.
 #[test]
 fn complex_modes_are_motions_of_the_bodies() {

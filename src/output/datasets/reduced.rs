@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::path::Path;
 
 /// Version of the group `/reduced`; since 2 with the SHA-256 of each dataset.
-const VERSION: i64 = 2;
+const VERSION: i64 = 3;
 
 /// What the group `/reduced` holds beside the model.
 #[derive(Debug, Clone, Default)]
