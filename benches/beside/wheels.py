@@ -26,7 +26,7 @@ def made(folder, cells, size, corner):
     words = ["--lower", "--cells", cells, "--size", size, "--contact-size", size, "--corner-size", corner, "--patch", "0.02", path]
     spent([DEBIAN, ROOT / "meshes/make_wheel.py", *words])
     job = {
-        "version": 3,
+        "version": 4,
         "bodies": {"lower": {"mesh": {"file": path.name}, "material": MATERIAL, "fixed": ["inner"]}},
         "analyses": {"modes": {"count": COUNT}},
     }

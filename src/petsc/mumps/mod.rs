@@ -18,6 +18,7 @@ use crate::{Error, Result};
 use failure::SINGULAR;
 use mpi::raw::AsRaw;
 use mumps_sys::{dmumps_c, DMUMPS_STRUC_C, MUMPS_INT};
+use std::borrow::Cow;
 use std::ptr;
 
 /// What is known of a matrix before it is factorised.
@@ -246,13 +247,16 @@ impl<'w> Factor<'w> {
 
     fn factorise(&mut self, matrix: &DistCsr, name: &str) -> Result<()> {
         let (mut rows, mut cols) = self.pattern(matrix);
-        let mut values: Vec<f64> = match self.kind {
-            Symmetry::General => matrix.whole().into_owned().values,
-            _ => matrix.lower_triangle(self.world.rank).map(|(_, _, v)| v).collect(),
+        let values: Cow<[f64]> = match self.kind {
+            Symmetry::General => Cow::Owned(matrix.whole().into_owned().values),
+            // Where nothing else is stored they are there already.
+            _ if rows.len() == matrix.values.len() => Cow::Borrowed(&matrix.values),
+            _ => Cow::Owned(matrix.lower_triangle(self.world.rank).map(|(_, _, v)| v).collect()),
         };
         self.id.irn_loc = rows.as_mut_ptr();
         self.id.jcn_loc = cols.as_mut_ptr();
-        self.id.a_loc = values.as_mut_ptr();
+        // It is read alone.
+        self.id.a_loc = values.as_ptr().cast_mut();
         let mut percent = self.id.icntl[13];
         loop {
             self.call(2);
