@@ -32,6 +32,7 @@ use std::time::{Duration, Instant};
 static MEMORY: allocator::Exiting = allocator::Exiting;
 
 fn main() {
+    allocator::give_back();
     std::process::exit(start());
 }
 

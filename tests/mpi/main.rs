@@ -13,6 +13,7 @@ mod dense;
 mod distribution;
 mod elasticity;
 mod elements;
+mod freed;
 mod residual;
 mod rotation;
 mod stability;
@@ -44,6 +45,7 @@ const TESTS: &[Test] = &[
     ("distribution::no_mesh", distribution::no_mesh),
     ("residual::contact_forces_move_a_node", residual::contact_forces_move_a_node),
     ("residual::nothing_is_left_by_all_modes", residual::nothing_is_left_by_all_modes),
+    ("freed::large_blocks_go_back", freed::large_blocks_go_back),
     ("supports::a_block_on_springs", supports::a_block_on_springs),
     ("supports::a_bar_with_a_mass", supports::a_bar_with_a_mass),
     ("supports::a_rod_that_absorbs", supports::a_rod_that_absorbs),

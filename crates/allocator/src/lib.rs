@@ -64,6 +64,40 @@ unsafe impl GlobalAlloc for Counting {
 /// The system's allocator that ends the process where there is no memory; for `#[global_allocator]`.
 pub struct Exiting;
 
+/// Lets freed memory go back to the system, where the C library is glibc: large blocks one by one, others from the end of the heap. SuperLU_DIST, which
+/// Debian's PETSc brings along, forbids both for the whole process when it is loaded: a factor that is freed would stay taken. To be called once, early.
+pub fn give_back() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    glibc::give_back();
+}
+
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod glibc {
+    use std::ffi::c_int;
+
+    // Parameters of mallopt, of glibc's malloc.h.
+    const TRIM_THRESHOLD: c_int = -1;
+    const MMAP_THRESHOLD: c_int = -3;
+    const MMAP_MAX: c_int = -4;
+    /// Byte. What the steps of an eigensolver take and give back for each product is smaller, up to half a million degrees of freedom: their pages stay.
+    const LARGE: c_int = 32 << 20;
+
+    extern "C" {
+        fn mallopt(parameter: c_int, value: c_int) -> c_int;
+    }
+
+    fn set(parameter: c_int, value: c_int) {
+        // SAFETY: a parameter of malloc.h with a value in its range; it may be set at any time.
+        unsafe { mallopt(parameter, value) };
+    }
+
+    pub(super) fn give_back() {
+        set(MMAP_THRESHOLD, LARGE);
+        set(MMAP_MAX, 65_536);
+        set(TRIM_THRESHOLD, 2 * LARGE);
+    }
+}
+
 /// Runs `work`, in which an allocation may fail without ending the process (`Vec::try_reserve`).
 pub fn asking<T>(work: impl FnOnce() -> T) -> T {
     let before = ASKING.replace(true);
