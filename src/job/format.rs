@@ -134,8 +134,14 @@ mod tests {
     };
 
     fn read(sets: &[&str], format: &Format) -> crate::Result<Job> {
+        // The file is of the present one.
+        let job = String::from_utf8_lossy(SQUEAL).replacen(
+            &format!("\"version\": {FORMAT}"),
+            &format!("\"version\": {}", format.number),
+            1,
+        );
         let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-        Job::of_format(SQUEAL, Path::new("job.json"), &sets, None, format)
+        Job::of_format(job.as_bytes(), Path::new("job.json"), &sets, None, format)
     }
 
     #[test]

@@ -304,7 +304,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a number ≥ 0"]),
         ("analyses.receptance={}".into(), vec!["receptance.frequency: missing; expected a list or an object"]),
         ("version=0".into(), vec!["version: found 0, expected a whole number ≥ 1"]),
-        ("version=4".into(), vec!["version: found 4, expected 1 to 3: the job is written for a later railsqueal"]),
+        ("version=5".into(), vec!["version: found 5, expected 1 to 4: the job is written for a later railsqueal"]),
         ("solver.linear=gamg".into(), vec!["solver.linear: found \"gamg\"", "analyses.modes", "\"mumps\""]),
         ("solver.linear=lu".into(), vec!["solver.linear", "\"mumps\", \"gamg\""]),
         ("petsc_options.ksp_type={}".into(), vec!["petsc_options.ksp_type: found an object"]),
