@@ -97,7 +97,7 @@ impl Supported<'_> {
                 held.push(self.across(world, &surface, &key)?);
             }
             effect.held.extend(self.components(&support.group, &held));
-            if let Some(absorbing) = support.absorbing.filter(|a| a.rate > 0.0) {
+            if let Some(absorbing) = support.absorbing.filter(|a| a.absorbs()) {
                 let (place, normal, apart) = surface.plane(world);
                 refuse_curved(&key, "absorbing", apart)?;
                 let (density, depth, rate) = (self.material.density, absorbing.depth, absorbing.rate);

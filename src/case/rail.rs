@@ -111,7 +111,12 @@ fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<Bays> {
 /// The absorbing ends of a rail of the length `period`, m, and of a material with waves of compression of `speed`, m/s.
 fn ends(track: &job::Track, period: f64, speed: f64) -> Option<Ends> {
     let job::Ends { length, damping, longitudinal } = track.ends;
-    (length > 0.0 && damping > 0.0).then_some(Ends { period, length, damping, along: longitudinal * speed })
+    (length > 0.0 && (damping > 0.0 || longitudinal > 0.0)).then_some(Ends {
+        period,
+        length,
+        damping,
+        along: longitudinal * speed,
+    })
 }
 
 /// A rail, and what beams tell of it.

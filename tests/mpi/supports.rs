@@ -237,6 +237,9 @@ pub fn a_rod_that_absorbs(world: &World) {
     // ∫α ds = 6.5 c: 0.15 % comes back by ray theory, elements of a 20th of the wave add (kh)²/12, 0.8 %.
     assert!(worst[0] < 0.02, "{worst:?} of the endless rod's receptance");
     assert!(worst[1] > 0.5, "{worst:?} of the endless rod's receptance");
+    // Dashpots need no damping by the mass.
+    let alone = off(0.0, Some(1.0), &long);
+    assert!((alone - worst[2]).abs() < 1e-9, "{alone} by dashpots alone, {worst:?}");
     // Elements of a hundredth of the shortest of these waves are all that is missing.
     assert!(worst[2] < 1e-3, "{worst:?} of the endless rod's receptance");
     assert!(worst[3] > 0.5, "{worst:?} of the endless rod's receptance");

@@ -126,6 +126,13 @@ pub struct Absorbing {
     pub longitudinal: Option<f64>,
 }
 
+impl Absorbing {
+    /// Whether there is anything that absorbs.
+    pub fn absorbs(&self) -> bool {
+        self.rate > 0.0 || self.longitudinal.is_some_and(|l| l > 0.0)
+    }
+}
+
 impl Stiffnesses {
     /// Along x, y, z and the normal.
     pub fn all(&self) -> [f64; 4] {
@@ -163,7 +170,7 @@ impl Support {
 
     /// Whether it damps.
     pub fn damps(&self) -> bool {
-        self.dashpots().iter().any(|c| *c > 0.0) || self.absorbing.is_some_and(|a| a.rate > 0.0)
+        self.dashpots().iter().any(|c| *c > 0.0) || self.absorbing.is_some_and(|a| a.absorbs())
     }
 }
 
