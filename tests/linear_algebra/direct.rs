@@ -204,16 +204,25 @@ fn out_of_core(world: &World) {
     }
 }
 
+/// On both sides of eight columns, up to which products of the factor with them are this program's own.
 fn solve_many(world: &World) {
-    let (k, _) = brick(world, 4);
+    #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+    {
+        let wanted = std::env::var_os("RAILSQUEAL_THIN_BLAS").is_none_or(|v| v != "0");
+        let able = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
+        assert_eq!(thin_blas::serves(), Ok(wanted && able));
+    }
+    let (k, _) = brick(world, 8);
     let mut f = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "brick").unwrap();
-    let columns: Vec<Vec<f64>> = (0..7).map(|j| sample(&k, world, j as f64)).collect();
-    let mut x = columns.concat();
-    f.solve(&mut x, 7).unwrap();
-    let n = f.n_local();
-    for (j, b) in columns.iter().enumerate() {
-        let r = residual(world, &k, &x[j * n..(j + 1) * n], b);
-        assert!(r < 1e-12, "column {j}: residual {r:e}");
+    for count in [2, 7, 8, 9] {
+        let columns: Vec<Vec<f64>> = (0..count).map(|j| sample(&k, world, j as f64)).collect();
+        let mut x = columns.concat();
+        f.solve(&mut x, count).unwrap();
+        let n = f.n_local();
+        for (j, b) in columns.iter().enumerate() {
+            let r = residual(world, &k, &x[j * n..(j + 1) * n], b);
+            assert!(r < 1e-12, "column {j} of {count}: residual {r:e}");
+        }
     }
 }
 
