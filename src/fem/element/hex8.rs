@@ -2,6 +2,8 @@
 //! for stress analysis", Int. J. Numer. Meth. Engng 10 (1976) 1211–1219. It represents bending exactly on parallelepipeds
 //! and, with the Jacobian of the incompatible part taken at the centre, passes the patch test on distorted meshes.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::{inverse, strain_column, stress_of, to_space, Element, PointStress};
 use crate::fem::Material;
 use crate::mesh::quality::{determinant, jacobian};
@@ -61,17 +63,48 @@ struct Condensed {
 }
 
 fn condense(points: &[GaussPoint; 8], material: &Material) -> Condensed {
+    Arch::new().dispatch(Condense { points, material })
+}
+
+/// [`condense`] in the vector instructions of the processor at hand.
+struct Condense<'a> {
+    points: &'a [GaussPoint; 8],
+    material: &'a Material,
+}
+
+impl WithSimd for Condense<'_> {
+    type Output = Condensed;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Condensed {
+        condense_here(self.points, self.material)
+    }
+}
+
+/// Strains and amplitudes, filled up to whole vectors.
+const WIDE: usize = 36;
+const VECTOR: usize = 4;
+
+#[inline(always)]
+fn condense_here(points: &[GaussPoint; 8], material: &Material) -> Condensed {
     let (lambda, mu) = material.lame();
-    let mut k = [[0.0; 33]; 33];
+    let mut k = [[0.0; WIDE]; 33];
     for p in points {
-        let stress: [[f64; 6]; 33] = p.columns.map(|e| stress_of(e, lambda, mu));
-        for a in 0..33 {
-            for b in a..33 {
-                let mut s = 0.0;
-                for i in 0..6 {
-                    s += p.columns[a][i] * stress[b][i];
-                }
-                k[a][b] += s * p.weight;
+        // Component by component: products run over the columns.
+        let mut stress = [[0.0; WIDE]; 6];
+        for (b, e) in p.columns.iter().enumerate() {
+            let of = stress_of(*e, lambda, mu);
+            (0..6).for_each(|i| stress[i][b] = of[i] * p.weight);
+        }
+        for (a, row) in k.iter_mut().enumerate() {
+            let e = p.columns[a];
+            for b in a / VECTOR * VECTOR..WIDE {
+                row[b] += e[0] * stress[0][b]
+                    + e[1] * stress[1][b]
+                    + e[2] * stress[2][b]
+                    + e[3] * stress[3][b]
+                    + e[4] * stress[4][b]
+                    + e[5] * stress[5][b];
             }
         }
     }
@@ -82,26 +115,19 @@ fn condense(points: &[GaussPoint; 8], material: &Material) -> Condensed {
     }
     // K_uu - K_ua K_aa⁻¹ K_au by eliminating the nine amplitudes, symmetric positive definite.
     let mut recover = [[0.0; DOFS]; 9];
-    let mut work: Vec<[f64; 33]> = (24..33)
-        .map(|a| {
-            let mut row = [0.0; 33];
-            row[..9].copy_from_slice(&k[a][24..33]);
-            row[9..33].copy_from_slice(&k[a][..24]);
-            row
-        })
-        .collect();
+    let mut work: [[f64; 33]; 9] = std::array::from_fn(|a| {
+        let mut row = [0.0; 33];
+        row[..9].copy_from_slice(&k[24 + a][24..33]);
+        row[9..].copy_from_slice(&k[24 + a][..24]);
+        row
+    });
     for p in 0..9 {
         let pivot = work[p][p];
-        for v in &mut work[p] {
-            *v /= pivot;
-        }
-        for r in 0..9 {
-            if r != p {
-                let f = work[r][p];
-                for c in p..33 {
-                    work[r][c] -= f * work[p][c];
-                }
-            }
+        work[p].iter_mut().for_each(|v| *v /= pivot);
+        let row = work[p];
+        for r in (0..9).filter(|&r| r != p) {
+            let f = work[r][p];
+            (p..33).for_each(|c| work[r][c] -= f * row[c]);
         }
     }
     for (a, row) in work.iter().enumerate() {
@@ -111,13 +137,13 @@ fn condense(points: &[GaussPoint; 8], material: &Material) -> Condensed {
     }
     let mut stiffness = [[0.0; DOFS]; DOFS];
     for d in 0..DOFS {
+        let mut row: [f64; DOFS] = std::array::from_fn(|e| k[d][e]);
+        for a in 0..9 {
+            (0..DOFS).for_each(|e| row[e] += k[d][24 + a] * recover[a][e]);
+        }
         for e in d..DOFS {
-            let mut v = k[d][e];
-            for a in 0..9 {
-                v += k[d][24 + a] * recover[a][e];
-            }
-            stiffness[d][e] = v;
-            stiffness[e][d] = v;
+            stiffness[d][e] = row[e];
+            stiffness[e][d] = row[e];
         }
     }
     Condensed { stiffness, recover }

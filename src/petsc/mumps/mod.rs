@@ -117,6 +117,7 @@ impl<'w> Factor<'w> {
             }
             return Err(error);
         }
+        allocator::trim();
         factor.check_condition(matrix, name)?;
         Ok(factor)
     }
