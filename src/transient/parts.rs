@@ -236,7 +236,8 @@ impl Operators {
                 (nodes[j].mu * (d[0] * n[3 * j] + d[1] * n[3 * j + 1]) / unit) as f32
             });
         }
-        let mut gap: Vec<f32> = u[2..].iter().step_by(3).map(|u| (-(u + now.shift) / unit) as f32).collect();
+        let per_unit = -1.0 / unit;
+        let mut gap: Vec<f32> = u[2..].iter().step_by(3).map(|u| ((u + now.shift) * per_unit) as f32).collect();
         open.iter().for_each(|&i| gap[i] = 0.0);
         let wanted = Wanted { gap, total: p.total[2].map(|_| lack as f32) };
         let (pressure, nearer) = self.normal.press(p.matrix.gaps(), open, wanted, forcing, effort);
@@ -267,10 +268,11 @@ impl Operators {
         let mut along = vec![0.0f32; k];
         let mut rhs = vec![0.0f32; 2 * k];
         let mut soft = vec![0.0f32; k];
+        // In newtons, as everything here.
+        let per_unit = 1.0 / unit;
         for (i, node) in nodes.iter().enumerate() {
             let r = &x[3 * i..3 * i + 3];
-            // In newtons, as everything here.
-            let v = [u[3 * i] / unit, u[3 * i + 1] / unit];
+            let v = [u[3 * i] * per_unit, u[3 * i + 1] * per_unit];
             match node.status {
                 Status::Open => {}
                 Status::Stick => {
@@ -283,7 +285,7 @@ impl Operators {
                     let (d, e) = (node.d, across(node.d));
                     along[i] = (node.mu * (r[2] + f64::from(pressure[i])) - (d[0] * r[0] + d[1] * r[1])) as f32;
                     // The row of the map is (1 − a) t_e + a ρ u_e.
-                    let softness = node.soft / unit;
+                    let softness = node.soft * per_unit;
                     rhs[i] = -(e[0] * v[0] + e[1] * v[1] + softness * (e[0] * r[0] + e[1] * r[1])) as f32;
                     soft[i] = softness as f32;
                 }

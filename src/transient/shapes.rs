@@ -3,8 +3,8 @@
 //! A contact is small beside the waves of the modes that are kept: hundreds of modes move it in a few dozen ways. Ψ = B Cᵀ with r columns, to rounding, so
 //! that displacements of the contact and forces on the modes cost r and not m products a row.
 
-use crate::dense::{product, wide_dot};
-use faer::{Mat, MatRef};
+use crate::dense::{add_columns, wide_dot};
+use faer::MatRef;
 
 /// What is left of columns by rounding, relative to the largest of them.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -16,8 +16,17 @@ pub(super) struct Shapes {
     rows: Vec<f64>,
     /// r.
     rank: usize,
-    /// C, `[m, r]`; none where r = m and C = I.
-    mix: Option<Mat<f64>>,
+    /// None where r = m and C = I.
+    mix: Option<Mix>,
+}
+
+/// C, once row by row, `[m][r]`, and once column by column, `[r][m]`: products with both its sides read it in the order in which it lies.
+#[derive(Debug, Clone)]
+struct Mix {
+    /// m.
+    modes: usize,
+    rows: Vec<f64>,
+    columns: Vec<f64>,
 }
 
 impl Shapes {
@@ -31,7 +40,9 @@ impl Shapes {
         };
         let rank = basis.len();
         let rows = (0..n).flat_map(|i| basis.iter().map(move |b| b[i])).collect();
-        Self { rows, rank, mix: Some(Mat::from_fn(m, rank, |k, j| mix[j][k])) }
+        let mix =
+            Mix { modes: m, rows: (0..m).flat_map(|k| mix.iter().map(move |c| c[k])).collect(), columns: mix.concat() };
+        Self { rows, rank, mix: Some(mix) }
     }
 
     /// Those of Ψ as they are.
@@ -54,13 +65,17 @@ impl Shapes {
     /// Cᵀ q, `[r]`: what the contact sees of the amplitudes `q`, `[m]`.
     pub(super) fn seen(&self, q: &[f64]) -> Vec<f64> {
         let Some(mix) = &self.mix else { return q.to_vec() };
-        (0..self.rank).map(|k| wide_dot(mix.col_as_slice(k), q)).collect()
+        let mut z = vec![0.0; self.rank];
+        add_columns(&mix.rows, self.rank, q, &mut z);
+        z
     }
 
     /// C z, `[m]`: forces on the modes from those, `z`, on what the contact sees of them, `[r]`.
     pub(super) fn spread(&self, z: Vec<f64>) -> Vec<f64> {
         let Some(mix) = &self.mix else { return z };
-        product(mix.as_ref(), &z)
+        let mut q = vec![0.0; mix.modes];
+        add_columns(&mix.columns, q.len(), &z, &mut q);
+        q
     }
 }
 
@@ -96,6 +111,7 @@ fn size(v: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use faer::Mat;
 
     /// Waves longer than the place where they are looked at: few ways to move it, and the same displacements and forces to rounding. Modes that have nothing in common stay as they are.
     #[test]

@@ -188,6 +188,7 @@ impl<'a> Stepper<'a> {
                 around: Vec::new(),
                 psi: Vec::new(),
                 feet: Vec::new(),
+                inside: Vec::new(),
                 u: Vec::new(),
             },
             outside: Outside::default(),
@@ -542,8 +543,9 @@ impl<'a> Stepper<'a> {
     /// Ψᵀ R of the reactions on the core, N/√kg, `[m]`.
     fn modal_reaction(&self, reaction: &[f64]) -> Vec<f64> {
         let rank = self.shapes.rank();
-        let psi = &self.working.psi[..rank * reaction.len()];
-        self.shapes.spread(product(MatRef::from_column_major_slice(psi, rank, reaction.len()), reaction))
+        let mut seen = vec![0.0; rank];
+        dense::add_columns(&self.working.psi[..rank * reaction.len()], rank, reaction, &mut seen);
+        self.shapes.spread(seen)
     }
 
     fn core_reaction(&self) -> Vec<f64> {

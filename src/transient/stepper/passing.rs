@@ -25,6 +25,11 @@ impl Passing {
         Self { surface: Some(surface), ..Self::smooth(interface) }
     }
 
+    /// Whether the gap changes from step to step.
+    pub(super) fn is_rough(&self) -> bool {
+        self.surface.is_some()
+    }
+
     /// Goes to the step of the length `h` (s) that begins after `step` others.
     pub(super) fn go(&mut self, interface: &Interface, step: u64, h: f64) {
         let Some(surface) = &self.surface else { return };

@@ -26,6 +26,8 @@ pub(super) struct Working {
     pub(super) psi: Vec<f64>,
     /// Foot of each core node with its line of the grid.
     pub(super) feet: Vec<(usize, Foot)>,
+    /// What the nodes near a foot take part with where all three are closed, for each core node; 0 where there are not three.
+    pub(super) inside: Vec<[f64; 3]>,
     /// Displacements at the present time, m, `[rows]`.
     pub(super) u: Vec<f64>,
 }
@@ -62,6 +64,24 @@ pub(super) struct Outside {
     reach: [Vec<f64>; 2],
 }
 
+/// Distances of the nodes `left` and the one before it from the one after it, m.
+fn upstream(x: &[f64], left: usize) -> [f64; 2] {
+    [left, left - 1].map(|jx| x[left + 1] - x[jx])
+}
+
+/// By how much gaps can have changed at the most: changes of what moves them, each times its `reach`, in several partial sums.
+fn moved(reach: &[f64], now: &[f64], then: &[f64]) -> f64 {
+    const PARTS: usize = 8;
+    let change = |i: usize| reach[i] * (now[i] - then[i]).abs();
+    let n = reach.len().min(now.len()).min(then.len());
+    let whole = n - n % PARTS;
+    let mut sums = [0.0; PARTS];
+    for i in (0..whole).step_by(PARTS) {
+        (0..PARTS).for_each(|k| sums[k] += change(i + k));
+    }
+    sums.iter().sum::<f64>() + (whole..n).map(change).sum::<f64>()
+}
+
 impl Stepper<'_> {
     /// Displacement w of the material of core node `a` a step ago, m.
     pub(super) fn foot_value(&self, a: usize) -> [f64; 2] {
@@ -78,9 +98,14 @@ impl Stepper<'_> {
             return [0, 1].map(|c| a * ws.u[3 * at(1) + c] + b * ws.u[3 * at(0) + c]);
         }
         let near = [left + 1, left, left - 1];
-        let h = [1, 2].map(|k| x[near[0]] - x[near[k]]);
+        let place = near.map(at);
+        let sum = |weights: [f64; 3]| [0, 1].map(|c| (0..3).map(|k| weights[k] * ws.u[3 * place[k] + c]).sum());
         // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
         let closed = near.map(|jx| self.is_closed(line + jx));
+        if closed == [true; 3] {
+            return sum(ws.inside[a]);
+        }
+        let h = upstream(x, left);
         let known = self.impact == Impact::Compliant || self.massive;
         let own = line + left + 1 == ws.nodes[a] && known;
         let course = match closed {
@@ -90,9 +115,7 @@ impl Stepper<'_> {
                 [1, 2].map(|k| gap[line + near[k]] - self.state.approach + ws.u[3 * at(near[k]) + 2])
             }),
         };
-        let weights = course.value(travel, h);
-        let place = near.map(at);
-        [0, 1].map(|c| (0..3).map(|k| weights[k] * ws.u[3 * place[k] + c]).sum())
+        sum(course.value(travel, h))
     }
 
     /// Nodes outside the core that the solution presses into each other; those outside the working set are looked at when they may have
@@ -117,14 +140,11 @@ impl Stepper<'_> {
             return entering;
         }
         let o = &mut self.outside;
-        let moved = |reach: &[f64], now: &[f64], then: &[f64]| -> f64 {
-            reach.iter().zip(now).zip(then).map(|((r, a), b)| r * (a - b).abs()).sum()
-        };
         if let Some(then) = o.gap {
             let passed = (0..s.len()).filter(|&i| ws.place[i] == usize::MAX).map(|i| (gap[i] - o.undeformed[i]).abs());
-            let by = moved(&o.reach[0], q, &o.q)
-                + moved(&o.reach[1], &solution.reaction, &o.reaction)
-                + passed.fold(0.0, f64::max);
+            // Smooth bodies take no time.
+            let passed = if self.passing.is_rough() { passed.fold(0.0, f64::max) } else { 0.0 };
+            let by = moved(&o.reach[0], q, &o.q) + moved(&o.reach[1], &solution.reaction, &o.reaction) + passed;
             if then > by + (shift - o.shift).abs() {
                 return entering;
             }
@@ -256,7 +276,12 @@ impl Stepper<'_> {
             })
             .collect();
         let core = core.len();
-        self.working = Working { nodes, core, full, place, w, around, psi, feet: lines, u };
+        let inside = |&(_, foot): &(usize, Foot)| match foot {
+            Foot::Between { left, travel } if left > 0 => Course::Parabola.value(travel, upstream(&s.x, left)),
+            _ => [0.0; 3],
+        };
+        let inside = lines.iter().map(inside).collect();
+        self.working = Working { nodes, core, full, place, w, around, psi, feet: lines, inside, u };
         self.outside = self.around();
         self.memory.forget();
         self.past.clear();
