@@ -356,7 +356,7 @@ fn write<'w>(
     let mut file = SequenceFile::create(world, &path, options.force || options.resume, parts, sequence)?;
     for number in 0..shapes.len() {
         let at_nodes = (0..parts.len()).map(|part| at_nodes(number, part)).collect::<Result<Vec<_>>>()?;
-        let unit = unit(world, &at_nodes);
+        let unit = unit(world, parts, &at_nodes);
         for phase in 0..phases {
             let turn = unit * C::from_polar(1.0, 2.0 * std::f64::consts::PI * phase as f64 / phases as f64);
             let real = |[re, im]: &[Vec<f64>; 2]| -> Vec<f64> {
@@ -369,15 +369,62 @@ fn write<'w>(
     Ok(file)
 }
 
-/// The factor that makes the largest component of a motion 1, the same on all ranks.
-fn unit(world: &World, at_nodes: &[[Vec<f64>; 2]]) -> C {
-    let all = at_nodes.iter().flat_map(|[re, im]| re.iter().zip(im).map(|(re, im)| C::new(*re, *im)));
-    let largest = all.max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default();
-    let everywhere = world.all_gather(&[largest]);
-    let largest = everywhere.into_iter().max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).unwrap_or_default();
-    if largest.norm() > 0.0 {
-        1.0 / largest
-    } else {
-        C::default()
+/// The factor that makes the largest component of a motion 1, the same on all ranks and in every run: of components that are equal up to rounding, as those
+/// of a mode of a symmetric body are, the one at the last place.
+fn unit(world: &World, parts: &[BodyPart], at_nodes: &[[Vec<f64>; 2]]) -> C {
+    let components = || at_nodes.iter().flat_map(|[re, im]| re.iter().zip(im).map(|(re, im)| C::new(*re, *im)));
+    let largest = world.max(components().map(|v| v.norm()).fold(0.0, f64::max));
+    if !(largest > 0.0) {
+        return C::default();
+    }
+    let places = parts.iter().enumerate().flat_map(|(number, part)| {
+        let nodes = part.part.coords.iter();
+        nodes.flat_map(move |x| [0, 1, 2].map(|c| [number as f64, x[0], x[1], x[2], f64::from(c)]))
+    });
+    let nothing = [f64::NEG_INFINITY; PLACE + 2];
+    let own =
+        last(components().zip(places), largest).map_or(nothing, |(v, [a, b, c, d, e])| [a, b, c, d, e, v.re, v.im]);
+    let everywhere = world.all_gather(&own);
+    let found = everywhere.chunks_exact(PLACE + 2).max_by(|a, b| before(&a[..PLACE], &b[..PLACE]));
+    found.map_or(C::default(), |f| 1.0 / C::new(f[PLACE], f[PLACE + 1]))
+}
+
+/// Numbers that say where a component is: part, coordinates, direction.
+const PLACE: usize = 5;
+/// Components are equal where they differ by less than this part of the largest.
+const ALIKE: f64 = 1e-6;
+
+/// The component at the last place of those that are as large as the `largest`.
+fn last(components: impl Iterator<Item = (C, [f64; PLACE])>, largest: f64) -> Option<(C, [f64; PLACE])> {
+    components.filter(|(v, _)| v.norm() >= (1.0 - ALIKE) * largest).max_by(|a, b| before(&a.1, &b.1))
+}
+
+/// Order of places, by the first number that differs.
+fn before(a: &[f64], b: &[f64]) -> std::cmp::Ordering {
+    let differing = a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
+    differing.unwrap_or(std::cmp::Ordering::Equal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What rounding makes a little larger does not decide; what is smaller has no part in it.
+    #[test]
+    fn of_equal_components_the_last_place_counts() {
+        let at = |x: f64, direction: f64| [0.0, x, 0.0, 0.0, direction];
+        let of = |re: f64, im: f64| C::new(re, im);
+        for wobble in [-1e-12, 0.0, 1e-12] {
+            let all = [
+                (of(0.6 + wobble, 0.8), at(-1.0, 2.0)),
+                (of(-0.6, -0.8 - wobble), at(1.0, 0.0)),
+                (of(-0.6, -0.8), at(1.0, -1.0)),
+                (of(0.99, 0.0), at(2.0, 0.0)),
+            ];
+            let largest = all.iter().map(|(v, _)| v.norm()).fold(0.0, f64::max);
+            let (v, place) = last(all.into_iter(), largest).unwrap();
+            assert_eq!((v.re, place), (-0.6, at(1.0, 0.0)));
+        }
+        assert!(last([(C::default(), at(0.0, 0.0))].into_iter(), 1.0).is_none());
     }
 }
