@@ -134,7 +134,8 @@ pub fn a_block_on_springs(world: &World) {
     };
     let again = modes(world, body(world, &mesh, STEEL, &[], &[per, rest]), 6, sparse::Method::Blocks);
     for (a, b) in again.omega.iter().zip(&found.omega) {
-        near(*a, *b, 1e-10, "ω by springs per area");
+        // Rounding of a stiffness of some 5e10 N/m beside the modal one of the lowest motion, 2.6e4 N/m: 4e-10 of ω², times a few.
+        near(*a, *b, 3e-9, "ω by springs per area");
     }
     if let (Some(lossy), Some(dashpots)) = (&again.damping, &found.damping) {
         near(lossy[(0, 0)] / dashpots[(0, 0)], 0.1 * kx / (2.0 * PI * 50.0) / c, 1e-9, "damping by a loss factor");
