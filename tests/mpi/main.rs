@@ -46,6 +46,7 @@ const TESTS: &[Test] = &[
     ("residual::contact_forces_move_a_node", residual::contact_forces_move_a_node),
     ("residual::nothing_is_left_by_all_modes", residual::nothing_is_left_by_all_modes),
     ("freed::large_blocks_go_back", freed::large_blocks_go_back),
+    ("freed::what_is_between_others_goes_back", freed::what_is_between_others_goes_back),
     ("supports::a_block_on_springs", supports::a_block_on_springs),
     ("supports::a_bar_with_a_mass", supports::a_bar_with_a_mass),
     ("supports::a_rod_that_absorbs", supports::a_rod_that_absorbs),

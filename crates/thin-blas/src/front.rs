@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use pulp::x86::V3;
 
-use crate::kernel::{self, COLUMNS};
+use crate::kernel::{self, Product, COLUMNS};
 
 /// `dgemm` as Fortran has it; the lengths of the two words come last.
 type Dgemm = unsafe extern "C" fn(
@@ -121,11 +121,8 @@ unsafe extern "C" fn dgemm_(
         ROWS.with_borrow_mut(|space| {
             kernel::side_by_side(b, b_stride, inner, alpha, space);
             kernel::scale(c, c_stride, rows, beta);
-            if word == b'N' {
-                kernel::add_plain(simd, a, a_stride, rows, space, c, c_stride);
-            } else {
-                kernel::add_transposed(simd, a, a_stride, rows, space, c, c_stride);
-            }
+            let transposed = word != b'N';
+            Product { simd, transposed, a, a_stride, rows, b: space, c, c_stride }.add();
         });
         return;
     }

@@ -7,15 +7,15 @@ use pulp::{f64x4, Simd, WithSimd};
 
 /// Most columns of a thin product.
 pub(crate) const COLUMNS: usize = 8;
-/// Columns that [`add_plain`] has in registers at a time.
+/// Columns that [`Product::add_plain`] has in registers at a time.
 const HALF: usize = COLUMNS / 2;
 /// Fewest rows of C.
 pub(crate) const LEAST: usize = TILE;
-/// Rows of C that [`add_plain`] keeps in registers, for half of the columns at a time.
+/// Rows of C that [`Product::add_plain`] keeps in registers, for half of the columns at a time.
 const TILE: usize = 8;
 /// Columns of A that it goes through for all tiles, so that memory is read nearly in order.
 const PANEL: usize = 16;
-/// Rows of C that [`add_transposed`] keeps in registers.
+/// Rows of C that [`Product::add_transposed`] keeps in registers.
 const ROWS: usize = 4;
 /// Numbers in a line of the cache.
 const LINE: usize = 8;
@@ -54,35 +54,28 @@ fn four(x: &[f64]) -> f64x4 {
 /// What a tile of C gets in half of its columns, `[4][8]`.
 type Sums = [[f64x4; TILE / 4]; HALF];
 
-/// C += A B, with A of `[rows, b.len()]`; at least [`LEAST`] rows, two columns.
-pub(crate) fn add_plain(
-    simd: V3,
-    a: &[f64],
-    a_stride: usize,
-    rows: usize,
-    b: &[[f64; COLUMNS]],
-    c: &mut [f64],
-    c_stride: usize,
-) {
-    Simd::vectorize(simd, Plain { simd, a, a_stride, rows, b, c, c_stride });
+/// C += op(A) B, with op(A) of `[rows, b.len()]`; at least [`LEAST`] rows, two columns.
+pub(crate) struct Product<'a> {
+    pub simd: V3,
+    /// op(A) is Aᵀ.
+    pub transposed: bool,
+    /// Column by column, as C.
+    pub a: &'a [f64],
+    pub a_stride: usize,
+    pub rows: usize,
+    pub b: &'a [[f64; COLUMNS]],
+    pub c: &'a mut [f64],
+    pub c_stride: usize,
 }
 
-struct Plain<'a> {
-    simd: V3,
-    a: &'a [f64],
-    a_stride: usize,
-    rows: usize,
-    b: &'a [[f64; COLUMNS]],
-    c: &'a mut [f64],
-    c_stride: usize,
-}
-
-impl WithSimd for Plain<'_> {
-    type Output = ();
+impl Product<'_> {
+    pub(crate) fn add(self) {
+        Simd::vectorize(self.simd, self);
+    }
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { simd, a, a_stride, rows, b, c, c_stride } = self;
+    fn add_plain(self) {
+        let Self { simd, a, a_stride, rows, b, c, c_stride, .. } = self;
         let columns = c.len().div_ceil(c_stride);
         for (k, b) in b.chunks(PANEL).enumerate() {
             let panel = &a[k * PANEL * a_stride..];
@@ -99,6 +92,33 @@ impl WithSimd for Plain<'_> {
                     add(&sums, first - from, &mut c[HALF * c_stride + from..], c_stride, columns - HALF);
                 }
             }
+        }
+    }
+
+    #[inline(always)]
+    fn add_transposed(self) {
+        let Self { simd, a, a_stride, rows, b, c, c_stride, .. } = self;
+        let mut first = 0;
+        while first + ROWS <= rows {
+            let sums = dots::<ROWS>(simd, &a[first * a_stride..], a_stride, b);
+            store(&sums, first, c, c_stride);
+            first += ROWS;
+        }
+        for row in first..rows {
+            store(&dots::<1>(simd, &a[row * a_stride..], a_stride, b), row, c, c_stride);
+        }
+    }
+}
+
+impl WithSimd for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        if self.transposed {
+            self.add_transposed();
+        } else {
+            self.add_plain();
         }
     }
 }
@@ -142,47 +162,6 @@ fn add(sums: &Sums, done: usize, c: &mut [f64], stride: usize, columns: usize) {
         let out = &mut c[j * stride..][..TILE];
         for i in 0..TILE {
             out[i] += sum[i];
-        }
-    }
-}
-
-/// C += Aᵀ B, with A of `[b.len(), rows]`.
-pub(crate) fn add_transposed(
-    simd: V3,
-    a: &[f64],
-    a_stride: usize,
-    rows: usize,
-    b: &[[f64; COLUMNS]],
-    c: &mut [f64],
-    c_stride: usize,
-) {
-    Simd::vectorize(simd, Transposed { simd, a, a_stride, rows, b, c, c_stride });
-}
-
-struct Transposed<'a> {
-    simd: V3,
-    a: &'a [f64],
-    a_stride: usize,
-    rows: usize,
-    b: &'a [[f64; COLUMNS]],
-    c: &'a mut [f64],
-    c_stride: usize,
-}
-
-impl WithSimd for Transposed<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { simd, a, a_stride, rows, b, c, c_stride } = self;
-        let mut first = 0;
-        while first + ROWS <= rows {
-            let sums = dots::<ROWS>(simd, &a[first * a_stride..], a_stride, b);
-            store(&sums, first, c, c_stride);
-            first += ROWS;
-        }
-        for row in first..rows {
-            store(&dots::<1>(simd, &a[row * a_stride..], a_stride, b), row, c, c_stride);
         }
     }
 }
@@ -260,8 +239,7 @@ mod tests {
                             let (a, c) = (&a[..ends.0], &mut c[..ends.1]);
                             side_by_side(&b[..b_stride * (columns - 1) + inner], b_stride, inner, alpha, &mut space);
                             scale(c, c_stride, rows, beta);
-                            let add = if transposed { add_transposed } else { add_plain };
-                            add(simd, a, a_stride, rows, &space, c, c_stride);
+                            Product { simd, transposed, a, a_stride, rows, b: &space, c, c_stride }.add();
                             for (own, right) in c.iter().zip(&wanted) {
                                 assert!(
                                     (own - right).abs() < 1e-13,

@@ -81,7 +81,7 @@ impl WithSimd for Condense<'_> {
     }
 }
 
-/// Strains and amplitudes, filled up to whole vectors.
+/// Columns of a Gauss point, filled up to whole vectors, and numbers in one of these.
 const WIDE: usize = 36;
 const VECTOR: usize = 4;
 
