@@ -371,8 +371,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
         if let Some((_, guess, free)) = last.filter(|_| mixed) {
             let mut line = Vec::new();
             for (a, tolerance) in RESIDUALS.into_iter().enumerate() {
-                let matrix = &Operator::new(posed.matrix.to_vec());
-                let (friction, free_now) = (&friction, posed.free);
+                let (matrix, friction, free_now) = (posed.matrix, &friction, posed.free);
                 let problem = StepProblem {
                     matrix,
                     free: free_now,
@@ -393,7 +392,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
             let write = |name: &str, v: &[f64]| {
                 group.new_dataset_builder().with_data(v).create(name).map(|_| ()).expect("dataset");
             };
-            write("matrix", posed.matrix);
+            write("matrix", &(0..3 * k).flat_map(|j| posed.matrix.col(j).to_vec()).collect::<Vec<f64>>());
             write("free", posed.free);
             write("before", &guess);
             write("reaction", &reaction);

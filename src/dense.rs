@@ -15,6 +15,8 @@ use pulp::{Arch, Simd, WithSimd};
 pub(crate) trait Real: Copy + Default + Add<Output = Self> + Mul<Output = Self> + AddAssign + Sum {
     /// See the function [`add_columns`].
     fn add_columns(a: &[Self], stride: usize, x: &[Self], out: &mut [Self]);
+    /// See the function [`add_transposed`].
+    fn add_transposed(a: &[Self], stride: usize, x: &[Self], out: &mut [Self]);
     /// See the function [`add_scattered`].
     fn add_scattered(columns: &[(&[Self], Self)], out: &mut [Self]);
 }
@@ -80,6 +82,11 @@ pub(crate) fn add_columns<T: Real>(a: &[T], stride: usize, x: &[T], out: &mut [T
     T::add_columns(a, stride, x, out);
 }
 
+/// out += Aᵀ x of columns in `a` that begin `stride` apart and are as long as `x`.
+pub(crate) fn add_transposed<T: Real>(a: &[T], stride: usize, x: &[T], out: &mut [T]) {
+    T::add_transposed(a, stride, x, out);
+}
+
 /// out += the sum of columns times factors, of columns that lie anywhere and are as long as `out`.
 pub(crate) fn add_scattered<T: Real>(columns: &[(&[T], T)], out: &mut [T]) {
     T::add_scattered(columns, out);
@@ -97,15 +104,26 @@ struct Columns<'a, T> {
     out: &'a mut [T],
 }
 
+struct Transposed<'a, T> {
+    a: &'a [T],
+    stride: usize,
+    x: &'a [T],
+    out: &'a mut [T],
+}
+
 /// Columns taken at a time: as many as there are registers for what belongs to them.
 const WIDTH: usize = 6;
 
 /// [`add_columns`] for one kind of number, with its vector instructions.
 macro_rules! real {
-    ($t:ty, $parts:ident, $parts_mut:ident, $splat:ident, $mul:ident, $fma:ident, $add:ident) => {
+    ($t:ty, $parts:ident, $parts_mut:ident, $splat:ident, $mul:ident, $fma:ident, $add:ident, $sum:ident) => {
         impl Real for $t {
             fn add_columns(a: &[$t], stride: usize, x: &[$t], out: &mut [$t]) {
                 Arch::new().dispatch(Columns { a, stride, x, out });
+            }
+
+            fn add_transposed(a: &[$t], stride: usize, x: &[$t], out: &mut [$t]) {
+                Arch::new().dispatch(Transposed { a, stride, x, out });
             }
 
             fn add_scattered(columns: &[(&[$t], $t)], out: &mut [$t]) {
@@ -146,6 +164,36 @@ macro_rules! real {
             }
         }
 
+        impl WithSimd for Transposed<'_, $t> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, s: S) {
+                let Self { a, stride, x, out } = self;
+                let (wide, tail) = S::$parts(x);
+                let (groups, rest) = out.as_chunks_mut::<WIDTH>();
+                for (o, column) in rest.iter_mut().zip((WIDTH * groups.len()..).map(|j| &a[j * stride..][..x.len()])) {
+                    *o += dot(column, x);
+                }
+                for (j, out) in groups.iter_mut().enumerate() {
+                    let columns: [_; WIDTH] =
+                        std::array::from_fn(|c| S::$parts(&a[(WIDTH * j + c) * stride..][..x.len()]));
+                    let [a0, a1, a2, a3, a4, a5] = columns.map(|(whole, _)| &whole[..wide.len()]);
+                    let mut sums = [s.$splat(0.0); WIDTH];
+                    for (i, &x) in wide.iter().enumerate() {
+                        let at = [a0[i], a1[i], a2[i], a3[i], a4[i], a5[i]];
+                        for c in 0..WIDTH {
+                            sums[c] = s.$fma(at[c], x, sums[c]);
+                        }
+                    }
+                    for (c, o) in out.iter_mut().enumerate() {
+                        let rest: $t = columns[c].1.iter().zip(tail).map(|(a, x)| a * x).sum();
+                        *o += s.$sum(sums[c]) + rest;
+                    }
+                }
+            }
+        }
+
         impl WithSimd for Columns<'_, $t> {
             type Output = ();
 
@@ -181,8 +229,8 @@ macro_rules! real {
     };
 }
 
-real!(f64, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_f64s, mul_add_e_f64s, add_f64s);
-real!(f32, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_f32s, mul_add_e_f32s, add_f32s);
+real!(f64, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_f64s, mul_add_e_f64s, add_f64s, reduce_sum_f64s);
+real!(f32, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_f32s, mul_add_e_f32s, add_f32s, reduce_sum_f32s);
 
 /// out += A x for a symmetric matrix, of whose columns, `stride` apart, only the entries on and below the diagonal are read: large
 /// products take as long as their matrix takes from memory.
@@ -294,6 +342,10 @@ mod tests {
             let mut out = start.clone();
             add_columns(&a, stride, &x, &mut out);
             (0..n).for_each(|i| assert_eq!(out[i], plain(i), "columns of {n}, row {i}"));
+            let mut out = start.clone();
+            add_transposed(&a, stride, &x, &mut out);
+            let across = |j: usize| start[j] + (0..n).map(|i| entry(i, j) * x[i]).sum::<f64>();
+            (0..n).for_each(|j| assert_eq!(out[j], across(j), "transposed of {n}, column {j}"));
             let mut out = start.clone();
             let scattered: Vec<_> = (0..n).rev().map(|j| (&a[stride * j..][..n], x[j])).collect();
             add_scattered(&scattered, &mut out);

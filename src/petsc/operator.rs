@@ -105,7 +105,7 @@ impl<'a> Operator<'a> {
     /// Collective: Y = A X over local rows, both `[n_local, columns]` column by column. A pass through the matrix takes several columns.
     pub fn apply_block(&self, world: &World, x: &[f64], y: &mut [f64], columns: usize) {
         let n = self.matrix.n_local();
-        let (mut rows, mut out) = (Vec::new(), Vec::new());
+        let (mut with_ghosts, mut out) = (Vec::new(), Vec::new());
         for first in (0..columns).step_by(WIDTH) {
             let width = WIDTH.min(columns - first);
             if width < WIDTH / 4 {
@@ -114,20 +114,32 @@ impl<'a> Operator<'a> {
                 }
                 break;
             }
-            // The columns of a row behind one another, filled up by zeros.
-            rows.clear();
-            rows.resize(n * WIDTH, 0.0);
-            for (j, column) in x[first * n..(first + width) * n].chunks_exact(n.max(1)).enumerate() {
-                column.iter().zip(rows.chunks_exact_mut(WIDTH)).for_each(|(v, row)| row[j] = *v);
-            }
-            let ghosts = self.exchange.fetch_wide(world, &rows, WIDTH);
-            rows.extend(ghosts);
+            let (x, y) = (&x[first * n..(first + width) * n], &mut y[first * n..(first + width) * n]);
             out.resize(n * WIDTH, 0.0);
-            Arch::new().dispatch(Rows { operator: self, x: &rows, out: &mut out });
-            for (j, column) in y[first * n..(first + width) * n].chunks_exact_mut(n.max(1)).enumerate() {
+            // The result has the room for it where there are neither ghosts nor zeros to fill up with.
+            if world.size == 1 && width == WIDTH {
+                by_rows(x, y);
+                Arch::new().dispatch(Rows { operator: self, x: y, out: &mut out });
+            } else {
+                with_ghosts.clear();
+                with_ghosts.resize(n * WIDTH, 0.0);
+                by_rows(x, &mut with_ghosts);
+                let ghosts = self.exchange.fetch_wide(world, &with_ghosts, WIDTH);
+                with_ghosts.extend(ghosts);
+                Arch::new().dispatch(Rows { operator: self, x: &with_ghosts, out: &mut out });
+            }
+            for (j, column) in y.chunks_exact_mut(n.max(1)).enumerate() {
                 column.iter_mut().zip(out.chunks_exact(WIDTH)).for_each(|(v, row)| *v = row[j]);
             }
         }
+    }
+}
+
+/// Puts up to `WIDTH` columns of `x` behind one another in each row of `rows`, `[n][WIDTH]`.
+fn by_rows(x: &[f64], rows: &mut [f64]) {
+    let n = rows.len() / WIDTH;
+    for (j, column) in x.chunks_exact(n.max(1)).enumerate() {
+        column.iter().zip(rows.chunks_exact_mut(WIDTH)).for_each(|(v, row)| row[j] = *v);
     }
 }
 

@@ -1,21 +1,24 @@
 //! A dense symmetric operator on a few contact nodes.
 
+use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::lines::{whole, Lines};
 use crate::dense;
 
-/// W of k nodes, components (x, y, n) node after node: in double precision, and in single precision sorted by components.
+/// W of k nodes, components (x, y, n) node after node: in double precision, and in single precision sorted by components, the nodes in `l` ≥ k places
+/// that fill whole lines.
 #[derive(Debug, Clone, Default)]
 pub struct Operator {
-    /// Columns, m/N, `[3k][3k]`.
-    columns: Vec<f64>,
+    /// Columns, m/N, `[3k][3k]`, every one in lines of its own.
+    columns: Lines<f64>,
     size: usize,
     /// Mean of the normal compliances of the nodes, m/N; 1 without nodes.
     unit: f64,
-    /// In `unit`: for each node its columns x and y, each as rows x, y and n of all nodes, `[k][2][3][k]`.
-    plane: Vec<f32>,
-    /// In `unit`: W_nn, columns, `[k][k]`.
-    gaps: Vec<f32>,
+    /// In `unit`: for each node its columns x and y, each as rows x, y and n of all nodes, `[k][2][3][l]`.
+    plane: Lines<f32>,
+    /// In `unit`: W_nn, columns, `[k][l]`.
+    gaps: Lines<f32>,
 }
 
 impl Operator {
@@ -25,9 +28,11 @@ impl Operator {
         let k = size / 3;
         let normal: f64 = (0..k).map(|i| columns[(size + 1) * (3 * i + 2)]).sum();
         let unit = if normal > 0.0 { normal / k as f64 } else { 1.0 };
-        let mut new = Self { columns, size, unit, plane: vec![0.0; 6 * k * k], gaps: vec![0.0; k * k] };
-        let Self { columns, plane, gaps, .. } = &mut new;
-        Arch::new().dispatch(Sort { columns, factor: 1.0 / unit, k, plane, gaps });
+        let places = whole::<f32>(k);
+        let (plane, gaps) = (Lines::zeros(6 * k * places), Lines::zeros(k * places));
+        let mut new = Self { columns: Lines::columns(size, columns.iter().copied()), size, unit, plane, gaps };
+        let Self { plane, gaps, .. } = &mut new;
+        Arch::new().dispatch(Sort { columns: &columns, factor: 1.0 / unit, k, plane, gaps });
         new
     }
 
@@ -36,20 +41,25 @@ impl Operator {
         self.size
     }
 
-    /// All columns, m/N, `[3k][3k]`.
-    pub fn columns(&self) -> &[f64] {
-        &self.columns
+    /// Distance of the columns.
+    fn stride(&self) -> usize {
+        whole::<f64>(self.size)
+    }
+
+    /// The matrix, m/N, `[3k, 3k]`.
+    pub fn matrix(&self) -> MatRef<'_, f64> {
+        MatRef::from_column_major_slice_with_stride(&self.columns, self.size, self.size, self.stride())
     }
 
     /// Column (and row) `j`, `[3k]`.
     pub fn col(&self, j: usize) -> &[f64] {
-        &self.columns[self.size * j..][..self.size]
+        &self.columns[self.stride() * j..][..self.size]
     }
 
     /// out = A x.
     pub fn times(&self, x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
-        dense::add_symmetric(&self.columns, self.size, x, out);
+        dense::add_symmetric(&self.columns, self.stride(), x, out);
     }
 
     /// What single precision is relative to, m/N.
@@ -57,33 +67,41 @@ impl Operator {
         self.unit
     }
 
-    /// Column `c` (x, y) of node `i` in single precision: rows x, y and n of all nodes, `[3][k]`.
-    pub(super) fn tangential(&self, i: usize, c: usize) -> &[f32] {
-        let k = self.size / 3;
-        &self.plane[3 * k * (2 * i + c)..][..3 * k]
+    /// l.
+    pub(super) fn places(&self) -> usize {
+        whole::<f32>(self.size / 3)
     }
 
-    /// W_nn in single precision, columns, `[k][k]`.
+    /// Column `c` (x, y) of node `i` in single precision: rows x, y and n of all nodes, `[3][l]`.
+    pub(super) fn tangential(&self, i: usize, c: usize) -> &[f32] {
+        let column = 3 * self.places();
+        &self.plane[column * (2 * i + c)..][..column]
+    }
+
+    /// W_nn in single precision, columns, `[k][l]`.
     pub(super) fn gaps(&self) -> &[f32] {
         &self.gaps
     }
 
-    /// What the normal components `x` do, in single precision: (x, y, n) in `unit`, `[3][k]`.
-    pub(super) fn pressed(&self, x: &[f32]) -> Vec<f32> {
-        let k = x.len();
-        // W is symmetric: row n of a column is the column n in its row.
-        let row = |j: usize| dense::wide_dot(&self.tangential(j % k, j / k)[2 * k..], x);
-        let mut out: Vec<f32> = (0..2 * k).map(row).collect();
-        out.resize(3 * k, 0.0);
-        dense::add_columns(&self.gaps, k, x, &mut out[2 * k..]);
+    /// What the normal components `x`, `[l]`, do, in single precision: (x, y, n) in `unit`, `[3][l]`.
+    pub(super) fn pressed(&self, x: &[f32]) -> Lines<f32> {
+        let (k, l) = (self.size / 3, self.places());
+        let mut out = Lines::zeros(3 * l);
+        for c in 0..2 {
+            // W is symmetric: row n of a column is the column n in its row.
+            let rows = self.plane.get(l * (3 * c + 2)..).unwrap_or_default();
+            dense::add_transposed(rows, 6 * l, x, &mut out[l * c..][..k]);
+        }
+        dense::add_columns(&self.gaps, l, &x[..k], &mut out[2 * l..]);
         out
     }
 
-    /// What the tangential components of `x`, `[3k]`, do along the surface, in single precision: (x, y) in `unit`, `[2][k]`.
-    pub(super) fn pulled(&self, x: &[f32]) -> Vec<f32> {
-        let mut out = vec![0.0; x.len() / 3 * 2];
+    /// What the tangential components of `x`, `[3k]`, do along the surface, in single precision: (x, y) in `unit`, `[2][l]`.
+    pub(super) fn pulled(&self, x: &[f32]) -> Lines<f32> {
+        let l = self.places();
+        let mut out = Lines::zeros(2 * l);
         let pull: Vec<f32> = x.chunks_exact(3).flat_map(|x| [x[0], x[1]]).collect();
-        dense::add_columns(&self.plane, x.len(), &pull, &mut out);
+        dense::add_columns(&self.plane, 3 * l, &pull, &mut out);
         out
     }
 }
@@ -103,14 +121,15 @@ impl WithSimd for Sort<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { columns, factor, k, plane, gaps } = self;
+        let l = whole::<f32>(k);
         for (j, column) in columns.chunks_exact(3 * k.max(1)).enumerate() {
             let rows = bytemuck::cast_slice::<f64, [f64; 3]>(column);
             let (i, c) = (j / 3, j % 3);
             if c == 2 {
-                gaps[k * i..][..k].iter_mut().zip(rows).for_each(|(g, w)| *g = (w[2] * factor) as f32);
+                gaps[l * i..][..k].iter_mut().zip(rows).for_each(|(g, w)| *g = (w[2] * factor) as f32);
                 continue;
             }
-            for (r, out) in plane[3 * k * (2 * i + c)..][..3 * k].chunks_exact_mut(k).enumerate() {
+            for (r, out) in plane[3 * l * (2 * i + c)..][..3 * l].chunks_exact_mut(l).enumerate() {
                 out.iter_mut().zip(rows).for_each(|(o, w)| *o = (w[r] * factor) as f32);
             }
         }

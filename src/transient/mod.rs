@@ -26,6 +26,7 @@ pub mod energy;
 mod fixed_point;
 mod foot;
 mod gauss_seidel;
+mod lines;
 pub mod model;
 pub mod motion;
 mod newton;

@@ -10,6 +10,7 @@
 //! treated here. What is neglected is made good by the next iteration, whose residual comes from a product with all of W; so single precision is
 //! enough here.
 
+use super::lines::Lines;
 use super::problem::{node, Effort, StepProblem, StepSolution};
 use crate::contact::law::{across, size, Augmentation, Status, Tangent};
 use crate::dense::dot;
@@ -201,7 +202,7 @@ impl Operators {
     fn new(p: &StepProblem<'_>, old: Option<Self>) -> Self {
         let rho: Vec<Augmentation> = (0..p.nodes()).map(|i| p.rho(i)).collect();
         let spare = old.and_then(|o| o.tangential.or(o.spare));
-        Self { rho, normal: Normal::default(), tangential: None, spare }
+        Self { rho, normal: Normal::new(p.nodes()), tangential: None, spare }
     }
 
     /// Where a load is given and no node is closed: lets the nearest one touch with that load. Whether it had to.
@@ -237,13 +238,13 @@ impl Operators {
             });
         }
         let per_unit = -1.0 / unit;
-        let mut gap: Vec<f32> = u[2..].iter().step_by(3).map(|u| ((u + now.shift) * per_unit) as f32).collect();
+        let mut gap = Lines::from(u[2..].iter().step_by(3).map(|u| ((u + now.shift) * per_unit) as f32));
         open.iter().for_each(|&i| gap[i] = 0.0);
         let wanted = Wanted { gap, total: p.total[2].map(|_| lack as f32) };
         let (pressure, nearer) = self.normal.press(p.matrix.gaps(), open, wanted, forcing, effort);
         now.shift -= unit * f64::from(nearer);
         self.slide(p, seen, (&u, &pressure), &mut now.x, forcing, effort);
-        now.x[2..].iter_mut().step_by(3).zip(&pressure).for_each(|(x, q)| *x += f64::from(*q));
+        now.x[2..].iter_mut().step_by(3).zip(pressure.iter()).for_each(|(x, q)| *x += f64::from(*q));
     }
 
     /// Newton's step on the tractions of `x` at the displacements `u`, while the pressures change by `pressure`.
@@ -256,7 +257,7 @@ impl Operators {
         forcing: f32,
         effort: &mut Effort,
     ) {
-        let (k, nodes, unit) = (self.rho.len(), &seen.nodes, p.matrix.unit());
+        let (l, nodes, unit) = (p.matrix.places(), &seen.nodes, p.matrix.unit());
         let tangential = match &mut self.tangential {
             Some(tangential) => {
                 tangential.follow(p.matrix, nodes, forcing);
@@ -265,9 +266,7 @@ impl Operators {
             none => none.insert(Tangential::new(p.matrix, nodes, self.spare.take())),
         };
         // Tractions along the direction of slip follow from the pressures.
-        let mut along = vec![0.0f32; k];
-        let mut rhs = vec![0.0f32; 2 * k];
-        let mut soft = vec![0.0f32; k];
+        let (mut along, mut rhs, mut soft) = (Lines::zeros(l), Lines::zeros(2 * l), Lines::zeros(l));
         // In newtons, as everything here.
         let per_unit = 1.0 / unit;
         for (i, node) in nodes.iter().enumerate() {
@@ -279,7 +278,7 @@ impl Operators {
                     let d = tangential.direction(i);
                     let e = across(d);
                     rhs[i] = -(e[0] * v[0] + e[1] * v[1]) as f32;
-                    rhs[k + i] = -(d[0] * v[0] + d[1] * v[1]) as f32;
+                    rhs[l + i] = -(d[0] * v[0] + d[1] * v[1]) as f32;
                 }
                 Status::Slip => {
                     let (d, e) = (node.d, across(node.d));
@@ -305,7 +304,7 @@ impl Operators {
         }
         for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
             let (d, along) = match node.status {
-                Status::Stick => (tangential.direction(i), found[k + i]),
+                Status::Stick => (tangential.direction(i), found[l + i]),
                 _ => (node.d, along[i]),
             };
             let (e, along, across) = (across(d), f64::from(along), f64::from(found[i]));

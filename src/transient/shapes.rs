@@ -1,20 +1,22 @@
 //! The modes at the contact by what it can tell apart of them.
 //!
-//! A contact is small beside the waves of the modes that are kept: hundreds of modes move it in a few dozen ways. Ψ = B Cᵀ with r columns, to rounding, so
+//! A contact is small beside the waves of the modes that are kept: hundreds of modes move it in a few dozen ways. Ψ = B Cᵀ with r columns, to 1e-12, so
 //! that displacements of the contact and forces on the modes cost r and not m products a row.
 
+use super::lines::{whole, Lines};
 use crate::dense::{add_columns, wide_dot};
 use faer::MatRef;
 
-/// What is left of columns by rounding, relative to the largest of them.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Columns that are shorter than this part of the largest count as nothing. Mode shapes are known to 1e-9 at best; both sides of a step take the same B Cᵀ, so
+/// that energy stays what it is.
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// Ψ = B Cᵀ of N rows and m modes.
 #[derive(Debug, Clone)]
 pub(super) struct Shapes {
     /// B, row by row, `[N][r]`.
     rows: Vec<f64>,
-    /// r.
+    /// r, in whole lines where there is C.
     rank: usize,
     /// None where r = m and C = I.
     mix: Option<Mix>,
@@ -25,8 +27,8 @@ pub(super) struct Shapes {
 struct Mix {
     /// m.
     modes: usize,
-    rows: Vec<f64>,
-    columns: Vec<f64>,
+    rows: Lines<f64>,
+    columns: Lines<f64>,
 }
 
 impl Shapes {
@@ -35,13 +37,19 @@ impl Shapes {
         let (n, m) = modes.shape();
         // B and C together are to be smaller than Ψ.
         let limit = (n * m).saturating_sub(1) / (n + m).max(1);
-        let Some([basis, mix]) = factors(modes, limit) else {
+        let Some([mut basis, mut mix]) = factors(modes, limit) else {
             return Self::whole(modes);
         };
-        let rank = basis.len();
+        // Rows in whole lines, with zeros.
+        let rank = whole::<f64>(basis.len());
+        basis.resize(rank, vec![0.0; n]);
+        mix.resize(rank, vec![0.0; m]);
         let rows = (0..n).flat_map(|i| basis.iter().map(move |b| b[i])).collect();
-        let mix =
-            Mix { modes: m, rows: (0..m).flat_map(|k| mix.iter().map(move |c| c[k])).collect(), columns: mix.concat() };
+        let mix = Mix {
+            modes: m,
+            rows: Lines::from((0..m * rank).map(|k| mix[k % rank][k / rank])),
+            columns: Lines::from(mix.concat().into_iter()),
+        };
         Self { rows, rank, mix: Some(mix) }
     }
 
@@ -79,13 +87,13 @@ impl Shapes {
     }
 }
 
-/// Columns of B, `[r][N]`, and of C, `[r][m]`, of a matrix: Gram–Schmidt with the largest of the columns that are left first, until none is above rounding. What is
+/// Columns of B, `[r][N]`, and of C, `[r][m]`, of a matrix: Gram–Schmidt with the largest of the columns that are left first, until none is above [`NEGLIGIBLE`]. What is
 /// left is subtracted from the columns themselves, so B Cᵀ is the matrix whether B is orthogonal or not. `None` where that takes more than `limit`.
 fn factors(modes: MatRef<'_, f64>, limit: usize) -> Option<[Vec<Vec<f64>>; 2]> {
     let mut left = modes.to_owned();
     let m = left.ncols();
     let mut sizes: Vec<f64> = (0..m).map(|k| size(left.col_as_slice(k))).collect();
-    let floor = ROUNDING * sizes.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let floor = NEGLIGIBLE * sizes.iter().fold(0.0, |a: f64, b| a.max(*b));
     let (mut basis, mut mix) = (Vec::new(), Vec::new());
     loop {
         let pivot = (0..m).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b])).filter(|&k| !(sizes[k] <= floor));
@@ -113,7 +121,7 @@ mod tests {
     use super::*;
     use faer::Mat;
 
-    /// Waves longer than the place where they are looked at: few ways to move it, and the same displacements and forces to rounding. Modes that have nothing in common stay as they are.
+    /// Waves longer than the place where they are looked at: few ways to move it, and the same displacements and forces to nearly that. Modes that have nothing in common stay as they are.
     #[test]
     fn long_waves_move_a_small_place_in_few_ways() {
         let (n, m) = (120, 60);

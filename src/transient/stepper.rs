@@ -6,6 +6,7 @@ use super::compact::Operator;
 use super::drive::{Drive, Normal, Tangential};
 use super::energy::Energy;
 use super::foot::{feet, Foot};
+use super::lines::{whole, Lines};
 use super::model::{Impact, Model};
 use super::motion::Motion;
 use super::newton::Memory;
@@ -185,8 +186,8 @@ impl<'a> Stepper<'a> {
                 full: 0,
                 place: Vec::new(),
                 w: Operator::default(),
-                around: Vec::new(),
-                psi: Vec::new(),
+                around: Lines::default(),
+                psi: Lines::default(),
                 feet: Vec::new(),
                 inside: Vec::new(),
                 u: Vec::new(),
@@ -272,7 +273,7 @@ impl<'a> Stepper<'a> {
         let ws = &self.working;
         let nodes = &ws.nodes[..ws.core];
         let before = &self.before[..];
-        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: ws.w.columns(), free: &self.posed, before })
+        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: &ws.w, free: &self.posed, before })
     }
 
     /// Fields of the last step.
@@ -343,7 +344,7 @@ impl<'a> Stepper<'a> {
             let ws = &self.working;
             let core = ws.core;
             let rows = ws.rows();
-            let free = product(MatRef::from_row_major_slice(&ws.psi, rows, rank), &q_seen);
+            let free = product(MatRef::from_row_major_slice(&ws.psi[..rows * rank], rows, rank), &q_seen);
             let mut b = free[..3 * core].to_vec();
             let mut gaps = Vec::with_capacity(core);
             for a in 0..core {
@@ -390,11 +391,16 @@ impl<'a> Stepper<'a> {
             };
             let mut response = vec![0.0; rows];
             response[..3 * core].copy_from_slice(&solution.response);
-            dense::add_columns(&ws.around, rows - 3 * core, &solution.reaction, &mut response[3 * core..]);
+            dense::add_columns(
+                &ws.around,
+                whole::<f64>(rows - 3 * core),
+                &solution.reaction,
+                &mut response[3 * core..],
+            );
             let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
             self.motion.add(&modal, &mut q, &mut v);
-            let mut entering = self.entering(&solution, (&response, &free), &self.shapes.seen(&q), approach);
+            let mut entering = self.entering(&solution, (&response, &free), &q, approach);
             if entering.is_empty() {
                 entering = self.pressed_beyond(&solution, (&response, &free), approach);
             }

@@ -292,8 +292,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
             stepper.advance().unwrap();
             let Some(posed) = stepper.posed().filter(|_| step % 20 == 0) else { continue };
             let k = 3 * posed.nodes.len();
-            let matrix = &Operator::new(posed.matrix.to_vec());
-            let (free, before) = (posed.free, posed.before);
+            let (matrix, free, before) = (posed.matrix, posed.free, posed.before);
             let problem =
                 StepProblem { matrix, free, friction: &friction, before, step: h, total: [None; 3], tolerance };
             let mut u = vec![0.0; k];

@@ -3,6 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::dense::dot;
+use crate::transient::lines::Lines;
 use crate::transient::problem::Effort;
 
 /// Conjugate gradients scaled by the diagonal, whose inverse is `scale`: 0 where there is no unknown. `apply` adds A v to zeros; what it leaves
@@ -13,12 +14,12 @@ pub(super) fn conjugate_gradients(
     forcing: f32,
     apply: impl Fn(&[f32], &mut [f32]),
     effort: &mut Effort,
-) -> Vec<f32> {
-    let mut r = rhs.to_vec();
-    let mut direction: Vec<f32> = r.iter().zip(scale).map(|(r, s)| r * s).collect();
+) -> Lines<f32> {
+    let mut r = Lines::from(rhs.iter().copied());
+    let mut direction = Lines::from(rhs.iter().zip(scale).map(|(r, s)| r * s));
     let mut rz = dot(&r, &direction);
     let enough = forcing * forcing * rz;
-    let (mut found, mut image) = (vec![0.0; r.len()], vec![0.0; r.len()]);
+    let (mut found, mut image) = (Lines::zeros(r.len()), Lines::zeros(r.len()));
     for _ in 0..r.len() {
         if !(rz > enough) {
             break;

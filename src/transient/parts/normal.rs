@@ -6,34 +6,43 @@ use faer::Mat;
 use super::krylov::conjugate_gradients;
 use crate::contact::active_set::settle;
 use crate::dense::add_columns;
+use crate::transient::lines::{whole, Lines};
 use crate::transient::problem::Effort;
 
 /// Solutions after which the inverse of the normal part pays; until then conjugate gradients find the pressures too.
 const WORTH: usize = 8;
 
-/// What finds the pressures of k nodes; `gaps` everywhere is W_nn in units of the operator, columns, `[k][k]`.
-#[derive(Default)]
+/// What finds the pressures of k nodes in l places; `gaps` everywhere is W_nn in units of the operator, columns, `[k][l]`. Places without a node
+/// have no gap and no pressure.
 pub(super) struct Normal {
-    /// Inverse of W_nn + μ W_nt d, columns, `[k][k]`, where it was made.
-    inverse: Vec<f32>,
+    /// k.
+    nodes: usize,
+    /// Inverse of W_nn + μ W_nt d, columns, `[k][l]`, where it was made.
+    inverse: Lines<f32>,
     /// Open nodes, and the factor of the rows and columns of the inverse that they have.
     open: Vec<usize>,
     shut: Option<PartialPivLu<f32>>,
-    /// Pressures that a uniform gap of minus the unit makes on the nodes that are not open; empty where not known.
-    uniform: Vec<f32>,
+    /// Pressures that a uniform gap of minus the unit makes on the nodes that are not open, `[l]`; empty where not known.
+    uniform: Lines<f32>,
     /// Systems solved.
     solved: usize,
 }
 
 /// Gaps to be closed and what the pressures are to sum up to.
 pub(super) struct Wanted {
-    /// Minus the gaps over the unit, N, `[k]`; 0 at open nodes.
-    pub gap: Vec<f32>,
+    /// Minus the gaps over the unit, N, `[l]`; 0 at open nodes.
+    pub gap: Lines<f32>,
     /// Total of the pressures, N, where the bodies are free to come nearer to each other.
     pub total: Option<f32>,
 }
 
 impl Normal {
+    /// For `nodes` nodes.
+    pub fn new(nodes: usize) -> Self {
+        let (inverse, uniform) = (Lines::default(), Lines::default());
+        Self { nodes, inverse, open: Vec::new(), shut: None, uniform, solved: 0 }
+    }
+
     /// Whether an inverse is to be made now; counts the systems solved.
     pub fn wants_inverse(&mut self) -> bool {
         self.solved += 1;
@@ -42,13 +51,14 @@ impl Normal {
 
     /// Makes the inverse of `gaps` and `coupling`, (row, column) ↦ what friction adds.
     pub fn invert(&mut self, gaps: &[f32], coupling: impl Fn(usize, usize) -> f32) {
-        let k = gaps.len().isqrt();
-        let inverse = Mat::from_fn(k, k, |i, j| gaps[k * j + i] + coupling(i, j)).partial_piv_lu().inverse();
-        self.inverse = (0..k).flat_map(|j| (0..k).map(move |i| (i, j))).map(|(i, j)| inverse[(i, j)]).collect();
-        self.uniform.clear();
+        let (k, l) = (self.nodes, whole::<f32>(self.nodes));
+        let inverse = Mat::from_fn(k, k, |i, j| gaps[l * j + i] + coupling(i, j)).partial_piv_lu().inverse();
+        self.inverse = Lines::zeros(k * l);
+        (0..k).for_each(|j| self.inverse[l * j..][..k].copy_from_slice(inverse.col_as_slice(j)));
+        self.uniform = Lines::default();
     }
 
-    /// The pressures that do what is `wanted`, N, 0 at the `open` nodes, and the approach over the unit that this takes.
+    /// The pressures that do what is `wanted`, N, 0 at the `open` nodes, `[l]`, and the approach over the unit that this takes.
     pub fn press(
         &mut self,
         gaps: &[f32],
@@ -56,66 +66,66 @@ impl Normal {
         wanted: Wanted,
         forcing: f32,
         effort: &mut Effort,
-    ) -> (Vec<f32>, f32) {
+    ) -> (Lines<f32>, f32) {
         if open != self.open {
             self.open = open;
             self.shut = None;
-            self.uniform.clear();
+            self.uniform = Lines::default();
         }
         let mut found = self.close(gaps, &wanted.gap, forcing, effort);
         let Some(total) = wanted.total else { return (found, 0.0) };
         if self.uniform.is_empty() {
-            let mut one = vec![1.0; found.len()];
+            let mut one = Lines::from((0..self.nodes).map(|_| 1.0));
             self.open.iter().for_each(|&i| one[i] = 0.0);
             self.uniform = self.close(gaps, &one, 1e-4, effort);
         }
         let approach = (total - found.iter().sum::<f32>()) / self.uniform.iter().sum::<f32>();
-        found.iter_mut().zip(&self.uniform).for_each(|(f, u)| *f += approach * u);
+        found.iter_mut().zip(self.uniform.iter()).for_each(|(f, u)| *f += approach * u);
         (found, approach)
     }
 
     /// Pressures that close `gap`.
-    fn close(&mut self, gaps: &[f32], gap: &[f32], forcing: f32, effort: &mut Effort) -> Vec<f32> {
-        let k = gap.len();
+    fn close(&mut self, gaps: &[f32], gap: &[f32], forcing: f32, effort: &mut Effort) -> Lines<f32> {
+        let (k, l) = (self.nodes, whole::<f32>(self.nodes));
         if self.inverse.is_empty() {
-            let mut scale: Vec<f32> = (0..k).map(|i| 1.0 / gaps[(k + 1) * i]).collect();
+            let mut scale = Lines::from((0..k).map(|i| 1.0 / gaps[(l + 1) * i]));
             self.open.iter().for_each(|&i| scale[i] = 0.0);
-            let apply = |v: &[f32], out: &mut [f32]| add_columns(gaps, k, v, out);
+            let apply = |v: &[f32], out: &mut [f32]| add_columns(gaps, l, &v[..k], out);
             return conjugate_gradients(gap, &scale, forcing, apply, effort);
         }
-        let mut out = vec![0.0; k];
-        add_columns(&self.inverse, k, gap, &mut out);
+        let mut out = Lines::zeros(l);
+        add_columns(&self.inverse, l, &gap[..k], &mut out);
         if self.open.is_empty() {
             return out;
         }
         let shut = self.shut.get_or_insert_with(|| {
             let (open, inverse) = (&self.open, &self.inverse);
-            Mat::from_fn(open.len(), open.len(), |i, j| inverse[k * open[j] + open[i]]).partial_piv_lu()
+            Mat::from_fn(open.len(), open.len(), |i, j| inverse[l * open[j] + open[i]]).partial_piv_lu()
         });
         // Forces on the gaps of open nodes that keep their pressures at 0.
         let closing = shut.solve(&Mat::from_fn(self.open.len(), 1, |i, _| -out[self.open[i]]));
         for (a, &j) in self.open.iter().enumerate() {
-            out.iter_mut().zip(&self.inverse[k * j..][..k]).for_each(|(o, w)| *o += w * closing[(a, 0)]);
+            out.iter_mut().zip(&self.inverse[l * j..][..l]).for_each(|(o, w)| *o += w * closing[(a, 0)]);
         }
         self.open.iter().for_each(|&i| out[i] = 0.0);
         out
     }
 
-    /// Pressures without friction, N, and the approach over the unit, from the gaps over the unit without any pressure; `None` where the
-    /// set of closed nodes does not settle. `load` is the total of the pressures where it is given.
+    /// Pressures without friction, N, `[l]`, and the approach over the unit, from the gaps over the unit without any pressure, `[k]`; `None` where
+    /// the set of closed nodes does not settle. `load` is the total of the pressures where it is given.
     pub fn frictionless(
         &mut self,
         gaps: &[f32],
         gap: &[f32],
         load: Option<f32>,
         effort: &mut Effort,
-    ) -> Option<(Vec<f32>, f32)> {
-        let k = gap.len();
+    ) -> Option<(Lines<f32>, f32)> {
+        let (k, l) = (self.nodes, whole::<f32>(self.nodes));
         let mut now = gap.to_vec();
-        let (mut pressure, mut approach) = (vec![0.0f32; k], 0.0f32);
+        let (mut pressure, mut approach) = (Lines::zeros(l), 0.0f32);
         let nearer_than = |now: &[f32]| (0..k).min_by(|&a, &b| now[a].total_cmp(&now[b]));
         let pressed = |pressure: &[f32], now: &[f32]| -> Vec<usize> {
-            (0..k).filter(|&i| pressure[i] * gaps[(k + 1) * i] - now[i] > 0.0).collect()
+            (0..k).filter(|&i| pressure[i] * gaps[(l + 1) * i] - now[i] > 0.0).collect()
         };
         let settled = settle(pressed(&pressure, &now), 10, |closed| {
             if closed.is_empty() {
@@ -126,12 +136,12 @@ impl Normal {
             let mut open: Vec<usize> = (0..k).filter(|i| closed.binary_search(i).is_err()).collect();
             open.iter().for_each(|&i| pressure[i] = 0.0);
             response(gaps, gap, &pressure, approach, &mut now);
-            let mut wanted: Vec<f32> = now.iter().map(|g| -g).collect();
+            let mut wanted = Lines::from(now.iter().map(|g| -g));
             open.iter().for_each(|&i| wanted[i] = 0.0);
             let total = load.map(|n| n - pressure.iter().sum::<f32>());
             let (change, nearer) =
                 self.press(gaps, std::mem::take(&mut open), Wanted { gap: wanted, total }, 0.05, effort);
-            pressure.iter_mut().zip(&change).for_each(|(p, c)| *p += c);
+            pressure.iter_mut().zip(change.iter()).for_each(|(p, c)| *p += c);
             approach += nearer;
             response(gaps, gap, &pressure, approach, &mut now);
             Ok::<_, ()>((pressed(&pressure, &now), ()))
@@ -143,5 +153,5 @@ impl Normal {
 /// Gaps over the unit under `pressure` and `approach`.
 fn response(gaps: &[f32], gap: &[f32], pressure: &[f32], approach: f32, out: &mut [f32]) {
     out.iter_mut().zip(gap).for_each(|(o, g)| *o = g - approach);
-    add_columns(gaps, gap.len(), pressure, out);
+    add_columns(gaps, pressure.len(), &pressure[..gap.len()], out);
 }

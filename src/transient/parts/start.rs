@@ -2,6 +2,7 @@
 //! friction, then the tractions under these pressures.
 
 use super::{look, Iterate, Operators};
+use crate::transient::lines::Lines;
 use crate::transient::problem::{Effort, StepProblem};
 
 /// Newton steps on the tractions, and the share of the first residual below which the pressures have to follow.
@@ -21,15 +22,14 @@ pub(super) fn start(parts: &mut Operators, p: &StepProblem<'_>, shift: f64, effo
         return now;
     };
     now.shift -= unit * f64::from(nearer);
-    let k = pressure.len();
     let respond = |now: &mut Iterate, sorted: &[f32]| {
-        for (c, row) in sorted.chunks_exact(k).enumerate() {
+        for (c, row) in sorted.chunks_exact(w.places()).enumerate() {
             now.y[c..].iter_mut().step_by(3).zip(row).for_each(|(y, v)| *y += unit * f64::from(*v));
         }
     };
-    now.x[2..].iter_mut().step_by(3).zip(&pressure).for_each(|(x, q)| *x = f64::from(*q));
+    now.x[2..].iter_mut().step_by(3).zip(pressure.iter()).for_each(|(x, q)| *x = f64::from(*q));
     respond(&mut now, &w.pressed(&pressure));
-    let still = vec![0.0; k];
+    let still = Lines::zeros(w.places());
     let mut enough = None;
     for _ in 0..STEPS {
         let seen = look(p, &parts.rho, &now);

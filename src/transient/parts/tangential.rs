@@ -5,8 +5,9 @@ use pulp::{Arch, Simd, WithSimd};
 use super::krylov::conjugate_gradients;
 use super::Node;
 use crate::contact::law::Status;
-use crate::dense::{add_columns, dot};
+use crate::dense::{add_columns, add_transposed, dot, wide_dot};
 use crate::transient::compact::Operator;
+use crate::transient::lines::{whole, Lines};
 use crate::transient::problem::Effort;
 
 /// Sine of the angle by which a direction may leave the one that the stored operator was made for, at least, and as a share of what the
@@ -16,14 +17,15 @@ const TURN: [f64; 2] = [0.005, 1.0];
 /// Turns in which tractions follow the motion along the slip, at the most.
 const TURNS: usize = 8;
 
-/// The tangential operator on k nodes, in units of that of W. e = (−d_y, d_x) is the direction across d.
+/// The tangential operator on k nodes in l places, in units of that of W. e = (−d_y, d_x) is the direction across d. Vectors have what is across in
+/// the first l places and what is along d in the last l; places without a node hold zeros.
 pub(super) struct Tangential {
-    /// Components x and y of the direction d of each node.
-    direction: [Vec<f32>; 2],
-    /// W between the components across (first k) and along d (last k), columns, `[2k][2k]`.
-    tangential: Vec<f32>,
-    /// W from all normal components to the one across d at a node, `[k]`, node after node, then to the ones along, `[2k][k]`.
-    coupling: Vec<f32>,
+    /// Components x and y of the direction d of each node, `[l]`.
+    direction: [Lines<f32>; 2],
+    /// W between the components across (first k columns) and along d (last k), columns, `[2k][2l]`.
+    tangential: Lines<f32>,
+    /// W from all normal components to the one across d at a node, `[l]`, node after node, then to the ones along, `[2k][l]`.
+    coupling: Lines<f32>,
     /// Whether the columns across and along d of a node are made: the ones where it is closed, the others where it sticks, or its motion along d
     /// feeds its traction.
     made: [Vec<bool>; 2],
@@ -32,12 +34,11 @@ pub(super) struct Tangential {
 impl Tangential {
     /// The operator `w` for what the map says of the nodes, in the memory of another one.
     pub fn new(w: &Operator, nodes: &[Node], old: Option<Self>) -> Self {
-        let k = nodes.len();
-        let (mut tangential, mut coupling) = old.map(|o| (o.tangential, o.coupling)).unwrap_or_default();
+        let (k, l) = (nodes.len(), whole::<f32>(nodes.len()));
+        let (tangential, coupling) = old.map(|o| (o.tangential, o.coupling)).unwrap_or_default();
         // Columns that are not made are met by zeros only.
-        tangential.resize(4 * k * k, 0.0);
-        coupling.resize(2 * k * k, 0.0);
-        let direction = [0, 1].map(|c| nodes.iter().map(|n| n.d[c] as f32).collect());
+        let (tangential, coupling) = (tangential.resized(4 * k * l), coupling.resized(2 * k * l));
+        let direction = [0, 1].map(|c| Lines::from(nodes.iter().map(|n| n.d[c] as f32)));
         let mut new = Self { direction, tangential, coupling, made: [vec![false; k], vec![false; k]] };
         new.complete(w, nodes);
         new
@@ -67,9 +68,13 @@ impl Tangential {
             return;
         }
         changed.iter().for_each(|&i| self.columns(w, i, [true; 2]));
-        for own in changed.iter().flat_map(|&i| [i, k + i]) {
-            for other in (0..2 * k).filter(|o| self.made[o / k][o % k]) {
-                self.tangential[2 * k * other + own] = self.tangential[2 * k * own + other];
+        let (l, stride) = (whole::<f32>(k), 2 * whole::<f32>(k));
+        for (own, i) in [0, 1].into_iter().flat_map(|own| changed.iter().map(move |&i| (own, i))) {
+            for (other, made) in self.made.iter().enumerate() {
+                for j in (0..k).filter(|&j| made[j]) {
+                    self.tangential[stride * (k * other + j) + l * own + i] =
+                        self.tangential[stride * (k * own + i) + l * other + j];
+                }
             }
         }
         self.complete(w, nodes);
@@ -77,27 +82,46 @@ impl Tangential {
 
     /// Takes from `rhs`, across and along, what changes of the pressures and of the tractions along the slip do.
     pub fn subtract(&self, nodes: &[Node], along: &[f32], pressure: &[f32], rhs: &mut [f32]) {
-        Arch::new().dispatch(Subtract { w: self, nodes, along, pressure, rhs });
+        let (k, l) = (nodes.len(), whole::<f32>(nodes.len()));
+        let pressed = pressure.iter().any(|q| *q != 0.0);
+        // The operator is symmetric: rows along of a column are the columns along in that row.
+        let mut across = Lines::zeros(l);
+        if let Some(rows) = self.tangential.get(l..) {
+            add_transposed(rows, 2 * l, along, &mut across[..k]);
+        }
+        if pressed {
+            add_transposed(&self.coupling, l, pressure, &mut across[..k]);
+        }
+        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
+            rhs[i] -= across[i];
+            if node.status == Status::Stick {
+                rhs[l + i] -= wide_dot(&self.tangential[2 * l * (k + i) + l..][..l], along);
+                if pressed {
+                    rhs[l + i] -= wide_dot(&self.coupling[l * (k + i)..][..l], pressure);
+                }
+            }
+        }
     }
 
-    /// The tangential unknowns, N: across at closed nodes, along where they stick. `soft` is added to the diagonal across.
-    pub fn solve(&self, nodes: &[Node], soft: &[f32], rhs: &[f32], forcing: f32, effort: &mut Effort) -> Vec<f32> {
-        let k = nodes.len();
+    /// The tangential unknowns, N: across at closed nodes, along where they stick, `[2l]`, or `[l]` where none sticks. `soft` is added to the diagonal
+    /// across.
+    pub fn solve(&self, nodes: &[Node], soft: &[f32], rhs: &[f32], forcing: f32, effort: &mut Effort) -> Lines<f32> {
+        let (k, l) = (nodes.len(), whole::<f32>(nodes.len()));
         let stick: Vec<usize> = (0..k).filter(|&i| nodes[i].status == Status::Stick).collect();
         // Inverse of the diagonal; 0 for what is no unknown.
-        let mut scale = vec![0.0f32; 2 * k];
+        let mut scale = Lines::zeros(2 * l);
         for (i, _) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
-            scale[i] = 1.0 / (self.tangential[(2 * k + 1) * i] + soft[i]);
+            scale[i] = 1.0 / (self.tangential[(2 * l + 1) * i] + soft[i]);
         }
         for &i in &stick {
-            scale[k + i] = 1.0 / self.tangential[(2 * k + 1) * (k + i)];
+            scale[l + i] = 1.0 / self.tangential[2 * l * (k + i) + l + i];
         }
         // Without nodes in stick the second half has no part.
-        let size = if stick.is_empty() { k } else { 2 * k };
+        let size = if stick.is_empty() { l } else { 2 * l };
         let apply = |v: &[f32], out: &mut [f32]| {
-            add_columns(&self.tangential, 2 * k, &v[..k], &mut out[..k]);
+            add_columns(&self.tangential, 2 * l, &v[..k], &mut out[..l]);
             out.iter_mut().zip(soft).zip(v).for_each(|((o, s), v)| *o += s * v);
-            Arch::new().dispatch(Sticking { tangential: &self.tangential, nodes: &stick, v, out });
+            Arch::new().dispatch(Sticking { tangential: &self.tangential, count: k, nodes: &stick, v, out });
         };
         conjugate_gradients(&rhs[..size], &scale[..size], forcing, apply, effort)
     }
@@ -112,18 +136,18 @@ impl Tangential {
         (soft, rhs, forcing): (&[f32], f32, f32),
         effort: &mut Effort,
     ) {
-        let k = nodes.len();
-        let (base, still) = (along.to_vec(), vec![0.0f32; k]);
+        let l = whole::<f32>(nodes.len());
+        let (base, still) = (along.to_vec(), Lines::zeros(l));
         let norm = |v: &[f32]| dot(v, v).sqrt();
         // Motion along d, to which unknowns and tractions add as they change.
-        let mut moved = vec![0.0f32; k];
+        let mut moved = Lines::zeros(l);
         Arch::new().dispatch(Pressed { w: self, nodes, pressure, out: &mut moved });
         self.add_motion(along, found, &mut moved);
         // What has changed since the unknowns were solved for.
-        let mut pending = vec![0.0f32; k];
+        let mut pending = Lines::zeros(l);
         for _ in 0..TURNS {
-            let mut change = vec![0.0f32; k];
-            for i in (0..k).filter(|&i| nodes[i].status == Status::Slip) {
+            let mut change = Lines::zeros(l);
+            for (i, _) in nodes.iter().enumerate().filter(|(_, n)| n.status == Status::Slip) {
                 change[i] = base[i] + feed[i] * moved[i] - along[i];
                 along[i] += change[i];
                 pending[i] += change[i];
@@ -133,14 +157,14 @@ impl Tangential {
                 continue;
             }
             // What they do to the unknowns matters where it is more than what is left of these anyway.
-            let mut more = vec![0.0f32; 2 * k];
+            let mut more = Lines::zeros(2 * l);
             self.subtract(nodes, &pending, &still, &mut more);
             let share = forcing * rhs / norm(&more);
             if !(share < 0.5) {
                 break;
             }
             let step = self.solve(nodes, soft, &more, share, effort);
-            found.iter_mut().zip(&step).for_each(|(f, m)| *f += m);
+            found.iter_mut().zip(step.iter()).for_each(|(f, m)| *f += m);
             self.add_motion(&change, &step, &mut moved);
             pending.fill(0.0);
         }
@@ -148,14 +172,14 @@ impl Tangential {
 
     /// Adds the motion along d at nodes that slip, under tractions `along` at these and the unknowns `found`, as far as there are any.
     fn add_motion(&self, along: &[f32], found: &[f32], out: &mut [f32]) {
-        let k = along.len();
-        add_columns(&self.tangential[2 * k * k + k..], 2 * k, along, out);
+        let (k, l) = (self.made[0].len(), along.len());
+        add_columns(&self.tangential[2 * l * k + l..], 2 * l, &along[..k], out);
         if let Some(across) = found.get(..k) {
-            add_columns(&self.tangential[k..], 2 * k, across, out);
+            add_columns(&self.tangential[l..], 2 * l, across, out);
         }
         // Along d the unknowns of nodes in stick.
-        if let Some(stuck) = found.get(k..2 * k) {
-            add_columns(&self.tangential[2 * k * k + k..], 2 * k, stuck, out);
+        if let Some(stuck) = found.get(l..l + k) {
+            add_columns(&self.tangential[2 * l * k + l..], 2 * l, stuck, out);
         }
     }
 
@@ -171,7 +195,7 @@ impl Tangential {
 
     /// Makes the columns of node `i` across d and along, as far as `wanted`.
     fn columns(&mut self, w: &Operator, i: usize, wanted: [bool; 2]) {
-        let k = self.made[0].len();
+        let (k, l) = (self.made[0].len(), w.places());
         let direction = [&self.direction[0][..], &self.direction[1][..]];
         let [dx, dy] = direction.map(|d| d[i]);
         let columns = [w.tangential(i, 0), w.tangential(i, 1)];
@@ -181,8 +205,8 @@ impl Tangential {
                 columns,
                 factors,
                 direction,
-                tangential: &mut self.tangential[2 * k * own..][..2 * k],
-                coupling: &mut self.coupling[k * own..][..k],
+                tangential: &mut self.tangential[2 * l * own..][..2 * l],
+                coupling: &mut self.coupling[l * own..][..l],
             });
             self.made[c][i] = true;
         }
@@ -191,13 +215,13 @@ impl Tangential {
 
 /// The response to one tangential direction at a node.
 struct Column<'a> {
-    /// Columns x and y of W at the node, rows x, y and n, `[3][k]`, and what each of them takes part with.
+    /// Columns x and y of W at the node, rows x, y and n, `[3][l]`, and what each of them takes part with.
     columns: [&'a [f32]; 2],
     factors: [f32; 2],
     direction: [&'a [f32]; 2],
-    /// Across and along at all nodes, `[2k]`.
+    /// Across and along at all nodes, `[2l]`.
     tangential: &'a mut [f32],
-    /// Gaps of all nodes, `[k]`.
+    /// Gaps of all nodes, `[l]`.
     coupling: &'a mut [f32],
 }
 
@@ -207,13 +231,13 @@ impl WithSimd for Column<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let ([dx, dy], [a, b], [f, g]) = (self.direction, self.columns, self.factors);
-        let k = dx.len();
+        let l = dx.len();
         // Plain indices into lists of one length: the compiler turns these into vector instructions.
-        let (across, along) = self.tangential.split_at_mut(k);
-        let (across, along, gap) = (&mut across[..k], &mut along[..k], &mut self.coupling[..k]);
-        let (dx, dy) = (&dx[..k], &dy[..k]);
-        let ([ax, ay, an], [bx, by, bn]) = ([0, 1, 2].map(|r| &a[k * r..][..k]), [0, 1, 2].map(|r| &b[k * r..][..k]));
-        for j in 0..k {
+        let (across, along) = self.tangential.split_at_mut(l);
+        let (across, along, gap) = (&mut across[..l], &mut along[..l], &mut self.coupling[..l]);
+        let (dx, dy) = (&dx[..l], &dy[..l]);
+        let ([ax, ay, an], [bx, by, bn]) = ([0, 1, 2].map(|r| &a[l * r..][..l]), [0, 1, 2].map(|r| &b[l * r..][..l]));
+        for j in 0..l {
             let (x, y) = (f * ax[j] + g * bx[j], f * ay[j] + g * by[j]);
             across[j] = dx[j] * y - dy[j] * x;
             along[j] = dx[j] * x + dy[j] * y;
@@ -225,6 +249,8 @@ impl WithSimd for Column<'_> {
 /// What the components along of sticking `nodes` do and what is done to them.
 struct Sticking<'a> {
     tangential: &'a [f32],
+    /// k.
+    count: usize,
     nodes: &'a [usize],
     v: &'a [f32],
     out: &'a mut [f32],
@@ -235,44 +261,12 @@ impl WithSimd for Sticking<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let k = self.out.len() / 2;
+        let l = self.out.len() / 2;
         for &i in self.nodes {
-            let column = &self.tangential[2 * k * (k + i)..][..2 * k];
-            let factor = self.v[k + i];
-            self.out[..k].iter_mut().zip(column).for_each(|(o, w)| *o += factor * w);
-            self.out[k + i] = dot(column, self.v);
-        }
-    }
-}
-
-/// See [`Tangential::subtract`].
-struct Subtract<'a> {
-    w: &'a Tangential,
-    nodes: &'a [Node],
-    along: &'a [f32],
-    pressure: &'a [f32],
-    rhs: &'a mut [f32],
-}
-
-impl WithSimd for Subtract<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let k = self.nodes.len();
-        let pressed = self.pressure.iter().any(|q| *q != 0.0);
-        for part in [0, 1] {
-            for (i, node) in self.nodes.iter().enumerate() {
-                if node.status == Status::Stick || (part == 0 && node.status == Status::Slip) {
-                    let own = k * part + i;
-                    // The operator is symmetric: rows along of a column are the columns along in that row.
-                    let row = &self.w.tangential[2 * k * own + k..][..k];
-                    self.rhs[own] -= dot(row, self.along);
-                    if pressed {
-                        self.rhs[own] -= dot(&self.w.coupling[k * own..][..k], self.pressure);
-                    }
-                }
-            }
+            let column = &self.tangential[2 * l * (self.count + i)..][..2 * l];
+            let factor = self.v[l + i];
+            self.out[..l].iter_mut().zip(column).for_each(|(o, w)| *o += factor * w);
+            self.out[l + i] = dot(column, self.v);
         }
     }
 }
@@ -290,9 +284,9 @@ impl WithSimd for Pressed<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let k = self.nodes.len();
+        let (k, l) = (self.nodes.len(), self.pressure.len());
         for (i, _) in self.nodes.iter().enumerate().filter(|(_, n)| n.status == Status::Slip) {
-            self.out[i] = dot(&self.w.coupling[k * (k + i)..][..k], self.pressure);
+            self.out[i] = dot(&self.w.coupling[l * (k + i)..][..l], self.pressure);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a step finds.
 
+use super::super::compact::Operator;
 use super::super::problem::{Effort, StepSolution};
 use crate::contact::law::Status;
 use crate::friction::Remembered;
@@ -26,8 +27,8 @@ pub struct Report {
 pub struct Posed<'a> {
     /// Its nodes, `[k]`.
     pub nodes: &'a [usize],
-    /// W, m/N, columns, `[3k][3k]`.
-    pub matrix: &'a [f64],
+    /// W.
+    pub matrix: &'a Operator,
     /// (dx, dy, g) at R = 0, m, `[3k]`.
     pub free: &'a [f64],
     /// What the nodes remembered of friction, `[k]`; empty where friction is constant.

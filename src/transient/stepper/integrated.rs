@@ -116,14 +116,8 @@ impl Integrated {
             return Ok(StepSolution { reaction, shift, response, status, friction: Vec::new(), residual: 0.0 });
         }
         let law = Law { rho: self.rho, friction: p.friction.coefficient(0.0) };
-        let posed = Posed {
-            cells,
-            law,
-            response: faer::MatRef::from_column_major_slice(p.matrix.columns(), 3 * k, 3 * k),
-            constant: p.free,
-            total: p.total,
-            measure: &vec![1.0; k],
-        };
+        let posed =
+            Posed { cells, law, response: p.matrix.matrix(), constant: p.free, total: p.total, measure: &vec![1.0; k] };
         let target = p.tolerance * scale;
         let mut now = posed.at(guess.to_vec(), shift);
         let mut spent = consistent::Effort::default();

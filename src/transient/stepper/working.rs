@@ -2,6 +2,7 @@
 
 use super::super::compact::Operator;
 use super::super::foot::{support, Foot};
+use super::super::lines::Lines;
 use super::super::model::Impact;
 use super::super::problem::StepSolution;
 use super::{pressed, Stepper};
@@ -20,10 +21,11 @@ pub(super) struct Working {
     pub(super) place: Vec<usize>,
     /// W of the core nodes.
     pub(super) w: Operator,
-    /// Rows of W of the other nodes here, columns of the core nodes, `[3 core][rows − 3 core]`.
-    pub(super) around: Vec<f64>,
+    /// Rows of W of the other nodes here, columns of the core nodes, `[3 core][rows − 3 core]`, every column in
+    /// lines of its own.
+    pub(super) around: Lines<f64>,
     /// Rows of Ψ by what the contact sees of the modes: three of each full node, then the normal one of each other, `[rows][r]`.
-    pub(super) psi: Vec<f64>,
+    pub(super) psi: Lines<f64>,
     /// Foot of each core node with its line of the grid.
     pub(super) feet: Vec<(usize, Foot)>,
     /// What the nodes near a foot take part with where all three are closed, for each core node; 0 where there are not three.
@@ -59,8 +61,7 @@ pub(super) struct Outside {
     /// Reactions on the core, N, `[3 core]`.
     reaction: Vec<f64>,
     shift: f64,
-    /// Largest change of a gap that a unit of what is seen of the modes and of each reaction on the core makes out there, `[r]` and
-    /// `[3 core]`.
+    /// Largest change of a gap that a unit of each mode and of each reaction on the core makes out there, `[m]` and `[3 core]`.
     reach: [Vec<f64>; 2],
 }
 
@@ -150,6 +151,7 @@ impl Stepper<'_> {
             }
         }
         let mut nearest = f64::INFINITY;
+        let seen = self.shapes.seen(q);
         for i in (0..s.len()).filter(|&i| ws.place[i] == usize::MAX) {
             let col = self.model.residual.col(3 * i + 2);
             let mut elastic = [0.0; 3];
@@ -158,7 +160,7 @@ impl Stepper<'_> {
                     elastic[c] += col[3 * j + c] * r[c];
                 }
             }
-            let now = gap[i] + shift + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), q);
+            let now = gap[i] + shift + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), &seen);
             nearest = nearest.min(now);
             if now < limit {
                 entering.push(i);
@@ -182,10 +184,11 @@ impl Stepper<'_> {
     /// What can move the gaps of the nodes outside the working set, which are not looked at yet.
     fn around(&self) -> Outside {
         let ws = &self.working;
-        let mut reach = [vec![0.0f64; self.shapes.rank()], vec![0.0f64; 3 * ws.core]];
+        let modes = self.model.modes;
+        let mut reach = [vec![0.0f64; modes.ncols()], vec![0.0f64; 3 * ws.core]];
         for i in (0..ws.place.len()).filter(|&i| ws.place[i] == usize::MAX) {
-            let row = self.shapes.row(3 * i + 2);
-            reach[0].iter_mut().zip(row).for_each(|(r, v)| *r = r.max(v.abs()));
+            let row = modes.row(3 * i + 2);
+            reach[0].iter_mut().zip(row.iter()).for_each(|(r, v)| *r = r.max(v.abs()));
             let col = self.model.residual.col(3 * i + 2);
             for (r, &j) in reach[1].chunks_exact_mut(3).zip(&ws.nodes) {
                 (0..3).for_each(|c| r[c] = r[c].max(col[3 * j + c].abs()));
@@ -261,8 +264,11 @@ impl Stepper<'_> {
                 .flat_map(|column| rows.iter().map(|&row| column[row]))
                 .collect()
         };
-        let (w, around) = (Operator::new(columns(&rows[..3 * core.len()])), columns(&rows[3 * core.len()..]));
+        let w = Operator::new(columns(&rows[..3 * core.len()]));
+        let beyond = &rows[3 * core.len()..];
+        let around = Lines::columns(beyond.len(), columns(beyond).into_iter());
         let psi: Vec<f64> = rows.iter().flat_map(|&row| self.shapes.row(row).iter().copied()).collect();
+        let psi = Lines::from(psi.into_iter());
         let seen = self.shapes.seen(&self.state.q);
         // Displacements of the present state: Ψ q + S R.
         let loaded: Vec<usize> = (0..self.state.reaction.len()).filter(|&k| self.state.reaction[k] != 0.0).collect();
