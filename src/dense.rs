@@ -171,11 +171,11 @@ macro_rules! real {
             fn with_simd<S: Simd>(self, s: S) {
                 let Self { a, stride, x, out } = self;
                 let (wide, tail) = S::$parts(x);
-                let (groups, rest) = out.as_chunks_mut::<WIDTH>();
-                for (o, column) in rest.iter_mut().zip((WIDTH * groups.len()..).map(|j| &a[j * stride..][..x.len()])) {
+                let (groups, rest) = out.split_at_mut(out.len() / WIDTH * WIDTH);
+                for (o, column) in rest.iter_mut().zip((groups.len()..).map(|j| &a[j * stride..][..x.len()])) {
                     *o += dot(column, x);
                 }
-                for (j, out) in groups.iter_mut().enumerate() {
+                for (j, out) in groups.chunks_exact_mut(WIDTH).enumerate() {
                     let columns: [_; WIDTH] =
                         std::array::from_fn(|c| S::$parts(&a[(WIDTH * j + c) * stride..][..x.len()]));
                     let [a0, a1, a2, a3, a4, a5] = columns.map(|(whole, _)| &whole[..wide.len()]);

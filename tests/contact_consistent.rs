@@ -313,7 +313,7 @@ fn a_step_is_the_fixed_point_of_the_paper() {
             let mut u = vec![1.0; 3 * n];
             for (a, &i) in nodes.iter().enumerate() {
                 for c in 0..3 {
-                    let column = &posed.matrix[3 * k * (3 * a + c)..][..3 * k];
+                    let column = posed.matrix.col(3 * a + c);
                     let response: f64 = nodes
                         .iter()
                         .enumerate()
