@@ -195,7 +195,8 @@ fn sizes(
     count: usize,
     clock: &mut Clock,
 ) -> railsqueal::Result<()> {
-    for (block, subspace) in [(4, 100), (6, 110), (8, 86), (8, 110), (8, 130), (12, 110), (16, 250)] {
+    for (block, subspace) in [(4, 100), (6, 110), (8, 86), (8, 104), (8, 112), (8, 120), (8, 128), (12, 110), (16, 250)]
+    {
         let before = usage().0;
         let mut first = Timed { at: At { factor, sigma: 0.0 }, seconds: 0.0 };
         let found = nearest_by(pencil, &mut first, count, Sizes { block, subspace }, &mut |_, _| ())?;

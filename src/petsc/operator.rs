@@ -105,7 +105,9 @@ impl<'a> Operator<'a> {
     /// Collective: Y = A X over local rows, both `[n_local, columns]` column by column. A pass through the matrix takes several columns.
     pub fn apply_block(&self, world: &World, x: &[f64], y: &mut [f64], columns: usize) {
         let n = self.matrix.n_local();
-        let (mut with_ghosts, mut out) = (Vec::new(), Vec::new());
+        let mut with_ghosts = Vec::new();
+        // Pages that the system clears are not cleared again.
+        let mut out = if columns < WIDTH / 4 { Vec::new() } else { vec![0.0; n * WIDTH] };
         for first in (0..columns).step_by(WIDTH) {
             let width = WIDTH.min(columns - first);
             if width < WIDTH / 4 {
@@ -115,7 +117,6 @@ impl<'a> Operator<'a> {
                 break;
             }
             let (x, y) = (&x[first * n..(first + width) * n], &mut y[first * n..(first + width) * n]);
-            out.resize(n * WIDTH, 0.0);
             // The result has the room for it where there are neither ghosts nor zeros to fill up with.
             if world.size == 1 && width == WIDTH {
                 by_rows(x, y);
@@ -128,8 +129,11 @@ impl<'a> Operator<'a> {
                 with_ghosts.extend(ghosts);
                 Arch::new().dispatch(Rows { operator: self, x: &with_ghosts, out: &mut out });
             }
-            for (j, column) in y.chunks_exact_mut(n.max(1)).enumerate() {
-                column.iter_mut().zip(out.chunks_exact(WIDTH)).for_each(|(v, row)| *v = row[j]);
+            for (part, rows) in out.chunks(TILE * WIDTH).enumerate() {
+                for (j, column) in y.chunks_exact_mut(n).enumerate() {
+                    let column = &mut column[part * TILE..];
+                    column.iter_mut().zip(rows.chunks_exact(WIDTH)).for_each(|(v, row)| *v = row[j]);
+                }
             }
         }
     }
@@ -138,10 +142,16 @@ impl<'a> Operator<'a> {
 /// Puts up to `WIDTH` columns of `x` behind one another in each row of `rows`, `[n][WIDTH]`.
 fn by_rows(x: &[f64], rows: &mut [f64]) {
     let n = rows.len() / WIDTH;
-    for (j, column) in x.chunks_exact(n.max(1)).enumerate() {
-        column.iter().zip(rows.chunks_exact_mut(WIDTH)).for_each(|(v, row)| row[j] = *v);
+    for (part, rows) in rows.chunks_mut(TILE * WIDTH).enumerate() {
+        for (j, column) in x.chunks_exact(n).enumerate() {
+            let column = &column[part * TILE..];
+            column.iter().zip(rows.chunks_exact_mut(WIDTH)).for_each(|(v, row)| row[j] = *v);
+        }
     }
 }
+
+/// Rows that are put side by side at a time: they stay in the first-level cache.
+const TILE: usize = 128;
 
 /// Columns of a block that one pass through the matrix takes with it.
 const WIDTH: usize = 8;
@@ -171,12 +181,12 @@ impl WithSimd for Rows<'_> {
                 let c = c as usize;
                 let row = &self.x[c * WIDTH..][..WIDTH];
                 for k in 0..WIDTH {
-                    sums[k] += v * row[k];
+                    sums[k] = f64::mul_add(v, row[k], sums[k]);
                 }
                 if mirrors && c < i {
                     let across = &mut self.out[c * WIDTH..][..WIDTH];
                     for k in 0..WIDTH {
-                        across[k] += v * own[k];
+                        across[k] = f64::mul_add(v, own[k], across[k]);
                     }
                 }
             }

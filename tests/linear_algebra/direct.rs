@@ -204,7 +204,7 @@ fn out_of_core(world: &World) {
     }
 }
 
-/// On both sides of eight columns, up to which products of the factor with them are this program's own.
+/// On both sides of eight columns, up to which products of the factor with them are this program's own; triangles are solved in groups of eight.
 fn solve_many(world: &World) {
     #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
     {
@@ -214,7 +214,7 @@ fn solve_many(world: &World) {
     }
     let (k, _) = brick(world, 8);
     let mut f = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "brick").unwrap();
-    for count in [2, 7, 8, 9] {
+    for count in [2, 7, 8, 9, 19] {
         let columns: Vec<Vec<f64>> = (0..count).map(|j| sample(&k, world, j as f64)).collect();
         let mut x = columns.concat();
         f.solve(&mut x, count).unwrap();

@@ -7,16 +7,14 @@ use pulp::{f64x4, Simd, WithSimd};
 
 /// Most columns of a thin product.
 pub(crate) const COLUMNS: usize = 8;
-/// Columns that [`Product::add_plain`] has in registers at a time.
-const HALF: usize = COLUMNS / 2;
 /// Fewest rows of C.
-pub(crate) const LEAST: usize = TILE;
-/// Rows of C that [`Product::add_plain`] keeps in registers, for half of the columns at a time.
-const TILE: usize = 8;
-/// Columns of A that it goes through for all tiles, so that memory is read nearly in order.
-const PANEL: usize = 16;
-/// Rows of C that [`Product::add_transposed`] keeps in registers.
-const ROWS: usize = 4;
+pub(crate) const LEAST: usize = 8;
+/// Columns of A that the kernels go through together: what belongs to them stays in registers.
+pub(crate) const GROUP: usize = 4;
+/// Rows of C, or of B, that stay in half of the first-level cache.
+const STRIP: usize = 256;
+/// Length of columns up to which what comes next is asked for two groups ahead, and above which one.
+const SHORT: usize = 96;
 /// Numbers in a line of the cache.
 const LINE: usize = 8;
 
@@ -46,13 +44,13 @@ fn fetch(a: &[f64], at: usize) {
     unsafe { _mm_prefetch::<_MM_HINT_T0>(a.as_ptr().wrapping_add(at).cast()) }
 }
 
-#[inline(always)]
-fn four(x: &[f64]) -> f64x4 {
-    f64x4(x[0], x[1], x[2], x[3])
-}
+/// A row of eight columns.
+pub(crate) type Row = [f64x4; COLUMNS / 4];
 
-/// What a tile of C gets in half of its columns, `[4][8]`.
-type Sums = [[f64x4; TILE / 4]; HALF];
+#[inline(always)]
+pub(crate) fn row(x: &[f64; COLUMNS]) -> Row {
+    [f64x4(x[0], x[1], x[2], x[3]), f64x4(x[4], x[5], x[6], x[7])]
+}
 
 /// C += op(A) B, with op(A) of `[rows, b.len()]`; at least [`LEAST`] rows, two columns.
 pub(crate) struct Product<'a> {
@@ -75,37 +73,37 @@ impl Product<'_> {
 
     #[inline(always)]
     fn add_plain(self) {
-        let Self { simd, a, a_stride, rows, b, c, c_stride, .. } = self;
-        let columns = c.len().div_ceil(c_stride);
-        for (k, b) in b.chunks(PANEL).enumerate() {
-            let panel = &a[k * PANEL * a_stride..];
-            // The panel after this one, a line for each step of a tile.
-            let mut ahead = PANEL * a_stride;
-            for first in (0..rows).step_by(TILE) {
-                // The last tile reaches back over rows that have been dealt with.
-                let from = first.min(rows - TILE);
-                let sums = tile::<true>(simd, panel, a_stride, from, b, 0, ahead);
-                ahead += LINE * b.len();
-                add(&sums, first - from, &mut c[from..], c_stride, columns);
-                if columns > HALF {
-                    let sums = tile::<false>(simd, panel, a_stride, from, b, HALF, 0);
-                    add(&sums, first - from, &mut c[HALF * c_stride + from..], c_stride, columns - HALF);
-                }
+        let Self { simd, a, a_stride: stride, rows, b, c, c_stride, .. } = self;
+        let mut sums = [[0.0; COLUMNS]; STRIP];
+        for first in (0..rows).step_by(STRIP) {
+            let sums = &mut sums[..STRIP.min(rows - first)];
+            sums.fill([0.0; COLUMNS]);
+            let whole = b.len() / GROUP * GROUP;
+            for k in (0..whole).step_by(GROUP) {
+                let from = k * stride + first;
+                spread::<GROUP>(simd, a, from, stride, from + ahead(stride), &b[k..], sums);
+            }
+            for k in whole..b.len() {
+                spread::<1>(simd, a, k * stride + first, stride, a.len(), &b[k..], sums);
+            }
+            for (j, column) in c.chunks_mut(c_stride).enumerate() {
+                column[first..].iter_mut().zip(&*sums).for_each(|(v, sum)| *v += sum[j]);
             }
         }
     }
 
     #[inline(always)]
     fn add_transposed(self) {
-        let Self { simd, a, a_stride, rows, b, c, c_stride, .. } = self;
-        let mut first = 0;
-        while first + ROWS <= rows {
-            let sums = dots::<ROWS>(simd, &a[first * a_stride..], a_stride, b);
-            store(&sums, first, c, c_stride);
-            first += ROWS;
-        }
-        for row in first..rows {
-            store(&dots::<1>(simd, &a[row * a_stride..], a_stride, b), row, c, c_stride);
+        let Self { simd, a, a_stride: stride, rows, b, c, c_stride, .. } = self;
+        for (strip, b) in b.chunks(STRIP).enumerate() {
+            let a = &a[strip * STRIP..];
+            let whole = rows / GROUP * GROUP;
+            for first in (0..whole).step_by(GROUP) {
+                store(&dots::<GROUP>(simd, &a[first * stride..], stride, b), first, c, c_stride);
+            }
+            for row in whole..rows {
+                store(&dots::<1>(simd, &a[row * stride..], stride, b), row, c, c_stride);
+            }
         }
     }
 }
@@ -123,71 +121,69 @@ impl WithSimd for Product<'_> {
     }
 }
 
-/// Sums for the rows from `from` on and the columns from `left` on; with `FETCH` asks for what lies `ahead`.
+/// How much further on what comes next lies.
 #[inline(always)]
-fn tile<const FETCH: bool>(
+fn ahead(stride: usize) -> usize {
+    GROUP * stride * if stride > SHORT { 1 } else { 2 }
+}
+
+/// Asks for a line of a group of columns of this `length` at each second step: in the order in which they lie in memory, which lets the processor go on by itself, where little is
+/// between them.
+#[inline(always)]
+fn fetch_group(a: &[f64], at: usize, stride: usize, length: usize, step: usize) {
+    let turn = LINE / GROUP;
+    if step.is_multiple_of(turn) {
+        let place = match stride < length + LINE {
+            true => GROUP * step,
+            false => step / turn % GROUP * stride + step / LINE * LINE,
+        };
+        fetch(a, at + place);
+    }
+}
+
+/// Adds to rows what `N` columns of A give, which begin at `from`; at `next` begin those that come next.
+#[inline(always)]
+pub(crate) fn spread<const N: usize>(
     simd: V3,
     a: &[f64],
-    stride: usize,
     from: usize,
+    stride: usize,
+    next: usize,
     b: &[[f64; COLUMNS]],
-    left: usize,
-    ahead: usize,
-) -> Sums {
-    let mut sums: Sums = [[f64x4(0.0, 0.0, 0.0, 0.0); TILE / 4]; HALF];
-    for (p, row) in b.iter().enumerate() {
-        let values = &a[p * stride + from..][..TILE];
-        let values = [four(values), four(&values[4..])];
-        if FETCH {
-            fetch(a, ahead + LINE * p);
+    sums: &mut [[f64; COLUMNS]],
+) {
+    let length = sums.len();
+    let columns: [&[f64]; N] = std::array::from_fn(|j| &a[from + j * stride..][..length]);
+    let factors: [Row; N] = std::array::from_fn(|j| row(&b[j]));
+    for (i, target) in sums.iter_mut().enumerate() {
+        fetch_group(a, next, stride, length, i);
+        let mut sum = row(target);
+        for (column, factor) in columns.iter().zip(&factors) {
+            let value = simd.splat_f64s(column[i]);
+            sum.iter_mut().zip(factor).for_each(|(s, f)| *s = simd.mul_add_f64s(value, *f, *s));
         }
-        for j in 0..HALF {
-            let factor = simd.splat_f64s(row[left + j]);
-            for i in 0..TILE / 4 {
-                sums[j][i] = simd.mul_add_f64s(factor, values[i], sums[j][i]);
-            }
-        }
-    }
-    sums
-}
-
-/// Adds to a tile of C, of at most half of the columns, what its rows from `done` on get.
-#[inline(always)]
-fn add(sums: &Sums, done: usize, c: &mut [f64], stride: usize, columns: usize) {
-    for j in 0..HALF.min(columns) {
-        let mut sum: [f64; TILE] = pulp::cast(sums[j]);
-        if done > 0 {
-            sum[..done].fill(0.0);
-        }
-        let out = &mut c[j * stride..][..TILE];
-        for i in 0..TILE {
-            out[i] += sum[i];
-        }
+        *target = pulp::cast(sum);
     }
 }
 
-/// Sums over `N` columns of A, `[N][8]`.
+/// Sums over `N` columns of A.
 #[inline(always)]
-fn dots<const N: usize>(simd: V3, a: &[f64], stride: usize, b: &[[f64; COLUMNS]]) -> [[f64x4; 2]; N] {
+pub(crate) fn dots<const N: usize>(simd: V3, a: &[f64], stride: usize, b: &[[f64; COLUMNS]]) -> [Row; N] {
     let mut sums = [[f64x4(0.0, 0.0, 0.0, 0.0); 2]; N];
     let columns: [&[f64]; N] = std::array::from_fn(|i| &a[i * stride..][..b.len()]);
-    // Two groups ahead: N numbers a step, a line for every other step of four.
-    let ahead = 2 * N * stride;
-    for (p, row) in b.iter().enumerate() {
-        if p % (LINE / ROWS) == 0 {
-            fetch(a, ahead + N * p);
-        }
-        let row = [four(row), four(&row[4..])];
+    for (p, values) in b.iter().enumerate() {
+        fetch_group(a, ahead(stride), stride, b.len(), p);
+        let values = row(values);
         for (sum, column) in sums.iter_mut().zip(columns) {
             let factor = simd.splat_f64s(column[p]);
-            sum.iter_mut().zip(row).for_each(|(s, v)| *s = simd.mul_add_f64s(factor, v, *s));
+            sum.iter_mut().zip(values).for_each(|(s, v)| *s = simd.mul_add_f64s(factor, v, *s));
         }
     }
     sums
 }
 
 #[inline(always)]
-fn store<const N: usize>(sums: &[[f64x4; 2]; N], first: usize, c: &mut [f64], stride: usize) {
+fn store<const N: usize>(sums: &[Row; N], first: usize, c: &mut [f64], stride: usize) {
     for (i, sum) in sums.iter().enumerate() {
         let sum: [f64; COLUMNS] = pulp::cast(*sum);
         c.chunks_mut(stride).zip(sum).for_each(|(column, s)| column[first + i] += s);
@@ -195,10 +191,10 @@ fn store<const N: usize>(sums: &[[f64x4; 2]; N], first: usize, c: &mut [f64], st
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn numbers(n: usize, seed: u64) -> Vec<f64> {
+    pub(crate) fn numbers(n: usize, seed: u64) -> Vec<f64> {
         let mut state = seed;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -207,13 +203,13 @@ mod tests {
         (0..n).map(|_| next()).collect()
     }
 
-    /// Both kernels against the definition, over sizes about those of tiles and panels, with strides of their own; what lies between columns stays.
+    /// Both kernels against the definition, over sizes about those of groups and strips, with strides of their own; what lies between columns stays.
     #[test]
     fn products_are_those_of_the_definition() {
         let Some(simd) = V3::try_new() else { return };
         let (alpha, mut space) = (-0.7, Vec::new());
-        for rows in (LEAST..28).chain([64, 105]) {
-            for inner in [1, 2, 3, 15, 16, 17, 33, 120] {
+        for rows in (LEAST..28).chain([64, 105, STRIP + 13]) {
+            for inner in [1, 2, 3, 15, 16, 17, 33, 120, STRIP + 6] {
                 for columns in 2..=COLUMNS {
                     for (beta, extra) in [(1.0, 0), (0.0, 3), (2.5, 1)] {
                         for transposed in [false, true] {

@@ -93,6 +93,10 @@ pub struct Factor<'w> {
 /// nearly what is needed, on several ranks too; what is beyond stays taken as long as the factor.
 const WORKSPACE: [MUMPS_INT; 3] = [2, 30, 1000];
 
+/// MUMPS's KEEP(1), which says how many zeros two fronts may be made one for; it takes 5. With 3 the factor of an annulus of hexahedra has 5 percent fewer
+/// entries and operations, and a solve takes as long.
+const AMALGAMATION: MUMPS_INT = 3;
+
 /// What helps against a factorisation without memory.
 const ADVICE: &str = "solver.out_of_core, more ranks on more machines, a coarser mesh or, for steady rolling alone, solver.linear \"gamg\"";
 
@@ -173,6 +177,7 @@ impl<'w> Factor<'w> {
             factor.control(stream, -1);
         }
         factor.control(4, 0);
+        factor.id.keep[0] = AMALGAMATION;
         factor.control(18, 3); // matrix distributed by rows, pattern at the analysis and values at the factorisation
         factor.control(28, 1); // ordering on one rank
         if let Some(scratch) = world.scratch.get() {
