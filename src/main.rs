@@ -89,10 +89,8 @@ fn start() -> i32 {
 
 /// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code.
 fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
-    // Beside a process that no launcher started Open MPI puts a daemon, for others that it might spawn, which takes a third of the start.
-    const ISOLATED: &str = "OMPI_MCA_ess_singleton_isolated";
-    if launch::alone(&launch::environment) && std::env::var_os(ISOLATED).is_none() {
-        std::env::set_var(ISOLATED, "1");
+    for (name, value) in launch::shortcuts(&launch::environment) {
+        std::env::set_var(name, value);
     }
     // Signals count from here on, whatever is being done when they come.
     let stop = match &command {

@@ -34,8 +34,24 @@ const INTERFACES: [&str; 9] = [
 ];
 
 /// True where no launcher has set anything by which this process would find others.
-pub fn alone(env: Lookup) -> bool {
+fn alone(env: Lookup) -> bool {
     INTERFACES.iter().all(|name| env(name).is_none()) && number(env, "SLURM_STEP_NUM_TASKS").unwrap_or(1) <= 1
+}
+
+/// Variables of Open MPI that make its start quicker, as far as nobody has set them; to be set before MPI starts.
+///
+/// Beside a process that no launcher started Open MPI puts a daemon, for others that it might spawn, which takes a third of the start. Libraries for networks take up to half of it;
+/// ranks that are all on one machine have shared memory.
+pub fn shortcuts(env: Lookup) -> Vec<(&'static str, &'static str)> {
+    const DAEMON: (&str, &str) = ("OMPI_MCA_ess_singleton_isolated", "1");
+    const MESSAGES: (&str, &str) = ("OMPI_MCA_pml", "ob1");
+    let sizes = ["OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE"].map(|name| number(env, name));
+    let wanted = match (alone(env), sizes) {
+        (true, _) => vec![DAEMON, MESSAGES],
+        (_, [Some(all), Some(here)]) if all == here => vec![MESSAGES],
+        _ => Vec::new(),
+    };
+    wanted.into_iter().filter(|(name, _)| env(name).is_none()).collect()
 }
 
 /// `Some` message if srun started several processes and gave them nothing by which they find each other: MPI_Init would abort.
@@ -146,6 +162,17 @@ mod tests {
         assert_eq!(deaf(&pmi2, &[]), None, "it is not known what it speaks");
         assert_eq!(deaf(&env(&["SLURM_STEP_ID", "PMI_RANK", "PMIX_NAMESPACE"]), &plugins(&["ext3x"])), None);
         assert_eq!(deaf(&env(&["PMI_RANK"]), &plugins(&["ext3x"])), None, "no srun");
+    }
+
+    #[test]
+    fn networks_are_left_out_where_all_ranks_are_on_one_machine() {
+        let names = |pairs: &[(&str, &str)]| shortcuts(&of(pairs)).iter().map(|(name, _)| *name).collect::<Vec<_>>();
+        assert_eq!(names(&[]), ["OMPI_MCA_ess_singleton_isolated", "OMPI_MCA_pml"]);
+        assert_eq!(names(&[("OMPI_MCA_pml", "ucx")]), ["OMPI_MCA_ess_singleton_isolated"], "somebody has chosen");
+        let here = ("OMPI_COMM_WORLD_LOCAL_SIZE", "4");
+        assert_eq!(names(&[("OMPI_COMM_WORLD_SIZE", "4"), here]), ["OMPI_MCA_pml"]);
+        assert_eq!(names(&[("OMPI_COMM_WORLD_SIZE", "8"), here]), [""; 0], "two machines");
+        assert_eq!(names(&[("PMI_SIZE", "4")]), [""; 0], "another launcher");
     }
 
     fn of<'a>(pairs: &'a [(&'a str, &'a str)]) -> impl Fn(&str) -> Option<String> + 'a {
