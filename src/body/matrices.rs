@@ -312,15 +312,13 @@ fn sparse(
         Err(e) => return Err(e),
     };
     let pencil = sparse::Matrices::new(world, &k, &m);
-    let all = k.order() as usize;
-    let mut wanted = count;
+    let mut wanted = (count + 3).min(k.order() as usize);
     let found = loop {
         let options = ModesOptions { sigma: shift, count: wanted, method, prefix: format!("{name}_") };
         let found = sparse::modes(petsc, &mut factor, &pencil, &options, progress)?;
         let omega = frequencies(&found.lambda, shift)?;
-        let known = [omega.clone(), frequencies(&found.next, shift)?].concat();
-        if clusters::cut(&known, count).is_none_or(|end| end > omega.len()) && omega.len() < all {
-            wanted = (omega.len() + omega.len() / 4 + 1).min(all);
+        if clusters::cut(&omega, count).is_none() && omega.len() < k.order() as usize {
+            wanted = (omega.len() + omega.len() / 4 + 3).min(k.order() as usize);
             continue;
         }
         // A shift well below the first elastic frequency: the residual compliance is taken at the shift.

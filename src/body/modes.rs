@@ -19,6 +19,9 @@ pub enum Extent {
     MaxFrequency(f64),
 }
 
+/// Modes computed beyond the wanted ones, to see where the last cluster ends.
+const BEYOND: usize = 3;
+
 /// Collective: the modes of `body`, computed by `method`. `statics` holds its factorisation. Rigid motions that are free come first, exactly at 0.
 pub fn compute(
     petsc: &Petsc,
@@ -50,7 +53,7 @@ pub fn compute(
         Method::Slepc => pencil,
     };
     let rigid = body.rigid.len();
-    let mut wanted = count.max(rigid);
+    let mut wanted = (count.max(rigid) + BEYOND).min(order);
     loop {
         let mut found = match (&mut *statics, method) {
             (Statics::Direct(factor), _) => {
@@ -64,13 +67,12 @@ pub fn compute(
             (Statics::Iterative(_), _) => return Err(Error::Defect("modes without a factorisation".into())),
         };
         complete(world, body, &mut found);
-        let roots = |lambda: &[f64]| lambda.iter().map(|&l| l.max(0.0).sqrt()).collect::<Vec<f64>>();
-        let omega = roots(&found.lambda);
-        let keep = match clusters::cut(&[omega.clone(), roots(&found.next)].concat(), count) {
-            Some(end) if end <= omega.len() => end,
-            _ if omega.len() >= order => omega.len(),
-            _ => {
-                wanted = (omega.len() + omega.len() / 4 + 1).min(order);
+        let omega: Vec<f64> = found.lambda.iter().map(|&l| l.max(0.0).sqrt()).collect();
+        let keep = match clusters::cut(&omega, count) {
+            Some(end) => end,
+            None if omega.len() >= order => omega.len(),
+            None => {
+                wanted = (omega.len() + omega.len() / 4 + BEYOND).min(order);
                 continue;
             }
         };

@@ -9,8 +9,6 @@ use crate::{Error, Result};
 pub struct Modes {
     /// Eigenvalues.
     pub lambda: Vec<f64>,
-    /// Eigenvalues after the last one, known to 1e-6 of their distance from the shift: where there are any, the last cluster is whole.
-    pub next: Vec<f64>,
     /// Local rows of each eigenvector, normalised to xᵀMx = 1.
     pub vectors: Vec<Vec<f64>>,
     /// |Kx − λMx| / (|λ − σ| |Mx|) of each.

@@ -22,15 +22,13 @@ const LOCKED: f64 = 1e-13;
 const SETTLED: usize = 3;
 /// Restarts after which the method gives up.
 const MAX_RESTARTS: usize = 200;
-/// Values of θ closer than this, relatively, are a cluster: found together, and locked together or not at all.
+/// Values of θ closer than this, relatively, are locked together or not at all.
 const CLUSTER: f64 = 4e-3;
-/// Relative residual of θ at which a value that is not sought itself tells where a cluster ends.
-const KNOWN: f64 = 1e-6;
 
 /// Which pairs are wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Goal {
-    /// This many whose eigenvalues are nearest to the shift, and the rest of the last one's cluster.
+    /// This many whose eigenvalues are nearest to the shift.
     Nearest(usize),
     /// This many nearest below the shift and this many nearest above it.
     Sides(usize, usize),
@@ -70,8 +68,6 @@ impl Sizes {
 pub(super) struct Found {
     /// θ of each, by falling size.
     pub theta: Vec<f64>,
-    /// The positive θ after those, as far as they are known nearly.
-    pub next: Vec<f64>,
     /// Orthonormal in the mass, `[n_local, theta.len()]`.
     pub vectors: Vec<f64>,
     /// Restarts.
@@ -310,11 +306,7 @@ impl Lanczos<'_> {
         match goal {
             Goal::Nearest(count) => {
                 let leading = all().take_while(|p| p.1).count();
-                let old = self.locked.len();
-                let theta: Vec<f64> = all().map(|p| p.0).collect();
-                let known = |i: usize| i < old || ritz.residual[i - old] <= KNOWN;
-                let end = (count..theta.len()).find(|&i| known(i) && apart(theta[i - 1], theta[i]));
-                (end.is_some_and(|end| leading >= end), leading)
+                (leading >= count, leading)
             }
             Goal::Sides(below, above) => {
                 let left = all().filter(|p| p.0 < 0.0).take_while(|p| p.1).count();
@@ -353,8 +345,13 @@ impl Lanczos<'_> {
     fn restart(&mut self, ritz: &Ritz, span: usize, subspace: usize, block: usize) {
         let (n, old, width) = (self.n, self.locked.len(), self.width());
         let leading = ritz.residual.iter().take_while(|r| **r <= LOCKED).count();
-        let between = |i: &usize| *i == 0 || *i >= ritz.theta.len() || apart(ritz.theta[*i - 1], ritz.theta[*i]);
-        let lock = (0..=leading).rev().find(between).unwrap_or(0);
+        let apart = |i: &usize| {
+            *i == 0 || *i >= ritz.theta.len() || {
+                let (a, b) = (ritz.theta[*i - 1], ritz.theta[*i]);
+                (a - b).abs() > CLUSTER * a.abs()
+            }
+        };
+        let lock = (0..=leading).rev().find(apart).unwrap_or(0);
         let wanted = span.saturating_sub(old);
         let room = (subspace - old).saturating_sub(2 * block + width);
         let keep = (wanted + (ritz.theta.len().saturating_sub(wanted)) / 2)
@@ -395,9 +392,6 @@ impl Lanczos<'_> {
                 kept.push(i);
             }
         }
-        let right = || ritz.theta.iter().zip(&ritz.residual).filter(|(theta, _)| **theta > 0.0);
-        let rest = right().skip_while(|(_, residual)| **residual <= TOLERANCE);
-        let next = rest.take_while(|(_, residual)| **residual <= KNOWN).map(|(theta, _)| *theta).collect();
         let last = self.beyond.ncols();
         let beyond = &self.beyond * ritz.vectors.subrows(size - last, last);
         let s = Mat::from_fn(size + width, kept.len(), |i, j| match i < size {
@@ -409,11 +403,6 @@ impl Lanczos<'_> {
         self.basis.shrink_to_fit();
         let mut theta = self.locked;
         theta.extend(kept.iter().map(|&i| ritz.theta[i]));
-        Found { theta, next, vectors: self.basis, restarts, solves: self.solves }
+        Found { theta, vectors: self.basis, restarts, solves: self.solves }
     }
-}
-
-/// Whether two neighbouring values of θ belong to different clusters.
-fn apart(a: f64, b: f64) -> bool {
-    (a - b).abs() > CLUSTER * a.abs()
 }

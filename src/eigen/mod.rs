@@ -52,7 +52,7 @@ pub trait Shifted {
     }
 }
 
-/// Collective: at least the `count` pairs whose eigenvalues are nearest to the shift, and all of the cluster that the last one belongs to. `progress` is told converged and wanted pairs.
+/// Collective: at least the `count` pairs whose eigenvalues are nearest to the shift. `progress` is told converged and wanted pairs.
 pub fn nearest(
     pencil: &dyn Pencil,
     shifted: &mut dyn Shifted,
@@ -85,7 +85,6 @@ pub fn nearest_by(
     let sigma = shifted.sigma();
     let lambda: Vec<f64> = found.theta.iter().map(|t| sigma + 1.0 / t).collect();
     let mut modes = check::checked(pencil, sigma, &lambda, found.vectors)?;
-    modes.next = found.next.iter().map(|t| sigma + 1.0 / t).collect();
     (modes.iterations, modes.solves) = (found.restarts, found.solves);
     Ok(modes)
 }

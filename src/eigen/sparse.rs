@@ -190,26 +190,15 @@ pub fn beside_known(
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Modes> {
     match count > SLICED {
-        true => {
-            let all = (pencil.order() as usize).saturating_sub(pencil.known.1);
-            lowest(pencil, first, &mut Sliding::new(pencil), more(count, all), progress)
-        }
+        true => lowest(pencil, first, &mut Sliding::new(pencil), count, progress),
         false => nearest(pencil, first, count, progress),
     }
-}
-
-/// Pairs found beyond the wanted ones by methods that do not say what comes next, to see where the last cluster ends.
-const BEYOND: usize = 3;
-
-/// As many pairs more, out of `all`.
-fn more(count: usize, all: usize) -> usize {
-    (count + BEYOND).min(all.max(count))
 }
 
 /// More pairs than this are sought by spectrum slicing.
 pub const SLICED: usize = 150;
 
-/// Collective: at least `count` eigenpairs of K x = λ M x nearest to the shift; the last of them tell, or [`Modes::next`] does, where the last cluster ends. `factor` is that of K − σM; K and M are symmetric, M positive definite. `progress`
+/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; K and M are symmetric, M positive definite. `progress`
 /// is told converged and wanted pairs.
 pub fn modes(
     petsc: &Petsc,
@@ -219,12 +208,11 @@ pub fn modes(
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Modes> {
     let ModesOptions { sigma, count, method, prefix } = options;
-    let all = pencil.order() as usize;
     if *method == Method::Blocks {
         let mut first = At { factor, sigma: *sigma };
         // Above the lowest eigenvalue the nearest ones lie on both sides.
         return match *count > SLICED && first.below() == 0 {
-            true => lowest(pencil, &mut first, &mut Sliding::new(pencil), more(*count, all), progress),
+            true => lowest(pencil, &mut first, &mut Sliding::new(pencil), *count, progress),
             false => nearest(pencil, &mut first, *count, progress),
         };
     }
@@ -232,7 +220,7 @@ pub fn modes(
         return Ok(Modes::default());
     }
     enough(*count, pencil.order())?;
-    let wanted = eps::Wanted { sigma: *sigma, count: more(*count, all), prefix };
+    let wanted = eps::Wanted { sigma: *sigma, count: *count, prefix };
     let found = eps::pairs(petsc, factor, &pencil.mass, &wanted, progress)?;
     let mut modes = check::checked(pencil, *sigma, &found.lambda, found.vectors)?;
     (modes.iterations, modes.solves) = (found.restarts, found.solves);
