@@ -119,7 +119,7 @@ def sizes():
     head = ["rows", "ranks", "", "wall", "CPU", "memory"]
     draw(drawn)
     shown = f"\n![wall time and memory over the number of rows](pictures/{PICTURE.name})\n"
-    put(PAGE, "modes", table(head, body) + "\n" + noted(load, *programs).replace("; load", ", CalculiX once; load") + shown)
+    put(PAGE, "modes", table(head, body) + "\n" + noted(load, *programs[:-1], f"{programs[-1]} (one run)") + shown)
 
 
 def draw(drawn):

@@ -5,7 +5,7 @@
 //! kernels like, which costs as much as the product itself here. The kernels below read the matrix where it is, once, in the order in which it lies, and
 //! ask for what comes next ahead of time.
 //!
-//! A factorisation LDLᵀ spends a third of its time in triangular solves, for which OpenBLAS's kernels of AVX-512 are at a fifth of what its products reach. Here a triangle is halved until
+//! A factorisation LDLᵀ spends more than a quarter of its time in triangular solves, for which OpenBLAS's kernels of AVX-512 are at a fifth of what its products reach. Here a triangle is halved until
 //! it fits the first-level cache, so that nearly all is products again.
 //!
 //! The program's `dgemm_` and `dtrsm_` take the place of the library's for all shared libraries of the process: a dynamic linker looks into the program first. Everything
