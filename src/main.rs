@@ -89,7 +89,7 @@ fn start() -> i32 {
 
 /// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code.
 fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
-    for (name, value) in launch::shortcuts(&launch::environment) {
+    for (name, value) in launch::variables(&launch::environment) {
         std::env::set_var(name, value);
     }
     // Signals count from here on, whatever is being done when they come.

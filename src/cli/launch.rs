@@ -38,21 +38,30 @@ fn alone(env: Lookup) -> bool {
     INTERFACES.iter().all(|name| env(name).is_none()) && number(env, "SLURM_STEP_NUM_TASKS").unwrap_or(1) <= 1
 }
 
-/// Variables of Open MPI that make its start quicker, as far as nobody has set them; to be set before MPI starts.
+/// Variables of Open MPI for its start, as far as nobody has set them; to be set before MPI starts.
 ///
-/// Beside a process that no launcher started Open MPI puts a daemon, for others that it might spawn, which takes a third of the start. Libraries for networks take up to half of it;
-/// ranks that are all on one machine have shared memory.
-pub fn shortcuts(env: Lookup) -> Vec<(&'static str, &'static str)> {
-    const DAEMON: (&str, &str) = ("OMPI_MCA_ess_singleton_isolated", "1");
+/// Libraries for networks take up to half of the start; ranks that are all on one machine have shared memory. A process that no launcher started has
+/// nobody to speak to: see [`ALONE`].
+pub fn variables(env: Lookup) -> Vec<(&'static str, &'static str)> {
     const MESSAGES: (&str, &str) = ("OMPI_MCA_pml", "ob1");
     let sizes = ["OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE"].map(|name| number(env, name));
     let wanted = match (alone(env), sizes) {
-        (true, _) => vec![DAEMON, MESSAGES],
+        (true, _) => [&ALONE[..], &[MESSAGES]].concat(),
         (_, [Some(all), Some(here)]) if all == here => vec![MESSAGES],
         _ => Vec::new(),
     };
     wanted.into_iter().filter(|(name, _)| env(name).is_none()).collect()
 }
+
+/// For a process that no launcher started. Open MPI puts a daemon beside it, for others that it might spawn, which takes a third of the start. Without the daemon all such
+/// processes of a user share one directory for their files, and the first that ends removes it while others start or open a file of results: so none is made, and
+/// what would lie there, memory shared with other processes and the place of shared file pointers, is not asked for.
+const ALONE: [(&str, &str); 4] = [
+    ("OMPI_MCA_ess_singleton_isolated", "1"),
+    ("OMPI_MCA_orte_create_session_dirs", "0"),
+    ("OMPI_MCA_btl", "self"),
+    ("OMPI_MCA_sharedfp", "^sm"),
+];
 
 /// `Some` message if srun started several processes and gave them nothing by which they find each other: MPI_Init would abort.
 pub fn mute(env: Lookup) -> Option<String> {
@@ -166,9 +175,10 @@ mod tests {
 
     #[test]
     fn networks_are_left_out_where_all_ranks_are_on_one_machine() {
-        let names = |pairs: &[(&str, &str)]| shortcuts(&of(pairs)).iter().map(|(name, _)| *name).collect::<Vec<_>>();
-        assert_eq!(names(&[]), ["OMPI_MCA_ess_singleton_isolated", "OMPI_MCA_pml"]);
-        assert_eq!(names(&[("OMPI_MCA_pml", "ucx")]), ["OMPI_MCA_ess_singleton_isolated"], "somebody has chosen");
+        let names = |pairs: &[(&str, &str)]| variables(&of(pairs)).iter().map(|(name, _)| *name).collect::<Vec<_>>();
+        let lone = ALONE.map(|(name, _)| name);
+        assert_eq!(names(&[]), [&lone[..], &["OMPI_MCA_pml"]].concat());
+        assert_eq!(names(&[("OMPI_MCA_pml", "ucx")]), lone, "somebody has chosen");
         let here = ("OMPI_COMM_WORLD_LOCAL_SIZE", "4");
         assert_eq!(names(&[("OMPI_COMM_WORLD_SIZE", "4"), here]), ["OMPI_MCA_pml"]);
         assert_eq!(names(&[("OMPI_COMM_WORLD_SIZE", "8"), here]), [""; 0], "two machines");

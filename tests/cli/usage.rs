@@ -167,6 +167,17 @@ fn every_law_of_friction_can_be_given() {
     }
 }
 
+/// Processes of Open MPI without a launcher remove each other's files where they share a directory.
+#[test]
+fn processes_without_a_launcher_do_not_disturb_each_other() {
+    let folder = Folder::with(small().to_string());
+    std::thread::scope(|scope| {
+        for _ in 0..6 {
+            scope.spawn(|| (0..10).for_each(|_| _ = folder.call(1, "check", &[]).good()));
+        }
+    });
+}
+
 #[test]
 fn several_worlds_of_one_are_refused() {
     let folder = Folder::with(small().to_string());
