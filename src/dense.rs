@@ -61,6 +61,18 @@ pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     s.into_iter().sum::<T>() + tail
 }
 
+/// Σ f(i), i < n, in several partial sums: one by one each addition waits for the one before.
+#[inline(always)]
+pub(crate) fn sum_over<T: Real>(n: usize, f: impl Fn(usize) -> T) -> T {
+    const PARTS: usize = 8;
+    let whole = n - n % PARTS;
+    let mut sums = [T::default(); PARTS];
+    for i in (0..whole).step_by(PARTS) {
+        (0..PARTS).for_each(|k| sums[k] += f(i + k));
+    }
+    sums.into_iter().sum::<T>() + (whole..n).map(f).sum::<T>()
+}
+
 /// [`dot`] where nothing around it is compiled for the processor at hand.
 pub(crate) fn wide_dot<T: Real>(a: &[T], b: &[T]) -> T {
     Arch::new().dispatch(Dot(a, b))
@@ -145,7 +157,7 @@ macro_rules! real {
                 for group in groups {
                     let parts: [_; WIDTH] = std::array::from_fn(|c| S::$parts(&group[c].0[..n]));
                     let factors: [_; WIDTH] = std::array::from_fn(|c| s.$splat(group[c].1));
-                    let [a0, a1, a2, a3, a4, a5] = parts.map(|(wide, _)| &wide[..len]);
+                    let [a0, a1, a2, a3, a4, a5] = std::array::from_fn(|c| &parts[c].0[..len]);
                     for (i, o) in wide.iter_mut().enumerate() {
                         let even = s.$fma(a2[i], factors[2], s.$fma(a0[i], factors[0], *o));
                         let odd = s.$fma(a3[i], factors[3], s.$mul(a1[i], factors[1]));
@@ -178,7 +190,7 @@ macro_rules! real {
                 for (j, out) in groups.chunks_exact_mut(WIDTH).enumerate() {
                     let columns: [_; WIDTH] =
                         std::array::from_fn(|c| S::$parts(&a[(WIDTH * j + c) * stride..][..x.len()]));
-                    let [a0, a1, a2, a3, a4, a5] = columns.map(|(whole, _)| &whole[..wide.len()]);
+                    let [a0, a1, a2, a3, a4, a5] = std::array::from_fn(|c| &columns[c].0[..wide.len()]);
                     let mut sums = [s.$splat(0.0); WIDTH];
                     for (i, &x) in wide.iter().enumerate() {
                         let at = [a0[i], a1[i], a2[i], a3[i], a4[i], a5[i]];
@@ -208,7 +220,7 @@ macro_rules! real {
                 for (j, x) in groups.enumerate().filter(|(_, x)| x.iter().any(|x| *x != 0.0)) {
                     let columns: [_; WIDTH] = std::array::from_fn(|c| S::$parts(&a[(WIDTH * j + c) * stride..][..n]));
                     let factors: [_; WIDTH] = std::array::from_fn(|c| s.$splat(x[c]));
-                    let [a0, a1, a2, a3, a4, a5] = columns.map(|(wide, _)| &wide[..len]);
+                    let [a0, a1, a2, a3, a4, a5] = std::array::from_fn(|c| &columns[c].0[..len]);
                     for (i, o) in wide.iter_mut().enumerate() {
                         let even = s.$fma(a2[i], factors[2], s.$fma(a0[i], factors[0], *o));
                         let odd = s.$fma(a3[i], factors[3], s.$mul(a1[i], factors[1]));
@@ -271,7 +283,7 @@ impl WithSimd for Symmetric<'_> {
             let len = out_below.len();
             let factors: [_; WIDTH] = std::array::from_fn(|c| s.splat_f64s(x[j + c]));
             let mut sums = [s.splat_f64s(0.0); WIDTH];
-            let [a0, a1, a2, a3, a4, a5] = columns.map(|(whole, _)| &whole[..len]);
+            let [a0, a1, a2, a3, a4, a5] = std::array::from_fn(|c| &columns[c].0[..len]);
             for (i, (o, &x)) in out_below.iter_mut().zip(x_below).enumerate() {
                 let at = [a0[i], a1[i], a2[i], a3[i], a4[i], a5[i]];
                 let mut even = *o;

@@ -13,6 +13,8 @@ pub struct Operator {
     /// Columns, m/N, `[3k][3k]`, every one in lines of its own.
     columns: Lines<f64>,
     size: usize,
+    /// Diagonal, m/N, `[3k]`.
+    diagonal: Vec<f64>,
     /// Mean of the normal compliances of the nodes, m/N; 1 without nodes.
     unit: f64,
     /// In `unit`: for each node its columns x and y, each as rows x, y and n of all nodes, `[k][2][3][l]`.
@@ -26,11 +28,13 @@ impl Operator {
     pub fn new(columns: Vec<f64>) -> Self {
         let size = columns.len().isqrt();
         let k = size / 3;
-        let normal: f64 = (0..k).map(|i| columns[(size + 1) * (3 * i + 2)]).sum();
+        let diagonal: Vec<f64> = columns.iter().step_by(size + 1).copied().collect();
+        let normal: f64 = diagonal.iter().skip(2).step_by(3).sum();
         let unit = if normal > 0.0 { normal / k as f64 } else { 1.0 };
         let places = whole::<f32>(k);
         let (plane, gaps) = (Lines::zeros(6 * k * places), Lines::zeros(k * places));
-        let mut new = Self { columns: Lines::columns(size, columns.iter().copied()), size, unit, plane, gaps };
+        let lines = Lines::columns(size, columns.iter().copied());
+        let mut new = Self { columns: lines, size, diagonal, unit, plane, gaps };
         let Self { plane, gaps, .. } = &mut new;
         Arch::new().dispatch(Sort { columns: &columns, factor: 1.0 / unit, k, plane, gaps });
         new
@@ -54,6 +58,11 @@ impl Operator {
     /// Column (and row) `j`, `[3k]`.
     pub fn col(&self, j: usize) -> &[f64] {
         &self.columns[self.stride() * j..][..self.size]
+    }
+
+    /// Diagonal, m/N, `[3k]`.
+    pub fn diagonal(&self) -> &[f64] {
+        &self.diagonal
     }
 
     /// out = A x.
@@ -96,11 +105,11 @@ impl Operator {
         out
     }
 
-    /// What the tangential components of `x`, `[3k]`, do along the surface, in single precision: (x, y) in `unit`, `[2][l]`.
-    pub(super) fn pulled(&self, x: &[f32]) -> Lines<f32> {
-        let l = self.places();
+    /// What the tangential components `[x, y]`, `[l]` each, do along the surface, in single precision: (x, y) in `unit`, `[2][l]`.
+    pub(super) fn pulled(&self, [x, y]: [Vec<f32>; 2]) -> Lines<f32> {
+        let (k, l) = (self.size / 3, self.places());
         let mut out = Lines::zeros(2 * l);
-        let pull: Vec<f32> = x.chunks_exact(3).flat_map(|x| [x[0], x[1]]).collect();
+        let pull: Vec<f32> = x.iter().zip(&y).take(k).flat_map(|(x, y)| [*x, *y]).collect();
         dense::add_columns(&self.plane, 3 * l, &pull, &mut out);
         out
     }

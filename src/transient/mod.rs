@@ -35,6 +35,7 @@ pub mod points;
 pub mod problem;
 pub mod scheme;
 mod shapes;
+mod sorted;
 pub mod start;
 pub mod stepper;
 #[cfg(test)]

@@ -10,22 +10,25 @@
 //! treated here. What is neglected is made good by the next iteration, whose residual comes from a product with all of W; so single precision is
 //! enough here.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::lines::Lines;
-use super::problem::{node, Effort, StepProblem, StepSolution};
-use crate::contact::law::{across, size, Augmentation, Status, Tangent};
+use super::problem::{Effort, StepProblem, StepSolution};
+use super::sorted::{lane, lanes, lanes_mut, Sorted};
 use crate::dense::dot;
-use crate::friction::FrictionLaw;
 use normal::{Normal, Wanted};
+use seen::Seen;
 use tangential::Tangential;
 
 mod krylov;
 mod normal;
+mod seen;
 mod start;
 mod tangential;
 
 /// What serves the following steps on the same nodes.
 struct Operators {
-    rho: Vec<Augmentation>,
+    seen: Seen,
     normal: Normal,
     /// Once directions are known.
     tangential: Option<Tangential>,
@@ -47,38 +50,14 @@ impl Kept {
     }
 }
 
-/// What the map says of a node.
-#[derive(Clone, Copy)]
-struct Node {
-    status: Status,
-    /// Direction of t − ρ u where it slips.
-    d: [f64; 2],
-    /// (1 − a)/(a ρ), m/N; 0 where it sticks.
-    soft: f64,
-    mu: f64,
-    /// −p dμ/d|u| where it slips, N/m: traction along d per motion along d.
-    feed: f64,
-}
-
-/// The map at an iterate.
-struct Seen {
-    nodes: Vec<Node>,
-    /// Coefficients of friction, `[k]`.
-    friction: Vec<f64>,
-    /// Pressures that lack to the load, N; 0 where none is prescribed.
-    lack: f64,
-    norm: f64,
-    largest: f64,
-}
-
 /// An iterate.
 struct Iterate {
-    /// Reactions, N, `[3k]`.
-    x: Vec<f64>,
+    /// Reactions, N.
+    x: Sorted,
     /// Shift of the gaps, m; 0 where no load is prescribed.
     shift: f64,
-    /// W x, m, `[3k]`.
-    y: Vec<f64>,
+    /// W x, m.
+    y: Sorted,
 }
 
 /// Solves to the largest residual `target`, N, from the reactions `x` and their response `y` = W x where it is known (to
@@ -87,229 +66,302 @@ struct Iterate {
 pub(super) fn solve(
     p: &StepProblem<'_>,
     target: f64,
-    (x, y): (Vec<f64>, Option<Vec<f64>>),
+    (x, y): (&[f64], Option<&[f64]>),
     shift: f64,
     memory: &mut Kept,
     effort: &mut Effort,
 ) -> Result<StepSolution, (Vec<f64>, f64)> {
-    let product = |x: &[f64], effort: &mut Effort| {
-        let mut y = vec![0.0; x.len()];
-        p.matrix.times(x, &mut y);
-        effort.products += 1;
-        y
-    };
+    let (k, l) = (p.nodes(), p.matrix.places());
     let Kept { parts, old } = memory;
     let parts = parts.get_or_insert_with(|| Operators::new(p, old.take()));
-    if parts.rho.iter().any(|r| !(r.tangential > 0.0 && r.normal.is_finite())) {
-        return Err((x, shift));
+    if !parts.seen.moves() {
+        return Err((x.to_vec(), shift));
     }
+    parts.seen.pose(p);
     // What the norm fell by in the last iteration. Of the first one nothing is known but whether it begins near the solution.
     let mut progress = 0.0f64;
     let mut exact = y.is_none();
     let mut now = if x.iter().any(|v| *v != 0.0) {
-        let y = y.unwrap_or_else(|| product(&x, effort));
-        Iterate { x, shift, y }
+        let y = match y {
+            Some(y) => Sorted::of(y, l),
+            None => Sorted::of(&product(p, x, effort), l),
+        };
+        Iterate { x: Sorted::of(x, l), shift, y }
     } else {
         progress = 0.3;
         exact = true;
-        let found = start::start(parts, p, shift, effort);
-        Iterate { y: product(&found.x, effort), ..found }
+        let mut found = start::start(parts, p, shift, effort);
+        found.respond(p, effort);
+        found
     };
     let (mut last, mut stalled) = (f64::INFINITY, 0);
     for _ in 0..12 {
-        let mut seen = look(p, &parts.rho, &now);
-        if parts.approach(p, &seen, &mut now) {
-            seen = look(p, &parts.rho, &now);
+        parts.seen.look(p, &now);
+        if parts.approach(p, &mut now) {
+            parts.seen.look(p, &now);
         }
-        if seen.largest <= target {
+        let Seen { norm, largest, .. } = parts.seen;
+        if largest <= target {
             if exact {
-                return Ok(solution(now, seen));
+                return Ok(solution(p, now, &parts.seen));
             }
-            now.y = product(&now.x, effort);
+            now.respond(p, effort);
             exact = true;
             continue;
         }
         // A change of status may raise the norm once; what does not fall then is not for this method.
-        if !(seen.norm < 0.7 * last) {
+        if !(norm < 0.7 * last) {
             stalled += 1;
-            if stalled > 1 || !(seen.norm < 3.0 * last) {
+            if stalled > 1 || !(norm < 3.0 * last) {
                 break;
             }
         }
         if last.is_finite() {
-            progress = (seen.norm / last).min(1.0);
+            progress = (norm / last).min(1.0);
         }
-        last = seen.norm;
+        last = norm;
         effort.iterations += 1;
         // No linear system has to be solved better than the laws are linear, nor than the target asks.
-        let forcing = (0.3 * target / seen.largest).max(progress * progress).clamp(1e-3, 0.1) as f32;
-        parts.step(p, &seen, &mut now, forcing, effort);
-        now.y = product(&now.x, effort);
+        let forcing = (0.3 * target / largest).max(progress * progress).clamp(1e-3, 0.1) as f32;
+        parts.step(p, &mut now, forcing, effort);
+        now.respond(p, effort);
         exact = true;
     }
-    Err((now.x, now.shift))
+    Err((now.x.give(k), now.shift))
 }
 
-fn solution(mut now: Iterate, seen: Seen) -> StepSolution {
-    // What is left on open nodes is below the residual.
-    for (r, _) in now.x.chunks_exact_mut(3).zip(&seen.nodes).filter(|(_, n)| n.status == Status::Open) {
-        r.fill(0.0);
+/// W `x`.
+fn product(p: &StepProblem<'_>, x: &[f64], effort: &mut Effort) -> Vec<f64> {
+    let mut y = vec![0.0; x.len()];
+    p.matrix.times(x, &mut y);
+    effort.products += 1;
+    y
+}
+
+impl Iterate {
+    /// Makes the response the one to the reactions.
+    fn respond(&mut self, p: &StepProblem<'_>, effort: &mut Effort) {
+        self.y.take(&product(p, &self.x.give(p.nodes()), effort));
     }
-    let status = seen.nodes.iter().map(|n| n.status).collect();
-    let (friction, residual) = (seen.friction, seen.largest);
-    StepSolution { reaction: now.x, shift: [0.0, 0.0, now.shift], response: now.y, status, friction, residual }
 }
 
-/// The map at an iterate.
-fn look(p: &StepProblem<'_>, rho: &[Augmentation], now: &Iterate) -> Seen {
-    let lack = p.total[2].map_or(0.0, |n| n - now.x[2..].iter().step_by(3).sum::<f64>());
-    let (mut square, mut largest) = (lack * lack / rho.len() as f64, lack * lack);
-    let moved = |i: usize| [0, 1].map(|c| p.free[3 * i + c] + now.y[3 * i + c]);
-    let velocities = || (0..rho.len()).map(|i| size(moved(i)) / p.step).collect::<Vec<f64>>();
-    // What is constant takes no time.
-    let (friction, slopes) = match p.friction {
-        FrictionLaw::Constant(mu) => (vec![*mu; rho.len()], Vec::new()),
-        FrictionLaw::Varying(_) => p.coefficients_with_slopes(&velocities()),
-    };
-    let nodes = (0..rho.len())
-        .map(|i| {
-            let r = &now.x[3 * i..3 * i + 3];
-            let [x, y] = moved(i);
-            let at = node(r, &[x, y, p.free[3 * i + 2] + now.y[3 * i + 2] + now.shift]);
-            let found = at.project(rho[i], friction[i]);
-            let f = found.map(&at);
-            let tangential = f[0] * f[0] + f[1] * f[1];
-            square += tangential + f[2] * f[2];
-            largest = largest.max(tangential).max(f[2] * f[2]);
-            let (mut d, mut soft, mut mu, mut feed) = ([1.0, 0.0], 0.0, 0.0, 0.0);
-            let mut status = found.status;
-            if let (Status::Stick | Status::Slip, Tangent::Slip(slip)) = (status, found.tangent(&at, 0.0)) {
-                // Without friction nothing is left to turn: a row t_e = 0 is as good.
-                let creep = slip.across[1].max(1e-9 * rho[i].tangential);
-                (d, soft, mu) = (slip.direction.map(|t| -t), slip.across[0] / creep, slip.friction);
-                feed = slopes.get(i).map_or(0.0, |slope| -found.pressure * slope);
-                status = Status::Slip;
-            }
-            Node { status, d, soft, mu, feed }
-        })
-        .collect();
-    // The larger of NaN and a number is the number: it must not pass for a small residual.
-    let largest = if square.is_finite() { largest.sqrt() } else { f64::INFINITY };
-    Seen { nodes, friction, lack, norm: square.sqrt(), largest }
+fn solution(p: &StepProblem<'_>, mut now: Iterate, seen: &Seen) -> StepSolution {
+    // What is left on open nodes is below the residual.
+    for i in seen.open() {
+        (0..3).for_each(|c| now.x.row_mut(c)[i] = 0.0);
+    }
+    let k = p.nodes();
+    let friction = if p.friction.is_constant() { Vec::new() } else { seen.friction().to_vec() };
+    StepSolution {
+        reaction: now.x.give(k),
+        shift: [0.0, 0.0, now.shift],
+        response: now.y.give(k),
+        status: (0..k).map(|i| seen.status(i)).collect(),
+        friction,
+        residual: seen.largest,
+    }
 }
 
 impl Operators {
     fn new(p: &StepProblem<'_>, old: Option<Self>) -> Self {
-        let rho: Vec<Augmentation> = (0..p.nodes()).map(|i| p.rho(i)).collect();
         let spare = old.and_then(|o| o.tangential.or(o.spare));
-        Self { rho, normal: Normal::new(p.nodes()), tangential: None, spare }
+        Self { seen: Seen::new(p), normal: Normal::new(p.nodes()), tangential: None, spare }
     }
 
     /// Where a load is given and no node is closed: lets the nearest one touch with that load. Whether it had to.
-    fn approach(&self, p: &StepProblem<'_>, seen: &Seen, now: &mut Iterate) -> bool {
-        let Some(load) = p.total[2].filter(|_| seen.nodes.iter().all(|n| n.status == Status::Open)) else {
-            return false;
-        };
-        let gap = |i: usize| p.free[3 * i + 2] + now.y[3 * i + 2];
-        let Some(i) = (0..seen.nodes.len()).min_by(|&a, &b| gap(a).total_cmp(&gap(b))) else { return false };
-        now.shift = -gap(i) - load / self.rho[i].normal;
+    fn approach(&self, p: &StepProblem<'_>, now: &mut Iterate) -> bool {
+        let Some(load) = p.total[2].filter(|_| self.seen.closed.iter().all(|c| *c == 0.0)) else { return false };
+        let gap = &self.seen.u.row(2)[..p.nodes()];
+        let Some(i) = (0..gap.len()).min_by(|&a, &b| gap[a].total_cmp(&gap[b])) else { return false };
+        now.shift = -gap[i] - load / self.seen.rho(i).normal;
         true
     }
 
     /// Newton's step; leaves the response as it was.
-    fn step(&mut self, p: &StepProblem<'_>, seen: &Seen, now: &mut Iterate, forcing: f32, effort: &mut Effort) {
-        let (k, nodes, unit) = (self.rho.len(), &seen.nodes, p.matrix.unit());
+    fn step(&mut self, p: &StepProblem<'_>, now: &mut Iterate, forcing: f32, effort: &mut Effort) {
+        let (seen, unit) = (&mut self.seen, p.matrix.unit());
         // Displacements once the reactions of open nodes are gone.
-        let mut u: Vec<f64> = p.free.iter().zip(&now.y).map(|(f, y)| f + y).collect();
-        let open: Vec<usize> = (0..k).filter(|&i| nodes[i].status == Status::Open).collect();
+        let open = seen.open();
         let mut lack = seen.lack;
-        for c in open.iter().flat_map(|i| 3 * i..3 * i + 3) {
-            let gone = std::mem::take(&mut now.x[c]);
+        for (i, c) in open.iter().flat_map(|&i| [0, 1, 2].map(|c| (i, c))) {
+            let gone = std::mem::take(&mut now.x.row_mut(c)[i]);
             if gone != 0.0 {
-                u.iter_mut().zip(p.matrix.col(c)).for_each(|(u, w)| *u -= w * gone);
-                lack += if c % 3 == 2 { gone } else { 0.0 };
+                let column = p.matrix.col(3 * i + c);
+                for r in 0..3 {
+                    let rows = column[r..].iter().step_by(3);
+                    seen.u.row_mut(r).iter_mut().zip(rows).for_each(|(u, w)| *u -= w * gone);
+                }
+                lack += if c == 2 { gone } else { 0.0 };
             }
         }
         effort.solutions += 1;
         if self.normal.wants_inverse() {
+            let (mu, [dx, dy]) = (&seen.mu, &seen.direction);
             self.normal.invert(p.matrix.gaps(), |i, j| {
-                let (n, d) = (p.matrix.col(3 * i + 2), nodes[j].d);
-                (nodes[j].mu * (d[0] * n[3 * j] + d[1] * n[3 * j + 1]) / unit) as f32
+                let n = p.matrix.col(3 * i + 2);
+                (mu[j] * (dx[j] * n[3 * j] + dy[j] * n[3 * j + 1]) / unit) as f32
             });
         }
-        let per_unit = -1.0 / unit;
-        let mut gap = Lines::from(u[2..].iter().step_by(3).map(|u| ((u + now.shift) * per_unit) as f32));
-        open.iter().for_each(|&i| gap[i] = 0.0);
+        let mut gap = Lines::zeros(p.matrix.places());
+        Arch::new().dispatch(Gaps { seen, shift: now.shift, per_unit: -1.0 / unit, gap: &mut gap });
         let wanted = Wanted { gap, total: p.total[2].map(|_| lack as f32) };
         let (pressure, nearer) = self.normal.press(p.matrix.gaps(), open, wanted, forcing, effort);
         now.shift -= unit * f64::from(nearer);
-        self.slide(p, seen, (&u, &pressure), &mut now.x, forcing, effort);
-        now.x[2..].iter_mut().step_by(3).zip(pressure.iter()).for_each(|(x, q)| *x += f64::from(*q));
+        self.slide(p, &pressure, &mut now.x, forcing, effort);
+        now.x.row_mut(2).iter_mut().zip(pressure.iter()).for_each(|(x, q)| *x += f64::from(*q));
     }
 
-    /// Newton's step on the tractions of `x` at the displacements `u`, while the pressures change by `pressure`.
-    fn slide(
-        &mut self,
-        p: &StepProblem<'_>,
-        seen: &Seen,
-        (u, pressure): (&[f64], &[f32]),
-        x: &mut [f64],
-        forcing: f32,
-        effort: &mut Effort,
-    ) {
-        let (l, nodes, unit) = (p.matrix.places(), &seen.nodes, p.matrix.unit());
+    /// Newton's step on the tractions of `x` at the displacements that were seen, while the pressures change by `pressure`, `[l]`.
+    fn slide(&mut self, p: &StepProblem<'_>, pressure: &[f32], x: &mut Sorted, forcing: f32, effort: &mut Effort) {
+        let (l, seen, unit) = (p.matrix.places(), &self.seen, p.matrix.unit());
         let tangential = match &mut self.tangential {
             Some(tangential) => {
-                tangential.follow(p.matrix, nodes, forcing);
+                tangential.follow(p.matrix, seen, forcing);
                 tangential
             }
-            none => none.insert(Tangential::new(p.matrix, nodes, self.spare.take())),
+            none => none.insert(Tangential::new(p.matrix, seen, self.spare.take())),
         };
         // Tractions along the direction of slip follow from the pressures.
         let (mut along, mut rhs, mut soft) = (Lines::zeros(l), Lines::zeros(2 * l), Lines::zeros(l));
-        // In newtons, as everything here.
-        let per_unit = 1.0 / unit;
-        for (i, node) in nodes.iter().enumerate() {
-            let r = &x[3 * i..3 * i + 3];
-            let v = [u[3 * i] * per_unit, u[3 * i + 1] * per_unit];
-            match node.status {
-                Status::Open => {}
-                Status::Stick => {
-                    let d = tangential.direction(i);
-                    let e = across(d);
-                    rhs[i] = -(e[0] * v[0] + e[1] * v[1]) as f32;
-                    rhs[l + i] = -(d[0] * v[0] + d[1] * v[1]) as f32;
-                }
-                Status::Slip => {
-                    let (d, e) = (node.d, across(node.d));
-                    along[i] = (node.mu * (r[2] + f64::from(pressure[i])) - (d[0] * r[0] + d[1] * r[1])) as f32;
-                    // The row of the map is (1 − a) t_e + a ρ u_e.
-                    let softness = node.soft * per_unit;
-                    rhs[i] = -(e[0] * v[0] + e[1] * v[1] + softness * (e[0] * r[0] + e[1] * r[1])) as f32;
-                    soft[i] = softness as f32;
-                }
-            }
-        }
-        tangential.subtract(nodes, &along, pressure, &mut rhs);
-        let mut found = tangential.solve(nodes, &soft, &rhs, forcing, effort);
-        if nodes.iter().any(|n| n.feed != 0.0) {
-            let feed: Vec<f32> = nodes.iter().map(|n| (n.feed * unit) as f32).collect();
+        Arch::new().dispatch(Wish {
+            seen,
+            still: tangential.directions(),
+            x,
+            pressure,
+            per_unit: 1.0 / unit,
+            along: &mut along,
+            rhs: &mut rhs,
+            soft: &mut soft,
+        });
+        let stick = seen.sticking();
+        tangential.subtract((seen, &stick), &along, pressure, &mut rhs);
+        let mut found = tangential.solve((seen, &stick), &soft, &rhs, forcing, effort);
+        if !seen.feed.is_empty() {
+            let feed: Vec<f32> = seen.feed.iter().map(|f| (f * unit) as f32).collect();
             tangential.feed(
-                nodes,
+                (seen, &stick),
                 &feed,
                 (&mut along, &mut found, pressure),
                 (&soft, dot(&rhs, &rhs).sqrt(), forcing),
                 effort,
             );
         }
-        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
-            let (d, along) = match node.status {
-                Status::Stick => (tangential.direction(i), found[l + i]),
-                _ => (node.d, along[i]),
-            };
-            let (e, along, across) = (across(d), f64::from(along), f64::from(found[i]));
-            x[3 * i] += d[0] * along + e[0] * across;
-            x[3 * i + 1] += d[1] * along + e[1] * across;
+        // Along d the unknowns of nodes that stick.
+        for &i in &stick {
+            along[i] = found[l + i];
+        }
+        let found = &found[..l];
+        Arch::new().dispatch(Pull { seen, still: tangential.directions(), along: &along, across: found, x });
+    }
+}
+
+/// Gaps that pressures have to close, over minus the unit; 0 at open nodes.
+struct Gaps<'a> {
+    seen: &'a Seen,
+    shift: f64,
+    per_unit: f64,
+    gap: &'a mut [f32],
+}
+
+impl WithSimd for Gaps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { seen, shift, per_unit, gap } = self;
+        let [_, _, u] = seen.u.lanes();
+        let (closed, gap) = (lanes(&seen.closed, u.len()), lanes_mut(gap, u.len()));
+        for b in 0..u.len() {
+            let (u, closed) = (u[b], closed[b]);
+            gap[b] = lane(|k| if closed[k] > 0.0 { ((u[k] + shift) * per_unit) as f32 } else { 0.0 });
+        }
+    }
+}
+
+/// What the tangential unknowns are to do, in newtons as everything in single precision.
+struct Wish<'a> {
+    seen: &'a Seen,
+    /// Directions of the operator, which are those of nodes that stick.
+    still: [&'a [f32]; 2],
+    x: &'a Sorted,
+    /// Changes of the pressures, N, `[l]`.
+    pressure: &'a [f32],
+    per_unit: f64,
+    /// Changes of the tractions along the slip, N, `[l]`.
+    along: &'a mut [f32],
+    /// Minus the motion across and along d, `[2l]`.
+    rhs: &'a mut [f32],
+    /// What is added to the diagonal across, `[l]`.
+    soft: &'a mut [f32],
+}
+
+impl WithSimd for Wish<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { seen, still, x, pressure, per_unit, along, rhs, soft } = self;
+        let ([rx, ry, p], [ux, uy, _]) = (x.lanes(), seen.u.lanes());
+        let blocks = rx.len();
+        let (ry, p, ux, uy) = (&ry[..blocks], &p[..blocks], &ux[..blocks], &uy[..blocks]);
+        let [dx, dy] = [0, 1].map(|c| lanes(&seen.direction[c], blocks));
+        let [sx, sy] = still.map(|d| lanes(d, blocks));
+        let [softness, mu] = [&seen.soft, &seen.mu].map(|row| lanes(row, blocks));
+        let [closed, slips] = [&seen.closed, &seen.slips].map(|row| lanes(row, blocks));
+        let more = lanes(pressure, blocks);
+        let (across, held) = rhs.split_at_mut(along.len());
+        let [along, across, held, soft] = [along, across, held, soft].map(|row| lanes_mut(row, blocks));
+        for b in 0..blocks {
+            let (rx, ry, p, ux, uy, more) = (rx[b], ry[b], p[b], ux[b], uy[b], more[b]);
+            let [dx, dy, sx, sy] = [dx[b], dy[b], sx[b].map(f64::from), sy[b].map(f64::from)];
+            let (closed, slips, mu) = (closed[b], slips[b], mu[b]);
+            let softness = lane(|k| softness[b][k] * per_unit);
+            let dx = lane(|k| if slips[k] > 0.0 { dx[k] } else { sx[k] });
+            let dy = lane(|k| if slips[k] > 0.0 { dy[k] } else { sy[k] });
+            let traction = lane(|k| dx[k] * rx[k] + dy[k] * ry[k]);
+            let turned = lane(|k| dx[k] * ry[k] - dy[k] * rx[k]);
+            let forward = lane(|k| (dx[k] * ux[k] + dy[k] * uy[k]) * per_unit);
+            let aside = lane(|k| (dx[k] * uy[k] - dy[k] * ux[k]) * per_unit);
+            // The row of the map is (1 − a) t_e + a ρ u_e.
+            let wanted = lane(|k| -(aside[k] + softness[k] * turned[k]) as f32);
+            let follows = lane(|k| (mu[k] * (p[k] + f64::from(more[k])) - traction[k]) as f32);
+            along[b] = lane(|k| if slips[k] > 0.0 { follows[k] } else { 0.0 });
+            across[b] = lane(|k| if closed[k] > 0.0 { wanted[k] } else { 0.0 });
+            held[b] = lane(|k| if closed[k] > slips[k] { -forward[k] as f32 } else { 0.0 });
+            soft[b] = lane(|k| softness[k] as f32);
+        }
+    }
+}
+
+/// Adds changes of tractions along and across the directions, N, `[l]` each, to the reactions.
+struct Pull<'a> {
+    seen: &'a Seen,
+    still: [&'a [f32]; 2],
+    along: &'a [f32],
+    across: &'a [f32],
+    x: &'a mut Sorted,
+}
+
+impl WithSimd for Pull<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { seen, still, along, across, x } = self;
+        let [tx, ty, _] = x.lanes_mut();
+        let blocks = tx.len();
+        let ty = &mut ty[..blocks];
+        let [dx, dy] = [0, 1].map(|c| lanes(&seen.direction[c], blocks));
+        let [sx, sy] = still.map(|d| lanes(d, blocks));
+        let [slips, along, across] = [&seen.slips, along, across].map(|row| lanes(row, blocks));
+        for b in 0..blocks {
+            let [dx, dy, sx, sy] = [dx[b], dy[b], sx[b].map(f64::from), sy[b].map(f64::from)];
+            let (slips, along, across) = (slips[b], along[b].map(f64::from), across[b].map(f64::from));
+            let dx = lane(|k| if slips[k] > 0.0 { dx[k] } else { sx[k] });
+            let dy = lane(|k| if slips[k] > 0.0 { dy[k] } else { sy[k] });
+            let (x, y) = (tx[b], ty[b]);
+            tx[b] = lane(|k| x[k] + dx[k] * along[k] - dy[k] * across[k]);
+            ty[b] = lane(|k| y[k] + dy[k] * along[k] + dx[k] * across[k]);
         }
     }
 }
@@ -318,7 +370,8 @@ impl Operators {
 mod tests {
     use super::*;
     use crate::body::half_space::HalfSpace;
-    use crate::friction::Exponential;
+    use crate::contact::law::{size, Status};
+    use crate::friction::{Exponential, FrictionLaw};
     use crate::grid::Interface;
     use crate::model::combined_compliance;
     use crate::transient::{ContactSolver, Memory, Operator};

@@ -124,22 +124,21 @@ impl StepProblem<'_> {
             });
         }
         let target = self.tolerance * scale;
-        let mut guess = guess.to_vec();
+        let mut begun = None;
         let mut shift = shift;
         let simple = self.total[..2] == [None; 2] && shift[..2] == [0.0; 2];
         if solver == ContactSolver::Newton && simple && memory.by_parts() {
-            let known = (guess.clone(), response.map(<[f64]>::to_vec));
-            match parts::solve(self, target, known, shift[2], &mut memory.parts, effort) {
+            match parts::solve(self, target, (guess, response), shift[2], &mut memory.parts, effort) {
                 Ok(solution) => return Ok(solution),
                 Err((best, nearer)) => {
                     memory.refused();
                     if best.iter().all(|v| v.is_finite()) && nearer.is_finite() {
-                        (guess, shift[2]) = (best, nearer);
+                        (begun, shift[2]) = (Some(best), nearer);
                     }
                 }
             }
         }
-        let guess = &guess[..];
+        let guess = begun.as_deref().unwrap_or(guess);
         let solved = match solver {
             ContactSolver::FixedPoint => fixed_point::solve(self, target, guess, shift, 200_000, effort)?,
             ContactSolver::Newton => match self.direct(target, guess, shift, memory, effort)? {
@@ -256,15 +255,16 @@ impl StepProblem<'_> {
             return n;
         }
         let pressed: f64 = guess.chunks_exact(3).map(|r| r[2].max(0.0)).sum();
-        (0..self.nodes()).map(|i| -self.rho(i).normal * self.free[3 * i + 2]).fold(pressed, f64::max).max(0.0)
+        let normal = self.free.chunks_exact(3).zip(self.matrix.diagonal().chunks_exact(3));
+        normal.map(|(free, compliance)| -free[2] / compliance[2]).fold(pressed, f64::max).max(0.0)
     }
 
     /// Augmentation parameters of node `i`, N/m: the inverse of its own compliance.
     pub(super) fn rho(&self, i: usize) -> Augmentation {
-        let d = |c: usize| self.matrix.col(3 * i + c)[3 * i + c];
+        let d = &self.matrix.diagonal()[3 * i..3 * i + 3];
         // A node that cannot move along the surface has no slip either, whatever the traction.
-        let tangential = d(0).max(d(1));
-        Augmentation { normal: 1.0 / d(2), tangential: if tangential > 0.0 { 1.0 / tangential } else { 0.0 } }
+        let tangential = d[0].max(d[1]);
+        Augmentation { normal: 1.0 / d[2], tangential: if tangential > 0.0 { 1.0 / tangential } else { 0.0 } }
     }
 
     /// Coefficient of friction of node `i` at the end of the step, for its displacement `d` over the step, m.

@@ -3,6 +3,7 @@
 use super::coupled::Coupled;
 use super::model::{Impact, Model};
 use super::motion::Motion;
+use crate::dense::{dot, sum_over};
 use crate::model::ModalMatrix;
 use crate::{Error, Result};
 use faer::Mat;
@@ -168,13 +169,13 @@ impl Motion for Modal {
 
     /// Kinetic energy of the modes, J.
     fn kinetic(&self, v: &[f64]) -> f64 {
-        0.5 * v.iter().map(|v| v * v).sum::<f64>()
+        0.5 * dot(v, v)
     }
 
     /// Elastic energy of the modes, J.
     fn elastic(&self, q: &[f64]) -> f64 {
         match &self.motion {
-            Modes::Apart { stiffness, .. } => 0.5 * q.iter().zip(stiffness).map(|(q, w)| w * q * q).sum::<f64>(),
+            Modes::Apart { stiffness, .. } => 0.5 * sum_over(q.len(), |k| stiffness[k] * q[k] * q[k]),
             Modes::Coupled(coupled) => coupled.elastic(q),
         }
     }
@@ -185,7 +186,7 @@ impl Motion for Modal {
             Modes::Apart { damping, .. } => {
                 let (before, after) = (before.1, after.1);
                 let mean = |k: usize| (1.0 - self.theta) * before[k] + self.theta * after[k];
-                let sum: f64 = (0..before.len()).map(|k| damping[k] * mean(k) * 0.5 * (before[k] + after[k])).sum();
+                let sum = sum_over(before.len(), |k| damping[k] * mean(k) * 0.5 * (before[k] + after[k]));
                 (self.h * sum, 0.0)
             }
             Modes::Coupled(coupled) => coupled.damped(before, after),
@@ -194,7 +195,7 @@ impl Motion for Modal {
 
     /// Work of the loads in a step, J.
     fn loaded(&self, before: &[f64], after: &[f64]) -> f64 {
-        (0..before.len()).map(|k| self.load[k] * (after[k] - before[k])).sum()
+        sum_over(before.len(), |k| self.load[k] * (after[k] - before[k]))
     }
 }
 

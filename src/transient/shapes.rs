@@ -35,8 +35,8 @@ impl Shapes {
     /// Those of Ψ, `[N, m]`.
     pub(super) fn new(modes: MatRef<'_, f64>) -> Self {
         let (n, m) = modes.shape();
-        // B and C together are to be smaller than Ψ.
-        let limit = (n * m).saturating_sub(1) / (n + m).max(1);
+        // B and C together are to be smaller than Ψ, and as a step reads less of B than of C they are to be much smaller.
+        let limit = ((n * m).saturating_sub(1) / (n + m).max(1)).min(3 * m / 4);
         let Some([mut basis, mut mix]) = factors(modes, limit) else {
             return Self::whole(modes);
         };

@@ -1,6 +1,6 @@
 //! One step after the other.
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 
 use super::compact::Operator;
 use super::drive::{Drive, Normal, Tangential};
@@ -14,7 +14,7 @@ use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::{Modal, Scheme};
 use super::shapes::Shapes;
 use crate::contact::law::Status;
-use crate::dense::{self, dot, product};
+use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
 use crate::roughness::Surface;
 use crate::{Error, Result};
@@ -87,6 +87,8 @@ pub struct Stepper<'a> {
     feet: Vec<Option<Foot>>,
     /// ∂x g0, `[n]`.
     slope: Vec<f64>,
+    /// Largest size of a gap of the smooth bodies, m.
+    widest: f64,
     /// The gap with the roughness that passes.
     passing: Passing,
     state: State,
@@ -179,6 +181,7 @@ impl<'a> Stepper<'a> {
             massive,
             w,
             slope,
+            widest: s.gap.iter().fold(0.0, |m, g| m.max(g.abs())),
             state,
             working: Working {
                 nodes: Vec::new(),
@@ -189,7 +192,8 @@ impl<'a> Stepper<'a> {
                 around: Lines::default(),
                 psi: Lines::default(),
                 feet: Vec::new(),
-                inside: Vec::new(),
+                ways: Vec::new(),
+                at: Vec::new(),
                 u: Vec::new(),
             },
             outside: Outside::default(),
@@ -344,14 +348,14 @@ impl<'a> Stepper<'a> {
             let ws = &self.working;
             let core = ws.core;
             let rows = ws.rows();
-            let free = product(MatRef::from_row_major_slice(&ws.psi[..rows * rank], rows, rank), &q_seen);
+            let mut free = vec![0.0; rows];
+            dense::add_transposed(&ws.psi, rank, &q_seen, &mut free);
             let mut b = free[..3 * core].to_vec();
             let mut gaps = Vec::with_capacity(core);
             for a in 0..core {
                 let i = ws.nodes[a];
-                let [x, y] = self.model.interface.point(i);
+                let ([x, y], own) = ws.at[a];
                 let foot = self.foot_value(a);
-                let own = self.model.interface.creep(i);
                 let rigid = [creep[0] - spin * y + own[0], creep[1] + spin * x + own[1]];
                 for c in 0..2 {
                     b[3 * a + c] += h * rigid[c] - foot[c];
@@ -418,10 +422,12 @@ impl<'a> Stepper<'a> {
             }
             if entering.is_empty() && late == 0 {
                 self.motion.accept(&modal, &mut q, &mut v)?;
-                self.met.nodes = self.working.nodes[..core].to_vec();
-                self.met.slip = (0..core)
-                    .flat_map(|a| [0, 1].map(|c| b[3 * a + c] + response[3 * a + c] + solution.shift[c]))
-                    .collect();
+                self.met.nodes.clear();
+                self.met.nodes.extend_from_slice(&self.working.nodes[..core]);
+                self.met.slip.clear();
+                for (b, y) in b.chunks_exact(3).zip(response.chunks_exact(3)) {
+                    self.met.slip.extend([b[0] + y[0] + solution.shift[0], b[1] + y[1] + solution.shift[1]]);
+                }
                 self.posed = b;
                 self.before = before;
                 let approach = if total[2].is_some() { -solution.shift[2] } else { approach };
@@ -455,55 +461,53 @@ impl<'a> Stepper<'a> {
 
     /// A gap that is negative by rounding alone, m.
     fn rounding(&self, shift: f64) -> f64 {
-        -1e-12 * (shift.abs() + self.model.interface.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())))
+        -1e-12 * (shift.abs() + self.widest)
     }
 
     /// Takes the end of a step into the state; `total` says which forces were prescribed.
     fn take(&mut self, end: End, total: [Option<f64>; 3], effort: Effort) {
-        let End { solution, response, free, modal, q, v, approach } = end;
+        let End { solution, response: mut u, free, modal, q, v, approach } = end;
         let h = self.settings.scheme.step;
         let gamma = self.motion.gamma();
-        let core = self.working.core;
-        let mut reaction = vec![0.0; self.state.reaction.len()];
-        for (a, r) in solution.reaction.chunks_exact(3).enumerate() {
-            reaction[3 * self.working.nodes[a]..][..3].copy_from_slice(r);
-        }
         self.renew_friction(&solution);
         self.modal_now = Some(modal);
-        let u: Vec<f64> = free.iter().zip(&response).map(|(f, r)| f + r).collect();
+        u.iter_mut().zip(&free).for_each(|(u, f)| *u += f);
 
         // Energy: mean reactions of the step times what moved.
-        let e = &mut self.state.energy;
+        let (mut friction, mut drive, mut rolling, mut impact) = (0.0, 0.0, 0.0, 0.0);
         let mut report = Report { residual: solution.residual, effort, ..Report::default() };
         let sunk = approach - self.state.approach;
-        for a in 0..core {
-            let i = self.working.nodes[a];
-            let mean = [0, 1, 2].map(|c| gamma * reaction[3 * i + c] + (1.0 - gamma) * self.state.reaction[3 * i + c]);
-            for c in 0..2 {
-                let slip = self.met.slip[2 * a + c];
-                e.friction -= mean[c] * slip;
-                e.drive -= mean[c] * (slip - (u[3 * a + c] - self.working.u[3 * a + c]));
-            }
+        let ws = &self.working;
+        let core = ws.nodes[..ws.core].iter().zip(&ws.at).zip(solution.reaction.chunks_exact(3)).zip(&solution.status);
+        let moved = u.chunks_exact(3).zip(ws.u.chunks_exact(3)).zip(self.met.slip.chunks_exact(2));
+        for ((((&i, ([x, y], _)), r), status), ((now, then), slip)) in core.zip(moved) {
+            // Nodes outside the core have no reaction.
+            let old = &mut self.state.reaction[3 * i..3 * i + 3];
+            let mean: [f64; 3] = std::array::from_fn(|c| gamma * r[c] + (1.0 - gamma) * old[c]);
+            old.copy_from_slice(r);
+            friction -= mean[0] * slip[0] + mean[1] * slip[1];
             let nearer = sunk + self.passing.raised(i);
-            e.drive += mean[2] * nearer;
-            e.rolling -= mean[2] * self.settings.drive.speed * h * self.slope[i];
-            if self.impact == Impact::Rigid {
-                e.impact -= mean[2] * (u[3 * a + 2] - self.working.u[3 * a + 2] - nearer);
-            }
-            let r = &reaction[3 * i..3 * i + 3];
-            let [x, y] = self.model.interface.point(i);
+            drive +=
+                mean[2] * nearer - mean[0] * (slip[0] - (now[0] - then[0])) - mean[1] * (slip[1] - (now[1] - then[1]));
+            rolling -= mean[2] * self.settings.drive.speed * h * self.slope[i];
+            impact -= mean[2] * (now[2] - then[2] - nearer);
             report.force[0] += r[0];
             report.force[1] += r[1];
             report.force[2] -= r[2];
             report.moment_z += x * r[1] - y * r[0];
             let closed = match self.integrated {
-                Some(_) => solution.status[a] != Status::Open,
+                Some(_) => *status != Status::Open,
                 None => r[2] > 0.0,
             };
-            if closed {
-                report.closed += 1;
-                report.stick += usize::from(solution.status[a] == Status::Stick);
-            }
+            report.closed += usize::from(closed);
+            report.stick += usize::from(closed && *status == Status::Stick);
+        }
+        let e = &mut self.state.energy;
+        e.friction += friction;
+        e.drive += drive;
+        e.rolling += rolling;
+        if self.impact == Impact::Rigid {
+            e.impact += impact;
         }
         let (damped, supplied) = self.motion.damped((&self.state.q, &self.state.v), (&q, &v));
         e.damping += damped;
@@ -511,7 +515,6 @@ impl<'a> Stepper<'a> {
         e.drive += self.motion.loaded(&self.state.q, &q);
         self.state.q = q;
         self.state.v = v;
-        self.state.reaction = reaction;
         if self.past.len() == PAST {
             self.past.pop();
         }
@@ -534,8 +537,9 @@ impl<'a> Stepper<'a> {
         let mut elastic = self.motion.elastic(&self.state.q);
         if self.impact == Impact::Compliant {
             // ½ RᵀSR = ½ Rᵀ(u − Ψ q).
-            for (a, &i) in self.working.nodes[..self.working.core].iter().enumerate() {
-                elastic += 0.5 * dot(&self.state.reaction[3 * i..3 * i + 3], &self.working.u[3 * a..3 * a + 3]);
+            for (&i, u) in self.working.nodes[..self.working.core].iter().zip(self.working.u.chunks_exact(3)) {
+                let r = &self.state.reaction[3 * i..3 * i + 3];
+                elastic += 0.5 * (r[0] * u[0] + r[1] * u[1] + r[2] * u[2]);
             }
             let modal = match &self.modal_now {
                 Some(f) => dot(f, &self.state.q),
@@ -571,10 +575,11 @@ impl<'a> Stepper<'a> {
             _ => &[4.0, -6.0, 4.0, -1.0],
         };
         let (mut guess, mut response) = (vec![0.0; 3 * self.working.core], vec![0.0; 3 * self.working.core]);
-        for (w, (r, y)) in weights.iter().zip(&self.past) {
-            guess.iter_mut().zip(r).for_each(|(g, r)| *g += w * r);
-            response.iter_mut().zip(y).for_each(|(g, y)| *g += w * y);
-        }
+        let past = || weights.iter().zip(&self.past);
+        let reactions: Vec<_> = past().map(|(w, (r, _))| (&r[..], *w)).collect();
+        dense::add_scattered(&reactions, &mut guess);
+        let responses: Vec<_> = past().map(|(w, (_, y))| (&y[..], *w)).collect();
+        dense::add_scattered(&responses, &mut response);
         (guess, Some(response))
     }
 }

@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::dense::dot;
+use crate::dense::{dot, wide_dot};
 use crate::transient::lines::Lines;
 use crate::transient::problem::Effort;
 
@@ -17,7 +17,7 @@ pub(super) fn conjugate_gradients(
 ) -> Lines<f32> {
     let mut r = Lines::from(rhs.iter().copied());
     let mut direction = Lines::from(rhs.iter().zip(scale).map(|(r, s)| r * s));
-    let mut rz = dot(&r, &direction);
+    let mut rz = wide_dot(&r, &direction);
     let enough = forcing * forcing * rz;
     let (mut found, mut image) = (Lines::zeros(r.len()), Lines::zeros(r.len()));
     for _ in 0..r.len() {

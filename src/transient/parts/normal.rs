@@ -5,7 +5,7 @@ use faer::Mat;
 
 use super::krylov::conjugate_gradients;
 use crate::contact::active_set::settle;
-use crate::dense::add_columns;
+use crate::dense::{add_columns, sum_over};
 use crate::transient::lines::{whole, Lines};
 use crate::transient::problem::Effort;
 
@@ -79,7 +79,7 @@ impl Normal {
             self.open.iter().for_each(|&i| one[i] = 0.0);
             self.uniform = self.close(gaps, &one, 1e-4, effort);
         }
-        let approach = (total - found.iter().sum::<f32>()) / self.uniform.iter().sum::<f32>();
+        let approach = (total - sum_over(found.len(), |i| found[i])) / sum_over(found.len(), |i| self.uniform[i]);
         found.iter_mut().zip(self.uniform.iter()).for_each(|(f, u)| *f += approach * u);
         (found, approach)
     }

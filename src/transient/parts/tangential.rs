@@ -3,12 +3,12 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::krylov::conjugate_gradients;
-use super::Node;
-use crate::contact::law::Status;
+use super::seen::{those, Seen};
 use crate::dense::{add_columns, add_transposed, dot, wide_dot};
 use crate::transient::compact::Operator;
-use crate::transient::lines::{whole, Lines};
+use crate::transient::lines::Lines;
 use crate::transient::problem::Effort;
+use crate::transient::sorted::{lane, lanes, lanes_mut, LANES};
 
 /// Sine of the angle by which a direction may leave the one that the stored operator was made for, at least, and as a share of what the
 /// residual of the linear system falls by.
@@ -20,69 +20,75 @@ const TURNS: usize = 8;
 /// The tangential operator on k nodes in l places, in units of that of W. e = (−d_y, d_x) is the direction across d. Vectors have what is across in
 /// the first l places and what is along d in the last l; places without a node hold zeros.
 pub(super) struct Tangential {
+    /// k.
+    nodes: usize,
     /// Components x and y of the direction d of each node, `[l]`.
     direction: [Lines<f32>; 2],
     /// W between the components across (first k columns) and along d (last k), columns, `[2k][2l]`.
     tangential: Lines<f32>,
     /// W from all normal components to the one across d at a node, `[l]`, node after node, then to the ones along, `[2k][l]`.
     coupling: Lines<f32>,
-    /// Whether the columns across and along d of a node are made: the ones where it is closed, the others where it sticks, or its motion along d
-    /// feeds its traction.
-    made: [Vec<bool>; 2],
+    /// Its diagonal across and along d, as far as the columns are made, `[l]` each.
+    diagonal: [Lines<f32>; 2],
+    /// 1 where the columns across and along d of a node are made, else 0, `[l]`: the ones where it is closed, the others where it sticks, or its motion along
+    /// d feeds its traction.
+    made: [Lines<f32>; 2],
 }
+
+/// What is seen of the nodes, and those of them that stick, ascending.
+pub(super) type Known<'a> = (&'a Seen, &'a [usize]);
 
 impl Tangential {
     /// The operator `w` for what the map says of the nodes, in the memory of another one.
-    pub fn new(w: &Operator, nodes: &[Node], old: Option<Self>) -> Self {
-        let (k, l) = (nodes.len(), whole::<f32>(nodes.len()));
+    pub fn new(w: &Operator, seen: &Seen, old: Option<Self>) -> Self {
+        let (k, l) = (w.size() / 3, w.places());
         let (tangential, coupling) = old.map(|o| (o.tangential, o.coupling)).unwrap_or_default();
         // Columns that are not made are met by zeros only.
         let (tangential, coupling) = (tangential.resized(4 * k * l), coupling.resized(2 * k * l));
-        let direction = [0, 1].map(|c| Lines::from(nodes.iter().map(|n| n.d[c] as f32)));
-        let mut new = Self { direction, tangential, coupling, made: [vec![false; k], vec![false; k]] };
-        new.complete(w, nodes);
+        let direction = [0, 1].map(|c| Lines::from(seen.direction[c].iter().map(|d| *d as f32)));
+        let [diagonal, made] = [0, 1].map(|_| [Lines::zeros(l), Lines::zeros(l)]);
+        let mut new = Self { nodes: k, direction, tangential, coupling, diagonal, made };
+        new.complete(w, seen);
         new
     }
 
-    /// Direction of node `i`.
-    pub fn direction(&self, i: usize) -> [f64; 2] {
-        [f64::from(self.direction[0][i]), f64::from(self.direction[1][i])]
+    /// Components x and y of the directions d, `[l]` each.
+    pub fn directions(&self) -> [&[f32]; 2] {
+        [&self.direction[0], &self.direction[1]]
     }
 
     /// Follows the nodes: their directions where they have changed by too much for a linear system whose residual falls by `forcing`.
-    pub fn follow(&mut self, w: &Operator, nodes: &[Node], forcing: f32) {
-        let k = nodes.len();
+    pub fn follow(&mut self, w: &Operator, seen: &Seen, forcing: f32) {
+        let (k, l) = (self.nodes, w.places());
+        let mut turned = Lines::zeros(l);
         let limit = TURN[0].max(TURN[1] * f64::from(forcing));
-        let mut changed = Vec::new();
-        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status == Status::Slip) {
-            let (d, f) = (node.d, self.direction(i));
-            if (d[0] * f[1] - d[1] * f[0]).abs() > limit || d[0] * f[0] + d[1] * f[1] < 0.0 {
-                (self.direction[0][i], self.direction[1][i]) = (d[0] as f32, d[1] as f32);
-                changed.push(i);
-            }
+        Arch::new().dispatch(Turned { seen, direction: self.directions(), limit, turned: &mut turned });
+        let changed = those(k, |i| turned[i] > 0.0);
+        for &i in &changed {
+            (0..2).for_each(|c| self.direction[c][i] = seen.direction[c][i] as f32);
         }
         // Rows lie far apart in memory: to renew some is as much work as to renew all columns.
         if 4 * changed.len() > k {
-            self.made.iter_mut().for_each(|made| made.fill(false));
-            self.complete(w, nodes);
+            self.made.iter_mut().for_each(|made| made.fill(0.0));
+            self.complete(w, seen);
             return;
         }
         changed.iter().for_each(|&i| self.columns(w, i, [true; 2]));
-        let (l, stride) = (whole::<f32>(k), 2 * whole::<f32>(k));
+        let stride = 2 * l;
         for (own, i) in [0, 1].into_iter().flat_map(|own| changed.iter().map(move |&i| (own, i))) {
             for (other, made) in self.made.iter().enumerate() {
-                for j in (0..k).filter(|&j| made[j]) {
+                for j in (0..k).filter(|&j| made[j] > 0.0) {
                     self.tangential[stride * (k * other + j) + l * own + i] =
                         self.tangential[stride * (k * own + i) + l * other + j];
                 }
             }
         }
-        self.complete(w, nodes);
+        self.complete(w, seen);
     }
 
     /// Takes from `rhs`, across and along, what changes of the pressures and of the tractions along the slip do.
-    pub fn subtract(&self, nodes: &[Node], along: &[f32], pressure: &[f32], rhs: &mut [f32]) {
-        let (k, l) = (nodes.len(), whole::<f32>(nodes.len()));
+    pub fn subtract(&self, (seen, stick): Known<'_>, along: &[f32], pressure: &[f32], rhs: &mut [f32]) {
+        let (k, l) = (self.nodes, along.len());
         let pressed = pressure.iter().any(|q| *q != 0.0);
         // The operator is symmetric: rows along of a column are the columns along in that row.
         let mut across = Lines::zeros(l);
@@ -92,36 +98,42 @@ impl Tangential {
         if pressed {
             add_transposed(&self.coupling, l, pressure, &mut across[..k]);
         }
-        for (i, node) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
-            rhs[i] -= across[i];
-            if node.status == Status::Stick {
-                rhs[l + i] -= wide_dot(&self.tangential[2 * l * (k + i) + l..][..l], along);
-                if pressed {
-                    rhs[l + i] -= wide_dot(&self.coupling[l * (k + i)..][..l], pressure);
-                }
+        let closed = seen.closed.iter().zip(across.iter());
+        rhs.iter_mut().zip(closed).for_each(|(r, (closed, a))| *r -= if *closed > 0.0 { *a } else { 0.0 });
+        for &i in stick {
+            rhs[l + i] -= wide_dot(&self.tangential[2 * l * (k + i) + l..][..l], along);
+            if pressed {
+                rhs[l + i] -= wide_dot(&self.coupling[l * (k + i)..][..l], pressure);
             }
         }
     }
 
     /// The tangential unknowns, N: across at closed nodes, along where they stick, `[2l]`, or `[l]` where none sticks. `soft` is added to the diagonal
     /// across.
-    pub fn solve(&self, nodes: &[Node], soft: &[f32], rhs: &[f32], forcing: f32, effort: &mut Effort) -> Lines<f32> {
-        let (k, l) = (nodes.len(), whole::<f32>(nodes.len()));
-        let stick: Vec<usize> = (0..k).filter(|&i| nodes[i].status == Status::Stick).collect();
+    pub fn solve(
+        &self,
+        (seen, stick): Known<'_>,
+        soft: &[f32],
+        rhs: &[f32],
+        forcing: f32,
+        effort: &mut Effort,
+    ) -> Lines<f32> {
+        let (k, l) = (self.nodes, soft.len());
         // Inverse of the diagonal; 0 for what is no unknown.
         let mut scale = Lines::zeros(2 * l);
-        for (i, _) in nodes.iter().enumerate().filter(|(_, n)| n.status != Status::Open) {
-            scale[i] = 1.0 / (self.tangential[(2 * l + 1) * i] + soft[i]);
+        let parts = seen.closed.iter().zip(self.diagonal[0].iter().zip(soft));
+        for (s, (closed, (d, soft))) in scale.iter_mut().zip(parts) {
+            *s = if *closed > 0.0 { 1.0 / (d + soft) } else { 0.0 };
         }
-        for &i in &stick {
-            scale[l + i] = 1.0 / self.tangential[2 * l * (k + i) + l + i];
+        for &i in stick {
+            scale[l + i] = 1.0 / self.diagonal[1][i];
         }
         // Without nodes in stick the second half has no part.
         let size = if stick.is_empty() { l } else { 2 * l };
         let apply = |v: &[f32], out: &mut [f32]| {
             add_columns(&self.tangential, 2 * l, &v[..k], &mut out[..l]);
             out.iter_mut().zip(soft).zip(v).for_each(|((o, s), v)| *o += s * v);
-            Arch::new().dispatch(Sticking { tangential: &self.tangential, count: k, nodes: &stick, v, out });
+            Arch::new().dispatch(Sticking { tangential: &self.tangential, count: k, nodes: stick, v, out });
         };
         conjugate_gradients(&rhs[..size], &scale[..size], forcing, apply, effort)
     }
@@ -130,24 +142,24 @@ impl Tangential {
     /// they do not feed the former, to where `along` has grown by `feed` (1, in the unit of W) times the motion along d at the nodes that slip.
     pub fn feed(
         &self,
-        nodes: &[Node],
+        known: Known<'_>,
         feed: &[f32],
         (along, found, pressure): (&mut [f32], &mut [f32], &[f32]),
         (soft, rhs, forcing): (&[f32], f32, f32),
         effort: &mut Effort,
     ) {
-        let l = whole::<f32>(nodes.len());
+        let ((seen, _), l) = (known, along.len());
         let (base, still) = (along.to_vec(), Lines::zeros(l));
         let norm = |v: &[f32]| dot(v, v).sqrt();
         // Motion along d, to which unknowns and tractions add as they change.
         let mut moved = Lines::zeros(l);
-        Arch::new().dispatch(Pressed { w: self, nodes, pressure, out: &mut moved });
+        Arch::new().dispatch(Pressed { w: self, slips: &seen.slips, pressure, out: &mut moved });
         self.add_motion(along, found, &mut moved);
         // What has changed since the unknowns were solved for.
         let mut pending = Lines::zeros(l);
         for _ in 0..TURNS {
             let mut change = Lines::zeros(l);
-            for (i, _) in nodes.iter().enumerate().filter(|(_, n)| n.status == Status::Slip) {
+            for i in (0..l).filter(|&i| seen.slips[i] > 0.0) {
                 change[i] = base[i] + feed[i] * moved[i] - along[i];
                 along[i] += change[i];
                 pending[i] += change[i];
@@ -158,12 +170,12 @@ impl Tangential {
             }
             // What they do to the unknowns matters where it is more than what is left of these anyway.
             let mut more = Lines::zeros(2 * l);
-            self.subtract(nodes, &pending, &still, &mut more);
+            self.subtract(known, &pending, &still, &mut more);
             let share = forcing * rhs / norm(&more);
             if !(share < 0.5) {
                 break;
             }
-            let step = self.solve(nodes, soft, &more, share, effort);
+            let step = self.solve(known, soft, &more, share, effort);
             found.iter_mut().zip(step.iter()).for_each(|(f, m)| *f += m);
             self.add_motion(&change, &step, &mut moved);
             pending.fill(0.0);
@@ -172,7 +184,7 @@ impl Tangential {
 
     /// Adds the motion along d at nodes that slip, under tractions `along` at these and the unknowns `found`, as far as there are any.
     fn add_motion(&self, along: &[f32], found: &[f32], out: &mut [f32]) {
-        let (k, l) = (self.made[0].len(), along.len());
+        let (k, l) = (self.nodes, along.len());
         add_columns(&self.tangential[2 * l * k + l..], 2 * l, &along[..k], out);
         if let Some(across) = found.get(..k) {
             add_columns(&self.tangential[l..], 2 * l, across, out);
@@ -184,31 +196,57 @@ impl Tangential {
     }
 
     /// Makes the columns that are needed and not made.
-    fn complete(&mut self, w: &Operator, nodes: &[Node]) {
-        let feeds = nodes.iter().any(|n| n.feed != 0.0);
-        for (i, node) in nodes.iter().enumerate() {
-            let fed = feeds && node.status == Status::Slip;
-            let needed = [node.status != Status::Open, node.status == Status::Stick || fed];
-            self.columns(w, i, [0, 1].map(|c| needed[c] && !self.made[c][i]));
-        }
+    fn complete(&mut self, w: &Operator, seen: &Seen) {
+        let free = if seen.feed.is_empty() { 1.0 } else { 0.0 };
+        let across = those(self.nodes, |i| seen.closed[i] > self.made[0][i]);
+        across.into_iter().for_each(|i| self.columns(w, i, [true, false]));
+        let along = those(self.nodes, |i| seen.closed[i] - free * seen.slips[i] > self.made[1][i]);
+        along.into_iter().for_each(|i| self.columns(w, i, [false, true]));
     }
 
     /// Makes the columns of node `i` across d and along, as far as `wanted`.
     fn columns(&mut self, w: &Operator, i: usize, wanted: [bool; 2]) {
-        let (k, l) = (self.made[0].len(), w.places());
+        let (k, l) = (self.nodes, w.places());
         let direction = [&self.direction[0][..], &self.direction[1][..]];
         let [dx, dy] = direction.map(|d| d[i]);
         let columns = [w.tangential(i, 0), w.tangential(i, 1)];
         for (c, factors) in [[-dy, dx], [dx, dy]].into_iter().enumerate().filter(|&(c, _)| wanted[c]) {
             let own = k * c + i;
-            Arch::new().dispatch(Column {
-                columns,
-                factors,
-                direction,
-                tangential: &mut self.tangential[2 * l * own..][..2 * l],
-                coupling: &mut self.coupling[l * own..][..l],
-            });
-            self.made[c][i] = true;
+            let tangential = &mut self.tangential[2 * l * own..][..2 * l];
+            let coupling = &mut self.coupling[l * own..][..l];
+            Arch::new().dispatch(Column { columns, factors, direction, tangential, coupling });
+            self.diagonal[c][i] = tangential[l * c + i];
+            self.made[c][i] = 1.0;
+        }
+    }
+}
+
+/// Which nodes slip in a direction that has left the one the operator was made for.
+struct Turned<'a> {
+    seen: &'a Seen,
+    direction: [&'a [f32]; 2],
+    /// Sine of the angle by which it may.
+    limit: f64,
+    /// 1 or 0, `[l]`.
+    turned: &'a mut [f32],
+}
+
+impl WithSimd for Turned<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { seen, direction, limit, turned } = self;
+        let blocks = turned.len() / LANES;
+        let [dx, dy] = [0, 1].map(|c| lanes(&seen.direction[c], blocks));
+        let [fx, fy, slips] = [direction[0], direction[1], &seen.slips].map(|row| lanes(row, blocks));
+        let turned = lanes_mut(turned, blocks);
+        for b in 0..blocks {
+            let (dx, dy, slips) = (dx[b], dy[b], slips[b]);
+            let (fx, fy) = (fx[b].map(f64::from), fy[b].map(f64::from));
+            let sine = lane(|k| (dx[k] * fy[k] - dy[k] * fx[k]).abs());
+            let cosine = lane(|k| dx[k] * fx[k] + dy[k] * fy[k]);
+            turned[b] = lane(|k| if (sine[k] > limit) | (cosine[k] < 0.0) { slips[k] } else { 0.0 });
         }
     }
 }
@@ -274,7 +312,7 @@ impl WithSimd for Sticking<'_> {
 /// Motion along d of the nodes that slip, under changes of the pressures.
 struct Pressed<'a> {
     w: &'a Tangential,
-    nodes: &'a [Node],
+    slips: &'a [f32],
     pressure: &'a [f32],
     out: &'a mut [f32],
 }
@@ -284,8 +322,8 @@ impl WithSimd for Pressed<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (k, l) = (self.nodes.len(), self.pressure.len());
-        for (i, _) in self.nodes.iter().enumerate().filter(|(_, n)| n.status == Status::Slip) {
+        let (k, l) = (self.w.nodes, self.pressure.len());
+        for i in (0..k).filter(|&i| self.slips[i] > 0.0) {
             self.out[i] = dot(&self.w.coupling[l * (k + i)..][..l], self.pressure);
         }
     }

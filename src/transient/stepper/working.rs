@@ -7,7 +7,7 @@ use super::super::model::Impact;
 use super::super::problem::StepSolution;
 use super::{pressed, Stepper};
 use crate::contact::course::Course;
-use crate::dense::dot;
+use crate::dense::{dot, sum_over};
 use crate::{Error, Result};
 
 /// The nodes that may touch (the core), and those around them whose displacements are needed.
@@ -28,10 +28,21 @@ pub(super) struct Working {
     pub(super) psi: Lines<f64>,
     /// Foot of each core node with its line of the grid.
     pub(super) feet: Vec<(usize, Foot)>,
-    /// What the nodes near a foot take part with where all three are closed, for each core node; 0 where there are not three.
-    pub(super) inside: Vec<[f64; 3]>,
+    /// The same by what it takes.
+    pub(super) ways: Vec<Way>,
+    /// Where each core node is, m, and its rigid creep beside that of the creepages, m/s.
+    pub(super) at: Vec<([f64; 2], [f64; 2])>,
     /// Displacements at the present time, m, `[rows]`.
     pub(super) u: Vec<f64>,
+}
+
+/// Where a foot gets its displacement from; nodes by their places in the working set.
+pub(super) enum Way {
+    Node(usize),
+    /// Between the first two nodes of a line: in a straight line.
+    First([usize; 2], [f64; 2]),
+    /// The nodes after the foot, before it and upstream of that, and what they take part with where all three are closed.
+    Between([usize; 3], [f64; 3]),
 }
 
 impl Working {
@@ -70,53 +81,51 @@ fn upstream(x: &[f64], left: usize) -> [f64; 2] {
     [left, left - 1].map(|jx| x[left + 1] - x[jx])
 }
 
-/// By how much gaps can have changed at the most: changes of what moves them, each times its `reach`, in several partial sums.
+/// By how much gaps can have changed at the most: changes of what moves them, each times its `reach`.
 fn moved(reach: &[f64], now: &[f64], then: &[f64]) -> f64 {
-    const PARTS: usize = 8;
-    let change = |i: usize| reach[i] * (now[i] - then[i]).abs();
     let n = reach.len().min(now.len()).min(then.len());
-    let whole = n - n % PARTS;
-    let mut sums = [0.0; PARTS];
-    for i in (0..whole).step_by(PARTS) {
-        (0..PARTS).for_each(|k| sums[k] += change(i + k));
-    }
-    sums.iter().sum::<f64>() + (whole..n).map(change).sum::<f64>()
+    let (reach, now, then) = (&reach[..n], &now[..n], &then[..n]);
+    sum_over(n, |i| reach[i] * (now[i] - then[i]).abs())
 }
 
 impl Stepper<'_> {
     /// Displacement w of the material of core node `a` a step ago, m.
     pub(super) fn foot_value(&self, a: usize) -> [f64; 2] {
         let ws = &self.working;
-        let (line, foot) = ws.feet[a];
-        let (x, gap) = (&self.model.interface.x, &self.passing.before);
-        let at = |jx: usize| ws.place[line + jx];
-        let (left, travel) = match foot {
-            Foot::Node(jx) => return [0, 1].map(|c| ws.u[3 * at(jx) + c]),
-            Foot::Between { left, travel } => (left, travel),
+        let u = |place: usize| [ws.u[3 * place], ws.u[3 * place + 1]];
+        let sum = |near: [usize; 3], part: [f64; 3]| {
+            let [a, b, c] = near.map(u);
+            [part[0] * a[0] + part[1] * b[0] + part[2] * c[0], part[0] * a[1] + part[1] * b[1] + part[2] * c[1]]
         };
-        if left == 0 {
-            let [a, b, _] = Course::Line.value(travel, [x[1] - x[0]; 2]);
-            return [0, 1].map(|c| a * ws.u[3 * at(1) + c] + b * ws.u[3 * at(0) + c]);
-        }
-        let near = [left + 1, left, left - 1];
-        let place = near.map(at);
-        let sum = |weights: [f64; 3]| [0, 1].map(|c| (0..3).map(|k| weights[k] * ws.u[3 * place[k] + c]).sum());
+        let (near, inside) = match ws.ways[a] {
+            Way::Node(place) => return u(place),
+            Way::First([after, before], part) => return sum([after, before, before], [part[0], part[1], 0.0]),
+            Way::Between(near, inside) => (near, inside),
+        };
         // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
-        let closed = near.map(|jx| self.is_closed(line + jx));
+        let closed = near.map(|place| self.is_closed(ws.nodes[place]));
         if closed == [true; 3] {
-            return sum(ws.inside[a]);
+            return sum(near, inside);
         }
-        let h = upstream(x, left);
+        sum(near, self.course_at_an_edge(a, near, closed))
+    }
+
+    /// What the nodes `near` the foot of core node `a` take part with where not all of them are `closed`.
+    fn course_at_an_edge(&self, a: usize, near: [usize; 3], closed: [bool; 3]) -> [f64; 3] {
+        let ws = &self.working;
+        let (line, Foot::Between { left, travel }) = ws.feet[a] else { return [0.0; 3] };
+        let h = upstream(&self.model.interface.x, left);
         let known = self.impact == Impact::Compliant || self.massive;
         let own = line + left + 1 == ws.nodes[a] && known;
         let course = match closed {
             // Only at its own node the gaps of the edge are known.
             [true, false, false] if !own => Course::Line,
             _ => Course::of(h, closed, || {
-                [1, 2].map(|k| gap[line + near[k]] - self.state.approach + ws.u[3 * at(near[k]) + 2])
+                let gap = |k: usize| self.passing.before[ws.nodes[near[k]]];
+                [1, 2].map(|k| gap(k) - self.state.approach + ws.u[3 * near[k] + 2])
             }),
         };
-        sum(course.value(travel, h))
+        course.value(travel, h)
     }
 
     /// Nodes outside the core that the solution presses into each other; those outside the working set are looked at when they may have
@@ -281,13 +290,24 @@ impl Stepper<'_> {
                 elastic + dot(&psi[seen.len() * a..][..seen.len()], &seen)
             })
             .collect();
-        let core = core.len();
-        let inside = |&(_, foot): &(usize, Foot)| match foot {
-            Foot::Between { left, travel } if left > 0 => Course::Parabola.value(travel, upstream(&s.x, left)),
-            _ => [0.0; 3],
+        let way = |&(line, foot): &(usize, Foot)| {
+            let at = |jx: usize| place[line + jx];
+            match foot {
+                Foot::Node(jx) => Way::Node(at(jx)),
+                Foot::Between { left: 0, travel } => {
+                    let [after, before, _] = Course::Line.value(travel, [s.x[1] - s.x[0]; 2]);
+                    Way::First([at(1), at(0)], [after, before])
+                }
+                Foot::Between { left, travel } => {
+                    let near = [at(left + 1), at(left), at(left - 1)];
+                    Way::Between(near, Course::Parabola.value(travel, upstream(&s.x, left)))
+                }
+            }
         };
-        let inside = lines.iter().map(inside).collect();
-        self.working = Working { nodes, core, full, place, w, around, psi, feet: lines, inside, u };
+        let ways = lines.iter().map(way).collect();
+        let at = core.iter().map(|&i| (s.point(i), s.creep(i))).collect();
+        let core = core.len();
+        self.working = Working { nodes, core, full, place, w, around, psi, feet: lines, ways, at, u };
         self.outside = self.around();
         self.memory.forget();
         self.past.clear();

@@ -1,0 +1,232 @@
+//! What the map says of the nodes at an iterate.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::Iterate;
+use crate::contact::law::{size, Augmentation, Status};
+use crate::dense::sum_over;
+use crate::friction::FrictionLaw;
+use crate::transient::lines::Lines;
+use crate::transient::problem::StepProblem;
+use crate::transient::sorted::{lane, lanes, lanes_mut, Sorted, LANES};
+
+/// The map at an iterate, for k nodes in l places. The memory serves the following iterates and steps.
+pub(super) struct Seen {
+    /// k.
+    nodes: usize,
+    /// Displacements without reactions (dx, dy, g), m.
+    free: Sorted,
+    /// Displacements, m; gaps without the shift.
+    pub u: Sorted,
+    /// Augmentation along the surface and across it, N/m, `[l]` each.
+    rho: [Lines<f64>; 2],
+    /// 1 where a node is closed and where it slips, else 0, `[l]`.
+    pub closed: Lines<f32>,
+    pub slips: Lines<f32>,
+    /// Direction of t − ρ u where it slips, `[l]`, else x.
+    pub direction: [Lines<f64>; 2],
+    /// (1 − a)/(a ρ), m/N; 0 where it does not slip, `[l]`.
+    pub soft: Lines<f64>,
+    /// Coefficient of friction where it slips, else 0, `[l]`.
+    pub mu: Lines<f64>,
+    /// −p dμ/d|u| where it slips, N/m, `[l]`: traction along d per motion along d. Empty where friction does not depend on the velocity.
+    pub feed: Lines<f64>,
+    /// Coefficients of friction, `[l]`.
+    friction: Lines<f64>,
+    /// Pressures that lack to the load, N; 0 where none is prescribed.
+    pub lack: f64,
+    pub norm: f64,
+    pub largest: f64,
+}
+
+impl Seen {
+    /// For the nodes of a problem.
+    pub fn new(p: &StepProblem<'_>) -> Self {
+        let (k, l) = (p.nodes(), p.matrix.places());
+        let zeros = || Lines::zeros(l);
+        let rho = |of: fn(Augmentation) -> f64| {
+            let mut row = zeros();
+            (0..k).for_each(|i| row[i] = of(p.rho(i)));
+            row
+        };
+        Self {
+            nodes: k,
+            free: Sorted::zeros(l),
+            u: Sorted::zeros(l),
+            rho: [rho(|r| r.tangential), rho(|r| r.normal)],
+            closed: Lines::zeros(l),
+            slips: Lines::zeros(l),
+            direction: [zeros(), zeros()],
+            soft: zeros(),
+            mu: zeros(),
+            feed: Lines::default(),
+            friction: zeros(),
+            lack: 0.0,
+            norm: 0.0,
+            largest: 0.0,
+        }
+    }
+
+    /// Whether every node can move along the surface and has a compliance across it.
+    pub fn moves(&self) -> bool {
+        let [tangential, normal] = &self.rho;
+        tangential[..self.nodes].iter().all(|r| *r > 0.0) && normal[..self.nodes].iter().all(|r| r.is_finite())
+    }
+
+    /// Goes to another problem on the same nodes.
+    pub fn pose(&mut self, p: &StepProblem<'_>) {
+        self.free.take(p.free);
+    }
+
+    /// Augmentation of node `i`, N/m.
+    pub fn rho(&self, i: usize) -> Augmentation {
+        Augmentation { tangential: self.rho[0][i], normal: self.rho[1][i] }
+    }
+
+    /// Looks at an iterate.
+    pub fn look(&mut self, p: &StepProblem<'_>, now: &Iterate) {
+        let k = self.nodes;
+        self.lack = p.total[2].map_or(0.0, |n| n - total(now.x.row(2)));
+        Arch::new().dispatch(Add { one: &self.free, other: &now.y, to: &mut self.u });
+        let mut slopes = Vec::new();
+        match p.friction {
+            FrictionLaw::Constant(mu) => self.friction[..k].fill(*mu),
+            FrictionLaw::Varying(_) => {
+                let along = self.u.row(0).iter().zip(self.u.row(1));
+                let velocities: Vec<f64> = along.take(k).map(|(x, y)| size([*x, *y]) / p.step).collect();
+                let (friction, found) = p.coefficients_with_slopes(&velocities);
+                self.friction[..k].copy_from_slice(&friction);
+                slopes = found;
+            }
+        }
+        let [squares, largest] = Arch::new().dispatch(Map { x: &now.x, shift: now.shift, seen: self });
+        if slopes.iter().any(|s| *s != 0.0) {
+            let pressure = |i: usize| (now.x.row(2)[i] - self.rho[1][i] * (self.u.row(2)[i] + now.shift)).max(0.0);
+            let feed = (0..k).map(|i| if self.slips[i] > 0.0 { -pressure(i) * slopes[i] } else { 0.0 });
+            self.feed = Lines::zeros(self.u.places());
+            self.feed.iter_mut().zip(feed).for_each(|(f, v)| *f = v);
+        } else {
+            self.feed = Lines::default();
+        }
+        let square = self.lack * self.lack;
+        self.norm = (squares + square / k as f64).sqrt();
+        // The larger of NaN and a number is the number: it must not pass for a small residual.
+        self.largest = if self.norm.is_finite() { largest.max(square).sqrt() } else { f64::INFINITY };
+    }
+
+    /// Coefficients of friction, `[k]`.
+    pub fn friction(&self) -> &[f64] {
+        &self.friction[..self.nodes]
+    }
+
+    /// Status of node `i`.
+    pub fn status(&self, i: usize) -> Status {
+        match (self.closed[i] > 0.0, self.slips[i] > 0.0) {
+            (false, _) => Status::Open,
+            (_, false) => Status::Stick,
+            _ => Status::Slip,
+        }
+    }
+
+    /// Nodes that are open, ascending.
+    pub fn open(&self) -> Vec<usize> {
+        those(self.nodes, |i| self.closed[i] == 0.0)
+    }
+
+    /// Nodes that stick, ascending.
+    pub fn sticking(&self) -> Vec<usize> {
+        those(self.nodes, |i| self.closed[i] > self.slips[i])
+    }
+}
+
+/// The few numbers below `n` that something is true of, ascending.
+pub(super) fn those(n: usize, is: impl Fn(usize) -> bool) -> Vec<usize> {
+    let some = |first: &usize| lane(|k| u8::from(first + k < n && is(first + k))) != [0; LANES];
+    let of = |first: usize| first..n.min(first + LANES);
+    (0..n).step_by(LANES).filter(some).flat_map(of).filter(|&i| is(i)).collect()
+}
+
+/// Sum of a row.
+fn total(row: &[f64]) -> f64 {
+    sum_over(row.len(), |i| row[i])
+}
+
+struct Add<'a> {
+    one: &'a Sorted,
+    other: &'a Sorted,
+    to: &'a mut Sorted,
+}
+
+impl WithSimd for Add<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let all = self.one.lanes().into_iter().zip(self.other.lanes()).zip(self.to.lanes_mut());
+        for ((one, other), to) in all {
+            for ((one, other), to) in one.iter().zip(other).zip(to) {
+                *to = lane(|k| one[k] + other[k]);
+            }
+        }
+    }
+}
+
+/// The laws of [`crate::contact::law`] at all nodes.
+struct Map<'a> {
+    x: &'a Sorted,
+    shift: f64,
+    seen: &'a mut Seen,
+}
+
+impl WithSimd for Map<'_> {
+    /// Sum of the squares of the map, and the largest square at a node along the surface and across it.
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 2] {
+        let Self { x, shift, seen } = self;
+        let [tx, ty, pressure] = x.lanes();
+        let blocks = tx.len();
+        let [ux, uy, gap] = seen.u.lanes().map(|row| &row[..blocks]);
+        let [rt, rn] = [&seen.rho[0], &seen.rho[1]].map(|row| lanes(row, blocks));
+        let friction = lanes(&seen.friction, blocks);
+        let [dx, dy] = &mut seen.direction;
+        let [dx, dy, soft, mu] = [dx, dy, &mut seen.soft, &mut seen.mu].map(|row| lanes_mut(row, blocks));
+        let [closed, slips] = [&mut seen.closed, &mut seen.slips].map(|row| lanes_mut(row, blocks));
+        let (mut squares, mut largest) = ([0.0f64; LANES], [0.0f64; LANES]);
+        for b in 0..blocks {
+            let (tx, ty, p, ux, uy, gap) = (tx[b], ty[b], pressure[b], ux[b], uy[b], gap[b]);
+            let (rt, rn, m) = (rt[b], rn[b], friction[b]);
+            let q = lane(|k| (p[k] - rn[k] * (gap[k] + shift)).max(0.0));
+            let zx = lane(|k| tx[k] - rt[k] * ux[k]);
+            let zy = lane(|k| ty[k] - rt[k] * uy[k]);
+            let length = lane(|k| (zx[k] * zx[k] + zy[k] * zy[k]).sqrt());
+            let bound = lane(|k| m[k] * q[k]);
+            let long = lane(|k| length[k] > 0.0);
+            let share = lane(|k| if long[k] { bound[k] / length[k] } else { 0.0 });
+            let within = lane(|k| length[k] <= bound[k]);
+            let kept = lane(|k| if within[k] { 1.0 } else { share[k] });
+            let fx = lane(|k| tx[k] - kept[k] * zx[k]);
+            let fy = lane(|k| ty[k] - kept[k] * zy[k]);
+            let residue = lane(|k| p[k] - q[k]);
+            let along = lane(|k| fx[k] * fx[k] + fy[k] * fy[k]);
+            let normal = lane(|k| residue[k] * residue[k]);
+            squares = lane(|k| squares[k] + along[k] + normal[k]);
+            largest = lane(|k| largest[k].max(along[k]).max(normal[k]));
+            // Without friction nothing sticks.
+            let shut = lane(|k| q[k] > 0.0);
+            let sliding = lane(|k| shut[k] & !(within[k] & (m[k] > 0.0)));
+            closed[b] = lane(|k| if shut[k] { 1.0 } else { 0.0 });
+            slips[b] = lane(|k| if sliding[k] { 1.0 } else { 0.0 });
+            let turned = lane(|k| sliding[k] & long[k]);
+            dx[b] = lane(|k| if turned[k] { zx[k] / length[k] } else { 1.0 });
+            dy[b] = lane(|k| if turned[k] { zy[k] / length[k] } else { 0.0 });
+            // Without friction nothing is left to turn: a row t_e = 0 is as good.
+            let a = lane(|k| share[k].min(1.0));
+            let creep = lane(|k| (a[k] * rt[k]).max(1e-9 * rt[k]));
+            soft[b] = lane(|k| if sliding[k] { (1.0 - a[k]) / creep[k] } else { 0.0 });
+            mu[b] = lane(|k| if sliding[k] { m[k] } else { 0.0 });
+        }
+        [squares.iter().sum(), largest.iter().fold(0.0, |a, b| a.max(*b))]
+    }
+}
