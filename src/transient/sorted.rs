@@ -94,7 +94,7 @@ impl Sorted {
     /// All components by lanes, to be changed.
     #[inline(always)]
     pub(super) fn lanes_mut(&mut self) -> [&mut [Lane]; 3] {
-        self.rows_mut().map(|row| bytemuck::cast_slice_mut(row))
+        self.rows_mut().map(bytemuck::cast_slice_mut)
     }
 }
 

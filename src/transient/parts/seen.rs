@@ -141,9 +141,17 @@ impl Seen {
 
 /// The few numbers below `n` that something is true of, ascending.
 pub(super) fn those(n: usize, is: impl Fn(usize) -> bool) -> Vec<usize> {
-    let some = |first: &usize| lane(|k| u8::from(first + k < n && is(first + k))) != [0; LANES];
-    let of = |first: usize| first..n.min(first + LANES);
-    (0..n).step_by(LANES).filter(some).flat_map(of).filter(|&i| is(i)).collect()
+    let mut found = Vec::new();
+    let mut first = 0;
+    while first + LANES <= n {
+        // Most lanes have none.
+        if lane(|k| is(first + k)) != [false; LANES] {
+            found.extend((first..first + LANES).filter(|&i| is(i)));
+        }
+        first += LANES;
+    }
+    found.extend((first..n).filter(|&i| is(i)));
+    found
 }
 
 /// Sum of a row.
