@@ -54,7 +54,7 @@ def on_half_spaces():
     head = ["half-spaces, 120 modes", "closed", "in stick", "step, µs", "dense product, µs", "step in these", "own product, µs", "step in these", "products", "inner iterations"]
     falling = {name: time / times[name.replace("falling", "constant")] for name, time in times.items() if "falling" in name}
     told = "; ".join(f"{name.split(', ')[2]}: {value:.2f}" for name, value in falling.items())
-    put(PAGE, "steps-half-spaces", table(head, body) + f"\nFalling over constant friction: {told}.\n" + noted(load))
+    put(PAGE, "steps-half-spaces", table(head, body) + f"\nFalling over constant friction: {told}.\n\n" + noted(load))
 
 
 def beside_siconos():

@@ -50,7 +50,7 @@ fn all_degrees_of_freedom_move_as_the_modes_do() {
         .failed(5, &["after 40 of 120 steps", "--resume"]);
     folder.call(1, "run", &["--resume", &parts]).good();
     same(&open(&whole), &open(&parts));
-    folder.call(2, "run", &["--output", &two]).good();
+    folder.call_alone(2, "run", &["--output", &two]).good();
 
     let reduced = Folder::with(short("reduced").to_string());
     let modes = reduced.text("modes.h5");

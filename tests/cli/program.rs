@@ -3,6 +3,7 @@
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::{PoisonError, RwLock};
 use tempfile::TempDir;
 
 /// The program under test.
@@ -67,8 +68,22 @@ pub fn script(name: &str, arguments: &[&str]) -> Ran {
     finish(command.env("OPENBLAS_NUM_THREADS", "1").arg(format!("{root}/tests/python/{name}")).args(arguments))
 }
 
+/// Runs share the machine, but for those that need it for themselves.
+static MACHINE: RwLock<()> = RwLock::new(());
+
 /// The program on so many ranks; without a launcher on one.
 pub fn railsqueal(ranks: usize, args: &[&str]) -> Ran {
+    let _shared = MACHINE.read().unwrap_or_else(PoisonError::into_inner);
+    start(ranks, args)
+}
+
+/// The same with no other run beside it. Ranks of a long run that share processors with others wait for the scheduler at each message: it takes four times as long.
+fn undisturbed(ranks: usize, args: &[&str]) -> Ran {
+    let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
+    start(ranks, args)
+}
+
+fn start(ranks: usize, args: &[&str]) -> Ran {
     match ranks {
         1 => finish(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
         _ => finish(mpirun().args(["-n", &ranks.to_string(), PROGRAM]).args(args)),
@@ -100,6 +115,12 @@ impl Folder {
     pub fn call(&self, ranks: usize, command: &str, args: &[&str]) -> Ran {
         let job = self.text("job.json");
         railsqueal(ranks, &[&[command, job.as_str()], args].concat())
+    }
+
+    /// [`call`](Self::call) with no other run beside it.
+    pub fn call_alone(&self, ranks: usize, command: &str, args: &[&str]) -> Ran {
+        let job = self.text("job.json");
+        undisturbed(ranks, &[&[command, job.as_str()], args].concat())
     }
 
     /// What lies in the folder, sorted.

@@ -322,7 +322,7 @@ fn the_reduced_model_converges_to_the_full_system() {
     for (modes, ranks) in [(20, 1), (80, 3)] {
         job["analyses"]["modes"]["count"] = json!(modes);
         let folder = Folder::with(job.to_string());
-        let ran = folder.call(ranks, "run", &[]);
+        let ran = folder.call_alone(ranks, "run", &[]);
         assert!(ran.good().out.contains("stability of the full system"), "{}", ran.out);
         let file = folder.path("job.h5");
         let [growth, frequency, partner] =
@@ -389,7 +389,7 @@ fn modal_damping_is_that_of_the_full_system_too() {
     let mut first: Option<[Vec<f64>; 2]> = None;
     for ranks in [1, 2] {
         let folder = Folder::with(job.to_string());
-        folder.call(ranks, "run", &[]).good();
+        folder.call_alone(ranks, "run", &[]).good();
         let [growth, frequency, partner] =
             ["growth_rate", "frequency", "partner"].map(|n| numbers(&folder.path("job.h5"), &format!("stability/{n}")));
         let full: Vec<usize> = (0..growth.len()).filter(|&i| partner[i] >= 0.0 && partner[i] < i as f64).collect();
