@@ -238,3 +238,85 @@ impl WithSimd for Map<'_> {
         [squares.iter().sum(), largest.iter().fold(0.0, |a, b| a.max(*b))]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::law::{Node, Tangent};
+    use crate::transient::Operator;
+
+    /// Node by node the laws say the same: with and without friction, open, in stick and in slip, at rest without a traction, in lanes that are full and not.
+    #[test]
+    fn the_map_is_that_of_the_laws() {
+        for (k, friction) in [(1, 0.3), (8, 0.3), (21, 0.3), (21, 0.0)] {
+            let compliance = |i: usize, c: usize| (1.0 + 0.1 * i as f64 + 0.2 * c as f64) * 1e-9;
+            let place = |j: usize| (j / (3 * k), j % (3 * k));
+            let entry = |(i, j)| if i == j { compliance(i / 3, i % 3) } else { 0.0 };
+            let matrix = Operator::new((0..9 * k * k).map(|n| entry(place(n))).collect());
+            let number = |n: usize| (1.0 + (7 * n * n + 3 * n) as f64).sin();
+            let x: Vec<f64> = (0..3 * k).map(|n| if n / 3 == 2 { 0.0 } else { 100.0 * number(n) }).collect();
+            let y: Vec<f64> = (0..3 * k).map(|n| 5e-8 * number(n + 100)).collect();
+            // The third node is at rest without a traction, and closed.
+            let free: Vec<f64> = (0..3 * k)
+                .map(|n| match (n / 3, n % 3) {
+                    (2, 2) => -3e-7 - y[n],
+                    (2, _) => -y[n],
+                    (i, c) => [0.3e-7, 2e-7, 1e-7][c] * number(n + 200) - if i % 3 == 0 && c == 2 { 3e-7 } else { 0.0 },
+                })
+                .collect();
+            let law = FrictionLaw::Constant(friction);
+            let p = StepProblem {
+                matrix: &matrix,
+                free: &free,
+                friction: &law,
+                before: &[],
+                step: 1e-5,
+                total: [None, None, Some(50.0)],
+                tolerance: 1e-10,
+            };
+            let mut seen = Seen::new(&p);
+            seen.pose(&p);
+            let l = matrix.places();
+            let now = Iterate { x: Sorted::of(&x, l), shift: 2e-8, y: Sorted::of(&y, l) };
+            seen.look(&p, &now);
+            let lack = 50.0 - x.iter().skip(2).step_by(3).sum::<f64>();
+            let (mut square, mut largest) = (lack * lack / k as f64, lack.abs());
+            let mut count = [0; 3];
+            for i in 0..k {
+                let u = |c: usize| free[3 * i + c] + y[3 * i + c];
+                let node = Node {
+                    pressure: x[3 * i + 2],
+                    traction: [x[3 * i], x[3 * i + 1]],
+                    gap: u(2) + now.shift,
+                    creep: [u(0), u(1)],
+                };
+                let found = node.project(p.rho(i), friction);
+                let tangent = found.tangent(&node, 0.0);
+                let status = if matches!(tangent, Tangent::Slip(_)) { Status::Slip } else { found.status };
+                assert_eq!(seen.status(i), status, "node {i} of {k}");
+                count[status as usize] += 1;
+                let f = found.map(&node);
+                square += f.iter().map(|f| f * f).sum::<f64>();
+                largest = largest.max(size([f[0], f[1]])).max(f[2].abs());
+                let is = [seen.direction[0][i], seen.direction[1][i], seen.mu[i], seen.soft[i] * p.rho(i).tangential];
+                let expected = match tangent {
+                    Tangent::Slip(slip) => {
+                        let d = slip.direction.map(|t| -t);
+                        // Where nothing turns what does, the least counts as a part of the augmentation.
+                        let creep = slip.across[1].max(1e-9 * p.rho(i).tangential);
+                        [d[0], d[1], friction, slip.across[0] * p.rho(i).tangential / creep]
+                    }
+                    _ => [1.0, 0.0, 0.0, 0.0],
+                };
+                for (a, b) in is.iter().zip(&expected) {
+                    assert!((a - b).abs() <= 1e-14 * b.abs().max(1.0), "node {i} of {k}: {is:?}, expected {expected:?}");
+                }
+            }
+            assert!((seen.norm / square.sqrt() - 1.0).abs() < 1e-14 && (seen.largest / largest - 1.0).abs() < 1e-14);
+            let kinds = if friction > 0.0 { 3 } else { 2 };
+            assert!(k < 21 || count.iter().filter(|n| **n > 0).count() == kinds, "{count:?}");
+            assert_eq!(seen.open().len(), count[0]);
+            assert_eq!(seen.sticking().len(), count[1]);
+        }
+    }
+}
