@@ -309,7 +309,10 @@ mod tests {
                     _ => [1.0, 0.0, 0.0, 0.0],
                 };
                 for (a, b) in is.iter().zip(&expected) {
-                    assert!((a - b).abs() <= 1e-14 * b.abs().max(1.0), "node {i} of {k}: {is:?}, expected {expected:?}");
+                    assert!(
+                        (a - b).abs() <= 1e-14 * b.abs().max(1.0),
+                        "node {i} of {k}: {is:?}, expected {expected:?}"
+                    );
                 }
             }
             assert!((seen.norm / square.sqrt() - 1.0).abs() < 1e-14 && (seen.largest / largest - 1.0).abs() < 1e-14);
