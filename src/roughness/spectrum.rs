@@ -5,8 +5,8 @@
 
 use super::Line;
 use crate::{Error, Result};
+use fourier::Number;
 use num_complex::Complex;
-use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 
 /// Largest number of samples of a line.
@@ -100,10 +100,7 @@ pub fn line(bands: &[Band], length: f64, seed: u64) -> Result<Line> {
         }
     }
     let mut height = vec![0.0; n];
-    RealFftPlanner::<f64>::new()
-        .plan_fft_inverse(n)
-        .process(&mut waves, &mut height)
-        .map_err(|e| Error::Defect(format!("roughness: {e}")))?;
+    f64::real_inverse(n).process(&mut waves, &mut height).map_err(|e| Error::Defect(format!("roughness: {e}")))?;
     let at: Vec<f64> = (0..n).map(|i| i as f64 * length / n as f64).collect();
     Line::repeating(&at, &height, length)
 }
@@ -129,7 +126,7 @@ mod tests {
     fn levels(line: &Line, length: f64, bands: &[Band]) -> Vec<f64> {
         let n = 65536;
         let mut height: Vec<f64> = (0..n).map(|i| line.at(0.37 + i as f64 * length / n as f64)).collect();
-        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+        let plan = f64::real_forward(n);
         let mut waves = plan.make_output_vec();
         plan.process(&mut height, &mut waves).unwrap();
         let power = |j: usize| 2.0 * (waves[j] / n as f64).norm_sqr();

@@ -2,8 +2,8 @@
 //! Electroacoust. 15 (1967) 70–73).
 
 use crate::{Error, Result};
+use fourier::{FftError, Number, RealToComplex};
 use num_complex::Complex64;
-use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl Welch {
         let length = 2 * (0.5 * (rate * time - 1e-6)).ceil().max(2.0) as usize;
         // Periodic: shifted by half its length and added it is constant.
         let window = (0..length).map(|i| 0.5 - 0.5 * (2.0 * PI * i as f64 / length as f64).cos()).collect();
-        let fourier = RealFftPlanner::new().plan_fft_forward(length.next_power_of_two());
+        let fourier = f64::real_forward(length.next_power_of_two());
         Self { window, rate, fourier }
     }
 
@@ -77,7 +77,7 @@ impl Welch {
         for ((x, w), s) in x.iter_mut().zip(&self.window).zip(samples) {
             *x = w * s;
         }
-        let defect = |e: realfft::FftError| Error::Defect(format!("spectrum of a piece of the record: {e}"));
+        let defect = |e: FftError| Error::Defect(format!("spectrum of a piece of the record: {e}"));
         self.fourier.process(&mut x, &mut lines).map_err(defect)?;
         let square: f64 = self.window.iter().map(|w| w * w).sum();
         let scale = (2.0 / (self.rate * square)).sqrt();

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
+use fourier::{ComplexToReal, Fft, RealToComplex};
 use num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::num_traits::{Float, NumAssign};
-use rustfft::{Fft, FftNum, FftPlanner};
 
 use super::{Block, Convolution, LOADS};
 
 /// Numbers that products are made in.
-pub trait Number: FftNum + Float + NumAssign {
+pub trait Number: fourier::Number {
     /// That nearest to `v`.
     fn of(v: f64) -> Self;
     /// As a double.
@@ -67,14 +65,13 @@ impl<T: Number> Transformed<T> {
     pub(super) fn new(c: &Convolution) -> Self {
         let [nx, ny] = c.shape();
         let size = [good_size(2 * nx - 1), good_size(2 * ny - 1)];
-        let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
         let mut new = Self {
             size,
             half: size[0] / 2 + 1,
-            forward: real.plan_fft_forward(size[0]),
-            backward: real.plan_fft_inverse(size[0]),
-            down: complex.plan_fft_forward(size[1]),
-            up: complex.plan_fft_inverse(size[1]),
+            forward: T::real_forward(size[0]),
+            backward: T::real_inverse(size[0]),
+            down: T::forward(size[1]),
+            up: T::inverse(size[1]),
             kernel: Default::default(),
         };
         let largest = c.kernel.iter().flat_map(|b| b.as_flattened()).fold(0.0, |m: f64, v| m.max(v.abs()));
