@@ -86,7 +86,14 @@ fn undisturbed(ranks: usize, args: &[&str]) -> Ran {
 fn start(ranks: usize, args: &[&str]) -> Ran {
     match ranks {
         1 => finish(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
-        _ => finish(mpirun().args(["-n", &ranks.to_string(), PROGRAM]).args(args)),
+        // mpirun gives processes that are left when one has failed a second, twice, and sits these out where none is left. Ranks of the program tell what
+        // they have to tell before any of them ends.
+        _ => finish(
+            mpirun()
+                .env("OMPI_MCA_odls_base_sigkill_timeout", "0")
+                .args(["-n", &ranks.to_string(), PROGRAM])
+                .args(args),
+        ),
     }
 }
 
