@@ -72,7 +72,7 @@ if [ "${SLURM_RESTART_COUNT:-0}" -gt 0 ]; then
 fi
 
 # Only a transient can be stopped and continued.
-if grep -q 'transient on the modes' <<<"$plan" && [ -z "$limited" ]; then
+if grep -Eq 'transient on (the modes|all degrees of freedom)' <<<"$plan" && [ -z "$limited" ]; then
     end=${SLURM_JOB_END_TIME:-$(date -d "$(squeue -h -j "${SLURM_JOB_ID:-0}" -o %e 2>/dev/null)" +%s 2>/dev/null)}
     if [ -n "$end" ]; then
         left=$((end - $(date +%s) - 120))

@@ -405,7 +405,10 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             );
         }
         if job.contact.as_ref().is_some_and(|c| !c.compliance.of_bodies()) {
-            faults.push("contact.compliance: \"half_space\" has no modes; analyses.receptance needs \"fe\"".into());
+            faults.push(
+                "contact.compliance: \"half_space\" has no modes; analyses.receptance needs \"fe\" or \"hybrid\""
+                    .into(),
+            );
         }
         if let Err(fault) = receptance.frequency.numbers() {
             faults.push(format!("analyses.receptance.frequency: {fault}"));
@@ -470,7 +473,7 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
         faults.push(format!("analyses.modes: missing; {path} is computed on the modes, e.g. {{\"count\": 60}}"));
     }
     if job.contact.as_ref().is_some_and(|c| !c.compliance.of_bodies()) {
-        faults.push(format!("contact.compliance: \"half_space\" has no modes; {path} needs \"fe\""));
+        faults.push(format!("contact.compliance: \"half_space\" has no modes; {path} needs \"fe\" or \"hybrid\""));
     }
     if transient.model == TransientModel::Full {
         check_full(job, transient, (path, faults));
@@ -555,7 +558,9 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             .push("analyses.modes: missing; analyses.stability is computed on the modes, e.g. {\"count\": 60}".into());
     }
     if !contact.compliance.of_bodies() {
-        faults.push("contact.compliance: \"half_space\" has no modes; analyses.stability needs \"fe\"".into());
+        faults.push(
+            "contact.compliance: \"half_space\" has no modes; analyses.stability needs \"fe\" or \"hybrid\"".into(),
+        );
     }
     if let Some(phases) = job.analyses.stability.as_ref().map(|s| s.phases).filter(|p| !p.is_multiple_of(4)) {
         faults.push(format!("analyses.stability.phases: found {phases}, expected a multiple of 4: a quarter period after the real part comes the imaginary one"));

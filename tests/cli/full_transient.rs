@@ -23,7 +23,7 @@ fn coarse(transient: Value) -> Value {
 }
 
 /// A period of the mode.
-fn short(model: &str) -> Value {
+pub fn short(model: &str) -> Value {
     let keys = json!({ "model": model, "step": 1e-5, "duration": 1.2e-3, "segment": 40, "contact_stride": 1 });
     let mut job = coarse(keys);
     job["analyses"]["stability"].as_object_mut().expect("keys").remove("full");

@@ -1,5 +1,6 @@
 //! The script that runs a job under SLURM, with commands of SLURM's names that write down how they are called.
 
+use super::full_transient::short;
 use super::program::*;
 use super::transient::sliding;
 use serde_json::json;
@@ -78,6 +79,19 @@ fn a_run_that_is_stopped_comes_into_the_queue_again_and_goes_on() {
     let line = calls.lines().last().expect("a call");
     assert!(line.contains("--resume r.h5 --set output.fields=false") && !line.contains("--force"), "{line}");
     assert!(line.contains("--wall-time 34") && folder.path("r.h5").exists(), "{line}");
+}
+
+/// Every transient stops before the end of the job's time, on the modes or on all degrees of freedom.
+#[test]
+fn a_transient_of_either_model_knows_the_end_of_the_time() {
+    for model in ["reduced", "full"] {
+        let folder = cluster(&short(model), "pmix");
+        // How it is called is known before it computes.
+        std::fs::write(folder.path("file"), "").expect("a file where a folder would be");
+        let (ran, calls) = submit(&folder, &["--output", "file/x.h5"], 0, 3600);
+        ran.failed(6, &["cannot write file/x.transient"]);
+        assert!(calls.lines().last().is_some_and(|line| line.contains("--wall-time 34")), "{model}: {calls}");
+    }
 }
 
 /// What is killed before its first segment leaves modes and compliance at the most, and a folder without segments.
