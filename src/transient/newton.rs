@@ -106,6 +106,10 @@ pub(super) fn solve(
     let mut renewals = 0;
     let mut refused = 0;
     for _ in 0..40 {
+        // First: the largest of several numbers passes over one that is none.
+        if !now.norm.is_finite() {
+            return Ok(Err((guess.to_vec(), shift)));
+        }
         if now.largest <= target {
             if exact {
                 return Ok(Ok(s.solution(now)));
@@ -117,9 +121,6 @@ pub(super) fn solve(
                 break;
             }
             continue;
-        }
-        if !now.norm.is_finite() {
-            return Ok(Err((guess.to_vec(), shift)));
         }
         effort.iterations += 1;
         let (rows, rhs) = s.linearise(&now);

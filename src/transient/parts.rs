@@ -484,4 +484,33 @@ mod tests {
             assert_eq!(effort.factorisations, 0, "{effort:?}");
         }
     }
+
+    /// A motion that is no number is no open contact, whether the load or the approach is given, with every solver.
+    #[test]
+    fn what_is_no_number_is_refused() {
+        let s = Interface::paraboloid(3, 3, [2e-3; 2], [4.0; 2]).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let w = combined_compliance(steel.as_ref(), steel.as_ref()).unwrap();
+        let matrix = &Operator::new((0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect());
+        let good = displacements(&s, 1e-5, 1e-6);
+        let friction = FrictionLaw::Constant(0.3);
+        for (guess, total) in [(0.0, None), (10.0, None), (0.0, Some(50.0))] {
+            for solver in [ContactSolver::Newton, ContactSolver::FixedPoint] {
+                for at in [0, 14] {
+                    let mut free = good.clone();
+                    let guess = vec![guess; 3 * s.len()];
+                    let solve = |free: &[f64]| {
+                        let (before, step, tolerance) = (&[][..], 1e-5, 1e-10);
+                        let total = [None, None, total];
+                        let p = StepProblem { matrix, free, friction: &friction, before, step, total, tolerance };
+                        p.solve(solver, &guess, None, [0.0; 3], &mut Memory::default(), &mut Effort::default())
+                    };
+                    solve(&free).unwrap();
+                    free[at] = f64::NAN;
+                    let error = solve(&free).expect_err("no number");
+                    assert!(error.exit_code() == 4 && error.message().contains("no numbers"), "{error}");
+                }
+            }
+        }
+    }
 }

@@ -109,6 +109,12 @@ impl StepProblem<'_> {
                 self.total[2].unwrap_or(0.0)
             )));
         }
+        // What picks the largest of several numbers passes over one that is none.
+        if self.free.iter().chain(guess).any(|v| v.is_nan()) {
+            return Err(Error::NotConverged(
+                "displacements or reactions of the contact are no numbers before the step; a smaller analyses.transient.step may help".into(),
+            ));
+        }
         let (scale, k) = (self.scale(guess), self.nodes());
         if k == 0 && scale > 0.0 {
             return Err(Error::Defect(format!("the contact of a step has a load of {scale:.4e} N and no nodes")));
