@@ -11,6 +11,7 @@ pub mod analysis;
 pub mod body;
 pub mod case;
 pub mod contact;
+pub mod curving;
 mod dense;
 pub mod eigen;
 pub mod error;

@@ -35,6 +35,7 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
         radius: 0.46,
         circles: 1.5,
         position: Position::Shift { lateral: 1e-3 * row["y_ws"], yaw: row["yaw"], roll: row["roll"] },
+        near: None,
     };
     let placed = placement.place(&s1002().unwrap(), &rail).unwrap();
     let steel = HalfSpace { young: 2.0 * 82e9 * 1.28, poisson: 0.28 };

@@ -66,6 +66,8 @@ impl Frame {
 pub struct Motion {
     /// Speed along the track, m/s, above zero.
     pub speed: f64,
+    /// Curvature of the track 1/R, 1/m: positive where it turns to the right.
+    pub curvature: f64,
     /// Angular speed about the axle, rad/s; without one the speed over the radius of the running circle, as of a wheel that would roll freely there.
     pub angular_speed: Option<f64>,
     /// Longitudinal creepage instead of that of the motion, 1.
@@ -79,7 +81,7 @@ pub struct Motion {
 impl Motion {
     /// A wheel that would roll freely on its running circle, at a speed, m/s.
     pub fn at(speed: f64) -> Self {
-        Self { speed, angular_speed: None, longitudinal: None, lateral: None, spin: None }
+        Self { speed, curvature: 0.0, angular_speed: None, longitudinal: None, lateral: None, spin: None }
     }
 }
 
@@ -117,8 +119,10 @@ pub(super) fn creepages(wheel: &Wheel, frame: &Frame, motion: &Motion) -> Result
         [spin[1] * arm[2] - spin[2] * arm[1], spin[2] * arm[0] - spin[0] * arm[2], spin[0] * arm[1] - spin[1] * arm[0]];
     // Of the frame that travels with the contact the rail's material goes backwards with the speed, the wheel's with (vx, vy, vz).
     let speed = 0.5 * (motion.speed - vx);
-    let slip = frame.components([-motion.speed - vx, -vy, -vz]);
-    let away = frame.turning(spin.map(|v| -v));
+    // In a curve the way on the inner rail is shorter, V(1 − y/R), and the track turns under the wheel.
+    let curvature = frame.side.sign() * motion.curvature;
+    let slip = frame.components([-motion.speed * (1.0 - frame.origin[1] * curvature) - vx, -vy, -vz]);
+    let away = frame.turning([-spin[0], -spin[1], -spin[2] - motion.speed * curvature]);
     Ok(Creepages {
         longitudinal: motion.longitudinal.unwrap_or(slip[0] / speed),
         lateral: motion.lateral.unwrap_or(slip[1] / speed),

@@ -54,6 +54,9 @@ pub fn grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
     })
 }
 
+/// Gap beyond the part of a profile that belongs to the contact, m: no load closes it.
+const APART: f64 = 0.01;
+
 /// Distance of the rail from the tangent plane at `start`, along `direction`, m, and the y of the track at which it was met.
 fn meet_rail(rail: &Profile, start: Vector, direction: Vector) -> Option<(f64, f64)> {
     let mut t = 0.0;
@@ -69,8 +72,9 @@ fn meet_rail(rail: &Profile, start: Vector, direction: Vector) -> Option<(f64, f
     None
 }
 
-/// The gap on the lines x and y of a grid (program's frame, m) at first touch.
-pub(super) fn gap(pair: &Pair, frame: &Frame, x: &[f64], y: &[f64]) -> Result<Gap> {
+/// The gap on the lines x and y of a grid (program's frame, m) at first touch. Within `bounds` the wheel's profile belongs to this contact;
+/// beyond them it is open.
+pub(super) fn gap(pair: &Pair, frame: &Frame, [x, y]: [&[f64]; 2], bounds: Option<[f64; 2]>) -> Result<Gap> {
     let normal = frame.normal();
     let mut found =
         Gap { x: x.to_vec(), y: y.to_vec(), gap: Vec::with_capacity(x.len() * y.len()), beyond: Vec::new() };
@@ -87,7 +91,8 @@ pub(super) fn gap(pair: &Pair, frame: &Frame, x: &[f64], y: &[f64]) -> Result<Ga
                     1e3 * b
                 )));
             };
-            found.gap.push(up - down);
+            let inside = bounds.is_none_or(|[from, to]| (from..=to).contains(&wheel_y));
+            found.gap.push(if inside { up - down } else { APART });
             found.beyond.push(!pair.rail.contains(rail_y) || !pair.wheel.profile.contains(wheel_y));
         }
     }

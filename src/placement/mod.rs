@@ -37,6 +37,7 @@ mod formats;
 pub mod frame;
 pub mod gap;
 pub mod hertz;
+mod places;
 mod pose;
 pub mod profile;
 pub mod read;
@@ -47,6 +48,7 @@ use crate::{Error, Result};
 pub use frame::{Creepages, Frame, Motion};
 pub use gap::{grid_lines, Gap};
 pub use hertz::{Ellipse, Press};
+pub use places::{ContactPlace, MovableWheel};
 use pose::Wheel;
 pub use profile::Profile;
 use touch::{Close, Pair};
@@ -119,6 +121,9 @@ pub struct Placement {
     pub circles: f64,
     /// Where the wheel is.
     pub position: Position,
+    /// Position on the wheel's profile near which the contact is, of a wheel that touches at several places. Without it the place of
+    /// first touch is taken.
+    pub near: Option<f64>,
 }
 
 /// A point of contact, in the track frame.
@@ -167,6 +172,8 @@ pub struct Placed {
     crown: f64,
     /// Inclination of the rail, rad.
     cant: f64,
+    /// Part of the wheel's profile that belongs to this contact, m, where another one carries load beside it.
+    bounds: Option<[f64; 2]>,
 }
 
 /// Where a contact is on a body drawn in a frame of its own, y to the right and z up in the lower form.
@@ -210,7 +217,12 @@ impl Placement {
                 bring_together(&mut pair, wheel, rail, rail_shift)?;
             }
         }
-        let minima = pair.minima()?;
+        let mut minima = pair.minima()?;
+        let mut bounds = None;
+        if let Some(near) = self.near {
+            places::bring_to_front(&mut minima, near)?;
+            bounds = places::bounds(&pair, &minima);
+        }
         let Some(&first) = minima.first() else { return Err(Error::Defect("placement: no point of contact".into())) };
         if let Position::Contact { wheel, .. } = self.position {
             refuse_overlap(&pair, wheel, &first)?;
@@ -223,7 +235,7 @@ impl Placement {
             ..*c
         });
         let minima = rest.collect();
-        Ok(Placed { side: self.side, pair, minima, rail_shift, crown, cant: self.cant })
+        Ok(Placed { side: self.side, pair, minima, rail_shift, crown, cant: self.cant, bounds })
     }
 
     fn check(&self) -> Result<()> {
@@ -343,7 +355,7 @@ impl Placed {
     /// Other points that would be in contact as well once the bodies have approached each other by `approach`, m. The program computes one
     /// contact: a separate one means that the real wheel has two.
     pub fn others(&self, approach: f64) -> Result<Vec<Touch>> {
-        let found = self.pair.others(&self.minima, approach)?;
+        let found = self.pair.others(&self.minima, approach, self.bounds)?;
         Ok(found.iter().map(|(c, gap, separate)| self.report(c, *gap, *separate)).collect())
     }
 
@@ -411,7 +423,7 @@ impl Placed {
     /// The frame in the middle of the overlap of the undeformed bodies at an `approach`, m, with the mean angle there: nearer to the centre of
     /// the pressure where curvatures change within the contact.
     pub fn centred_frame(&self, approach: f64) -> Result<Frame> {
-        let (origin, angle) = self.pair.centre(&self.minima[0], approach)?;
+        let (origin, angle) = self.pair.centre(&self.minima[0], approach, self.bounds)?;
         Ok(Frame { side: self.side, origin, angle })
     }
 
@@ -419,7 +431,7 @@ impl Placed {
     /// bodies where that is wider, as it is where curvatures change within the contact. A contact that reaches the border of its grid all the
     /// same needs a larger one.
     pub fn extent(&self, frame: &Frame, ellipse: &Ellipse) -> Result<[f64; 2]> {
-        let [from, to] = self.pair.reach(&self.minima[0], ellipse.approach)?;
+        let [from, to] = self.pair.reach(&self.minima[0], ellipse.approach, self.bounds)?;
         let wide = (to - frame.origin[1]).max(frame.origin[1] - from) / frame.angle.cos();
         let [along, across] = ellipse.extent();
         Ok([along, across.max(WIDTH_OF_OVERLAP * wide)])
@@ -432,7 +444,7 @@ impl Placed {
 
     /// The gap at first touch on the lines of a grid in a frame, m.
     pub fn gap(&self, frame: &Frame, x: &[f64], y: &[f64]) -> Result<Gap> {
-        gap::gap(&self.pair, frame, x, y)
+        gap::gap(&self.pair, frame, [x, y], self.bounds)
     }
 
     /// The rail's line in the track frame, (y, z) in m, places no further apart than `step` (m): to be drawn.

@@ -15,6 +15,7 @@ fn placement(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placement {
         radius: 0.46,
         circles: 1.5,
         position: Position::Shift { lateral, yaw, roll },
+        near: None,
     }
 }
 

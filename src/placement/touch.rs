@@ -162,12 +162,14 @@ impl Pair {
 
     /// The extent of wheel_y around `first` in which the wheel, lowered by `lowered` (vertical, m) from first touch, overlaps the rail, cut into
     /// places of [`FINE_STEP`]: (place, overlap in m).
-    fn overlap(&self, first: &Close, lowered: f64) -> Vec<(Close, f64)> {
+    fn overlap(&self, first: &Close, lowered: f64, bounds: Option<[f64; 2]>) -> Vec<(Close, f64)> {
+        let [from, to] = bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         let side = |sign: f64| {
             let mut found = Vec::new();
             for k in 1..20_000 {
                 let y = first.lowest.wheel_y + sign * FINE_STEP * k as f64;
-                let place = self.wheel.profile.contains(y).then(|| self.close(y)).flatten();
+                let inside = (from..=to).contains(&y) && self.wheel.profile.contains(y);
+                let place = inside.then(|| self.close(y)).flatten();
                 match place.map(|c| (c, lowered - (c.distance - first.distance))) {
                     Some((c, depth)) if depth > 0.0 => found.push((c, depth)),
                     _ => break,
@@ -184,11 +186,11 @@ impl Pair {
     /// Centre of the overlap of the undeformed bodies at an `approach` (m) along the normal: the point of the track frame above the rail, and
     /// the mean contact angle. Weight is the square of the overlap, taken over x as that of a circle: the 5/2th power of that of the lowest
     /// line. CONTACT puts its frame there.
-    pub fn centre(&self, first: &Close, approach: f64) -> Result<(Vector, f64)> {
+    pub fn centre(&self, first: &Close, approach: f64, bounds: Option<[f64; 2]>) -> Result<(Vector, f64)> {
         refuse_approach(approach)?;
         let lowered = approach / first.rail_slope.atan().cos();
         let mut sum = [0.0; 4];
-        for (c, depth) in self.overlap(first, lowered) {
+        for (c, depth) in self.overlap(first, lowered, bounds) {
             let weight = depth.powf(2.5);
             let values = [1.0, c.lowest.point[0], c.lowest.point[1], c.rail_slope.atan()];
             sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * v);
@@ -199,20 +201,20 @@ impl Pair {
     }
 
     /// First and last y of the track (m) where the undeformed bodies overlap at an `approach` (m) along the normal.
-    pub fn reach(&self, first: &Close, approach: f64) -> Result<[f64; 2]> {
+    pub fn reach(&self, first: &Close, approach: f64, bounds: Option<[f64; 2]>) -> Result<[f64; 2]> {
         refuse_approach(approach)?;
-        let overlap = self.overlap(first, approach / first.rail_slope.atan().cos());
+        let overlap = self.overlap(first, approach / first.rail_slope.atan().cos(), bounds);
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         Ok(overlap.iter().map(|(c, _)| c.lowest.point[1]).fold(none, |r, y| [r[0].min(y), r[1].max(y)]))
     }
 
     /// The other minima that are closed, too, once the bodies have approached each other by `approach` (m) at the first: the place, its gap
     /// along its own normal at first touch (m), and whether open places lie between it and the first.
-    pub fn others(&self, minima: &[Close], approach: f64) -> Result<Vec<(Close, f64, bool)>> {
+    pub fn others(&self, minima: &[Close], approach: f64, bounds: Option<[f64; 2]>) -> Result<Vec<(Close, f64, bool)>> {
         refuse_approach(approach)?;
         let Some((first, rest)) = minima.split_first() else { return Ok(Vec::new()) };
         let lowered = approach / first.rail_slope.atan().cos();
-        let overlap = self.overlap(first, lowered);
+        let overlap = self.overlap(first, lowered, bounds);
         let inside = |y: f64| overlap.iter().any(|(c, _)| (c.lowest.wheel_y - y).abs() <= 1.5 * FINE_STEP);
         let closed = rest.iter().filter(|c| c.distance - first.distance < lowered);
         let report = |c: &Close| {

@@ -32,6 +32,7 @@ fn place(side: TrackSide, row: &Row) -> Placed {
         radius: 0.46,
         circles: 1.5,
         position,
+        near: None,
     };
     placement.place(&s1002().unwrap(), &rail).unwrap()
 }
