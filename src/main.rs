@@ -11,7 +11,7 @@ use cli::{init, launch, neighbour, probe, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::{self, RunOptions};
-use railsqueal::case::{foresee, shown, Meshes};
+use railsqueal::case::{curving, foresee, own_contact, shown, Meshes};
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::memory::Limit;
 use railsqueal::output::job_of_run;
@@ -137,6 +137,7 @@ fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
                 run(&world, &job, &options, &petsc, stop)
             })
         }
+        Command::Curving { job, changes, contact } => print_curving(&world, &job, &changes, contact),
         Command::Check { job, changes, mesh } => check(&world, &job, &changes, mesh.as_deref()),
         _ => Ok(()),
     });
@@ -280,7 +281,32 @@ fn plan_of(world: &World, job: &Job, meshes: &Meshes) -> Result<(usize, Option<P
 /// Collective: the job, whose `bytes` rank 0 reads, understood by all. `path` names it.
 fn read(world: &World, path: &Path, changes: &Changes, bytes: impl FnOnce() -> Result<Vec<u8>>) -> Result<Job> {
     let bytes = world.broadcast(world.on_root(bytes)?.unwrap_or_default());
-    world.agree(Job::from_bytes(&bytes, path, &changes.sets, changes.only.as_deref()))
+    let mut job = world.agree(Job::from_bytes(&bytes, path, &changes.sets, changes.only.as_deref()))?;
+    curving::resolve(world, &mut job)?;
+    Ok(job)
+}
+
+/// Collective: prints the equilibrium of the vehicle in the curve of a job, and on request the forces of the discretised contact.
+fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -> Result<()> {
+    let job = read(world, path, changes, || job::read_file(path))?;
+    if job.curve.is_none() {
+        return Err(Error::Job(format!(
+            "{}: the job has no curve and no vehicle; give both, e.g. \"curve\": {{\"radius\": 150, \"speed\": 10, \"rail_cant\": 0.025}}, \
+             \"vehicle\": \"metro_bogie\"",
+            path.display()
+        )));
+    }
+    world.on_root(|| {
+        let found = curving::Curving::of(&job)?;
+        let mut lines = found.lines();
+        lines.extend(found.warnings(&job).into_iter().map(|w| format!("warning: {w}")));
+        if contact {
+            lines.extend(own_contact::lines(&own_contact::own_contacts(&job, &found)?));
+        }
+        lines.push(String::new());
+        print(&lines.join("\n"))
+    })?;
+    Ok(())
 }
 
 /// Prints on stdout. A reader that has seen enough (`| head`) is no error.

@@ -2,6 +2,7 @@
 
 mod complex_modes;
 mod creep_curve;
+mod curving;
 mod deferred;
 mod full_stability;
 mod inputs;
@@ -262,6 +263,7 @@ fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
             sweep::SOUND
         )));
     }
+    curving::run(run)?;
     let mut stock = Stock::new(earlier);
     let all = steps(run.job, earlier);
     let own = all.iter().enumerate().try_for_each(|(number, &step)| {

@@ -1,12 +1,14 @@
 //! The case that a job describes: its two bodies, made from meshes, sections, profiles or matrices, and the contact between them.
 
 pub mod bodies;
+pub mod curving;
 pub(crate) mod cycle;
 pub(crate) mod examined;
 pub mod foresee;
 pub mod interface;
 mod lies;
 pub mod meshes;
+pub mod own_contact;
 pub(crate) mod pictures;
 pub mod placed;
 pub mod rail;

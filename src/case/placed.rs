@@ -25,6 +25,8 @@ use crate::{Error, Result};
 /// By how much a grid grows whose border the contact may reach, and how often at the most.
 const GROWTH: f64 = 1.3;
 const GROWN: usize = 6;
+/// Radius of a curve for which the summary says what it would change, m.
+const SHARP: f64 = 150.0;
 /// Distance of the places of a line that is drawn, m.
 const DRAWN: f64 = 1e-3;
 
@@ -36,6 +38,8 @@ pub struct Placed {
     creepages: Creepages,
     gap: Gap,
     notes: Vec<String>,
+    /// Curvature of the track, 1/m, and yaw of the axle, rad.
+    track: (f64, f64),
 }
 
 impl Placed {
@@ -62,6 +66,7 @@ impl Placed {
         let frame = placed.centred_frame(ellipse.approach).map_err(named)?;
         let motion = Motion {
             speed: given.speed.unwrap_or(contact.speed),
+            curvature: given.curvature,
             angular_speed: given.angular_speed,
             longitudinal: given.creepage.longitudinal,
             lateral: given.creepage.lateral,
@@ -74,7 +79,8 @@ impl Placed {
             let gap = placed.gap(&frame, &x, &y).map_err(named)?;
             let beside = overlap(&gap, ellipse.approach);
             if beside == [false; 2] {
-                return Ok(Self { placed, frame, ellipse, creepages, gap, notes });
+                let track = (given.curvature, given.yaw);
+                return Ok(Self { placed, frame, ellipse, creepages, gap, notes, track });
             }
             extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
         }
@@ -89,6 +95,12 @@ impl Placed {
     /// Nodes of the grid.
     pub fn nodes(&self) -> usize {
         self.gap.gap.len()
+    }
+
+    /// Longitudinal and lateral creepage, 1, spin, 1/m, and rolling speed, m/s.
+    pub fn motion(&self) -> [f64; 4] {
+        let c = &self.creepages;
+        [c.longitudinal, c.lateral, c.spin, c.speed]
     }
 
     /// The grid with the gap.
@@ -193,8 +205,23 @@ impl Placed {
                 self.gap.y.len()
             ),
         ];
+        lines.extend(self.straight());
         lines.extend(self.notes.iter().cloned());
         lines
+    }
+
+    /// What a curve would change in the creepages of a wheel on straight track.
+    fn straight(&self) -> Option<String> {
+        let (curvature, yaw) = self.track;
+        let across = self.frame.origin()[1];
+        // ξ has −y/R, and a sharp curve is where an angle of attack of this size comes from.
+        let (at, change) = (SHARP, across.abs() / SHARP);
+        (curvature == 0.0 && yaw != 0.0).then(|| {
+            format!(
+                "these creepages are those of straight track at this yaw: in a curve of {at} m the longitudinal creepage of an inner wheel at this angular \
+                 speed is {change:.4} less, of an outer one as much more, and free rolling of the axle takes part of it back (curve and vehicle in the job)"
+            )
+        })
     }
 
     /// What makes results doubtful.
@@ -240,8 +267,14 @@ fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
     [(0..ny).any(|iy| closed(0, iy) || closed(nx - 1, iy)), (0..nx).any(|ix| closed(ix, 0) || closed(ix, ny - 1))]
 }
 
+/// Young's modulus, Pa, and Poisson's ratio of a body.
+pub(super) fn material(body: &job::Body) -> Result<(f64, f64)> {
+    let m = body.elastic()?;
+    Ok((m.young, m.poisson))
+}
+
 /// The profile of a body, and what was done to it.
-fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<String>) -> Result<placement::Profile> {
+pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<String>) -> Result<placement::Profile> {
     match &body.profile {
         Some(Profile::S1002) => builtin::s1002(),
         Some(Profile::Rail60E1) => builtin::rail_60e1(),
@@ -268,6 +301,7 @@ fn description(given: &job::Placement) -> Placement {
         cant,
         radius,
         circles,
+        near: given.touch_near,
         position: match given.contact {
             Some(job::GivenContact { wheel, rail }) => Position::Contact { wheel, rail, yaw },
             None => Position::Shift { lateral, yaw, roll },
@@ -277,11 +311,11 @@ fn description(given: &job::Placement) -> Placement {
 
 /// Collective: the job with the creepages that follow from its placement; none of a job without one.
 pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
+    let mut settled = job.clone();
+    super::curving::settle(world, &mut settled)?;
+    let job = &settled;
     let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
-    let found = world.on_root(|| {
-        let c = Placed::of(job)?.creepages;
-        Ok(vec![c.longitudinal, c.lateral, c.spin, c.speed])
-    })?;
+    let found = world.on_root(|| Ok(Placed::of(job)?.motion().to_vec()))?;
     let found = world.broadcast(found.unwrap_or_default());
     let numbers = [0, 1, 2, 3].map(|i| found.get(i).copied().unwrap_or_default());
     let filled = Job { contact: Some(Placed::filled(contact, numbers)), ..job.clone() };

@@ -70,6 +70,17 @@ pub enum Command {
         #[arg(long, value_name = "FILE.vtkhdf")]
         mesh: Option<PathBuf>,
     },
+    /// Print shift, yaw, load and creepages of all wheels of the vehicle in the curve of a job
+    Curving {
+        /// Job file (JSON)
+        #[arg(value_name = "JOB")]
+        job: PathBuf,
+        #[command(flatten)]
+        changes: Changes,
+        /// Beside the creep law, the forces of the discretised contact at every place
+        #[arg(long)]
+        contact: bool,
+    },
     /// Write a job to begin with: NAME.json, and the meshes it needs
     Init {
         /// What kind of job

@@ -47,6 +47,7 @@ pub fn fe_inputs(job: &Job) -> Value {
             angular_speed: None,
             creepage: GivenCreepage::default(),
             loaded: true,
+            curvature: 0.0,
             ..placement.clone()
         });
         inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);

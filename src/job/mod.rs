@@ -71,6 +71,7 @@ impl Job {
             Error::Job(format!("{name}: {}: {}", e.path(), e.inner()))
         })?;
         job.schema = None;
+        report(&name, job.take_wheel())?;
         job.resolve_groups();
         job.resolve_rotation();
         if let Some(only) = only {
@@ -85,6 +86,22 @@ impl Job {
         job.changed_defaults = format.changed(&value, &job.to_json());
         job.version = format.number;
         Ok(job)
+    }
+
+    /// Fills in what follows from the wheel that `contact.from` names, as stand-ins; the faults of a job that has not what it takes.
+    fn take_wheel(&mut self) -> Vec<String> {
+        let Some(contact) = &mut self.contact else { return Vec::new() };
+        match (&self.curve, &self.vehicle, contact.from) {
+            (Some(curve), Some(vehicle), from) => {
+                contact.from = from.or(Some(ContactOfWheel { wheel: VehicleWheel::LeadingInner }));
+                contact.stand_in(curve, &vehicle.data())
+            }
+            (curve, _, Some(_)) => {
+                let missing = if curve.is_none() { "curve" } else { "vehicle" };
+                vec![format!("{missing}: missing; contact.from names a wheel of a vehicle in a curve")]
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// Groups of Abaqus and CalculiX are in lower case, as their reader has them: their names do not depend on case.
@@ -182,6 +199,9 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia even in steady rolling.
     if !turns && !["modes", "stability", "creep_curve", "sweep", "receptance", "transient"].contains(&only) {
         analyses.modes = None;
+    }
+    if only != "curving" {
+        analyses.curving = None;
     }
     if only != "steady" {
         analyses.steady = None;

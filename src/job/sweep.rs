@@ -60,7 +60,7 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
         check_path(&segments, &format!("{name}: analyses.sweep.keys"), checker)?;
         if !sweepable(&segments) {
             return Err(fault(format!(
-                "keys: \"{key}\" cannot be swept; keys of bodies, contact, analyses.modes and analyses.stability can"
+                "keys: \"{key}\" cannot be swept; keys of bodies, contact, curve, vehicle, analyses.modes and analyses.stability can"
             )));
         }
         lists.push(values.list().map_err(|text| fault(format!("keys: {key}: {text}")))?);
@@ -116,6 +116,9 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
             return Err(refused(fault));
         }
         let mut job: Job = serde_json::from_value(job).map_err(|e| refused(&e.to_string()))?;
+        if let Some(fault) = job.take_wheel().first() {
+            return Err(refused(fault));
+        }
         job.resolve_groups();
         job.resolve_rotation();
         if let Some(fault) = validate(&job).first() {
@@ -131,7 +134,10 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
 /// Whether a key can change the stability of steady sliding.
 fn sweepable(segments: &[&str]) -> bool {
     segments.get(..3) != Some(&["analyses", "stability", "full"])
-        && matches!(segments, ["bodies" | "contact", _, ..] | ["analyses", "modes" | "stability", ..])
+        && matches!(
+            segments,
+            ["bodies" | "contact" | "curve" | "vehicle", _, ..] | ["vehicle"] | ["analyses", "modes" | "stability", ..]
+        )
 }
 
 impl SweepValues {

@@ -3,6 +3,7 @@
 use super::model::*;
 use super::transient::{Hold, SoundPower, StartState, Transient, TransientModel};
 
+mod curving;
 mod matrices;
 mod placement;
 mod quadrature;
@@ -22,6 +23,7 @@ pub fn validate(job: &Job) -> Vec<String> {
     }
     check_rotating(job, &mut faults);
     rail::check_modes(job, &mut faults);
+    curving::check(job, &mut faults);
     quadrature::check(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);

@@ -30,6 +30,9 @@ pub struct Analyses {
     /// Rolling contact in time: how instability grows, and to what.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transient: Option<Transient>,
+    /// Steady curving at other radii than that of `curve`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curving: Option<Curving>,
     /// Stability at many values of keys of the job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
@@ -38,12 +41,13 @@ pub struct Analyses {
 impl Analyses {
     /// The analyses given that work on the contact of two bodies, by name; each needs their compliance.
     pub fn on_contact(&self) -> Vec<&'static str> {
-        self.names().into_iter().filter(|n| !["modes", "sweep"].contains(n)).collect()
+        self.names().into_iter().filter(|n| !["modes", "curving", "sweep"].contains(n)).collect()
     }
 
     /// Names of the analyses that are given, in the order in which they run.
     pub fn names(&self) -> Vec<&'static str> {
         let given = [
+            ("curving", self.curving.is_some()),
             ("modes", self.modes.is_some()),
             ("steady", self.steady.is_some()),
             ("stability", self.stability.is_some()),
@@ -53,6 +57,31 @@ impl Analyses {
             ("sweep", self.sweep.is_some()),
         ];
         given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
+    }
+}
+
+/// Equilibrium of `vehicle` in `curve`: shifts, yaws, loads and creepages of all wheels.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Curving {
+    /// Radii of other curves that are run through in the same way, m: a list, or a range.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
+    pub radii: Option<CreepageValues>,
+}
+
+impl Curving {
+    /// The radii one by one, or what is wrong with them.
+    pub fn radii(&self) -> Result<Vec<f64>, String> {
+        let list = match &self.radii {
+            None => Vec::new(),
+            Some(CreepageValues::List(list)) => list.clone(),
+            Some(CreepageValues::Range(range)) => range.numbers()?,
+        };
+        match list.iter().find(|r| !(**r > 0.0 && r.is_finite())) {
+            Some(radius) => Err(format!("found {radius} m, expected radii above 0")),
+            None => Ok(list),
+        }
     }
 }
 

@@ -42,6 +42,13 @@ pub struct Contact {
     /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and creepages follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<super::Placement>,
+    /// The wheel of `vehicle` in `curve` whose contact this is: load, speed, position and creepages are then those of the equilibrium in the
+    /// curve. Default, where both are given: the leading inner wheel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<super::ContactOfWheel>,
+    /// Whether load and position are those of the equilibrium in the curve, and no longer those that stand in for them.
+    #[serde(skip)]
+    pub in_equilibrium: bool,
     /// Roughness of the running surfaces, in `analyses.transient`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<super::Roughness>,
@@ -77,6 +84,50 @@ pub struct ContactPoint {
 }
 
 impl Contact {
+    /// Fills in what follows from the wheel that is named, with stand-ins until the equilibrium in the curve is known. The keys that are given beside
+    /// it are the faults.
+    pub(crate) fn stand_in(&mut self, curve: &super::Curve, vehicle: &super::VehicleData) -> Vec<String> {
+        let given = [
+            ("normal_load", self.normal_load.is_some()),
+            ("approach", self.approach.is_some()),
+            ("speed", self.speed != 0.0),
+            ("creepage", self.creepage != Creepage::default()),
+            ("placement", self.placement.is_some()),
+            ("patch", self.patch.is_some()),
+        ];
+        let faults = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| {
+            format!("contact.{key}: given beside curve and vehicle, from which it follows (contact.from names the wheel); leave one of the two out")
+        });
+        let faults = faults.collect();
+        self.normal_load = Some(0.5 * vehicle.axle_load);
+        self.speed = curve.speed;
+        self.placement = Some(super::Placement {
+            side: super::TrackSide::Right,
+            radius: vehicle.wheel_radius,
+            gauge: curve.gauge + curve.gauge_widening,
+            gauge_depth: curve.gauge_depth,
+            cant: curve.rail_cant,
+            circles: vehicle.circles(),
+            lateral: 0.0,
+            yaw: 0.0,
+            roll: 0.0,
+            contact: None,
+            loaded: true,
+            speed: None,
+            angular_speed: None,
+            creepage: super::GivenCreepage::default(),
+            curvature: 0.0,
+            touch_near: None,
+        });
+        faults
+    }
+
+    /// Takes off what [`Contact::stand_in`] and the equilibrium have filled in.
+    pub(super) fn remove_derived(&mut self) {
+        (self.normal_load, self.speed, self.placement) = (None, 0.0, None);
+        (self.creepage, self.in_equilibrium) = (Creepage::default(), false);
+    }
+
     /// What presses the bodies together. Reading a job makes sure that exactly one of the two keys is given.
     pub fn load(&self) -> Load {
         match (self.normal_load, self.approach) {

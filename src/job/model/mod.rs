@@ -4,6 +4,7 @@
 mod analyses;
 mod body;
 mod contact;
+mod curving;
 mod placement;
 mod rail;
 mod roughness;
@@ -22,6 +23,7 @@ use super::sweep::SweepPlan;
 pub use analyses::*;
 pub use body::*;
 pub use contact::*;
+pub use curving::*;
 pub use placement::*;
 pub use rail::*;
 pub use roughness::*;
@@ -47,6 +49,12 @@ pub struct Job {
     /// The contact between the two bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<Contact>,
+    /// The curve that `vehicle` runs through: shifts, yaws, loads and creepages of its wheels follow from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<Curve>,
+    /// The bogie or two-axle vehicle in the curve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vehicle: Option<Vehicle>,
     /// What to compute; at least one analysis.
     pub analyses: Analyses,
     /// Linear solvers and resources.
@@ -236,8 +244,12 @@ impl Job {
         radius.map(|r| 2.0 * std::f64::consts::PI * r)
     }
 
-    /// The resolved job as JSON: every default filled in.
+    /// The resolved job as JSON: every default filled in. What follows from the curve is not in it, as it follows again.
     pub fn to_json(&self) -> Value {
-        serde_json::to_value(self).unwrap_or(Value::Null)
+        let mut job = self.clone();
+        if let Some(contact) = job.contact.as_mut().filter(|c| c.from.is_some()) {
+            contact.remove_derived();
+        }
+        serde_json::to_value(job).unwrap_or(Value::Null)
     }
 }

@@ -95,6 +95,15 @@ pub struct Placement {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "rad/s"))]
     pub angular_speed: Option<f64>,
+    /// Curvature of the track 1/R: positive where it turns to the right. The way on the inner rail is shorter, and the track turns under the wheel.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "1/m"))]
+    pub curvature: f64,
+    /// Position on the profile of the wheel near which the contact is, to the field side of the running circle, of a wheel that touches the rail at
+    /// several places. Default: the place that touches first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
+    pub touch_near: Option<f64>,
     /// Creepages instead of those of the motion.
     #[serde(default, skip_serializing_if = "GivenCreepage::is_none")]
     pub creepage: GivenCreepage,
@@ -144,6 +153,10 @@ pub enum TrackSide {
     Left,
     /// The right-hand wheel and rail.
     Right,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn yes() -> bool {

@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod contact;
 pub mod creep_curve;
+pub mod curving;
 pub mod cycles;
 pub mod placement;
 pub mod points;

@@ -1,0 +1,28 @@
+//! The analysis `curving`: equilibrium of the vehicle in its curve, tables under `/curving`.
+
+use super::run::Run;
+use crate::case::curving::Curving;
+use crate::Result;
+
+/// Collective: the equilibrium of the vehicle in the curve of the job, and at the radii of `analyses.curving`.
+pub fn run(run: &mut Run) -> Result<()> {
+    if run.job.curve.is_none() {
+        return Ok(());
+    }
+    run.progress.stage("steady curving");
+    let job = run.job;
+    let found = run.world().on_root(|| {
+        let curving = Curving::of(job)?;
+        let tables = curving.tables(job)?;
+        Ok((curving, tables))
+    })?;
+    if let Some((curving, tables)) = found {
+        curving.lines().into_iter().for_each(|line| run.summary.line(line));
+        for warning in curving.warnings(job) {
+            run.progress.note(format!("warning: {warning}"));
+            run.summary.warn(warning);
+        }
+        run.file.tables(tables);
+    }
+    Ok(())
+}

@@ -1,0 +1,304 @@
+//! A vehicle in a curve, as a job gives it: the problem of steady curving, and the contact of one of its wheels.
+
+use super::placed::{material, profile};
+use crate::curving::{
+    BogieData, BogieWheel, ContactForce, CreepLaw, CurveMotion, CurvingProblem, CurvingSolution, WHEELS,
+};
+use crate::job::{self, CreepForceLaw, Curve, Job, VehicleData, VehicleWheel};
+use crate::output::datasets::curving as datasets;
+use crate::output::Table;
+use crate::parallel::World;
+use crate::placement::read::ProfileKind;
+use crate::placement::{MovableWheel, Placement, Position, TrackSide};
+use crate::{Error, Result};
+
+/// A place of contact with less than this share of the load of its wheel is not told of.
+const NO_SHARE: f64 = 1e-4;
+
+/// The vehicle of a job in its curve, in equilibrium.
+pub struct Curving {
+    /// The problem.
+    pub problem: CurvingProblem,
+    /// Its solution.
+    pub solution: CurvingSolution,
+    /// What was done to the profiles.
+    notes: Vec<String>,
+}
+
+/// The problem of `job`, and what was done to its profiles. For one rank: it reads the files of the profiles.
+fn problem(job: &Job) -> Result<(CurvingProblem, Vec<String>)> {
+    let missing = || Error::Defect("steady curving is asked for of a job without a curve".into());
+    let (curve, vehicle) = (job.curve.as_ref().ok_or_else(missing)?, job.vehicle.as_ref().ok_or_else(missing)?);
+    let vehicle = vehicle.data();
+    let contact = job.contact.as_ref().ok_or_else(missing)?;
+    let (lower, upper) =
+        (job.bodies.lower.as_ref().ok_or_else(missing)?, job.bodies.upper.as_ref().ok_or_else(missing)?);
+    let mut notes = Vec::new();
+    let wheel = profile(upper, ProfileKind::Wheel, &mut notes)?;
+    let rail = profile(lower, ProfileKind::Rail, &mut notes)?;
+    let over = |side| MovableWheel::new(&track(curve, &vehicle, side), &wheel, &rail).map_err(|e| e.context("curve"));
+    let problem = CurvingProblem {
+        wheels: [over(TrackSide::Left)?, over(TrackSide::Right)?],
+        materials: [material(lower)?, material(upper)?],
+        friction: contact.friction.clone(),
+        law: match curve.creep_law {
+            CreepForceLaw::ShenHedrickElkins => CreepLaw::ShenHedrickElkins,
+            CreepForceLaw::Polach => CreepLaw::Polach,
+            CreepForceLaw::Fastsim => CreepLaw::Fastsim,
+        },
+        bogie: bogie(&vehicle),
+        curve: motion(curve, &vehicle),
+    };
+    Ok((problem, notes))
+}
+
+fn track(curve: &Curve, vehicle: &VehicleData, side: TrackSide) -> Placement {
+    Placement {
+        side,
+        gauge: curve.gauge + curve.gauge_widening,
+        gauge_depth: curve.gauge_depth,
+        cant: curve.rail_cant,
+        radius: vehicle.wheel_radius,
+        circles: vehicle.circles(),
+        position: Position::Shift { lateral: 0.0, yaw: 0.0, roll: 0.0 },
+        near: None,
+    }
+}
+
+fn bogie(vehicle: &VehicleData) -> BogieData {
+    BogieData {
+        half_wheelbase: 0.5 * vehicle.wheelbase,
+        axle_load: vehicle.axle_load,
+        wheel_radius: vehicle.wheel_radius,
+        half_circles: 0.5 * vehicle.circles(),
+        primary: [vehicle.primary.longitudinal, vehicle.primary.lateral],
+        half_boxes: 0.5 * vehicle.primary.box_distance,
+        yaw_stiffness: vehicle.primary.yaw,
+        secondary_moment: vehicle.secondary_moment,
+        torque: vehicle.torque,
+        mass_height: vehicle.centre_of_gravity.unwrap_or(vehicle.wheel_radius),
+    }
+}
+
+fn motion(curve: &Curve, vehicle: &VehicleData) -> CurveMotion {
+    let sign = if curve.direction == job::TrackSide::Right { 1.0 } else { -1.0 };
+    CurveMotion {
+        curvature: sign / curve.radius,
+        speed: curve.speed,
+        deficiency: curve.deficiency(vehicle) / vehicle.circles(),
+    }
+}
+
+fn bogie_wheel(wheel: VehicleWheel) -> BogieWheel {
+    let [leading, inner] = wheel.place();
+    BogieWheel { leading, inner }
+}
+
+impl Curving {
+    /// The vehicle of `job` in its curve. For one rank.
+    ///
+    /// # Errors
+    /// As [`CurvingProblem::solve`]; profiles that cannot be read.
+    pub fn of(job: &Job) -> Result<Self> {
+        let (problem, notes) = problem(job)?;
+        let solution = problem.solve()?;
+        Ok(Self { problem, solution, notes })
+    }
+
+    /// Puts `contact` at a place of contact of a wheel.
+    pub(super) fn put(&self, contact: &mut job::Contact, wheel: BogieWheel, place: &ContactForce) {
+        let axle = &self.solution.axles[usize::from(!wheel.leading)];
+        let curve = &self.problem.curve;
+        let right = wheel.inner == (curve.curvature > 0.0);
+        contact.normal_load = Some(place.normal);
+        contact.speed = curve.speed;
+        if let Some(placement) = &mut contact.placement {
+            placement.side = if right { job::TrackSide::Right } else { job::TrackSide::Left };
+            placement.lateral = axle.motion.lateral;
+            placement.yaw = axle.motion.yaw;
+            placement.roll = axle.motion.roll;
+            placement.angular_speed = Some(axle.angular_speed);
+            placement.curvature = curve.curvature;
+            placement.touch_near = Some(place.place.wheel);
+        }
+        contact.in_equilibrium = true;
+    }
+
+    /// `contact` at the place of the wheel that it names, the one with the larger load of two.
+    fn fill(&self, contact: &mut job::Contact) -> Result<()> {
+        let missing = || Error::Defect("a contact of a curve without a wheel".into());
+        let wheel = bogie_wheel(contact.from.ok_or_else(missing)?.wheel);
+        let heaviest = self.solution.wheel(&self.problem, wheel).iter().max_by(|a, b| a.normal.total_cmp(&b.normal));
+        let heaviest = heaviest.ok_or_else(missing)?;
+        self.put(contact, wheel, heaviest);
+        Ok(())
+    }
+
+    /// The table of the axles and of all places of contact, one line each.
+    pub fn lines(&self) -> Vec<String> {
+        let (curve, bogie) = (&self.problem.curve, &self.problem.bogie);
+        let mut lines = vec![format!(
+            "steady curving: radius {:.6} m to the {}, {:.4} m/s, cant deficiency {:.1} mm, wheelbase {:.6} m, axle load {:.6} kN",
+            1.0 / curve.curvature.abs(),
+            if curve.curvature > 0.0 { "right" } else { "left" },
+            curve.speed,
+            2e3 * curve.deficiency * bogie.half_circles,
+            2.0 * bogie.half_wheelbase,
+            1e-3 * bogie.axle_load
+        )];
+        for (axle, name) in self.solution.axles.iter().zip(["leading", "trailing"]) {
+            let m = &axle.motion;
+            lines.push(format!(
+                "  {name} axle   shift {:+.3} mm, yaw (angle of attack) {:+.3} mrad, roll {:+.3} mrad, {:.4} rad/s; suspension {:+.2} kN, {:+.2} kN m",
+                1e3 * m.lateral,
+                1e3 * m.yaw,
+                1e3 * m.roll,
+                axle.angular_speed,
+                1e-3 * axle.suspension[0],
+                1e-3 * axle.suspension[1]
+            ));
+        }
+        lines.push(
+            "  wheel            y, mm  angle, mrad  radius, mm    N, kN   xi, %  eta, %  spin, 1/m  Fx, kN   T, kN  lateral, kN  T/(mu N)".into(),
+        );
+        for wheel in WHEELS {
+            for contact in self.solution.wheel(&self.problem, wheel) {
+                let [xi, eta, spin] = contact.creepage;
+                lines.push(format!(
+                    "  {:<15} {:+6.1} {:+12.1} {:11.2} {:8.2} {:+7.3} {:+7.3} {:+10.3} {:+7.2} {:+7.2} {:+12.2} {:9.2}",
+                    wheel.name(),
+                    1e3 * contact.place.wheel,
+                    1e3 * contact.place.angle,
+                    1e3 * contact.place.radius,
+                    1e-3 * contact.normal,
+                    1e2 * xi,
+                    1e2 * eta,
+                    spin,
+                    1e-3 * contact.longitudinal,
+                    1e-3 * contact.tangential,
+                    1e-3 * contact.lateral(),
+                    contact.utilisation()
+                ));
+            }
+        }
+        lines.push(
+            "  y of the wheel's profile to the field side; angle positive where the rail falls to the right; creepages of rail over wheel; forces on the wheel, \
+             Fx forwards, T and lateral to the right"
+                .into(),
+        );
+        lines.extend(self.notes.iter().cloned());
+        lines
+    }
+
+    /// What is left out of the contact of a wheel that touches at two places.
+    fn left_out(&self, wheel: VehicleWheel) -> Option<String> {
+        let wheel = bogie_wheel(wheel);
+        let places = self.solution.wheel(&self.problem, wheel);
+        let total: f64 = places.iter().map(|c| c.normal).sum();
+        let heaviest = places.iter().max_by(|a, b| a.normal.total_cmp(&b.normal))?;
+        let other = places.iter().find(|c| c.place.wheel != heaviest.place.wheel && c.normal > NO_SHARE * total)?;
+        Some(format!(
+            "the {} wheel touches at two places: y = {:.1} mm of its profile with {:.2} kN, which is examined, and y = {:.1} mm with {:.2} kN, which is left \
+             out ({:.0} % of the normal forces)",
+            wheel.name(),
+            1e3 * heaviest.place.wheel,
+            1e-3 * heaviest.normal,
+            1e3 * other.place.wheel,
+            1e-3 * other.normal,
+            1e2 * other.normal / total
+        ))
+    }
+
+    /// What makes results of the contact of `job` doubtful.
+    pub fn warnings(&self, job: &Job) -> Vec<String> {
+        let wheel = job.contact.as_ref().and_then(|c| c.from);
+        wheel.and_then(|from| self.left_out(from.wheel)).into_iter().collect()
+    }
+
+    /// The group `/curving`, with the equilibria at the radii of `analyses.curving`.
+    ///
+    /// # Errors
+    /// Curves that are refused before any is solved; single radii that fail are in the table.
+    pub fn tables(&self, job: &Job) -> Result<Vec<Table>> {
+        let radii =
+            job.analyses.curving.as_ref().map(|c| c.radii().map_err(Error::Job)).transpose()?.unwrap_or_default();
+        let at = |radius: &f64| {
+            let mut problem = self.problem.clone();
+            let (curve, vehicle) = (job.curve.as_ref(), job.vehicle.as_ref().map(|v| v.data()));
+            if let (Some(curve), Some(vehicle)) = (curve, vehicle) {
+                problem.curve = motion(&Curve { radius: *radius, ..curve.clone() }, &vehicle);
+            }
+            let solution = problem.solve();
+            (*radius, problem, solution)
+        };
+        let others: Vec<_> = radii.iter().map(at).collect();
+        let mut tables = datasets::tables(&self.problem, &self.solution);
+        tables.extend(datasets::tables_of_radii(&others));
+        Ok(tables)
+    }
+}
+
+/// Collective: puts the contact of `job` where the wheel stands that it names, and that of the points of its sweep; points whose curve cannot be run
+/// through keep their stand-ins, and are refused by [`in_equilibrium`] when they come up.
+///
+/// # Errors
+/// Those of the job's own curve.
+pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
+    settle(world, job)?;
+    let Some(mut plan) = job.sweep.take() else { return Ok(()) };
+    // Neighbouring points mostly share their curve.
+    let mut known: Vec<(serde_json::Value, Job)> = vec![(inputs(job), job.clone())];
+    for point in plan.points.iter_mut().filter(|p| needs_equilibrium(p)) {
+        let wanted = inputs(point);
+        if let Some((_, same)) = known.iter().rev().find(|(inputs, _)| *inputs == wanted) {
+            point.contact.clone_from(&same.contact.as_ref().map(|c| taken(c, point)));
+            continue;
+        }
+        if settle(world, point).is_ok() {
+            known.push((wanted, point.clone()));
+        }
+    }
+    job.sweep = Some(plan);
+    Ok(())
+}
+
+/// The contact of `point` with the place that the equilibrium of `same` has given it.
+fn taken(same: &job::Contact, point: &Job) -> job::Contact {
+    let own = point.contact.as_ref().unwrap_or(same);
+    job::Contact {
+        normal_load: same.normal_load,
+        speed: same.speed,
+        placement: same.placement.clone(),
+        in_equilibrium: same.in_equilibrium,
+        ..own.clone()
+    }
+}
+
+fn needs_equilibrium(job: &Job) -> bool {
+    job.contact.as_ref().is_some_and(|c| c.from.is_some() && !c.in_equilibrium)
+}
+
+/// What the place of a contact in a curve depends on.
+fn inputs(job: &Job) -> serde_json::Value {
+    let body = |b: &Option<job::Body>| b.as_ref().map(|b| (b.profile.clone(), b.material.clone()));
+    let contact = job.contact.as_ref().map(|c| (c.from, c.friction.clone()));
+    serde_json::json!([job.curve, job.vehicle, contact, body(&job.bodies.lower), body(&job.bodies.upper)])
+}
+
+/// Collective: puts the contact of `job` where the wheel stands that it names, if it does not yet.
+pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
+    if !needs_equilibrium(job) {
+        return Ok(());
+    }
+    let found = world.on_root(|| {
+        let curving = Curving::of(job)?;
+        let mut contact = job.contact.clone();
+        contact.as_mut().map_or(Ok(()), |c| curving.fill(c))?;
+        serde_json::to_vec(&contact).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))
+    })?;
+    let bytes = world.broadcast(found.unwrap_or_default());
+    let contact: Option<job::Contact> =
+        serde_json::from_slice(&bytes).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))?;
+    job.contact = contact.map(|c| job::Contact { in_equilibrium: true, ..c });
+    Ok(())
+}
