@@ -222,16 +222,20 @@ impl Curving {
     pub fn tables(&self, job: &Job) -> Result<Vec<Table>> {
         let radii =
             job.analyses.curving.as_ref().map(|c| c.radii().map_err(Error::Job)).transpose()?.unwrap_or_default();
-        let at = |radius: &f64| {
+        let mut similar: Option<CurvingSolution> = None;
+        let mut at = |radius: &f64| {
             let mut problem = self.problem.clone();
             let (curve, vehicle) = (job.curve.as_ref(), job.vehicle.as_ref().map(|v| v.data()));
             if let (Some(curve), Some(vehicle)) = (curve, vehicle) {
                 problem.curve = motion(&Curve { radius: *radius, ..curve.clone() }, &vehicle);
             }
-            let solution = problem.solve();
+            let solution = problem.solve_near(similar.as_ref());
+            if let Ok(found) = &solution {
+                similar = Some(found.clone());
+            }
             (*radius, problem, solution)
         };
-        let others: Vec<_> = radii.iter().map(at).collect();
+        let others: Vec<_> = radii.iter().map(&mut at).collect();
         let mut tables = datasets::tables(&self.problem, &self.solution);
         tables.extend(datasets::tables_of_radii(&others));
         Ok(tables)

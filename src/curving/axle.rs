@@ -16,7 +16,7 @@ const DIFFERENCE: [f64; 5] = [1e-9, 1e-9, 1e-8, 1e-8, 1e-8];
 
 /// Residual of load, roll moment and torque, over those of the axle, at which height, roll and speed are accepted.
 const BALANCED: f64 = 1e-10;
-const MOST_STEPS: usize = 60;
+const MOST_STEPS: usize = 24;
 
 /// Position and rotation of an axle.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

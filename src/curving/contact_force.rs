@@ -97,7 +97,7 @@ impl ContactForce {
         let [along, across] = place.curvature;
         let hertz = HertzEllipse::new([[along, 0.0], [0.0, across]], elastic.plane, Press::Approach(approach))?;
         let [a, b] = hertz.semi_axes;
-        force.normal = hertz.force;
+        force.normal = place.share * hertz.force;
         force.half_axes = [a, b];
         let ratio = (a / b).clamp(TABULATED[0], TABULATED[1]);
         if let Some(kalker) = coefficients(elastic.poisson, ratio) {
@@ -106,7 +106,7 @@ impl ContactForce {
             let [longitudinal, lateral, spin] = creepage;
             // Forces on the rail along x, which points backwards, and along y: those on the wheel are opposite.
             let [back, right] = problem.law.force(&ellipse, &Creepage { longitudinal, lateral, spin });
-            (force.longitudinal, force.tangential) = (back, -right);
+            (force.longitudinal, force.tangential) = (place.share * back, -place.share * right);
         }
         Ok(force)
     }

@@ -11,14 +11,25 @@ const LARGEST_STEP: [f64; 2] = [0.4e-3, 2e-3];
 /// or a break of a profile leaves no more.
 const AIM: f64 = 1e-9;
 const ACCEPTED: f64 = 1e-7;
-const MOST_STEPS: usize = 80;
+const MOST_STEPS: usize = 60;
 
 /// Halvings of a step that does not make the residual smaller.
-const HALVINGS: i32 = 7;
+const HALVINGS: i32 = 5;
 
-/// Shifts of the leading axle outwards, m, and shares of the wheelbase's angle 2b/R of its yaw, at which the search begins, one after
-/// the other: near flange contact, then farther from it.
-const STARTS: [[f64; 2]; 5] = [[6.2e-3, 0.8], [5.5e-3, 0.6], [3.0e-3, 0.5], [0.5e-3, 0.5], [6.6e-3, 1.0]];
+/// Steps one after the other that do not make the residual smaller, after which a search gives up.
+const MOST_VAIN: usize = 5;
+
+/// Shifts of the leading axle outwards, m, shares of the wheelbase's angle 2b/R of its yaw, and shifts of the trailing axle outwards, m, at
+/// which the search begins, one after the other: near flange contact, then farther from it.
+const STARTS: [[f64; 3]; 7] = [
+    [6.2e-3, 0.8, 1.2e-3],
+    [6.24e-3, 0.8, -1.0e-3],
+    [5.5e-3, 0.6, 1.0e-3],
+    [6.2e-3, 0.9, -4.5e-3],
+    [3.0e-3, 0.5, 0.6e-3],
+    [0.5e-3, 0.5, 0.1e-3],
+    [6.6e-3, 1.0, 1.3e-3],
+];
 
 /// Steps of a continuation from a wide curve: ratio of the first curvature to the last, and smallest step over it.
 const WIDE: f64 = 0.1;
@@ -65,17 +76,30 @@ impl CurvingProblem {
     /// [`Error::NotConverged`] where none was found; what [`super::limits`] refuses: a wheel without load, three places of contact on
     /// a wheel, a wheel that climbs; those of the placement.
     pub fn solve(&self) -> Result<CurvingSolution> {
-        self.refuse_jammed()?;
-        self.search()
+        self.solve_near(None)
+    }
+
+    /// The equilibrium, with the search beginning at that of a similar problem.
+    ///
+    /// # Errors
+    /// As [`CurvingProblem::solve`].
+    pub fn solve_near(&self, similar: Option<&CurvingSolution>) -> Result<CurvingSolution> {
+        self.refuse_impossible()?;
+        let near = similar.map(|s| [s.axles[0].motion, s.axles[1].motion]);
+        let found = near.and_then(|m| self.newton([m[0].lateral, m[0].yaw, m[1].lateral, m[1].yaw], Some(m)).ok());
+        match found.filter(|s| self.refuse_unsound(s).is_ok()) {
+            Some(found) => Ok(found),
+            None => self.search(),
+        }
     }
 
     fn search(&self) -> Result<CurvingSolution> {
         let curvature = self.curve.curvature;
         let mut failure = None;
-        for [shift, share] in self.starts() {
+        for [shift, share, trailing] in self.starts() {
             let outwards = -curvature.signum() * f64::from(curvature != 0.0);
             let yaw = -share * 2.0 * self.bogie.half_wheelbase * curvature;
-            let found = self.newton([outwards * shift, yaw, outwards * 0.2 * shift, 0.0], None);
+            let found = self.newton([outwards * shift, yaw, outwards * trailing, 0.0], None);
             match found.and_then(|s| self.refuse_unsound(&s).map(|()| s)) {
                 Ok(sound) => return Ok(sound),
                 Err(e) => failure = worst(failure, e),
@@ -87,7 +111,7 @@ impl CurvingProblem {
     }
 
     /// The starts in the order in which they are tried: in a wide curve the axles run far from flange contact.
-    fn starts(&self) -> Vec<[f64; 2]> {
+    fn starts(&self) -> Vec<[f64; 3]> {
         let mut starts = STARTS.to_vec();
         // The shift at which a cone of 1:20 rolls freely.
         let rolling = 20.0 * self.bogie.half_circles * self.bogie.wheel_radius * self.curve.curvature.abs();
@@ -178,8 +202,8 @@ impl CurvingProblem {
         };
         let mut here = self.settled(shifts, near)?;
         let mut best = here.clone();
-        let mut steps = 0;
-        while norm(&here.residual) > AIM && steps < MOST_STEPS {
+        let (mut steps, mut vain) = (0, 0);
+        while norm(&here.residual) > AIM && steps < MOST_STEPS && vain < MOST_VAIN {
             steps += 1;
             let Some((step, motions)) = self.step(&here)? else { break };
             let before = norm(&here.residual);
@@ -197,13 +221,16 @@ impl CurvingProblem {
             }
             let Some(next) = next else { break };
             here = next;
+            vain += 1;
             if norm(&here.residual) < norm(&best.residual) {
-                best = here.clone();
+                (best, vain) = (here.clone(), 0);
             }
         }
         let residual = norm(&best.residual);
         if !(residual <= ACCEPTED) {
-            return Err(self.not_found(&best));
+            // Where a wheel climbs or lifts there is no equilibrium: that is what to say.
+            let reason = self.solution(&best, steps).and_then(|s| self.refuse_unsound(&s));
+            return Err(reason.err().unwrap_or_else(|| self.not_found(&best)));
         }
         self.solution(&best, steps)
     }

@@ -16,8 +16,18 @@ const BELOW_FLANGE: f64 = 0.2e-3;
 const FLANGE: f64 = 0.6;
 
 impl CurvingProblem {
-    /// An error where an axle in the middle of the track, with the yaw b/R that stiff axles have, already stands on its flanges.
-    pub(super) fn refuse_jammed(&self) -> Result<()> {
+    /// An error where the vehicle tips over, or an axle in the middle of the track, with the yaw b/R that stiff axles have, already stands on its flanges.
+    pub(super) fn refuse_impossible(&self) -> Result<()> {
+        let arm = self.curve.deficiency.abs() * self.bogie.mass_height;
+        if arm >= self.bogie.half_circles {
+            return Err(Error::Job(format!(
+                "curve.cant_deficiency: a lateral acceleration of {:.2} g at a height of {:.2} m tips over a vehicle on circles {:.2} m apart; \
+                 expected less, or a lower vehicle.centre_of_gravity",
+                self.curve.deficiency.abs(),
+                self.bogie.mass_height,
+                2.0 * self.bogie.half_circles
+            )));
+        }
         let yaw = self.bogie.half_wheelbase * self.curve.curvature;
         for (wheel, side) in self.wheels.iter().zip(["left", "right"]) {
             let straight = wheel.places(0.0, 0.0, 0.0)?;

@@ -8,6 +8,13 @@ use crate::{Error, Result};
 /// Smallest distance of two places of contact along the wheel's profile, m. Nearer minima of the distance are ripples of one contact.
 const APART: f64 = 2.5e-3;
 
+/// Distance of two places from which on both count in full, m.
+const WELL_APART: f64 = 3.5e-3;
+
+/// Height of the ridge between a place and a nearer one above the place from which on it counts in full, m. Below it the place is about to
+/// become a shoulder of the other one, and its load fades: it would jump otherwise, and there would be radii without an equilibrium.
+const PROMINENT: f64 = 1.5e-6;
+
 /// Half of the width over which the curvature across the track is averaged, m: arcs of a profile change their radius within a contact.
 const AVERAGED: f64 = 0.5e-3;
 
@@ -26,6 +33,9 @@ const MAY_CLOSE: f64 = 0.3e-3;
 
 /// Distance of the places at which the ridge between two contacts is looked for, m.
 const RIDGE_STEP: f64 = 5e-5;
+
+/// Distance of the places at which the height of a ridge is looked at, m.
+const SCAN_STEP: f64 = 1e-4;
 
 /// Smallest curvature along the track, 1/m: a wheel on the back of its flange has none, and no load there is a solution.
 const FLAT: f64 = 0.05;
@@ -55,6 +65,8 @@ pub struct ContactPlace {
     pub radius: f64,
     /// Vertical distance of wheel and rail, m, when the axle is one radius above the rails' tops.
     pub distance: f64,
+    /// Share of its own force that the place has beside a nearer one, from which it hardly stands apart; 1 of a place by itself.
+    pub share: f64,
     /// Curvatures of the gap along and across, 1/m, in the tangent plane; the second averaged over a millimetre of width.
     pub curvature: [f64; 2],
 }
@@ -108,10 +120,11 @@ impl MovableWheel {
                 kept.push(place);
             }
         }
-        Ok(kept.iter().map(|close| self.described(&pair, close)).collect())
+        let share = |k: usize| kept[..k].iter().map(|nearer| prominence(&pair, nearer, &kept[k])).fold(1.0, f64::min);
+        Ok(kept.iter().enumerate().map(|(k, close)| self.described(&pair, close, share(k))).collect())
     }
 
-    fn described(&self, pair: &Pair, close: &Close) -> ContactPlace {
+    fn described(&self, pair: &Pair, close: &Close, share: f64) -> ContactPlace {
         let sign = self.side.sign();
         let [x, y, _] = close.lowest.point;
         ContactPlace {
@@ -122,9 +135,26 @@ impl MovableWheel {
             angle: sign * close.rail_slope.atan(),
             radius: pair.wheel.radius_at(close.lowest.wheel_y),
             distance: close.distance,
+            share,
             curvature: averaged(pair, close),
         }
     }
+}
+
+/// Share of its own force that the place `here` has beside the place `nearer`, which is nearer to the rail: by the ridge between them and by
+/// their distance, both smoothly from 0 to 1.
+fn prominence(pair: &Pair, nearer: &Close, here: &Close) -> f64 {
+    let [from, to] = [nearer, here].map(|c| c.lowest.wheel_y);
+    let apart = (to - from).abs();
+    let steps = (apart / SCAN_STEP).ceil() as usize;
+    let at =
+        |k: usize| pair.close(from + (to - from) * k as f64 / steps as f64).map_or(f64::NEG_INFINITY, |c| c.distance);
+    let ridge = (1..steps).map(at).fold(here.distance, f64::max);
+    let smooth = |t: f64| {
+        let t = t.clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    };
+    smooth((ridge - here.distance) / PROMINENT).min(smooth((apart - APART) / (WELL_APART - APART)))
 }
 
 /// Curvatures of the gap along and across the track, 1/m.
