@@ -31,6 +31,10 @@ use std::time::{Duration, Instant};
 #[global_allocator]
 static MEMORY: allocator::Exiting = allocator::Exiting;
 
+/// The longest that processes which cannot meet in MPI wait for the one that reports; as a rule the launcher ends them
+/// before.
+const TIME_TO_REPORT: Duration = Duration::from_secs(5);
+
 fn main() {
     allocator::give_back();
     std::process::exit(start());
@@ -47,10 +51,8 @@ fn start() -> i32 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) if e.use_stderr() => {
-            if speaks {
-                eprint!("{}", e.to_string().replacen("error:", "railsqueal: error:", 1));
-            }
-            return 2;
+            let message = e.to_string();
+            return refuse(Error::Job(message.trim_start_matches("error:").trim().to_owned()), speaks);
         }
         Err(help) => return text(&help.to_string()),
     };
@@ -68,33 +70,51 @@ fn start() -> i32 {
         }
         Some(Command::Plot { .. } | Command::Report { .. } | Command::Compare { .. }) => report(&results::hand_over()),
         None => {
-            if speaks {
-                eprintln!("railsqueal: error: say what to do: init, check, run, report or another command (railsqueal --help)");
-            }
-            2
+            let message = "say what to do: init, check, run, report or another command (railsqueal --help)";
+            refuse(Error::Job(message.into()), speaks)
         }
-        Some(command) => {
-            let refused = launch::mute(&launch::environment);
-            if let Some(message) = refused.or_else(|| launch::deaf(&launch::environment, &launch::plugins())) {
-                if speaks {
-                    report(&Error::Job(message));
-                }
-                return 2;
+        Some(command) => match launch::no_common_world(&launch::environment) {
+            Some(message) => refuse_apart(&Error::Job(message), speaks),
+            None => {
+                let probed = if speaks { probe::files(&command) } else { Ok(()) };
+                parallel(probed.map(|()| command), speaks)
             }
-            let probed = if speaks { probe::files(&command) } else { Ok(()) };
-            parallel(command, probed, speaks)
-        }
+        },
     }
 }
 
-/// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code.
-fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
+/// Ends with an error that this process found before MPI started. A launcher ends all ranks as soon as one of them ends
+/// with an error: under a launcher MPI starts all the same, so that the ranks agree and none ends before the message is
+/// written.
+fn refuse(error: Error, speaks: bool) -> i32 {
+    if launch::alone(&launch::environment) {
+        return report(&error);
+    }
+    if launch::no_common_world(&launch::environment).is_some() {
+        return refuse_apart(&error, speaks);
+    }
+    parallel(Err(error), speaks)
+}
+
+/// Ends with an error that every process found, where MPI cannot bring the processes together. Those that do not report
+/// give the one that does the time to write.
+fn refuse_apart(error: &Error, speaks: bool) -> i32 {
+    if speaks {
+        return report(error);
+    }
+    std::thread::sleep(TIME_TO_REPORT);
+    error.exit_code()
+}
+
+/// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code. An error in place of
+/// the command was found before MPI started, on this rank or on all.
+fn parallel(command: Result<Command>, speaks: bool) -> i32 {
     for (name, value) in launch::variables(&launch::environment) {
         std::env::set_var(name, value);
     }
     // Signals count from here on, whatever is being done when they come.
     let stop = match &command {
-        Command::Run { wall_time, .. } => Some(Stop::listen(Instant::now(), *wall_time, speaks)),
+        Ok(Command::Run { wall_time, .. }) => Some(Stop::listen(Instant::now(), *wall_time, speaks)),
         _ => None,
     };
     // Threads of the dense algebra exist beside the one that calls MPI.
@@ -105,12 +125,9 @@ fn parallel(command: Command, probed: Result<()>, speaks: bool) -> i32 {
     install_panic_hook(world.is_root());
     let farewell = universe.world().duplicate();
     if let Some(message) = launch::singletons(world.size, &launch::environment) {
-        if speaks {
-            report(&Error::Job(message));
-        }
-        return 2;
+        return refuse_apart(&Error::Job(message), speaks);
     }
-    let result = world.agree(probed).and_then(|()| match command {
+    let result = world.agree(command).and_then(|command| match command {
         Command::Run { job: path, changes, output, force, reuse, resume, wall_time, petsc } => {
             let source = path.clone().or(resume.clone()).unwrap_or_default();
             let job = match (&path, &resume) {

@@ -61,6 +61,7 @@ fn start() -> ExitCode {
             .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
             .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
             .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
+            .env("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
             .env("OPENBLAS_NUM_THREADS", "1")
             .status();
         match status {

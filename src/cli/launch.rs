@@ -34,7 +34,7 @@ const INTERFACES: [&str; 9] = [
 ];
 
 /// True where no launcher has set anything by which this process would find others.
-fn alone(env: Lookup) -> bool {
+pub fn alone(env: Lookup) -> bool {
     INTERFACES.iter().all(|name| env(name).is_none()) && number(env, "SLURM_STEP_NUM_TASKS").unwrap_or(1) <= 1
 }
 
@@ -63,8 +63,13 @@ const ALONE: [(&str, &str); 4] = [
     ("OMPI_MCA_sharedfp", "^sm"),
 ];
 
+/// `Some` message if MPI would not start, or not as one world, by what the launcher offers to the processes.
+pub fn no_common_world(env: Lookup) -> Option<String> {
+    mute(env).or_else(|| deaf(env, &plugins()))
+}
+
 /// `Some` message if srun started several processes and gave them nothing by which they find each other: MPI_Init would abort.
-pub fn mute(env: Lookup) -> Option<String> {
+fn mute(env: Lookup) -> Option<String> {
     let size = number(env, "SLURM_STEP_NUM_TASKS").filter(|n| *n > 1)?;
     if INTERFACES.iter().any(|name| env(name).is_some()) {
         return None;
@@ -78,7 +83,7 @@ pub fn mute(env: Lookup) -> Option<String> {
 
 /// `Some` message if srun offers PMI-1 or PMI-2 to an Open MPI whose plugins speak neither: MPI_Init would end the processes in its own words.
 /// `plugins` are the names of its interfaces, none if they are not known.
-pub fn deaf(env: Lookup, plugins: &[String]) -> Option<String> {
+fn deaf(env: Lookup, plugins: &[String]) -> Option<String> {
     env("SLURM_STEP_ID")?;
     let offered = ["PMI_FD", "PMI_RANK"].iter().find(|name| env(name).is_some())?;
     let other = ["PMIX_NAMESPACE", "OMPI_COMM_WORLD_SIZE"].iter().any(|name| env(name).is_some());
@@ -92,7 +97,7 @@ pub fn deaf(env: Lookup, plugins: &[String]) -> Option<String> {
 }
 
 /// Interfaces that the Open MPI of this process has as plugins: `ext3x`, `s2`, …; none where they are built in, or where it is another MPI.
-pub fn plugins() -> Vec<String> {
+fn plugins() -> Vec<String> {
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let library = maps.lines().filter_map(|l| Some(&l[l.find('/')?..])).find(|path| path.contains("/libmpi.so"));
     let Some(place) = library.and_then(|path| std::path::Path::new(path).parent()) else { return Vec::new() };

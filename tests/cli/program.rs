@@ -46,6 +46,8 @@ impl Ran {
 pub fn mpirun() -> Command {
     let mut command = Command::new("mpirun");
     command.env("OPENBLAS_NUM_THREADS", "1").env("OMPI_MCA_rmaps_base_oversubscribe", "1");
+    // The same for the launcher of Open MPI 5.
+    command.env("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe");
     command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
     // Several tests run at once: ranks that wait give the processor to those that work.
     command.env("OMPI_MCA_mpi_yield_when_idle", "1");
@@ -87,7 +89,7 @@ fn start(ranks: usize, args: &[&str]) -> Ran {
     match ranks {
         1 => finish(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
         // mpirun gives processes that are left when one has failed a second, twice, and sits these out where none is left. Ranks of the program tell what
-        // they have to tell before any of them ends.
+        // they have to tell before any of them ends. PRRTE, the launcher of Open MPI 5, has no such parameter.
         _ => finish(
             mpirun()
                 .env("OMPI_MCA_odls_base_sigkill_timeout", "0")

@@ -45,6 +45,38 @@ fn wrong_usage_is_exit_2() {
     railsqueal(2, &["rum"]).failed(2, &["rum"]);
 }
 
+/// What a rank of `mpirun` does is a line of the shell, with the program as `$0` and the rank in `$rank`.
+fn ranks_by_shell(ranks: usize, line: &str) -> Ran {
+    let line = format!("rank=$OMPI_COMM_WORLD_RANK; {line}");
+    finish(mpirun().args(["-n", &ranks.to_string(), "sh", "-c", &line, PROGRAM]))
+}
+
+/// `mpirun` ends all ranks when one of them ends with an error, and rank 0, the one that reports, starts a second late.
+#[test]
+fn an_error_before_mpi_starts_is_reported_however_late_rank_0_is() {
+    // As srun starts processes without an interface by which MPI could bring them together.
+    let apart = "env -i PATH=\"$PATH\" SLURM_STEP_NUM_TASKS=2 SLURM_PROCID=\"$rank\"";
+    for ranks in [2, 3] {
+        for (environment, arguments, part) in [
+            ("", "rum", "unrecognized subcommand 'rum'"),
+            ("", "", "say what to do"),
+            (apart, "run job.json", "srun --mpi=list"),
+            (apart, "rum", "unrecognized subcommand 'rum'"),
+        ] {
+            let line = format!("[ \"$rank\" != 0 ] || sleep 1; exec {environment} \"$0\" {arguments}");
+            ranks_by_shell(ranks, &line).failed(2, &[part]);
+        }
+    }
+}
+
+/// A rank that was called otherwise than the others ends them all with its message.
+#[test]
+fn an_error_of_one_rank_before_mpi_starts_is_the_error_of_all() {
+    let job = format!("{}/jobs/two-cylinders.json", env!("CARGO_MANIFEST_DIR"));
+    let line = format!("[ \"$rank\" != 1 ] || exec \"$0\" rum; exec \"$0\" check '{job}'");
+    ranks_by_shell(2, &line).failed(2, &["unrecognized subcommand 'rum'"]);
+}
+
 #[test]
 fn stdout_that_cannot_be_written_is_an_io_error_and_a_closed_pipe_is_none() {
     let full = Command::new("sh").args(["-c", &format!("{PROGRAM} schema > /dev/full")]).output().expect("sh");

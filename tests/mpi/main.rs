@@ -107,6 +107,7 @@ fn main() {
             .env(railsqueal::body::order::CHECK, "1")
             .env("OPENBLAS_NUM_THREADS", "1")
             .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
+            .env("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
             // There may be more ranks than processors.
             .env("OMPI_MCA_mpi_yield_when_idle", "1")
             .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
