@@ -31,7 +31,8 @@ impl CurvingProblem {
         let yaw = self.bogie.half_wheelbase * self.curve.curvature;
         for (wheel, side) in self.wheels.iter().zip(["left", "right"]) {
             let straight = wheel.places(0.0, 0.0, 0.0)?;
-            let turned = wheel.places(0.0, yaw, 0.0)?;
+            // With much yaw there may be no place at all.
+            let turned = wheel.places(0.0, yaw, 0.0).unwrap_or_default();
             let angle = |places: &[crate::placement::ContactPlace]| places.first().map_or(0.0, |p| p.angle.abs());
             if angle(&straight) > FLANGE {
                 return Err(Error::Job(format!(
@@ -39,7 +40,7 @@ impl CurvingProblem {
                      gauge wider than the wheels. Check curve.gauge, curve.gauge_widening and vehicle.back_to_back"
                 )));
             }
-            if angle(&turned) > FLANGE {
+            if turned.is_empty() || angle(&turned) > FLANGE {
                 return Err(Error::Job(format!(
                     "curve.radius: a curve of {:.1} m turns the axles of a wheelbase of {:.2} m by {:.1} mrad, and the flange of the {side} \
                      wheel then jams between the rails: expected a wider curve, a shorter vehicle.wheelbase, or more curve.gauge_widening",
