@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from . import compare, export, report, sound
+from .section import command as section
 from .errors import INPUT, USAGE, ResultError
 from .result import Result
 
@@ -25,7 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """All commands with their options."""
-    top = argparse.ArgumentParser(prog="railsqueal", description="Result files of railsqueal.")
+    top = argparse.ArgumentParser(prog="railsqueal", description="Result files and sections of railsqueal.")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: object, help: str) -> argparse.ArgumentParser:
@@ -48,6 +49,9 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("one", type=Path, metavar="A.h5")
     one.add_argument("other", type=Path, metavar="B.h5")
     one.add_argument("--tolerance", type=float, default=1e-6, metavar="T", help="relative difference that counts as none (default 1e-6)")
+
+    words = "The section of a wheel or a rail from a DXF drawing or a table of coordinates, as a mesh for the job."
+    section.add_arguments(command("section", section.run, words))
 
     one = command("sound", heard, "The motion of a point, or the sound of a body's modes, as a sound file.")
     one.add_argument("file", type=Path, metavar="FILE.h5")

@@ -9,3 +9,7 @@ class ResultError(Exception):
     def __init__(self, message: str, code: int = INPUT) -> None:
         super().__init__(message)
         self.code = code
+
+
+class InputError(ResultError):
+    """A drawing or table that cannot be used: the message names the file and place, what was found and what to do."""

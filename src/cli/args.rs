@@ -126,6 +126,8 @@ pub enum Command {
         #[arg(long, value_name = "T")]
         tolerance: Option<f64>,
     },
+    /// Make the section of a wheel or a rail from a drawing (DXF) or a table of coordinates (CSV): a mesh for the job
+    Section(SectionOptions),
     /// Print the JSON Schema of the job file
     Schema,
     /// Print what completes the command line in a shell
@@ -152,8 +154,87 @@ pub enum Command {
 impl Command {
     /// Whether one process does it, however many were started.
     pub fn is_of_one(&self) -> bool {
-        matches!(self, Self::Init { .. } | Self::Plot { .. } | Self::Report { .. } | Self::Compare { .. })
+        matches!(
+            self,
+            Self::Init { .. } | Self::Plot { .. } | Self::Report { .. } | Self::Compare { .. } | Self::Section(_)
+        )
     }
+}
+
+/// Options of `section`. The Python package reads them; here they are checked, completed and documented.
+#[derive(Debug, Args)]
+pub struct SectionOptions {
+    /// DXF drawing, or table of coordinates (CSV)
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Kind of body that has the section
+    #[arg(long)]
+    kind: SectionKind,
+    /// Unit of the drawing [default: the one that the file names]
+    #[arg(long)]
+    unit: Option<DrawingUnit>,
+    /// Mesh [default: beside FILE]
+    #[arg(short, long, value_name = "FILE.msh")]
+    output: Option<PathBuf>,
+    /// Replace an existing mesh
+    #[arg(short, long)]
+    force: bool,
+    /// Picture of outline, groups and mesh (.png, .pdf or .svg)
+    #[arg(long, value_name = "FILE.png")]
+    picture: Option<PathBuf>,
+    /// Edge length of the mesh, m [default: 0.006]
+    #[arg(long, value_name = "M")]
+    size: Option<f64>,
+    /// Edge length on the running line, m [default: the size, on rails at most 0.003]
+    #[arg(long, value_name = "M")]
+    fine: Option<f64>,
+    /// Axis of the drawing along the axle or across the track [default: x]
+    #[arg(long)]
+    axis: Option<DrawingAxis>,
+    /// Mirror x: the flange, or the middle of the track, is to be at +x
+    #[arg(long)]
+    mirror: bool,
+    /// Point of the drawing that becomes (0, 0), in its unit and axes
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], allow_negative_numbers = true)]
+    origin: Option<Vec<f64>>,
+    /// Put the edges of a layer into a group, as in running=TREAD; repeatable
+    #[arg(long, value_name = "NAME=LAYER")]
+    group: Vec<String>,
+    /// Put the curve at this point of the drawing into a group, as in running=-20,460; repeatable
+    #[arg(long, value_name = "NAME=X,Y")]
+    pick: Vec<String>,
+    /// Leave out a layer; repeatable
+    #[arg(long, value_name = "LAYER")]
+    ignore: Vec<String>,
+    /// Distance within which ends of curves are joined, m [default: 1e-5]
+    #[arg(long, value_name = "M")]
+    tolerance: Option<f64>,
+    /// Density for the masses that are printed, kg/m³ [default: 7860]
+    #[arg(long, value_name = "RHO")]
+    density: Option<f64>,
+}
+
+/// Kinds of bodies with a section.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SectionKind {
+    Wheel,
+    Rail,
+}
+
+/// Units of drawings.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum DrawingUnit {
+    Mm,
+    Cm,
+    M,
+    In,
+}
+
+/// Axes of drawings.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum DrawingAxis {
+    X,
+    Y,
 }
 
 /// Jobs to begin with.

@@ -179,3 +179,21 @@ fn the_macro_shows_the_contact_in_paraview() {
         );
     }
 }
+
+/// The mesh that `section` makes of a drawing is one that a job takes, and what is wrong with a drawing has its exit code.
+#[test]
+fn section_of_a_drawing_is_taken_by_a_job() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let mut job = job("drawn-wheel.json");
+    job["bodies"]["lower"] = json!({ "profile": "60E1", "material": job["bodies"]["lower"]["material"] });
+    job["bodies"]["upper"]["mesh"]["revolved"]["section"]["file"] = json!({ "path": "wheel.msh", "radius": 0.46 });
+    let folder = Folder::with(job.to_string());
+    let (drawing, mesh) = (format!("{root}/meshes/wheel-outline.dxf"), folder.text("wheel.msh"));
+    let make = ["section", &drawing, "--kind", "wheel", "--size", "0.012", "--output", &mesh, "--origin", "-0.0", "0"];
+    let said = program(&make);
+    assert!(said.good().out.contains("\"radius\": 0.46"), "{}", said.out);
+    folder.call(1, "check", &[]).good();
+    program(&make).failed(2, &["wheel.msh", "is there already"]);
+    program(&["section", &folder.text("none.dxf"), "--kind", "wheel"]).failed(3, &["none.dxf", "no such file"]);
+    program(&["section", &drawing, "--kind", "wheel", "--unit", "in"]).failed(2, &["--unit in", "says mm"]);
+}
