@@ -304,6 +304,7 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
             date: utc_now(),
             parts: vec![],
             warnings: vec![],
+            damping: vec![],
         }
         .tables(),
     );
