@@ -3,7 +3,8 @@
 use super::model::*;
 use serde_json::Value;
 
-/// The bodies, lower and upper, whose damping a job (as written, overrides applied) states. An empty object states nothing.
+/// The bodies, lower and upper, whose damping a job (as written, overrides applied) states. An empty object states
+/// nothing.
 pub(super) fn stated(job: &Value) -> [bool; 2] {
     let given = |name: &str| job.pointer(&format!("/bodies/{name}/damping")).and_then(Value::as_object);
     ["lower", "upper"].map(|name| given(name).is_some_and(|keys| !keys.is_empty()))
@@ -16,7 +17,8 @@ impl Section {
     }
 }
 
-/// Whether a body is a wheel whose modes have nodal diameters: one with a built-in section of a wheel, or, as the wheel of a placement (`on_rail`), one with
+/// Whether a body is a wheel whose modes have nodal diameters: one with a built-in section of a wheel, or, as the
+/// wheel of a placement (`on_rail`), one with
 /// any section of revolution or with a mesh file that turns.
 fn is_wheel(body: &Body, on_rail: bool) -> bool {
     match &body.mesh {
@@ -39,7 +41,8 @@ impl Job {
     }
 }
 
-/// Whether the damping of a resolved `body` is none other than before format 5, in which the section W920S alone had that of steel wheels by default.
+/// Whether the damping of a resolved `body` is none other than before format 5, in which the section W920S alone had
+/// that of steel wheels by default.
 pub(super) fn as_before_5(body: &Value) -> bool {
     let wheels = serde_json::to_value(Damping::of_steel_wheels()).ok();
     let built_in = body.pointer("/mesh/revolved/section").is_some_and(|s| s == "W920S");

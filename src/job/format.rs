@@ -36,7 +36,8 @@ const CHANGES: &[Change] = &[
     Change { since: 5, key: "bodies.*.damping", before: "none", now: "loss factors by nodal diameters" },
 ];
 
-/// Changes that are no change of some of the entries with their key: the format, the key, and what tells these by the resolved entry that holds it.
+/// Changes that are no change of some of the entries with their key: the format, the key, and what tells these by the
+/// resolved entry that holds it.
 const UNCHANGED: &[(u32, &str, fn(&Value) -> bool)] = &[(5, "bodies.*.damping", super::damping::as_before_5)];
 
 /// A default that changed.

@@ -1,7 +1,9 @@
 //! Values that the program takes but that were probably meant otherwise: another unit, per cent, a diameter.
 //!
-//! A key has a line in `USUAL`: its dotted path in the resolved job (`*` stands for any one segment, also an index), what it is, the magnitudes that are
-//! usual, and the units in which it is often given by mistake. Everything found is a warning and never an error; where a run ends with an error these
+//! A key has a line in `USUAL`: its dotted path in the resolved job (`*` stands for any one segment, also an index),
+//! what it is, the magnitudes that are
+//! usual, and the units in which it is often given by mistake. Everything found is a warning and never an error;
+//! where a run ends with an error these
 //! warnings come with it, since they may be the reason.
 
 use super::model::*;
@@ -101,7 +103,8 @@ const USUAL: &[Usual] = &[
     usual("bodies.*.damping.modal.by_frequency.*.loss_factor", Everywhere, "a loss factor", [0.0, 1.0], &[PER_CENT]),
 ];
 
-/// Lateral acceleration, m/s², above which no train runs through a curve: 1 m/s² that passengers feel, 1.5 m/s² of cant, and a margin.
+/// Lateral acceleration, m/s², above which no train runs through a curve: 1 m/s² that passengers feel, 1.5 m/s² of
+/// cant, and a margin.
 const LATERAL: f64 = 3.0;
 /// Radius of a curve times the yaw of a leading wheelset in it, m: about a wheelbase.
 const WHEELBASE: f64 = 3.0;
@@ -109,7 +112,8 @@ const WHEELBASE: f64 = 3.0;
 const CURVED: f64 = 1e-3;
 /// Largest usual yaw of a wheelset, rad.
 const STEERED: f64 = 0.1;
-/// Modes of a rail reach this many times as far as the frequencies that are asked about: `docs/wheel-on-rail.md`, "Modes to keep".
+/// Modes of a rail reach this many times as far as the frequencies that are asked about: `docs/wheel-on-rail.md`,
+/// "Modes to keep".
 const REACH: f64 = 2.0;
 /// They reach as far as this, Hz, where the job does not say about which frequencies it asks.
 const SQUEAL: f64 = 2000.0;
