@@ -153,7 +153,7 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
                 };
                 let stop = stop.as_ref().ok_or_else(|| Error::Defect("a run that no signal stops".into()))?;
                 neighbour::watch(&world);
-                run(&world, &job, &options, &petsc, stop)
+                run(&world, &job, &options, &petsc, stop).map_err(|e| with_remarks(&job, e))
             })
         }
         Command::Curving { job, changes, contact } => print_curving(&world, &job, &changes, contact),
@@ -229,22 +229,27 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
 
 fn check(world: &World, path: &Path, changes: &Changes, mesh: Option<&Path>) -> Result<()> {
     let job = read(world, path, changes, || job::read_file(path))?;
+    examine(world, &job, path, mesh).map_err(|e| with_remarks(&job, e))
+}
+
+/// Collective: what `railsqueal check` says of the `job` read from `path`.
+fn examine(world: &World, job: &Job, path: &Path, mesh: Option<&Path>) -> Result<()> {
     let meshes = Meshes::default();
     // A mesh that lies wrong is what one wants to see: it comes before all that could be refused.
-    world.on_root(|| mesh.map_or(Ok(()), |file| shown::surfaces(&job, &meshes)?.write(file)))?;
+    world.on_root(|| mesh.map_or(Ok(()), |file| shown::surfaces(job, &meshes)?.write(file)))?;
     // What the analyses cannot do, and what is wrong with the bodies, all together.
-    let (capable, planned) = (analysis::check(&job), plan_of(world, &job, &meshes));
+    let (capable, planned) = (analysis::check(job), plan_of(world, job, &meshes));
     Error::all([capable, planned.as_ref().map(drop).map_err(Error::clone)])?;
     let (here, plan) = planned?;
     world.on_root(|| {
         let plan = plan.ok_or_else(|| Error::Defect("no plan on rank 0".into()))?;
         let limit = Limit::or_system(job.solver.memory_limit);
-        let mut summary = Summary::of(&job);
+        let mut summary = Summary::of(job);
         // Meshes that do not fit are not made.
         let foreseen = plan
             .fits(here, &limit)
             .and_then(|()| plan.fits_disk(here))
-            .and_then(|()| foresee::of_job(&job, &meshes, plan.bodies.iter().map(|b| b.nodes).sum()));
+            .and_then(|()| foresee::of_job(job, &meshes, plan.bodies.iter().map(|b| b.nodes).sum()));
         let mut lines = Vec::new();
         if let Ok(report) = &foreseen {
             report.warnings.iter().for_each(|text| summary.warn(text));
@@ -260,6 +265,14 @@ fn check(world: &World, path: &Path, changes: &Changes, mesh: Option<&Path>) -> 
         foreseen.map(|_| ())
     })?;
     Ok(())
+}
+
+/// The error with what of the job is implausible and may be its reason.
+fn with_remarks(job: &Job, error: Error) -> Error {
+    match error {
+        Error::Job(_) | Error::Input(_) | Error::NotConverged(_) => job::plausible(job).iter().fold(error, Error::with),
+        _ => error,
+    }
 }
 
 /// Collective: an error if the job, or a point of its sweep, needs more memory than there is. Of a `reduced` job the finite

@@ -1,7 +1,6 @@
 //! The summary a run ends with, on stdout.
 
-use crate::job::range;
-use crate::job::Job;
+use crate::job::{damping_lines, plausible, range, undamped, Job};
 use crate::Error;
 
 /// Lines of the summary, in order.
@@ -13,12 +12,14 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// What has to be told of `job` before anything is computed: the defaults it takes up that are not those of its format, and what comes near the
-    /// ends of the range of the theory.
+    /// What has to be told of `job` before anything is computed: the defaults it takes up that are not those of its format, the damping of its
+    /// bodies, what is implausible, and what comes near the ends of the range of the theory.
     pub fn of(job: &Job) -> Self {
         let told = |line: &String| format!("default changed: {line}");
         let mut summary =
             Self { lines: job.changed_defaults.iter().map(told).collect(), warnings: Vec::new(), failure: None };
+        damping_lines(job).into_iter().for_each(|text| summary.line(text));
+        undamped(job).into_iter().chain(plausible(job)).for_each(|text| summary.warn(text));
         // What is beyond them has been refused.
         range(job).unwrap_or_default().into_iter().for_each(|text| summary.warn(text));
         summary

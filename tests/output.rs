@@ -305,6 +305,7 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
             date: utc_now(),
             parts: vec![],
             warnings: vec![],
+            damping: vec![],
         }
         .tables(),
     );

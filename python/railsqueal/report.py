@@ -150,7 +150,7 @@ def page(result: Result, tables: list[Path]) -> str:
     if result.stopped:
         parts.append('<p class="warning">The run was stopped before its end: this is what it has computed so far.</p>')
     parts += [f'<p class="warning">{escape(text)}</p>' for text in origin.warnings]
-    parts += ["<h2>What was computed</h2>", table(("", ""), computed(result.job))]
+    parts += ["<h2>What was computed</h2>", table(("", ""), [*computed(result.job), *damped(origin)])]
     parts.append("<h2>Figures</h2>")
     for group, members in groupby(figures.of(result), key=lambda f: f.group):
         parts += [f"<h3>{escape(group)}</h3>", table(("", ""), [(f.name, f.text) for f in members])]
@@ -194,6 +194,11 @@ def computed(job: dict[str, Any]) -> list[Row]:
     analyses = [name for name, given in (lookup(job, "analyses", {}) or {}).items() if given is not None]
     rows.append(("analyses", ", ".join(name.replace("_", " ") for name in analyses)))
     return rows
+
+
+def damped(origin: Provenance) -> list[Row]:
+    """The damping of each body, as the summary of the run told it."""
+    return [tuple(line.split(": ", 1)) for line in origin.damping if ": " in line]
 
 
 def made_of(body: dict[str, Any]) -> str:

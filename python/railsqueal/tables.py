@@ -411,6 +411,7 @@ class Provenance:
     stages: dict[str, float]  # name: s
     date: str
     warnings: list[str]
+    damping: list[str]  # of each body with modes, in words
 
     @classmethod
     def of(cls, result: Result) -> Self:
@@ -427,4 +428,5 @@ class Provenance:
             dict(zip(texts("stage_names"), times)),
             (texts("date") or [""])[0],
             texts("warnings"),
+            texts("damping"),
         )

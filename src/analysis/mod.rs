@@ -23,7 +23,7 @@ mod transient;
 
 use crate::body::{Capability, Kind};
 use crate::case::{placed, Meshes};
-use crate::job::{Compliance, Job, TransientModel};
+use crate::job::{damping_lines, Compliance, Job, TransientModel};
 use crate::output::datasets::reduced::of_modes_alone;
 use crate::output::{companion, Provenance, Reader, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
@@ -196,6 +196,7 @@ pub fn run(
         date,
         parts: segments.map(|s| s.parts()).unwrap_or_default(),
         warnings: summary.warnings().to_vec(),
+        damping: damping_lines(job),
     };
     // All is written but how long it took.
     file.finish(|| {

@@ -80,6 +80,18 @@ impl Matrices {
                 )));
             }
         }
+        if let Some((i, j)) = indefinite(&m) {
+            return Err(Error::Input(format!(
+                "{}: the mass is negative for some motion: found {:e} in row {}, column {}, with {:e} and {:e} on the diagonal; \
+                 expected a matrix that is positive semidefinite. Look for a wrong sign",
+                mass.display(),
+                m.get(i, j),
+                i + 1,
+                j + 1,
+                m.get(i, i),
+                m.get(j, j)
+            )));
+        }
         for (i, row) in contacts.iter().enumerate() {
             for (direction, signed) in ["tangential.0", "tangential.1", "normal"].iter().zip(row) {
                 if let Some((dof, _)) = signed.filter(|(dof, _)| *dof >= k.n) {
@@ -152,6 +164,26 @@ fn mean_shift(m: &Matrices) -> f64 {
     let massive = (0..m.mass.n).filter(|&i| m.mass.get(i, i) > 0.0);
     let stiffness: f64 = massive.map(|i| m.stiffness.get(i, i)).sum();
     -1e-4 * stiffness / trace(&m.mass)
+}
+
+/// An entry by which a symmetric matrix is not positive semidefinite: one below 0 on the diagonal, or one that is
+/// larger than the geometric
+/// mean of those on the diagonal.
+fn indefinite(m: &Csr) -> Option<(usize, usize)> {
+    let diagonal: Vec<f64> = (0..m.n).map(|i| m.get(i, i)).collect();
+    let scale = diagonal.iter().fold(0.0, |s: f64, d| s.max(d.abs()));
+    let tiny = ASYMMETRY * scale;
+    if let Some(i) = (0..m.n).find(|&i| diagonal[i] < -tiny) {
+        return Some((i, i));
+    }
+    (0..m.n).find_map(|i| {
+        let row = m.indptr[i]..m.indptr[i + 1];
+        let large = |&k: &usize| {
+            let j = m.cols[k] as usize;
+            j > i && m.values[k].abs() > (diagonal[i].max(0.0) * diagonal[j].max(0.0)).sqrt() * (1.0 + ASYMMETRY) + tiny
+        };
+        row.into_iter().find(large).map(|k| (i, m.cols[k] as usize))
+    })
 }
 
 /// Whether K has rigid-body motions, from the pivots of its Cholesky factor after scaling to a unit diagonal.

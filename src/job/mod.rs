@@ -3,6 +3,7 @@
 
 mod compare;
 mod cycles;
+mod damping;
 #[cfg(test)]
 pub(crate) mod example;
 mod format;
@@ -10,6 +11,7 @@ mod hertz;
 mod model;
 mod overrides;
 mod parse;
+mod plausible;
 mod range;
 mod schema;
 mod sweep;
@@ -18,9 +20,11 @@ mod validate;
 
 pub use compare::{differences, fe_inputs, run_differences, Difference};
 pub use cycles::{Branch, Cycles};
+pub use damping::{damping_lines, undamped};
 pub use format::FORMAT;
 pub use hertz::contact_radius;
 pub use model::*;
+pub use plausible::plausible;
 pub use range::range;
 pub use schema::schema;
 pub use sweep::SweepPlan;
@@ -78,6 +82,7 @@ impl Job {
             keep_only(&mut job, only)?;
         }
         report(&name, validate::validate(&job))?;
+        job.resolve_damping(damping::stated(&value));
         let folder = path.parent().unwrap_or(Path::new(""));
         if let Some(wanted) = &job.analyses.sweep {
             job.sweep = Some(sweep::plan(&value, wanted, &name, folder, &checker)?);
@@ -161,11 +166,6 @@ impl Job {
             }
             match &mut body.mesh {
                 None => {}
-                Some(MeshSource::Revolved(Revolved { section: Section::W920S, .. }))
-                    if body.damping == Damping::default() =>
-                {
-                    body.damping = Damping::of_steel_wheels();
-                }
                 Some(MeshSource::Revolved(Revolved { section: Section::File(file), .. })) => absolute(&mut file.path),
                 Some(MeshSource::Revolved(_)) => {}
                 Some(MeshSource::Extruded(extruded)) => {

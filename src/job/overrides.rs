@@ -17,9 +17,27 @@ pub fn apply(job: &mut Value, sets: &[String], checker: &Checker) -> Result<()> 
             return Err(Error::Job(format!("--set {set}: the path has an empty part; write it like contact.friction")));
         }
         check_path(&segments, &format!("--set {set}"), checker)?;
+        if value.is_null() && take_out(job, &segments) {
+            continue;
+        }
         put(job, &segments, value, &format!("--set {set}"))?;
     }
     Ok(())
+}
+
+/// Takes the key at a path out of the job: null stands for a key that is not given. False where the place is an entry
+/// of a list.
+fn take_out(job: &mut Value, segments: &[&str]) -> bool {
+    let Some((key, holder)) = segments.split_last() else { return false };
+    match job.pointer_mut(&holder.iter().map(|s| format!("/{s}")).collect::<String>()) {
+        Some(Value::Object(map)) => {
+            map.remove(*key);
+            true
+        }
+        Some(Value::Array(_)) => false,
+        // What has no such key, or is not there, needs nothing taken out.
+        _ => true,
+    }
 }
 
 fn parse_value(text: &str) -> Value {

@@ -46,10 +46,12 @@ fn syntax_error(e: &serde_json::Error, text: &str, name: &str) -> Error {
         "\n  Numbers must be representable in double precision (up to about 1.8e308)."
     } else if not_a_number(source, column) {
         "\n  NaN and Infinity are not JSON; every number of a job is finite."
-    } else if source.trim_start().starts_with("//") || source.contains("/*") {
+    } else if comment(source, column) {
         "\n  JSON has no comments; use the key \"title\" for remarks."
     } else if what.contains("trailing comma") {
         "\n  Remove the comma after the last entry."
+    } else if two_commas(source, column) {
+        "\n  There are two commas with nothing between them; remove one."
     } else {
         ""
     };
@@ -64,6 +66,25 @@ fn not_a_number(source: &str, column: usize) -> bool {
     }
     let near: String = source[start..].chars().take(24).collect::<String>().to_ascii_lowercase();
     near.contains("nan") || near.contains("inf")
+}
+
+/// The line before the (byte) column and from it on.
+fn parted(source: &str, column: usize) -> (&str, &str) {
+    source.split_at_checked(column.saturating_sub(1)).unwrap_or((source, ""))
+}
+
+/// True if a comment of another language begins at the column.
+fn comment(source: &str, column: usize) -> bool {
+    let (before, from) = parted(source, column);
+    // The parser may have taken the first slash.
+    let from = if before.ends_with('/') { source.get(column.saturating_sub(2)..).unwrap_or("") } else { from };
+    ["//", "/*", "#"].iter().any(|mark| from.trim_start().starts_with(mark))
+}
+
+/// True if the column is at the second of two commas.
+fn two_commas(source: &str, column: usize) -> bool {
+    let (before, from) = parted(source, column);
+    from.starts_with(',') && before.trim_end().ends_with(',')
 }
 
 /// The line with a caret under the (byte) column, cut to what fits a terminal.

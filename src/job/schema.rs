@@ -260,7 +260,7 @@ impl Checker {
 
 /// Message for an unknown key, with the nearest allowed one.
 pub fn unknown_key(path: &str, key: &str, allowed: &[String]) -> String {
-    let near = nearest(key, allowed).map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
+    let near = nearest(key, allowed).map_or_else(|| ".".into(), |n| format!("; did you mean \"{n}\"?"));
     let list = if allowed.is_empty() { String::new() } else { format!(" Allowed here: {}", quoted(allowed)) };
     format!("{path}: unknown key{near}{list}")
 }

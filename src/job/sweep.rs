@@ -1,5 +1,6 @@
 //! The points of a sweep: every combination of values put into the job, checked like any other job before anything is computed.
 
+use super::damping;
 use super::model::*;
 use super::overrides::{check_path, put};
 use super::schema::Checker;
@@ -115,6 +116,7 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
         if let Some(fault) = checker.check(&job).first() {
             return Err(refused(fault));
         }
+        let stated = damping::stated(&job);
         let mut job: Job = serde_json::from_value(job).map_err(|e| refused(&e.to_string()))?;
         if let Some(fault) = job.take_wheel().first() {
             return Err(refused(fault));
@@ -124,6 +126,7 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
         if let Some(fault) = validate(&job).first() {
             return Err(refused(fault));
         }
+        job.resolve_damping(stated);
         job.resolve(folder);
         points.push(job);
     }

@@ -172,6 +172,16 @@ fn syntax_errors_point_at_the_place() {
     says(&of("{\"version\": 1e999}"), &["out of range", "double precision"]);
     says(&of("{\"version\": 1, \"version\": 1}"), &["\"version\" is given twice", "line 1"]);
     says(&of("// a remark\n{}"), &["line 1", "no comments"]);
+    for text in ["{\"version\": 1, // a remark\n}", "{\"version\": 1 # a remark\n}", "{\"version\": /* a remark */ 1}"]
+    {
+        says(&of(text), &["line 1", "no comments"]);
+    }
+    // Text is no comment.
+    let address = of("{\"title\": \"https://a\", \"version\" 1}");
+    assert!(!address.contains("comments"), "{address}");
+    for text in ["{\"version\": 1,, \"title\": \"a\"}", "{\"version\": [1, , 2]}"] {
+        says(&of(text), &["line 1", "two commas with nothing between them"]);
+    }
     says(&of("{} {}"), &["trailing characters"]);
     says(&of(" \n\t "), &["empty"]);
     says(&of(""), &["empty"]);
@@ -205,7 +215,7 @@ fn unknown_keys_suggest_the_near_one() {
     job["contact"]["zzz"] = json!(1);
     let message = read(job.to_string().as_bytes(), &[]).unwrap_err().to_string();
     says(&message, &["2 faults", "bodies.lower.material.yuong: unknown key; did you mean \"young\"?"]);
-    says(&message, &["contact.zzz: unknown key Allowed here: \"friction\""]);
+    says(&message, &["contact.zzz: unknown key. Allowed here: \"friction\""]);
     says(&refused(&["bodies.lower.mesh.cilinder.thickness=1"]), &["did you mean \"cylinder\""]);
     says(&refused(&["nonsense=1"]), &["unknown key \"nonsense\"", "\"version\", \"title\""]);
     says(&refused(&["contact.speed.x=1"]), &["\"contact.speed\" has no keys inside"]);
@@ -226,7 +236,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         (format!("{lower}.density=-7800"), vec!["density: found -7800, expected a number > 0 (kg/m³)"]),
         (format!("{lower}.poisson=0.5"), vec!["poisson: found 0.5, expected a number > -1 and < 0.5"]),
         (format!("{lower}.poisson=-1"), vec!["poisson: found -1, expected"]),
-        (format!("{lower}.young=null"), vec!["young: found null, expected a number"]),
+        (format!("{lower}.young=null"), vec!["young: missing; expected a number > 0 (Pa)"]),
         ("bodies.lower.damping.beta=-1".into(), vec!["damping.beta: found -1, expected a number ≥ 0 (s)"]),
         ("bodies.lower.fixed=inner".into(), vec!["fixed: found the string \"inner\", expected a list"]),
         ("bodies.lower.fixed=[1]".into(), vec!["fixed.0: found the number 1, expected a string"]),
@@ -304,7 +314,7 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a number ≥ 0"]),
         ("analyses.receptance={}".into(), vec!["receptance.frequency: missing; expected a list or an object"]),
         ("version=0".into(), vec!["version: found 0, expected a whole number ≥ 1"]),
-        ("version=5".into(), vec!["version: found 5, expected 1 to 4: the job is written for a later railsqueal"]),
+        (format!("version={}", FORMAT + 1), vec!["the job is written for a later railsqueal"]),
         ("solver.linear=gamg".into(), vec!["solver.linear: found \"gamg\"", "analyses.modes", "\"mumps\""]),
         ("solver.linear=lu".into(), vec!["solver.linear", "\"mumps\", \"gamg\""]),
         ("petsc_options.ksp_type={}".into(), vec!["petsc_options.ksp_type: found an object"]),

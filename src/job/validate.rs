@@ -572,7 +572,8 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         faults.push("analyses.stability.direction: found \"rigid\" with the state \"steady\", in which the bodies are deformed; expected \"actual\", or the state \"sliding\"".into());
     }
     let c = contact.creepage;
-    if stability.is_some_and(|s| s.state() == StabilityState::Steady) {
+    // On a placement creepages follow from the motion of the wheel.
+    if contact.placement.is_some() || stability.is_some_and(|s| s.state() == StabilityState::Steady) {
         return;
     }
     if c.longitudinal == 0.0 && c.lateral == 0.0 && c.spin == 0.0 {

@@ -28,6 +28,8 @@ pub struct Provenance {
     pub parts: Vec<Part>,
     /// What makes the results doubtful.
     pub warnings: Vec<String>,
+    /// The damping of each body with modes, in words.
+    pub damping: Vec<String>,
 }
 
 impl Provenance {
@@ -62,6 +64,10 @@ impl Provenance {
         if !self.warnings.is_empty() {
             let text = "What makes the results doubtful.";
             tables.push(Table::list("/provenance/warnings", "-", text, self.warnings.clone()));
+        }
+        if !self.damping.is_empty() {
+            let text = "Damping of each body with modes, in words.";
+            tables.push(Table::list("/provenance/damping", "-", text, self.damping.clone()));
         }
         if self.parts.len() > 1 {
             let text = |name: &str, text: &str, of: &dyn Fn(&Part) -> String| {

@@ -1,12 +1,16 @@
 //! A profile: the height z over the lateral position y, of exact pieces.
 
 use crate::{Error, Result};
+use std::f64::consts::FRAC_PI_2;
 
 /// Slopes that differ by no more than this at a break are one tangent: drawings are given to so many digits.
 const TANGENT: f64 = 1e-3;
 
 /// Longest piece of a curve other than a line or an arc when a profile is turned, m.
 const TURNED_PIECE: f64 = 5e-4;
+
+/// Angle to the upright, rad, below which a side of a turned profile counts as one that hangs over.
+const UPRIGHT: f64 = 5e-3;
 
 /// One piece of a profile, in m.
 #[derive(Debug, Clone, PartialEq)]
@@ -204,14 +208,17 @@ impl Profile {
 
     /// The profile turned about its origin so that its top leans by `angle` (rad) towards −y, as a rail leans towards the middle of the track.
     /// Arcs and lines stay what they are; other curves become quintic pieces that share value, slope and curvature with the turned ones every 0.5 mm.
+    /// Sides at either end that would hang over are cut.
     ///
     /// # Errors
     /// Where the turned line would no longer be a function of y.
     pub fn turned(&self, angle: f64) -> Result<Self> {
+        let (from, to) = self.standing(angle)?;
         let (s, c) = angle.sin_cos();
         let point = |y: f64, z: f64| [c * y + s * z, c * z - s * y];
         let (mut breaks, mut pieces) = (Vec::new(), Vec::new());
-        for (piece, w) in self.pieces.iter().zip(self.breaks.windows(2)) {
+        for (piece, w) in self.pieces.iter().zip(self.breaks.windows(2)).filter(|(_, w)| w[1] > from && w[0] < to) {
+            let w = [w[0].max(from), w[1].min(to)];
             let ends = |y: f64| point(y, piece.at(y).z);
             if breaks.is_empty() {
                 breaks.push(ends(w[0])[0]);
@@ -252,6 +259,37 @@ impl Profile {
             )));
         }
         Self::new(self.name.clone(), breaks, pieces)
+    }
+}
+
+impl Profile {
+    /// The range of y, m, without what hangs over at either end once the profile is turned by `angle`, rad.
+    fn standing(&self, angle: f64) -> Result<(f64, f64)> {
+        let stands = |piece: &Piece, y: f64| (piece.at(y).slope.atan() - angle).abs() < FRAC_PI_2 - UPRIGHT;
+        // From an end inwards: the first piece of which something stands, and where on it that begins.
+        let begin = |mut pieces: Box<dyn Iterator<Item = (&Piece, f64, f64)> + '_>| {
+            pieces.by_ref().find(|&(piece, _, inner)| stands(piece, inner)).map(|(piece, outer, inner)| {
+                if stands(piece, outer) {
+                    return outer;
+                }
+                let (mut over, mut up) = (outer, inner);
+                for _ in 0..60 {
+                    let middle = 0.5 * (over + up);
+                    *(if stands(piece, middle) { &mut up } else { &mut over }) = middle;
+                }
+                up
+            })
+        };
+        let pieces = || self.pieces.iter().zip(self.breaks.windows(2));
+        let low = begin(Box::new(pieces().map(|(piece, w)| (piece, w[0], w[1]))));
+        let high = begin(Box::new(pieces().rev().map(|(piece, w)| (piece, w[1], w[0]))));
+        match (low, high) {
+            (Some(low), Some(high)) if low < high => Ok((low, high)),
+            _ => Err(Error::Input(format!(
+                "profile {}: turned by {angle} rad nothing of it faces upwards; expected an angle of some hundredths",
+                self.name
+            ))),
+        }
     }
 }
 
@@ -322,6 +360,30 @@ mod tests {
         // A rail that leans towards −y is highest on its +y side: at 300 mm · sin.
         let top = rail_60e1().unwrap().turned(angle).unwrap().top();
         assert!((top - 0.3 * s).abs() < 1e-9, "{top}");
+    }
+
+    /// Sides of 1:20 stand upright at a cant of 1:20, and hang over beyond.
+    #[test]
+    fn sides_that_hang_over_are_cut() {
+        let rail = rail_60e1().unwrap();
+        let upright = 0.025_f64.atan();
+        let ends = [rail.range()[0], rail.range()[1]];
+        assert_eq!(rail.standing(upright).unwrap(), (ends[0], ends[1]), "nothing is cut at 1:40");
+        for angle in [0.05_f64.atan(), 0.06, 0.1] {
+            let (s, c) = angle.sin_cos();
+            for (sign, turned) in [(1.0, rail.turned(angle).unwrap()), (-1.0, rail.turned(-angle).unwrap().mirrored())]
+            {
+                // Of the arc of 13 mm that much is left: its tangent is then upright but for the margin.
+                let low = turned.range()[0];
+                assert!((turned.at(low).slope.atan() + FRAC_PI_2 - UPRIGHT).abs() < 1e-6, "{sign} {angle}");
+                for y in [-0.03, -0.01, 0.0, 0.02, 0.034] {
+                    let local = rail.at(y);
+                    let found = turned.at(c * y + s * local.z);
+                    assert!((found.z - (c * local.z - s * y)).abs() < 1e-12, "{sign} {angle} {y}");
+                }
+            }
+        }
+        assert!(rail.turned(3.2).unwrap_err().message().contains("faces upwards"));
     }
 
     #[test]
