@@ -5,7 +5,7 @@ use super::half_space::HalfSpace;
 use crate::dense::dot;
 use crate::parallel::World;
 use crate::swept::compliance::sum;
-use crate::swept::{both_turned, Constant, Forms, HalfSpaceLoad, Patch};
+use crate::swept::{both_turned, Constant, Forms, HalfSpaceLoad, Patch, SectionContact};
 use crate::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -93,15 +93,20 @@ impl Hybrid {
         Some(Patch { radius: CIRCLE * x.min(y) })
     }
 
-    /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its contact; order n has the
-    /// wavenumber n over `radius`, m. The frame of the contact is turned by `tilt`, rad, against that of the section's surface. What was made, for the
-    /// summary.
-    pub fn make(&mut self, world: &World, forms: &Forms, radius: f64, tilt: f64) -> Result<Option<String>> {
+    /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its `contact`. The frame of the
+    /// grid is turned by `tilt`, rad, against that of the loads. Returns a line for the summary.
+    pub fn make(
+        &mut self,
+        world: &World,
+        forms: &Forms,
+        contact: &SectionContact,
+        tilt: f64,
+    ) -> Result<Option<String>> {
         let Some(circle) = self.circle() else { return Ok(None) };
         let wider = Patch { radius: WIDER * circle.radius };
         // Beside a corner there is room for the one alone.
-        let both = Constant::new(forms, &[circle, wider], radius);
-        let constant = both.or_else(|_| Constant::new(forms, &[circle], radius))?;
+        let both = Constant::at(forms, &[circle, wider], contact);
+        let constant = both.or_else(|_| Constant::at(forms, &[circle], contact))?;
         let mine = (world.rank..constant.blocks.len()).step_by(world.size);
         let mut memory = Vec::new();
         let parts = world.agree(mine.map(|k| constant.block(k, &mut memory)).collect::<Result<Vec<_>>>())?;

@@ -12,7 +12,7 @@ use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
 use crate::swept::waves::{self, Damping, Member, Wave};
 use crate::swept::{infinite, turned, Bays, Forms, Infinite, LineLoad, Picture, PictureModes, Seen, Square};
-use crate::swept::{Track, FAMILY, LOADS};
+use crate::swept::{SectionContact, Track, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -281,7 +281,7 @@ impl Body for Rail<'_> {
         let section = self.section.for_loads(circle.radius)?;
         let angle = self.section.contact().angle;
         let forms = Forms::along(section, self.forms.material, self.period, Some(&self.track), angle)?;
-        let made = self.contact.make(self.world, &forms, self.radius(), self.tilt);
+        let made = self.contact.make(self.world, &forms, &SectionContact::level(self.radius()), self.tilt);
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
 

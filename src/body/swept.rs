@@ -38,7 +38,7 @@ pub struct Making<'a> {
     pub rotates: bool,
     /// Lines of the contact grid along x and y, m, where there is a contact.
     pub grid: Option<[&'a [f64]; 2]>,
-    /// Angle of the frame of the contact against that of the section, about x, rad: as [`turned`] has it.
+    /// Angle of the frame of the contact against that of the axle, about x, rad: as [`turned`] has it.
     pub tilt: f64,
 }
 
@@ -105,6 +105,11 @@ impl<'w> Swept<'w> {
         self.forms.order()
     }
 
+    /// Angle of the frame of the contact against that of the loads on the section, rad.
+    fn against_loads(&self) -> f64 {
+        self.tilt - self.making.contact().angle()
+    }
+
     /// Mass, kg.
     pub fn mass(&self) -> f64 {
         self.forms.section.volume() * self.forms.material.density
@@ -129,12 +134,12 @@ impl<'w> Swept<'w> {
     /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
     fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut Steps) -> Result<Vec<Seen>> {
         let (world, forms) = (self.world, &self.forms);
-        let circle = self.contact.circle();
+        let (circle, place) = (self.contact.circle(), self.making.contact());
         let size = |seen: &Seen| seen.omega.len();
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
             steps(orders[0], orders[0] + world.size);
-            let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.making.radius()), patch));
+            let line = circle.map(|patch| (LineLoad::at(forms, patch, n, &place), patch));
             let contact = line.as_ref().map(|(line, patch)| (line, *patch));
             let nodes = self.outline.as_ref().map_or(&[][..], |o| &o.outline.nodes);
             let seen = |modes| Seen::of(forms, &modes, contact, prestress).with_outline(forms, &modes, nodes);
@@ -154,10 +159,10 @@ impl Swept<'_> {
             return None;
         }
         let counts: Vec<usize> = found.all.iter().map(|of| of.omega.len()).collect();
-        let circle = self.contact.circle();
+        let (circle, place) = (self.contact.circle(), self.making.contact());
         let contact = by_ranks(self.world, &counts, |k| {
             let Seen { order, vectors, .. } = &found.all[k];
-            let line = circle.map(|patch| (LineLoad::new(&self.forms, patch, *order, self.making.radius()), patch));
+            let line = circle.map(|patch| (LineLoad::at(&self.forms, patch, *order, &place), patch));
             seen(vectors.as_ref(), line.as_ref().map(|(line, patch)| (line, *patch)))
         });
         let all = found.all.iter().zip(contact).map(|(of, contact)| Seen { contact, ..of.clone() }).collect();
@@ -307,7 +312,7 @@ impl Body for Swept<'_> {
         let Some(circle) = self.contact.circle() else { return Ok(None) };
         let section = self.making.for_loads(circle.radius)?;
         let forms = Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?;
-        let made = self.contact.make(self.world, &forms, self.making.radius(), self.tilt);
+        let made = self.contact.make(self.world, &forms, &self.making.contact(), self.against_loads());
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
 
@@ -341,7 +346,7 @@ impl Body for Swept<'_> {
             list: list.iter().map(|m| (place(m), m.index, m.family)).collect(),
         });
         let omega: Vec<f64> = list.iter().map(Member::omega).collect();
-        let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.tilt)).collect();
+        let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.against_loads())).collect();
         let rows = self.contact.of_modes(&omega, &seen);
         let found = TraceModes {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),

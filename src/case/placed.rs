@@ -416,11 +416,10 @@ fn seats(world: &World, placed: Option<&Placed>) -> Result<[Seat; 2]> {
         let placed = placed.ok_or_else(missing)?;
         placed.placed.seats(&placed.frame).map_err(|e| e.context("contact.placement"))
     })?;
-    let numbers = world.broadcast(found.map_or(Vec::new(), |seats| seats.iter().flat_map(|s| [s.y, s.tilt]).collect()));
-    let seat = |i: usize| Seat {
-        y: numbers.get(2 * i).copied().unwrap_or(0.0),
-        tilt: numbers.get(2 * i + 1).copied().unwrap_or(0.0),
-    };
+    let numbers =
+        world.broadcast(found.map_or(Vec::new(), |seats| seats.iter().flat_map(|s| [s.y, s.tilt, s.height]).collect()));
+    let number = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
+    let seat = |i: usize| Seat { y: number(3 * i), tilt: number(3 * i + 1), height: number(3 * i + 2) };
     Ok([seat(0), seat(1)])
 }
 

@@ -11,7 +11,7 @@ use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path};
+use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, W920S};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -25,9 +25,14 @@ fn section(body: &job::Body) -> Result<Given> {
     };
     let contact_offset = revolved.contact_offset;
     Ok(match &revolved.section {
-        Section::W920S => Given::W920S { offset: contact_offset, mirrored: false },
+        Section::W920S => Given::W920S(W920S::on_tread(contact_offset)),
         Section::File(file) => {
-            Given::Drawn { drawn: Rc::new(drawn(file, contact_offset)?), offset: contact_offset, mirrored: false }
+            let drawn = drawn(file, contact_offset)?;
+            // Its frame is tilted where a placement says where it is touched.
+            if body.profile.is_none() {
+                drawn.refuse_steep(contact_offset)?;
+            }
+            Given::Drawn { drawn: Rc::new(drawn), offset: contact_offset, mirrored: false }
         }
         &Section::Cylinder(job::Ring { inner_radius, outer_radius, thickness, crown_radius }) => {
             Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
@@ -77,11 +82,10 @@ fn held(body: &job::Body, section: &crate::swept::Section) -> Result<()> {
 fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Given> {
     // A right-hand wheel has its flange at −y.
     let right = side == job::TrackSide::Right;
+    let offset = if right { -seat.y } else { seat.y };
     match section(body)? {
-        Given::W920S { .. } => Ok(Given::W920S { offset: if right { -seat.y } else { seat.y }, mirrored: right }),
-        Given::Drawn { drawn, .. } => {
-            Ok(Given::Drawn { drawn, offset: if right { -seat.y } else { seat.y }, mirrored: right })
-        }
+        Given::W920S(_) => Ok(Given::W920S(W920S { offset, height: Some(seat.height), mirrored: right })),
+        Given::Drawn { drawn, .. } => Ok(Given::Drawn { drawn, offset, mirrored: right }),
         Given::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
     }
 }

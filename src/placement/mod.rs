@@ -184,6 +184,8 @@ pub struct Seat {
     /// Angle χ of the contact's frame against the drawing's, about x, rad: the contact sees cos χ u_y − sin χ u_n along y and sin χ u_y + cos χ u_n
     /// along n.
     pub tilt: f64,
+    /// Height of a wheel's profile there above its running circle, away from the axle, m; 0 of a rail.
+    pub height: f64,
 }
 
 impl Placement {
@@ -473,6 +475,7 @@ impl Placed {
         let rail = Seat {
             y: sign * (c * (y - self.rail_shift) - s * (z + self.crown)),
             tilt: -sign * (frame.angle + self.cant),
+            height: 0.0,
         };
         let (wheel_y, _) = self.pair.wheel.meet(frame.origin, frame.normal()).ok_or_else(|| {
             Error::Job(format!(
@@ -481,7 +484,8 @@ impl Placed {
             ))
         })?;
         let axle = self.axle(frame);
-        Ok([rail, Seat { y: sign * wheel_y, tilt: axle[2].atan2(axle[1]) }])
+        let height = self.pair.wheel.profile.at(wheel_y).z;
+        Ok([rail, Seat { y: sign * wheel_y, tilt: axle[2].atan2(axle[1]), height }])
     }
 
     /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel is described, its z is

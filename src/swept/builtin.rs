@@ -1,7 +1,8 @@
 //! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
 
-use super::{Drawn, Element, Path, Section, SectionCell};
-use crate::{Error, Result};
+use super::w920s::W920S;
+use super::{Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
+use crate::Result;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -29,11 +30,11 @@ impl Focus {
         (self.size + GROWTH * (distance - self.reach).max(0.0)).min(self.largest)
     }
 
-    /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` is the place of the contact, `corners` are those of singular
+    /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` are the places of the contact, `corners` those of singular
     /// stresses.
-    pub(super) fn lines(&self, breaks: &[f64], at: f64, corners: &[f64]) -> Vec<f64> {
+    pub(super) fn lines(&self, breaks: &[f64], at: &[f64], corners: &[f64]) -> Vec<f64> {
         let size = |x: f64| {
-            let contact = self.near((x - at).abs());
+            let contact = at.iter().map(|a| self.near((x - a).abs())).fold(f64::INFINITY, f64::min);
             let corner = corners.iter().map(|c| self.corner + GROWTH * (x - c).abs());
             corner.fold(contact, f64::min).min(self.largest)
         };
@@ -76,6 +77,17 @@ impl Lines<'_> {
         place: impl Fn([f64; 2]) -> [f64; 2],
         tread: impl Fn(f64, f64) -> bool,
     ) -> Section {
+        self.section_with_face(inside, place, tread, |_, _| false)
+    }
+
+    /// The same with edges that face −y in the running line, for which `face` holds at the radius of their middle and their y.
+    pub(super) fn section_with_face(
+        &self,
+        inside: impl Fn(f64, f64) -> bool,
+        place: impl Fn([f64; 2]) -> [f64; 2],
+        tread: impl Fn(f64, f64) -> bool,
+        face: impl Fn(f64, f64) -> bool,
+    ) -> Section {
         let (cells_r, cells_y) = (self.r.len() - 1, self.y.len() - 1);
         let at = |lines: &[f64], k: usize| match k % 2 {
             0 => lines[k / 2],
@@ -101,6 +113,11 @@ impl Lines<'_> {
                 if open && tread(self.r[i + 1], middle) {
                     section.tread.push([nodes[1], nodes[2], nodes[5]]);
                 }
+                let radius = at(self.r, 2 * i + 1);
+                let bare = j == 0 || !inside(radius, at(self.y, 2 * j - 1));
+                if bare && face(radius, self.y[j]) {
+                    section.tread.push([nodes[0], nodes[1], nodes[4]]);
+                }
                 section.elements.push(Element { kind: SectionCell::Quad9, nodes });
             }
         }
@@ -124,12 +141,7 @@ pub enum Given {
     /// An annular cylinder.
     Cylinder(Cylinder),
     /// The benchmark wheel.
-    W920S {
-        /// Distance of the contact point from the middle of its web towards the flange, m.
-        offset: f64,
-        /// Whether its flange lies at negative y, as that of a right-hand wheel does.
-        mirrored: bool,
-    },
+    W920S(W920S),
     /// A drawn one.
     Drawn {
         /// The drawing.
@@ -151,8 +163,21 @@ impl Given {
     pub fn radius(&self) -> f64 {
         match self {
             Given::Cylinder(c) => c.outer_radius,
-            Given::W920S { .. } => TREAD,
+            Given::W920S(wheel) => wheel.contact().radius(),
             Given::Drawn { drawn, offset, .. } => drawn.running(*offset).map_or(0.0, |[r, _]| r),
+        }
+    }
+
+    /// Where the loads of the contact act on the section.
+    pub fn contact(&self) -> SectionContact {
+        match self {
+            Given::Cylinder(_) => SectionContact::level(self.radius()),
+            Given::W920S(wheel) => wheel.contact(),
+            Given::Drawn { drawn, offset, mirrored } => {
+                let [radius, slope] = drawn.running(*offset).unwrap_or_default();
+                let angle = if *mirrored { -slope.atan() } else { slope.atan() };
+                SectionContact::on(Spot { radius, origin: [radius, 0.0], angle, share: 1.0 })
+            }
         }
     }
 
@@ -160,7 +185,7 @@ impl Given {
     pub fn height(&self, x: f64, y: f64) -> f64 {
         let drop = match self {
             Given::Cylinder(c) => c.drop(y),
-            Given::W920S { .. } => 0.0,
+            Given::W920S(_) => 0.0,
             // Beside the running line nothing can touch.
             Given::Drawn { drawn, offset, mirrored } => {
                 let at = if *mirrored { offset - y } else { offset + y };
@@ -187,7 +212,7 @@ impl Given {
     fn sizes(&self) -> [f64; 2] {
         match self {
             Given::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
-            Given::W920S { .. } => PARTS_OF_THE_WHEEL,
+            Given::W920S(_) => PARTS_OF_THE_WHEEL,
             Given::Drawn { .. } => [f64::INFINITY; 2],
         }
     }
@@ -195,8 +220,7 @@ impl Given {
     fn section(&self, focus: Focus) -> Result<Section> {
         match self {
             Given::Cylinder(c) => cylinder(c, focus),
-            Given::W920S { offset, mirrored: false } => w920s(*offset, focus),
-            Given::W920S { offset, mirrored: true } => Ok(w920s(*offset, focus)?.mirrored()),
+            Given::W920S(wheel) => wheel.section(focus),
             Given::Drawn { drawn, offset, mirrored } => drawn.seen(*offset, *mirrored, &focus),
         }
     }
@@ -228,46 +252,11 @@ impl Cylinder {
 pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
     let half = 0.5 * c.thickness;
     let sides = [-half - c.contact_offset, half - c.contact_offset];
-    let r = focus.lines(&[c.inner_radius, c.outer_radius], c.outer_radius, &[c.inner_radius]);
-    let y = focus.lines(&[sides[0], 0.0, sides[1]], 0.0, &sides);
+    let r = focus.lines(&[c.inner_radius, c.outer_radius], &[c.outer_radius], &[c.inner_radius]);
+    let y = focus.lines(&[sides[0], 0.0, sides[1]], &[0.0], &sides);
     let depth = c.outer_radius - c.inner_radius;
     let place = |[r, y]: [f64; 2]| [c.inner_radius + (r - c.inner_radius) * (1.0 - c.drop(y) / depth), y];
     let section = Lines { r: &r, y: &y }.section(|_, _| true, place, |_, _| true);
-    section.check(Path::Axle)?;
-    Ok(section)
-}
-
-/// Radius of the tread of W920S, m.
-const TREAD: f64 = 0.460;
-
-/// The benchmark wheel W920S: a bore of radius 95 mm, a hub, a straight web, a rim whose tread has the radius 460 mm, a flange. Its group `inner` is
-/// the bore. The
-/// contact point lies `contact_offset`, m, from the middle of the web towards the flange.
-pub fn w920s(contact_offset: f64, focus: Focus) -> Result<Section> {
-    const HUB: [f64; 2] = [0.095, 0.135];
-    const WEB: f64 = 0.390;
-    const FLANGE: f64 = 0.488;
-    const Y: [f64; 7] = [-0.090, -0.065, -0.012, 0.012, 0.040, 0.070, 0.090];
-    if !(Y[1] < contact_offset && contact_offset < Y[4]) {
-        return Err(Error::Job(format!(
-            "contact_offset: found {contact_offset} m, expected a place on the tread of W920S, which reaches from {} to {} m",
-            Y[1], Y[4]
-        )));
-    }
-    let r = focus.lines(&[HUB[0], HUB[1], WEB, TREAD, FLANGE], TREAD, &[HUB[1], WEB]);
-    let across = Y.map(|y| y - contact_offset);
-    let y = focus.lines(&across, 0.0, &across[2..4]);
-    let inside = |r: f64, y: f64| {
-        let y = y + contact_offset;
-        match r {
-            r if r < HUB[1] => true,
-            r if r < WEB => Y[2] < y && y < Y[3],
-            r if r < TREAD => Y[1] < y && y < Y[5],
-            _ => Y[4] < y && y < Y[5],
-        }
-    };
-    let mut section = Lines { r: &r, y: &y }.section(inside, |at| at, |r, _| r == TREAD);
-    section.groups.retain(|name, _| name == "inner");
     section.check(Path::Axle)?;
     Ok(section)
 }

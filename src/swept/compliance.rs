@@ -8,7 +8,7 @@
 
 use super::envelope::Factor;
 use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, LOADS};
-use super::{Forms, Path};
+use super::{Forms, Path, SectionContact};
 use crate::{Error, Result};
 
 /// Orders up to which each is summed by itself; along a line, waves over the height of the section, k h. What bends and twists in the large goes with
@@ -30,8 +30,8 @@ pub struct Constant<'f> {
     forms: &'f Forms,
     /// The circles of the loads: A is made for each of them.
     patches: Vec<Patch>,
-    /// Rolling radius R, m.
-    radius: f64,
+    /// Spots that carry the loads.
+    contact: SectionContact,
     /// Blocks of orders: centre and number of orders, odd.
     pub blocks: Vec<(usize, usize)>,
 }
@@ -59,19 +59,27 @@ fn blocks(forms: &Forms, last: usize) -> Vec<(usize, usize)> {
 impl<'f> Constant<'f> {
     /// That of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the next edge asks for.
     pub fn new(forms: &'f Forms, patches: &[Patch], radius: f64) -> Result<Self> {
+        Self::at(forms, patches, &SectionContact::level(radius))
+    }
+
+    /// The same of a contact, in its frame.
+    pub fn at(forms: &'f Forms, patches: &[Patch], contact: &SectionContact) -> Result<Self> {
         let section = &forms.section;
-        let ends = section.tread.iter().flat_map(|e| [section.nodes[e[0]][1], section.nodes[e[1]][1]]);
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
         let largest = patches.iter().map(|p| p.radius).fold(0.0, f64::max);
-        let room = high.min(-low);
-        if !(room >= largest) {
-            return Err(Error::Job(format!(
-                "the running line reaches from y = {low:.4} m to {high:.4} m about the contact point, expected {largest:.4} m to either side at least; \
-                 move the contact or make the patch smaller"
-            )));
+        let mut last = FEWEST;
+        for spot in contact.spots() {
+            let ends = section.tread.iter().flat_map(|e| [e[0], e[1]].map(|k| spot.along(section.nodes[k])));
+            let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
+            let room = high.min(-low);
+            if !(room >= largest) {
+                return Err(Error::Job(format!(
+                    "the running line reaches from {low:.4} m to {high:.4} m about the contact point, along the surface, expected {largest:.4} m to either \
+                     side at least; move the contact or make the patch smaller"
+                )));
+            }
+            last = last.max((SHORT * spot.radius / room).ceil() as usize);
         }
-        let last = ((SHORT * radius / room).ceil() as usize).max(FEWEST);
-        Ok(Self { forms, patches: patches.to_vec(), radius, blocks: blocks(forms, last) })
+        Ok(Self { forms, patches: patches.to_vec(), contact: contact.clone(), blocks: blocks(forms, last) })
     }
 
     /// The sum with the orders up to `last` in place of those by itself.
@@ -88,7 +96,7 @@ impl<'f> Constant<'f> {
     pub fn singles(&self) -> Vec<Square> {
         let singles = self.blocks.iter().filter(|b| b.1 == 1).count();
         let of = |&patch: &Patch| {
-            let known = self.half_space(patch).up_to((singles as f64 - 0.5) / self.radius);
+            let known = self.contact.locally(|spot| self.half_space(patch).up_to((singles as f64 - 0.5) / spot.radius));
             self.scaled(patch, |c, d| -known[c][d])
         };
         self.patches.iter().map(of).collect()
@@ -106,8 +114,11 @@ impl<'f> Constant<'f> {
         let forms = self.forms;
         let factor = forms.factor_in(std::mem::take(memory), n, 0.0)?.positive("the statics of a swept body")?;
         let of = |&patch: &Patch| {
-            let term = order(forms, &factor, &LineLoad::new(forms, patch, n, self.radius));
-            let same = if width == 1 { [[0.0; LOADS]; LOADS] } else { self.half_space(patch).order(n, self.radius) };
+            let term = order(forms, &factor, &LineLoad::at(forms, patch, n, &self.contact));
+            let same = match width {
+                1 => [[0.0; LOADS]; LOADS],
+                _ => self.contact.locally(|spot| self.half_space(patch).order(n, spot.radius)),
+            };
             self.scaled(patch, |c, d| width as f64 * (term[c][d] - same[c][d]))
         };
         let all = self.patches.iter().map(of).collect();

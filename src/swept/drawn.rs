@@ -16,8 +16,9 @@ pub struct Drawn {
 const SAME_PLACE: f64 = 1e-9;
 /// Difference between the area of the elements and that within their boundary, over the area, from which on they overlap.
 const OVERLAP: f64 = 1e-6;
-/// Steepest slope of the running line at the contact, which is a small angle of the frame there.
-const STEEPEST: f64 = 0.2;
+/// Steepest slope of the running line at a contact whose frame is not tilted, and at one whose frame lies along it: 80 degrees.
+const STEEPEST_LEVEL: f64 = 0.2;
+const STEEPEST: f64 = 5.671;
 /// Slices of which the beam of a section is summed.
 const SLICES: usize = 1000;
 
@@ -106,6 +107,17 @@ impl Drawn {
         Some([at(s, 0), slope(0) / slope(1)])
     }
 
+    /// An error where the running line at y = `offset`, m, is too steep for a contact whose frame is not tilted.
+    pub fn refuse_steep(&self, offset: f64) -> Result<()> {
+        match self.running(offset) {
+            Some([_, slope]) if slope.abs() > STEEPEST_LEVEL => Err(Error::Job(format!(
+                "the contact is at y = {offset} m of the section, where the running line has the slope {slope:.2}, expected at most {STEEPEST_LEVEL}: \
+                 without contact.placement a section is touched on its tread"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and where the drawing is coarser than
     /// `focus`, finer. An error where nothing runs there.
     pub(super) fn seen(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
@@ -118,7 +130,7 @@ impl Drawn {
         if slope.abs() > STEEPEST {
             return Err(Error::Job(format!(
                 "the contact is at y = {offset} m of the section, where the running line has the slope {slope:.2}, expected at most {STEEPEST}: a section is \
-                 touched on its tread"
+                 touched on its tread, its flange root and the face of its flange, up to 80 degrees"
             )));
         }
         let mut section = self.section.clone();

@@ -4,6 +4,8 @@
 //! the body)
 //! have the number 3m + c; they are forces and moments on the circle, and the same means ⟨ω π_m, u_c⟩ are taken of displacements.
 
+use super::contact::{SectionContact, Spot};
+use super::turn::turned;
 use super::{Forms, Path};
 use crate::quadrature::legendre;
 use faer::Mat;
@@ -135,32 +137,22 @@ pub struct LineLoad {
 impl LineLoad {
     /// The loads of the order `n` on `forms`, whose rolling radius is `radius`, m; along a line its period over 2π.
     pub fn new(forms: &Forms, patch: Patch, n: usize, radius: f64) -> Self {
-        let section = &forms.section;
+        Self::at(forms, patch, n, &SectionContact::level(radius))
+    }
+
+    /// The loads of the order `n` on the spots of a contact, in its frame.
+    pub fn at(forms: &Forms, patch: Patch, n: usize, contact: &SectionContact) -> Self {
         let mut nodes = Vec::new();
-        for edge in &section.tread {
-            let [first, last, middle] = edge.map(|i| section.nodes[i][1]);
-            let (low, high) = (first.max(-patch.radius), last.min(patch.radius));
-            if high <= low {
-                continue;
-            }
-            // y = middle + s (last − first)/2 + s² (first + last − 2 middle)/2 along the edge.
-            let (slope, bend) = (0.5 * (last - first), 0.5 * (first + last - 2.0 * middle));
-            let place = |y: f64| {
-                (0..8).fold(0.0, |s: f64, _| s - (middle + s * (slope + s * bend) - y) / (slope + 2.0 * s * bend))
-            };
-            let mut of_edge = [[[0.0; 3]; LOADS]; 3];
-            for (y, step) in points(low, high, 2) {
-                let s = place(y);
-                let values = [0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s];
-                let means = patch.round(n, (radius, forms.path), y).means(n);
-                for (node, value) in of_edge.iter_mut().zip(values) {
-                    for (k, load) in node.iter_mut().enumerate() {
-                        let factor = if k < 6 { 1.0 } else { y };
-                        load.iter_mut().zip(means[k % 6]).for_each(|(l, m)| *l += step * value * factor * m);
-                    }
+        for spot in contact.spots() {
+            let turn = contact.turn(spot);
+            for (at, mut loads) in on_spot(forms, patch, n, spot) {
+                // The factors x and y of a load stay; its direction is turned.
+                for c in 0..3 {
+                    let column = turned(std::array::from_fn(|k| spot.share * loads[k][c]), turn);
+                    loads.iter_mut().zip(column).for_each(|(load, value)| load[c] = value);
                 }
+                nodes.push((at, loads));
             }
-            nodes.extend(edge.iter().zip(of_edge).filter_map(|(&k, loads)| Some((forms.amplitude(k)?, loads))));
         }
         Self { order: n, nodes }
     }
@@ -197,6 +189,51 @@ impl LineLoad {
         self.order == 0 || FAMILY[a] == FAMILY[b]
     }
 }
+
+/// Loads of the order `n` on the edges of the running line under a spot, in the frame of the spot: first amplitude of a node, and for each load the
+/// weights of its U, V and W.
+fn on_spot(forms: &Forms, patch: Patch, n: usize, spot: &Spot) -> Vec<(usize, [[f64; 3]; LOADS])> {
+    let section = &forms.section;
+    let mut nodes = Vec::new();
+    for edge in &section.tread {
+        let [first, last, middle] = edge.map(|i| spot.along(section.nodes[i]));
+        let (low, high) = (first.max(-patch.radius), last.min(patch.radius));
+        // An edge along the normal of the spot carries none of its loads.
+        if high <= low || last - first < UPRIGHT * section.length(edge) {
+            continue;
+        }
+        // t = middle + s (last − first)/2 + s² (first + last − 2 middle)/2 along the edge.
+        let (slope, bend) = (0.5 * (last - first), 0.5 * (first + last - 2.0 * middle));
+        let place =
+            |t: f64| (0..8).fold(0.0, |s: f64, _| s - (middle + s * (slope + s * bend) - t) / (slope + 2.0 * s * bend));
+        let mut of_edge = [[[0.0; 3]; LOADS]; 3];
+        for (t, step) in points(low, high, 2) {
+            let s = place(t);
+            let values = [0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s];
+            let means = patch.round(n, (spot.radius_at(t), forms.path), t).means(n);
+            for (node, value) in of_edge.iter_mut().zip(values) {
+                for (k, load) in node.iter_mut().enumerate() {
+                    let factor = if k < 6 { 1.0 } else { t };
+                    load.iter_mut().zip(means[k % 6]).for_each(|(l, m)| *l += step * value * factor * m);
+                }
+            }
+        }
+        for (&node, loads) in edge.iter().zip(of_edge) {
+            let Some(at) = forms.amplitude(node) else { continue };
+            nodes.push((at, in_frame(&loads, spot.angle)));
+        }
+    }
+    nodes
+}
+
+/// Loads along (x, y, n) of a level surface as loads along (x, t, n) of one of the slope angle `angle`, rad.
+fn in_frame(loads: &[[f64; 3]; LOADS], angle: f64) -> [[f64; 3]; LOADS] {
+    let columns: [[f64; LOADS]; 3] = std::array::from_fn(|c| turned(std::array::from_fn(|k| loads[k][c]), angle));
+    std::array::from_fn(|k| [0, 1, 2].map(|c| columns[c][k]))
+}
+
+/// Extent of an edge along the tangent of a spot over its length below which it stands upright there.
+const UPRIGHT: f64 = 1e-6;
 
 /// Wavenumbers times b up to which integrals go; what is beyond is some 1e-8 of them.
 const FAR: f64 = 400.0;

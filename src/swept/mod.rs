@@ -14,6 +14,7 @@ mod bays;
 mod beam;
 mod builtin;
 pub mod compliance;
+mod contact;
 mod drawn;
 mod ends;
 mod envelope;
@@ -35,12 +36,14 @@ mod shape;
 mod springs;
 mod track;
 mod turn;
+mod w920s;
 pub mod waves;
 
 pub use bays::{Bays, Laid};
 pub use beam::Beam;
-pub use builtin::{cylinder, w920s, Cylinder, Focus, Given};
+pub use builtin::{cylinder, Cylinder, Focus, Given};
 pub use compliance::Constant;
+pub use contact::{SectionContact, Spot};
 pub use drawn::Drawn;
 pub use ends::Ends;
 pub use forms::{Forms, Prestress};
@@ -58,6 +61,7 @@ pub use shape::SectionCell;
 pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
 pub use turn::{both_turned, turned};
+pub use w920s::{w920s, W920S};
 
 #[cfg(test)]
 mod tests;

@@ -261,8 +261,8 @@ impl Rail60E1 {
     pub fn section(&self, focus: Focus) -> Result<Section> {
         let (top, bottom) = (1e-3 * WEB[0][1], 1e-3 * WEB[WEB.len() - 1][1]);
         let (head, foot) = (to_angle(CORNER), 1e-3 * TIP[0][0]);
-        let z = focus.lines(&[0.0, bottom, top, HEIGHT], HEIGHT, &[]);
-        let y = focus.lines(&[-foot, -head, -STEM, STEM, head, foot], self.along, &[]);
+        let z = focus.lines(&[0.0, bottom, top, HEIGHT], &[HEIGHT], &[]);
+        let y = focus.lines(&[-foot, -head, -STEM, STEM, head, foot], &[self.along], &[]);
         let inside = |z: f64, y: f64| match z {
             z if z < bottom => true,
             z if z < top => y.abs() < STEM,

@@ -74,6 +74,11 @@ impl Section {
         self.elements.iter().flat_map(of).filter(|edge| edge.iter().all(|&k| inside(k))).collect()
     }
 
+    /// Length of an edge, m.
+    pub(super) fn length(&self, edge: &[usize; 3]) -> f64 {
+        self.along(edge).iter().map(|(_, step)| step).sum()
+    }
+
     /// Values of the shape functions of an edge's first, last and middle node, and the length, m, at its integration points.
     pub(super) fn along(&self, edge: &[usize; 3]) -> [([f64; 3], f64); 3] {
         GAUSS_3.map(|(s, weight)| {

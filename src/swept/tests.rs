@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 mod bays;
 mod drawn_rail;
 mod elsewhere;
+mod flange;
 mod infinite;
 mod straight;
 

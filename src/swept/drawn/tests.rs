@@ -199,9 +199,14 @@ fn what_cannot_be_a_section_is_refused() {
     says(beside, &["y = 0.07", "from -0.05 to 0.05 m"]);
     let mut steep = ring(8, false, false);
     steep.nodes.iter_mut().filter(|x| x[0] > 0.49).for_each(|x| x[0] -= 0.5 * x[1]);
-    let steep = Rc::new(steep.made().expect("a cone"));
+    let cone = Rc::new(steep.made().expect("a cone"));
+    says(cone.refuse_steep(0.0).expect_err("steep").to_string(), &["slope -0.50", "at most 0.2"]);
+    Given::Drawn { drawn: cone, offset: 0.0, mirrored: false }.for_modes().expect("a frame along the cone");
+    let mut steep = ring(8, false, false);
+    steep.nodes.iter_mut().for_each(|x| x[0] += 0.5 - 6.0 * x[1]);
+    let wall = Rc::new(steep.made().expect("a wall"));
     says(
-        Given::Drawn { drawn: steep, offset: 0.0, mirrored: false }.for_modes().expect_err("steep").to_string(),
-        &["slope -0.50"],
+        Given::Drawn { drawn: wall, offset: 0.0, mirrored: false }.for_modes().expect_err("steep").to_string(),
+        &["slope -6.00", "80 degrees"],
     );
 }
