@@ -12,6 +12,7 @@
 
 mod bays;
 mod beam;
+mod built_rail;
 mod builtin;
 pub mod compliance;
 mod drawn;
@@ -27,7 +28,6 @@ mod outline;
 mod path;
 mod picture;
 mod rail;
-mod rail60e1;
 mod refine;
 mod rotation;
 mod section;
@@ -37,8 +37,10 @@ mod track;
 mod turn;
 pub mod waves;
 
+pub use crate::rails::HeadPoint;
 pub use bays::{Bays, Laid};
 pub use beam::Beam;
+pub use built_rail::BuiltRail;
 pub use builtin::{cylinder, w920s, Cylinder, Focus, Given};
 pub use compliance::Constant;
 pub use drawn::Drawn;
@@ -50,8 +52,7 @@ pub use modes::{Modes, Seen};
 pub use outline::{Edge, OrderModes, Outline, OutlineModes};
 pub use path::Path;
 pub use picture::{Picture, PictureModes};
-pub use rail::{DrawnRail, HeadPoint, Rail};
-pub use rail60e1::Rail60E1;
+pub use rail::{DrawnRail, Rail};
 pub use rotation::{blocks, RotationBlocks};
 pub use section::{Element, Section};
 pub use shape::SectionCell;
