@@ -31,6 +31,7 @@ pub mod placement;
 pub mod plan;
 pub mod progress;
 mod quadrature;
+pub mod rails;
 pub mod roughness;
 pub mod scratch;
 pub mod sound;

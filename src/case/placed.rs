@@ -406,7 +406,7 @@ pub(crate) fn build<'p>(
 
 /// Where the rail on a side of the track is touched.
 fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
-    rail::At { y: seat.y, right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
+    rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
 }
 
 /// Collective: where the contact is on the rail and on the wheel, known on rank 0.
@@ -416,10 +416,12 @@ fn seats(world: &World, placed: Option<&Placed>) -> Result<[Seat; 2]> {
         let placed = placed.ok_or_else(missing)?;
         placed.placed.seats(&placed.frame).map_err(|e| e.context("contact.placement"))
     })?;
-    let numbers =
-        world.broadcast(found.map_or(Vec::new(), |seats| seats.iter().flat_map(|s| [s.y, s.tilt, s.height]).collect()));
-    let number = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
-    let seat = |i: usize| Seat { y: number(3 * i), tilt: number(3 * i + 1), height: number(3 * i + 2) };
+    let numbers = found.map_or(Vec::new(), |seats| seats.iter().flat_map(|s| [s.y, s.z, s.tilt]).collect());
+    let numbers = world.broadcast(numbers);
+    let seat = |i: usize| {
+        let [y, z, tilt] = [0, 1, 2].map(|k| numbers.get(3 * i + k).copied().unwrap_or(0.0));
+        Seat { y, z, tilt }
+    };
     Ok([seat(0), seat(1)])
 }
 

@@ -7,7 +7,8 @@ use crate::mesh::msh::plane;
 use crate::parallel::World;
 use crate::summary::Summary;
 use crate::swept::waves::Damping;
-use crate::swept::{Bays, Beam, Drawn, DrawnRail, Ends, Layer, Path, Rail, Rail60E1, Sleeper, Track};
+use crate::swept::BuiltRail;
+use crate::swept::{Bays, Beam, Drawn, DrawnRail, Ends, Layer, Path, Rail, Sleeper, Track};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -28,11 +29,16 @@ const ENDLESS: f64 = 0.1;
 const HIGHEST: f64 = 5000.0;
 const NEXT: f64 = 1.01;
 
+/// Largest angle between the contact's frame, which is that of the profiles, and the surface of the section, rad.
+const ASKEW: f64 = 0.5;
+
 /// Where the contact is on a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct At {
     /// To the right of the middle of the upright section, m.
     pub y: f64,
+    /// Height over the middle of the head, m; none: that of the surface at y.
+    pub z: Option<f64>,
     /// Whether it is the right-hand rail: a drawing is of the left-hand one.
     pub right: bool,
     /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface.
@@ -49,14 +55,34 @@ pub fn extruded(body: &job::Body) -> Option<&Extruded> {
 
 /// Where the contact is without a placement.
 fn given(extruded: &Extruded) -> At {
-    At { y: extruded.contact_offset, right: false, tilt: None }
+    At { y: extruded.contact_offset, z: None, right: false, tilt: None }
 }
 
 /// Its section, with the contact point at a place of its head.
 fn section(extruded: &Extruded, at: At) -> Result<Rail> {
-    match &extruded.section {
-        RailSection::Rail60E1 => Rail60E1::new(at.y).map(Rail::Built),
-        RailSection::File(file) => drawn(file, at).map(Rail::Drawn),
+    let section = match (&extruded.section, extruded.section.built()) {
+        (RailSection::File(file), _) => drawn(file, at).map(Rail::Drawn),
+        (_, Some(rail)) => built(rail, at).map(Rail::Built),
+        _ => Err(Error::Defect("a section of a rail that is neither built in nor drawn".into())),
+    }?;
+    let angle = section.contact().angle;
+    match at.tilt {
+        Some(tilt) if !((tilt - angle).abs() <= ASKEW) => Err(Error::Job(format!(
+            "the contact on the rail: found the profile tilted by {:.1} degrees and the section by {:.1} degrees there, expected at most {:.0} degrees \
+             between them; give the section that the profile is of, or the profile of the section",
+            tilt.to_degrees(),
+            angle.to_degrees(),
+            ASKEW.to_degrees()
+        ))),
+        _ => Ok(section),
+    }
+}
+
+/// A built-in rail.
+fn built(rail: &'static crate::rails::Rail, at: At) -> Result<BuiltRail> {
+    match at.z {
+        Some(z) => BuiltRail::near(rail, [at.y, z]),
+        None => BuiltRail::new(rail, at.y),
     }
 }
 
@@ -66,8 +92,12 @@ fn drawn(file: &RailFile, at: At) -> Result<DrawnRail> {
     let drawing = plane::read(&file.path)?;
     let nodes = drawing.nodes.iter().map(|&[x, y]| [file.scale * y, file.scale * x]).collect();
     let drawn = Drawn::new(Path::Line(1.0), nodes, &drawing.faces, &drawing.curves, &file.running).map_err(named)?;
-    let drawn = if at.right { drawn.mirrored() } else { drawn };
-    DrawnRail::new(Rc::new(drawn), &file.foot, at.y).map_err(named)
+    let drawn = Rc::new(if at.right { drawn.mirrored() } else { drawn });
+    match at.z {
+        Some(z) => DrawnRail::near(drawn, &file.foot, [at.y, z]),
+        None => DrawnRail::new(drawn, &file.foot, at.y),
+    }
+    .map_err(named)
 }
 
 /// An error where a rail cannot be touched.
@@ -267,11 +297,16 @@ fn long_enough(beams: &[(usize, Beam)], track: &Track, ends: Ends, lowest: f64) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rails::R60E1;
 
     const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 
+    fn beam(lateral: bool, loss: f64) -> Beam {
+        BuiltRail::new(&R60E1, 0.0).unwrap().beam(STEEL, lateral, loss).unwrap()
+    }
+
     fn found(track: &job::Track, period: f64, lowest: f64) -> (f64, Result<()>) {
-        let beams = [0, 2].map(|direction| (direction, Rail60E1::beam(STEEL, direction == 2, track.loss_factor)));
+        let beams = [0, 2].map(|direction| (direction, beam(direction == 2, track.loss_factor)));
         let laid = laid(track, 60.2);
         let ends = ends(track, period, beams[0].1.speed()).unwrap();
         (off(&beams, &laid, &ends, lowest), long_enough(&beams, &laid, ends, lowest))
@@ -298,7 +333,7 @@ mod tests {
     #[test]
     fn longer_rails_are_endless_from_lower_on() {
         let usual = job::Track::default();
-        let beam = Rail60E1::beam(STEEL, false, usual.loss_factor);
+        let beam = beam(false, usual.loss_factor);
         let laid = laid(&usual, 60.2);
         let from =
             |period: f64, track: &job::Track| endless_along(&beam, &laid, &ends(track, period, beam.speed()).unwrap());

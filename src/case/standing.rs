@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn a_surface_moves_as_its_means_about_the_nodes_of_a_tilted_grid() {
         let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));
-        let seat = Seat { y: 0.008, tilt: -profile.at(0.008).slope.atan(), height: 0.0 };
+        let seat = Seat { y: 0.008, z: -profile.at(0.008).z, tilt: -profile.at(0.008).slope.atan() };
         let at = (seat, TrackSide::Right);
         // Coarser than the faces, which slope.
         let line = LINE.map(|v| 1.25 * v);
@@ -175,7 +175,7 @@ mod tests {
         let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));
         for (y, side) in [(0.008, TrackSide::Right), (-0.008, TrackSide::Left), (-0.004, TrackSide::Right)] {
             // As [`placement::Placed::seats`] has it: the tilt is that of the profile there.
-            let seat = Seat { y, tilt: -profile.at(y).slope.atan(), height: 0.0 };
+            let seat = Seat { y, z: -profile.at(y).z, tilt: -profile.at(y).slope.atan() };
             let found = standing(&mesh, (seat, side), [&LINE; 2], Compliance::Hybrid, 0.5).expect("it stands");
             let faces = Faces::of(&tilted(&found.mesh, seat.tilt), "contact").expect("faces");
             let height = |y: f64| faces.height([0.0, y]).expect("a face");
@@ -187,7 +187,7 @@ mod tests {
             assert!((found.axle - (0.5 - z)).abs() < 2e-5, "{} {z}", found.axle);
             assert!(matches!(found.transfer, Transfer::Means { ref discs, .. } if discs.len() == 2), "{}", found.text);
         }
-        let beside = Seat { y: 0.05, tilt: 0.0, height: 0.0 };
+        let beside = Seat { y: 0.05, z: 0.0, tilt: 0.0 };
         let at = (beside, TrackSide::Left);
         let error = standing(&mesh, at, [&LINE; 2], Compliance::Hybrid, 0.5).expect_err("no head there").to_string();
         assert!(error.contains("y = 0.05000 m of the profile") && error.contains("y = -0.0300 to 0.0300 m"), "{error}");
@@ -197,7 +197,7 @@ mod tests {
     fn an_axle_elsewhere_is_told() {
         let mesh = head();
         let body = |radius: f64| {
-            let at = (Seat { y: 0.0, tilt: 0.0, height: 0.0 }, TrackSide::Left);
+            let at = (Seat { y: 0.0, z: 0.0, tilt: 0.0 }, TrackSide::Left);
             let found = standing(&mesh, at, [&LINE; 2], Compliance::Hybrid, radius).expect("it stands");
             let mut body = example::two_cylinders(&[]).bodies.upper.expect("a body");
             body.rotation = Some(crate::job::Rotation::Speed(20.0));

@@ -84,7 +84,7 @@ fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Give
     let right = side == job::TrackSide::Right;
     let offset = if right { -seat.y } else { seat.y };
     match section(body)? {
-        Given::W920S(_) => Ok(Given::W920S(W920S { offset, height: Some(seat.height), mirrored: right })),
+        Given::W920S(_) => Ok(Given::W920S(W920S { offset, height: Some(seat.z), mirrored: right })),
         Given::Drawn { drawn, .. } => Ok(Given::Drawn { drawn, offset, mirrored: right }),
         Given::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
     }

@@ -174,6 +174,8 @@ pub struct Placed {
     cant: f64,
     /// Part of the wheel's profile that belongs to this contact, m, where another one carries load beside it.
     bounds: Option<[f64; 2]>,
+    /// z of the rail's profile before its cant at y = 0, or at its top where it does not reach there, m.
+    middle: f64,
 }
 
 /// Where a contact is on a body drawn in a frame of its own, y to the right and z up in the lower form.
@@ -181,11 +183,11 @@ pub struct Placed {
 pub struct Seat {
     /// y of the contact on the body's drawing, m: from the running circle of a wheel, from the middle of a rail's profile.
     pub y: f64,
+    /// Height of the contact over the place y = 0 of the body's profile, m: of a wheel, in the lower form, its radius less that of the running circle.
+    pub z: f64,
     /// Angle χ of the contact's frame against the drawing's, about x, rad: the contact sees cos χ u_y − sin χ u_n along y and sin χ u_y + cos χ u_n
     /// along n.
     pub tilt: f64,
-    /// Height of a wheel's profile there above its running circle, away from the axle, m; 0 of a rail.
-    pub height: f64,
 }
 
 impl Placement {
@@ -196,6 +198,7 @@ impl Placement {
     /// directly that needs too much roll or makes the bodies overlap elsewhere.
     pub fn place(&self, wheel: &Profile, rail: &Profile) -> Result<Placed> {
         self.check()?;
+        let middle = rail.at(if rail.contains(0.0) { 0.0 } else { rail.top() }).z;
         let (rail, rail_shift, crown) = self.rail_in_track(rail)?;
         let sign = self.side.sign();
         let mut pair = Pair {
@@ -237,7 +240,7 @@ impl Placement {
             ..*c
         });
         let minima = rest.collect();
-        Ok(Placed { side: self.side, pair, minima, rail_shift, crown, cant: self.cant, bounds })
+        Ok(Placed { side: self.side, pair, minima, rail_shift, crown, cant: self.cant, bounds, middle })
     }
 
     fn check(&self) -> Result<()> {
@@ -472,10 +475,11 @@ impl Placed {
         let [_, y, z] = frame.origin;
         // The turn of [`Profile::turned`] undone.
         let (s, c) = self.cant.sin_cos();
+        let [across, down] = [y - self.rail_shift, z + self.crown];
         let rail = Seat {
-            y: sign * (c * (y - self.rail_shift) - s * (z + self.crown)),
+            y: sign * (c * across - s * down),
+            z: self.middle - (s * across + c * down),
             tilt: -sign * (frame.angle + self.cant),
-            height: 0.0,
         };
         let (wheel_y, _) = self.pair.wheel.meet(frame.origin, frame.normal()).ok_or_else(|| {
             Error::Job(format!(
@@ -484,8 +488,10 @@ impl Placed {
             ))
         })?;
         let axle = self.axle(frame);
-        let height = self.pair.wheel.profile.at(wheel_y).z;
-        Ok([rail, Seat { y: sign * wheel_y, tilt: axle[2].atan2(axle[1]), height }])
+        let profile = &self.pair.wheel.profile;
+        let wheel =
+            Seat { y: sign * wheel_y, z: profile.at(wheel_y).z - profile.at(0.0).z, tilt: axle[2].atan2(axle[1]) };
+        Ok([rail, wheel])
     }
 
     /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel is described, its z is

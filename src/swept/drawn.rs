@@ -118,6 +118,40 @@ impl Drawn {
         }
     }
 
+    /// The place of the running line that is nearest to (r, y), m.
+    pub(super) fn nearest(&self, [r, y]: [f64; 2]) -> HeadPoint {
+        let at = |edge: &[usize; 3], s: f64| {
+            let [value, slope] =
+                [[0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s], [s - 0.5, s + 0.5, -2.0 * s]];
+            let sum =
+                |of: [f64; 3], c: usize| edge.iter().zip(of).map(|(&k, f)| f * self.section.nodes[k][c]).sum::<f64>();
+            [[sum(value, 0), sum(value, 1)], [sum(slope, 0), sum(slope, 1)]]
+        };
+        let apart = |x: [f64; 2]| (x[0] - r).hypot(x[1] - y);
+        let mut nearest = (f64::INFINITY, HeadPoint { y, z: r, angle: 0.0 });
+        for edge in &self.section.tread {
+            // From where the way to the place has a part along the edge to where it has none.
+            let ahead = |s: f64| {
+                let [here, slope] = at(edge, s);
+                (r - here[0]) * slope[0] + (y - here[1]) * slope[1]
+            };
+            let (mut low, mut high) = (-1.0, 1.0);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if ahead(middle) > 0.0 {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            let [here, slope] = at(edge, 0.5 * (low + high));
+            if apart(here) < nearest.0 {
+                nearest = (apart(here), HeadPoint { y: here[1], z: here[0], angle: slope[0].atan2(slope[1]) });
+            }
+        }
+        nearest.1
+    }
+
     /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and where the drawing is coarser than
     /// `focus`, finer. An error where nothing runs there.
     pub(super) fn seen(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
@@ -159,13 +193,17 @@ impl Drawn {
     /// The beam of this section, vertically or laterally. What shears, as a part of the area A, is I² over A∫Q²/b, with the width b of each slice and the first moment Q beyond it
     /// (Jourawski's shear stress).
     pub(super) fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
+        self.section.beam(material, lateral, loss)
+    }
+}
+
+impl Section {
+    /// The beam of an upright section, see [`Drawn::beam`].
+    pub(super) fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
         let across = usize::from(lateral);
-        let border = border(&self.section)?;
-        let chords: Vec<[[f64; 2]; 2]> = border
-            .iter()
-            .flat_map(|&[a, b, m]| [[a, m], [m, b]])
-            .map(|ends| ends.map(|k| self.section.nodes[k]))
-            .collect();
+        let border = border(self)?;
+        let chords: Vec<[[f64; 2]; 2]> =
+            border.iter().flat_map(|&[a, b, m]| [[a, m], [m, b]]).map(|ends| ends.map(|k| self.nodes[k])).collect();
         let places = chords.iter().flatten().map(|x| x[across]);
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         let step = (high - low) / SLICES as f64;

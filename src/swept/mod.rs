@@ -12,6 +12,7 @@
 
 mod bays;
 mod beam;
+mod built_rail;
 mod builtin;
 pub mod compliance;
 mod contact;
@@ -28,7 +29,6 @@ mod outline;
 mod path;
 mod picture;
 mod rail;
-mod rail60e1;
 mod refine;
 mod rotation;
 mod section;
@@ -39,8 +39,10 @@ mod turn;
 mod w920s;
 pub mod waves;
 
+pub use crate::rails::HeadPoint;
 pub use bays::{Bays, Laid};
 pub use beam::Beam;
+pub use built_rail::BuiltRail;
 pub use builtin::{cylinder, Cylinder, Focus, Given};
 pub use compliance::Constant;
 pub use contact::{SectionContact, Spot};
@@ -53,8 +55,7 @@ pub use modes::{Modes, Seen};
 pub use outline::{Edge, OrderModes, Outline, OutlineModes};
 pub use path::Path;
 pub use picture::{Picture, PictureModes};
-pub use rail::{DrawnRail, HeadPoint, Rail};
-pub use rail60e1::Rail60E1;
+pub use rail::{DrawnRail, Rail};
 pub use rotation::{blocks, RotationBlocks};
 pub use section::{Element, Section};
 pub use shape::SectionCell;

@@ -1,12 +1,16 @@
 //! Sections of rails, as a job gives them.
 
-use super::{Beam, Drawn, Focus, Path, Rail60E1, Section};
+use super::{Beam, BuiltRail, Drawn, Focus, HeadPoint, Path, Section};
 use crate::fem::Material;
 use crate::{Error, Result};
 use std::rc::Rc;
 
-/// Steepest surface that a rail is touched on, rad from the upright section: that of the corners of 60E1.
-const STEEPEST: f64 = 0.87;
+/// Steepest surface that a drawn rail is touched on, rad from the upright section: 80 degrees, the steepest contact of a placement.
+const STEEPEST: f64 = 1.4;
+/// Largest distance of a contact from the running line of a drawing, m.
+const OFF: f64 = 10e-3;
+/// Places between the contact and the end of the running line where a height is looked for.
+const PLACES: usize = 500;
 /// Height of the surface beside the running line, where nothing can touch, m.
 const BESIDE: f64 = -1.0;
 /// Areas of the sections of rails, m²: those of a mine and of a crane have a tenth and twice that of 60E1.
@@ -15,31 +19,11 @@ const AREA: [f64; 2] = [5e-4, 3e-2];
 const HEAD: &str = "head";
 const FOOT: &str = "foot";
 
-/// A place on the head: y to the right and z up, m; angle of the surface, from y to z, rad.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeadPoint {
-    /// To the right, m.
-    pub y: f64,
-    /// Up, m.
-    pub z: f64,
-    /// Of the tangent, from y to z, rad.
-    pub angle: f64,
-}
-
-impl HeadPoint {
-    /// A point (z, y) of the upright section in the frame of the surface here: (z, y), m.
-    pub(super) fn seen(&self, [z, y]: [f64; 2]) -> [f64; 2] {
-        let (s, c) = self.angle.sin_cos();
-        let (y, z) = (y - self.y, z - self.z);
-        [c * z - s * y, c * y + s * z]
-    }
-}
-
 /// The section of a rail with the contact point at a place of its head.
 #[derive(Debug, Clone)]
 pub enum Rail {
     /// The built-in one.
-    Built(Rail60E1),
+    Built(BuiltRail),
     /// A drawn one.
     Drawn(DrawnRail),
 }
@@ -48,7 +32,10 @@ impl Rail {
     /// The beam that it is, vertically or laterally, of a material with the loss factor `loss`.
     pub fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
         match self {
-            Rail::Built(_) => Ok(Rail60E1::beam(material, lateral, loss)),
+            Rail::Built(rail) => match rail.beam(material, lateral, loss) {
+                Some(beam) => Ok(beam),
+                None => BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.beam(material, lateral, loss),
+            },
             Rail::Drawn(rail) => rail.drawn.beam(material, lateral, loss),
         }
     }
@@ -100,35 +87,49 @@ pub struct DrawnRail {
 impl DrawnRail {
     /// With the contact at y, m, of the drawing; its curve `foot` lies on the pads.
     pub fn new(drawn: Rc<Drawn>, foot: &str, y: f64) -> Result<Self> {
-        if !drawn.groups().any(|name| name == foot) {
-            let there: Vec<&str> = drawn.groups().collect();
-            return Err(Error::Input(format!(
-                "there is no physical curve {foot:?}, which lies on the pads; beside the running line the drawing has {}",
-                if there.is_empty() { "none".into() } else { there.join(", ") }
-            )));
-        }
-        let area = drawn.area();
-        if !(AREA[0]..=AREA[1]).contains(&area) {
-            return Err(Error::Job(format!(
-                "the section has an area of {area:.3e} m², expected that of a rail, {:.0e} to {:.0e} m²; give the unit of the drawing (section.file.scale)",
-                AREA[0], AREA[1]
-            )));
-        }
+        check(&drawn, foot)?;
         let [first, last] = drawn.reach();
         let Some([z, slope]) = drawn.running(y) else {
             return Err(Error::Job(format!(
                 "the contact point on the rail: found y = {y} m, expected a place on the running line of its section, which reaches from {first} to {last} m"
             )));
         };
-        let angle = slope.atan();
-        if angle.abs() > STEEPEST {
+        Self::touched(drawn, foot, HeadPoint { y, z, angle: slope.atan() }, crate::rails::STEEPEST)
+    }
+
+    /// With the contact at the place of the running line that is nearest to y of the drawing and z over the running line at y = 0, m.
+    pub fn near(drawn: Rc<Drawn>, foot: &str, [y, z]: [f64; 2]) -> Result<Self> {
+        check(&drawn, foot)?;
+        let [first, last] = drawn.reach();
+        let Some([crown, _]) = drawn.running(0.0) else {
             return Err(Error::Job(format!(
-                "the contact point on the rail: found y = {y} m, where the running line of its section is {:.0} degrees steep, expected {:.0} at the most",
-                angle.abs().to_degrees(),
-                STEEPEST.to_degrees()
+                "the running line of the section of the rail reaches from {first} to {last} m, expected one with the middle of the head at x = 0"
+            )));
+        };
+        let contact = drawn.nearest([crown + z, y]);
+        let off = (contact.y - y).hypot(contact.z - crown - z);
+        if !(off <= OFF) {
+            return Err(Error::Job(format!(
+                "the contact point on the rail: found y = {y:.4} m and z = {z:.4} m over the middle of the head, {:.1} mm off the running line of its \
+                 section, expected at most {:.0} mm; the running line reaches from {first} to {last} m: move the wheel, or draw the section that the \
+                 profile is of",
+                1e3 * off,
+                1e3 * OFF
             )));
         }
-        Ok(Self { drawn, foot: foot.into(), contact: HeadPoint { y, z, angle } })
+        Self::touched(drawn, foot, contact, STEEPEST)
+    }
+
+    fn touched(drawn: Rc<Drawn>, foot: &str, contact: HeadPoint, steepest: f64) -> Result<Self> {
+        if contact.angle.abs() > steepest {
+            return Err(Error::Job(format!(
+                "the contact point on the rail: found y = {:.4} m, where the running line of its section is {:.0} degrees steep, expected {:.0} at the most",
+                contact.y,
+                contact.angle.abs().to_degrees(),
+                steepest.to_degrees()
+            )));
+        }
+        Ok(Self { drawn, foot: foot.into(), contact })
     }
 
     /// A place of the running line, y of the drawing in m, in the frame of the contact: (z, y), m.
@@ -137,20 +138,24 @@ impl DrawnRail {
     }
 
     fn height(&self, y: f64) -> f64 {
-        let [mut low, mut high] = self.drawn.reach();
-        if !(self.seen(low)[1] <= y && y <= self.seen(high)[1]) {
-            return BESIDE;
-        }
+        let [first, last] = self.drawn.reach();
+        let end = if y < 0.0 { first } else { last };
+        // Along the tangent the distance grows up to where the surface is upright on it.
+        let part = |k: usize| self.contact.y + (end - self.contact.y) * k as f64 / PLACES as f64;
+        let away = |k: usize| self.seen(part(k))[1] * y.signum();
+        let grows = |k: &usize| away(*k) > away(*k - 1);
+        let Some(beyond) = (1..=PLACES).take_while(grows).find(|&k| away(k) >= y.abs()) else { return BESIDE };
+        let (mut near, mut far) = (part(beyond - 1), part(beyond));
         // To rounding.
         for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if self.seen(middle)[1] < y {
-                low = middle;
+            let middle = 0.5 * (near + far);
+            if self.seen(middle)[1].abs() < y.abs() {
+                near = middle;
             } else {
-                high = middle;
+                far = middle;
             }
         }
-        self.seen(0.5 * (low + high))[0]
+        self.seen(0.5 * (near + far))[0]
     }
 
     /// The section in the frame of the contact, finer there if asked for, with the groups of a rail.
@@ -164,4 +169,23 @@ impl DrawnRail {
         section.check(Path::Line(1.0))?;
         Ok(section)
     }
+}
+
+/// An error where a drawing is no section of a rail with the curve `foot`.
+fn check(drawn: &Drawn, foot: &str) -> Result<()> {
+    if !drawn.groups().any(|name| name == foot) {
+        let there: Vec<&str> = drawn.groups().collect();
+        return Err(Error::Input(format!(
+            "there is no physical curve {foot:?}, which lies on the pads; beside the running line the drawing has {}",
+            if there.is_empty() { "none".into() } else { there.join(", ") }
+        )));
+    }
+    let area = drawn.area();
+    if !(AREA[0]..=AREA[1]).contains(&area) {
+        return Err(Error::Job(format!(
+            "the section has an area of {area:.3e} m², expected that of a rail, {:.0e} to {:.0e} m²; give the unit of the drawing (section.file.scale)",
+            AREA[0], AREA[1]
+        )));
+    }
+    Ok(())
 }

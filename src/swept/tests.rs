@@ -4,6 +4,7 @@ use super::compliance::sum;
 use super::modes::{below, by_orders, limit_of, of_order};
 use super::*;
 use crate::fem::Material;
+use crate::rails::R60E1;
 use faer::Mat;
 use std::f64::consts::PI;
 
@@ -16,6 +17,11 @@ mod straight;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+/// The beam of 60E1.
+fn beam_60e1(material: Material, lateral: bool, loss: f64) -> Beam {
+    BuiltRail::new(&R60E1, 0.0).unwrap().beam(material, lateral, loss).unwrap()
+}
+
 const COARSE: Focus = Focus { size: 0.03, reach: 0.0, corner: 0.003, largest: 0.03 };
 
 /// No smaller at the contact than elsewhere.

@@ -160,7 +160,8 @@ fn sections_on_a_placement_are_checked() {
                 j["bodies"]["lower"]["mesh"] = json!({ "extruded": { "section": "60E1" } });
                 j["contact"]["placement"]["lateral"] = json!(0.010);
             },
-            &["bodies.lower", "60E1", "expected a place on"],
+            // The rail is touched on its face, the wheel on its flange.
+            &["bodies.upper", "expected a place on the tread of W920S"],
         ),
         (
             |j| j["bodies"]["upper"]["mesh"]["revolved"]["contact_offset"] = json!(0.01),

@@ -76,7 +76,7 @@ fn what_a_rail_cannot_be_is_refused() {
         ("fixed", json!(["foot"]), "bodies.lower.fixed"),
         ("damping", json!({ "beta": 1e-6 }), "bodies.lower.damping"),
         ("track", json!({ "ends": { "length": 7 } }), "bodies.lower.track.ends.length"),
-        ("mesh", json!({ "extruded": { "section": "60E1", "contact_offset": 0.03 } }), "contact_offset"),
+        ("mesh", json!({ "extruded": { "section": "60E1", "contact_offset": 0.036 } }), "between -0.0353 and 0.0353 m"),
     ] {
         let mut job = rail(json!([300]));
         job["bodies"]["lower"][key] = value;

@@ -165,15 +165,28 @@ impl Default for Track {
 }
 
 impl Extruded {
-    /// The dimensions at the contact: of a drawing only the file knows more; of 60E1 arcs of 300 mm, then 80 mm, up to the corners.
+    /// The dimensions at the contact: of a drawing only the file knows more.
     pub fn running(&self) -> super::Running {
-        if let RailSection::File(file) = &self.section {
+        let Some(rail) = self.section.built() else {
             let any = f64::INFINITY;
-            return super::Running { radius: any, crown: file.crown, width: any, room: any };
+            let crown = if let RailSection::File(file) = &self.section { file.crown } else { None };
+            return super::Running { radius: any, crown, width: any, room: any };
+        };
+        let offset = self.contact_offset;
+        let head = &rail.head;
+        let room = if offset.abs() <= head.reach() { head.room(offset) } else { 0.0 };
+        let width = 2.0 * head.at(head.to_angle(head.side.atan())).y;
+        super::Running { radius: f64::INFINITY, crown: Some(head.radius_at(offset)), width, room }
+    }
+}
+
+impl RailSection {
+    /// The dimensions of a built-in one.
+    pub fn built(&self) -> Option<&'static crate::rails::Rail> {
+        match self {
+            RailSection::Rail60E1 => Some(&crate::rails::R60E1),
+            RailSection::File(_) => None,
         }
-        let offset = self.contact_offset.abs();
-        let crown = if offset < 10.228e-3 { 0.3 } else { 0.08 };
-        super::Running { radius: f64::INFINITY, crown: Some(crown), width: 0.072, room: 26.0265e-3 - offset }
     }
 }
 

@@ -47,11 +47,15 @@ pub fn check_modes(job: &Job, faults: &mut Vec<String>) {
 /// Adds the faults of a rail.
 pub fn check_body(path: &str, body: &Body, extruded: &Extruded, faults: &mut Vec<String>) {
     let key = format!("{path}.mesh.extruded");
-    if !(extruded.running().room > 0.0) {
-        faults.push(format!(
-            "{key}.contact_offset: found {} m, expected a place on the head of 60E1, between -0.026 and 0.026 m, where its corners begin",
-            extruded.contact_offset
-        ));
+    if let Some(rail) = extruded.section.built() {
+        let reach = rail.head.reach();
+        if !(extruded.contact_offset.abs() <= reach) {
+            faults.push(format!(
+                "{key}.contact_offset: found {} m, expected a place on the head of {}, between -{reach} and {reach} m, where its surface is 72 degrees \
+                 steep; contact on the face below needs contact.placement",
+                extruded.contact_offset, rail.name
+            ));
+        }
     }
     for (given, what) in [(!body.fixed.is_empty(), "fixed"), (body.damping != Damping::default(), "damping")] {
         if given {

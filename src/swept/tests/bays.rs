@@ -63,7 +63,7 @@ struct Even {
 
 /// That of the length `period`, m, with its modes up to `limit`, Hz.
 fn even(track: &Track, period: f64, limit: f64) -> Even {
-    let rail = Rail60E1::new(0.0).unwrap();
+    let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
     let radius = period / (2.0 * PI);
     let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();
     let of = |n| {
@@ -128,7 +128,7 @@ fn bays(position: f64, length: f64, sleeper: Option<Sleeper>) -> Bays {
 #[test]
 fn a_rail_on_pads_that_stand_apart_is_pinned() {
     let even = even(&pads(), PERIOD, 3500.0);
-    let beam = Rail60E1::beam(RAIL_STEEL, false, 0.02);
+    let beam = beam_60e1(RAIL_STEEL, false, 0.02);
     let frequencies = [150.0, 500.0, 800.0, 1200.0, 1075.0];
     let wanted = |f: f64, position: f64, track: &Track| {
         let w = 2.0 * PI * f;
@@ -181,7 +181,7 @@ fn pads_that_meet_are_even() {
 fn the_rail_on_sleepers_responds_as_a_beam() {
     let track = Track { sleeper: Some(sleepers()), ..pads() };
     let even = even(&track, 14.0, 3500.0);
-    let beam = Rail60E1::beam(RAIL_STEEL, false, 0.02);
+    let beam = beam_60e1(RAIL_STEEL, false, 0.02);
     for f in [100.0, 150.0, 300.0, 700.0, 1500.0] {
         let wanted = beam.infinite(2.0 * PI * f, track.stiffness(2.0 * PI * f, 0));
         let found = receptance(&even.waves, &even.list, &even.damping, &even.a, f)[2][2];

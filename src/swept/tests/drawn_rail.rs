@@ -8,7 +8,7 @@ const FOCUS: Focus = Focus { size: 3e-3, reach: 0.03, corner: 0.015, largest: 0.
 
 /// 60E1 as if it were a drawing, its head in edges of 3 mm, with the middle of the head at (0, 0).
 fn drawing() -> Drawn {
-    let section = Rail60E1::new(0.0).and_then(|rail| rail.section(FOCUS)).unwrap();
+    let section = BuiltRail::new(&R60E1, 0.0).and_then(|rail| rail.section(FOCUS)).unwrap();
     let edges = |all: Vec<[usize; 3]>| all.into_iter().map(|e| e.to_vec()).collect::<Vec<_>>();
     let curves: BTreeMap<String, Vec<Vec<usize>>> =
         [("running".to_owned(), edges(section.tread.clone())), ("pads".to_owned(), edges(section.edges("foot")))]
@@ -24,7 +24,7 @@ fn at(y: f64) -> Rail {
 /// Place, angle, surface, modes and beam of the drawing are those of the rail it was drawn from.
 #[test]
 fn a_drawn_rail_is_the_built_in_one() {
-    let (built, drawn) = (Rail::Built(Rail60E1::new(0.005).unwrap()), at(0.005));
+    let (built, drawn) = (Rail::Built(BuiltRail::new(&R60E1, 0.005).unwrap()), at(0.005));
     let (HeadPoint { z, angle, .. }, there) = (built.contact(), drawn.contact());
     // Edges of second order are parabolas of the arc.
     assert!((z - 0.172 - there.z).abs() < 1e-6 && (angle - there.angle).abs() < 2e-4, "{angle} {there:?}");
@@ -36,7 +36,8 @@ fn a_drawn_rail_is_the_built_in_one() {
         let forms = Forms::along(section, RAIL_STEEL, 12.0, Some(&pads()), angle).unwrap();
         of_order(&forms, 5, 2.0 * PI * 2000.0).unwrap().omega
     };
-    let [a, b] = [Rail60E1::new(0.005).unwrap().section(FOCUS).unwrap(), drawn.for_modes().unwrap()].map(waves);
+    let [a, b] =
+        [BuiltRail::new(&R60E1, 0.005).unwrap().section(FOCUS).unwrap(), drawn.for_modes().unwrap()].map(waves);
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(&b) {
         assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
@@ -62,7 +63,7 @@ fn the_contact_on_a_drawn_rail_yields_as_on_the_built_in_one() {
         let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
         sum(blocks.chain([constant.singles()]))[0]
     };
-    let [built, drawn] = [Rail::Built(Rail60E1::new(0.005).unwrap()), at(0.005)].map(|rail| yields(&rail));
+    let [built, drawn] = [Rail::Built(BuiltRail::new(&R60E1, 0.005).unwrap()), at(0.005)].map(|rail| yields(&rail));
     for (i, j) in [(0, 0), (1, 1), (2, 2), (1, 2)] {
         assert!((built[i][j] / drawn[i][j] - 1.0).abs() < 0.005, "{i}{j}: {:e} {:e}", built[i][j], drawn[i][j]);
     }

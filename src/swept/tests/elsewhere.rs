@@ -7,8 +7,8 @@ use crate::swept::waves::Wave;
 
 const PERIOD: f64 = 14.0;
 
-fn rail(y: f64) -> (Rail60E1, Forms) {
-    let rail = Rail60E1::new(y).unwrap();
+fn rail(y: f64) -> (BuiltRail, Forms) {
+    let rail = BuiltRail::new(&R60E1, y).unwrap();
     let angle = rail.contact().angle;
     (rail, Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, PERIOD, Some(&pads()), angle).unwrap())
 }

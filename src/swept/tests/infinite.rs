@@ -25,7 +25,7 @@ fn receptance(rail: &Infinite, c: usize, omega: f64, spans: &[(f64, usize)]) -> 
 }
 
 fn making(track: Track, loss: f64) -> Making {
-    let section = Rail60E1::new(0.015).unwrap();
+    let section = BuiltRail::new(&R60E1, 0.015).unwrap();
     Making {
         section: section.for_modes().unwrap(),
         material: RAIL_STEEL,
@@ -81,10 +81,10 @@ fn its_receptance_is_that_of_an_infinite_beam() {
     let pad = Layer::with_loss([5e8, 7e7, 7e7], 0.25, 60.2);
     let ballast = Layer::with_loss([1.7e8, 1.2e8, 1.2e8], 1.0, 250.0);
     let track = Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) };
-    let section = Rail60E1::new(0.0).unwrap();
+    let section = BuiltRail::new(&R60E1, 0.0).unwrap();
     let making = Making { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 2000.0).unwrap();
-    let beam = Rail60E1::beam(making.material, false, 0.02);
+    let beam = beam_60e1(making.material, false, 0.02);
     for f in [100.0, 250.0, 500.0, 900.0] {
         let omega = 2.0 * PI * f;
         let sum = receptance(&rail, 2, omega, &[(30.0, 3000)]);
@@ -99,7 +99,7 @@ fn its_receptance_is_that_of_an_infinite_beam() {
 #[test]
 fn dashpots_end_a_rail_along_itself() {
     let track = straight::pads();
-    let section = Rail60E1::new(0.0).unwrap();
+    let section = BuiltRail::new(&R60E1, 0.0).unwrap();
     let making = Making { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).unwrap();
     let (period, patch) = (14.0, Patch { radius: 5e-3 });
@@ -107,7 +107,7 @@ fn dashpots_end_a_rail_along_itself() {
     let few = straight::OnPads::new(period, 6000.0, patch);
     let a = straight::at_contact(0.0, &[patch.radius], 2.0, period, None)[0];
     let ends = |along: f64| Ends { period, length: 5.0, damping: 6000.0, along };
-    let speed = Rail60E1::beam(RAIL_STEEL, false, 0.0).speed();
+    let speed = beam_60e1(RAIL_STEEL, false, 0.0).speed();
     let frequencies = [300.0, 344.0, 500.0, 800.0, 1000.0, 1400.0];
     let wanted = frequencies.map(|f| receptance(&rail, 0, 2.0 * PI * f, &[(1.5, 1500), (30.0, 2000)]));
     let off = [0.9 * speed, 0.0].map(|along| {

@@ -66,7 +66,7 @@ fn a_bar_bends_as_timoshenko_says() {
 #[test]
 fn the_rail_has_the_measures_of_its_drawing() {
     let steel = RAIL_STEEL;
-    let [middle, aside] = [0.0, 0.02].map(|y| Rail60E1::new(y).unwrap());
+    let [middle, aside] = [0.0, 0.02].map(|y| BuiltRail::new(&R60E1, y).unwrap());
     let section = middle.for_modes().unwrap();
     assert!((section.area() / 76.70e-4 - 1.0).abs() < 2e-3, "{:e}", section.area());
     assert!((section.area() * 7850.0 - 60.2).abs() < 0.1);
@@ -99,8 +99,8 @@ fn the_rail_has_the_measures_of_its_drawing() {
 
 #[test]
 fn a_contact_beside_the_head_is_refused() {
-    assert_eq!(Rail60E1::new(0.034).unwrap_err().exit_code(), 2);
-    assert_eq!(Rail60E1::new(f64::NAN).unwrap_err().exit_code(), 2);
+    assert_eq!(BuiltRail::new(&R60E1, 0.036).unwrap_err().exit_code(), 2);
+    assert_eq!(BuiltRail::new(&R60E1, f64::NAN).unwrap_err().exit_code(), 2);
 }
 
 /// The tracks of the tests: pads of 120 MN/m and 40 MN/m every 0.6 m, loss factor 0.2.
@@ -138,7 +138,7 @@ pub(super) fn receptance(
 
 /// A of the rail with the contact at y, m, on circles of the loads, with the mesh and the period of the arguments.
 pub(super) fn at_contact(y: f64, radii: &[f64], parts: f64, period: f64, singles: Option<usize>) -> Vec<Square> {
-    let rail = Rail60E1::new(y).unwrap();
+    let rail = BuiltRail::new(&R60E1, y).unwrap();
     let focus = Focus { size: radii[0] / parts, reach: 1.5 * radii[0], corner: 0.03 / parts, largest: 0.03 / parts };
     let section = rail.section(focus).unwrap();
     let forms = Forms::along(section, RAIL_STEEL, period, Some(&pads()), rail.contact().angle).unwrap();
@@ -168,7 +168,7 @@ fn the_contact_on_the_rail_yields_as_it_must() {
     let [usual, wide] = at_contact(0.01, &[5e-3, 7.5e-3], 3.0, 14.0, None)[..] else { panic!() };
     assert!((usual[2][2] - 4.7e-9).abs() < 0.2e-9 && (usual[1][1] - 61.2e-9).abs() < 0.3e-9, "{usual:?}");
     // Pressed down on the right of its middle the head rolls to the right; turned back from the tangent, which falls to the right there.
-    let (sin, cos) = Rail60E1::new(0.01).unwrap().contact().angle.sin_cos();
+    let (sin, cos) = BuiltRail::new(&R60E1, 0.01).unwrap().contact().angle.sin_cos();
     let upright = (cos * cos - sin * sin) * usual[1][2] - sin * cos * (usual[1][1] - usual[2][2]);
     assert!(sin < 0.0 && (2e-9..4e-9).contains(&upright), "{upright:e}");
     let [along, across] = apart(&usual, &wide);
@@ -206,7 +206,7 @@ pub(super) struct OnPads {
 impl OnPads {
     pub(super) fn new(period: f64, limit: f64, patch: Patch) -> Self {
         let radius = period / (2.0 * PI);
-        let rail = Rail60E1::new(0.0).unwrap();
+        let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
         let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
         let of = |n| {
             let modes = of_order(&forms, n, 2.0 * PI * limit)?;
@@ -248,7 +248,7 @@ fn the_rail_on_pads_responds_as_a_beam() {
     let mean = (trace(&whole) - trace(&plain)) / list.len() as f64;
     assert!((mean / (2.0 * 6000.0 * 5.0 / 3.0 / period) - 1.0).abs() < 0.02, "{mean}");
     let a = at_contact(0.0, &[patch.radius], 2.0, period, None)[0];
-    let beam = Rail60E1::beam(RAIL_STEEL, false, 0.02);
+    let beam = beam_60e1(RAIL_STEEL, false, 0.02);
     let mut off = [0.0_f64; 2];
     for f in [100.0, 200.0, 300.0, 400.0, 500.0, 700.0, 1000.0, 1500.0] {
         let wanted = beam.infinite(2.0 * PI * f, pads().stiffness(2.0 * PI * f, 0));

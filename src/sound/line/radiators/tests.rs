@@ -1,8 +1,9 @@
 use super::*;
 use crate::fem::Material;
+use crate::rails::R60E1;
 use crate::sound::Radiation;
 use crate::swept::infinite::Making;
-use crate::swept::{Element, Layer, Patch, Rail60E1, Section, SectionCell, Sleeper, Track};
+use crate::swept::{BuiltRail, Element, Layer, Patch, Section, SectionCell, Sleeper, Track};
 use std::collections::BTreeMap;
 
 const AIR: Air = Air { density: 1.2, speed: 343.0 };
@@ -96,7 +97,7 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
 
 /// 60E1 on usual pads and sleepers.
 fn rail(reach: f64) -> Infinite {
-    let section = Rail60E1::new(0.01).expect("rail");
+    let section = BuiltRail::new(&R60E1, 0.01).expect("rail");
     let pad = Layer::with_loss([300e6, 40e6, 40e6].map(|s| s / 0.6), 0.2, 60.0);
     let ballast = Layer::with_loss([100e6, 70e6, 70e6].map(|s| s / 0.6), 1.0, 250.0);
     let making = Making {

@@ -1,0 +1,188 @@
+//! The head of a rail: arcs from the crown outwards that meet tangentially, then straight sides.
+
+/// A point of the head of an upright rail.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeadPoint {
+    /// Lateral position, to the right of the middle of the head, m.
+    pub y: f64,
+    /// Height over the underside of the foot, m.
+    pub z: f64,
+    /// Angle of the tangent, from y to z, rad: negative on the right of the crown.
+    pub angle: f64,
+}
+
+impl HeadPoint {
+    /// A point (z, y) of the upright section in the frame of the surface here: (z, y), m.
+    pub fn seen(&self, [z, y]: [f64; 2]) -> [f64; 2] {
+        let (s, c) = self.angle.sin_cos();
+        let (y, z) = (y - self.y, z - self.z);
+        [c * z - s * y, c * y + s * z]
+    }
+}
+
+/// The running surface of a symmetric head, upright.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Head {
+    /// Radii of the arcs from the crown outwards, m.
+    pub radii: [f64; 3],
+    /// Distances from the middle at which the first two arcs end, m.
+    pub ends: [f64; 2],
+    /// Fall of the sides for each unit of width.
+    pub side: f64,
+    /// Height of the crown over the underside of the foot, m.
+    pub height: f64,
+}
+
+/// Largest depth of a contact below the crown, on the face of the head, m.
+pub const DEEPEST: f64 = 16e-3;
+/// Steepest surface at a contact that is given by its lateral position alone, rad: 72 degrees. On steeper ones the position hardly says the height.
+pub const STEEPEST: f64 = 1.256_637_061_435_917_2;
+/// Places between the ends of the head of which the nearest one starts a search.
+const PLACES: usize = 400;
+
+impl Head {
+    /// Angles at which the arcs end, rad.
+    pub fn angles(&self) -> [f64; 3] {
+        let [crown, shoulder, _] = self.radii;
+        let first = (self.ends[0] / crown).asin();
+        let second = ((self.ends[1] - (crown - shoulder) * first.sin()) / shoulder).asin();
+        [first, second, self.side.atan()]
+    }
+
+    /// The place at the length `along`, m, of the surface from the crown, to the left if negative; beyond the arcs on the straight side.
+    pub fn at(&self, along: f64) -> HeadPoint {
+        let (mut left, mut angle, mut at) = (along.abs(), 0.0_f64, [0.0, self.height]);
+        for (radius, end) in self.radii.into_iter().zip(self.angles()) {
+            let step = (left / radius).min(end - angle).max(0.0);
+            at[0] += radius * ((angle + step).sin() - angle.sin());
+            at[1] -= radius * (angle.cos() - (angle + step).cos());
+            left -= radius * step;
+            angle += step;
+        }
+        // What rounding leaves on the arcs is no way down the side.
+        if left > 1e-12 {
+            at = [at[0] + left * angle.cos(), at[1] - left * angle.sin()];
+        }
+        HeadPoint { y: along.signum() * at[0], z: at[1], angle: -along.signum() * angle }
+    }
+
+    /// Length of the surface from the crown to where the last arc has the angle `angle`, rad.
+    pub fn to_angle(&self, angle: f64) -> f64 {
+        let [first, second, _] = self.angles();
+        self.radii[0] * first + self.radii[1] * (second - first) + self.radii[2] * (angle - second)
+    }
+
+    /// Length of the surface from the crown to the distance `y` ≥ 0 from the middle, m, on the arcs.
+    pub fn to_distance(&self, y: f64) -> f64 {
+        let (mut length, mut angle, mut at) = (0.0, 0.0_f64, 0.0);
+        for (radius, end) in self.radii.into_iter().zip(self.angles()) {
+            let reached = at + radius * (end.sin() - angle.sin());
+            if y <= reached {
+                let here = (angle.sin() + (y - at) / radius).asin();
+                return length + radius * (here - angle);
+            }
+            length += radius * (end - angle);
+            (at, angle) = (reached, end);
+        }
+        length
+    }
+
+    /// Length of the surface from the crown to the depth [`DEEPEST`] below it, m.
+    pub fn to_deepest(&self) -> f64 {
+        let [.., steep] = self.angles();
+        let end = self.to_angle(steep);
+        let depth = self.height - self.at(end).z;
+        end + ((DEEPEST - depth) / steep.sin()).max(0.0)
+    }
+
+    /// Largest distance from the middle of a contact that is given by it alone, m, down to tenths of a millimetre.
+    pub fn reach(&self) -> f64 {
+        (1e4 * self.at(self.to_angle(STEEPEST)).y).floor() / 1e4
+    }
+
+    /// Radius of the arc at a distance from the middle, m.
+    pub fn radius_at(&self, y: f64) -> f64 {
+        let k = self.ends.iter().take_while(|end| y.abs() >= **end).count();
+        self.radii[k]
+    }
+
+    /// Length of the surface from the crown, to the left if negative, to the place nearest to (y, z), m, down to the depth [`DEEPEST`].
+    pub fn nearest(&self, [y, z]: [f64; 2]) -> f64 {
+        let end = self.to_deepest();
+        let at = |s: f64| self.at(s);
+        let apart = |s: f64| (at(s).y - y).hypot(at(s).z - z);
+        let places = (0..=PLACES).map(|k| end * (2.0 * k as f64 / PLACES as f64 - 1.0));
+        let near = places.min_by(|a, b| apart(*a).total_cmp(&apart(*b))).unwrap_or(0.0);
+        let step = 2.0 * end / PLACES as f64;
+        let (mut low, mut high) = ((near - step).max(-end), (near + step).min(end));
+        // The distance falls where the way to the place has a part along the tangent.
+        let ahead = |s: f64| {
+            let HeadPoint { y: here, z: up, angle } = at(s);
+            (y - here) * angle.cos() + (z - up) * angle.sin()
+        };
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            if ahead(middle) > 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
+
+    /// Distance along the tangent of the place at `y`, m, to where the nearer side of the head begins, m.
+    pub fn room(&self, y: f64) -> f64 {
+        let here = self.at(y.signum() * self.to_distance(y.abs()));
+        let end = self.to_angle(self.side.atan());
+        let (sin, cos) = here.angle.sin_cos();
+        let along = |s: f64| {
+            let there = self.at(s);
+            ((there.y - here.y) * cos + (there.z - here.z) * sin).abs()
+        };
+        along(end).min(along(-end))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::R60E1;
+    use super::*;
+
+    #[test]
+    fn the_nearest_place_of_a_place_is_itself() {
+        let head = R60E1.head;
+        let end = head.to_deepest();
+        for k in -20..=20 {
+            let s = end * f64::from(k) / 20.0;
+            let at = head.at(s);
+            assert!((head.nearest([at.y, at.z]) - s).abs() < 1e-12, "{s}");
+            // So is that of what lies off it along the normal.
+            let off = 1e-3;
+            let above = [at.y - off * at.angle.sin(), at.z + off * at.angle.cos()];
+            assert!((head.nearest(above) - s).abs() < 1e-9, "{s} {}", head.nearest(above));
+        }
+        assert!((head.height - head.at(end).z - DEEPEST).abs() < 1e-12);
+    }
+
+    /// Places, lengths and angles of 60E1 agree; the height is continuous where arcs and the side meet.
+    #[test]
+    fn arcs_and_sides_meet() {
+        let head = R60E1.head;
+        let [first, second, steep] = head.angles();
+        for s in
+            [first, second, steep].map(|a| if a == first { head.to_distance(head.ends[0]) } else { head.to_angle(a) })
+        {
+            let [a, b] = [s - 1e-9, s + 1e-9].map(|s| head.at(s));
+            assert!((a.y - b.y).hypot(a.z - b.z) < 2.1e-9 && (a.angle - b.angle).abs() < 2e-7, "{a:?} {b:?}");
+        }
+        for y in [3e-3, 15e-3, 30e-3, head.reach()] {
+            assert!((head.at(head.to_distance(y)).y - y).abs() < 1e-15);
+        }
+        assert_eq!(head.reach(), 0.0353);
+        assert!((head.at(head.to_angle(steep)).y - 36e-3).abs() < 1e-6);
+        assert_eq!([0.0, 0.0102, 0.0103, 0.03].map(|y| head.radius_at(-y)), [0.3, 0.3, 0.08, 0.013]);
+        // On the crown the nearer side begins 36 mm away.
+        assert!((head.room(0.0) - 36e-3).abs() < 1e-6);
+    }
+}
