@@ -20,6 +20,9 @@ from .style import BLUE, GREY, RED, Canvas, heading, legend
 NAMES = {
     "contact.friction": ("coefficient of friction μ", 1),
     "contact.normal_load": ("normal load N / kN", 1e-3),
+    "contact.from.wheel": ("wheel", 1),
+    "curve.radius": ("radius of the curve R / m", 1),
+    "curve.speed": ("speed V / (m/s)", 1),
     "contact.approach": ("approach δ / µm", 1e6),
     "contact.speed": ("rolling speed V / (m/s)", 1),
     "contact.creepage.longitudinal": ("longitudinal creepage ξ / %", 100),
@@ -49,7 +52,7 @@ class Key:
         else:
             self.words = list(dict.fromkeys(given))
             self.values = np.array([self.words.index(w) for w in given], float)
-            self.label = key
+            self.label = NAMES.get(key, (key, 1))[0]
         self.levels: Floats = np.unique(self.values)
         gaps = np.diff(self.levels)
         self.even = len(gaps) == 0 or bool(np.ptp(gaps) <= 1e-6 * gaps.max())
@@ -174,6 +177,17 @@ def tracked(spectra: list[Complexes]) -> list[Complexes]:
     return branches
 
 
+def alone(spectra: list[Complexes]) -> list[Complexes]:
+    """Branches of one point each: nothing leads from one word to the next."""
+    made = []
+    for point, spectrum in enumerate(spectra):
+        for value in spectrum:
+            branch = np.full(len(spectra), complex(np.nan, np.nan))
+            branch[point] = value
+            made.append(branch)
+    return made
+
+
 def spread(wanted: Floats, least: float) -> Floats:
     """Heights as near as can be to the wanted ones, at least this far apart: each cluster about its mean, by merging neighbours that meet."""
     order = np.argsort(wanted, kind="stable")
@@ -193,7 +207,7 @@ def spread(wanted: Floats, least: float) -> Floats:
 
 
 def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
-    """Frequency and growth rate of every mode over one key; unstable parts in red."""
+    """Frequency and growth rate of every mode over one key; unstable parts in red. Words have no lines between them."""
     order = np.argsort(key.values, kind="stable")
     if sweep.eigenvalue.size == 0:
         raise ResultError(f"{result.path}: every point of the sweep failed, so there are no loci to draw; /sweep/message says why")
@@ -201,7 +215,7 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
     # Relaxation of the contact itself is far more damped than any mode of the bodies.
     spectra = [s[(s.imag > 0) & (s.real > -0.1 * np.abs(s))] for s in spectra]
     values = key.values[order]
-    branches = tracked(spectra)
+    branches = alone(spectra) if key.words else tracked(spectra)
     figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 8.0), layout="constrained")
     top = max((float(b.real[np.isfinite(b.real)].max()) for b in branches), default=0.0)
     # The modes that matter are those near the limit.
@@ -212,9 +226,15 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
         color, width = (RED, 1.6) if unstable else (BLUE, 0.7)
         grows = branch.real > 0
         for axes, value in ((upper, branch.imag / (2 * np.pi)), (lower, branch.real)):
-            axes.plot(values, value, color=color if axes is lower else BLUE, linewidth=width, alpha=1 if unstable else 0.6)
+            look: dict[str, Any] = {"marker": "o" if key.words else "none", "markersize": 3}
+            look |= {"color": color if axes is lower else BLUE, "linewidth": width, "alpha": 1 if unstable else 0.6}
+            axes.plot(values, value, **look)
             axes.plot(values[grows], value[grows], "o", color=RED, markersize=3.5)
-        if unstable:
+        if unstable and key.words:
+            at = np.flatnonzero(grows)[0]
+            where = {"xytext": (5, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
+            lower.annotate(f"{branch[at].imag / (2 * np.pi):.0f} Hz", (values[at], branch[at].real), **where)
+        elif unstable:
             last = np.flatnonzero(np.isfinite(branch.real))[-1]
             at = np.nanargmax(branch.real)
             names.append((f"{branch[at].imag / (2 * np.pi):.0f} Hz", values[last], branch[last].real))
@@ -229,7 +249,9 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
     lower.axhline(0, color="black", linewidth=0.8)
     key.label_axis(lower.xaxis)
     upper.set_title(heading(result) + "modes of steady sliding" + ("; at the right: frequency of the fastest growth" if names else ""))
-    handles = [Line2D([], [], color=BLUE, label="mode"), Line2D([], [], color=RED, marker="o", markersize=3.5, label="unstable")]
+    line: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3.5} if key.words else {}
+    dotted = line | {"marker": "o", "markersize": 3.5}
+    handles = [Line2D([], [], color=BLUE, label="mode", **line), Line2D([], [], color=RED, label="unstable", **dotted)]
     if len(failed):
         handles.append(Line2D([], [], color=GREY, linestyle=":", label="failed point"))
     legend(figure, [], handles)
