@@ -91,7 +91,8 @@ def transient(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-# Places of contact of the made bogie in a curve to the right of 300 m: wheel, then the numbers of a row of `/curving/contacts`.
+# Places of contact of the made bogie in a curve to the right of 300 m: wheel, position on it, contact angle,
+# rolling radius, normal force, creepages, creep force, lateral force.
 PLACES = (
     (0, 14.7e-3, -8.1e-3, 0.459747, 56381.0, (0.34e-2, -0.6615e-2, -0.0157), (-9766.0, -17148.0), -17602.0),
     (1, -38.4e-3, 1.2225, 0.472032, 9084.0, (-1.8241e-2, -1.9381e-2, 2.033), (1810.0, -2614.0), 7647.0),
@@ -105,7 +106,7 @@ RADII = (600.0, 300.0, 150.0, 100.0)
 
 @pytest.fixture
 def curving(tmp_path: Path) -> Path:
-    """A bogie in a curve whose leading outer wheel touches at two places, and other radii; creepages go as 1/R there."""
+    """A bogie in a curve whose leading outer wheel touches at two places, and other radii; creepages go as 1/R."""
     path = tmp_path / "bogie.h5"
     wheel, wheel_y, angle, radius, normal, creepage, creep, lateral = (np.array(column) for column in zip(*PLACES))
     tables = {
@@ -125,8 +126,8 @@ def curving(tmp_path: Path) -> Path:
     heaviest = [0, 2, 3, 4]
     with h5py.File(path, "w") as file:
         root = file.create_group("curving")
-        numbers = {"curvature": 1 / 300, "speed": 10.0, "wheelbase": 2.5, "circles": 1.5, "axle_load": 120e3, "residual": 1e-9}
-        for name, value in numbers.items():
+        numbers = {"curvature": 1 / 300, "speed": 10.0, "wheelbase": 2.5, "circles": 1.5}
+        for name, value in (numbers | {"axle_load": 120e3, "residual": 1e-9}).items():
             dataset(root, name, value)
         dataset(root, "frame", np.array([-0.25e-3, -3.15e-3]), "m, rad")
         for name, values in (("shift", [-6.24e-3, 0.53e-3]), ("yaw", [-6.61e-3, -0.37e-3]), ("roll", [0.0, 0.0])):

@@ -80,7 +80,8 @@ def test_axes_have_titles_with_units(curving: Path, tmp_path: Path) -> None:
     curves = [axes.get_ylabel() for axes in canvas.figures["curving-radius"].axes]
     assert len(bars) == 6 and len(curves) == 8
     assert all(re.search(r" / (%|kN|\(1/m\)|\(μN\)|°|mm|mrad)$", label) for label in bars + curves)
-    assert [axes.get_xlabel() for axes in canvas.figures["curving-radius"].axes[-2:]] == ["radius of the curve R / m"] * 2
+    below = [axes.get_xlabel() for axes in canvas.figures["curving-radius"].axes[-2:]]
+    assert below == ["radius of the curve R / m"] * 2
     rows = [text.get_text() for text in canvas.figures["curving-contacts"].axes[0].get_yticklabels()]
     assert rows == ["leading inner", "leading outer at −33.2 mm", "leading outer at −38.4 mm", *WHEELS[2:]]
 
@@ -110,7 +111,7 @@ def test_the_bogie_stands_as_the_curve_turns(curving: Path, tmp_path: Path) -> N
             words.append({text.get_text().split("\n")[0]: text.get_position() for text in axes.texts})
             assert "20 times as large" in axes.get_title() and axes.yaxis_inverted()
     assert drawn.exaggeration(tables[0]) == drawn.exaggeration(tables[1]) == 20
-    # The inner wheels stand at the right of travel, where y is positive, in a curve to the right, and at the left in the other.
+    # The inner wheels stand where y is positive in a curve to the right, and on the other side in one to the left.
     for wheel in WHEELS:
         (x, y), (mirror_x, mirror_y) = (named[wheel] for named in words)
         assert mirror_y == pytest.approx(-y) and (y > 0) == wheel.endswith("inner")
@@ -139,8 +140,9 @@ def test_the_report_has_a_section(curving: Path, tmp_path: Path) -> None:
     section = text[text.index("<h2>Curving</h2>") : text.index("<h2>Where it comes from</h2>")]
     # All three pictures stand in this section, and no other section repeats them.
     assert section.count("<figure>") == text.count("<figure>") == 3 and "<h2>Pictures</h2>" not in text
-    cells = [re.findall(r"<td>(.*?)</td>", row) for row in section.splitlines() if row.startswith("<tr><td>leading outer")]
-    assert [row[4:8] for row in cells] == [["57.27", "-0.4092", "-0.7873", "+1.1741"], ["9.08", "-1.8241", "-1.9381", "+2.0330"]]
+    lines = [row for row in section.splitlines() if row.startswith("<tr><td>leading outer")]
+    cells = [re.findall(r"<td>(.*?)</td>", row)[4:8] for row in lines]
+    assert cells == [["57.27", "-0.4092", "-0.7873", "+1.1741"], ["9.08", "-1.8241", "-1.9381", "+2.0330"]]
     assert "<th>normal force, kN</th>" in section and "<th>spin, 1/m</th>" in section
     assert "<td>no equilibrium &lt;R = 100 m&gt;</td>" in section
     assert [t.name for t in tables] == ["bogie-curving.csv", "bogie-curving-radii.csv"]
@@ -157,7 +159,8 @@ def test_creepages_are_compared(curving: Path, tmp_path: Path) -> None:
         file["curving/contacts/creepage"][3, 1] *= 1.01
     with Result(curving) as one, Result(other) as two:
         named = {f.name: f for f in figures.of(one)}
-        assert named["leading outer, spin"].value == pytest.approx(1.1741) and named["leading outer, spin"].unit == "1/m"
+        spin = named["leading outer, spin"]
+        assert spin.value == pytest.approx(1.1741) and spin.unit == "1/m"
         assert sum(name.endswith("creepage") or name.endswith("spin") for name in named) == 12
         said, same = compare.text(one, two, 1e-6)
         assert not same and compare.text(one, one, 1e-6)[1]

@@ -126,7 +126,7 @@ WHEELS = ["leading inner", "leading outer", "trailing inner", "trailing outer"]
 
 
 def over_wheels(path: Path, radii: list[float]) -> Path:
-    """A sweep over wheels and radii with one eigenvalue a point, unstable at the leading inner wheel alone; the last point fails."""
+    """A sweep over wheels and radii, one eigenvalue a point: leading inner is unstable, the last point fails."""
     names = [w for w in WHEELS for _ in radii]
     growth = np.array([2.0 if w == WHEELS[0] else -1.0 for w in names])
     growth[-1] = np.nan
@@ -157,7 +157,8 @@ def test_a_key_of_words_has_an_axis_of_words(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(Canvas, "save", keep)
     for name, radii in (("loci", [300.0]), ("map", [150.0, 300.0, 450.0])):
         with Result(over_wheels(tmp_path / f"{name}.h5", radii)) as result:
-            assert [p.name for p in draw(result, Canvas(tmp_path, name, resolution=DOTS))] == [f"{name}-sweep-{name}.png"]
+            made = draw(result, Canvas(tmp_path, name, resolution=DOTS))
+            assert [p.name for p in made] == [f"{name}-sweep-{name}.png"]
             axes = kept[f"sweep-{name}"].axes[1 if name == "loci" else 0]
             assert [t.get_text() for t in axes.get_xticklabels()] == WHEELS and axes.get_xlabel() == "wheel"
             named = {f.name: f for f in figures.sweep(result)}
@@ -170,6 +171,26 @@ def test_a_key_of_words_has_an_axis_of_words(tmp_path: Path, monkeypatch: pytest
     drawn_points = [np.isfinite(np.asarray(line.get_ydata(), float)).sum() for line in lower.get_lines()[:3]]
     assert max(drawn_points) == 1 and [t.get_text() for t in lower.texts] == ["500 Hz"]
     assert kept["sweep-map"].axes[0].get_ylabel() == "radius of the curve R / m"
+
+
+def test_words_of_a_third_key_have_a_map_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = over_wheels(tmp_path / "s.h5", [150.0, 300.0, 450.0, 600.0])
+    with h5py.File(path, "a") as file:
+        # The radii of the file as two radii of two coefficients of friction each.
+        del file["sweep/keys"], file["sweep/shape"], file["sweep/values/curve.radius"]
+        dataset(file, "sweep/keys", ["curve.radius", "contact.from.wheel", "contact.friction"], "-")
+        dataset(file, "sweep/shape", [2, len(WHEELS), 2])
+        dataset(file, "sweep/values/curve.radius", np.tile([150.0, 150.0, 300.0, 300.0], len(WHEELS)), "m")
+        dataset(file, "sweep/values/contact.friction", np.tile([0.3, 0.5, 0.3, 0.5], len(WHEELS)))
+    kept = []
+    monkeypatch.setattr(Canvas, "save", lambda canvas, figure, name: kept.append(figure) or [canvas.path(name, "png")])
+    with Result(path) as result:
+        assert [p.name for p in draw(result, Canvas(tmp_path, "s", resolution=DOTS))] == ["s-sweep-map.png"]
+    maps = kept[0].axes[:4]
+    assert [axes.get_title() for axes in maps] == WHEELS
+    # Four cells each, and numbers in those of the wheel that is unstable.
+    assert [len(axes.patches) for axes in maps] == [4] * 4 and [len(axes.texts) for axes in maps] == [4, 0, 0, 0]
+    assert [patch.get_hatch() for patch in maps[3].patches] == [None, None, None, "///"]
 
 
 def test_words_that_differ_are_no_small_difference() -> None:

@@ -223,7 +223,7 @@ def over_radius(result: Result, table: CurvingRadii, canvas: Canvas) -> list[Pat
         ("utilisation F / (μN)", table.utilisation),
         ("contact angle δ / °", np.degrees(table.contact_angle)),
     ]
-    axles = [("angle of attack to the right / mrad", 1e3 * table.yaw), ("shift to the right / mm", 1e3 * table.shift)]
+    axles = [("angle of attack\nto the right / mrad", 1e3 * table.yaw), ("shift to the right / mm", 1e3 * table.shift)]
     figure, grid = plt.subplots(4, 2, sharex=True, figsize=(9.2, 10.6), layout="constrained")
     for axes, (label, values) in zip(grid.flat, wheels):
         for wheel, name in enumerate(WHEELS):

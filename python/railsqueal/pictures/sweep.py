@@ -7,13 +7,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from ..errors import ResultError
-from ..result import Complexes, Floats, Result
+from ..result import Complexes, Floats, Integers, Result
 from ..tables import Sweep
 from .style import BLUE, GREY, RED, Canvas, heading, legend
 
@@ -95,49 +96,81 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         return stability_map(result, sweep, [Key(result, sweep, sweep.keys[i]) for i in moving], canvas)
     if len(moving) == 1 or len(sweep.shape) != len(sweep.keys) or len(sweep.status) == 1:
         return loci(result, sweep, Key(result, sweep, sweep.keys[moving[0] if moving else 0]), canvas)
-    # More than two keys: a map for each pair would hide the others.
+    # More than two keys: a map for each pair would hide the others, but for words, of which each has a map.
+    keys = [Key(result, sweep, sweep.keys[i]) for i in moving]
+    panels = [key for key in keys if key.words]
+    if len(keys) == 3 and len(panels) == 1:
+        return stability_map(result, sweep, [key for key in keys if not key.words], canvas, panels[0])
     return []
 
 
-def stability_map(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas) -> list[Path]:
-    """Largest growth rate over two keys; failed points are hatched, those that stick in part are dotted."""
-    across, up = keys
-    (x, width), (y, height) = across.cells(), up.cells()
-    at = tuple(np.searchsorted(key.levels, key.values) for key in (up, across))
-    growth, frequency = np.full((len(y), len(x)), np.nan), np.full((len(y), len(x)), np.nan)
-    failed, sticks = np.zeros(growth.shape, bool), np.zeros(growth.shape, bool)
-    growth[at], frequency[at], failed[at], sticks[at] = sweep.growth_rate, sweep.frequency, sweep.status != 0, sweep.sticking > 0
-    figure, axes = plt.subplots(figsize=(6.8, 5.6), layout="constrained")
-    known = growth[np.isfinite(growth)]
+def stability_map(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas, by: Key | None = None) -> list[Path]:
+    """Largest growth rate over two keys, one map for each word of a third one, if there is one."""
+    count = len(by.words) if by else 1
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    size = (6.8, 5.6) if count == 1 else (4.9 * columns + 1, 4.1 * rows)
+    share: dict[str, Any] = {"sharex": True, "sharey": True, "squeeze": False}
+    figure, grid = plt.subplots(rows, columns, figsize=size, layout="constrained", **share)
+    known = sweep.growth_rate[np.isfinite(sweep.growth_rate)]
     reach = float(np.abs(known).max()) if known.size else 1.0
     limit = max(float(known.max()) if known.size else 1.0, 0.05 * reach, 1e-12)
-    norm, colours = TwoSlopeNorm(0, vmin=-limit, vmax=limit), plt.get_cmap("RdBu_r")
-    handles: list[Any] = [Line2D([], [], color="black", label="between stable and unstable points")]
+    colours = ScalarMappable(TwoSlopeNorm(0, vmin=-limit, vmax=limit), "RdBu_r")
+    handles: dict[str, Any] = {"border": Line2D([], [], color="black", label="between stable and unstable points")}
+    for place, axes in enumerate(grid.flat):
+        if place >= count:
+            axes.axis("off")
+            continue
+        points = np.arange(len(sweep.status)) if by is None else np.flatnonzero(by.values == place)
+        handles |= one_map(axes, sweep, keys, points, colours)
+        if by:
+            axes.set_title(by.words[place])
+        if place + columns >= count:  # nothing below
+            keys[0].label_map(axes.xaxis)
+            axes.tick_params(labelbottom=True)
+    figure.colorbar(colours, ax=list(grid.flat), label="largest growth rate σ / (1/s)", extend="min")
+    for axes in grid[:, 0]:
+        keys[1].label_map(axes.yaxis)
+    title = heading(result) + "stability"
+    if by:
+        figure.suptitle(f"{title}, one map for each {by.label}", fontsize=10)
+    else:
+        grid[0, 0].set_title(title)
+    legend(figure, [], list(handles.values()), columns=2)
+    return canvas.save(figure, "sweep-map")
+
+
+def one_map(axes: Axes, sweep: Sweep, keys: list[Key], points: Integers, colours: ScalarMappable) -> dict[str, Any]:
+    """Map of some points: failed ones are hatched, those that stick in part are dotted; entries of the legend."""
+    across, up = keys
+    (x, width), (y, height) = across.cells(), up.cells()
+    at = tuple(np.searchsorted(key.levels, key.values[points]) for key in (up, across))
+    growth, frequency = np.full((len(y), len(x)), np.nan), np.full((len(y), len(x)), np.nan)
+    failed, sticks = np.zeros(growth.shape, bool), np.zeros(growth.shape, bool)
+    growth[at], frequency[at] = sweep.growth_rate[points], sweep.frequency[points]
+    failed[at], sticks[at] = sweep.status[points] != 0, sweep.sticking[points] > 0
+    handles: dict[str, Any] = {}
+    _, limit = colours.get_clim()
     for j, i in np.ndindex(*growth.shape):
         corner = (float(x[i]) - width / 2, float(y[j]) - height / 2)
         if failed[j, i]:
             axes.add_patch(Rectangle(corner, width, height, facecolor="white", edgecolor=GREY, hatch="///", linewidth=0))
         elif np.isfinite(growth[j, i]):
-            axes.add_patch(Rectangle(corner, width, height, facecolor=colours(norm(growth[j, i])), linewidth=0))
+            axes.add_patch(Rectangle(corner, width, height, facecolor=colours.to_rgba(growth[j, i]), linewidth=0))
             if sticks[j, i]:
                 axes.add_patch(Rectangle(corner, width, height, facecolor="none", edgecolor=GREY, hatch="..", linewidth=0))
     for marked, hatch, label in ((sticks & ~failed, "..", "part of the contact sticks"), (failed, "///", "failed")):
         if marked.any():
-            handles.append(Patch(facecolor="white", edgecolor=GREY, hatch=hatch, label=label))
-    figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, label="largest growth rate σ / (1/s)", extend="min")
+            handles[label] = Patch(facecolor="white", edgecolor=GREY, hatch=hatch, label=label)
     border(axes, x, y, growth > 0, np.isfinite(growth))
     if growth.size <= 150:  # the frequency of the fastest growing mode, where there is room for it
         for j, i in np.argwhere(growth > 0):
-            color = "white" if growth[j, i] > 0.6 * limit else "black"
+            color = "white" if growth[j, i] > 0.6 * (limit or 1.0) else "black"
             axes.annotate(f"{frequency[j, i]:.0f}", (x[i], y[j]), ha="center", va="center", fontsize=7, color=color)
-        handles.append(Line2D([], [], linestyle="none", label="numbers: frequency / Hz of the fastest growth"))
+        handles["numbers"] = Line2D([], [], linestyle="none", label="numbers: frequency / Hz of the fastest growth")
     axes.set_xlim(x[0] - width / 2, x[-1] + width / 2)
     axes.set_ylim(y[0] - height / 2, y[-1] + height / 2)
-    across.label_map(axes.xaxis)
-    up.label_map(axes.yaxis)
-    axes.set_title(heading(result) + "stability")
-    legend(figure, [], handles, columns=2)
-    return canvas.save(figure, "sweep-map")
+    return handles
 
 
 def border(axes: Axes, x: Floats, y: Floats, unstable: NDArray[np.bool_], known: NDArray[np.bool_]) -> None:
