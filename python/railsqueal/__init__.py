@@ -11,6 +11,7 @@
 Units are SI, shapes those of docs/output.md. What is wrong with a file is a `ResultError` in words.
 """
 
+from .curving import Curving, CurvingRadii
 from .errors import ResultError
 from .mesh import Fields, Mesh
 from .result import Result, lookup
@@ -20,6 +21,8 @@ __all__ = [
     "ComplexModes",
     "ContactGrid",
     "CreepCurve",
+    "Curving",
+    "CurvingRadii",
     "Cycles",
     "Fields",
     "History",

@@ -83,7 +83,7 @@ def plot(given: argparse.Namespace) -> int:
         canvas = Canvas(given.out or given.file.parent, result.stem, given.format.split(","))
         made = draw(result, canvas, given.modes)
     if not made:
-        words = "no contact, no modes, no receptances, no sweep, no creep curve and no transient"
+        words = "no contact, no modes, no receptances, no sweep, no curving, no creep curve and no transient"
         raise ResultError(f"{given.file} holds {words}: nothing to draw", INPUT)
     return said(made)
 

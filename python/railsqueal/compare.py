@@ -23,6 +23,12 @@ TABLES = (
     "receptance/lower",
     "receptance/upper",
     "creep_curve/force",
+    "curving/axles/shift",
+    "curving/axles/yaw",
+    "curving/contacts/creepage",
+    "curving/contacts/normal_force",
+    "curving/radii/creepage",
+    "curving/radii/normal_force",
     "sweep/status",
     "sweep/growth_rate",
     "sweep/frequency",
@@ -40,7 +46,9 @@ def keys(job: Any, path: str = "") -> dict[str, str]:
 
 
 def difference(one: Figure, other: Figure) -> float:
-    """Relative difference of two figures; 0 of two that are not there."""
+    """Relative difference of two figures; 0 of two that are not there, infinite of two words that differ."""
+    if one.word != other.word:
+        return float("inf")
     if np.isnan(one.value) and np.isnan(other.value):
         return 0.0
     if one.value == other.value:

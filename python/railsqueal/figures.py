@@ -5,26 +5,36 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import growth
+from .curving import AXLES, WHEELS, Curving
 from .result import Result
 from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Receptances, Sweep
 
 # Modes of each body, and eigenvalues, that count as figures.
 MODES, EIGENVALUES = 6, 6
 
+# Creepages: name, factor and unit.
+CREEPAGES = (("longitudinal creepage", 100, "%"), ("lateral creepage", 100, "%"), ("spin", 1, "1/m"))
+
 
 @dataclass(frozen=True)
 class Figure:
-    """A number with its name and unit; `scale` is what a difference is relative to, where the number itself may be near 0."""
+    """A number with its name and unit; a figure that is a word has it in `word`, and no number.
+
+    Differences are relative to `scale` where the number itself may be near 0.
+    """
 
     group: str
     name: str
     value: float
     unit: str = ""
     scale: float = 0.0
+    word: str = ""
 
     @property
     def text(self) -> str:
         """The number with its unit."""
+        if self.word:
+            return self.word
         if not np.isfinite(self.value):
             return "none"
         number = f"{self.value:.0f}" if self.unit == "" and self.value == round(self.value) else f"{self.value:.6g}"
@@ -34,7 +44,8 @@ class Figure:
 def of(result: Result) -> list[Figure]:
     """All figures of a result, analysis by analysis."""
     made: list[Figure] = []
-    for part in (placement, steady, modes, stability, creep_curve, receptances, transient, sound_power, sweep, cycles):
+    first = (curving, placement, steady, modes, stability, creep_curve, receptances)
+    for part in (*first, transient, sound_power, sweep, cycles):
         made += part(result)
     return made
 
@@ -45,9 +56,29 @@ def placement(result: Result) -> list[Figure]:
     found = [(name, factor, unit) for name, factor, unit in wanted if f"placement/{name}" in result]
     made = [Figure("placement", name.replace("_", " "), factor * result.number(f"placement/{name}"), unit) for name, factor, unit in found]
     if "placement/creepage" in result:
-        names = (("longitudinal creepage", 100, "%"), ("lateral creepage", 100, "%"), ("spin", 1, "1/m"))
         values = result.array("placement/creepage")
-        made += [Figure("placement", name, factor * float(value), unit, 1e-3) for (name, factor, unit), value in zip(names, values)]
+        for (name, factor, unit), value in zip(CREEPAGES, values):
+            made.append(Figure("placement", name, factor * float(value), unit, 1e-3))
+    return made
+
+
+def curving(result: Result) -> list[Figure]:
+    """Axles of a bogie in a curve, and of each wheel the load and, at the place that carries most, the creepages."""
+    if not Curving.present(result):
+        return []
+    table, name, made = Curving.of(result), "curving", []
+    for axle, word in enumerate(AXLES):
+        made.append(Figure(name, f"{word} axle, angle of attack", 1e3 * float(table.yaw[axle]), "mrad", 1e-3))
+        made.append(Figure(name, f"{word} axle, shift to the right", 1e3 * float(table.shift[axle]), "mm", 1e-3))
+    for wheel, word in enumerate(WHEELS):
+        places = table.places(wheel)
+        made.append(Figure(name, f"{word}, places of contact", float(len(places))))
+        if len(places):
+            heaviest = int(places[0])
+            made.append(Figure(name, f"{word}, normal force", 1e-3 * float(table.normal_force[heaviest]), "kN"))
+            for (what, factor, unit), value in zip(CREEPAGES, table.creepage[heaviest]):
+                made.append(Figure(name, f"{word}, {what}", factor * float(value), unit, 1e-3))
+            made.append(Figure(name, f"{word}, utilisation", float(table.utilisation[heaviest]), "", 1.0))
     return made
 
 
@@ -173,7 +204,9 @@ def sweep(result: Result) -> list[Figure]:
         made.append(Figure(name, "largest growth rate", float(table.growth_rate[at]), "1/s", 1e-3 * 2 * np.pi * float(table.frequency[at])))
         made.append(Figure(name, "its frequency", float(table.frequency[at]), "Hz"))
         for key in table.keys:
-            if table.values[key].dtype.kind == "f":
+            if table.values[key].dtype.kind != "f":
+                made.append(Figure(name, f"its {key}", float("nan"), word=str(table.values[key][at])))
+            else:
                 units = result.units(f"sweep/values/{key}")
                 made.append(Figure(name, f"its {key}", float(table.values[key][at]), "" if units == "1" else units))
     return made

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import figures
+from .curving import AXLES, WHEELS, Curving, CurvingRadii
 from .errors import WRITING, ResultError
 from .result import Result, lookup
 from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Modes, Provenance, Receptances, Sweep
@@ -20,6 +21,8 @@ from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Modes, Proven
 Row = Sequence[Any]
 # Rows of a table in the report; the CSV has all.
 ROWS = 30
+# Pictures of the section on curving.
+CURVING = ("curving-bogie", "curving-contacts", "curving-radius")
 # Dots per inch of the pictures in it.
 RESOLUTION = 110
 STYLE = """
@@ -43,6 +46,9 @@ CAPTIONS = {
     "sweep-loci": "Root loci",
     "limit-cycles": "Limit cycles",
     "limit-cycles-map": "Energy of the limit cycles",
+    "curving-bogie": "The bogie in the curve, from above",
+    "curving-contacts": "Places of contact",
+    "curving-radius": "The wheels over the radius of the curve",
     "placement": "Wheel on rail",
     "creep-curve": "Creep curve",
     "growth": "Growth",
@@ -51,6 +57,33 @@ CAPTIONS = {
     "loops": "Friction over creep and normal force",
     "sound-power": "Sound power",
 }
+# Columns of the tables of steady curving as CSV.
+CURVING_HEADS = (
+    *("wheel", "wheel_y_m", "rail_y_m", "contact_angle_rad", "rolling_radius_m", "normal_force_N"),
+    *("creepage_longitudinal", "creepage_lateral", "spin_1/m", "creep_force_forwards_N", "creep_force_tangent_N"),
+    *("force_forwards_N", "force_right_N", "force_down_N", "friction", "utilisation"),
+)
+# Columns of the table in the report: column of the CSV, head, factor, format.
+CURVING_COLUMNS = (
+    ("wheel_y_m", "place on the wheel, mm", 1e3, "{:+.2f}"),
+    ("contact_angle_rad", "contact angle, °", 180 / np.pi, "{:+.2f}"),
+    ("rolling_radius_m", "rolling radius, mm", 1e3, "{:.2f}"),
+    ("normal_force_N", "normal force, kN", 1e-3, "{:.2f}"),
+    ("creepage_longitudinal", "longitudinal creepage, %", 100, "{:+.4f}"),
+    ("creepage_lateral", "lateral creepage, %", 100, "{:+.4f}"),
+    ("spin_1/m", "spin, 1/m", 1, "{:+.4f}"),
+    ("creep_force_forwards_N", "creep force forwards, kN", 1e-3, "{:+.2f}"),
+    ("creep_force_tangent_N", "creep force along the tangent, kN", 1e-3, "{:+.2f}"),
+    ("force_right_N", "lateral force, kN", 1e-3, "{:+.2f}"),
+    ("friction", "friction", 1, "{:.3f}"),
+    ("utilisation", "utilisation", 1, "{:.3f}"),
+)
+RADII_HEADS = (
+    *("radius_m", "wheel", "places", "axle_shift_m", "axle_yaw_rad"),
+    *("contact_angle_rad", "rolling_radius_m", "normal_force_N"),
+    *("creepage_longitudinal", "creepage_lateral", "spin_1/m"),
+    *("force_forwards_N", "force_right_N", "force_down_N", "utilisation", "message"),
+)
 
 
 def write(result: Result, directory: Path) -> list[Path]:
@@ -88,6 +121,10 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
     forces = force_rows(result)
     if forces:
         made.append(("forces", ("analysis", "point", "force_x_N", "force_y_N", "force_z_N"), forces))
+    if Curving.present(result):
+        made.append(("curving", CURVING_HEADS, curving_rows(Curving.of(result))))
+    if CurvingRadii.present(result):
+        made.append(("curving-radii", RADII_HEADS, radii_rows(CurvingRadii.of(result))))
     if Receptances.present(result):
         receptances = Receptances.of(result)
         entries = [f"{body}_{a}{b}" for body in receptances.bodies for a in "xyn" for b in "xyn"]
@@ -133,6 +170,28 @@ def force_rows(result: Result) -> list[Row]:
     return rows
 
 
+def curving_rows(table: Curving) -> list[Row]:
+    """Places of contact of a bogie in a curve, wheel by wheel, the one that carries most first."""
+    order = [int(place) for wheel in range(len(WHEELS)) for place in table.places(wheel)]
+    geometry = (table.wheel_y, table.rail_y, table.contact_angle, table.rolling_radius)
+    forces = (*table.creep_force.T, *table.force.T)
+    columns = (*geometry, table.normal_force, *table.creepage.T, *forces, table.friction, table.utilisation)
+    return [(WHEELS[table.wheel[k]], *(float(column[k]) for column in columns)) for k in order]
+
+
+def radii_rows(table: CurvingRadii) -> list[Row]:
+    """Equilibria over the radius: a row for each wheel of each curve."""
+    rows: list[Row] = []
+    for k, radius in enumerate(table.radius):
+        for wheel, name in enumerate(WHEELS):
+            geometry = (table.contact_angle, table.rolling_radius, table.normal_force)
+            used = table.utilisation[k, wheel]
+            at = (*(n[k, wheel] for n in geometry), *table.creepage[k, wheel], *table.force[k, wheel], used)
+            axle = (table.shift[k, wheel // 2], table.yaw[k, wheel // 2])
+            rows.append((float(radius), name, int(table.places[k, wheel]), *map(float, (*axle, *at)), table.message[k]))
+    return rows
+
+
 def receptance_rows(table: Receptances) -> list[Row]:
     """Receptances, real and imaginary parts."""
     parts = [np.stack([h.real, h.imag], axis=-1).reshape(len(h), -1) for h in table.bodies.values()]
@@ -154,8 +213,12 @@ def page(result: Result, tables: list[Path]) -> str:
     parts.append("<h2>Figures</h2>")
     for group, members in groupby(figures.of(result), key=lambda f: f.group):
         parts += [f"<h3>{escape(group)}</h3>", table(("", ""), [(f.name, f.text) for f in members])]
+    drawn = pictures(result)
+    parts += section_curving(result, [text for name, text in drawn.items() if name in CURVING])
     parts += section_stability(result) + section_modes(result) + section_sweep(result)
-    parts += ["<h2>Pictures</h2>", *pictures(result)]
+    others = [text for name, text in drawn.items() if name not in CURVING]
+    if others or not drawn:
+        parts += ["<h2>Pictures</h2>", *(others or ["<p>The result has nothing to draw.</p>"])]
     if tables:
         names = ", ".join(f'<a href="{escape(p.name)}">{escape(p.name)}</a>' for p in tables)
         parts.append(f"<h2>Tables beside this file</h2><p>{names}</p>")
@@ -230,6 +293,30 @@ def cut(rows: Sequence[Row]) -> tuple[Sequence[Row], str]:
     return rows[:ROWS], f"<p>{len(rows) - ROWS} more are in the result file.</p>" if len(rows) > ROWS else ""
 
 
+def section_curving(result: Result, drawn: list[str]) -> list[str]:
+    """Axles and places of contact of a bogie in a curve, radii without equilibrium, and the pictures of both."""
+    if not Curving.present(result):
+        return []
+    curving = Curving.of(result)
+    left = f"residual {curving.residual:.1e}, relative to the load of an axle"
+    parts = ["<h2>Curving</h2>", f"<p>{escape(curving.curve())}; {left}.</p>"]
+    columns = (AXLES, curving.shift, curving.yaw, curving.angular_speed)
+    axles = [(name, f"{1e3 * y:+.3f}", f"{1e3 * yaw:+.3f}", f"{speed:.4f}") for name, y, yaw, speed in zip(*columns)]
+    heads = ("axle", "shift to the right, mm", "angle of attack to the right, mrad", "rotation, rad/s")
+    parts.append(table(heads, axles))
+    rows = []
+    for wheel, *values in curving_rows(curving):
+        given = dict(zip(CURVING_HEADS[1:], values))
+        rows.append((wheel, *(form.format(factor * given[name]) for name, _, factor, form in CURVING_COLUMNS)))
+    parts.append(table(("wheel", *(head for _, head, *_ in CURVING_COLUMNS)), rows))
+    if CurvingRadii.present(result):
+        radii = CurvingRadii.of(result)
+        if len(radii.failed):
+            failed, more = cut([(f"{radii.radius[k]:g}", radii.message[k]) for k in radii.failed])
+            parts += ["<h3>Radii without equilibrium</h3>", table(("radius, m", "reason"), failed), more]
+    return parts + drawn
+
+
 def section_stability(result: Result) -> list[str]:
     """The eigenvalues."""
     if not ComplexModes.present(result):
@@ -264,11 +351,11 @@ def section_sweep(result: Result) -> list[str]:
     return ["<h2>Points of the sweep that failed</h2>", table((*sweep.keys, "what went wrong"), rows), more]
 
 
-def pictures(result: Result) -> list[str]:
-    """All pictures, inside the page."""
+def pictures(result: Result) -> dict[str, str]:
+    """All pictures as parts of the page, by their names."""
     from .pictures import Canvas, draw  # matplotlib takes a second, which the other commands need not wait
 
-    parts = []
+    parts: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as folder:
         canvas = Canvas(Path(folder), result.stem, resolution=RESOLUTION)
         for path in draw(result, canvas):
@@ -276,8 +363,9 @@ def pictures(result: Result) -> list[str]:
                 name = path.stem.removeprefix(f"{result.stem}-")
                 caption = escape(CAPTIONS.get(name, name))
                 data = base64.b64encode(path.read_bytes()).decode()
-                parts.append(f'<figure><img alt="{caption}" src="data:image/png;base64,{data}"><figcaption>{caption}</figcaption></figure>')
-    return parts or ["<p>The result has nothing to draw.</p>"]
+                image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
+                parts[name] = f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
+    return parts
 
 
 def provenance(origin: Provenance) -> str:

@@ -89,3 +89,63 @@ def transient(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
+
+
+# Places of contact of the made bogie in a curve to the right of 300 m: wheel, position on it, contact angle,
+# rolling radius, normal force, creepages, creep force, lateral force.
+PLACES = (
+    (0, 14.7e-3, -8.1e-3, 0.459747, 56381.0, (0.34e-2, -0.6615e-2, -0.0157), (-9766.0, -17148.0), -17602.0),
+    (1, -38.4e-3, 1.2225, 0.472032, 9084.0, (-1.8241e-2, -1.9381e-2, 2.033), (1810.0, -2614.0), 7647.0),
+    (1, -33.2e-3, 0.5732, 0.465496, 57274.0, (-0.4092e-2, -0.7873e-2, 1.1741), (7500.0, -18590.0), 15443.0),
+    (2, -8.2e-3, -65.5e-3, 0.460399, 62361.0, (-0.3302e-2, -0.0371e-2, -0.139), (18524.0, -52.0), -4135.0),
+    (3, 5.2e-3, 19.7e-3, 0.459864, 57738.0, (0.2851e-2, -0.037e-2, 0.0461), (-18547.0, -2488.0), -1352.0),
+)
+# Radii of the made curves, falling; the last one has no equilibrium.
+RADII = (600.0, 300.0, 150.0, 100.0)
+
+
+@pytest.fixture
+def curving(tmp_path: Path) -> Path:
+    """A bogie in a curve whose leading outer wheel touches at two places, and other radii; creepages go as 1/R."""
+    path = tmp_path / "bogie.h5"
+    wheel, wheel_y, angle, radius, normal, creepage, creep, lateral = (np.array(column) for column in zip(*PLACES))
+    tables = {
+        "wheel_y": (wheel_y, "m"),
+        "rail_y": (wheel_y, "m"),
+        "position": (np.column_stack([0 * wheel_y, np.where(wheel % 2 == 0, 0.75, -0.75)]), "m"),
+        "contact_angle": (angle, "rad"),
+        "rolling_radius": (radius, "m"),
+        "normal_force": (normal, "N"),
+        "half_axes": (np.full((len(wheel), 2), 5e-3), "m"),
+        "friction": (np.full(len(wheel), 0.35), "1"),
+        "creepage": (creepage, "1, 1, 1/m"),
+        "creep_force": (creep, "N"),
+        "force": (np.column_stack([creep[:, 0], lateral, -normal * np.cos(angle)]), "N"),
+        "utilisation": (np.hypot(*creep.T) / (0.35 * normal), "1"),
+    }
+    heaviest = [0, 2, 3, 4]
+    with h5py.File(path, "w") as file:
+        root = file.create_group("curving")
+        numbers = {"curvature": 1 / 300, "speed": 10.0, "wheelbase": 2.5, "circles": 1.5}
+        for name, value in (numbers | {"axle_load": 120e3, "residual": 1e-9}).items():
+            dataset(root, name, value)
+        dataset(root, "frame", np.array([-0.25e-3, -3.15e-3]), "m, rad")
+        for name, values in (("shift", [-6.24e-3, 0.53e-3]), ("yaw", [-6.61e-3, -0.37e-3]), ("roll", [0.0, 0.0])):
+            dataset(root, f"axles/{name}", np.array(values))
+            if name != "roll":
+                over = np.outer(300 / np.array(RADII), values)
+                over[-1] = np.nan
+                dataset(root, f"radii/{name}", over)
+        dataset(root, "axles/angular_speed", np.array([21.7, 21.7]), "rad/s")
+        dataset(root, "axles/suspension", np.zeros((2, 2)), "N, N m")
+        dataset(root, "contacts/wheel", wheel, "-")
+        dataset(root, "radii/radius", np.array(RADII), "m")
+        dataset(root, "radii/message", [""] * 3 + ["no equilibrium <R = 100 m>"], "-")
+        dataset(root, "radii/places", np.array([[1, 1, 1, 1], [1, 2, 1, 1], [1, 2, 1, 1], [0, 0, 0, 0]]))
+        for name, (values, units) in tables.items():
+            dataset(root, f"contacts/{name}", values, units)
+            grown = 300 / np.array(RADII) if name == "creepage" else np.ones(len(RADII))
+            over = np.multiply.outer(grown, values[heaviest])
+            over[-1] = np.nan
+            dataset(root, f"radii/{name}", over, units)
+    return path

@@ -1,14 +1,16 @@
 """Pictures: their names and formats, and that they show nothing that was not computed."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 from conftest import dataset
 
-from railsqueal import Result, ResultError, figures, tables
+from railsqueal import Result, ResultError, compare, figures, report, tables
 from railsqueal.pictures import Canvas, draw, sweep, transient as drawn
 from railsqueal.tables import Sweep
 
@@ -118,3 +120,79 @@ def test_a_coarse_stride_is_said() -> None:
     assert drawn.coarse(when, 16e-4, 1e-5) == ""
     said = drawn.coarse(when, 8e-4, 1e-5)
     assert "4.0 in a period" in said and "contact_stride of at most 10" in said
+
+
+WHEELS = ["leading inner", "leading outer", "trailing inner", "trailing outer"]
+
+
+def over_wheels(path: Path, radii: list[float]) -> Path:
+    """A sweep over wheels and radii, one eigenvalue a point: leading inner is unstable, the last point fails."""
+    names = [w for w in WHEELS for _ in radii]
+    growth = np.array([2.0 if w == WHEELS[0] else -1.0 for w in names])
+    growth[-1] = np.nan
+    with h5py.File(path, "w") as file:
+        dataset(file, "sweep/keys", ["contact.from.wheel"] + ["curve.radius"] * (len(radii) > 1), "-")
+        dataset(file, "sweep/values/contact.from.wheel", names, "-")
+        dataset(file, "sweep/values/curve.radius", np.tile(radii, len(WHEELS)), "m")
+        dataset(file, "sweep/shape", [len(WHEELS), len(radii)][: 1 + (len(radii) > 1)])
+        dataset(file, "sweep/status", np.where(np.isnan(growth), 4, 0))
+        dataset(file, "sweep/growth_rate", growth, "1/s")
+        dataset(file, "sweep/frequency", np.full(len(names), 500.0), "Hz")
+        dataset(file, "sweep/unstable", np.where(growth > 0, 1, 0))
+        dataset(file, "sweep/sticking", np.zeros(len(names)))
+        known = np.isfinite(growth)
+        dataset(file, "sweep/eigenvalue", growth[known] + 2j * np.pi * 500, "1/s")
+        dataset(file, "sweep/offset", np.concatenate([[0], np.cumsum(known)]))
+    return path
+
+
+def test_a_key_of_words_has_an_axis_of_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = {}
+    save = Canvas.save
+
+    def keep(canvas: Canvas, figure: Any, name: str) -> list[Path]:
+        kept[name] = figure
+        return save(canvas, figure, name)
+
+    monkeypatch.setattr(Canvas, "save", keep)
+    for name, radii in (("loci", [300.0]), ("map", [150.0, 300.0, 450.0])):
+        with Result(over_wheels(tmp_path / f"{name}.h5", radii)) as result:
+            made = draw(result, Canvas(tmp_path, name, resolution=DOTS))
+            assert [p.name for p in made] == [f"{name}-sweep-{name}.png"]
+            axes = kept[f"sweep-{name}"].axes[1 if name == "loci" else 0]
+            assert [t.get_text() for t in axes.get_xticklabels()] == WHEELS and axes.get_xlabel() == "wheel"
+            named = {f.name: f for f in figures.sweep(result)}
+            assert named["its contact.from.wheel"].text == "leading inner"
+            text = report.page(result, [])
+            assert "<td>its contact.from.wheel</td><td>leading inner</td>" in text
+            assert re.search(r"<tr><td>trailing outer</td>.*</tr>", text)
+    # Wheels are no steps of a curve: each mode is a point, and the unstable one tells its frequency.
+    lower = kept["sweep-loci"].axes[1]
+    drawn_points = [np.isfinite(np.asarray(line.get_ydata(), float)).sum() for line in lower.get_lines()[:3]]
+    assert max(drawn_points) == 1 and [t.get_text() for t in lower.texts] == ["500 Hz"]
+    assert kept["sweep-map"].axes[0].get_ylabel() == "radius of the curve R / m"
+
+
+def test_words_of_a_third_key_have_a_map_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = over_wheels(tmp_path / "s.h5", [150.0, 300.0, 450.0, 600.0])
+    with h5py.File(path, "a") as file:
+        # The radii of the file as two radii of two coefficients of friction each.
+        del file["sweep/keys"], file["sweep/shape"], file["sweep/values/curve.radius"]
+        dataset(file, "sweep/keys", ["curve.radius", "contact.from.wheel", "contact.friction"], "-")
+        dataset(file, "sweep/shape", [2, len(WHEELS), 2])
+        dataset(file, "sweep/values/curve.radius", np.tile([150.0, 150.0, 300.0, 300.0], len(WHEELS)), "m")
+        dataset(file, "sweep/values/contact.friction", np.tile([0.3, 0.5, 0.3, 0.5], len(WHEELS)))
+    kept = []
+    monkeypatch.setattr(Canvas, "save", lambda canvas, figure, name: kept.append(figure) or [canvas.path(name, "png")])
+    with Result(path) as result:
+        assert [p.name for p in draw(result, Canvas(tmp_path, "s", resolution=DOTS))] == ["s-sweep-map.png"]
+    maps = kept[0].axes[:4]
+    assert [axes.get_title() for axes in maps] == WHEELS
+    # Four cells each, and numbers in those of the wheel that is unstable.
+    assert [len(axes.patches) for axes in maps] == [4] * 4 and [len(axes.texts) for axes in maps] == [4, 0, 0, 0]
+    assert [patch.get_hatch() for patch in maps[3].patches] == [None, None, None, "///"]
+
+
+def test_words_that_differ_are_no_small_difference() -> None:
+    one, other = (figures.Figure("sweep", "its wheel", float("nan"), word=word) for word in WHEELS[:2])
+    assert compare.difference(one, one) == 0 and compare.difference(one, other) == np.inf

@@ -42,12 +42,15 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
     upper, lower = panels[0], panels[-1]
     for b, name in enumerate(cycles.branch):
         color, mark = LOOKS.get(name, (GREY, "o"))
+        # Nothing leads from one word to the next.
+        width = 0.0 if key.words else 1.0
         for points in lines.values():
             at = np.array(points)[np.argsort(key.values[points], kind="stable")]
             known = at[cycles.fate[b, at] >= 0]
             # What rests has no energy; a logarithm has no place for it.
             for axes, (values, _) in zip(panels, shown):
-                axes.plot(key.values[known], np.where(squeals[b, known], values[b, known], np.nan), color=color, linewidth=1.0)
+                shown_here = np.where(squeals[b, known], values[b, known], np.nan)
+                axes.plot(key.values[known], shown_here, color=color, linewidth=width)
             for fate, filled in ((1, True), (2, False), (3, False)):
                 these = at[cycles.fate[b, at] == fate]
                 face = color if filled else "white"

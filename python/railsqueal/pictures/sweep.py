@@ -7,19 +7,23 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from ..errors import ResultError
-from ..result import Complexes, Floats, Result
+from ..result import Complexes, Floats, Integers, Result
 from ..tables import Sweep
 from .style import BLUE, GREY, RED, Canvas, heading, legend
 
 NAMES = {
     "contact.friction": ("coefficient of friction μ", 1),
     "contact.normal_load": ("normal load N / kN", 1e-3),
+    "contact.from.wheel": ("wheel", 1),
+    "curve.radius": ("radius of the curve R / m", 1),
+    "curve.speed": ("speed V / (m/s)", 1),
     "contact.approach": ("approach δ / µm", 1e6),
     "contact.speed": ("rolling speed V / (m/s)", 1),
     "contact.creepage.longitudinal": ("longitudinal creepage ξ / %", 100),
@@ -49,7 +53,7 @@ class Key:
         else:
             self.words = list(dict.fromkeys(given))
             self.values = np.array([self.words.index(w) for w in given], float)
-            self.label = key
+            self.label = NAMES.get(key, (key, 1))[0]
         self.levels: Floats = np.unique(self.values)
         gaps = np.diff(self.levels)
         self.even = len(gaps) == 0 or bool(np.ptp(gaps) <= 1e-6 * gaps.max())
@@ -92,49 +96,81 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         return stability_map(result, sweep, [Key(result, sweep, sweep.keys[i]) for i in moving], canvas)
     if len(moving) == 1 or len(sweep.shape) != len(sweep.keys) or len(sweep.status) == 1:
         return loci(result, sweep, Key(result, sweep, sweep.keys[moving[0] if moving else 0]), canvas)
-    # More than two keys: a map for each pair would hide the others.
+    # More than two keys: a map for each pair would hide the others, but for words, of which each has a map.
+    keys = [Key(result, sweep, sweep.keys[i]) for i in moving]
+    panels = [key for key in keys if key.words]
+    if len(keys) == 3 and len(panels) == 1:
+        return stability_map(result, sweep, [key for key in keys if not key.words], canvas, panels[0])
     return []
 
 
-def stability_map(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas) -> list[Path]:
-    """Largest growth rate over two keys; failed points are hatched, those that stick in part are dotted."""
-    across, up = keys
-    (x, width), (y, height) = across.cells(), up.cells()
-    at = tuple(np.searchsorted(key.levels, key.values) for key in (up, across))
-    growth, frequency = np.full((len(y), len(x)), np.nan), np.full((len(y), len(x)), np.nan)
-    failed, sticks = np.zeros(growth.shape, bool), np.zeros(growth.shape, bool)
-    growth[at], frequency[at], failed[at], sticks[at] = sweep.growth_rate, sweep.frequency, sweep.status != 0, sweep.sticking > 0
-    figure, axes = plt.subplots(figsize=(6.8, 5.6), layout="constrained")
-    known = growth[np.isfinite(growth)]
+def stability_map(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas, by: Key | None = None) -> list[Path]:
+    """Largest growth rate over two keys, one map for each word of a third one, if there is one."""
+    count = len(by.words) if by else 1
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    size = (6.8, 5.6) if count == 1 else (4.9 * columns + 1, 4.1 * rows)
+    share: dict[str, Any] = {"sharex": True, "sharey": True, "squeeze": False}
+    figure, grid = plt.subplots(rows, columns, figsize=size, layout="constrained", **share)
+    known = sweep.growth_rate[np.isfinite(sweep.growth_rate)]
     reach = float(np.abs(known).max()) if known.size else 1.0
     limit = max(float(known.max()) if known.size else 1.0, 0.05 * reach, 1e-12)
-    norm, colours = TwoSlopeNorm(0, vmin=-limit, vmax=limit), plt.get_cmap("RdBu_r")
-    handles: list[Any] = [Line2D([], [], color="black", label="between stable and unstable points")]
+    colours = ScalarMappable(TwoSlopeNorm(0, vmin=-limit, vmax=limit), "RdBu_r")
+    handles: dict[str, Any] = {"border": Line2D([], [], color="black", label="between stable and unstable points")}
+    for place, axes in enumerate(grid.flat):
+        if place >= count:
+            axes.axis("off")
+            continue
+        points = np.arange(len(sweep.status)) if by is None else np.flatnonzero(by.values == place)
+        handles |= one_map(axes, sweep, keys, points, colours)
+        if by:
+            axes.set_title(by.words[place])
+        if place + columns >= count:  # nothing below
+            keys[0].label_map(axes.xaxis)
+            axes.tick_params(labelbottom=True)
+    figure.colorbar(colours, ax=list(grid.flat), label="largest growth rate σ / (1/s)", extend="min")
+    for axes in grid[:, 0]:
+        keys[1].label_map(axes.yaxis)
+    title = heading(result) + "stability"
+    if by:
+        figure.suptitle(f"{title}, one map for each {by.label}", fontsize=10)
+    else:
+        grid[0, 0].set_title(title)
+    legend(figure, [], list(handles.values()), columns=2)
+    return canvas.save(figure, "sweep-map")
+
+
+def one_map(axes: Axes, sweep: Sweep, keys: list[Key], points: Integers, colours: ScalarMappable) -> dict[str, Any]:
+    """Map of some points: failed ones are hatched, those that stick in part are dotted; entries of the legend."""
+    across, up = keys
+    (x, width), (y, height) = across.cells(), up.cells()
+    at = tuple(np.searchsorted(key.levels, key.values[points]) for key in (up, across))
+    growth, frequency = np.full((len(y), len(x)), np.nan), np.full((len(y), len(x)), np.nan)
+    failed, sticks = np.zeros(growth.shape, bool), np.zeros(growth.shape, bool)
+    growth[at], frequency[at] = sweep.growth_rate[points], sweep.frequency[points]
+    failed[at], sticks[at] = sweep.status[points] != 0, sweep.sticking[points] > 0
+    handles: dict[str, Any] = {}
+    _, limit = colours.get_clim()
     for j, i in np.ndindex(*growth.shape):
         corner = (float(x[i]) - width / 2, float(y[j]) - height / 2)
         if failed[j, i]:
             axes.add_patch(Rectangle(corner, width, height, facecolor="white", edgecolor=GREY, hatch="///", linewidth=0))
         elif np.isfinite(growth[j, i]):
-            axes.add_patch(Rectangle(corner, width, height, facecolor=colours(norm(growth[j, i])), linewidth=0))
+            axes.add_patch(Rectangle(corner, width, height, facecolor=colours.to_rgba(growth[j, i]), linewidth=0))
             if sticks[j, i]:
                 axes.add_patch(Rectangle(corner, width, height, facecolor="none", edgecolor=GREY, hatch="..", linewidth=0))
     for marked, hatch, label in ((sticks & ~failed, "..", "part of the contact sticks"), (failed, "///", "failed")):
         if marked.any():
-            handles.append(Patch(facecolor="white", edgecolor=GREY, hatch=hatch, label=label))
-    figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, label="largest growth rate σ / (1/s)", extend="min")
+            handles[label] = Patch(facecolor="white", edgecolor=GREY, hatch=hatch, label=label)
     border(axes, x, y, growth > 0, np.isfinite(growth))
     if growth.size <= 150:  # the frequency of the fastest growing mode, where there is room for it
         for j, i in np.argwhere(growth > 0):
-            color = "white" if growth[j, i] > 0.6 * limit else "black"
+            color = "white" if growth[j, i] > 0.6 * (limit or 1.0) else "black"
             axes.annotate(f"{frequency[j, i]:.0f}", (x[i], y[j]), ha="center", va="center", fontsize=7, color=color)
-        handles.append(Line2D([], [], linestyle="none", label="numbers: frequency / Hz of the fastest growth"))
+        handles["numbers"] = Line2D([], [], linestyle="none", label="numbers: frequency / Hz of the fastest growth")
     axes.set_xlim(x[0] - width / 2, x[-1] + width / 2)
     axes.set_ylim(y[0] - height / 2, y[-1] + height / 2)
-    across.label_map(axes.xaxis)
-    up.label_map(axes.yaxis)
-    axes.set_title(heading(result) + "stability")
-    legend(figure, [], handles, columns=2)
-    return canvas.save(figure, "sweep-map")
+    return handles
 
 
 def border(axes: Axes, x: Floats, y: Floats, unstable: NDArray[np.bool_], known: NDArray[np.bool_]) -> None:
@@ -174,6 +210,17 @@ def tracked(spectra: list[Complexes]) -> list[Complexes]:
     return branches
 
 
+def alone(spectra: list[Complexes]) -> list[Complexes]:
+    """Branches of one point each: nothing leads from one word to the next."""
+    made = []
+    for point, spectrum in enumerate(spectra):
+        for value in spectrum:
+            branch = np.full(len(spectra), complex(np.nan, np.nan))
+            branch[point] = value
+            made.append(branch)
+    return made
+
+
 def spread(wanted: Floats, least: float) -> Floats:
     """Heights as near as can be to the wanted ones, at least this far apart: each cluster about its mean, by merging neighbours that meet."""
     order = np.argsort(wanted, kind="stable")
@@ -193,7 +240,7 @@ def spread(wanted: Floats, least: float) -> Floats:
 
 
 def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
-    """Frequency and growth rate of every mode over one key; unstable parts in red."""
+    """Frequency and growth rate of every mode over one key; unstable parts in red. Words have no lines between them."""
     order = np.argsort(key.values, kind="stable")
     if sweep.eigenvalue.size == 0:
         raise ResultError(f"{result.path}: every point of the sweep failed, so there are no loci to draw; /sweep/message says why")
@@ -201,7 +248,7 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
     # Relaxation of the contact itself is far more damped than any mode of the bodies.
     spectra = [s[(s.imag > 0) & (s.real > -0.1 * np.abs(s))] for s in spectra]
     values = key.values[order]
-    branches = tracked(spectra)
+    branches = alone(spectra) if key.words else tracked(spectra)
     figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 8.0), layout="constrained")
     top = max((float(b.real[np.isfinite(b.real)].max()) for b in branches), default=0.0)
     # The modes that matter are those near the limit.
@@ -212,9 +259,15 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
         color, width = (RED, 1.6) if unstable else (BLUE, 0.7)
         grows = branch.real > 0
         for axes, value in ((upper, branch.imag / (2 * np.pi)), (lower, branch.real)):
-            axes.plot(values, value, color=color if axes is lower else BLUE, linewidth=width, alpha=1 if unstable else 0.6)
+            look: dict[str, Any] = {"marker": "o" if key.words else "none", "markersize": 3}
+            look |= {"color": color if axes is lower else BLUE, "linewidth": width, "alpha": 1 if unstable else 0.6}
+            axes.plot(values, value, **look)
             axes.plot(values[grows], value[grows], "o", color=RED, markersize=3.5)
-        if unstable:
+        if unstable and key.words:
+            at = np.flatnonzero(grows)[0]
+            where = {"xytext": (5, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
+            lower.annotate(f"{branch[at].imag / (2 * np.pi):.0f} Hz", (values[at], branch[at].real), **where)
+        elif unstable:
             last = np.flatnonzero(np.isfinite(branch.real))[-1]
             at = np.nanargmax(branch.real)
             names.append((f"{branch[at].imag / (2 * np.pi):.0f} Hz", values[last], branch[last].real))
@@ -229,7 +282,9 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
     lower.axhline(0, color="black", linewidth=0.8)
     key.label_axis(lower.xaxis)
     upper.set_title(heading(result) + "modes of steady sliding" + ("; at the right: frequency of the fastest growth" if names else ""))
-    handles = [Line2D([], [], color=BLUE, label="mode"), Line2D([], [], color=RED, marker="o", markersize=3.5, label="unstable")]
+    line: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3.5} if key.words else {}
+    dotted = line | {"marker": "o", "markersize": 3.5}
+    handles = [Line2D([], [], color=BLUE, label="mode", **line), Line2D([], [], color=RED, label="unstable", **dotted)]
     if len(failed):
         handles.append(Line2D([], [], color=GREY, linestyle=":", label="failed point"))
     legend(figure, [], handles)
