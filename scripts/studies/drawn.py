@@ -49,15 +49,15 @@ def rails():
             command = ["/usr/bin/python3", ROOT / "meshes/make_rail_section.py", "--worn", "0", *words, path]
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
             section = {"file": {"path": str(path), "scale": 0.001}}
-            said(name, run("wheel-on-rail.json", {"bodies.lower.mesh.extruded.section": json.dumps(section)}, groups=groups)[0])
-    said("built in", run("wheel-on-rail.json", {}, groups=groups)[0])
+            said(name, run("wheel-at-given-yaw.json", {"bodies.lower.mesh.extruded.section": json.dumps(section)}, groups=groups)[0])
+    said("built in", run("wheel-at-given-yaw.json", {}, groups=groups)[0])
     head = ["section", "modes of the rail", "the 50th, Hz", "the 400th", "lateral over normal force", "growth, 1/s", "second", "third", "fourth"]
     put(PAGE, "drawn-rail", table(head, rows))
 
 
 def wheels():
     groups = ("modes", "contact", "stability")
-    wanted, _ = run("wheel-on-rail.json", {}, groups=groups)
+    wanted, _ = run("wheel-at-given-yaw.json", {}, groups=groups)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name, words in DRAWINGS.items():
@@ -70,7 +70,7 @@ def wheels():
                 "bodies.upper.fixed": '["bore"]',
                 "bodies.upper.damping": '{"modal": {"by_diameter": [0.002, 0.02, 0.0002]}}',
             }
-            found, _ = run("wheel-on-rail.json", sets, groups=groups)
+            found, _ = run("wheel-at-given-yaw.json", sets, groups=groups)
             frequency, reference = (t["modes/upper/frequency"] for t in (found, wanted))
             count = min(len(frequency), len(reference))
             off = np.abs(frequency[:count] / reference[:count] - 1)

@@ -105,12 +105,12 @@ def bays(own):
 
 
 def lengths():
-    """Growth rates of wheel-on-rail.json on rails of other lengths, with dashpots at their ends and without."""
+    """Growth rates of wheel-at-given-yaw.json on rails of other lengths, with dashpots at their ends and without."""
     rows = []
     for name, longitudinal in (("dashpots", 0.9), ("damping by the mass alone", 0.0)):
         for length in (14, 21, 28, 42):
             sets = {"bodies.lower.mesh.extruded.length": length, "bodies.lower.track.ends.longitudinal": longitudinal}
-            tables, _ = run("wheel-on-rail.json", sets | {"analyses.modes.max_frequency": 2500, "output.fields": "false"}, groups=("stability",))
+            tables, _ = run("wheel-at-given-yaw.json", sets | {"analyses.modes.max_frequency": 2500, "output.fields": "false"}, groups=("stability",))
             found = sorted(zip(tables["stability/frequency"], tables["stability/growth_rate"], strict=True), key=lambda pair: -pair[1])[:4]
             by_frequency = sorted(found)
             rows.append([name, length, *(f"{rate:.3f}" for _, rate in by_frequency)])

@@ -74,7 +74,7 @@ def compliances():
 
 
 def three_dimensions():
-    """wheel-on-rail.json with each body swept and as a mesh."""
+    """wheel-at-given-yaw.json with each body swept and as a mesh."""
     rows, wanted = [], None
     with tempfile.TemporaryDirectory() as folder:
         wheel, rail = Path(folder) / "wheel.msh", Path(folder) / "rail.msh"
@@ -87,7 +87,7 @@ def three_dimensions():
                 sets["bodies.upper"] = json.dumps(given["upper"] | {"mesh": {"file": str(wheel)}})
             if of_rail == "mesh":
                 sets["bodies.lower"] = json.dumps(given["lower"] | {"mesh": {"file": str(rail)}})
-            tables, _ = run("wheel-on-rail.json", sets, groups=("stability",))
+            tables, _ = run("wheel-at-given-yaw.json", sets, groups=("stability",))
             found = list(zip(tables["stability/frequency"], tables["stability/growth_rate"]))[:4]
             wanted = wanted or found
             cells = []

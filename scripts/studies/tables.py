@@ -31,11 +31,11 @@ def closed_nodes():
 
 
 def modes_of_a_rail():
-    """Growth rates of `wheel-on-rail.json` by the highest frequency of the modes that are kept."""
+    """Growth rates of `wheel-at-given-yaw.json` by the highest frequency of the modes that are kept."""
     waves = (965, 985, 358)
     rows = []
     for highest in (1100, 2500, 4000, 6000):
-        tables, _ = run("wheel-on-rail.json", {"analyses.modes.max_frequency": highest}, groups=("stability",))
+        tables, _ = run("wheel-at-given-yaw.json", {"analyses.modes.max_frequency": highest}, groups=("stability",))
         rates, hertz = tables["stability/growth_rate"], tables["stability/frequency"]
         near = [max((g for g, f in zip(rates, hertz) if abs(f - wave) < 8), default=float("nan")) for wave in waves]
         rows.append([highest, *(f"{g:.3f}" for g in near)])

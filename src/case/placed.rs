@@ -230,13 +230,15 @@ impl Placed {
         let second = others.into_iter().filter(|t| t.separate);
         second
             .map(|t| {
-                format!(
-                    "wheel and rail have a second contact at y = {:.2} mm of the wheel's profile, {:.1} µm open at first touch, within the approach of {:.1} µm: it would take a part of the load, \
-                     and is left out",
-                    1e3 * t.wheel,
-                    1e6 * t.gap,
-                    1e6 * self.ellipse.approach
-                )
+                let place = format!("wheel and rail have a second contact at y = {:.2} mm of the wheel's profile", 1e3 * t.wheel);
+                match t.gap < 0.0 {
+                    true => format!("{place}, which carries load beside this one and is left out"),
+                    false => format!(
+                        "{place}, {:.1} µm open at first touch, within the approach of {:.1} µm: it would take a part of the load, and is left out",
+                        1e6 * t.gap,
+                        1e6 * self.ellipse.approach
+                    ),
+                }
             })
             .collect()
     }

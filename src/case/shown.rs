@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn a_job_without_meshes_is_told() {
-        let job = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/wheel-on-rail.json");
+        let job = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/wheel-at-given-yaw.json");
         let bytes = std::fs::read(job).expect("a job");
         let job = Job::from_bytes(&bytes, Path::new(job), &[], None).expect("a job");
         let error = surfaces(&job, &Meshes::default()).expect_err("sections only");

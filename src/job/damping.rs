@@ -184,7 +184,7 @@ mod tests {
     const DRAWN: &str = include_str!("../../jobs/drawn-wheel.json");
     const MESHED: &str = include_str!("../../jobs/wheel-on-rail-3d.json");
     const CYLINDERS: &str = include_str!("../../jobs/two-cylinders.json");
-    const BUILT_IN: &str = include_str!("../../jobs/wheel-on-rail.json");
+    const BUILT_IN: &str = include_str!("../../jobs/wheel-at-given-yaw.json");
     const BY_DEFAULT: &str =
         "damping of upper: loss factors 0.002 (n = 0), 0.02 (n = 1), 0.0002 (n >= 2), the default of wheels";
 

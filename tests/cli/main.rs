@@ -4,6 +4,7 @@ mod bad_input;
 mod consistent;
 mod creep_curve;
 mod criterion;
+mod curving;
 mod cycles;
 mod damaged;
 mod drawn;

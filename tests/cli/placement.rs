@@ -110,9 +110,9 @@ fn mistakes_are_named() {
     }
 }
 
-/// The wheel of `jobs/wheel-on-rail.json` up to 1.5 kHz, on a rail that is a half-space at the contact and nothing else.
+/// The wheel of `jobs/wheel-at-given-yaw.json` up to 1.5 kHz, on a rail that is a half-space at the contact and nothing else.
 fn wheel_on_a_stiff_rail() -> Value {
-    let mut job = job("wheel-on-rail.json");
+    let mut job = job("wheel-at-given-yaw.json");
     let rail = &mut job["bodies"]["lower"];
     *rail = json!({ "profile": "60E1", "material": rail["material"].clone() });
     job["analyses"] = json!({ "modes": { "max_frequency": 1500 }, "stability": {} });
@@ -204,7 +204,7 @@ fn sweeps_move_the_wheel() {
 /// finds, which does neither.
 #[test]
 fn a_place_among_others_is_that_by_itself() {
-    let mut job = job("wheel-on-rail.json");
+    let mut job = job("wheel-at-given-yaw.json");
     job["analyses"] = json!({
         "modes": { "max_frequency": 500 },
         "stability": {},
@@ -230,7 +230,7 @@ fn a_place_among_others_is_that_by_itself() {
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn a_rail_that_gives_way_has_the_forces_of_half_spaces() {
-    let mut job = job("wheel-on-rail.json");
+    let mut job = job("wheel-at-given-yaw.json");
     job["analyses"] =
         json!({ "modes": { "max_frequency": 300 }, "steady": {}, "transient": { "duration": 2e-3, "step": 1e-5 } });
     let folder = Folder::with(job.to_string());

@@ -128,7 +128,7 @@ fn meshes_are_shown_before_a_run() {
     let wrong = wrong.replace("PATH", concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/block-lower.msh"));
     let ran = check(&["--mesh", &file, "--set", &wrong]);
     assert!(ran.code == Some(3) && folder.path("job.mesh.vtkhdf").exists(), "{ran:?}");
-    program(&["check", &format!("{}/jobs/wheel-on-rail.json", env!("CARGO_MANIFEST_DIR")), "--mesh", &file])
+    program(&["check", &format!("{}/jobs/wheel-at-given-yaw.json", env!("CARGO_MANIFEST_DIR")), "--mesh", &file])
         .failed(2, &["--mesh", "no body"]);
 }
 

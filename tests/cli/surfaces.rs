@@ -197,7 +197,7 @@ fn ring(radii: &[f64], across: &[f64], half: &[f64]) -> String {
 fn placed(folder: &Folder, mesh: Value) -> Value {
     std::fs::write(folder.path("section.msh"), section()).expect("a drawing");
     std::fs::write(folder.path("wheel.msh"), wheel()).expect("a mesh");
-    let mut job = job("wheel-on-rail.json");
+    let mut job = job("wheel-at-given-yaw.json");
     job["bodies"]["lower"].as_object_mut().expect("a body").remove("mesh");
     let upper = job["bodies"]["upper"].as_object_mut().expect("a body");
     upper.insert("mesh".into(), mesh);
