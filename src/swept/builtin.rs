@@ -118,7 +118,7 @@ impl Lines<'_> {
                 if bare && face(radius, self.y[j]) {
                     section.tread.push([nodes[0], nodes[1], nodes[4]]);
                 }
-                section.elements.push(Element { kind: SectionCell::Quad9, nodes });
+                section.elements.push(Element { kind: SectionCell::Quad9, nodes, layer: 0 });
             }
         }
         let mut group = |name: &str, i: Option<usize>, j: Option<usize>| {

@@ -192,6 +192,7 @@ impl Forms {
             || a.elements != b.elements
             || a.tread != b.tread
             || a.groups != b.groups
+            || a.layers != b.layers
         {
             return false;
         }
@@ -214,8 +215,9 @@ impl Forms {
     }
 
     fn assemble(&mut self) {
-        let (lambda, shear) = self.material.lame();
         for element in &self.section.elements {
+            let material = self.section.material(element, self.material);
+            let (lambda, shear) = material.lame();
             for shape in element.kind.points() {
                 let (r, jacobian) = self.section.at(element, &shape);
                 let weight = jacobian.determinant * shape.weight * self.path.measure(r);
@@ -235,7 +237,7 @@ impl Forms {
                         add(&mut self.stiffness[1][k], &stress[0], one, weight);
                         add(&mut self.stiffness[1][k], &stress[1], zero, weight);
                         add(&mut self.stiffness[2][k], &stress[1], one, weight);
-                        self.mass[k] += self.material.density * shape.value[i] * shape.value[j] * weight;
+                        self.mass[k] += material.density * shape.value[i] * shape.value[j] * weight;
                     }
                 }
             }
@@ -383,13 +385,44 @@ impl Forms {
         y
     }
 
+    /// Xᵀ K X of the stiffness K at the order n of one layer alone, `layer` as of an element, of columns X, `[k, k]`.
+    pub fn strain_energy(&self, n: usize, layer: usize, x: MatRef<'_, f64>) -> Mat<f64> {
+        let (order, whole) = (self.path.wavenumber(n), self.path.whole(n));
+        let mut energy = Mat::zeros(x.ncols(), x.ncols());
+        for element in self.section.elements.iter().filter(|e| e.layer == layer) {
+            let (lambda, shear) = self.section.material(element, self.material).lame();
+            for shape in element.kind.points() {
+                let (r, jacobian) = self.section.at(element, &shape);
+                let weight = whole * jacobian.determinant * shape.weight * self.path.measure(r);
+                let over = (self.path == Path::Axle).then_some(1.0 / r);
+                let mut strained = Mat::<f64>::zeros(6, x.ncols());
+                let mut stressed = Mat::<f64>::zeros(6, x.ncols());
+                for (i, &node) in element.nodes.iter().enumerate() {
+                    let Some(at) = self.amplitude(node) else { continue };
+                    let [zero, one] = strains(shape.value[i], jacobian.slope(shape.slope[i]), over);
+                    let all: Strains = std::array::from_fn(|k| [0, 1, 2].map(|c| zero[k][c] + order * one[k][c]));
+                    for (target, rows) in [(&mut strained, all), (&mut stressed, stress(&all, lambda, shear))] {
+                        for column in 0..x.ncols() {
+                            for (k, row) in rows.iter().enumerate() {
+                                target[(k, column)] += (0..3).map(|c| row[c] * x[(at + c, column)]).sum::<f64>();
+                            }
+                        }
+                    }
+                }
+                energy += faer::Scale(weight) * (strained.transpose() * stressed);
+            }
+        }
+        energy
+    }
+
     /// The prestress of the centrifugal forces at 1 rad/s, ρ r outwards.
     pub fn centrifugal(&self) -> Result<Prestress> {
         let mut load = Mat::zeros(self.order(), 1);
         for element in &self.section.elements {
             for shape in element.kind.points() {
                 let (r, jacobian) = self.section.at(element, &shape);
-                let weight = self.path.whole(0) * self.material.density * r * r * jacobian.determinant * shape.weight;
+                let density = self.section.material(element, self.material).density;
+                let weight = self.path.whole(0) * density * r * r * jacobian.determinant * shape.weight;
                 for (&node, value) in element.nodes.iter().zip(&shape.value) {
                     if let Some(k) = self.amplitude(node) {
                         load[(k, 0)] += weight * value;

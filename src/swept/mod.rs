@@ -56,7 +56,7 @@ pub use picture::{Picture, PictureModes};
 pub use rail::{DrawnRail, HeadPoint, Rail};
 pub use rail60e1::Rail60E1;
 pub use rotation::{blocks, RotationBlocks};
-pub use section::{Element, Section};
+pub use section::{Element, Section, SectionLayer};
 pub use shape::SectionCell;
 pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
