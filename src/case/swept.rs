@@ -4,14 +4,15 @@ use super::bodies::{material_of, Bodies};
 use super::rail;
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
+use crate::fem::Material;
 use crate::grid::ContactGrid;
-use crate::job::{self, Job, MeshSource, Section, SectionFile};
+use crate::job::{self, Job, MeshSource, Section, SectionFile, WheelNumbers};
 use crate::mesh::msh::plane;
 use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, W920S};
+use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, SectionLayer, Wheel, WheelShape};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -25,7 +26,11 @@ fn section(body: &job::Body) -> Result<Given> {
     };
     let contact_offset = revolved.contact_offset;
     Ok(match &revolved.section {
-        Section::W920S => Given::W920S(W920S::on_tread(contact_offset)),
+        Section::W920S => Given::Wheel(Wheel::w920s(contact_offset)),
+        Section::Wheel(wheel) => {
+            let shape = shape(wheel);
+            Given::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
+        }
         Section::File(file) => {
             let drawn = drawn(file, contact_offset)?;
             // Its frame is tilted where a placement says where it is touched.
@@ -38,6 +43,27 @@ fn section(body: &job::Body) -> Result<Given> {
             Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
         }
     })
+}
+
+/// The shape of a wheel by a few numbers.
+fn shape(wheel: &WheelNumbers) -> WheelShape {
+    let layer = wheel.layer.as_ref().map(|of| {
+        let &job::Material { young, poisson, density } = &of.material;
+        let material = Material { young, poisson, density };
+        let inner = 0.5 * of.inner_diameter;
+        let layer = SectionLayer { name: "layer".into(), material, loss: of.loss_factor };
+        (layer, [inner, inner + of.thickness])
+    });
+    let [at_rim, at_hub] = wheel.web_middle();
+    WheelShape {
+        name: "the wheel",
+        bore_group: "bore",
+        radii: wheel.radii(),
+        hub: wheel.hub(),
+        web: [wheel.web_thickness, at_rim, at_hub],
+        rim: wheel.rim(),
+        layer,
+    }
 }
 
 /// The drawing in a file, x along the axle and y away from it, with the rolling radius that the job says at y = `offset`, m.
@@ -84,7 +110,7 @@ fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Give
     let right = side == job::TrackSide::Right;
     let offset = if right { -seat.y } else { seat.y };
     match section(body)? {
-        Given::W920S(_) => Ok(Given::W920S(W920S { offset, height: Some(seat.height), mirrored: right })),
+        Given::Wheel(wheel) => Ok(Given::Wheel(Wheel { offset, height: Some(seat.height), mirrored: right, ..wheel })),
         Given::Drawn { drawn, .. } => Ok(Given::Drawn { drawn, offset, mirrored: right }),
         Given::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
     }
@@ -106,8 +132,12 @@ fn made<'p>(
     let making =
         Making { section, material, fixed: &body.fixed, springs: &springs, rotates: body.rotates(), grid, tilt };
     let swept = Swept::new(world, name, making)?;
-    let (unknowns, mass) = (swept.unknowns(), swept.mass());
-    summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, mass {mass:.6e} kg"));
+    let unknowns = swept.unknowns();
+    let [mass, _, polar, diametral] = swept.inertia();
+    summary.line(format!(
+        "body {name}: swept, {unknowns} unknowns of each order, mass {mass:.6e} kg, second moments {polar:.5e} kg m² about the axle, {diametral:.5e} kg m² \
+         about a diameter"
+    ));
     Ok(swept)
 }
 

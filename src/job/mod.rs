@@ -144,7 +144,7 @@ impl Job {
             }
             match &mut body.mesh {
                 None => {}
-                Some(MeshSource::Revolved(Revolved { section: Section::W920S, .. }))
+                Some(MeshSource::Revolved(Revolved { section: Section::W920S | Section::Wheel(_), .. }))
                     if body.damping == Damping::default() =>
                 {
                     body.damping = Damping::of_steel_wheels();

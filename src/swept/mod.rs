@@ -36,8 +36,8 @@ mod shape;
 mod springs;
 mod track;
 mod turn;
-mod w920s;
 pub mod waves;
+mod wheel;
 
 pub use bays::{Bays, Laid};
 pub use beam::Beam;
@@ -61,7 +61,7 @@ pub use shape::SectionCell;
 pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
 pub use turn::{both_turned, turned};
-pub use w920s::{w920s, W920S};
+pub use wheel::{w920s, Wheel, WheelShape};
 
 #[cfg(test)]
 mod tests;

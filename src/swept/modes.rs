@@ -140,7 +140,10 @@ impl Seen {
                 omega: list[..m].to_vec(),
                 residual: list[m..2 * m].to_vec(),
                 shares: list[2 * m..5 * m].chunks_exact(3).map(|c| std::array::from_fn(|k| c[k])).collect(),
-                contact: list[5 * m..(5 + LOADS) * m].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
+                contact: list[5 * m..(5 + LOADS) * m]
+                    .chunks_exact(LOADS)
+                    .map(|c| std::array::from_fn(|k| c[k]))
+                    .collect(),
                 rotation: RotationBlocks { coupling: matrix(m, 0), stiffness: matrix(m, m * m) },
                 stored: list[(5 + LOADS) * m..].to_vec(),
                 lost: matrix(m, 2 * m * m),

@@ -1,5 +1,6 @@
 //! A body swept from a section.
 
+use super::WheelNumbers;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -24,6 +25,9 @@ pub enum Section {
     /// The annular cylinder. It has the groups `inner`, `outer`, `side_minus`, `side_plus`.
     #[serde(rename = "cylinder")]
     Cylinder(Ring),
+    /// A wheel by a few numbers.
+    #[serde(rename = "wheel")]
+    Wheel(WheelNumbers),
     /// A drawn one: a plane mesh of Gmsh, x along the axle, y away from it.
     #[serde(rename = "file")]
     File(SectionFile),
@@ -106,6 +110,15 @@ impl Revolved {
                 width: c.thickness,
                 room: 0.5 * c.thickness - offset.abs(),
             },
+            Section::Wheel(wheel) => {
+                let [field, face, _] = wheel.rim();
+                Running {
+                    radius: 0.5 * wheel.diameter,
+                    crown: None,
+                    width: face - field,
+                    room: (offset - field).min(face - offset),
+                }
+            }
             // Where its running line ends is in the file.
             Section::File(f) => Running { radius: f.radius, crown: f.crown, width: f64::INFINITY, room: f64::INFINITY },
         }
