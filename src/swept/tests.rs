@@ -14,6 +14,7 @@ mod flange;
 mod infinite;
 mod layers;
 mod straight;
+mod wheel;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
