@@ -112,7 +112,14 @@ impl<'w> Swept<'w> {
 
     /// Mass, kg.
     pub fn mass(&self) -> f64 {
-        self.forms.section.volume() * self.forms.material.density
+        let [mass, ..] = self.inertia();
+        mass
+    }
+
+    /// Mass, kg, y of the centre of mass from the contact, m, and moments of inertia about the axle and about a
+    /// diameter through the centre of mass, kg m².
+    pub fn inertia(&self) -> [f64; 4] {
+        self.forms.section.inertia(self.forms.material)
     }
 
     /// Collective: number of modes below ω = `limit`, rad/s.
@@ -150,6 +157,34 @@ impl<'w> Swept<'w> {
 }
 
 impl Swept<'_> {
+    /// Returns true if the section has a layer with a loss factor.
+    fn is_lossy(&self) -> bool {
+        self.forms.section.layers.iter().any(|layer| layer.loss > 0.0)
+    }
+
+    /// Modal damping matrix of the layers with a loss factor, 1/s, `[m, m]` on rank 0: Σ η_l φ_aᵀK_lφ_b/√(ω_a ω_b), on
+    /// the diagonal ω times the loss factor of the mode.
+    fn damping(&self, list: &[Member]) -> Option<Mat<f64>> {
+        let between = |i: usize, j: usize| {
+            let (a, b) = (&list[i], &list[j]);
+            let scale = a.omega() * b.omega();
+            match (a.of.order, a.family) == (b.of.order, b.family) && scale > 0.0 {
+                true => a.of.lost[(a.index, b.index)] / scale.sqrt(),
+                false => 0.0,
+            }
+        };
+        (self.is_lossy() && self.world.is_root()).then(|| Mat::from_fn(list.len(), list.len(), between))
+    }
+
+    /// φᵀK_lφ of the modes in layers with a loss factor, 1/s², `[m]`; empty where there are none.
+    fn stored(&self, list: &[Member]) -> Vec<f64> {
+        if self.is_lossy() {
+            list.iter().map(|m| m.of.stored[m.index]).collect()
+        } else {
+            Vec::new()
+        }
+    }
+
     /// Collective: the modes up to `extent` found by another body, where these are those of this one.
     fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Seen>)> {
         let found = self.found.clone()?;
@@ -351,8 +386,8 @@ impl Body for Swept<'_> {
         let found = TraceModes {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
             rows: self.world.is_root().then_some(rows),
-            damping: None,
-            springs: Vec::new(),
+            damping: self.damping(&list),
+            springs: self.stored(&list),
             reach: match extent {
                 Extent::MaxFrequency(f) => 2.0 * PI * f,
                 Extent::Count(_) => list.last().map_or(0.0, Member::omega),
@@ -409,6 +444,8 @@ mod tests {
             shares,
             contact,
             rotation,
+            stored: vec![0.0; m],
+            lost: Mat::zeros(m, m),
             outline,
             vectors: Mat::zeros(0, m),
         }

@@ -67,16 +67,18 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
             report.warnings.extend(found.warnings);
         }
         report.lines.splice(0..0, placed.lines());
+        report.lines.splice(0..0, super::swept::inertia(job)?);
         report.warnings.splice(0..0, placed.warnings());
         return Ok(report);
     }
     if job.is_swept() {
         let grid = |(_, body): &(_, &crate::job::Body)| super::swept::grid(job, body);
         let grids = job.bodies().iter().map(grid).collect::<Result<Vec<_>>>()?;
-        return match &grids[..] {
-            [Some(lower), Some(upper)] if wanted(job) => foreseen(job, &interface_between(lower, upper)?),
-            _ => Ok(report),
-        };
+        if let ([Some(lower), Some(upper)], true) = (&grids[..], wanted(job)) {
+            report = foreseen(job, &interface_between(lower, upper)?)?;
+        }
+        report.lines.splice(0..0, super::swept::inertia(job)?);
+        return Ok(report);
     }
     let found: Vec<Result<(Rc<Meshed>, Report)>> =
         job.bodies().into_iter().map(|(name, body)| of_mesh(job, meshes, name, body)).collect();

@@ -4,14 +4,15 @@ use super::bodies::{material_of, Bodies};
 use super::rail;
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
+use crate::fem::Material;
 use crate::grid::ContactGrid;
-use crate::job::{self, Job, MeshSource, Section, SectionFile};
+use crate::job::{self, Job, MeshSource, Section, SectionFile, WheelDimensions};
 use crate::mesh::msh::plane;
 use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, W920S};
+use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, SectionLayer, Wheel, WheelShape};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -25,7 +26,11 @@ fn section(body: &job::Body) -> Result<Given> {
     };
     let contact_offset = revolved.contact_offset;
     Ok(match &revolved.section {
-        Section::W920S => Given::W920S(W920S::on_tread(contact_offset)),
+        Section::W920S => Given::Wheel(Wheel::w920s(contact_offset)),
+        Section::Wheel(wheel) => {
+            let shape = shape(wheel);
+            Given::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
+        }
         Section::File(file) => {
             let drawn = drawn(file, contact_offset)?;
             // Its frame is tilted where a placement says where it is touched.
@@ -38,6 +43,27 @@ fn section(body: &job::Body) -> Result<Given> {
             Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
         }
     })
+}
+
+/// Shape of a wheel by its main dimensions.
+fn shape(wheel: &WheelDimensions) -> WheelShape {
+    let layer = wheel.layer.as_ref().map(|of| {
+        let &job::Material { young, poisson, density } = &of.material;
+        let material = Material { young, poisson, density };
+        let inner = 0.5 * of.inner_diameter;
+        let layer = SectionLayer { name: "layer".into(), material, loss: of.loss_factor };
+        (layer, [inner, inner + of.thickness])
+    });
+    let [at_rim, at_hub] = wheel.web_middle();
+    WheelShape {
+        name: "the wheel",
+        bore_group: "bore",
+        radii: wheel.radii(),
+        hub: wheel.hub(),
+        web: [wheel.web_thickness, at_rim, at_hub],
+        rim: wheel.rim(),
+        layer,
+    }
 }
 
 /// The drawing in a file, x along the axle and y away from it, with the rolling radius that the job says at y = `offset`, m.
@@ -84,7 +110,7 @@ fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Give
     let right = side == job::TrackSide::Right;
     let offset = if right { -seat.y } else { seat.y };
     match section(body)? {
-        Given::W920S(_) => Ok(Given::W920S(W920S { offset, height: Some(seat.z), mirrored: right })),
+        Given::Wheel(wheel) => Ok(Given::Wheel(Wheel { offset, height: Some(seat.z), mirrored: right, ..wheel })),
         Given::Drawn { drawn, .. } => Ok(Given::Drawn { drawn, offset, mirrored: right }),
         Given::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
     }
@@ -106,9 +132,25 @@ fn made<'p>(
     let making =
         Making { section, material, fixed: &body.fixed, springs: &springs, rotates: body.rotates(), grid, tilt };
     let swept = Swept::new(world, name, making)?;
-    let (unknowns, mass) = (swept.unknowns(), swept.mass());
-    summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, mass {mass:.6e} kg"));
+    let unknowns = swept.unknowns();
+    let inertia = in_words(swept.inertia());
+    summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, {inertia}"));
     Ok(swept)
+}
+
+/// Mass and moments of inertia of a body of revolution in words.
+fn in_words([mass, _, polar, diametral]: [f64; 4]) -> String {
+    format!("mass {mass:.6e} kg, moments of inertia {polar:.5e} kg m² (polar), {diametral:.5e} kg m² (diametral)")
+}
+
+/// Lines with mass and moments of inertia of the bodies of revolution of a job.
+pub(crate) fn inertia(job: &Job) -> Result<Vec<String>> {
+    let turned = |(_, body): &(_, &job::Body)| matches!(body.mesh, Some(MeshSource::Revolved(_)));
+    let of = |(name, body): (&str, &job::Body)| {
+        let inertia = section(body)?.for_modes()?.inertia(material_of(body)?);
+        Ok(format!("body {name}: {}", in_words(inertia)))
+    };
+    job.bodies().into_iter().filter(turned).map(of).collect()
 }
 
 /// The springs of revolution that a body stands on.
@@ -204,4 +246,23 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
         bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grid, material));
     }
     Ok(bodies)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swept::Focus;
+
+    /// The default dimensions of a wheel are those of W920S.
+    #[test]
+    fn a_wheel_of_default_dimensions_is_w920s() {
+        let wheel: WheelDimensions = serde_json::from_str(r#"{"diameter": 0.92}"#).unwrap();
+        let focus = Focus { size: 0.03, reach: 0.0, corner: 0.003, largest: 0.03 };
+        let built = Given::Wheel(Wheel { shape: shape(&wheel), offset: 0.0, height: None, mirrored: false });
+        let (built, known) = (built.for_modes().unwrap(), crate::swept::w920s(0.0, focus).unwrap());
+        assert_eq!((&built.elements, &built.tread), (&known.elements, &known.tread));
+        assert_eq!(built.groups["bore"], known.groups["inner"]);
+        let near = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
+        assert!(built.nodes.iter().zip(&known.nodes).all(near));
+    }
 }

@@ -11,6 +11,7 @@ mod rail;
 mod roughness;
 mod support;
 mod swept;
+mod wheel;
 
 /// All faults of a job that fits the schema; empty if it makes sense.
 pub fn validate(job: &Job) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
 
-use super::w920s::W920S;
+use super::wheel::Wheel;
 use super::{Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
 use crate::Result;
 use std::collections::BTreeMap;
@@ -118,7 +118,7 @@ impl Lines<'_> {
                 if bare && face(radius, self.y[j]) {
                     section.tread.push([nodes[0], nodes[1], nodes[4]]);
                 }
-                section.elements.push(Element { kind: SectionCell::Quad9, nodes });
+                section.elements.push(Element { kind: SectionCell::Quad9, nodes, layer: 0 });
             }
         }
         let mut group = |name: &str, i: Option<usize>, j: Option<usize>| {
@@ -140,8 +140,8 @@ impl Lines<'_> {
 pub enum Given {
     /// An annular cylinder.
     Cylinder(Cylinder),
-    /// The benchmark wheel.
-    W920S(W920S),
+    /// A wheel by its main dimensions.
+    Wheel(Wheel),
     /// A drawn one.
     Drawn {
         /// The drawing.
@@ -163,7 +163,7 @@ impl Given {
     pub fn radius(&self) -> f64 {
         match self {
             Given::Cylinder(c) => c.outer_radius,
-            Given::W920S(wheel) => wheel.contact().radius(),
+            Given::Wheel(wheel) => wheel.contact().radius(),
             Given::Drawn { drawn, offset, .. } => drawn.running(*offset).map_or(0.0, |[r, _]| r),
         }
     }
@@ -172,7 +172,7 @@ impl Given {
     pub fn contact(&self) -> SectionContact {
         match self {
             Given::Cylinder(_) => SectionContact::level(self.radius()),
-            Given::W920S(wheel) => wheel.contact(),
+            Given::Wheel(wheel) => wheel.contact(),
             Given::Drawn { drawn, offset, mirrored } => {
                 let [radius, slope] = drawn.running(*offset).unwrap_or_default();
                 let angle = if *mirrored { -slope.atan() } else { slope.atan() };
@@ -185,7 +185,7 @@ impl Given {
     pub fn height(&self, x: f64, y: f64) -> f64 {
         let drop = match self {
             Given::Cylinder(c) => c.drop(y),
-            Given::W920S(_) => 0.0,
+            Given::Wheel(_) => 0.0,
             // Beside the running line nothing can touch.
             Given::Drawn { drawn, offset, mirrored } => {
                 let at = if *mirrored { offset - y } else { offset + y };
@@ -212,7 +212,7 @@ impl Given {
     fn sizes(&self) -> [f64; 2] {
         match self {
             Given::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
-            Given::W920S(_) => PARTS_OF_THE_WHEEL,
+            Given::Wheel(_) => PARTS_OF_THE_WHEEL,
             Given::Drawn { .. } => [f64::INFINITY; 2],
         }
     }
@@ -220,7 +220,7 @@ impl Given {
     fn section(&self, focus: Focus) -> Result<Section> {
         match self {
             Given::Cylinder(c) => cylinder(c, focus),
-            Given::W920S(wheel) => wheel.section(focus),
+            Given::Wheel(wheel) => wheel.section(focus),
             Given::Drawn { drawn, offset, mirrored } => drawn.seen(*offset, *mirrored, &focus),
         }
     }

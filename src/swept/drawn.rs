@@ -271,7 +271,7 @@ fn quadratic(nodes: Vec<[f64; 2]>, faces: &[Vec<usize>]) -> Result<Section> {
             9 => SectionCell::Quad9,
             n => return Err(Error::Defect(format!("a face of a section with {n} nodes"))),
         };
-        let mut element = Element { kind, nodes };
+        let mut element = Element { kind, nodes, layer: 0 };
         // Twice the area of the corners.
         let corner = |k: usize| section.nodes[element.nodes[k % corners]];
         let area: f64 = (0..corners).map(|k| corner(k)[0] * corner(k + 1)[1] - corner(k + 1)[0] * corner(k)[1]).sum();

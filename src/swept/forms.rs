@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 /// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
-type Strains = [[f64; 3]; 6];
+pub(super) type Strains = [[f64; 3]; 6];
 
 /// K_n = K0 + n K1 + n² K2 and M of a section, for all n; along a line with the wavenumber k in place of n, and metres in place of radians.
 #[derive(Debug, Clone)]
@@ -192,6 +192,7 @@ impl Forms {
             || a.elements != b.elements
             || a.tread != b.tread
             || a.groups != b.groups
+            || a.layers != b.layers
         {
             return false;
         }
@@ -214,8 +215,9 @@ impl Forms {
     }
 
     fn assemble(&mut self) {
-        let (lambda, shear) = self.material.lame();
         for element in &self.section.elements {
+            let material = self.section.material(element, self.material);
+            let (lambda, shear) = material.lame();
             for shape in element.kind.points() {
                 let (r, jacobian) = self.section.at(element, &shape);
                 let weight = jacobian.determinant * shape.weight * self.path.measure(r);
@@ -235,7 +237,7 @@ impl Forms {
                         add(&mut self.stiffness[1][k], &stress[0], one, weight);
                         add(&mut self.stiffness[1][k], &stress[1], zero, weight);
                         add(&mut self.stiffness[2][k], &stress[1], one, weight);
-                        self.mass[k] += self.material.density * shape.value[i] * shape.value[j] * weight;
+                        self.mass[k] += material.density * shape.value[i] * shape.value[j] * weight;
                     }
                 }
             }
@@ -389,7 +391,8 @@ impl Forms {
         for element in &self.section.elements {
             for shape in element.kind.points() {
                 let (r, jacobian) = self.section.at(element, &shape);
-                let weight = self.path.whole(0) * self.material.density * r * r * jacobian.determinant * shape.weight;
+                let density = self.section.material(element, self.material).density;
+                let weight = self.path.whole(0) * density * r * r * jacobian.determinant * shape.weight;
                 for (&node, value) in element.nodes.iter().zip(&shape.value) {
                     if let Some(k) = self.amplitude(node) {
                         load[(k, 0)] += weight * value;
@@ -405,10 +408,10 @@ impl Forms {
 
     /// The prestress that the axisymmetric motion `u`, m, `[order]`, brings.
     fn prestress(&self, u: &[f64]) -> Prestress {
-        let (lambda, shear) = self.material.lame();
         let zeros = vec![0.0; self.pairs.columns.len()];
         let mut out = Prestress { along_section: zeros.clone(), along_angle: zeros };
         for element in &self.section.elements {
+            let (lambda, shear) = self.section.material(element, self.material).lame();
             for shape in element.kind.points() {
                 let (r, jacobian) = self.section.at(element, &shape);
                 let slopes: Vec<[f64; 2]> = shape.slope.iter().map(|&s| jacobian.slope(s)).collect();
@@ -453,7 +456,7 @@ fn brackets(n: usize) -> [[f64; 3]; 3] {
 
 /// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y, and 1/r round an axle: what does not
 /// go with n, and what does.
-fn strains(value: f64, [along_r, along_y]: [f64; 2], over: Option<f64>) -> [Strains; 2] {
+pub(super) fn strains(value: f64, [along_r, along_y]: [f64; 2], over: Option<f64>) -> [Strains; 2] {
     let (bent, wave) = (value * over.unwrap_or(0.0), value * over.unwrap_or(1.0));
     [
         [
@@ -469,7 +472,7 @@ fn strains(value: f64, [along_r, along_y]: [f64; 2], over: Option<f64>) -> [Stra
 }
 
 /// Stresses of strains, column by column.
-fn stress(strains: &Strains, lambda: f64, shear: f64) -> Strains {
+pub(super) fn stress(strains: &Strains, lambda: f64, shear: f64) -> Strains {
     let mut out = [[0.0; 3]; 6];
     for c in 0..3 {
         let trace = strains[0][c] + strains[1][c] + strains[2][c];

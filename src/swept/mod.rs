@@ -22,6 +22,7 @@ mod envelope;
 mod forms;
 pub mod infinite;
 mod krylov;
+mod layers;
 mod load;
 pub mod modes;
 mod numbering;
@@ -36,8 +37,8 @@ mod shape;
 mod springs;
 mod track;
 mod turn;
-mod w920s;
 pub mod waves;
+mod wheel;
 
 pub use crate::rails::HeadPoint;
 pub use bays::{Bays, Laid};
@@ -50,6 +51,7 @@ pub use drawn::Drawn;
 pub use ends::Ends;
 pub use forms::{Forms, Prestress};
 pub use infinite::{Infinite, FORCES};
+pub use layers::SectionLayer;
 pub use load::{HalfSpaceLoad, LineLoad, Patch, Square, FAMILY, LOADS};
 pub use modes::{Modes, Seen};
 pub use outline::{Edge, OrderModes, Outline, OutlineModes};
@@ -62,7 +64,7 @@ pub use shape::SectionCell;
 pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
 pub use turn::{both_turned, turned};
-pub use w920s::{w920s, W920S};
+pub use wheel::{w920s, Wheel, WheelShape};
 
 #[cfg(test)]
 mod tests;

@@ -41,6 +41,10 @@ pub struct Seen {
     pub contact: Vec<[f64; LOADS]>,
     /// Rotation at 1 rad/s.
     pub rotation: RotationBlocks,
+    /// Σ φᵀK_lφ of the layers with a loss factor η_l, 1/s², `[m]`: their share of the strain energy times ω².
+    pub stored: Vec<f64>,
+    /// Σ η_l ΦᵀK_lΦ of these layers, 1/s², `[m, m]`.
+    pub lost: Mat<f64>,
     /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see [`Seen::with_outline`].
     pub outline: Mat<f64>,
     /// Amplitudes of the whole section, 1/√kg, `[amplitudes, m]`; as the ones before.
@@ -60,6 +64,13 @@ impl Seen {
         let share = |k: usize, c: usize| -> f64 {
             (c..mass.nrows()).step_by(3).map(|i| modes.vectors[(i, k)] * mass[(i, k)]).sum()
         };
+        let count = modes.omega.len();
+        let (mut stored, mut lost) = (Mat::zeros(count, count), Mat::zeros(count, count));
+        for (k, layer) in forms.section.layers.iter().enumerate().filter(|(_, layer)| layer.loss > 0.0) {
+            let energy = forms.strain_energy(modes.order, k + 1, modes.vectors.as_ref());
+            lost += faer::Scale(layer.loss) * &energy;
+            stored += energy;
+        }
         Self {
             order: modes.order,
             omega: modes.omega.clone(),
@@ -67,6 +78,8 @@ impl Seen {
             shares: (0..modes.omega.len()).map(|k| std::array::from_fn(|c| share(k, c))).collect(),
             contact: seen(modes.vectors.as_ref(), contact),
             rotation: blocks(forms, modes, prestress),
+            stored: (0..modes.omega.len()).map(|k| stored[(k, k)]).collect(),
+            lost,
             outline: Mat::zeros(0, modes.omega.len()),
             vectors: Mat::zeros(0, modes.omega.len()),
         }
@@ -101,7 +114,8 @@ impl Seen {
         let mut list = vec![self.order as f64, m as f64, self.outline.nrows() as f64, self.vectors.nrows() as f64];
         list.extend(self.omega.iter().chain(&self.residual));
         list.extend(self.shares.as_flattened().iter().chain(self.contact.as_flattened()));
-        for matrix in [&self.rotation.coupling, &self.rotation.stiffness, &self.outline, &self.vectors] {
+        list.extend(&self.stored);
+        for matrix in [&self.rotation.coupling, &self.rotation.stiffness, &self.lost, &self.outline, &self.vectors] {
             list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
         }
         list
@@ -114,22 +128,27 @@ impl Seen {
             let m = numbers.get(1).map_or(0, |m| *m as usize);
             let rows = numbers.get(2).map_or(0, |rows| *rows as usize);
             let amplitudes = numbers.get(3).map_or(0, |rows| *rows as usize);
-            let length = 4 + (5 + LOADS) * m + 2 * m * m + (rows + amplitudes) * m;
+            let length = 4 + (6 + LOADS) * m + 3 * m * m + (rows + amplitudes) * m;
             if numbers.len() < length {
                 return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
             }
             let (mine, rest) = numbers.split_at(length);
-            let (list, matrices) = mine[4..].split_at((5 + LOADS) * m);
+            let (list, matrices) = mine[4..].split_at((6 + LOADS) * m);
             let matrix = |rows: usize, first: usize| Mat::from_fn(rows, m, |i, j| matrices[first + i + rows * j]);
             all.push(Self {
                 order: mine[0] as usize,
                 omega: list[..m].to_vec(),
                 residual: list[m..2 * m].to_vec(),
                 shares: list[2 * m..5 * m].chunks_exact(3).map(|c| std::array::from_fn(|k| c[k])).collect(),
-                contact: list[5 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
+                contact: list[5 * m..(5 + LOADS) * m]
+                    .chunks_exact(LOADS)
+                    .map(|c| std::array::from_fn(|k| c[k]))
+                    .collect(),
                 rotation: RotationBlocks { coupling: matrix(m, 0), stiffness: matrix(m, m * m) },
-                outline: matrix(rows, 2 * m * m),
-                vectors: matrix(amplitudes, 2 * m * m + rows * m),
+                stored: list[(5 + LOADS) * m..].to_vec(),
+                lost: matrix(m, 2 * m * m),
+                outline: matrix(rows, 3 * m * m),
+                vectors: matrix(amplitudes, 3 * m * m + rows * m),
             });
             numbers = rest;
         }

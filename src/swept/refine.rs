@@ -135,7 +135,7 @@ impl Work {
         let turn = usize::from(length(1, 3) < length(0, 2));
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| old.nodes[(k + turn) % 4]);
         let [ab, bc, cd, da] = [0, 1, 2, 3].map(|k| old.nodes[4 + (k + turn) % 4]);
-        let triangle = |nodes: [usize; 6]| Element { kind: SectionCell::Tri6, nodes: nodes.to_vec() };
+        let triangle = |nodes: [usize; 6]| Element { kind: SectionCell::Tri6, nodes: nodes.to_vec(), layer: old.layer };
         [triangle([a, b, c, ab, bc, centre]), triangle([a, c, d, centre, cd, da])].map(|e| self.add(e)).into_iter()
     }
 
@@ -150,7 +150,7 @@ impl Work {
             };
             let [a, b, c] = [0, 1, 2].map(|k| element.nodes[(k + turn) % 3]);
             let [m, bc, ca] = [0, 1, 2].map(|k| element.nodes[3 + (k + turn) % 3]);
-            let turned = Element { kind: SectionCell::Tri6, nodes: vec![a, b, c, m, bc, ca] };
+            let turned = Element { kind: SectionCell::Tri6, nodes: vec![a, b, c, m, bc, ca], layer: element.layer };
             // Nodes at a quarter of the edge from its first and from its last end.
             let (first, at_first, at_last) = match quarters {
                 Some(known) => known,
@@ -165,7 +165,7 @@ impl Work {
             let place = self.place(&turned, [0.25, 0.5]);
             let mc = self.node(place);
             for nodes in [[a, m, c, am, mc, ca], [m, b, c, mb, bc, mc]] {
-                parts.push(self.add(Element { kind: SectionCell::Tri6, nodes: nodes.to_vec() }));
+                parts.push(self.add(Element { kind: SectionCell::Tri6, nodes: nodes.to_vec(), layer: element.layer }));
             }
         }
         parts.into_iter()

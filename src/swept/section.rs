@@ -1,6 +1,7 @@
 //! The mesh of a section.
 
-use super::{Path, SectionCell};
+use super::{Path, SectionCell, SectionLayer};
+use crate::fem::Material;
 use crate::quadrature::GAUSS_3;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -12,6 +13,8 @@ pub struct Element {
     pub kind: SectionCell,
     /// Its nodes, as the kind numbers them.
     pub nodes: Vec<usize>,
+    /// Its material: 0 of the body, k of the layer k − 1 of the section.
+    pub layer: usize,
 }
 
 impl Element {
@@ -38,9 +41,33 @@ pub struct Section {
     pub groups: BTreeMap<String, Vec<usize>>,
     /// Edges of the running line: first, last and middle node, from small to large y.
     pub tread: Vec<[usize; 3]>,
+    /// Layers of other materials than that of the body.
+    pub layers: Vec<SectionLayer>,
 }
 
 impl Section {
+    /// Material of an element, with `body` as that of elements without a layer.
+    pub fn material(&self, element: &Element, body: Material) -> Material {
+        element.layer.checked_sub(1).and_then(|k| self.layers.get(k)).map_or(body, |layer| layer.material)
+    }
+
+    /// Mass, kg, y of the centre of mass, m, and moments of inertia about the axle and about a diameter through the
+    /// centre of mass, kg m², of the body of revolution of which `body` is the material without layers.
+    pub fn inertia(&self, body: Material) -> [f64; 4] {
+        let mut sums = [0.0; 4];
+        for element in &self.elements {
+            let density = self.material(element, body).density;
+            for shape in element.kind.points() {
+                let (r, jacobian) = self.at(element, &shape);
+                let y: f64 = element.nodes.iter().zip(&shape.value).map(|(&k, n)| n * self.nodes[k][1]).sum();
+                let mass = 2.0 * std::f64::consts::PI * r * jacobian.determinant * shape.weight * density;
+                [1.0, y, r * r, y * y].iter().zip(&mut sums).for_each(|(f, sum)| *sum += mass * f);
+            }
+        }
+        let [mass, first, polar, second] = sums;
+        [mass, first / mass, polar, 0.5 * polar + second - first * first / mass]
+    }
+
     /// Volume of the body of revolution, m³.
     pub fn volume(&self) -> f64 {
         let mut sum = 0.0;

@@ -13,7 +13,9 @@ mod drawn_rail;
 mod elsewhere;
 mod flange;
 mod infinite;
+mod layers;
 mod straight;
+mod wheel;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
@@ -153,7 +155,7 @@ fn the_other_elements_have_the_same_frequencies() {
             .elements
             .iter()
             .flat_map(|e| {
-                let of = |list: &[usize]| Element { kind, nodes: list.iter().map(|&k| e.nodes[k]).collect() };
+                let of = |list: &[usize]| Element { kind, nodes: list.iter().map(|&k| e.nodes[k]).collect(), layer: 0 };
                 match kind {
                     SectionCell::Tri6 => vec![of(&[0, 1, 2, 4, 5, 8]), of(&[0, 2, 3, 8, 6, 7])],
                     _ => vec![of(&[0, 1, 2, 3, 4, 5, 6, 7])],

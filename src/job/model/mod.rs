@@ -10,6 +10,7 @@ mod rail;
 mod roughness;
 mod support;
 mod swept;
+mod wheel;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,6 +30,7 @@ pub use rail::*;
 pub use roughness::*;
 pub use support::*;
 pub use swept::*;
+pub use wheel::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,5 +1,6 @@
 //! A body swept from a section.
 
+use super::WheelDimensions;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -10,7 +11,8 @@ use std::path::PathBuf;
 pub struct Revolved {
     /// The section, by the name of a built-in one.
     pub section: Section,
-    /// Distance of the contact point, and of the apex of a crown, from the mid-plane (of W920S: from that of its web; of a file: from its x = 0), towards +y, m.
+    /// Distance of the contact point, and of the apex of a crown, from the mid-plane (of W920S: from that of its web; of
+    /// `wheel`: from its running circle; of a file: from its x = 0), towards +y, m.
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub contact_offset: f64,
@@ -24,6 +26,9 @@ pub enum Section {
     /// The annular cylinder. It has the groups `inner`, `outer`, `side_minus`, `side_plus`.
     #[serde(rename = "cylinder")]
     Cylinder(Ring),
+    /// A wheel by its main dimensions. It has the group `bore`.
+    #[serde(rename = "wheel")]
+    Wheel(WheelDimensions),
     /// A drawn one: a plane mesh of Gmsh, x along the axle, y away from it.
     #[serde(rename = "file")]
     File(SectionFile),
@@ -106,6 +111,15 @@ impl Revolved {
                 width: c.thickness,
                 room: 0.5 * c.thickness - offset.abs(),
             },
+            Section::Wheel(wheel) => {
+                let [field, face, _] = wheel.rim();
+                Running {
+                    radius: 0.5 * wheel.diameter,
+                    crown: None,
+                    width: face - field,
+                    room: (offset - field).min(face - offset),
+                }
+            }
             // Where its running line ends is in the file.
             Section::File(f) => Running { radius: f.radius, crown: f.crown, width: f64::INFINITY, room: f64::INFINITY },
         }

@@ -10,7 +10,10 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         match (&body.profile, placement) {
             (None, Some(_)) => faults.push(format!("{path}.profile: missing; contact.placement needs that of the wheel (upper) and of the rail (lower), e.g. \"S1002\" or \"60E1\"")),
             (Some(_), None) => faults.push(format!("{path}.profile: given without contact.placement, which says where the wheel is; give both or none")),
-            (Some(_), Some(_)) => check_mesh(&path, body, faults),
+            (Some(_), Some(placement)) => {
+                check_mesh(&path, body, faults);
+                super::wheel::check_radius(&path, body, placement.radius, faults);
+            }
             _ => {}
         }
         match (&body.profile, name) {
@@ -94,7 +97,7 @@ fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
                 ));
             }
             if matches!(revolved.section, Section::Cylinder(_)) {
-                faults.push(format!("{path}.mesh.revolved.section: expected that of a wheel, \"W920S\" or a file, with a profile"));
+                faults.push(format!("{path}.mesh.revolved.section: expected that of a wheel with a profile: \"W920S\", wheel or a file"));
             }
             if path.ends_with("lower") {
                 faults.push(format!("{path}.mesh.revolved: a rail does not turn; the wheel is the upper body"));

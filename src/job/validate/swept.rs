@@ -30,6 +30,11 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
             }
             check_groups(path, body, "W920S", &RING_GROUPS[..1], faults);
         }
+        Section::Wheel(wheel) => {
+            let at = format!("{path}.mesh.revolved.section.wheel");
+            super::wheel::check_wheel(&at, wheel, (&key, revolved.contact_offset), faults);
+            check_groups(path, body, "the wheel", &["bore"], faults);
+        }
         // Its groups are found when it is read.
         Section::File(file) => {
             let at = format!("{path}.mesh.revolved.section.file");

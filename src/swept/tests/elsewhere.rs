@@ -43,13 +43,13 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
 fn meshes_that_move_are_told_from_those_that_change() {
     let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
     let wheel = |offset: f64, mirrored: bool| {
-        let section = Given::W920S(W920S { offset, height: None, mirrored }).for_modes().unwrap();
+        let section = Given::Wheel(Wheel { mirrored, ..Wheel::w920s(offset) }).for_modes().unwrap();
         clamped(section, steel)
     };
     assert!(wheel(0.004, true).is_elsewhere(&wheel(-0.011, true), 0.0));
     assert!(!wheel(0.004, true).is_elsewhere(&wheel(0.004, false), 0.0));
     let lighter = Material { density: 7800.0, ..steel };
-    let section = Given::W920S(W920S { mirrored: true, ..W920S::on_tread(0.0) }).for_modes().unwrap();
+    let section = Given::Wheel(Wheel { mirrored: true, ..Wheel::w920s(0.0) }).for_modes().unwrap();
     assert!(!wheel(0.004, true).is_elsewhere(&clamped(section, lighter), 0.0));
     let ring = |offset: f64| clamped(cylinder(&annulus(None, offset), COARSE).unwrap(), STEEL);
     assert!(ring(0.01).is_elsewhere(&ring(0.01), 0.0) && !ring(0.01).is_elsewhere(&ring(0.03), 0.0));

@@ -48,7 +48,7 @@ fn on_profile(y: f64) -> [f64; 3] {
 }
 
 fn wheel([offset, height, _]: [f64; 3], mirrored: bool) -> Given {
-    Given::W920S(W920S { offset, height: Some(height), mirrored })
+    Given::Wheel(Wheel { height: Some(height), mirrored, ..Wheel::w920s(offset) })
 }
 
 /// Angle of the frame of the profile against that of the loads, rad.

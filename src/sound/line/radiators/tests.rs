@@ -22,7 +22,7 @@ fn round(radius: f64) -> Section {
     let element = |k: usize| {
         let (i, j) = (2 * (k / CELLS), 2 * (k % CELLS));
         let corners = [[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1], [1, 1]];
-        Element { kind: SectionCell::Quad9, nodes: corners.map(|[a, b]| node(i + a, j + b)).to_vec() }
+        Element { kind: SectionCell::Quad9, nodes: corners.map(|[a, b]| node(i + a, j + b)).to_vec(), layer: 0 }
     };
     let last = LINE - 1;
     let tread = (0..CELLS).map(|k| [node(last, 2 * k), node(last, 2 * k + 2), node(last, 2 * k + 1)]).collect();
@@ -31,6 +31,7 @@ fn round(radius: f64) -> Section {
         elements: (0..CELLS * CELLS).map(element).collect(),
         groups: BTreeMap::new(),
         tread,
+        layers: Vec::new(),
     }
 }
 

@@ -3,7 +3,7 @@ use crate::fem::Material;
 use crate::sound::radiators::{add, Key, Patch};
 use crate::sound::Radiation;
 use crate::swept::modes::{of_order, Seen};
-use crate::swept::{Forms, Given, OrderModes, W920S};
+use crate::swept::{Forms, Given, OrderModes, Wheel};
 use num_complex::Complex64;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -13,7 +13,7 @@ const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 }
 
 /// Modes of W920S up to `reach` (Hz) of these orders; and their frequencies.
 fn wheel(orders: &[usize], reach: f64) -> (OutlineModes, Vec<f64>) {
-    let section = Given::W920S(W920S::on_tread(0.0)).for_modes().expect("section");
+    let section = Given::Wheel(Wheel::w920s(0.0)).for_modes().expect("section");
     let outline = section.outline(&section.groups["inner"]).expect("outline");
     let forms = Forms::new(section, STEEL, &["inner".into()]).expect("forms");
     let mut found = OutlineModes { outline, orders: Vec::new(), count: 0 };

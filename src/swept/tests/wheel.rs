@@ -1,0 +1,114 @@
+//! Wheels by their main dimensions.
+
+use super::*;
+use std::rc::Rc;
+
+const STEEL_OF_WHEELS: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+
+fn curved() -> WheelShape {
+    WheelShape { web: [0.022, -0.005, 0.030], hub: [-0.060, 0.110], bore_group: "bore", ..WheelShape::w920s() }
+}
+
+/// A drawing of the curved wheel in triangles, finer than the program's mesh.
+fn drawing() -> Drawn {
+    let wheel = Wheel { shape: curved(), ..Wheel::w920s(0.0) };
+    let section = wheel.section(even(0.002, 0.015)).unwrap();
+    let faces: Vec<Vec<usize>> = section
+        .elements
+        .iter()
+        .flat_map(|e| [[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 7]].map(|t| t.map(|k| e.nodes[k]).to_vec()))
+        .collect();
+    let tread = section.tread.iter().filter(|e| section.nodes[e[0]][1] < section.nodes[e[1]][1]);
+    let running: Vec<Vec<usize>> = tread.map(|e| e.to_vec()).collect();
+    let bore: Vec<Vec<usize>> = section.edges("bore").into_iter().map(|e| e.to_vec()).collect();
+    let curves = [("running".to_owned(), running), ("bore".to_owned(), bore)].into();
+    Drawn::new(Path::Axle, section.nodes, &faces, &curves, "running").unwrap()
+}
+
+/// All modes to 3 kHz of the wheel by its dimensions are those of the same wheel drawn.
+#[test]
+fn frequencies_of_a_wheel_by_dimensions_are_those_of_its_drawing() {
+    let built = Given::Wheel(Wheel { shape: curved(), ..Wheel::w920s(0.0) }).for_modes().unwrap();
+    let drawn = Given::Drawn { drawn: Rc::new(drawing()), offset: 0.0, mirrored: false }.for_modes().unwrap();
+    let [a, b] = [&built, &drawn].map(|s| s.inertia(STEEL_OF_WHEELS));
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3 * b.abs().max(1e-2)), "{a:?} {b:?}");
+    let found = [built, drawn].map(|section| {
+        let forms = Forms::new(section, STEEL_OF_WHEELS, &["bore".to_owned()]).unwrap();
+        spectrum(&up_to(&forms, 3000.0))
+    });
+    assert!(found[0].len() == found[1].len() && found[0].len() > 30, "{} {}", found[0].len(), found[1].len());
+    for (a, b) in found[0].iter().zip(&found[1]) {
+        assert!(a.1 == b.1 && (a.0 / b.0 - 1.0).abs() < 1e-3, "{a:?} {b:?}");
+    }
+}
+
+/// The mesh of W920S on its own lines, with all dimensions written out.
+fn w920s_by_hand(offset: f64, places: &[[f64; 2]], focus: Focus) -> Section {
+    let radii: Vec<f64> = places.iter().map(|x| x[0]).collect();
+    let across: Vec<f64> = places.iter().map(|x| x[1] - offset).collect();
+    let r = focus.lines(&[0.095, 0.135, 0.390, 0.460, 0.488], &radii, &[0.135, 0.390]);
+    let breaks = [-0.090, -0.065, -0.012, 0.012, 0.040, 0.070, 0.090].map(|y| y - offset);
+    let y = focus.lines(&breaks, &across, &breaks[2..4]);
+    let inside = |r: f64, y: f64| {
+        let [low, high] = match r {
+            r if r < 0.135 => [-0.090, 0.090],
+            r if r < 0.390 => [-0.012, 0.012],
+            r if r < 0.460 => [-0.065, 0.070],
+            _ => [0.040, 0.070],
+        };
+        low < y + offset && y + offset < high
+    };
+    let face = |r: f64, y: f64| r > 0.460 && y == breaks[4];
+    let lines = super::super::builtin::Lines { r: &r, y: &y };
+    let mut section = lines.section_with_face(inside, |at| at, |r, _| r == 0.460, face);
+    section.groups.retain(|name, _| name == "inner");
+    section
+}
+
+/// The section of W920S has the nodes, elements, running line and groups that it has always had.
+#[test]
+fn w920s_is_node_for_node_what_it_was() {
+    for (offset, focus) in [(0.0, even(0.003, 0.03)), (0.0123, even(0.003, 0.03)), (-0.02, COARSE)] {
+        assert_eq!(w920s(offset, focus).unwrap(), w920s_by_hand(offset, &[[0.460, offset]], focus));
+    }
+    let fine = Focus { size: 0.002, reach: 0.009, corner: 0.003, largest: 0.03 };
+    let root = Wheel { height: Some(0.006), ..Wheel::w920s(0.032) };
+    let spots = [[0.460, 0.040 - 0.010], [0.460 + 0.012, 0.040]];
+    let section = root.section(fine).unwrap();
+    assert!(section.nodes.len() > 2000, "{}", section.nodes.len());
+    assert_eq!(section, w920s_by_hand(0.032, &spots, fine));
+}
+
+/// Mass and moments of inertia of W920S are the sums of those of its rings, also with a ring of rubber in the rim.
+#[test]
+fn inertia_is_that_of_rings() {
+    // Inner and outer radius, ends, and density.
+    let mut rings = vec![
+        ([0.095, 0.135], [-0.090, 0.090], 7860.0),
+        ([0.135, 0.390], [-0.012, 0.012], 7860.0),
+        ([0.390, 0.460], [-0.065, 0.070], 7860.0),
+        ([0.460, 0.488], [0.040, 0.070], 7860.0),
+    ];
+    let rubber = Material { young: 20e6, poisson: 0.45, density: 1150.0 };
+    let layer = SectionLayer { name: "layer".into(), material: rubber, loss: 0.1 };
+    let resilient = WheelShape { layer: Some((layer, [0.400, 0.416])), ..WheelShape::w920s() };
+    for (k, shape) in [WheelShape::w920s(), resilient].into_iter().enumerate() {
+        if k == 1 {
+            rings.push(([0.400, 0.416], [-0.065, 0.070], 1150.0 - 7860.0));
+        }
+        let (mut mass, mut first, mut polar, mut second) = (0.0, 0.0, 0.0, 0.0);
+        for ([a, b], [low, high], density) in &rings {
+            let m = density * PI * (b * b - a * a) * (high - low);
+            let middle = 0.5 * (low + high);
+            mass += m;
+            first += m * middle;
+            polar += 0.5 * m * (a * a + b * b);
+            second += m * (middle * middle + (high - low) * (high - low) / 12.0);
+        }
+        let wanted = [mass, first / mass, polar, 0.5 * polar + second - first * first / mass];
+        let found = Wheel { shape, ..Wheel::w920s(0.0) }.section(COARSE).unwrap().inertia(STEEL_OF_WHEELS);
+        for (x, y) in found.iter().zip(wanted) {
+            assert!((x / y - 1.0).abs() < 1e-9, "{found:?} {wanted:?}");
+        }
+    }
+}
