@@ -13,6 +13,7 @@ mod drawn_rail;
 mod elsewhere;
 mod flange;
 mod infinite;
+mod rails;
 mod straight;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.
