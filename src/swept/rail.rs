@@ -34,7 +34,12 @@ impl Rail {
         match self {
             Rail::Built(rail) => match rail.beam(material, lateral, loss) {
                 Some(beam) => Ok(beam),
-                None => BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.beam(material, lateral, loss),
+                // The part that shears from its own outline, which chords of coarse edges give to some per cent.
+                None => {
+                    let own = BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.beam(material, lateral, loss)?;
+                    let published = rail.rail().published;
+                    Ok(Beam { area: published.area, inertia: published.inertia[usize::from(lateral)], ..own })
+                }
             },
             Rail::Drawn(rail) => rail.drawn.beam(material, lateral, loss),
         }
