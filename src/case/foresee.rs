@@ -41,6 +41,13 @@ pub(crate) fn of_run(job: &Job, bodies: &Bodies) -> Result<Report> {
 
 /// For `railsqueal check`, on rank 0: the same on meshes made for it, and what the meshes themselves are like; they have so many `nodes` together.
 pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
+    let mut report = of_bodies(job, meshes, nodes)?;
+    report.lines.splice(0..0, super::rail::measured(job)?);
+    Ok(report)
+}
+
+/// Lines and warnings about the bodies and their contact.
+fn of_bodies(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     let mut report = Report::default();
     if job.by_matrices() {
         // They are read whole: whether they fit each other and the contacts is not to be seen in their heads.

@@ -279,7 +279,6 @@ pub(super) fn material(body: &job::Body) -> Result<(f64, f64)> {
 pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<String>) -> Result<placement::Profile> {
     match &body.profile {
         Some(Profile::S1002) => builtin::s1002(),
-        Some(Profile::Rail60E1) => builtin::rail_60e1(),
         Some(Profile::Uic60) => builtin::uic60(),
         Some(Profile::File(file)) => {
             let &job::ProfileFile { unit, mirror, circle, smoothing, .. } = file;
@@ -287,6 +286,10 @@ pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<Strin
             notes.extend(found);
             Ok(profile)
         }
+        Some(profile) => match profile.rail() {
+            Some(rail) => builtin::rail(rail),
+            None => Err(Error::Defect("a built-in profile that is neither that of a wheel nor of a rail".into())),
+        },
         None => Err(Error::Defect("a profile is asked for of a body without one".into())),
     }
 }

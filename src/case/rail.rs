@@ -117,6 +117,25 @@ pub fn size(extruded: &Extruded) -> Result<[usize; 2]> {
     Ok([section.nodes.len(), section.elements.len()])
 }
 
+/// Area, mass, second moments and centroid of the rails of a job that are given by their sections, one line each.
+pub fn measured(job: &Job) -> Result<Vec<String>> {
+    let line = |name: &str, body: &job::Body, extruded: &Extruded| {
+        let named = |e: Error| e.context(format!("bodies.{name}.mesh.extruded"));
+        let measures = section(extruded, given(extruded)).and_then(|s| s.measures()).map_err(named)?;
+        let [vertical, lateral] = measures.inertia.map(|i| 1e8 * i);
+        Ok(format!(
+            "body {name}: rail {}, {:.2} cm², {:.2} kg/m, second moments {vertical:.1} cm⁴ vertically and {lateral:.1} cm⁴ \
+             laterally, centroid {:.1} mm above the underside",
+            extruded.section.built().map_or("of a drawing", |rail| rail.name),
+            1e4 * measures.area,
+            measures.area * body.elastic()?.density,
+            1e3 * measures.centroid
+        ))
+    };
+    let rails = job.bodies().into_iter().filter_map(|(name, body)| extruded(body).map(|rail| (name, body, rail)));
+    rails.map(|(name, body, rail)| line(name, body, rail)).collect()
+}
+
 /// What a rail of the mass `mass`, kg/m, lies on.
 fn laid(track: &job::Track, mass: f64) -> Track {
     let layer = |of: &job::Layer, mass: f64| {

@@ -68,6 +68,14 @@ pub struct AxleState {
 /// The places of contact of both wheels, which height and rotation do not change.
 type Places = [Vec<ContactPlace>; 2];
 
+/// Derivatives of an axle by its shift and its yaw.
+pub(super) struct Tangent {
+    /// Of lateral force and yaw moment, scaled as [`Balance`] is.
+    pub loads: [[f64; 2]; 2],
+    /// Of height, roll and speed of rotation.
+    pub follow: [[f64; 2]; 3],
+}
+
 /// One axle of a problem: 0 the leading one, 1 the trailing one.
 pub(super) struct Axle<'a> {
     pub problem: &'a CurvingProblem,
@@ -210,9 +218,8 @@ impl Axle<'_> {
         Ok([0, 1, 2, 3, 4].map(|i| (there[i] - rest[i]) / DIFFERENCE[k]))
     }
 
-    /// Derivatives of lateral force and yaw moment by shift and yaw with height, roll and rotation in balance, `[2][2]`, and those of
-    /// height, roll and rotation, `[3][2]`; at a settled motion.
-    pub fn tangent(&self, motion: &AxleMotion, rest: &Balance) -> Result<([[f64; 2]; 2], [[f64; 2]; 3])> {
+    /// Derivatives by shift and yaw at a settled motion, with height, roll and rotation in balance.
+    pub fn tangent(&self, motion: &AxleMotion, rest: &Balance) -> Result<Tangent> {
         let places = self.places(motion)?;
         let mut jacobian = [[0.0; 5]; 5];
         for k in 0..5 {
@@ -231,7 +238,7 @@ impl Axle<'_> {
         let total = |i: usize, k: usize| {
             jacobian[3 + i][3 + k] + (0..3).map(|j| jacobian[3 + i][j] * follow[j][k]).sum::<f64>()
         };
-        Ok(([[total(0, 0), total(0, 1)], [total(1, 0), total(1, 1)]], follow))
+        Ok(Tangent { loads: [[total(0, 0), total(0, 1)], [total(1, 0), total(1, 1)]], follow })
     }
 
     /// The axle at a settled motion.

@@ -100,14 +100,20 @@ impl CurvingProblem {
             let outwards = -curvature.signum() * f64::from(curvature != 0.0);
             let yaw = -share * 2.0 * self.bogie.half_wheelbase * curvature;
             let found = self.newton([outwards * shift, yaw, outwards * trailing, 0.0], None);
-            match found.and_then(|s| self.refuse_unsound(&s).map(|()| s)) {
+            match found.and_then(|s| self.sound(s)) {
                 Ok(sound) => return Ok(sound),
                 Err(e) => failure = worst(failure, e),
             }
         }
         self.continued()
-            .and_then(|s| self.refuse_unsound(&s).map(|()| s))
-            .or_else(|e| Err(worst(failure, e).unwrap_or_else(|| Error::Defect("curving: no start".into()))))
+            .and_then(|s| self.sound(s))
+            .map_err(|e| worst(failure, e).unwrap_or_else(|| Error::Defect("curving: no start".into())))
+    }
+
+    /// The solution, unless it is none of wheels that roll on their rails.
+    fn sound(&self, solution: CurvingSolution) -> Result<CurvingSolution> {
+        self.refuse_unsound(&solution)?;
+        Ok(solution)
     }
 
     /// The starts in the order in which they are tried: in a wide curve the axles run far from flange contact.
@@ -241,11 +247,11 @@ impl CurvingProblem {
         let mut jacobian = [[0.0; 4]; 4];
         let mut follow = [[[0.0; 2]; 3]; 2];
         for k in 0..2 {
-            let (block, inner) = self.axle(k).tangent(&here.motions[k], &here.sums[k])?;
-            follow[k] = inner;
+            let tangent = self.axle(k).tangent(&here.motions[k], &here.sums[k])?;
+            follow[k] = tangent.follow;
             for i in 0..2 {
                 for j in 0..2 {
-                    jacobian[2 * k + i][2 * k + j] = block[i][j];
+                    jacobian[2 * k + i][2 * k + j] = tangent.loads[i][j];
                 }
             }
         }

@@ -188,7 +188,7 @@ fn columns(c: &ContactForce) -> [f64; 9] {
 /// printed.
 #[test]
 fn published_example_is_met() {
-    let rail = rail_head("arcs", [300e-3, 80e-3, 13e-3], [20.8e-3, 52.0e-3], 20.0).unwrap();
+    let rail = rail_head("arcs", &[300e-3, 80e-3, 13e-3], &[20.8e-3, 52.0e-3], 20.0).unwrap();
     let problem = on_rails(&rail, 600.0, 0.35);
     let solution = problem.solve().unwrap();
     let axles = [[-5.894, -2.533], [-1.221, 0.253]];

@@ -36,9 +36,12 @@ const CHANGES: &[Change] = &[
     Change { since: 5, key: "bodies.*.damping", before: "none", now: "loss factors by nodal diameters" },
 ];
 
+/// Whether a default of before is the value of the resolved entry that holds a key.
+type AsBefore = fn(&Value) -> bool;
+
 /// Changes that are no change of some of the entries with their key: the format, the key, and what tells these by the
 /// resolved entry that holds it.
-const UNCHANGED: &[(u32, &str, fn(&Value) -> bool)] = &[(5, "bodies.*.damping", super::damping::as_before_5)];
+const UNCHANGED: &[(u32, &str, AsBefore)] = &[(5, "bodies.*.damping", super::damping::as_before_5)];
 
 /// A default that changed.
 #[derive(Debug, Clone, Copy)]

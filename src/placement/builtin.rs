@@ -1,6 +1,7 @@
-//! Built-in profiles: the wheel S1002 and the rail 60E1.
+//! Built-in profiles: the wheel S1002 and the heads of rails.
 
 use super::profile::{Piece, Profile};
+use crate::rails::{Rail, R60E1};
 use crate::Result;
 
 /// The wheel profile S1002 of EN 13715 (UIC 510-2), from the flange to the field side. The coefficients are those of the standard, for lengths
@@ -49,31 +50,38 @@ pub fn s1002() -> Result<Profile> {
 /// The head of the rail 60E1 of EN 13674-1, upright: arcs of 300, 80 and 13 mm that meet tangentially 20.456 mm and 52.053 mm apart, sides of
 /// 1:20 (72 mm apart where they begin, 14.3 mm down); origin on the crown. [`Profile::turned`] cants it.
 pub fn rail_60e1() -> Result<Profile> {
-    rail_head("60E1", [300e-3, 80e-3, 13e-3], [20.456e-3, 52.053e-3], 20.0)
+    rail(&R60E1)
+}
+
+/// The head of a built-in rail, upright, with the origin on the crown.
+pub fn rail(rail: &Rail) -> Result<Profile> {
+    let widths: Vec<f64> = rail.head.ends.iter().map(|end| 2.0 * end).collect();
+    rail_head(rail.name, rail.head.radii, &widths, rail.head.side)
 }
 
 /// The head of the rail UIC 60 of the Manchester benchmark, upright: as [`rail_60e1`], but for the places at which its arcs meet.
 pub fn uic60() -> Result<Profile> {
-    rail_head("UIC60", [300e-3, 80e-3, 13e-3], [21e-3, 51.976e-3], 20.0)
+    rail_head("UIC60", &[300e-3, 80e-3, 13e-3], &[21e-3, 51.976e-3], 20.0)
 }
 
-/// A symmetric rail head of three arcs that meet tangentially: radii from the crown outwards, m; the widths at which they meet, m; and straight
+/// A symmetric rail head of arcs that meet tangentially: radii from the crown outwards, m; the widths at which they meet, m; and straight
 /// sides that fall by `side` for each unit of width, down to 30 mm below the crown.
-pub fn rail_head(name: &str, radii: [f64; 3], widths: [f64; 2], side: f64) -> Result<Profile> {
+pub fn rail_head(name: &str, radii: &[f64], widths: &[f64], side: f64) -> Result<Profile> {
     let mut centre = [0.0, radii[0]];
     let mut half = Vec::new();
-    for (k, angle) in [0, 1].map(|k| (k, 0.5 * widths[k])) {
-        half.push((centre, radii[k]));
-        let angle = ((angle - centre[0]) / radii[k]).asin();
-        let inwards = radii[k] - radii[k + 1];
+    for (pair, width) in radii.windows(2).zip(widths) {
+        half.push((centre, pair[0]));
+        let angle = ((0.5 * width - centre[0]) / pair[0]).asin();
+        let inwards = pair[0] - pair[1];
         centre = [centre[0] + inwards * angle.sin(), centre[1] - inwards * angle.cos()];
     }
-    half.push((centre, radii[2]));
+    let last = radii[radii.len() - 1];
+    half.push((centre, last));
     let steep = side.atan();
-    let end = [centre[0] + radii[2] * steep.sin(), centre[1] - radii[2] * steep.cos()];
+    let end = [centre[0] + last * steep.sin(), centre[1] - last * steep.cos()];
     let foot = [end[0] + (30e-3 - end[1]) / side, 30e-3];
-    let outer = [0.5 * widths[0], 0.5 * widths[1], end[0], foot[0]];
-    let breaks = outer.iter().rev().map(|y| -y).chain(outer).collect();
+    let outer: Vec<f64> = widths.iter().map(|width| 0.5 * width).chain([end[0], foot[0]]).collect();
+    let breaks = outer.iter().rev().map(|y| -y).chain(outer.iter().copied()).collect();
     let arc = |sign: f64| move |&(c, r): &([f64; 2], f64)| Piece::Arc { centre: [sign * c[0], c[1]], radius: -r };
     let mirror = |p: [f64; 2]| [-p[0], p[1]];
     let mut pieces = vec![Piece::line(mirror(foot), mirror(end))];
@@ -107,6 +115,23 @@ mod tests {
         assert!((profile.at(-0.055).z - 28e-3).abs() < 1e-9);
         assert!((profile.at(-0.039).slope.atan().to_degrees() + 70.0).abs() < 1e-3);
         assert!((profile.at(0.05).slope + 1.0 / 15.0).abs() < 1e-8);
+    }
+
+    /// The running profile of each built-in rail and the head of its section are the same surface.
+    #[test]
+    fn profiles_and_sections_agree() {
+        for given in crate::rails::ALL {
+            let (profile, head) = (rail(given).unwrap(), given.head);
+            let [z, slope] = jumps(&profile);
+            assert!(z < 1e-9 && slope < 1e-7, "{}: {z} {slope}", given.name);
+            let end = head.to_angle(1.5);
+            for k in -30..=30 {
+                let at = head.at(end * f64::from(k) / 30.0);
+                let found = profile.at(at.y);
+                assert!((head.height - at.z - found.z).abs() < 1e-12, "{}: {at:?} {}", given.name, found.z);
+                assert!((at.angle + found.slope.atan()).abs() < 1e-9, "{}: {at:?} {}", given.name, found.slope);
+            }
+        }
     }
 
     #[test]

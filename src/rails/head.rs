@@ -24,9 +24,9 @@ impl HeadPoint {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Head {
     /// Radii of the arcs from the crown outwards, m.
-    pub radii: [f64; 3],
-    /// Distances from the middle at which the first two arcs end, m.
-    pub ends: [f64; 2],
+    pub radii: &'static [f64],
+    /// Distances from the middle at which the arcs end but for the last, which ends where the side begins, m.
+    pub ends: &'static [f64],
     /// Fall of the sides for each unit of width.
     pub side: f64,
     /// Height of the crown over the underside of the foot, m.
@@ -41,18 +41,26 @@ pub const STEEPEST: f64 = 1.256_637_061_435_917_2;
 const PLACES: usize = 400;
 
 impl Head {
-    /// Angles at which the arcs end, rad.
-    pub fn angles(&self) -> [f64; 3] {
-        let [crown, shoulder, _] = self.radii;
-        let first = (self.ends[0] / crown).asin();
-        let second = ((self.ends[1] - (crown - shoulder) * first.sin()) / shoulder).asin();
-        [first, second, self.side.atan()]
+    /// Angle of the sides, at which the last arc ends, rad.
+    pub fn steep(&self) -> f64 {
+        self.side.atan()
+    }
+
+    /// Radii of the arcs, m, and the angles at which they end, rad, from the crown outwards.
+    fn arcs(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let (mut y, mut angle) = (0.0, 0.0_f64);
+        self.radii.iter().enumerate().map(move |(k, &radius)| {
+            let end = self.ends.get(k).map_or(self.steep(), |end| (angle.sin() + (end - y) / radius).asin());
+            y += radius * (end.sin() - angle.sin());
+            angle = end;
+            (radius, end)
+        })
     }
 
     /// The place at the length `along`, m, of the surface from the crown, to the left if negative; beyond the arcs on the straight side.
     pub fn at(&self, along: f64) -> HeadPoint {
         let (mut left, mut angle, mut at) = (along.abs(), 0.0_f64, [0.0, self.height]);
-        for (radius, end) in self.radii.into_iter().zip(self.angles()) {
+        for (radius, end) in self.arcs() {
             let step = (left / radius).min(end - angle).max(0.0);
             at[0] += radius * ((angle + step).sin() - angle.sin());
             at[1] -= radius * (angle.cos() - (angle + step).cos());
@@ -66,16 +74,20 @@ impl Head {
         HeadPoint { y: along.signum() * at[0], z: at[1], angle: -along.signum() * angle }
     }
 
-    /// Length of the surface from the crown to where the last arc has the angle `angle`, rad.
+    /// Length of the surface from the crown to where its arcs have the angle `angle`, rad.
     pub fn to_angle(&self, angle: f64) -> f64 {
-        let [first, second, _] = self.angles();
-        self.radii[0] * first + self.radii[1] * (second - first) + self.radii[2] * (angle - second)
+        let (mut length, mut from) = (0.0, 0.0);
+        for (radius, end) in self.arcs() {
+            length += radius * (end.min(angle) - from).max(0.0);
+            from = end;
+        }
+        length
     }
 
     /// Length of the surface from the crown to the distance `y` ≥ 0 from the middle, m, on the arcs.
     pub fn to_distance(&self, y: f64) -> f64 {
         let (mut length, mut angle, mut at) = (0.0, 0.0_f64, 0.0);
-        for (radius, end) in self.radii.into_iter().zip(self.angles()) {
+        for (radius, end) in self.arcs() {
             let reached = at + radius * (end.sin() - angle.sin());
             if y <= reached {
                 let here = (angle.sin() + (y - at) / radius).asin();
@@ -89,7 +101,7 @@ impl Head {
 
     /// Length of the surface from the crown to the depth [`DEEPEST`] below it, m.
     pub fn to_deepest(&self) -> f64 {
-        let [.., steep] = self.angles();
+        let steep = self.steep();
         let end = self.to_angle(steep);
         let depth = self.height - self.at(end).z;
         end + ((DEEPEST - depth) / steep.sin()).max(0.0)
@@ -134,7 +146,7 @@ impl Head {
     /// Distance along the tangent of the place at `y`, m, to where the nearer side of the head begins, m.
     pub fn room(&self, y: f64) -> f64 {
         let here = self.at(y.signum() * self.to_distance(y.abs()));
-        let end = self.to_angle(self.side.atan());
+        let end = self.to_angle(self.steep());
         let (sin, cos) = here.angle.sin_cos();
         let along = |s: f64| {
             let there = self.at(s);
@@ -146,7 +158,7 @@ impl Head {
 
 #[cfg(test)]
 mod tests {
-    use super::super::R60E1;
+    use super::super::{ALL, R49E1, R54E1, R60E1, R60E2};
     use super::*;
 
     #[test]
@@ -169,12 +181,16 @@ mod tests {
     #[test]
     fn arcs_and_sides_meet() {
         let head = R60E1.head;
-        let [first, second, steep] = head.angles();
-        for s in
-            [first, second, steep].map(|a| if a == first { head.to_distance(head.ends[0]) } else { head.to_angle(a) })
-        {
-            let [a, b] = [s - 1e-9, s + 1e-9].map(|s| head.at(s));
-            assert!((a.y - b.y).hypot(a.z - b.z) < 2.1e-9 && (a.angle - b.angle).abs() < 2e-7, "{a:?} {b:?}");
+        let steep = head.steep();
+        for head in ALL.map(|rail| rail.head) {
+            for (_, end) in head.arcs() {
+                let s = head.to_angle(end);
+                let [a, b] = [s - 1e-9, s + 1e-9].map(|s| head.at(s));
+                assert!((a.y - b.y).hypot(a.z - b.z) < 2.1e-9 && (a.angle - b.angle).abs() < 3e-7, "{a:?} {b:?}");
+            }
+            for &end in head.ends {
+                assert!((head.at(head.to_distance(end)).y - end).abs() < 1e-15);
+            }
         }
         for y in [3e-3, 15e-3, 30e-3, head.reach()] {
             assert!((head.at(head.to_distance(y)).y - y).abs() < 1e-15);
@@ -184,5 +200,11 @@ mod tests {
         assert_eq!([0.0, 0.0102, 0.0103, 0.03].map(|y| head.radius_at(-y)), [0.3, 0.3, 0.08, 0.013]);
         // On the crown the nearer side begins 36 mm away.
         assert!((head.room(0.0) - 36e-3).abs() < 1e-6);
+        // Half width and depth where the sides begin: from the tangency of the arcs, round numbers.
+        for (rail, [y, depth]) in [(&R49E1, [33.5e-3, 14e-3]), (&R54E1, [35e-3, 14.1e-3]), (&R60E2, [36e-3, 14.3e-3])] {
+            let at = rail.head.at(rail.head.to_angle(rail.head.steep()));
+            let off = (at.y - y).hypot(rail.head.height - depth - at.z);
+            assert!(off < 1e-6, "{}: {at:?}", rail.name);
+        }
     }
 }

@@ -8,7 +8,7 @@ use super::{Head, Published, Rail};
 /// The rail 60E1.
 pub static R60E1: Rail = Rail {
     name: "60E1",
-    head: Head { radii: [300e-3, 80e-3, 13e-3], ends: [10.228e-3, 26.0265e-3], side: 20.0, height: 172e-3 },
+    head: Head { radii: &[300e-3, 80e-3, 13e-3], ends: &[10.228e-3, 26.0265e-3], side: 20.0, height: 172e-3 },
     underside: &UNDERSIDE,
     web: &WEB,
     foot: &FOOT,

@@ -10,7 +10,7 @@ use crate::rails::{Head, Rail};
 use crate::{Error, Result};
 use std::cell::RefCell;
 
-/// Angle of the last arc at which the top of the head's block ends and its side begins, for a contact on the crown, rad.
+/// Angle of the arcs at which the top of the head's block ends and its side begins, for a contact on the crown, rad.
 const CORNER: f64 = 0.87;
 /// The same for a contact on the corner: length of the surface from the crown to there, over that to [`CORNER`].
 const INNER: f64 = 0.5;
@@ -104,8 +104,7 @@ impl Sides {
 
     /// Lengths of the straight part of the head's side and of the rest of its arcs, m.
     fn side(&self) -> [f64; 2] {
-        let [.., steep] = self.head().angles();
-        [length(self.rail.side), self.head().to_angle(steep) - self.corner]
+        [length(self.rail.side), self.head().to_angle(self.head().steep()) - self.corner]
     }
 
     /// The point at the part `part` of the side of the head: a line, then the rest of the arcs.
@@ -228,7 +227,7 @@ impl BuiltRail {
     /// Height of the surface over its tangent at the contact point, m, at the distance `y` from there along the tangent; 0 there, negative elsewhere.
     pub fn height(&self, y: f64) -> f64 {
         let head = &self.rail.head;
-        let end = head.to_angle(head.side.atan());
+        let end = head.to_angle(head.steep());
         let here = self.contact().angle;
         // Along the tangent the distance grows with the length of the surface up to where that is upright on it.
         let turned = |s: f64| (head.at(s).angle - here).abs() < 0.5 * std::f64::consts::PI;

@@ -70,6 +70,11 @@ impl Drawn {
         self.section.area()
     }
 
+    /// Area, centroid and second moments, of a rail.
+    pub fn measures(&self) -> super::Measures {
+        self.section.measures()
+    }
+
     /// Seen from the other side.
     pub fn mirrored(self) -> Self {
         Self { section: self.section.mirrored() }

@@ -1,6 +1,6 @@
 //! Sections of rails, as a job gives them.
 
-use super::{Beam, BuiltRail, Drawn, Focus, HeadPoint, Path, Section};
+use super::{Beam, BuiltRail, Drawn, Focus, HeadPoint, Measures, Path, Section};
 use crate::fem::Material;
 use crate::{Error, Result};
 use std::rc::Rc;
@@ -34,9 +34,22 @@ impl Rail {
         match self {
             Rail::Built(rail) => match rail.beam(material, lateral, loss) {
                 Some(beam) => Ok(beam),
-                None => BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.beam(material, lateral, loss),
+                // The part that shears from its own outline, which chords of coarse edges give to some per cent.
+                None => {
+                    let own = BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.beam(material, lateral, loss)?;
+                    let published = rail.rail().published;
+                    Ok(Beam { area: published.area, inertia: published.inertia[usize::from(lateral)], ..own })
+                }
             },
             Rail::Drawn(rail) => rail.drawn.beam(material, lateral, loss),
+        }
+    }
+
+    /// Area, centroid and second moments of the upright section, as the mesh for the modes has them.
+    pub fn measures(&self) -> Result<Measures> {
+        match self {
+            Rail::Built(rail) => Ok(BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.measures()),
+            Rail::Drawn(rail) => Ok(rail.drawn.measures()),
         }
     }
 

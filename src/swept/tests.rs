@@ -14,6 +14,7 @@ mod elsewhere;
 mod flange;
 mod infinite;
 mod layers;
+mod rails;
 mod straight;
 mod wheel;
 

@@ -62,6 +62,35 @@ fn the_rail_has_the_receptance_of_a_beam() {
     assert!(found.iter().zip(&again).all(|(a, b)| (a - b).norm() < 1e-9 * found[8].norm()));
 }
 
+/// The built-in rails carry a wheel by section and running profile, and `check` says the measures of their sections.
+#[test]
+fn check_says_the_measures_of_rails() {
+    for (name, area, mass, inertia, centroid) in [
+        ("49E1", 62.92, 49.39, [1816.0, 319.1], 73.4),
+        ("54E1", 69.77, 54.77, [2338.0, 419.2], 75.1),
+        ("54E3", 69.52, 54.57, [2074.0, 354.8], 75.1),
+        ("60E1", 76.70, 60.21, [3038.0, 512.3], 80.9),
+        ("60E2", 76.48, 60.03, [3022.0, 510.5], 80.7),
+    ] {
+        let mut job = job("wheel-on-rail.json");
+        job["bodies"]["lower"]["mesh"]["extruded"]["section"] = json!(name);
+        job["bodies"]["lower"]["profile"] = json!(name);
+        job["bodies"]["lower"]["material"]["density"] = json!(7850);
+        let out = Folder::with(job.to_string()).call(1, "check", &[]).good().out.clone();
+        let line = out.lines().find_map(|l| l.split(&format!("body lower: rail {name}, ")).nth(1)).expect("a line");
+        let numbers: Vec<f64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+        let wanted = [area, mass, inertia[0], inertia[1], centroid];
+        assert_eq!(numbers.len(), wanted.len(), "{line}");
+        for (found, wanted) in numbers.iter().zip(wanted) {
+            assert!((found / wanted - 1.0).abs() < 5e-3, "{line}");
+        }
+    }
+    // A head is no profile of a wheel.
+    let mut wrong = job("wheel-on-rail.json");
+    wrong["bodies"]["upper"]["profile"] = json!("54E1");
+    Folder::with(wrong.to_string()).call(1, "check", &[]).failed(2, &["bodies.upper.profile", "profile of a rail"]);
+}
+
 #[test]
 fn what_a_rail_cannot_be_is_refused() {
     let mut too_short = rail(json!([300]));

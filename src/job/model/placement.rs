@@ -1,5 +1,6 @@
 //! A wheel on a rail: running profiles and where the wheel is.
 
+use crate::rails;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -9,15 +10,41 @@ use std::path::PathBuf;
 pub enum Profile {
     /// The wheel S1002 of EN 13715.
     S1002,
+    /// The head of the rail 49E1.
+    #[serde(rename = "49E1")]
+    Rail49E1,
+    /// The head of the rail 54E1.
+    #[serde(rename = "54E1")]
+    Rail54E1,
+    /// The head of the rail 54E3, which is that of 49E1.
+    #[serde(rename = "54E3")]
+    Rail54E3,
     /// The head of the rail 60E1.
     #[serde(rename = "60E1")]
     Rail60E1,
+    /// The head of the rail 60E2.
+    #[serde(rename = "60E2")]
+    Rail60E2,
     /// The head of the rail UIC 60 of the Manchester benchmark, whose arcs meet elsewhere.
     #[serde(rename = "UIC60")]
     Uic60,
     /// A measured or drawn one.
     #[serde(rename = "file")]
     File(ProfileFile),
+}
+
+impl Profile {
+    /// The dimensions of the built-in rail whose head it is.
+    pub fn rail(&self) -> Option<&'static rails::Rail> {
+        match self {
+            Profile::Rail49E1 => Some(&rails::R49E1),
+            Profile::Rail54E1 => Some(&rails::R54E1),
+            Profile::Rail54E3 => Some(&rails::R54E3),
+            Profile::Rail60E1 => Some(&rails::R60E1),
+            Profile::Rail60E2 => Some(&rails::R60E2),
+            Profile::S1002 | Profile::Uic60 | Profile::File(_) => None,
+        }
+    }
 }
 
 /// A profile in a file.

@@ -1,6 +1,7 @@
 //! A rail and the track it lies on.
 
 use super::swept::{one, running};
+use crate::rails;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -24,9 +25,21 @@ pub struct Extruded {
 /// A section of a rail.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum RailSection {
+    /// The rail 49E1 of EN 13674-1 (S49).
+    #[serde(rename = "49E1")]
+    Rail49E1,
+    /// The rail 54E1 of EN 13674-1 (UIC 54).
+    #[serde(rename = "54E1")]
+    Rail54E1,
+    /// The rail 54E3 of EN 13674-1 (S54).
+    #[serde(rename = "54E3")]
+    Rail54E3,
     /// The rail 60E1 of EN 13674-1.
     #[serde(rename = "60E1")]
     Rail60E1,
+    /// The rail 60E2 of EN 13674-1.
+    #[serde(rename = "60E2")]
+    Rail60E2,
     /// A drawn one: a plane mesh of Gmsh, x across the track, y up.
     #[serde(rename = "file")]
     File(RailFile),
@@ -175,16 +188,20 @@ impl Extruded {
         let offset = self.contact_offset;
         let head = &rail.head;
         let room = if offset.abs() <= head.reach() { head.room(offset) } else { 0.0 };
-        let width = 2.0 * head.at(head.to_angle(head.side.atan())).y;
+        let width = 2.0 * head.at(head.to_angle(head.steep())).y;
         super::Running { radius: f64::INFINITY, crown: Some(head.radius_at(offset)), width, room }
     }
 }
 
 impl RailSection {
     /// The dimensions of a built-in one.
-    pub fn built(&self) -> Option<&'static crate::rails::Rail> {
+    pub fn built(&self) -> Option<&'static rails::Rail> {
         match self {
-            RailSection::Rail60E1 => Some(&crate::rails::R60E1),
+            RailSection::Rail49E1 => Some(&rails::R49E1),
+            RailSection::Rail54E1 => Some(&rails::R54E1),
+            RailSection::Rail54E3 => Some(&rails::R54E3),
+            RailSection::Rail60E1 => Some(&rails::R60E1),
+            RailSection::Rail60E2 => Some(&rails::R60E2),
             RailSection::File(_) => None,
         }
     }

@@ -19,7 +19,7 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         match (&body.profile, name) {
             (Some(Profile::S1002), "lower") => faults
                 .push(format!("{path}.profile: found \"S1002\", a wheel; the rail is the lower body, e.g. \"60E1\"")),
-            (Some(Profile::Rail60E1 | Profile::Uic60), "upper") => faults.push(format!(
+            (Some(profile), "upper") if profile.rail().is_some() || *profile == Profile::Uic60 => faults.push(format!(
                 "{path}.profile: found the profile of a rail; the wheel is the upper body, e.g. \"S1002\""
             )),
             (Some(Profile::File(file)), _) if file.path.as_os_str().is_empty() => {

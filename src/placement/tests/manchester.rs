@@ -22,7 +22,7 @@ fn rows() -> Vec<(TrackSide, Row)> {
 }
 
 fn place(side: TrackSide, row: &Row) -> Placed {
-    let rail = rail_head("UIC60", [300e-3, 80e-3, 13e-3], [21e-3, 51.976e-3], 20.0).unwrap();
+    let rail = rail_head("UIC60", &[300e-3, 80e-3, 13e-3], &[21e-3, 51.976e-3], 20.0).unwrap();
     let position = Position::Shift { lateral: 1e-3 * row["y_ws"], yaw: row["yaw"], roll: row["roll"] };
     let placement = Placement {
         side,
