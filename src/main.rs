@@ -108,7 +108,8 @@ fn refuse_apart(error: &Error, speaks: bool) -> i32 {
     error.exit_code()
 }
 
-/// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code. An error in place of
+/// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code. An error in place
+/// of
 /// the command was found before MPI started, on this rank or on all.
 fn parallel(command: Result<Command>, speaks: bool) -> i32 {
     for (name, value) in launch::variables(&launch::environment) {
@@ -318,7 +319,8 @@ fn read(world: &World, path: &Path, changes: &Changes, bytes: impl FnOnce() -> R
     Ok(job)
 }
 
-/// Collective: prints the equilibrium of the vehicle in the curve of a job, and on request the forces of the discretised contact.
+/// Collective: prints the equilibrium of the vehicle in the curve of a job, and on request the forces of the
+/// discretised contact.
 fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -> Result<()> {
     let job = read(world, path, changes, || job::read_file(path))?;
     if job.curve.is_none() {

@@ -1,4 +1,5 @@
-//! Contacts on the gauge corner of a rail: the compliance there is a smooth function of the place, and left and right are mirror images.
+//! Contacts on the gauge corner of a rail: the compliance there is a smooth function of the place, and left and right
+//! are mirror images.
 
 use railsqueal::fem::Material;
 use railsqueal::rails::R60E1;
@@ -14,7 +15,8 @@ fn pads() -> Track {
     Track { pad: Layer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 60.2), sleeper: None }
 }
 
-/// What a rail adds to the half-space under loads on a disc, in the frame of its surface at the contact, with orders up to `last`.
+/// What a rail adds to the half-space under loads on a disc, in the frame of its surface at the contact, with orders up
+/// to `last`.
 fn constant(rail: &BuiltRail, last: Option<usize>) -> Square {
     let patch = Patch { radius: RADIUS };
     let section = rail.for_loads(patch.radius).expect("a section");

@@ -93,7 +93,8 @@ impl Hybrid {
         Some(Patch { radius: CIRCLE * x.min(y) })
     }
 
-    /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its `contact`. The frame of the
+    /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its
+    /// `contact`. The frame of the
     /// grid is turned by `tilt`, rad, against that of the loads. Returns a line for the summary.
     pub fn make(
         &mut self,

@@ -21,7 +21,7 @@ pub struct Curving {
     pub problem: CurvingProblem,
     /// Its solution.
     pub solution: CurvingSolution,
-    /// What was done to the profiles.
+    /// Notes of the readers of the profiles.
     notes: Vec<String>,
 }
 
@@ -190,7 +190,7 @@ impl Curving {
         lines
     }
 
-    /// What is left out of the contact of a wheel that touches at two places.
+    /// Warning of the place that is left out of the contact of a wheel with two.
     fn left_out(&self, wheel: VehicleWheel) -> Option<String> {
         let wheel = bogie_wheel(wheel);
         let places = self.solution.wheel(&self.problem, wheel);
@@ -209,7 +209,7 @@ impl Curving {
         ))
     }
 
-    /// What makes results of the contact of `job` doubtful.
+    /// Warnings about the contact of `job`.
     pub fn warnings(&self, job: &Job) -> Vec<String> {
         let wheel = job.contact.as_ref().and_then(|c| c.from);
         wheel.and_then(|from| self.left_out(from.wheel)).into_iter().collect()
@@ -242,11 +242,12 @@ impl Curving {
     }
 }
 
-/// Collective: puts the contact of `job` where the wheel stands that it names, and that of the points of its sweep; points whose curve cannot be run
+/// Collective: puts the contact of `job` where the wheel stands that it names, and that of the points of its sweep;
+/// points whose curve cannot be run
 /// through keep their stand-ins, and are refused by [`in_equilibrium`] when they come up.
 ///
 /// # Errors
-/// Those of the job's own curve.
+/// As [`Curving::of`], for the job's own curve.
 pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
     settle(world, job)?;
     let Some(mut plan) = job.sweep.take() else { return Ok(()) };
@@ -282,7 +283,7 @@ fn needs_equilibrium(job: &Job) -> bool {
     job.contact.as_ref().is_some_and(|c| c.from.is_some() && !c.in_equilibrium)
 }
 
-/// What the place of a contact in a curve depends on.
+/// Keys of a job on which the place of its contact in a curve depends.
 fn inputs(job: &Job) -> serde_json::Value {
     let body = |b: &Option<job::Body>| b.as_ref().map(|b| (b.profile.clone(), b.material.clone()));
     let contact = job.contact.as_ref().map(|c| (c.from, c.friction.clone()));

@@ -1,4 +1,5 @@
-//! The contacts of a vehicle in a curve by the program's own contact, beside the law of creep forces of the equilibrium.
+//! The contacts of a vehicle in a curve by the program's own contact, beside the law of creep forces of the
+//! equilibrium.
 
 use super::curving::Curving;
 use super::placed::Placed;

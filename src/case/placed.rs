@@ -210,7 +210,7 @@ impl Placed {
         lines
     }
 
-    /// What a curve would change in the creepages of a wheel on straight track.
+    /// Change that a curve would make in the creepages of a wheel on straight track, in words.
     fn straight(&self) -> Option<String> {
         let (curvature, yaw) = self.track;
         let across = self.frame.origin()[1];

@@ -49,7 +49,8 @@ impl AxleMotion {
     }
 }
 
-/// Sums over the places of contact of an axle, each over a force or moment of its load: vertical, roll, torque, lateral, yaw.
+/// Sums over the places of contact of an axle, each over a force or moment of its load: vertical, roll, torque,
+/// lateral, yaw.
 pub(super) type Balance = [f64; 5];
 
 /// An axle with its places of contact.
@@ -70,9 +71,9 @@ type Places = [Vec<ContactPlace>; 2];
 
 /// Derivatives of an axle by its shift and its yaw.
 pub(super) struct Tangent {
-    /// Of lateral force and yaw moment, scaled as [`Balance`] is.
+    /// Lateral force and yaw moment, scaled as [`Balance`] is.
     pub loads: [[f64; 2]; 2],
-    /// Of height, roll and speed of rotation.
+    /// Height, roll and speed of rotation.
     pub follow: [[f64; 2]; 3],
 }
 
@@ -104,7 +105,8 @@ impl Axle<'_> {
         Ok([of(&places[0])?, of(&places[1])?])
     }
 
-    /// Sums of the contact forces and the load of the axle. Suspension and the lateral force of the curve are not in it.
+    /// Sums of the contact forces and the load of the axle. Suspension and the lateral force of the curve are not in
+    /// it.
     fn balance(&self, places: &Places, motion: &AxleMotion) -> Result<Balance> {
         let bogie = &self.problem.bogie;
         let mut sum = [0.0; 5];
@@ -157,7 +159,8 @@ impl Axle<'_> {
         Ok(motion)
     }
 
-    /// Height, roll and speed of rotation that balance load, roll moment and torque, from the start `motion`, by Newton's method;
+    /// Height, roll and speed of rotation that balance load, roll moment and torque, from the start `motion`, by
+    /// Newton's method;
     /// and the sums that are left, those of lateral force and yaw moment among them.
     ///
     /// # Errors

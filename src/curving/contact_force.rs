@@ -9,7 +9,8 @@ use crate::Result;
 /// Half-axis ratios a/b between which Kalker's coefficients are tabulated; beyond them those of the end are taken.
 const TABULATED: [f64; 2] = [0.1, 10.0];
 
-/// Stiffness of a gap that is open, N/m: it keeps the equations of a wheel that has lost contact regular, and carries no load in a
+/// Stiffness of a gap that is open, N/m: it keeps the equations of a wheel that has lost contact regular, and carries
+/// no load in a
 /// solution, which [`super::limits`] refuses.
 const OPEN_STIFFNESS: f64 = 1e7;
 
@@ -34,7 +35,8 @@ impl CreepLaw {
     }
 }
 
-/// A place of contact with its load and creepages. Forces are those on the wheel, in the track frame (x forwards, y right, z down).
+/// A place of contact with its load and creepages. Forces are those on the wheel, in the track frame (x forwards, y
+/// right, z down).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
     /// The place.
@@ -111,7 +113,7 @@ impl ContactForce {
         Ok(force)
     }
 
-    /// Whether the place carries load.
+    /// True if the place carries load.
     pub fn is_loaded(&self) -> bool {
         self.approach > 0.0
     }

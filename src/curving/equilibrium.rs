@@ -7,7 +7,8 @@ use crate::{Error, Result};
 /// Largest steps of a shift, m, and of a yaw, rad.
 const LARGEST_STEP: [f64; 2] = [0.4e-3, 2e-3];
 
-/// Residual of lateral forces and yaw moments, over those of an axle's load, that is aimed at, and that is accepted where rounding
+/// Residual of lateral forces and yaw moments, over those of an axle's load, that is aimed at, and that is accepted
+/// where rounding
 /// or a break of a profile leaves no more.
 const AIM: f64 = 1e-9;
 const ACCEPTED: f64 = 1e-7;
@@ -19,7 +20,8 @@ const HALVINGS: i32 = 5;
 /// Steps one after the other that do not make the residual smaller, after which a search gives up.
 const MOST_VAIN: usize = 5;
 
-/// Shifts of the leading axle outwards, m, shares of the wheelbase's angle 2b/R of its yaw, and shifts of the trailing axle outwards, m, at
+/// Shifts of the leading axle outwards, m, shares of the wheelbase's angle 2b/R of its yaw, and shifts of the trailing
+/// axle outwards, m, at
 /// which the search begins, one after the other: near flange contact, then farther from it.
 const STARTS: [[f64; 3]; 7] = [
     [6.2e-3, 0.8, 1.2e-3],
@@ -42,7 +44,8 @@ pub struct CurvingSolution {
     pub axles: [AxleState; 2],
     /// Shift, m, and yaw, rad, of the frame in the middle of the wheelbase.
     pub frame: [f64; 2],
-    /// Largest residual: lateral force and vertical force over the load of an axle, moments over load times half the distance of the
+    /// Largest residual: lateral force and vertical force over the load of an axle, moments over load times half the
+    /// distance of the
     /// running circles or the wheel radius.
     pub residual: f64,
     /// Newton steps of the last start.
@@ -60,6 +63,14 @@ impl CurvingSolution {
 /// Shift and yaw of the leading axle, then of the trailing one.
 type Shifts = [f64; 4];
 
+/// A Newton step.
+struct NewtonStep {
+    /// Changes of the shifts.
+    shifts: Shifts,
+    /// Changes of the motions of both axles that follow: height, roll and rotation; shift and yaw are set by `shifts`.
+    motions: [[f64; 5]; 2],
+}
+
 /// A state of the search: both axles settled at their shifts.
 #[derive(Clone)]
 struct Iterate {
@@ -73,7 +84,8 @@ impl CurvingProblem {
     /// The equilibrium.
     ///
     /// # Errors
-    /// [`Error::NotConverged`] where none was found; what [`super::limits`] refuses: a wheel without load, three places of contact on
+    /// [`Error::NotConverged`] where none was found; what [`super::limits`] refuses: a wheel without load, three places
+    /// of contact on
     /// a wheel, a wheel that climbs; those of the placement.
     pub fn solve(&self) -> Result<CurvingSolution> {
         self.solve_near(None)
@@ -211,7 +223,7 @@ impl CurvingProblem {
         let (mut steps, mut vain) = (0, 0);
         while norm(&here.residual) > AIM && steps < MOST_STEPS && vain < MOST_VAIN {
             steps += 1;
-            let Some((step, motions)) = self.step(&here)? else { break };
+            let Some(NewtonStep { shifts: step, motions }) = self.step(&here)? else { break };
             let before = norm(&here.residual);
             let mut next = None;
             for halving in 0..HALVINGS {
@@ -242,8 +254,7 @@ impl CurvingProblem {
     }
 
     /// The Newton step of the shifts, cut to the largest, and of both motions; none where the derivative is singular.
-    #[allow(clippy::type_complexity)]
-    fn step(&self, here: &Iterate) -> Result<Option<(Shifts, [[f64; 5]; 2])>> {
+    fn step(&self, here: &Iterate) -> Result<Option<NewtonStep>> {
         let mut jacobian = [[0.0; 4]; 4];
         let mut follow = [[[0.0; 2]; 3]; 2];
         for k in 0..2 {
@@ -272,7 +283,7 @@ impl CurvingProblem {
             // Shift and yaw are set by themselves.
             [inner[0], inner[1], inner[2], 0.0, 0.0]
         });
-        Ok(Some((step, motions)))
+        Ok(Some(NewtonStep { shifts: step, motions }))
     }
 
     fn solution(&self, found: &Iterate, steps: usize) -> Result<CurvingSolution> {
@@ -299,7 +310,8 @@ impl CurvingProblem {
     }
 }
 
-/// The first error, unless a later one says more: of a search that did not converge nothing is said where another is refused for a
+/// The first error, unless a later one says more: of a search that did not converge nothing is said where another is
+/// refused for a
 /// reason.
 fn worst(first: Option<Error>, later: Error) -> Option<Error> {
     match first {

@@ -1,12 +1,16 @@
-//! Steady curving of a two-axle bogie or vehicle: shift, yaw, roll and speed of rotation of both axles, and load and creepages at
+//! Steady curving of a two-axle bogie or vehicle: shift, yaw, roll and speed of rotation of both axles, and load and
+//! creepages at
 //! every place of contact.
 //!
 //! # Frames and signs
-//! The track frame at each axle: x forwards, y to the right, z down. A curve to the right has a positive curvature 1/R; its left
-//! rail is the outer one. Shift and yaw of an axle are measured from the middle of the track and from its tangent *at that axle*.
+//! The track frame at each axle: x forwards, y to the right, z down. A curve to the right has a positive curvature 1/R;
+//! its left
+//! rail is the outer one. Shift and yaw of an axle are measured from the middle of the track and from its tangent *at
+//! that axle*.
 //!
 //! # Equations
-//! With half the wheelbase b, s = +1 for the leading axle and −1 for the trailing one, the shift y, the yaw ψ, and the frame of the
+//! With half the wheelbase b, s = +1 for the leading axle and −1 for the trailing one, the shift y, the yaw ψ, and the
+//! frame of the
 //! bogie at y_B, ψ_B (H. True, K. Knothe and others call this the quasi-static curving problem; the form is that of
 //! A. H. Wickens, *Fundamentals of Rail Vehicle Dynamics*, 2003, chapter 5):
 //!
@@ -14,13 +18,15 @@
 //! suspension on an axle    Y = −2k_y (y − y_B − s b ψ_B + b²/2R),   M = −(2k_x l² + k_ψ) (ψ − ψ_B + s b/R)
 //! lateral                  Σ F_y + Y + Y_a = 0            Y_a = −W (cant deficiency as an angle)
 //! vertical                 Σ F_z + W = 0
-//! roll                     Σ (y_c F_z − r_c F_y) + M_a = 0  about the middle of the axle; M_a = Y_a (height of the mass − r)
+//! roll                     Σ (y_c F_z − r_c F_y) + M_a = 0  about the middle of the axle; M_a = Y_a (height of the
+//! mass − r)
 //! yaw                      Σ (x_c F_y − y_c F_x) + M = 0
 //! torque                   Σ r_c (F_x + T ψ/cos δ) = drive
 //! frame                    Σ Y = 0,   Σ (s b Y + M) = secondary yaw moment
 //! ```
 //!
-//! Sums run over the places of contact of both wheels, any number each. A place has the normal force of Hertz' contact under the
+//! Sums run over the places of contact of both wheels, any number each. A place has the normal force of Hertz' contact
+//! under the
 //! overlap of the undeformed profiles there, and the tangential force of a creep law with the creepages
 //!
 //! ```text
@@ -28,7 +34,8 @@
 //! ```
 //!
 //! # What is neglected
-//! One ellipse a place, also where wheel and rail fit each other closely (flange root); the track does not yield sideways; the body
+//! One ellipse a place, also where wheel and rail fit each other closely (flange root); the track does not yield
+//! sideways; the body
 //! above the bogie acts by its load, its lateral force and a moment alone.
 
 mod axle;
@@ -54,9 +61,9 @@ pub const WHEELS: [BogieWheel; 4] = [
 /// A wheel of a bogie in a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BogieWheel {
-    /// Whether it belongs to the leading axle.
+    /// True for the leading axle.
     pub leading: bool,
-    /// Whether it runs on the inner rail of the curve.
+    /// True for the inner rail of the curve.
     pub inner: bool,
 }
 
@@ -74,7 +81,8 @@ pub struct CurveMotion {
     pub curvature: f64,
     /// Speed V, m/s.
     pub speed: f64,
-    /// Lateral acceleration in the plane of the track, over gravity: (cant deficiency)/(distance of the running circles), positive
+    /// Lateral acceleration in the plane of the track, over gravity: (cant deficiency)/(distance of the running
+    /// circles), positive
     /// where the cant is too small. 1.
     pub deficiency: f64,
 }

@@ -50,7 +50,8 @@ fn problem(radius: f64, friction: f64) -> CurvingProblem {
     on_rails(&rail_60e1().unwrap(), radius, friction)
 }
 
-/// Distance of the contact from the middle of a head, m: the head of 300 mm has the slope 0.05 of the cone there, on the side of the gauge.
+/// Distance of the contact from the middle of a head, m: the head of 300 mm has the slope 0.05 of the cone there, on
+/// the side of the gauge.
 const OFF_CROWN: f64 = 0.015;
 
 /// Wheelsets with cones of the conicity 0.05 on heads of a radius of 300 mm, 1.5 m apart.
@@ -67,8 +68,10 @@ fn cones(radius: f64) -> CurvingProblem {
     problem
 }
 
-/// A free wheelset rolls without creep where the radii of its wheels are in the ratio of the ways on both rails: the shift of the axle is
-/// −(l0 r0/(λR)) (1 − λ(r0 + R_h)/l0), as the familiar l0 r0/(λR) is that at the rail and the axle rolls back by λ y (r0 + R_h)/l0; l0 and r0
+/// A free wheelset rolls without creep where the radii of its wheels are in the ratio of the ways on both rails: the
+/// shift of the axle is
+/// −(l0 r0/(λR)) (1 − λ(r0 + R_h)/l0), as the familiar l0 r0/(λR) is that at the rail and the axle rolls back by λ y
+/// (r0 + R_h)/l0; l0 and r0
 /// are those of the places of contact.
 #[test]
 fn free_wheelset_on_cones_matches_closed_form() {
@@ -168,7 +171,8 @@ fn very_wide_curve_is_straight_track() {
     }
 }
 
-/// Columns of a wheel: position on its profile, mm, contact angle, mrad, rolling radius, mm, normal force, kN, ξ and η, %, F_x, T and lateral
+/// Columns of a wheel: position on its profile, mm, contact angle, mrad, rolling radius, mm, normal force, kN, ξ and η,
+/// %, F_x, T and lateral
 /// force on the wheel, kN.
 fn columns(c: &ContactForce) -> [f64; 9] {
     [
@@ -184,7 +188,8 @@ fn columns(c: &ContactForce) -> [f64; 9] {
     ]
 }
 
-/// A table of an independent program for this bogie on a head whose arcs meet 20.8 and 52.0 mm apart: within 2 % and the last digit that is
+/// A table of an independent program for this bogie on a head whose arcs meet 20.8 and 52.0 mm apart: within 2 % and
+/// the last digit that is
 /// printed.
 #[test]
 fn published_example_is_met() {
@@ -286,7 +291,8 @@ fn cell(names: &[&str], row: &[&str], name: &str) -> f64 {
     row[column].parse().unwrap()
 }
 
-/// All places of contact of an independent program with contact of its own, at radii from 1000 to 150 m: within 0.5 % and a last digit.
+/// All places of contact of an independent program with contact of its own, at radii from 1000 to 150 m: within 0.5 %
+/// and a last digit.
 #[test]
 fn independent_model_is_met() {
     let mut lines = include_str!("../../docs/reference/curving_bogie.csv").lines().filter(|l| !l.starts_with('#'));

@@ -36,7 +36,7 @@ const CHANGES: &[Change] = &[
     Change { since: 5, key: "bodies.*.damping", before: "none", now: "loss factors by nodal diameters" },
 ];
 
-/// Whether a default of before is the value of the resolved entry that holds a key.
+/// Test of a resolved entry: true if it has the default of before.
 type AsBefore = fn(&Value) -> bool;
 
 /// Changes that are no change of some of the entries with their key: the format, the key, and what tells these by the

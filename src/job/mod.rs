@@ -93,7 +93,8 @@ impl Job {
         Ok(job)
     }
 
-    /// Fills in what follows from the wheel that `contact.from` names, as stand-ins; the faults of a job that has not what it takes.
+    /// Fills in what follows from the wheel that `contact.from` names, as stand-ins; the faults of a job that has not
+    /// what it takes.
     fn take_wheel(&mut self) -> Vec<String> {
         let Some(contact) = &mut self.contact else { return Vec::new() };
         match (&self.curve, &self.vehicle, contact.from) {

@@ -64,7 +64,8 @@ pub fn uic60() -> Result<Profile> {
     rail_head("UIC60", &[300e-3, 80e-3, 13e-3], &[21e-3, 51.976e-3], 20.0)
 }
 
-/// A symmetric rail head of arcs that meet tangentially: radii from the crown outwards, m; the widths at which they meet, m; and straight
+/// A symmetric rail head of arcs that meet tangentially: radii from the crown outwards, m; the widths at which they
+/// meet, m; and straight
 /// sides that fall by `side` for each unit of width, down to 30 mm below the crown.
 pub fn rail_head(name: &str, radii: &[f64], widths: &[f64], side: f64) -> Result<Profile> {
     let mut centre = [0.0, radii[0]];

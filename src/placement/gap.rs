@@ -72,7 +72,8 @@ fn meet_rail(rail: &Profile, start: Vector, direction: Vector) -> Option<(f64, f
     None
 }
 
-/// The gap on the lines x and y of a grid (program's frame, m) at first touch. Within `bounds` the wheel's profile belongs to this contact;
+/// The gap on the lines x and y of a grid (program's frame, m) at first touch. Within `bounds` the wheel's profile
+/// belongs to this contact;
 /// beyond them it is open.
 pub(super) fn gap(pair: &Pair, frame: &Frame, [x, y]: [&[f64]; 2], bounds: Option<[f64; 2]>) -> Result<Gap> {
     let normal = frame.normal();

@@ -121,7 +121,8 @@ pub struct Placement {
     pub circles: f64,
     /// Where the wheel is.
     pub position: Position,
-    /// Position on the wheel's profile near which the contact is, of a wheel that touches at several places. Without it the place of
+    /// Position on the wheel's profile near which the contact is, of a wheel that touches at several places. Without it
+    /// the place of
     /// first touch is taken.
     pub near: Option<f64>,
 }
@@ -183,7 +184,8 @@ pub struct Placed {
 pub struct Seat {
     /// y of the contact on the body's drawing, m: from the running circle of a wheel, from the middle of a rail's profile.
     pub y: f64,
-    /// Height of the contact over the place y = 0 of the body's profile, m: of a wheel, in the lower form, its radius less that of the running circle.
+    /// Height of the contact over the place y = 0 of the body's profile, m: of a wheel, in the lower form, its radius
+    /// less that of the running circle.
     pub z: f64,
     /// Angle χ of the contact's frame against the drawing's, about x, rad: the contact sees cos χ u_y − sin χ u_n along y and sin χ u_y + cos χ u_n
     /// along n.

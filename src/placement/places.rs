@@ -5,23 +5,28 @@ use super::touch::{Close, Pair};
 use super::{Placement, Profile, TrackSide};
 use crate::{Error, Result};
 
-/// Smallest distance of two places of contact along the wheel's profile, m. Nearer minima of the distance are ripples of one contact.
+/// Smallest distance of two places of contact along the wheel's profile, m. Nearer minima of the distance are ripples
+/// of one contact.
 const APART: f64 = 2.5e-3;
 
 /// Distance of two places from which on both count in full, m.
 const WELL_APART: f64 = 3.5e-3;
 
-/// Height of the ridge between a place and a nearer one above the place from which on it counts in full, m. Below it the place is about to
-/// become a shoulder of the other one, and its load fades: it would jump otherwise, and there would be radii without an equilibrium.
+/// Height of the ridge between a place and a nearer one above the place from which on it counts in full, m. Below it
+/// the place is about to
+/// become a shoulder of the other one, and its load fades: it would jump otherwise, and there would be radii without an
+/// equilibrium.
 const PROMINENT: f64 = 1.5e-6;
 
-/// Half of the width over which the curvature across the track is averaged, m: arcs of a profile change their radius within a contact.
+/// Half of the width over which the curvature across the track is averaged, m: arcs of a profile change their radius
+/// within a contact.
 const AVERAGED: f64 = 0.5e-3;
 
 /// Largest and smallest ratio of the curvature across to that along the track for which a contact counts as an ellipse.
 const RATIO: [f64; 2] = [0.01, 250.0];
 
-/// Distance of the places at which the angle of the flange is looked at, m, and by how much it may miss its largest, rad.
+/// Distance of the places at which the angle of the flange is looked at, m, and by how much it may miss its largest,
+/// rad.
 const FLANGE_STEP: f64 = 1e-4;
 const FLANGE_ANGLE: f64 = 1e-3;
 
@@ -37,7 +42,8 @@ const RIDGE_STEP: f64 = 5e-5;
 /// Distance of the places at which the height of a ridge is looked at, m.
 const SCAN_STEP: f64 = 1e-4;
 
-/// Smallest curvature along the track, 1/m: a wheel on the back of its flange has none, and no load there is a solution.
+/// Smallest curvature along the track, 1/m: a wheel on the back of its flange has none, and no load there is a
+/// solution.
 const FLAT: f64 = 0.05;
 
 /// A wheel over its rail, to be moved.
@@ -48,7 +54,8 @@ pub struct MovableWheel {
     rail_shift: f64,
 }
 
-/// A place where a wheel touches its rail or comes close to it. Signs are those of the track frame (x forwards, y to the right, z down).
+/// A place where a wheel touches its rail or comes close to it. Signs are those of the track frame (x forwards, y to
+/// the right, z down).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPlace {
     /// Position on the wheel's profile, m: positive to the field side of the running circle.
@@ -65,9 +72,11 @@ pub struct ContactPlace {
     pub radius: f64,
     /// Vertical distance of wheel and rail, m, when the axle is one radius above the rails' tops.
     pub distance: f64,
-    /// Share of its own force that the place has beside a nearer one, from which it hardly stands apart; 1 of a place by itself.
+    /// Share of its own force that the place has beside a nearer one, from which it hardly stands apart; 1 of a place
+    /// by itself.
     pub share: f64,
-    /// Curvatures of the gap along and across, 1/m, in the tangent plane; the second averaged over a millimetre of width.
+    /// Curvatures of the gap along and across, 1/m, in the tangent plane; the second averaged over a millimetre of
+    /// width.
     pub curvature: [f64; 2],
 }
 
@@ -96,7 +105,8 @@ impl MovableWheel {
         self.side
     }
 
-    /// Largest angle that the flange has, rad, and the position of the lower end of that part of the wheel's profile, m.
+    /// Largest angle that the flange has, rad, and the position of the lower end of that part of the wheel's profile,
+    /// m.
     pub fn flange(&self) -> (f64, f64) {
         let profile = &self.pair.wheel.profile;
         let angle = |y: f64| -profile.at(y).slope.atan();
@@ -106,7 +116,8 @@ impl MovableWheel {
         (steepest, end)
     }
 
-    /// Places of contact of the wheel of an axle with the shift `lateral`, m, the `yaw` and the `roll`, rad, the nearest first.
+    /// Places of contact of the wheel of an axle with the shift `lateral`, m, the `yaw` and the `roll`, rad, the
+    /// nearest first.
     ///
     /// # Errors
     /// Profiles that do not lie over each other, or touch at an end or at a corner.
@@ -141,7 +152,8 @@ impl MovableWheel {
     }
 }
 
-/// Share of its own force that the place `here` has beside the place `nearer`, which is nearer to the rail: by the ridge between them and by
+/// Share of its own force that the place `here` has beside the place `nearer`, which is nearer to the rail: by the
+/// ridge between them and by
 /// their distance, both smoothly from 0 to 1.
 fn prominence(pair: &Pair, nearer: &Close, here: &Close) -> f64 {
     let [from, to] = [nearer, here].map(|c| c.lowest.wheel_y);
@@ -159,7 +171,8 @@ fn prominence(pair: &Pair, nearer: &Close, here: &Close) -> f64 {
 
 /// Curvatures of the gap along and across the track, 1/m.
 ///
-/// The distance D(y) of the lowest line to the rail is the gap minimised over x, so that D″ = h_yy − h_xy²/h_xx; D″ is averaged
+/// The distance D(y) of the lowest line to the rail is the gap minimised over x, so that D″ = h_yy − h_xy²/h_xx; D″ is
+/// averaged
 /// over the change of the slopes either side of the place.
 fn averaged(pair: &Pair, close: &Close) -> [f64; 2] {
     let (h, _) = pair.curvatures(close);
@@ -180,7 +193,7 @@ fn averaged(pair: &Pair, close: &Close) -> [f64; 2] {
 /// Moves the place of contact at the position `near` of the wheel's profile, m, to the front of `minima`.
 ///
 /// # Errors
-/// Where there is no such place.
+/// No such place.
 pub(super) fn bring_to_front(minima: &mut [Close], near: f64) -> Result<()> {
     let off = |c: &Close| (c.lowest.wheel_y - near).abs();
     let nearest = (0..minima.len()).min_by(|&a, &b| off(&minima[a]).total_cmp(&off(&minima[b])));
@@ -201,7 +214,8 @@ pub(super) fn bring_to_front(minima: &mut [Close], near: f64) -> Result<()> {
     }
 }
 
-/// The part of the wheel's profile that belongs to the first of `minima`, m, as far as the ridges towards other places that may carry
+/// The part of the wheel's profile that belongs to the first of `minima`, m, as far as the ridges towards other places
+/// that may carry
 /// load beside it; none without any.
 pub(super) fn bounds(pair: &Pair, minima: &[Close]) -> Option<[f64; 2]> {
     let (first, rest) = minima.split_first()?;

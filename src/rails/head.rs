@@ -35,7 +35,8 @@ pub struct Head {
 
 /// Largest depth of a contact below the crown, on the face of the head, m.
 pub const DEEPEST: f64 = 16e-3;
-/// Steepest surface at a contact that is given by its lateral position alone, rad: 72 degrees. On steeper ones the position hardly says the height.
+/// Steepest surface at a contact that is given by its lateral position alone, rad: 72 degrees. On steeper ones the
+/// position hardly says the height.
 pub const STEEPEST: f64 = 1.256_637_061_435_917_2;
 /// Places between the ends of the head of which the nearest one starts a search.
 const PLACES: usize = 400;
@@ -57,7 +58,8 @@ impl Head {
         })
     }
 
-    /// The place at the length `along`, m, of the surface from the crown, to the left if negative; beyond the arcs on the straight side.
+    /// The place at the length `along`, m, of the surface from the crown, to the left if negative; beyond the arcs on
+    /// the straight side.
     pub fn at(&self, along: f64) -> HeadPoint {
         let (mut left, mut angle, mut at) = (along.abs(), 0.0_f64, [0.0, self.height]);
         for (radius, end) in self.arcs() {
@@ -118,7 +120,8 @@ impl Head {
         self.radii[k]
     }
 
-    /// Length of the surface from the crown, to the left if negative, to the place nearest to (y, z), m, down to the depth [`DEEPEST`].
+    /// Length of the surface from the crown, to the left if negative, to the place nearest to (y, z), m, down to the
+    /// depth [`DEEPEST`].
     pub fn nearest(&self, [y, z]: [f64; 2]) -> f64 {
         let end = self.to_deepest();
         let at = |s: f64| self.at(s);

@@ -17,7 +17,8 @@ pub use r60e2::R60E2;
 /// All of them.
 pub static ALL: [&Rail; 5] = [&R49E1, &R54E1, &R54E3, &R60E1, &R60E2];
 
-/// A rail that is symmetric about its middle plane, upright: y to the right of that plane, z up from the underside of the foot.
+/// A rail that is symmetric about its middle plane, upright: y to the right of that plane, z up from the underside of
+/// the foot.
 #[derive(Debug, PartialEq)]
 pub struct Rail {
     /// Its name.
@@ -47,7 +48,8 @@ pub struct Published {
     pub area: f64,
     /// Mass of each metre, kg/m.
     pub mass: f64,
-    /// Second moments of area about the lateral axis (bending vertically) and about the vertical axis (bending laterally), m⁴.
+    /// Second moments of area about the lateral axis (bending vertically) and about the vertical axis (bending
+    /// laterally), m⁴.
     pub inertia: [f64; 2],
     /// Parts of the area that shear when the rail bends vertically and laterally, where they are published.
     pub sheared: Option<[f64; 2]>,

@@ -1,6 +1,8 @@
-//! Sections of the built-in symmetric rails: structured 9-node quadrilaterals in three blocks, foot, web and head, mapped onto the outline.
+//! Sections of the built-in symmetric rails: structured 9-node quadrilaterals in three blocks, foot, web and head,
+//! mapped onto the outline.
 //!
-//! The upper side of the head's block is the running surface. It ends on the arc of the corner, or, of a contact on that arc or on the face below,
+//! The upper side of the head's block is the running surface. It ends on the arc of the corner, or, of a contact on
+//! that arc or on the face below,
 //! nearer to the crown, so that the contact lies within a side of the block.
 
 use super::builtin::{Focus, Lines};
@@ -56,7 +58,8 @@ fn on_line(line: &[[f64; 2]], part: f64) -> [f64; 2] {
     at.map(|v| 1e-3 * v)
 }
 
-/// A block that is symmetric about y = 0: its lines of the mesh reach from −`half` to `half`; lower and upper side are given for s ≥ 0, its right
+/// A block that is symmetric about y = 0: its lines of the mesh reach from −`half` to `half`; lower and upper side are
+/// given for s ≥ 0, its right
 /// side from 0, below, to 1, m.
 struct Block<'b> {
     half: f64,
@@ -177,7 +180,8 @@ impl BuiltRail {
         Ok(Self { rail, along: y.signum() * rail.head.to_distance(y.abs()) })
     }
 
-    /// The rail with the contact point at the place of its head that is nearest to y to the right of its middle and z over its crown, m.
+    /// The rail with the contact point at the place of its head that is nearest to y to the right of its middle and z
+    /// over its crown, m.
     pub fn near(rail: &'static Rail, [y, z]: [f64; 2]) -> Result<Self> {
         let head = &rail.head;
         let wanted = [y, head.height + z];
@@ -201,7 +205,8 @@ impl BuiltRail {
         self.rail
     }
 
-    /// The beam that it is, vertically or laterally, by its published figures; the part of the area that shears is none of them for most rails.
+    /// The beam that it is, vertically or laterally, by its published figures; the part of the area that shears is none
+    /// of them for most rails.
     pub fn beam(&self, material: Material, lateral: bool, loss: f64) -> Option<Beam> {
         let published = &self.rail.published;
         let sheared = published.sheared?[usize::from(lateral)];
@@ -224,7 +229,8 @@ impl BuiltRail {
         self.contact().angle.abs() > CROWN
     }
 
-    /// Height of the surface over its tangent at the contact point, m, at the distance `y` from there along the tangent; 0 there, negative elsewhere.
+    /// Height of the surface over its tangent at the contact point, m, at the distance `y` from there along the
+    /// tangent; 0 there, negative elsewhere.
     pub fn height(&self, y: f64) -> f64 {
         let head = &self.rail.head;
         let end = head.to_angle(head.steep());
@@ -265,7 +271,8 @@ impl BuiltRail {
         self.section(Focus { size: radius / 3.0, reach: 1.5 * radius, corner: FINE, largest: FINE })
     }
 
-    /// The section with the groups `foot`, its lower side, and `head`, the running line, in the frame of the surface at the contact point. The
+    /// The section with the groups `foot`, its lower side, and `head`, the running line, in the frame of the surface at
+    /// the contact point. The
     /// running line of a contact on the corner goes on down the faces.
     pub fn section(&self, focus: Focus) -> Result<Section> {
         let (rail, corner) = (self.rail, self.on_corner());
@@ -313,7 +320,8 @@ impl BuiltRail {
     }
 }
 
-/// The edges at `s` across on the lines of the mesh from the height `top` on, upwards: first, last and middle node. `at` has the place of each node
+/// The edges at `s` across on the lines of the mesh from the height `top` on, upwards: first, last and middle node.
+/// `at` has the place of each node
 /// on the lines.
 fn side(section: &Section, at: &[[f64; 2]], [top, s]: [f64; 2]) -> Vec<[usize; 3]> {
     let on = |&k: &usize| at[k][1] == s && at[k][0] >= top;

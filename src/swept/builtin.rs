@@ -30,7 +30,8 @@ impl Focus {
         (self.size + GROWTH * (distance - self.reach).max(0.0)).min(self.largest)
     }
 
-    /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` are the places of the contact, `corners` those of singular
+    /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` are the places of the contact,
+    /// `corners` those of singular
     /// stresses.
     pub(super) fn lines(&self, breaks: &[f64], at: &[f64], corners: &[f64]) -> Vec<f64> {
         let size = |x: f64| {
@@ -80,7 +81,8 @@ impl Lines<'_> {
         self.section_with_face(inside, place, tread, |_, _| false)
     }
 
-    /// The same with edges that face −y in the running line, for which `face` holds at the radius of their middle and their y.
+    /// The same with edges that face −y in the running line, for which `face` holds at the radius of their middle and
+    /// their y.
     pub(super) fn section_with_face(
         &self,
         inside: impl Fn(f64, f64) -> bool,

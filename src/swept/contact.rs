@@ -1,9 +1,13 @@
 //! Contact of a section: the spots of its surface that carry the loads of the contact, and the frame of these loads.
 //!
-//! A section whose running line is that of the profile has one spot, in the tangent plane of the surface there. Where the
-//! section is a stand-in with a sharp corner in place of the flange root, two spots share the loads: one on the tread, one
-//! on the face of the flange. The load is then Σ s_i L_i, Σ s_i = 1, with the loads L_i of the spots turned into one frame.
-//! Its mean displacement under itself is Σ s_i s_j ⟨L_i, u(L_j)⟩; that of a half-space, which the contact has beside it, is
+//! A section whose running line is that of the profile has one spot, in the tangent plane of the surface there. Where
+//! the
+//! section is a stand-in with a sharp corner in place of the flange root, two spots share the loads: one on the tread,
+//! one
+//! on the face of the flange. The load is then Σ s_i L_i, Σ s_i = 1, with the loads L_i of the spots turned into one
+//! frame.
+//! Its mean displacement under itself is Σ s_i s_j ⟨L_i, u(L_j)⟩; that of a half-space, which the contact has beside
+//! it, is
 //! part of the terms i = j alone, with the factor s_i².
 
 use super::load::{Square, LOADS};
@@ -31,7 +35,8 @@ pub struct SectionContact {
 }
 
 impl SectionContact {
-    /// Contact on a surface without slope at (r, y) = (0, 0) of a section along a line, or at y = 0 of one round an axle.
+    /// Contact on a surface without slope at (r, y) = (0, 0) of a section along a line, or at y = 0 of one round an
+    /// axle.
     pub fn level(radius: f64) -> Self {
         Self::on(Spot { radius, origin: [0.0; 2], angle: 0.0, share: 1.0 })
     }

@@ -16,7 +16,8 @@ pub struct Drawn {
 const SAME_PLACE: f64 = 1e-9;
 /// Difference between the area of the elements and that within their boundary, over the area, from which on they overlap.
 const OVERLAP: f64 = 1e-6;
-/// Steepest slope of the running line at a contact whose frame is not tilted, and at one whose frame lies along it: 80 degrees.
+/// Steepest slope of the running line at a contact whose frame is not tilted, and at one whose frame lies along it: 80
+/// degrees.
 const STEEPEST_LEVEL: f64 = 0.2;
 const STEEPEST: f64 = 5.671;
 /// Slices of which the beam of a section is summed.

@@ -190,7 +190,8 @@ impl LineLoad {
     }
 }
 
-/// Loads of the order `n` on the edges of the running line under a spot, in the frame of the spot: first amplitude of a node, and for each load the
+/// Loads of the order `n` on the edges of the running line under a spot, in the frame of the spot: first amplitude of a
+/// node, and for each load the
 /// weights of its U, V and W.
 fn on_spot(forms: &Forms, patch: Patch, n: usize, spot: &Spot) -> Vec<(usize, [[f64; 3]; LOADS])> {
     let section = &forms.section;

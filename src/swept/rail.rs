@@ -5,7 +5,8 @@ use crate::fem::Material;
 use crate::{Error, Result};
 use std::rc::Rc;
 
-/// Steepest surface that a drawn rail is touched on, rad from the upright section: 80 degrees, the steepest contact of a placement.
+/// Steepest surface that a drawn rail is touched on, rad from the upright section: 80 degrees, the steepest contact of
+/// a placement.
 const STEEPEST: f64 = 1.4;
 /// Largest distance of a contact from the running line of a drawing, m.
 const OFF: f64 = 10e-3;
@@ -110,7 +111,8 @@ impl DrawnRail {
         Self::touched(drawn, foot, HeadPoint { y, z, angle: slope.atan() }, crate::rails::STEEPEST)
     }
 
-    /// With the contact at the place of the running line that is nearest to y of the drawing and z over the running line at y = 0, m.
+    /// With the contact at the place of the running line that is nearest to y of the drawing and z over the running
+    /// line at y = 0, m.
     pub fn near(drawn: Rc<Drawn>, foot: &str, [y, z]: [f64; 2]) -> Result<Self> {
         check(&drawn, foot)?;
         let [first, last] = drawn.reach();

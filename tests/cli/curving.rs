@@ -20,14 +20,7 @@ fn curving_prints_all_wheels_beside_the_discretised_contact() {
     let folder = Folder::with(in_curve().to_string());
     let ran = folder.call(1, "curving", &["--contact"]);
     let text = ran.good().out.clone();
-    for part in [
-        "radius 100",
-        "leading axle",
-        "angle of attack",
-        "trailing outer",
-        "forces by the creep law",
-        "touches at two places",
-    ] {
+    for part in ["radius 100", "leading axle", "angle of attack", "trailing outer", "forces by the creep law"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     // Law and discretised contact are within a tenth of the bound of friction at every place.
@@ -41,6 +34,7 @@ fn curving_prints_all_wheels_beside_the_discretised_contact() {
 fn wheels_of_a_curve_go_on_into_stability() {
     let mut job = in_curve();
     job["analyses"]["curving"] = json!({ "radii": [600, 300] });
+    job["analyses"]["steady"] = json!({});
     let folder = Folder::with(job.to_string());
     let ran = folder.call(2, "run", &[]);
     let text = ran.good().out.clone();
@@ -100,7 +94,7 @@ fn curves_that_make_no_sense_are_refused_with_what_to_do() {
         ("curve.cant", json!(6), &["curve.cant", "degrees"]),
         ("curve.speed", json!(180), &["curve.speed", "km/h", "50"]),
         ("curve.radius", json!(0.3), &["curve.radius", "300 m"]),
-        ("vehicle.axle_load", json!(12), &["vehicle.axle_load", "kN"]),
+        ("vehicle.axle_load", json!(120), &["vehicle.axle_load", "kN"]),
         ("vehicle.wheelbase", json!(40), &["vehicle.wheelbase"]),
         ("curve.cant_deficiency", json!(0.1), &["centre_of_gravity", "100 mm"]),
         ("contact.speed", json!(10), &["contact.speed", "curve"]),

@@ -72,7 +72,7 @@ fn check_says_the_measures_of_rails() {
         ("60E1", 76.70, 60.21, [3038.0, 512.3], 80.9),
         ("60E2", 76.48, 60.03, [3022.0, 510.5], 80.7),
     ] {
-        let mut job = job("wheel-on-rail.json");
+        let mut job = job("wheel-at-given-yaw.json");
         job["bodies"]["lower"]["mesh"]["extruded"]["section"] = json!(name);
         job["bodies"]["lower"]["profile"] = json!(name);
         job["bodies"]["lower"]["material"]["density"] = json!(7850);
@@ -86,7 +86,7 @@ fn check_says_the_measures_of_rails() {
         }
     }
     // A head is no profile of a wheel.
-    let mut wrong = job("wheel-on-rail.json");
+    let mut wrong = job("wheel-at-given-yaw.json");
     wrong["bodies"]["upper"]["profile"] = json!("54E1");
     Folder::with(wrong.to_string()).call(1, "check", &[]).failed(2, &["bodies.upper.profile", "profile of a rail"]);
 }

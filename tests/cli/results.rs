@@ -180,7 +180,8 @@ fn the_macro_shows_the_contact_in_paraview() {
     }
 }
 
-/// The mesh that `section` makes of a drawing is one that a job takes, and what is wrong with a drawing has its exit code.
+/// The mesh that `section` makes of a drawing is one that a job takes, and what is wrong with a drawing has its exit
+/// code.
 #[test]
 fn section_of_a_drawing_is_taken_by_a_job() {
     let root = env!("CARGO_MANIFEST_DIR");

@@ -42,11 +42,12 @@ pub struct Contact {
     /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and creepages follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<super::Placement>,
-    /// The wheel of `vehicle` in `curve` whose contact this is: load, speed, position and creepages are then those of the equilibrium in the
+    /// The wheel of `vehicle` in `curve` whose contact this is: load, speed, position and creepages are then those of
+    /// the equilibrium in the
     /// curve. Default, where both are given: the leading inner wheel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<super::ContactOfWheel>,
-    /// Whether load and position are those of the equilibrium in the curve, and no longer those that stand in for them.
+    /// True once load and position are those of the equilibrium in the curve, and no longer stand-ins.
     #[serde(skip)]
     pub in_equilibrium: bool,
     /// Roughness of the running surfaces, in `analyses.transient`.
@@ -84,7 +85,8 @@ pub struct ContactPoint {
 }
 
 impl Contact {
-    /// Fills in what follows from the wheel that is named, with stand-ins until the equilibrium in the curve is known. The keys that are given beside
+    /// Fills in what follows from the wheel that is named, with stand-ins until the equilibrium in the curve is known.
+    /// The keys that are given beside
     /// it are the faults.
     pub(crate) fn stand_in(&mut self, curve: &super::Curve, vehicle: &super::VehicleData) -> Vec<String> {
         let given = [

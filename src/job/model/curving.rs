@@ -4,7 +4,8 @@ use super::TrackSide;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A curve of the track, and how it is run through. Shifts, yaws, loads and creepages of the wheels of `vehicle` follow from it.
+/// A curve of the track, and how it is run through. Shifts, yaws, loads and creepages of the wheels of `vehicle` follow
+/// from it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Curve {
@@ -17,11 +18,13 @@ pub struct Curve {
     /// Speed along the track, m/s.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
     pub speed: f64,
-    /// Height of the outer rail above the inner one, m. Give either this or `cant_deficiency`; with neither the cant is that of this speed and radius.
+    /// Height of the outer rail above the inner one, m. Give either this or `cant_deficiency`; with neither the cant is
+    /// that of this speed and radius.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("unit" = "m"))]
     pub cant: Option<f64>,
-    /// Height that is missing to the cant of equilibrium of this speed and radius, m; negative where the cant is in excess.
+    /// Height that is missing to the cant of equilibrium of this speed and radius, m; negative where the cant is in
+    /// excess.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub cant_deficiency: Option<f64>,
@@ -37,7 +40,8 @@ pub struct Curve {
     #[serde(default = "gauge_depth")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub gauge_depth: f64,
-    /// Inclination of the rails towards the middle of the track, added to what their profile has: 0.025 for 1:40, 0.05 for 1:20.
+    /// Inclination of the rails towards the middle of the track, added to what their profile has: 0.025 for 1:40, 0.05
+    /// for 1:20.
     #[schemars(extend("unit" = "rad"))]
     pub rail_cant: f64,
     /// Law of the creep forces with which axles and frame are in equilibrium.
@@ -84,7 +88,7 @@ pub enum VehicleName {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleData {
-    /// Whether the axles are those of a bogie or of a two-axle vehicle: the frame is that of the bogie, or the car body.
+    /// Kind of the frame that the axles belong to: that of a bogie, or the body of a two-axle vehicle.
     #[serde(default)]
     pub kind: VehicleKind,
     /// Distance of the axles, m.
@@ -110,14 +114,15 @@ pub struct VehicleData {
     #[serde(default)]
     #[schemars(extend("unit" = "N m"))]
     pub torque: [f64; 2],
-    /// Height of the centre of gravity above the rails, m, by which a lateral force of the curve shifts load from one rail to the other. Needed where the
+    /// Height of the centre of gravity above the rails, m, by which a lateral force of the curve shifts load from one
+    /// rail to the other. Needed where the
     /// curve has a cant deficiency.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub centre_of_gravity: Option<f64>,
 }
 
-/// What the axles belong to.
+/// Kind of vehicle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VehicleKind {
@@ -158,22 +163,22 @@ pub struct ContactOfWheel {
 /// A wheel of a two-axle bogie or vehicle in a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum VehicleWheel {
-    /// That of the leading axle on the inner rail.
+    /// Leading axle, inner rail.
     #[serde(rename = "leading inner")]
     LeadingInner,
-    /// That of the leading axle on the outer rail.
+    /// Leading axle, outer rail.
     #[serde(rename = "leading outer")]
     LeadingOuter,
-    /// That of the trailing axle on the inner rail.
+    /// Trailing axle, inner rail.
     #[serde(rename = "trailing inner")]
     TrailingInner,
-    /// That of the trailing axle on the outer rail.
+    /// Trailing axle, outer rail.
     #[serde(rename = "trailing outer")]
     TrailingOuter,
 }
 
 impl VehicleWheel {
-    /// Whether it belongs to the leading axle, and whether it runs on the inner rail.
+    /// Flags: leading axle, inner rail.
     pub fn place(self) -> [bool; 2] {
         match self {
             Self::LeadingInner => [true, true],

@@ -246,7 +246,8 @@ impl Job {
         radius.map(|r| 2.0 * std::f64::consts::PI * r)
     }
 
-    /// The resolved job as JSON: every default filled in. What follows from the curve is not in it, as it follows again.
+    /// The resolved job as JSON: every default filled in. What follows from the curve is not in it, as it follows
+    /// again.
     pub fn to_json(&self) -> Value {
         let mut job = self.clone();
         if let Some(contact) = job.contact.as_mut().filter(|c| c.from.is_some()) {

@@ -122,11 +122,13 @@ pub struct Placement {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "rad/s"))]
     pub angular_speed: Option<f64>,
-    /// Curvature of the track 1/R: positive where it turns to the right. The way on the inner rail is shorter, and the track turns under the wheel.
+    /// Curvature of the track 1/R: positive where it turns to the right. The way on the inner rail is shorter, and the
+    /// track turns under the wheel.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(extend("unit" = "1/m"))]
     pub curvature: f64,
-    /// Position on the profile of the wheel near which the contact is, to the field side of the running circle, of a wheel that touches the rail at
+    /// Position on the profile of the wheel near which the contact is, to the field side of the running circle, of a
+    /// wheel that touches the rail at
     /// several places. Default: the place that touches first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]

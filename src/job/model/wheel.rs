@@ -15,7 +15,8 @@ pub enum Web {
     Curved,
 }
 
-/// Wheel by its main dimensions. y is the distance from the running circle along the axle towards the flange; the back of
+/// Wheel by its main dimensions. y is the distance from the running circle along the axle towards the flange; the back
+/// of
 /// the flange is at y = 70 mm. It has the group `bore`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -85,7 +86,8 @@ pub struct WheelLayer {
     /// Its thickness, m.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub thickness: f64,
-    /// Its material; of rubber with the dynamic modulus at the frequencies of interest. Poisson's ratio is at most 0.49.
+    /// Its material; of rubber with the dynamic modulus at the frequencies of interest. Poisson's ratio is at most
+    /// 0.49.
     pub material: Material,
     /// Its loss factor: a mode is damped by it times the part of its strain energy in the ring.
     #[serde(default)]

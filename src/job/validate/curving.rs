@@ -142,7 +142,8 @@ fn check_vehicle(curve: &Curve, vehicle: &VehicleData, faults: &mut Vec<String>)
 }
 
 impl Curve {
-    /// Cant deficiency, m: the height that is missing to the cant of equilibrium of the speed, V²/(gR) times the distance of the running circles.
+    /// Cant deficiency, m: the height that is missing to the cant of equilibrium of the speed, V²/(gR) times the
+    /// distance of the running circles.
     pub fn deficiency(&self, vehicle: &VehicleData) -> f64 {
         let balanced = self.speed * self.speed / (GRAVITY * self.radius) * vehicle.circles();
         match (self.cant, self.cant_deficiency) {

@@ -66,7 +66,8 @@ fn compliance(place: [f64; 3], mirrored: bool) -> Square {
     both_turned(&sum(blocks.chain([constant.singles()]))[0], turn(place, mirrored))
 }
 
-/// The lowest mode of two nodal diameters at the contact, in the frame of the profile, with the sign of its motion along y on the tread.
+/// The lowest mode of two nodal diameters at the contact, in the frame of the profile, with the sign of its motion
+/// along y on the tread.
 fn motion(place: [f64; 3], mirrored: bool, modes: &Modes, forms: &Forms) -> [f64; LOADS] {
     let mut moved = forms.clone();
     moved.section = wheel(place, mirrored).for_modes().unwrap();
@@ -105,7 +106,8 @@ fn loads_on_the_flange_root_have_the_arm_of_the_profile() {
     }
 }
 
-/// The motion of a mode at the contact has no jump on the way from the field side of the tread to 20 mm up the flange, and is mirrored.
+/// The motion of a mode at the contact has no jump on the way from the field side of the tread to 20 mm up the flange,
+/// and is mirrored.
 #[test]
 fn modes_at_the_contact_go_on_over_the_flange_root() {
     let (modes, forms) = lowest(false);

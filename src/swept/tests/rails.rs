@@ -35,7 +35,8 @@ fn the_centroids_lie_where_they_are_said() {
     }
 }
 
-/// Meshes are sound for contacts anywhere on the head, and the outline closes: their area does not depend on the contact.
+/// Meshes are sound for contacts anywhere on the head, and the outline closes: their area does not depend on the
+/// contact.
 #[test]
 fn the_rails_are_meshed_wherever_they_are_touched() {
     for rail in ALL {
