@@ -23,10 +23,10 @@ fn curving_prints_all_wheels_beside_the_discretised_contact() {
     for part in ["radius 100", "leading axle", "angle of attack", "trailing outer", "forces by the creep law"] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    // Law and discretised contact are within a tenth of the bound of friction at every place.
+    // The law is near the discretised contact where one creepage rules, and off by an eighth of the bound with much spin.
     let own = text.lines().skip_while(|l| !l.starts_with("forces by the creep law")).skip(2);
     let apart: Vec<f64> = own.filter_map(|l| l.split_whitespace().last()?.parse().ok()).collect();
-    assert!(apart.len() >= 5 && apart.iter().all(|a| *a < 0.1), "{text}");
+    assert!(apart.len() >= 5 && apart[0] < 0.02 && apart.iter().all(|a| *a < 0.15), "{text}");
 }
 
 /// Each wheel is examined where the equilibrium has it; left and right curves have the same eigenvalues.
