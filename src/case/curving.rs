@@ -244,7 +244,7 @@ impl Curving {
 
 /// Collective: puts the contact of `job` where the wheel stands that it names, and that of the points of its sweep;
 /// points whose curve cannot be run
-/// through keep their stand-ins, and are refused by [`in_equilibrium`] when they come up.
+/// through keep their stand-ins, and are refused by `settle` when they come up.
 ///
 /// # Errors
 /// As [`Curving::of`], for the job's own curve.

@@ -84,7 +84,7 @@ impl CurvingProblem {
     /// The equilibrium.
     ///
     /// # Errors
-    /// [`Error::NotConverged`] where none was found; what [`super::limits`] refuses: a wheel without load, three places
+    /// [`Error::NotConverged`] where none was found; what no vehicle does: a wheel without load, three places
     /// of contact on
     /// a wheel, a wheel that climbs; those of the placement.
     pub fn solve(&self) -> Result<CurvingSolution> {
