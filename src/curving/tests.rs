@@ -291,8 +291,7 @@ fn cell(names: &[&str], row: &[&str], name: &str) -> f64 {
     row[column].parse().unwrap()
 }
 
-/// All places of contact of an independent program with contact of its own, at radii from 1000 to 150 m: within 0.5 %
-/// and a last digit.
+/// All places of contact of an independent program with contact of its own, at radii from 1000 to 150 m.
 #[test]
 fn independent_model_is_met() {
     let mut lines = include_str!("../../docs/reference/curving_bogie.csv").lines().filter(|l| !l.starts_with('#'));
@@ -311,24 +310,25 @@ fn independent_model_is_met() {
             let places = &axle.wheels[usize::from(side == "right")];
             let place = places.iter().find(|c| (c.place.wheel - wheel_y).abs() < 0.2e-3);
             let place = place.unwrap_or_else(|| panic!("R {radius}: no place at {wheel_y} m of {side} of {places:?}"));
+            // Name, value, and what is allowed beside a part of the value, and that part. Both programs average the curvature
+            // across in ways of their own, which moves the flange root by 0.05 mm: a radius by 0.013 mm, ξ by 0.003 %.
             let found = [
-                ("y", 1e3 * axle.motion.lateral, 2e-3),
-                ("yaw", 1e3 * axle.motion.yaw, 2e-3),
-                ("delta", 1e3 * place.place.angle, 0.5),
-                ("r", 1e3 * place.place.radius, 5e-3),
-                ("N", 1e-3 * place.normal, 0.1),
-                ("xi", 1e3 * place.creepage[0], 3e-2),
-                ("eta", 1e3 * place.creepage[1], 5e-3),
-                ("phi", place.creepage[2], 1e-3),
-                ("Fx", 1e-3 * place.longitudinal, 0.05),
-                ("T", 1e-3 * place.tangential, 0.1),
-                ("F_lateral", 1e-3 * place.lateral(), 0.1),
+                ("y", 1e3 * axle.motion.lateral, 2e-3, 0.0),
+                ("yaw", 1e3 * axle.motion.yaw, 2e-3, 0.0),
+                ("delta", 1e3 * place.place.angle, 0.5, 5e-3),
+                ("r", 1e3 * place.place.radius, 0.02, 0.0),
+                ("N", 1e-3 * place.normal, 0.1, 5e-3),
+                ("xi", 1e3 * place.creepage[0], 0.03, 5e-3),
+                ("eta", 1e3 * place.creepage[1], 5e-3, 5e-3),
+                ("phi", place.creepage[2], 1e-3, 5e-3),
+                ("Fx", 1e-3 * place.longitudinal, 0.05, 5e-3),
+                ("T", 1e-3 * place.tangential, 0.1, 5e-3),
+                ("F_lateral", 1e-3 * place.lateral(), 0.1, 5e-3),
             ];
-            for (name, value, digit) in found {
+            for (name, value, digit, part) in found {
                 let want = cell(&names, row, name);
-                let allowed = 5e-3 * want.abs() + digit;
                 assert!(
-                    (value - want).abs() < allowed,
+                    (value - want).abs() < part * want.abs() + digit,
                     "R {radius}, {side} at {wheel_y} m, {name}: {value} against {want}"
                 );
             }

@@ -91,7 +91,7 @@ fn text(body: &Body) -> String {
     }
 }
 
-/// What damps a body.
+/// Damping of a body in words.
 fn sources(body: &Body) -> Vec<String> {
     let mut all = Vec::new();
     if let Some(m) = &body.matrices {
@@ -111,7 +111,7 @@ fn sources(body: &Body) -> Vec<String> {
     all
 }
 
-/// What damps a rail.
+/// Damping of a rail in words.
 fn of_track(track: &Track) -> Vec<String> {
     let mut all = Vec::new();
     let mut factor = |what: &str, value: f64| {

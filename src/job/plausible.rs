@@ -10,7 +10,7 @@ use super::model::*;
 use super::schema::Checker;
 use serde_json::Value;
 
-/// Where a line of the table holds.
+/// Jobs to which a line of the table applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scope {
     /// In every job.
@@ -25,11 +25,11 @@ use Scope::{Elsewhere, Everywhere, OnRail};
 /// A unit in which a value may have been given instead, and the value in the unit of the job.
 type Unit = (&'static str, fn(f64) -> f64);
 
-/// What is usual for a key.
+/// Usual range of a key.
 struct Usual {
     key: &'static str,
     scope: Scope,
-    /// What the value is, as the subject of a sentence.
+    /// Name of the value, as the subject of a sentence.
     what: &'static str,
     /// Smallest and largest usual magnitude; 0 is always usual.
     range: [f64; 2],
@@ -118,7 +118,7 @@ const REACH: f64 = 2.0;
 /// They reach as far as this, Hz, where the job does not say about which frequencies it asks.
 const SQUEAL: f64 = 2000.0;
 
-/// What of the job is implausible, one warning each.
+/// Warnings of implausible values, one each.
 pub fn plausible(job: &Job) -> Vec<String> {
     let checker = Checker::default();
     let resolved = job.to_json();
