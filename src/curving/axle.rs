@@ -16,6 +16,10 @@ const DIFFERENCE: [f64; 5] = [1e-9, 1e-9, 1e-8, 1e-8, 1e-8];
 
 /// Residual of load, roll moment and torque, over those of the axle, at which height, roll and speed are accepted.
 const BALANCED: f64 = 1e-10;
+
+/// Residual at which they are accepted where no step makes it smaller: the share of a fading place is known to so many
+/// digits only.
+const NOISE: f64 = 5e-8;
 const MOST_STEPS: usize = 24;
 
 /// Position and rotation of an axle.
@@ -190,7 +194,11 @@ impl Axle<'_> {
                 let trial = here.plus([part * step[0], part * step[1], part * step[2], 0.0, 0.0]);
                 let Ok(there) = self.places(&trial) else { continue };
                 let sums = self.balance(&there, &trial)?;
-                if norm(&sums[..3]) < before || halving == 5 {
+                let smaller = norm(&sums[..3]) < before;
+                if !smaller && before <= NOISE {
+                    return Ok((here, rest));
+                }
+                if smaller || halving == 5 {
                     (here, places, rest) = (trial, there, sums);
                     break;
                 }

@@ -33,8 +33,10 @@ const STARTS: [[f64; 3]; 7] = [
     [6.6e-3, 1.0, 1.3e-3],
 ];
 
-/// Steps of a continuation from a wide curve: ratio of the first curvature to the last, and smallest step over it.
+/// Continuations: ratio of the first curvature to the last, first coefficient of friction, and the smallest step over
+/// the last value.
 const WIDE: f64 = 0.1;
+const SLIPPERY: f64 = 0.35;
 const SMALLEST_STEP: f64 = 1.0 / 512.0;
 
 /// Both axles in equilibrium with the frame.
@@ -105,21 +107,29 @@ impl CurvingProblem {
         }
     }
 
+    /// From less friction where there is much, from the starts, from a wider curve, one after the other.
     fn search(&self) -> Result<CurvingSolution> {
-        let curvature = self.curve.curvature;
+        let starts = self.starts();
+        let much = self.friction.largest() > SLIPPERY;
         let mut failure = None;
-        for [shift, share, trailing] in self.starts() {
-            let outwards = -curvature.signum() * f64::from(curvature != 0.0);
-            let yaw = -share * 2.0 * self.bogie.half_wheelbase * curvature;
-            let found = self.newton([outwards * shift, yaw, outwards * trailing, 0.0], None);
+        for found in (much.then(|| self.from_less_friction(&starts)).into_iter())
+            .chain(starts.iter().map(|start| self.from_start(start)))
+            .chain(std::iter::once_with(|| self.from_wide_curve()))
+        {
             match found.and_then(|s| self.sound(s)) {
                 Ok(sound) => return Ok(sound),
                 Err(e) => failure = worst(failure, e),
             }
         }
-        self.continued()
-            .and_then(|s| self.sound(s))
-            .map_err(|e| worst(failure, e).unwrap_or_else(|| Error::Defect("curving: no start".into())))
+        Err(failure.unwrap_or_else(|| Error::Defect("curving: no start".into())))
+    }
+
+    /// From one of the [`STARTS`].
+    fn from_start(&self, &[shift, share, trailing]: &[f64; 3]) -> Result<CurvingSolution> {
+        let curvature = self.curve.curvature;
+        let outwards = -curvature.signum() * f64::from(curvature != 0.0);
+        let yaw = -share * 2.0 * self.bogie.half_wheelbase * curvature;
+        self.newton([outwards * shift, yaw, outwards * trailing, 0.0], None)
     }
 
     /// The solution, unless it is none of wheels that roll on their rails.
@@ -139,17 +149,34 @@ impl CurvingProblem {
         starts
     }
 
+    /// The equilibrium by continuation from a coefficient of friction of [`SLIPPERY`], where the starts are nearer to it.
+    fn from_less_friction(&self, starts: &[[f64; 3]]) -> Result<CurvingSolution> {
+        let part = SLIPPERY / self.friction.largest();
+        let at = |part: f64| CurvingProblem { friction: self.friction.scaled(part), ..self.clone() };
+        let first = starts.iter().find_map(|start| at(part).from_start(start).and_then(|s| at(part).sound(s)).ok());
+        let first = first.ok_or_else(|| Error::NotConverged("curving: no equilibrium with less friction".into()))?;
+        self.continued(at, (part, first), 0.5 * (1.0 - part))
+    }
+
     /// The equilibrium by continuation from a curve that is ten times as wide.
-    fn continued(&self) -> Result<CurvingSolution> {
+    fn from_wide_curve(&self) -> Result<CurvingSolution> {
         let at = |part: f64| {
             let mut problem = self.clone();
             problem.curve.curvature *= part;
             problem
         };
         let outwards = -self.curve.curvature.signum();
-        let mut part = WIDE;
-        let mut here = at(part).newton([outwards * 2e-3, 0.0, outwards * 1e-3, 0.0], None)?;
-        let mut step = 0.5 * WIDE;
+        let first = at(WIDE).newton([outwards * 2e-3, 0.0, outwards * 1e-3, 0.0], None)?;
+        self.continued(at, (WIDE, first), 0.5 * WIDE)
+    }
+
+    /// The equilibrium of `at(1)` by continuation from that of `at(part)`, with a first step of `step`.
+    fn continued(
+        &self,
+        at: impl Fn(f64) -> CurvingProblem,
+        (mut part, mut here): (f64, CurvingSolution),
+        mut step: f64,
+    ) -> Result<CurvingSolution> {
         while part < 1.0 {
             let next = (part + step).min(1.0);
             let motions = [here.axles[0].motion, here.axles[1].motion];
@@ -242,6 +269,8 @@ impl CurvingProblem {
             vain += 1;
             if norm(&here.residual) < norm(&best.residual) {
                 (best, vain) = (here.clone(), 0);
+            } else if norm(&best.residual) <= ACCEPTED {
+                break;
             }
         }
         let residual = norm(&best.residual);
