@@ -32,7 +32,7 @@ use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use std::path::PathBuf;
-use steps::{steps, Earlier};
+use steps::{is_heard, steps, Earlier};
 use stock::Stock;
 
 pub use run::Run;
@@ -256,9 +256,7 @@ fn earlier(run: &Run) -> Earlier {
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
 fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = earlier(run);
-    let sounds =
-        run.job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref()).is_some_and(|c| c.sound_power.is_some());
-    if sounds && earlier.reuse && !earlier.shapes {
+    if is_heard(run.job) && earlier.reuse && !earlier.shapes {
         return Err(Error::Job(format!(
             "{}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse",
             sweep::SOUND
@@ -279,7 +277,7 @@ fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     });
     match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
-            sweep::run(run, plan, (stock.model.as_ref(), stock.sounding.take()), own.as_ref().err())?;
+            sweep::run(run, plan, stock.base(), own.as_ref().err())?;
         }
         _ => own?,
     }

@@ -124,6 +124,13 @@ pub(super) fn bands_within(key: &str, wanted: &SoundPower, reach: f64) -> Result
     Bands::between(wanted.min_frequency, wanted.max_frequency.unwrap_or(reach)).map_err(|e| e.context(key))
 }
 
+/// The third octaves that are wanted under `key`, of the modes of the bodies that are heard.
+pub fn bands_of((key, wanted): (&str, &SoundPower), bodies: &Bodies, modes: &[TraceModes]) -> Result<Bands> {
+    let heard = bodies.places.iter().filter(|place| wanted.bodies.iter().any(|b| b.name() == place.name));
+    let highest = |b: usize| modes.get(b).and_then(|m| m.omega.last()).map_or(0.0, |w| w / (2.0 * PI));
+    bands_within(key, wanted, heard.map(|place| highest(place.body)).fold(f64::INFINITY, f64::min))
+}
+
 /// Of steps of length `step`, s, between two samples.
 pub(super) fn stride(bands: Bands, step: f64) -> u64 {
     (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0) as u64
@@ -140,6 +147,7 @@ pub struct Sounding {
     /// Name of each body that is heard, by what, how it radiates.
     parts: Vec<(&'static str, Channels, Radiation)>,
     bands: Bands,
+    air: Air,
     heard: Heard,
     welch: Welch,
 }
@@ -166,9 +174,7 @@ impl Sounding {
                 parts.push((place.name, place.body, Channels::of(rail, place.side, (columns, all))));
             }
         }
-        let highest = |b: usize| modes.get(b).and_then(|m| m.omega.last()).map_or(0.0, |w| w / (2.0 * PI));
-        let reach = parts.iter().map(|p| highest(p.1)).fold(f64::INFINITY, f64::min);
-        let bands = bands_within(key, wanted, reach)?;
+        let bands = bands_of((key, wanted), bodies, modes)?;
         let mut made: Vec<(usize, Radiation)> = Vec::new();
         for (_, body, channels) in &parts {
             if made.iter().all(|m| m.0 != *body) {
@@ -183,12 +189,17 @@ impl Sounding {
         let welch = Welch::new(1.0 / interval, resolving_time(wanted.min_frequency));
         // One more sample than means between them, and some that rounding takes at the ends.
         let heard = Heard { stride: stride as usize, time: (welch.length() + 3) as f64 * interval };
-        Ok(Self { parts: parts.collect(), bands, heard, welch })
+        Ok(Self { parts: parts.collect(), bands, air: air(wanted), heard, welch })
     }
 
     /// What is to be kept of a motion.
     pub fn heard(&self) -> Heard {
         self.heard
+    }
+
+    /// The air around the bodies.
+    pub fn air(&self) -> Air {
+        self.air
     }
 
     /// The third octaves.

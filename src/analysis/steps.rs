@@ -24,8 +24,6 @@ pub enum Step {
     Geometry,
     /// The reduced model is made, or taken from an earlier run.
     Model,
-    /// How the modes radiate, for the motions of a sweep.
-    Radiation,
     /// An analysis.
     Receptance,
     /// An analysis.
@@ -78,12 +76,16 @@ fn on_meshes(job: &Job) -> bool {
     needs_elements(job) && job.bodies().iter().all(|(_, b)| b.is_meshed())
 }
 
+/// Whether the sound of limit cycles is wanted: the sweep then computes how the modes radiate, where something squeals.
+pub fn is_heard(job: &Job) -> bool {
+    let cycles = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
+    cycles.is_some_and(|c| c.sound_power.is_some())
+}
+
 /// What the analyses of the job need of the bodies.
 fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
     let wanted = &job.analyses;
-    let cycles = wanted.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     let all = [
-        (Step::Radiation, cycles.and_then(|c| c.sound_power.as_ref()).map(|_| Needs { solvers: false, shapes: true })),
         (Step::Receptance, wanted.receptance.as_ref().map(|_| Needs::default())),
         (Step::Stability, wanted.stability.as_ref().map(|s| stability::needs(job, s))),
         (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
@@ -95,7 +97,7 @@ fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
 
 /// Whether the shapes of the modes are written, or an analysis looks at them.
 pub fn seeks_shapes(job: &Job, resume: bool) -> bool {
-    let shown = job.output.fields || analyses(job, resume).iter().any(|(_, n)| n.shapes);
+    let shown = job.output.fields || is_heard(job) || analyses(job, resume).iter().any(|(_, n)| n.shapes);
     job.analyses.modes.is_some() && on_meshes(job) && shown
 }
 
@@ -121,7 +123,8 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     };
     let met: Vec<(Step, Needs)> = analyses.iter().map(|&(step, needs)| (step, met(step, needs))).collect();
     let alone = earlier.reuse && !earlier.compliance();
-    let bodies = !given || alone || job.output.fields || met.iter().any(|(_, n)| *n != Needs::default());
+    let heard = is_heard(job);
+    let bodies = !given || alone || job.output.fields || heard || met.iter().any(|(_, n)| *n != Needs::default());
 
     let mut steps = Vec::new();
     let mut add = |step: Step, needs: Needs| steps.push((step, needs));
@@ -149,14 +152,15 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
         add(Step::Model, Needs { shapes: again || (needs.shapes && !given), ..needs });
         met.into_iter().for_each(|(step, needs)| add(step, needs));
     }
-    freed(steps, needs_elements(job) && bodies)
+    let elements = needs_elements(job) && bodies;
+    freed(steps, [elements, elements && !heard])
 }
 
-/// The steps, without solvers that nothing asks for, and with the moments when solvers and shapes are freed.
-fn freed(steps: Vec<(Step, Needs)>, elements: bool) -> Vec<Step> {
+/// The steps, without solvers that nothing asks for, and with the moments when solvers and shapes are freed, if they are.
+fn freed(steps: Vec<(Step, Needs)>, [solvers, shapes]: [bool; 2]) -> Vec<Step> {
     let last = |of: fn(&Needs) -> bool| steps.iter().rposition(|(_, n)| of(n));
-    let solvers = last(|n| n.solvers).filter(|_| elements);
-    let shapes = last(|n| n.shapes).filter(|_| elements);
+    let solvers = last(|n| n.solvers).filter(|_| solvers);
+    let shapes = last(|n| n.shapes).filter(|_| shapes);
     let mut all = Vec::new();
     for (i, (step, _)) in steps.iter().enumerate() {
         if *step != Step::Solvers || solvers.is_some() {
@@ -238,13 +242,13 @@ mod tests {
 
     /// The sound of limit cycles takes the shapes of the modes, which a run that is stopped leaves; those of a finished run have none.
     #[test]
-    fn limit_cycles_that_are_heard_keep_the_shapes_until_their_radiation_is_known() {
+    fn limit_cycles_that_are_heard_keep_the_shapes() {
         let sweep = "analyses.sweep={\"keys\": {\"contact.friction\": [0.2, 0.3]}, \"cycles\": {\"sound_power\": {}}}";
         let sets = ["analyses.steady=null", "output.fields=false", sweep];
         let all = of(&sets, Before::default());
-        assert_eq!(all, [Bodies, Solvers, Modes, Model, FreeSolvers, Radiation, FreeModes, Stability]);
+        assert_eq!(all, [Bodies, Solvers, Modes, Model, FreeSolvers, Stability]);
         let left = Before { reuse: true, own: true, shapes: true, ..Before::default() };
-        let again = [Earlier, Bodies, EarlierShapes, EarlierModes, Model, Radiation, FreeModes, Stability];
+        let again = [Earlier, Bodies, EarlierShapes, EarlierModes, Model, Stability];
         assert_eq!(of(&sets, left), again);
     }
 

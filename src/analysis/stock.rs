@@ -1,7 +1,6 @@
 //! What the steps of a run make and later steps take.
 
 use super::full_stability::Beside;
-use super::radiation::Sounding;
 use super::reduction::Reduction;
 use super::reuse;
 use super::run::Run;
@@ -33,9 +32,7 @@ pub struct Stock<'s> {
     kept: Earlier,
     origin: Option<Origin>,
     /// The reduced model.
-    pub model: Option<Reduction>,
-    /// How the modes radiate, or why that could not be found.
-    pub sounding: Option<Result<Sounding>>,
+    model: Option<Reduction>,
     found: Option<crate::case::examined::Found>,
     /// What the full system found beside the mode that a full transient begins along.
     beside: Option<Beside>,
@@ -53,10 +50,14 @@ impl<'s> Stock<'s> {
             kept: None,
             origin: None,
             model: None,
-            sounding: None,
             found: None,
             beside: None,
         }
+    }
+
+    /// What the points of a sweep take from the job's own point, if its model could be made.
+    pub fn base(&self) -> Option<sweep::Base<'_, 's>> {
+        self.model.as_ref().map(|model| sweep::Base { model, bodies: &self.bodies, modes: &self.modes })
     }
 
     /// Collective: one step of `run`.
@@ -83,15 +84,6 @@ impl<'s> Stock<'s> {
             Step::EarlierModes => self.list_modes(run),
             Step::Geometry => self.bodies.write_shapes(&mut run.file),
             Step::Model => self.reduce(run),
-            Step::Radiation => {
-                let cycles = run.job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
-                if let Some((cycles, sound)) = cycles.and_then(|c| c.sound_power.as_ref().map(|s| (c, s))) {
-                    run.progress.stage("radiation of sound");
-                    let wanted = (sweep::SOUND, sound);
-                    self.sounding = Some(Sounding::new(run.world(), wanted, cycles.step, &self.bodies, &self.modes));
-                }
-                Ok(())
-            }
             Step::Receptance => match (&run.job.analyses.receptance, &run.job.contact) {
                 (Some(wanted), Some(contact)) => receptance::run(run, wanted, contact, self.model()?),
                 _ => Ok(()),

@@ -1,7 +1,7 @@
 //! `--set a.b.c=VALUE`: overrides of single keys before validation.
 
 use super::schema::{nearest, quoted, unknown_key, Checker};
-use crate::{Error, Result};
+use crate::{rails, Error, Result};
 use serde_json::{Map, Value};
 
 /// Applies overrides in order. The value is JSON, or else a string. A path may name keys that the job does not give
@@ -40,7 +40,11 @@ fn take_out(job: &mut Value, segments: &[&str]) -> bool {
     }
 }
 
+/// A rail's name is text, although `54E1` is a number of JSON as well.
 fn parse_value(text: &str) -> Value {
+    if rails::ALL.iter().any(|rail| rail.name == text) {
+        return Value::String(text.into());
+    }
     super::parse::parse(text.as_bytes(), "--set").unwrap_or_else(|_| Value::String(text.into()))
 }
 

@@ -369,6 +369,8 @@ fn overrides_take_json_or_text_in_order_and_reach_new_keys() {
     assert_eq!(job.analyses.names(), ["steady"]);
     assert_eq!(job.solver.memory_limit, Some(1e9));
     says(&refused(&["bodies.lower.fixed.3=inner"]), &["a list of 1", "\"3\" is not an index"]);
+    // The name of a rail, not 540.
+    assert_eq!(read(TWO, &["title=54E1"]).unwrap().title.as_deref(), Some("54E1"));
 }
 
 #[test]

@@ -92,7 +92,6 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
             };
             format!("compliance of {nodes} contact nodes ({} rows) from {source}", 3 * nodes)
         }),
-        Step::Radiation => Some("how the modes radiate, for the sound of the limit cycles".into()),
         Step::Receptance => wanted.receptance.as_ref().map(|receptance| {
             let count = receptance.frequency.numbers().map_or(0, |f| f.len());
             format!("receptances of the contact point at {count} frequencies")

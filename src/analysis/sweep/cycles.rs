@@ -1,6 +1,7 @@
 //! The limit cycles of the points of a sweep. A chain of points is followed by one rank, each point from where that before it ended; what is done is kept on disk
 //! at once, and taken up by a later run of the same points on the same model.
 
+use super::outcome::LISTED;
 use super::sound::Heard;
 use super::{goes_on, point_of};
 use crate::analysis::radiation::Sounding;
@@ -226,6 +227,11 @@ pub(super) fn report(
             }
         }
         summary.value(&format!("limit cycles, {name}"), text);
+        for i in (0..points).filter(|&i| branch[i].fate > 0 && points <= LISTED) {
+            let level =
+                heard.as_ref().and_then(|h| h.of(&branch[i])).map_or(String::new(), |(_, text)| format!(", {text}"));
+            summary.value(&format!("  {}", plan.place(i)), format!("{:.3} Hz{level}", branch[i].frequency));
+        }
         let loudest = (0..points)
             .filter(|&i| branch[i].fate > 0)
             .max_by(|&a, &b| branch[a].kinetic.total_cmp(&branch[b].kinetic));

@@ -6,17 +6,18 @@ mod outcome;
 mod sound;
 
 use super::modes;
-use super::radiation::Sounding;
+use super::radiation::{bands_of, Sounding};
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::elsewhere::Elsewhere;
+use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::examined::Examined;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
 use crate::case::placed;
 use crate::contact::points::{interface as of_points, reactions};
-use crate::job::{fe_inputs, range, Cycles, Job, SweepPlan};
+use crate::job::{fe_inputs, range, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, Outcome};
 use crate::parallel::World;
@@ -36,14 +37,19 @@ pub fn goes_on(error: &Error) -> bool {
     matches!(error, Error::Job(_) | Error::Input(_) | Error::NotConverged(_))
 }
 
-/// Collective: every point of `plan`, tables under `/sweep`. `base` is the reduced model of `job`, if it could be made, and how its modes radiate; `own` is
-/// what went wrong at the job's own point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
-pub fn run(
-    run: &mut Run,
-    plan: &SweepPlan,
-    (base, sounding): (Option<&Reduction>, Option<Result<Sounding>>),
-    own: Option<&Error>,
-) -> Result<()> {
+/// The job's own point, which serves the points of a sweep on the same finite elements.
+pub struct Base<'a, 's> {
+    /// Its reduced model.
+    pub model: &'a Reduction,
+    /// Its bodies, with their mode shapes where limit cycles are heard.
+    pub bodies: &'a Bodies<'s>,
+    /// Free modes of each of [`Bodies::unique`].
+    pub modes: &'a [TraceModes],
+}
+
+/// Collective: every point of `plan`, tables under `/sweep`. `base` is there if its model could be made; `own` is what went wrong at the job's own
+/// point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
+pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
     let points = filled(world, plan, &mut results)?;
@@ -51,12 +57,12 @@ pub fn run(
     let folder = cycles::folder(&run.options.output);
     let wanted = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     let mut followed = wanted.map(|w| (w, All::of(plan, w)));
+    let heard = wanted.and_then(|w| w.sound_power.as_ref().map(|s| (w, s)));
     if followed.is_some() {
         let fail = |e| Error::Io(format!("{}: cannot make the folder of the limit cycles: {e}", folder.display()));
         world.on_root(|| std::fs::create_dir_all(&folder).map_err(fail))?;
         run.file.discard(&folder);
     }
-    let mut base_sounds = sounding.transpose()?;
     let mut earlier = Vec::new();
     // Ranks share the points of several models, one for each: three points of one place are no work for two. Limit cycles are shared model by model.
     let together = if followed.is_some() { 1 } else { world.size };
@@ -67,12 +73,13 @@ pub fn run(
         let mut models = Vec::with_capacity(batch.len());
         for (number, (inputs, members)) in batch.iter().enumerate() {
             let made = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
-                (SharedModel::broadcast(world, base.on_root())?, base_sounds.take())
+                let sources = heard.map(|_| Sources::Base(base.bodies, base.modes));
+                (SharedModel::broadcast(world, base.model.on_root())?, sources)
             } else {
                 run.progress.note(format!("bodies {} of {}", round * together + number + 1, groups.len()));
                 let around = (run.meshes, &mut *run.progress);
-                match build(run.petsc, point_of(&points, members[0])?, wanted, &mut earlier, around) {
-                    Ok((model, sounding)) => (model, sounding.transpose()?),
+                match build(run.petsc, point_of(&points, members[0])?, &mut earlier, around) {
+                    Ok((model, bodies, modes)) => (model, heard.map(|_| Sources::Own(Box::new(bodies), modes))),
                     Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
                     Err(e) => {
                         members.iter().for_each(|&i| results[i] = Some(Outcome::failed(&e)));
@@ -81,6 +88,11 @@ pub fn run(
                     }
                 }
             };
+            // Third octaves beyond the modes are refused before the points are solved.
+            if let (Some((_, sound)), Some(sources)) = (heard, &made.1) {
+                let (bodies, modes) = sources.get();
+                bands_of((SOUND, sound), bodies, modes)?;
+            }
             // A rank keeps the models of its own points alone.
             let needed = followed.is_some() || mine.iter().any(|&(m, _)| m == number);
             models.push(needed.then_some(made));
@@ -99,8 +111,19 @@ pub fn run(
         }
         let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
         world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
-        if let (Some((wanted, found)), [Some((model, sounding))]) = (&mut followed, &mut models[..]) {
+        if let (Some((wanted, found)), [Some((model, sources))]) = (&mut followed, &mut models[..]) {
             let chains = cycles::chains(plan, wanted, &batch[0].1);
+            // Where every state of rest of the model is stable nothing is followed, and nothing is heard.
+            let unstable = batch[0].1.iter().any(|&i| results[i].as_ref().is_some_and(|r| r.unstable() > 0));
+            let unstable = world.broadcast(vec![u8::from(unstable)]) == [1];
+            let sounding = match (heard, sources.take()) {
+                (Some((cycles, sound)), Some(sources)) if unstable => {
+                    run.progress.stage("radiation of sound");
+                    let (bodies, modes) = sources.get();
+                    Some(Sounding::new(world, (SOUND, sound), cycles.step, bodies, modes)?)
+                }
+                _ => None,
+            };
             if let (true, Some(sounding)) = (world.is_root(), &sounding) {
                 found.hears(sounding);
             }
@@ -183,14 +206,30 @@ fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
     groups
 }
 
-/// Collective: the reduced model of a point, on every rank, and how its modes radiate where limit cycles are heard. Modes that bodies elsewhere have found are `earlier`.
-fn build(
-    petsc: &Petsc,
+/// Bodies whose surfaces radiate, with their modes.
+enum Sources<'a, 's> {
+    /// Those of the job's own point.
+    Base(&'a Bodies<'s>, &'a [TraceModes]),
+    /// Those of a point of the sweep.
+    Own(Box<Bodies<'a>>, Vec<TraceModes>),
+}
+
+impl<'a, 's: 'a> Sources<'a, 's> {
+    fn get(&self) -> (&Bodies<'a>, &[TraceModes]) {
+        match self {
+            Self::Base(bodies, modes) => (bodies, modes),
+            Self::Own(bodies, modes) => (bodies, modes),
+        }
+    }
+}
+
+/// Collective: the reduced model of a point, on every rank, its bodies and their modes. Modes that bodies elsewhere have found are `earlier`.
+fn build<'p>(
+    petsc: &'p Petsc,
     point: &Job,
-    cycles: Option<&Cycles>,
     earlier: &mut Vec<Option<Elsewhere>>,
     (meshes, progress): (&Meshes, &mut Progress),
-) -> Result<(SharedModel, Option<Result<Sounding>>)> {
+) -> Result<(SharedModel, Bodies<'p>, Vec<TraceModes>)> {
     let world = petsc.world();
     let mut quiet = Summary::default();
     let mut job = point.clone();
@@ -211,11 +250,7 @@ fn build(
             SharedModel::broadcast(world, made.on_root())?
         }
     };
-    let sounding = cycles.and_then(|c| c.sound_power.as_ref().map(|s| (c, s))).map(|(cycles, sound)| {
-        progress.stage("radiation of sound");
-        Sounding::new(world, (SOUND, sound), cycles.step, &bodies, &found)
-    });
-    Ok((model, sounding))
+    Ok((model, bodies, found))
 }
 
 /// Stability at one point, on this rank alone.

@@ -53,6 +53,9 @@ impl Packed {
     }
 }
 
+/// So many points at most have lines of their own in the summary.
+pub(super) const LISTED: usize = 12;
+
 /// What the summary says of them; `kind` names the `models` that they were computed on.
 pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: &str, summary: &mut Summary) {
     let failed: Vec<usize> = (0..all.len()).filter(|&i| all[i].status != 0).collect();
@@ -70,6 +73,14 @@ pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: 
         let frequency = l.im.abs() / (2.0 * std::f64::consts::PI);
         summary.value("largest growth rate", format!("{:+.4} 1/s at {frequency:.3} Hz", l.re));
         summary.value("  there", plan.place(worst.unwrap_or_default()));
+    }
+    if all.len() <= LISTED {
+        for (i, outcome) in all.iter().enumerate().filter(|(_, o)| o.status == 0) {
+            let Some(l) = outcome.eigenvalues.first() else { continue };
+            let frequency = l.im.abs() / (2.0 * std::f64::consts::PI);
+            let text = format!("{:+.4} 1/s at {frequency:.3} Hz, {} unstable", l.re, outcome.unstable());
+            summary.value(&format!("  {}", plan.place(i)), text);
+        }
     }
     let Some(&first) = failed.first() else { return };
     summary.value("first failed point", format!("{}: {}", plan.place(first), all[first].message));

@@ -4,12 +4,13 @@ use super::super::radiation::Sounding;
 use crate::output::datasets::cycles::Cycle;
 use crate::output::Table;
 use crate::sound::power::ThirdOctaves;
-use crate::sound::Bands;
+use crate::sound::{pressure_level, Air, Bands};
 
 /// The bodies that are heard, and the third octaves: those of the model whose modes reach furthest.
 pub(super) struct Heard {
     bodies: Vec<&'static str>,
     bands: Bands,
+    air: Air,
 }
 
 impl Heard {
@@ -17,7 +18,7 @@ impl Heard {
     pub(super) fn with(before: Option<Self>, sounding: &Sounding) -> Self {
         match before {
             Some(before) if before.bands.end() >= sounding.bands().end() => before,
-            _ => Self { bodies: sounding.names(), bands: sounding.bands() },
+            _ => Self { bodies: sounding.names(), bands: sounding.bands(), air: sounding.air() },
         }
     }
 
@@ -38,12 +39,20 @@ impl Heard {
 
     /// Of `cycles` the loudest: its number and what the summary says of it.
     pub(super) fn loudest(&self, cycles: &[Cycle]) -> Option<(usize, String)> {
-        let moving = |i: &usize| cycles[*i].fate > 0;
-        let each = |b: usize| (0..cycles.len()).filter(moving).map(move |i| (i, b, self.levels(b, &cycles[i])));
-        let all = (0..self.bodies.len()).flat_map(each);
-        let (point, body, [linear, weighted]) = all.max_by(|x, y| x.2[1].total_cmp(&y.2[1]))?;
-        let name = self.bodies[body];
-        Some((point, format!("{weighted:.1} dB(A), {linear:.1} dB re 1 pW from the {name} body")))
+        let moving = (0..cycles.len()).filter(|&i| cycles[i].fate > 0);
+        let all = moving.filter_map(|i| self.of(&cycles[i]).map(|(level, text)| (i, level, text)));
+        all.max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _, text)| (i, text))
+    }
+
+    /// The A-weighted level of the louder body, dB re 1 pW, and what the summary says of it; none where it was not computed.
+    pub(super) fn of(&self, cycle: &Cycle) -> Option<(f64, String)> {
+        let levels = (0..self.bodies.len()).map(|b| (b, self.levels(b, cycle))).filter(|l| l.1[1].is_finite());
+        let (body, [linear, weighted]) = levels.max_by(|x, y| x.1[1].total_cmp(&y.1[1]))?;
+        let (name, far) = (self.bodies[body], pressure_level(self.air, weighted));
+        let text = format!(
+            "{weighted:.1} dB(A), {linear:.1} dB re 1 pW from the {name} body; at 7.5 m {far:.1} dB(A) of sound pressure"
+        );
+        Some((weighted, text))
     }
 
     /// The group `/sweep/cycles/sound_power` of `all` cycles, `shape` = `[branches, points]`.
@@ -68,6 +77,10 @@ impl Heard {
                 let levels = all.iter().map(|c| self.levels(b, c)[k]).collect::<Vec<f64>>();
                 tables.push(Table::new(&path(&format!("{body}/{name}")), "dB", text, shape, levels));
             }
+            let text =
+                "A-weighted sound pressure level at 7.5 m over hard ground, re 20 µPa, if all directions were alike.";
+            let levels = all.iter().map(|c| pressure_level(self.air, self.levels(b, c)[1])).collect::<Vec<f64>>();
+            tables.push(Table::new(&path(&format!("{body}/pressure_level_a")), "dB", text, shape, levels));
         }
         tables
     }
