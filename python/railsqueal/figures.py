@@ -7,7 +7,7 @@ import numpy as np
 from . import growth
 from .curving import AXLES, WHEELS, Curving
 from .result import Result
-from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Receptances, Sweep
+from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Receptances, Sweep, growing
 
 # Modes of each body, and eigenvalues, that count as figures.
 MODES, EIGENVALUES = 6, 6
@@ -137,7 +137,7 @@ def creep_curve(result: Result) -> list[Figure]:
         at = int(np.nanargmax(size))
         made += [Figure(name, "largest friction", float(size[at]), "N"), Figure(name, "creepage of the largest friction", float(curve.creepage[at]))]
     if curve.eigenvalue is not None:
-        made.append(Figure(name, "unstable points", float((curve.eigenvalue.real > 0).sum())))
+        made.append(Figure(name, "unstable points", float(growing(curve.eigenvalue).sum())))
     return made
 
 
@@ -198,7 +198,7 @@ def sweep(result: Result) -> list[Figure]:
         return []
     table, name = Sweep.of(result), "sweep"
     made = [Figure(name, "points", float(len(table.status))), Figure(name, "failed points", float((table.status != 0).sum()))]
-    made.append(Figure(name, "unstable points", float((table.growth_rate > 0).sum())))
+    made.append(Figure(name, "unstable points", float((table.unstable > 0).sum())))
     if np.isfinite(table.growth_rate).any():
         at = int(np.nanargmax(table.growth_rate))
         made.append(Figure(name, "largest growth rate", float(table.growth_rate[at]), "1/s", 1e-3 * 2 * np.pi * float(table.frequency[at])))

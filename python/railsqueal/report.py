@@ -325,8 +325,10 @@ def section_stability(result: Result) -> list[str]:
     every, more = cut(complex_rows(modes, unstable=False))
     rows = [(f"{f:.2f}", f"{g:+.4f}", f"{100 * d:+.4f} %", s, m) for _, f, g, d, s, m in every]
     head = ("frequency, Hz", "growth rate, 1/s", "damping ratio", "source", "made of")
-    said = f"<p>{len(modes.unstable)} unstable of {len(modes.eigenvalue)} eigenvalues.</p>"
-    return ["<h2>Stability</h2>", said, table(head, rows, [row[2] > 0 for row in every]), more]
+    source = np.array(modes.source)
+    counted = [f"{modes.grows[source == s].sum()} unstable of {(source == s).sum()} eigenvalues of the {s} model" for s in dict.fromkeys(modes.source)]
+    said = f"<p>{'; '.join(counted)}.</p>"
+    return ["<h2>Stability</h2>", said, table(head, rows, list(modes.grows[: len(every)])), more]
 
 
 def section_modes(result: Result) -> list[str]:

@@ -72,6 +72,12 @@ class Modes:
         return [body for body in BODIES.values() if f"modes/{body}/frequency" in result]
 
 
+def growing(eigenvalue: Complexes) -> NDArray[np.bool_]:
+    """Eigenvalues (1/s) that grow, of files that do not say it: by more than rounding, and not rigid motions of less than 0.01 1/s."""
+    size = np.abs(eigenvalue)
+    return (size >= 0.01) & (eigenvalue.real > 1e-10 * np.maximum(size, 100.0))
+
+
 @dataclass(frozen=True)
 class ComplexModes(Table):
     """Eigenvalues of steady sliding or rolling, by falling growth rate; one of each conjugate pair."""
@@ -88,6 +94,7 @@ class ComplexModes(Table):
     mode_body: Integers | None  # [m], 1 lower, 2 upper
     mode_frequency: Floats | None  # [m], Hz
     diameters: Floats | None  # [e, 2], nodal diameters of the motion of both bodies; where one rotates
+    grows: NDArray[np.bool_]  # [e], by the rule of the program
 
     @classmethod
     def of(cls, result: Result) -> Self:
@@ -106,12 +113,13 @@ class ComplexModes(Table):
             result.integers("stability/mode_body") if "stability/mode_body" in result else None,
             result.optional("stability/mode_frequency"),
             result.optional("stability/diameters"),
+            result.integers("stability/unstable") > 0 if "stability/unstable" in result else growing(value),
         )
 
     @property
     def unstable(self) -> Integers:
         """Places of the eigenvalues that grow."""
-        return np.flatnonzero(self.growth_rate > 0)
+        return np.flatnonzero(self.grows)
 
     def name(self, place: int) -> str:
         """Frequency, nodal diameters where the bodies rotate, and the free modes that make most of it."""

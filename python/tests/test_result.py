@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from railsqueal import ComplexModes, ContactGrid, History, Modes, Receptances, Result, ResultError
+from railsqueal.tables import growing
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
@@ -42,7 +43,10 @@ def test_the_tables_of_a_real_result(cylinders: Path) -> None:
         assert 0 <= grid.stick_share <= 1
         assert np.array_equal(modes.growth_rate, file["stability/growth_rate"][()])
         assert modes.frequency == pytest.approx(file["stability/frequency"][()], rel=1e-12)
-        assert len(modes.unstable) == (file["stability/growth_rate"][()] > 0).sum()
+        assert len(modes.unstable) == (file["stability/unstable"][()] == 1).sum() > 0
+        # A file without the flags is read by the same rule; a rigid motion with its rounding is none.
+        assert np.array_equal(growing(modes.eigenvalue), modes.grows)
+        assert not growing(np.array([1e-3, 2e-8 + 1e-4j, 1e-9 + 6e3j])).any() and growing(np.array([1588.0, 0.1 + 6e3j])).all()
         assert Modes.of(result, "upper").frequency[0] == file["modes/upper/frequency"][0]
         assert result.units("contact/pressure") == "Pa"
         # Largest shares first, with the number of the mode in its body.

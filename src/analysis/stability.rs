@@ -14,7 +14,7 @@ use crate::stability::criterion::{criteria, Criterion};
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
-use crate::stability::{grows, Spectrum};
+use crate::stability::{grows, is_rigid, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
@@ -149,8 +149,12 @@ pub(super) fn summarise(
         0 => String::new(),
         n => format!(", {n} of them in stick"),
     };
+    let rigid = match spectrum.eigenpairs.iter().filter(|e| is_rigid(e.value)).count() {
+        0 => String::new(),
+        n => format!(" ({n} of them rigid motions)"),
+    };
     summary.line(format!(
-        "stability of steady {moves}: {} unstable of {} eigenvalues{}, {} closed contacts{sticking}",
+        "stability of steady {moves}: {} unstable of {} eigenvalues{rigid}{}, {} closed contacts{sticking}",
         unstable.len(),
         spectrum.eigenpairs.len(),
         if spectrum.limit.is_finite() { format!(" up to {:.0} Hz", spectrum.limit) } else { String::new() },

@@ -9,6 +9,7 @@
 //! `docs/output.md` lists what is in the file.
 
 mod checksums;
+mod claim;
 pub mod datasets;
 mod fields;
 mod modes;

@@ -92,6 +92,21 @@ impl Partial {
         Ok(())
     }
 
+    /// On rank 0: leaves the file under a name of its own where another run has written under its name; returns the error
+    /// that says so.
+    pub(super) fn aside(&mut self) -> Error {
+        let name = self.target.display().to_string();
+        self.target = super::companion(&self.target, &format!("{}.h5", std::process::id()));
+        match self.publish() {
+            Err(e) => e,
+            Ok(()) => Error::Io(format!(
+                "{name} was written by another run since this one began, and is not replaced; the results of this one are in {}, without \
+                 the files beside it. Name an --output for each run",
+                self.target.display()
+            )),
+        }
+    }
+
     /// An HDF5 error as the error of the run.
     pub(super) fn hdf5_error(&self, doing: &str, e: &hdf5::Error) -> Error {
         let all = format!("{e:?}");

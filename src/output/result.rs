@@ -1,5 +1,6 @@
 //! The main file of a run.
 
+use super::claim::Claim;
 use super::fields::{BodyPart, PointField};
 use super::partial::{check_target, sweep, Partial};
 use super::patch::GridPatch;
@@ -29,6 +30,8 @@ pub const SHAPES: &str = "model.shapes.h5";
 pub struct ResultFile<'w> {
     world: &'w World,
     target: PathBuf,
+    /// On rank 0.
+    claim: Option<Claim>,
     partial: Option<Partial>,
     /// Whether it has fields.
     fields: bool,
@@ -50,10 +53,14 @@ impl<'w> ResultFile<'w> {
     /// false). Call it before the long work.
     pub fn create(world: &'w World, path: &Path, overwrite: bool) -> Result<Self> {
         check_target(world, path, overwrite)?;
+        let claim = world.on_root(|| Claim::new(path))?;
+        // What another run wrote while this one waited for its claim.
+        world.on_root(|| replaceable(path, overwrite))?;
         world.on_root(|| COMPANIONS.iter().try_for_each(|c| replaceable(&companion(path, c), overwrite)))?;
         Ok(Self {
             world,
             target: path.to_owned(),
+            claim,
             partial: None,
             fields: false,
             tables: Vec::new(),
@@ -208,10 +215,14 @@ impl<'w> ResultFile<'w> {
         let tables = &self.tables;
         let (attached, fields) = (&mut self.attached, self.fields);
         let (segments, leftovers, discarded) = (&self.segments, &self.leftovers, &self.discarded);
+        let claim = &self.claim;
         world.on_root(|| {
             let mut seen = BTreeSet::new();
             add(&partial, tables, &mut seen)?;
             add(&partial, &last(), &mut seen)?;
+            if !claim.as_ref().is_none_or(|claim| claim.holds(&partial.target)) {
+                return Err(partial.aside());
+            }
             attached.iter_mut().try_for_each(Partial::publish)?;
             partial.publish()?;
             let _ = show(&partial.target, fields);

@@ -24,9 +24,19 @@ const ROUNDING: [f64; 2] = [1e-10, 100.0];
 /// Smallest size that an eigenvalue is measured by, 1/s: motions that only drift have none of their own.
 const DRIFT: f64 = 100.0;
 
-/// Whether a motion of the eigenvalue `value` (1/s), found with `backward_error`, grows by more than rounding.
+/// Eigenvalues smaller than this, 1/s, are rigid motions: free bodies, and slides against a friction that does not change,
+/// have zeros in pairs, which rounding moves by √ε times the highest frequency.
+const RIGID: f64 = 0.01;
+
+/// True for a rigid motion, whose eigenvalue is zero but for rounding.
+pub fn is_rigid(value: Complex<f64>) -> bool {
+    value.norm() < RIGID
+}
+
+/// True for a motion of the eigenvalue `value` (1/s), found with `backward_error`, that is not rigid and grows by more
+/// than rounding: the only rule by which anything is called unstable.
 pub fn grows(value: Complex<f64>, backward_error: f64) -> bool {
-    value.re > (ROUNDING[0] + ROUNDING[1] * backward_error) * value.norm().max(DRIFT)
+    !is_rigid(value) && value.re > (ROUNDING[0] + ROUNDING[1] * backward_error) * value.norm().max(DRIFT)
 }
 
 /// Eigenvalues about steady sliding.

@@ -32,6 +32,28 @@ fn existing_results_are_kept() {
     }
 }
 
+/// Two runs to one file at once, as of an array of jobs without --output: one of them is refused, and loses nothing.
+#[test]
+fn one_of_two_runs_to_one_file_is_refused() {
+    let folder = Folder::with(small().to_string());
+    let set = |friction: &str| format!("contact.friction={friction}");
+    let one = |friction: &str| folder.call(1, "run", &["--only", "steady", "--set", &set(friction)]);
+    let (a, b) = std::thread::scope(|s| {
+        let (a, b) = (s.spawn(|| one("0.2")), s.spawn(|| one("0.4")));
+        (a.join().expect("a run"), b.join().expect("a run"))
+    });
+    let (kept, refused) = if a.code == Some(0) { ("0.2", &b) } else { ("0.4", &a) };
+    assert_eq!([a.code, b.code].iter().filter(|code| **code == Some(0)).count(), 1, "{} {}", a.err, b.err);
+    let says = ["another run writes to this file now", "exists already"];
+    assert!(refused.code == Some(2) && says.iter().any(|s| refused.err.contains(s)), "{}", refused.err);
+    let file = hdf5::File::open(folder.path("job.h5")).expect("a result");
+    let job: hdf5::types::VarLenUnicode =
+        file.dataset("provenance/job").and_then(|d| d.read_scalar()).expect("the job");
+    let job: serde_json::Value = serde_json::from_str(&job).expect("JSON");
+    assert_eq!(job["contact"]["friction"].to_string(), kept);
+    assert_eq!(folder.listing(), ["job.h5", "job.hdf", "job.json"]);
+}
+
 /// Whatever --force is given for: inputs stay, and nothing but regular results of this program goes.
 #[test]
 fn inputs_and_what_is_no_result_are_never_replaced() {

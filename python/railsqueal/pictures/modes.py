@@ -14,7 +14,7 @@ from matplotlib.colors import Normalize
 from ..errors import WRITING, ResultError
 from ..mesh import Fields
 from ..result import Floats, Integers, Result
-from ..tables import BODIES, ComplexModes, Modes
+from ..tables import BODIES, ComplexModes, Modes, growing
 from .style import Canvas
 
 # Below this a frequency belongs to a rigid-body motion, Hz.
@@ -123,7 +123,7 @@ def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
                 image = draw(axis, surface, np.cos(2 * np.pi * turn) * real + np.sin(2 * np.pi * turn) * later, largest)
                 axis.set_title(f"{turn:g} of the period", fontsize=9)
             made_of = table.made_of(int(place[start])) if table else ""
-            label = "unstable" if growth[start] > 0 else "stable"
+            label = "unstable" if growing(np.array([growth[start] + 2j * np.pi * frequency[start]]))[0] else "stable"
             part.suptitle(f"{frequency[start]:.1f} Hz, {growth[start]:+.2f} 1/s, {label}" + (f": {made_of}" if made_of else ""), fontsize=10)
         bar = parts[-1].colorbar(image, cax=parts[-1].add_axes((0.3, 0.6, 0.4, 0.2)), orientation="horizontal")
         bar.set_label("displacement, relative to the largest amplitude of the mode")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import ResultError
 from ..result import Complexes, Floats, Integers, Result
-from ..tables import Sweep
+from ..tables import Sweep, growing
 from .style import BLUE, GREY, RED, Canvas, heading, legend
 
 NAMES = {
@@ -255,9 +255,9 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
     lower.set_ylim(-3 * max(top, 2.0), 1.25 * max(top, 1.0))
     names = []
     for branch in sorted(branches, key=lambda b: float(np.nanmax(b.real))):
-        unstable = np.nanmax(branch.real) > 0
+        grows = growing(branch)
+        unstable = bool(grows.any())
         color, width = (RED, 1.6) if unstable else (BLUE, 0.7)
-        grows = branch.real > 0
         for axes, value in ((upper, branch.imag / (2 * np.pi)), (lower, branch.real)):
             look: dict[str, Any] = {"marker": "o" if key.words else "none", "markersize": 3}
             look |= {"color": color if axes is lower else BLUE, "linewidth": width, "alpha": 1 if unstable else 0.6}
@@ -269,7 +269,7 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
             lower.annotate(f"{branch[at].imag / (2 * np.pi):.0f} Hz", (values[at], branch[at].real), **where)
         elif unstable:
             last = np.flatnonzero(np.isfinite(branch.real))[-1]
-            at = np.nanargmax(branch.real)
+            at = np.nanargmax(np.where(grows, branch.real, np.nan))
             names.append((f"{branch[at].imag / (2 * np.pi):.0f} Hz", values[last], branch[last].real))
     if names:
         label_ends(lower, names)

@@ -8,7 +8,7 @@ use crate::stability::full::FullResult;
 use crate::stability::point::Comparison;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::{Derivative, Parameter, Sensitivities};
-use crate::stability::{Equilibrium, Spectrum};
+use crate::stability::{grows, Equilibrium, Spectrum};
 use num_complex::Complex;
 
 /// One line of the table of eigenvalues.
@@ -74,7 +74,13 @@ pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullR
             value,
         ),
         list("frequency", "Hz", "Frequency of each eigenvalue.", &|p| p.value.im.abs() / (2.0 * std::f64::consts::PI)),
-        list("growth_rate", "1/s", "Growth rate of each eigenvalue; unstable if positive.", &|p| p.value.re),
+        list("growth_rate", "1/s", "Growth rate of each eigenvalue.", &|p| p.value.re),
+        Table::list(
+            "/stability/unstable",
+            "-",
+            "1: grows by more than rounding; 0: does not, or is a rigid motion, of less than 0.01 1/s.",
+            all.iter().map(|p| i8::from(grows(p.value, p.backward_error))).collect::<Vec<i8>>(),
+        ),
         list("damping_ratio", "1", "Damping ratio, minus growth rate over modulus.", &|p| {
             -p.value.re / p.value.norm().max(f64::MIN_POSITIVE)
         }),
