@@ -120,6 +120,9 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
         Ok(Command::Run { wall_time, .. }) => Some(Stop::listen(Instant::now(), *wall_time, speaks)),
         _ => None,
     };
+    if let Err(error) = launch::enough_descriptors() {
+        return refuse_apart(&error, speaks);
+    }
     // Threads of the dense algebra exist beside the one that calls MPI.
     let Some((universe, _)) = mpi::initialize_with_threading(mpi::Threading::Funneled) else {
         return report(&Error::Defect("MPI was initialised already".into()));
@@ -168,7 +171,8 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
             if world.is_root() || !together {
                 report(&error);
             }
-            if !together {
+            // What could not be closed HDF5 would close again at the end of MPI, and crash.
+            if !together || hdf5_chunks::has_open_files() {
                 farewell.abort(error.exit_code());
             }
             error.exit_code()

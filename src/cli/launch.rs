@@ -1,5 +1,7 @@
 //! The launcher: which rank this process is before MPI starts, and whether MPI and the launcher agree.
 
+use railsqueal::{Error, Result};
+
 /// Variables by which launchers tell a process how many ranks they started. The first that is set decides: `mpirun`
 /// inside a SLURM allocation leaves SLURM's variables of the batch step in place.
 const SIZES: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS"];
@@ -137,6 +139,19 @@ pub fn singletons(world_size: usize, env: Lookup) -> Option<String> {
 
 fn number(env: Lookup, name: &str) -> Option<u64> {
     env(name)?.trim().parse().ok()
+}
+
+/// MPI and the libraries open so many files each before the program has its own.
+const DESCRIPTORS: u64 = 32;
+
+/// An error if this process may open too few files (`ulimit -n`) for MPI, which then ends without a word.
+pub fn enough_descriptors() -> Result<()> {
+    match rustix::process::getrlimit(rustix::process::Resource::Nofile).current {
+        Some(limit) if limit < DESCRIPTORS => Err(Error::Io(format!(
+            "the limit of open files (ulimit -n) is {limit}, expected {DESCRIPTORS} or more; raise it, e.g. ulimit -n 1024"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]

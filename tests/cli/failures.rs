@@ -305,3 +305,40 @@ fn factorisations_at_a_shift_that_do_not_fit() {
         folder.untouched();
     }
 }
+
+/// Batch systems set small limits: MPI would end without a word.
+#[test]
+fn too_few_open_files_are_said() {
+    let folder = Folder::with(small().to_string());
+    let ran = finish(Command::new("bash").args([
+        "-c",
+        "ulimit -n 10; exec \"$0\" run \"$1\"",
+        PROGRAM,
+        &folder.text("job.json"),
+    ]));
+    ran.failed(6, &["ulimit -n", "is 10", "expected 32 or more"]);
+    folder.untouched();
+}
+
+/// A file system that fails when HDF5 closes a file: HDF5 would close it again at the end of MPI, and crash.
+#[test]
+fn a_file_that_cannot_be_closed_ends_with_its_message() {
+    let folder = Folder::with(small().to_string());
+    std::fs::write(
+        folder.path("close.c"),
+        "#include <errno.h>\n#include <sys/types.h>\nint ftruncate(int f, off_t n) { errno = EINVAL; return -1; }\n\
+         int ftruncate64(int f, off_t n) { errno = EINVAL; return -1; }\n",
+    )
+    .expect("write");
+    let library = folder.text("close.so");
+    let made = Command::new("cc").args(["-shared", "-fPIC", "-o", &library, &folder.text("close.c")]).status();
+    assert!(made.expect("a C compiler").success());
+    let ran = finish(
+        Command::new(PROGRAM)
+            .env("OPENBLAS_NUM_THREADS", "1")
+            .env("LD_PRELOAD", &library)
+            .args(["run", &folder.text("job.json")]),
+    );
+    ran.failed(6, &["cannot write", "Invalid argument"]);
+    assert!(!folder.path("job.h5").exists());
+}

@@ -1,13 +1,21 @@
-//! Chunks of HDF5 datasets as they lie in a file, compressed: copied without being decoded. The one function of HDF5 that the crate `hdf5` lacks,
-//! made safe. Needs HDF5 1.10.5.
+//! Chunks of HDF5 datasets as they lie in a file, compressed: copied without being decoded; and whether files are open.
+//! The two functions of HDF5 that the crate `hdf5` lacks, made safe. Needs HDF5 1.10.5.
 
 #![warn(missing_docs, clippy::undocumented_unsafe_blocks)]
 
 use hdf5::filters::Filter;
 use hdf5::{Dataset, Datatype, Result};
-use hdf5_metno_sys::{h5d::H5Dwrite_chunk, h5p::H5P_DEFAULT};
+use hdf5_metno_sys::h5d::H5Dwrite_chunk;
+use hdf5_metno_sys::h5f::{H5Fget_obj_count, H5F_OBJ_ALL, H5F_OBJ_FILE};
+use hdf5_metno_sys::h5p::H5P_DEFAULT;
 use std::fs::File;
 use std::os::unix::fs::FileExt;
+
+/// True if this process has open HDF5 files: those that could not be closed stay open.
+pub fn has_open_files() -> bool {
+    // SAFETY: a query of the library's own table, which takes no pointers. The library is not entered elsewhere meanwhile.
+    hdf5::sync::sync(|| unsafe { H5Fget_obj_count(H5F_OBJ_ALL as i64, H5F_OBJ_FILE) }) > 0
+}
 
 /// A dataset with chunks that others are copied into.
 pub struct Target {
@@ -93,6 +101,14 @@ mod tests {
     fn dataset(file: &hdf5::File, rows: usize, chunk: usize, level: u8) -> Dataset {
         let shape = hdf5::SimpleExtents::from_vec(vec![hdf5::Extent::resizable(rows), hdf5::Extent::fixed(3)]);
         file.new_dataset::<f64>().chunk([chunk, 3]).shuffle().deflate(level).shape(shape).create("x").expect("x")
+    }
+
+    #[test]
+    fn open_files_are_counted() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = hdf5::File::create(folder.path().join("open.h5")).expect("a file");
+        assert!(has_open_files());
+        file.close().expect("closed");
     }
 
     #[test]
