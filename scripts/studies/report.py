@@ -172,10 +172,10 @@ SECTIONS = {
     "multibody": (
         "A bogie in curves, beside a multibody program",
         "The metro bogie with a friction of 0.35: steady curving of the program, and in brackets the end of a run in "
-        "time by Exudyn 1.13.6 (`scripts/studies/curving_exudyn.py`, `docs/reference/curving_exudyn.csv`), in which two "
-        "wheelsets that spin and a frame run 30 m round the curve. Inertia, rotations, suspension and the velocities of "
-        "which the creepages are made are Exudyn's; profiles, Hertz' contact and the creep law are those of the "
-        "independent model in Python.",
+        "time by Exudyn 1.13.6 (`scripts/studies/curving_exudyn.py`, `docs/reference/curving_exudyn.csv`), in which "
+        "two wheelsets that spin and a frame run 30 m round the curve. Inertia, rotations, suspension and the "
+        "velocities of which the creepages are made are Exudyn's; profiles, Hertz' contact and the creep law are those "
+        "of the independent model in Python.",
         multibody,
     ),
     "ranks": (

@@ -209,8 +209,8 @@ mod tests {
             let off = (at.y - y).hypot(rail.head.height - depth - at.z);
             assert!(off < 1e-6, "{}: {at:?}", rail.name);
         }
-        // The sides of 115RE, 1:40, are 2 23/32 inch apart on the fishing faces, which meet the middle 1 11/16 inch below
-        // the crown with a slope of 1:4.
+        // The sides of 115RE, 1:40, are 2 23/32 inch apart on the fishing faces, which meet the middle 1 11/16 inch
+        // below the crown with a slope of 1:4.
         let [half, depth] = [2.71875 / 2.0 * 25.4e-3, 1.6875 * 25.4e-3];
         let at = R115RE.head.at(R115RE.head.to_angle(40.0_f64.atan()));
         let lower = R115RE.head.height - depth + half / 4.0;
