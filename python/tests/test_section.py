@@ -13,7 +13,7 @@ from railsqueal.__main__ import main
 from railsqueal.errors import InputError, ResultError
 from railsqueal.section import Options, Section, WheelProperties, make
 from railsqueal.section.curves import Affine, Arc, Line
-from railsqueal.section.edges import with_polylines
+from railsqueal.section.edges import divide, with_polylines
 from railsqueal.section.outline import Outline
 
 ezdxf = pytest.importorskip("ezdxf")
@@ -152,6 +152,25 @@ def test_mesh_has_the_area_of_the_outline_and_nodes_on_its_arcs(csv: Any) -> Non
     round_nodes = nodes[(nodes > centre + 1e-9).all(axis=1)]
     assert len(round_nodes) >= 7
     np.testing.assert_allclose(np.linalg.norm(round_nodes - centre, axis=1), 1e-3 * ROUND, rtol=1e-9)
+
+
+def test_edges_become_shorter_towards_reentrant_corners(csv: Any) -> None:
+    """A ring with a step: one re-entrant corner among sharp and round ones."""
+    places = ((-50, 200), (50, 200), (50, 260), (0, 260), (0, 300), (-50, 300))
+    groups = ("bore", "", "", "", "running", "")
+    step = [(*place, group, 0) for place, group in zip(places, groups)]
+    edges = divide(make(csv(step), WHEEL).outline.curves, lambda _: 6e-3)
+    lengths: dict[tuple[int, int], list[float]] = {}
+    for edge in edges:
+        first, last = edge.point(0.0), edge.point(1.0)
+        for end in (first, last):
+            place = (round(1e3 * float(end[0])), round(1e3 * float(end[1])))
+            lengths.setdefault(place, []).append(1e3 * float(np.linalg.norm(last - first)))
+    assert max(lengths[0, 260]) < 6 / 16 + 1e-6
+    for corner in ((-50, 200), (50, 200), (50, 260), (0, 300), (-50, 300)):
+        assert min(lengths[corner]) > 5, corner
+    spans = [float(np.linalg.norm(edge.point(1.0) - edge.point(0.0))) for edge in edges]
+    assert all(0.45 < one / other < 2.2 for one, other in zip(spans, spans[1:]))
 
 
 def test_rail_has_the_published_properties_of_60e1() -> None:

@@ -12,6 +12,7 @@ import growth
 import longitudinal
 import meshes
 import modes
+import multibody
 import one_point
 import rail
 import ranks
@@ -44,6 +45,7 @@ STUDIES = {
     "examples": examples.worked,
     "rail": rail.compared,
     "drawn": drawn.beside,
+    "multibody": multibody.compared,
     "tables": tables.written,
     "tutorial": tutorial.performed,
 }

@@ -311,14 +311,14 @@ class TrackGeometry:
         distance = rail - height - sr * y1 - cr * z1
         return Separation(distance, rail_slope - side * wheel_slope, rail_slope, side * wheel_slope, x, lateral)
 
-    def touches(self, side: int, pose: Array) -> list[Touch]:
-        """Contacts of a wheel, deepest first: local minima of the vertical distance at which the bodies overlap."""
+    def minima(self, side: int, pose: Array) -> Array:
+        """Places on the wheel's profile, m, at which the vertical distance is smallest, and less than 1 um."""
         y = self.samples
         sampled = self.separation(side, pose, y, self.lines)
         near = np.minimum(sampled.distance[:-1], sampled.distance[1:]) < 1e-6
         (k,) = np.nonzero((sampled.slope[:-1] < 0) & (sampled.slope[1:] >= 0) & near)
         if not len(k):
-            return []
+            return np.zeros(0)
         low, high, f_low, f_high = y[k], y[k + 1], sampled.slope[k], sampled.slope[k + 1]
         for _ in range(40):  # regula falsi; the value of an end that stays is halved (Illinois)
             middle = low - f_low * (high - low) / (f_high - f_low)
@@ -328,6 +328,13 @@ class TrackGeometry:
             low, high = np.where(left, middle, low), np.where(left, high, middle)
             if np.all((np.abs(f) < 1e-12) | (high - low < 1e-14)):
                 break
+        return middle
+
+    def touches(self, side: int, pose: Array) -> list[Touch]:
+        """Contacts of a wheel, deepest first: local minima of the vertical distance at which the bodies overlap."""
+        middle = self.minima(side, pose)
+        if not len(middle):
+            return []
         places = self.separation(side, pose, middle)
         found: list[Touch] = []
         for i in np.argsort(places.distance):

@@ -75,6 +75,15 @@ def longitudinal(rows):
     return table(["element size, mm", "closed nodes", *heights, "unstable modes"], cells)
 
 
+def multibody(rows):
+    digits = (3, 3, 2, 3, 3, 2)
+    both = lambda r, k: f"{r['program'][k]:.{digits[k]}f} ({r['exudyn'][k]:.{digits[k]}f})"  # noqa: E731
+    place = lambda r: [f"{r['radius']:g}", r["place"], f"{r['wheel_y']:.1f}"]  # noqa: E731
+    quantities = ["shift, mm", "yaw, mrad", "N, kN", "ξ, ‰", "η, ‰", "lateral force, kN"]
+    cells = [[*place(r), *(both(r, k) for k in range(6))] for r in rows]
+    return table(["radius, m", "wheel", "touches at y, mm", *quantities], cells)
+
+
 def rotation(rows):
     listed = lambda pairs: ", ".join(f"{g:.2f} ({f:.1f})" for g, f in pairs) or "–"  # noqa: E731
     tables = {}
@@ -159,6 +168,15 @@ SECTIONS = {
         "The study fails where a rate is off by more than 2 % and more than 0.2 1/s, where the halves differ by more than a tenth of that, where the frequency is not low by (hω)²/12 "
         "within 1e-5 of it, where the rest of the difference does not fall with the step, or where a node sticks.",
         transient,
+    ),
+    "multibody": (
+        "A bogie in curves, beside a multibody program",
+        "The metro bogie with a friction of 0.35: steady curving of the program, and in brackets the end of a run in "
+        "time by Exudyn 1.13.6 (`scripts/studies/curving_exudyn.py`, `docs/reference/curving_exudyn.csv`), in which "
+        "two wheelsets that spin and a frame run 30 m round the curve. Inertia, rotations, suspension and the "
+        "velocities of which the creepages are made are Exudyn's; profiles, Hertz' contact and the creep law are those "
+        "of the independent model in Python.",
+        multibody,
     ),
     "ranks": (
         "Number of ranks",

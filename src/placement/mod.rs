@@ -51,6 +51,7 @@ pub use hertz::{Ellipse, Press};
 pub use places::{ContactPlace, MovableWheel};
 use pose::Wheel;
 pub use profile::Profile;
+use profile::UPRIGHT;
 use touch::{Close, Pair};
 
 /// Largest roll that a point of contact given directly may need, rad.
@@ -279,7 +280,12 @@ impl Placement {
         let crown = turned.at(top).z;
         let (mut low, mut high) = (turned.range()[0], top);
         let deep = turned.at(low).z - crown;
-        if deep < self.gauge_depth {
+        // A side that was cut because it stands upright or hangs over at this cant has its innermost place at its end.
+        let whole = rail.at(rail.range()[0]).z - rail.at(rail.top()).z > self.gauge_depth;
+        let upright = turned.at(low).slope.atan() < 2.0 * UPRIGHT - std::f64::consts::FRAC_PI_2;
+        if deep < self.gauge_depth && whole && upright {
+            high = low;
+        } else if deep < self.gauge_depth {
             return Err(Error::Job(format!(
                 "placement: the profile of the rail ({}) goes down to {:.2} mm below its top on the side of the gauge, which is taken down to \
                  {:.2} mm; give a profile that goes on, or the depth at which the gauge was measured",

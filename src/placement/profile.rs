@@ -10,7 +10,7 @@ const TANGENT: f64 = 1e-3;
 const TURNED_PIECE: f64 = 5e-4;
 
 /// Angle to the upright, rad, below which a side of a turned profile counts as one that hangs over.
-const UPRIGHT: f64 = 5e-3;
+pub(super) const UPRIGHT: f64 = 5e-3;
 
 /// One piece of a profile, in m.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 mod manchester;
 
-use super::builtin::{rail_60e1, s1002};
+use super::builtin::{rail, rail_60e1, rail_head, s1002};
 use super::profile::Piece;
 use super::*;
 
@@ -59,6 +59,25 @@ fn the_example_of_the_page() {
     assert!(placed.others(ellipse.approach).unwrap().is_empty());
     let extent = placed.extent(&frame, &ellipse).unwrap();
     assert_eq!(grid_lines(extent).map(|line| line.len()), [29, 31]);
+}
+
+/// Sides of 1:40 stand upright on rails canted by 1:40 and hang over beyond: their ends are cut, and the gauge is that
+/// of the innermost place. Towards that cant the rail moves continuously.
+#[test]
+fn upright_sides_of_canted_rails_give_the_gauge() {
+    let rail = rail(&crate::rails::R115RE).unwrap();
+    let at = |cant: f64| Placement { cant, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };
+    for cant in [0.021, 0.025, 0.03] {
+        let (moved, ..) = at(cant).rail_in_track(&rail).unwrap();
+        let end = moved.range()[0];
+        assert!((end - 0.5 * at(cant).gauge).abs() < 1e-12 && moved.at(end).z < at(cant).gauge_depth);
+    }
+    let [before, after] = [0.0199, 0.0201].map(|cant| at(cant).rail_in_track(&rail).unwrap().1);
+    assert!((before - after).abs() < 1e-5, "{before} {after}");
+    // A profile that ends too high is refused however steep it is there.
+    let short = rail_head("short", &[0.3, 0.013], &[0.05], 40.0).unwrap();
+    let low = Placement { gauge_depth: 0.04, ..at(0.025) };
+    assert!(low.rail_in_track(&short).unwrap_err().message().contains("goes down to"));
 }
 
 /// A cone z = slope · y, wide enough.

@@ -161,7 +161,7 @@ impl Head {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ALL, R49E1, R54E1, R60E1, R60E2};
+    use super::super::{ALL, R115RE, R49E1, R54E1, R60E1, R60E2};
     use super::*;
 
     #[test]
@@ -209,5 +209,11 @@ mod tests {
             let off = (at.y - y).hypot(rail.head.height - depth - at.z);
             assert!(off < 1e-6, "{}: {at:?}", rail.name);
         }
+        // The sides of 115RE, 1:40, are 2 23/32 inch apart on the fishing faces, which meet the middle 1 11/16 inch
+        // below the crown with a slope of 1:4.
+        let [half, depth] = [2.71875 / 2.0 * 25.4e-3, 1.6875 * 25.4e-3];
+        let at = R115RE.head.at(R115RE.head.to_angle(40.0_f64.atan()));
+        let lower = R115RE.head.height - depth + half / 4.0;
+        assert!((at.y + (at.z - lower) / 40.0 - half).abs() < 1e-7, "{at:?}");
     }
 }

@@ -1,6 +1,7 @@
 //! Dimensions of the built-in rails: what sections, running profiles and the checks of a job are made of.
 
 mod head;
+mod r115re;
 mod r49e1;
 mod r54e1;
 mod r54e3;
@@ -8,6 +9,7 @@ mod r60e1;
 mod r60e2;
 
 pub use head::{Head, HeadPoint, DEEPEST, STEEPEST};
+pub use r115re::R115RE;
 pub use r49e1::R49E1;
 pub use r54e1::R54E1;
 pub use r54e3::R54E3;
@@ -15,7 +17,7 @@ pub use r60e1::R60E1;
 pub use r60e2::R60E2;
 
 /// All of them.
-pub static ALL: [&Rail; 5] = [&R49E1, &R54E1, &R54E3, &R60E1, &R60E2];
+pub static ALL: [&Rail; 6] = [&R49E1, &R54E1, &R54E3, &R60E1, &R60E2, &R115RE];
 
 /// A rail that is symmetric about its middle plane, upright: y to the right of that plane, z up from the underside of
 /// the foot.

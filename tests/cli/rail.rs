@@ -71,6 +71,7 @@ fn check_says_the_measures_of_rails() {
         ("54E3", 69.52, 54.57, [2074.0, 354.8], 75.1),
         ("60E1", 76.70, 60.21, [3038.0, 512.3], 80.9),
         ("60E2", 76.48, 60.03, [3022.0, 510.5], 80.7),
+        ("115RE", 72.37, 56.74, [2726.0, 445.4], 75.9),
     ] {
         let mut job = job("wheel-at-given-yaw.json");
         job["bodies"]["lower"]["mesh"]["extruded"]["section"] = json!(name);
@@ -84,6 +85,18 @@ fn check_says_the_measures_of_rails() {
         for (found, wanted) in numbers.iter().zip(wanted) {
             assert!((found / wanted - 1.0).abs() < 5e-3, "{line}");
         }
+    }
+    // A grooved rail that is drawn: main dimensions and measures of 59R2 as recalled.
+    let drawn = |file: &str| format!("{}/meshes/{file}", env!("CARGO_MANIFEST_DIR"));
+    let mut grooved = job("grooved-rail.json");
+    let lower = &mut grooved["bodies"]["lower"];
+    lower["mesh"]["extruded"]["section"]["file"]["path"] = json!(drawn("grooved-rail.msh"));
+    lower["profile"]["file"]["path"] = json!(drawn("grooved-rail-head.txt"));
+    let out = Folder::with(grooved.to_string()).call(1, "check", &[]).good().out.clone();
+    let line = out.lines().find_map(|l| l.split("body lower: rail of a drawing, ").nth(1)).expect("a line");
+    let numbers: Vec<f64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+    for (found, wanted) in numbers.iter().zip([74.1, 58.2, 3214.0, 878.0]) {
+        assert!((found / wanted - 1.0).abs() < 1e-2, "{line}");
     }
     // A head is no profile of a wheel.
     let mut wrong = job("wheel-at-given-yaw.json");

@@ -12,6 +12,10 @@ from .curves import Curve, Floats, Line, Polyline
 _TURN = math.radians(22.5)
 # Largest angle between straight lines that are taken for pieces of one curve.
 _KINK = math.radians(20.0)
+# Smallest angle by which the outline turns into the section at a re-entrant corner, where stresses are singular.
+_REENTRANT = math.radians(20.0)
+# Halvings of the edges at a re-entrant corner.
+_HALVINGS = 4
 # Furthest that points of a polyline may lie off a quadratic edge that passes them, m.
 _FIT = 1e-5
 
@@ -36,13 +40,34 @@ class Edge:
 
 
 def divide(curves: list[Curve], size: Callable[[str], float]) -> list[Edge]:
-    """Edges of a closed loop of curves; `size` gives their length, m, in a group."""
+    """Edges of a closed loop of curves, counterclockwise; `size` gives their length, m, in a group.
+
+    Edges become shorter towards re-entrant corners: there stresses are singular, and the error of frequencies goes with
+    about the first power of the size of elements.
+    """
     edges = []
-    for curve in with_polylines(curves):
+    joined = with_polylines(curves)
+    for k, curve in enumerate(joined):
         length = size(curve.group)
         parts = _along_polyline(curve, length) if isinstance(curve, Polyline) else _along(curve, length)
+        if _reentrant(joined[k - 1], curve):
+            parts = _towards_start(parts)
+        if _reentrant(curve, joined[(k + 1) % len(joined)]):
+            parts = [1.0 - part for part in _towards_start([1.0 - part for part in parts[::-1]])[::-1]]
         edges += [Edge(curve, low, high) for low, high in zip(parts, parts[1:])]
     return edges
+
+
+def _reentrant(one: Curve, other: Curve) -> bool:
+    """Whether the outline turns into the section from the end of a curve to the start of the next one."""
+    before, after = one.tangents(np.array([1.0]))[0], other.tangents(np.array([0.0]))[0]
+    return _turn(before, after) < -_REENTRANT
+
+
+def _towards_start(parts: list[float]) -> list[float]:
+    """Parameters with the first edge halved again and again towards its start."""
+    first = parts[1]
+    return [0.0, *(first * 0.5**k for k in range(_HALVINGS, 0, -1)), *parts[1:]]
 
 
 def with_polylines(curves: list[Curve]) -> list[Curve]:

@@ -25,6 +25,9 @@ pub enum Profile {
     /// The head of the rail 60E2.
     #[serde(rename = "60E2")]
     Rail60E2,
+    /// The head of the rail 115RE of AREMA.
+    #[serde(rename = "115RE")]
+    Rail115Re,
     /// The head of the rail UIC 60 of the Manchester benchmark, whose arcs meet elsewhere.
     #[serde(rename = "UIC60")]
     Uic60,
@@ -42,6 +45,7 @@ impl Profile {
             Profile::Rail54E3 => Some(&rails::R54E3),
             Profile::Rail60E1 => Some(&rails::R60E1),
             Profile::Rail60E2 => Some(&rails::R60E2),
+            Profile::Rail115Re => Some(&rails::R115RE),
             Profile::S1002 | Profile::Uic60 | Profile::File(_) => None,
         }
     }

@@ -40,6 +40,9 @@ pub enum RailSection {
     /// The rail 60E2 of EN 13674-1.
     #[serde(rename = "60E2")]
     Rail60E2,
+    /// The rail 115RE of AREMA.
+    #[serde(rename = "115RE")]
+    Rail115Re,
     /// A drawn one: a plane mesh of Gmsh, x across the track, y up.
     #[serde(rename = "file")]
     File(RailFile),
@@ -202,6 +205,7 @@ impl RailSection {
             RailSection::Rail54E3 => Some(&rails::R54E3),
             RailSection::Rail60E1 => Some(&rails::R60E1),
             RailSection::Rail60E2 => Some(&rails::R60E2),
+            RailSection::Rail115Re => Some(&rails::R115RE),
             RailSection::File(_) => None,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::super::*;
 use super::straight::RAIL_STEEL;
-use crate::rails::{Rail, ALL, R49E1, R54E1, R54E3, R60E1, R60E2};
+use crate::rails::{Rail, ALL, R115RE, R49E1, R54E1, R54E3, R60E1, R60E2};
 
 fn measures(rail: &'static Rail) -> Measures {
     BuiltRail::new(rail, 0.0).and_then(|rail| rail.for_modes()).unwrap().measures()
@@ -26,10 +26,10 @@ fn the_rails_have_their_published_measures() {
     }
 }
 
-/// Heights of the neutral axis of British Steel's data sheet: 75.1, 80.9 and 80.7 mm.
+/// Heights of the neutral axis of British Steel's data sheet, 75.1, 80.9 and 80.7 mm, and of AREMA's 115RE, 2.99 inch.
 #[test]
 fn the_centroids_lie_where_they_are_said() {
-    for (rail, height) in [(&R54E1, 75.1e-3), (&R60E1, 80.9e-3), (&R60E2, 80.7e-3)] {
+    for (rail, height) in [(&R54E1, 75.1e-3), (&R60E1, 80.9e-3), (&R60E2, 80.7e-3), (&R115RE, 75.95e-3)] {
         let found = measures(rail).centroid;
         assert!((found - height).abs() < 0.2e-3, "{}: {found}", rail.name);
     }
@@ -57,7 +57,7 @@ fn the_rails_are_meshed_wherever_they_are_touched() {
 /// shears of their outlines: 0.39 to 0.42 vertically and 0.84 to 0.91 laterally in slices of the fine outlines.
 #[test]
 fn beams_shear_as_their_outlines_do() {
-    for rail in [&R49E1, &R54E1, &R54E3, &R60E2] {
+    for rail in [&R49E1, &R54E1, &R54E3, &R60E2, &R115RE] {
         let said = rail.published;
         let built = super::super::Rail::Built(BuiltRail::new(rail, 0.02).unwrap());
         for (lateral, shears) in [(false, 0.37..0.44), (true, 0.80..0.96)] {
