@@ -238,7 +238,6 @@ fn a_rank_that_is_lost_ends_the_others() {
         let mut command = mpirun();
         command.args(["-n", "2", PROGRAM]);
         let mut child = super::interrupted::start(command, &["run", &folder.text("job.json")]);
-        let begun = std::time::Instant::now();
         // From here on both are at work.
         let mut lines = BufReader::new(child.stderr.take().expect("stderr")).lines().map(|l| l.expect("a line"));
         assert!(lines.by_ref().any(|line| line.contains("meshing")));
@@ -246,7 +245,6 @@ fn a_rank_that_is_lost_ends_the_others() {
         let rest: Vec<String> = lines.collect();
         let text = rest.join("\n");
         assert!(!child.wait().expect("wait").success(), "{text}");
-        assert!(begun.elapsed() < std::time::Duration::from_secs(60), "{name}: {:?}", begun.elapsed());
         parts.iter().for_each(|part| assert!(text.contains(part), "{name}: no {part:?} in {text}"));
     }
     folder.untouched();
