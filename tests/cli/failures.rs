@@ -243,7 +243,8 @@ fn a_rank_that_is_lost_ends_the_others() {
         assert!(lines.by_ref().any(|line| line.contains("meshing")));
         super::interrupted::signal(name, super::interrupted::rank_of(child.id(), 1));
         let rest: Vec<String> = lines.collect();
-        let text = rest.join("\n");
+        // Open MPI 5 breaks its lines elsewhere than Open MPI 4.
+        let text = rest.join(" ");
         assert!(!child.wait().expect("wait").success(), "{text}");
         parts.iter().for_each(|part| assert!(text.contains(part), "{name}: no {part:?} in {text}"));
     }
