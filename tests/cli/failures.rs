@@ -177,9 +177,9 @@ fn one_rank_alone_fails() {
     let mut command = mpirun();
     // Over shared memory Open MPI itself would need larger files.
     command.env("OMPI_MCA_btl", "self,tcp");
-    command.args(["-n", "1", PROGRAM, "run", &job, "--only", "steady", ":"]);
-    command.args(["-n", "1", "sh", "-c", "ulimit -f 8; exec \"$0\" run \"$1\" --only steady", PROGRAM, &job]);
-    command.args([":", "-n", "1", PROGRAM, "run", &job, "--only", "steady"]);
+    // The mpirun of Debian 13 crashes where it is given several programs.
+    let line = "[ \"$OMPI_COMM_WORLD_RANK\" != 1 ] || ulimit -f 8; exec \"$0\" run \"$1\" --only steady";
+    command.args(["-n", "3", "sh", "-c", line, PROGRAM, &job]);
     finish(&mut command).failed(6, &["job.h5"]);
     folder.untouched();
 }
