@@ -36,6 +36,8 @@ fn python(program: &Path, chosen: Option<OsString>) -> Result<Command> {
         Some(path) => vec![path.into()],
         None => {
             let places = above.iter().flat_map(|folder| PLACES.map(|place| folder.join(place)));
+            // That of a package manager lies beside the program.
+            let places = places.chain([program.with_file_name("python3")]);
             places.filter(|path| path.exists()).chain(["python3".into()]).collect()
         }
     };
@@ -79,6 +81,17 @@ mod tests {
         for part in ["/bin/false", "pip install", "scripts/setup", CHOSEN] {
             assert!(text.contains(part), "{part}: {text}");
         }
+    }
+
+    #[test]
+    fn the_python_beside_the_program_comes_before_that_of_the_path() {
+        let prefix = tempfile::tempdir().expect("folder");
+        let bin = prefix.path().join("bin");
+        std::fs::create_dir(&bin).expect("folder");
+        // It takes every probe.
+        std::os::unix::fs::symlink("/bin/true", bin.join("python3")).expect("link");
+        let command = python(&bin.join("railsqueal"), None).expect("a Python");
+        assert_eq!(command.get_program(), bin.join("python3"));
     }
 
     #[test]

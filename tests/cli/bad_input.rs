@@ -137,10 +137,9 @@ fn more_than_the_memory() {
         job["bodies"][body]["mesh"]["cylinder"]["element_size"] = json!(5e-5);
     }
     let folder = Folder::with(job.to_string());
-    let begun = std::time::Instant::now();
     let ran = folder.call(1, "run", &[]);
     assert!(ran.code == Some(7) || ran.code == Some(2), "{ran:?}");
-    assert!(begun.elapsed().as_secs() < 20, "refused before meshing: {:?}", begun.elapsed());
+    assert!(!ran.err.contains("meshing"), "{ran:?}");
     folder.untouched();
 }
 

@@ -1,11 +1,10 @@
 //! Limit cycles over a sweep: the same on any number of ranks, and after a stop.
 
-use super::interrupted::{signal, start};
+use super::interrupted::{signal, start, wait_until};
 use super::program::*;
 use super::transient::open;
 use serde_json::{json, Value};
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 /// Lateral sliding on a coarse mesh, from what sticks in part to what squeals.
 fn swept(cycles: Value) -> Value {
@@ -78,11 +77,7 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     let output = folder.text("stopped.h5");
     let (job, kept) = (folder.text("job.json"), folder.path("stopped.cycles"));
     let mut child = start(std::process::Command::new(PROGRAM), &["run", &job, "--reuse", &model, "--output", &output]);
-    let begun = Instant::now();
-    while done(&kept) < 2 {
-        assert!(begun.elapsed() < Duration::from_secs(60) && child.try_wait().expect("state").is_none());
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_until("a second point", &mut child, || done(&kept) >= 2);
     signal("TERM", child.id());
     assert_eq!(child.wait().expect("end").code(), Some(5));
     let there = done(&kept);
@@ -115,11 +110,7 @@ fn a_stopped_map_sounds_the_same() {
     let (output, kept) = (folder.text("stopped.h5"), folder.path("stopped.cycles"));
     let job = folder.text("job.json");
     let mut child = start(std::process::Command::new(PROGRAM), &["run", &job, "--output", &output]);
-    let begun = Instant::now();
-    while done(&kept) < 2 {
-        assert!(begun.elapsed() < Duration::from_secs(120) && child.try_wait().expect("state").is_none());
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_until("a second point", &mut child, || done(&kept) >= 2);
     signal("TERM", child.id());
     assert_eq!(child.wait().expect("end").code(), Some(5));
     assert!(done(&kept) < 6, "all points were done before the stop");

@@ -15,6 +15,9 @@ from ..result import Result, lookup
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
 GREY = "#666666"
 FORMATS = ("png", "pdf", "svg")
+# Place of a legend below the figure. `apply` makes pictures as large as what is drawn; "outside lower center" would do the
+# same from matplotlib 3.7 on, Debian 12 has 3.6.
+BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def heading(result: Result) -> str:
 
 
 def legend(figure: Figure, sources: Sequence[Axes], handles: Sequence[Any] = (), columns: int = 3) -> None:
-    """One legend below the figure, where no curve is; equal labels of several axes once. Needs the constrained layout."""
+    """One legend below the figure, where no curve is; equal labels of several axes once."""
     entries: dict[str, Any] = {}
     for axes in sources:
         for handle, label in zip(*axes.get_legend_handles_labels()):
@@ -84,4 +87,4 @@ def legend(figure: Figure, sources: Sequence[Axes], handles: Sequence[Any] = (),
     for handle in handles:
         entries.setdefault(str(handle.get_label()), handle)
     if entries:
-        figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=columns)
+        figure.legend(list(entries.values()), list(entries), ncols=columns, **BELOW)

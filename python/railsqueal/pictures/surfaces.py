@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import ResultError
 from ..result import Floats, Integers
-from .style import BLUE, GREY, ORANGE, RED, Canvas
+from .style import BELOW, BLUE, GREY, ORANGE, RED, Canvas
 
 MM = 1e3
 # What a group is for, and how it is drawn; what is not in the list is grey.
@@ -107,7 +107,7 @@ def draw(path: Path, canvas: Canvas) -> list[Path]:
     handles = [Line2D([], [], marker="s", linestyle="", color=colours[k], label=f"{surfaces.names[k]} ({words[surfaces.roles[k]]})") for k in used]
     handles.append(Line2D([], [], marker="+", linestyle="", color="black", label="contact point"))
     handles += node_handles(surfaces)
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    figure.legend(handles=handles, ncols=4, **BELOW)
     return canvas.save(figure, "surfaces")
 
 
