@@ -14,7 +14,7 @@ use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
-use crate::placement::read::{read, ProfileKind, Reading};
+use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
     self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
 };
@@ -282,7 +282,11 @@ pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<Strin
         Some(Profile::Uic60) => builtin::uic60(),
         Some(Profile::File(file)) => {
             let &job::ProfileFile { unit, mirror, circle, smoothing, .. } = file;
-            let (profile, found) = read(&file.path, &Reading { kind, unit, mirror, circle, smoothing })?;
+            let z = file.z.map(|z| match z {
+                job::ProfileVertical::Down => Vertical::Down,
+                job::ProfileVertical::Up => Vertical::Up,
+            });
+            let (profile, found) = read(&file.path, &Reading { kind, unit, z, mirror, circle, smoothing })?;
             notes.extend(found);
             Ok(profile)
         }
