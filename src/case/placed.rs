@@ -45,6 +45,13 @@ pub struct Placed {
 impl Placed {
     /// The wheel of `job` on its rail. For one rank: it reads the files of the profiles.
     pub fn of(job: &Job) -> Result<Self> {
+        Self::resolve(job).map_err(|e| match unsmoothed(job) {
+            Some(hint) if e.message().starts_with("contact.placement") => e.with(hint),
+            _ => e,
+        })
+    }
+
+    fn resolve(job: &Job) -> Result<Self> {
         let missing = || Error::Defect("a placement is asked for of a job without one".into());
         let (Some(contact), Some(given)) = (&job.contact, job.placement()) else { return Err(missing()) };
         let (lower, upper) =
@@ -267,6 +274,22 @@ fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
     let (nx, ny) = (gap.x.len(), gap.y.len());
     let closed = |ix: usize, iy: usize| gap.gap[ix + nx * iy] < approach;
     [(0..ny).any(|iy| closed(0, iy) || closed(nx - 1, iy)), (0..nx).any(|ix| closed(ix, 0) || closed(ix, ny - 1))]
+}
+
+/// What to try where measured profiles that are not smoothed do not touch as profiles do.
+fn unsmoothed(job: &Job) -> Option<String> {
+    let bodies = job.bodies();
+    let raw = bodies.iter().find_map(|(name, body)| match &body.profile {
+        Some(Profile::File(file)) if file.smoothing == 0.0 => Some((name, file)),
+        _ => None,
+    });
+    raw.map(|(name, file)| {
+        format!(
+            "{} is taken without smoothing: noise of a measurement makes curvatures of its own. Give \
+             bodies.{name}.profile.file.smoothing, 0.003 to 0.01 m, if it was measured",
+            file.path.display()
+        )
+    })
 }
 
 /// Young's modulus, Pa, and Poisson's ratio of a body.

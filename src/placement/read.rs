@@ -186,7 +186,7 @@ fn understood(points: &[Point], source: &str, unit: f64, seen: &Seen) -> String 
     let largest = apart.iter().copied().fold(0.0, f64::max);
     let at = apart.iter().position(|d| *d == largest).map_or(0.0, |k| 1e3 * points[k].y);
     let unit = match unit {
-        u if u == 1e-3 => "mm".to_owned(),
+        1e-3 => "mm".to_owned(),
         u => format!("{u} m"),
     };
     format!(

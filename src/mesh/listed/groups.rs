@@ -3,7 +3,7 @@
 use super::{Listed, Origin};
 use crate::mesh::{facet_key, Facet, FacetKey, Mesh};
 use crate::Result;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 impl Listed {
     /// Sorts the facets into their groups. Remarks are about node sets that are no group.
@@ -25,6 +25,12 @@ impl Listed {
         }
         for (name, face) in &self.faces {
             mesh.groups.entry(name.clone()).or_default().push(*face);
+        }
+        // A face that a surface names twice is one.
+        let named: HashSet<&String> = self.faces.iter().map(|f| &f.0).collect();
+        for (_, facets) in mesh.groups.iter_mut().filter(|(name, _)| named.contains(name)) {
+            let mut seen = HashSet::new();
+            facets.retain(|f| seen.insert(*f));
         }
         let mut remarks = Vec::new();
         for (name, set) in &self.node_sets {

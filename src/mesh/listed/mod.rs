@@ -175,9 +175,10 @@ impl Listed {
         let nodes = std::mem::take(&mut self.coords);
         let mut mesh = Mesh { nodes, cells: std::mem::take(&mut self.cells), ..Mesh::default() };
         self.check_cells(&mesh, origin)?;
-        self.check_seams(&mesh, origin)?;
+        let flat = self.check_seams(&mesh, origin)?;
         self.check_joints(&mesh, origin)?;
-        let remarks = self.group(&mut mesh, origin)?;
+        let mut remarks = self.group(&mut mesh, origin)?;
+        remarks.extend(flat);
         Ok((mesh, remarks))
     }
 }
