@@ -196,7 +196,8 @@ fn groups_of_partitioned_entities_are_read() {
         File { elements: ELEMENTS.replace("2 7 3 1", "2 12 3 1").replace("3 1 5 1", "3 5 5 1"), ..File::new() }.text();
     let parted = |surface: &str| {
         let section = format!(
-            "$EndEntities\n$PartitionedEntities\n2\n1\n99 1\n1 1 2 1\n9 0 3 1 2 0 0 0 0\n8 1 3 2 1 2 0 0 0 1 0 0 0 2 9 -9\n{surface}\n\
+            "$EndEntities\n$PartitionedEntities\n2\n1\n99 1\n\
+             1 1 2 1\n9 0 3 1 2 0 0 0 0\n8 1 3 2 1 2 0 0 0 1 0 0 0 2 9 -9\n{surface}\n\
              13 2 1 2 1 2 0 0 0 0 1 1 0 0\n5 3 1 1 1 0 0 0 1 1 1 0 2 12 -13\n$EndPartitionedEntities\n"
         );
         msh::parse(text.replace("$EndEntities\n", &section).as_bytes(), "cube.msh")
@@ -231,7 +232,8 @@ fn nodes_with_parameters_are_read_in_version_2() {
     assert!(error.contains("cube.msh, line"), "{error}");
 }
 
-/// A tetrahedron of 10 nodes whose opposite edges nearly cross, `height` apart: its middle nodes meet, and no seam is open.
+/// A tetrahedron of 10 nodes whose opposite edges nearly cross, `height` apart: its middle nodes meet, and no seam is
+/// open.
 #[test]
 fn flat_tetrahedra_are_told_and_those_too_flat_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");

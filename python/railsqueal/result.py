@@ -37,7 +37,8 @@ class Result:
         except OSError as error:
             self.close()
             if not Path(file).exists():
-                raise ResultError(f"{file}: no such file; expected a result file that `railsqueal run JOB` wrote") from error
+                message = f"{file}: no such file; expected a result file that `railsqueal run JOB` wrote"
+                raise ResultError(message) from error
             raise ResultError(f"cannot read {file}: {error}") from error
         if self.stopped:
             self._derived = derived(self)

@@ -27,7 +27,8 @@ _MARKS = {b"\xef\xbb\xbf": "utf-8", b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-
 _INDEX = ("", "i", "index", "no", "no.", "nr", "nr.", "n", "id", "point", "#")
 # Units of length, m.
 _MICROMETRE = ("um", "µm", "μm", "micron", "microns", "micrometre")
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "nm": 1e-9} | dict.fromkeys(("in", "inch", "inches"), 0.0254) | dict.fromkeys(_MICROMETRE, 1e-6)
+_INCH = ("in", "inch", "inches")
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "nm": 1e-9} | dict.fromkeys(_INCH, 0.0254) | dict.fromkeys(_MICROMETRE, 1e-6)
 
 _Line = tuple[int, str]
 
@@ -162,7 +163,8 @@ class _Reader:
         fraction = False
         for n, row in rows:
             if len(row) != columns or columns < 2:
-                message = f"{self.path}, line {n}: {len(row)} fields, expected {max(columns, 2)} as in line {found[0][0]}"
+                expected = f"expected {max(columns, 2)} as in line {found[0][0]}"
+                message = f"{self.path}, line {n}: {len(row)} fields, {expected}"
                 hint = "; let the line begin with # if it is a comment" if header else ""
                 raise InputError(f"{message} (separated by {_SEPARATORS[separator]}){hint}")
             for k, field in enumerate(row):
@@ -201,8 +203,8 @@ class _Reader:
             return
         if any(all(row[k].isdigit() for row in rows) for k in range(1, len(rows[0]))):
             raise InputError(
-                f"{self.path}, line {body[0][0]}: whole numbers between commas, {body[0][1][:60]!r}; are the commas decimal "
-                "commas or separators? Separate columns by semicolons, or name them in a first row such as x,y"
+                f"{self.path}, line {body[0][0]}: whole numbers between commas, {body[0][1][:60]!r}; are the commas "
+                "decimal commas or separators? Separate columns by semicolons, or name them in a first row such as x,y"
             )
 
 

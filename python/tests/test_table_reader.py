@@ -90,7 +90,8 @@ class Written:
         unit = "" if not self.separator.strip() else dice.choice(["", " [mm]", "_mm"])
         names = [dice.choice(["i", "no", "Index"]), f"y{unit}", f"Z{unit}"]
         trailing = self.separator.strip() if dice.random() < 0.2 else ""
-        self.text = dice.choice(["", "\ufeff"]) + (dice.choice("#!%") + " measured" + end if dice.random() < 0.3 else "")
+        self.text = dice.choice(["", "\ufeff"])
+        self.text += dice.choice("#!%") + " measured" + end if dice.random() < 0.3 else ""
         self.values = []
 
         def row(cells: list[str], comment: str = "") -> None:
@@ -131,7 +132,8 @@ def told(text: str, separator: str, decimal: str) -> list[list[float]] | None:
         rows.append(cells)
 
     def number(cell: str) -> float | None:
-        if re.fullmatch(r"[+-]?(\d+\{0}?\d*|\{0}\d+)([eEdD][+-]?\d+)?".format(decimal), cell) is None or cell.endswith(","):
+        pattern = r"[+-]?(\d+\{0}?\d*|\{0}\d+)([eEdD][+-]?\d+)?".format(decimal)
+        if re.fullmatch(pattern, cell) is None or cell.endswith(","):
             return None
         return float(re.sub("[dD]", "e", cell.replace(",", ".")))
 
@@ -139,9 +141,11 @@ def told(text: str, separator: str, decimal: str) -> list[list[float]] | None:
 
     def places(names: list[str]) -> list[int] | None:
         names = [name.strip().lower() for name in names]
-        found = [next((k for k, name in enumerate(names) if name[:1] == c and UNIT.fullmatch(name[1:])), None) for c in NAMES]
-        others = [n for k, n in enumerate(names) if k not in found and n not in ("", "i", "no", "no.", "index", "n", "id")]
-        return [k for k in found if k is not None] if None not in found and not others and len(names) == width <= 3 else None
+        named = [[k for k, name in enumerate(names) if name[:1] == c and UNIT.fullmatch(name[1:])] for c in NAMES]
+        found = [k[0] for k in named if k]
+        numbering = ("", "i", "no", "no.", "index", "n", "id")
+        others = [n for k, n in enumerate(names) if k not in found and n not in numbering]
+        return found if len(found) == 2 and not others and len(names) == width <= 3 else None
 
     at: list[int] | None = [0, 1]
     if rows and number(rows[0][0]) is None:
@@ -168,7 +172,8 @@ def test_tables_are_read_to_the_last_bit_or_refused() -> None:
         try:
             assert values(table.text) == table.values, table.text
         except InputError as error:
-            assert "decimal commas or separators" in str(error) and table.plain or "not two columns" in str(error), (error, table.text)
+            unsure = "decimal commas or separators" in str(error) and table.plain
+            assert unsure or "not two columns" in str(error), (error, table.text)
         harmed = list(table.text)
         for _ in range(dice.randint(1, 2)):
             at, c = dice.randrange(len(harmed)), dice.choice("07.,;- \teDx\n#")

@@ -42,9 +42,9 @@ const OTHERS: [(&[&str], &str, &str); 9] = [
 const GMSH: &str = "convert it: gmsh FILE -save -format msh41 -o FILE.msh, and name the surfaces as physical groups";
 const MESHIO: &str = "convert it: meshio convert FILE FILE.msh (of Python), and name the surfaces as physical groups";
 
-/// Reads a mesh from the file at `path`, by its first letters: an input file of Abaqus and CalculiX begins with `*`, one
-/// of Gmsh with `$`; and remarks on what was left out or taken for something else. An upper body's mesh lies at z > 0
-/// and is reflected by the caller ([`Mesh::reflected`]).
+/// Reads a mesh from the file at `path`, by its first letters: an input file of Abaqus and CalculiX begins with `*`,
+/// one of Gmsh with `$`; and remarks on what was left out or taken for something else. An upper body's mesh lies at
+/// z > 0 and is reflected by the caller ([`Mesh::reflected`]).
 ///
 /// # Errors
 /// A file of another format, with what to do; and those of the readers.
@@ -56,7 +56,8 @@ pub fn read(path: &Path) -> Result<(Mesh, Vec<String>)> {
         (_, "inp") => inp::read(path),
         _ => match OTHERS.iter().find(|(endings, ..)| endings.contains(&ending.as_str())) {
             Some((_, what, advice)) => Err(Error::Input(format!(
-                "mesh file {}: found {what} (.{ending}), expected one of Gmsh (.msh) or of Abaqus or CalculiX (.inp); {advice}",
+                "mesh file {}: found {what} (.{ending}), expected one of Gmsh (.msh) or of Abaqus or CalculiX (.inp); \
+                 {advice}",
                 path.display()
             ))),
             None => msh::read_remarked(path),

@@ -169,7 +169,8 @@ impl Mesh {
             self.groups.keys().filter(|n| n.ends_with(&ending)).map(|n| format!("\"{n}\"")).collect();
         if several.len() > 1 {
             return Err(Error::Input(format!(
-                "{source} has several groups \"{group}\", of parts and of the assembly: {}; expected one of these names",
+                "{source} has several groups \"{group}\", of parts and of the assembly: {}; expected one of these \
+                 names",
                 several.join(", ")
             )));
         }

@@ -1,5 +1,5 @@
-//! Directions of a profile in its file: z is to point down, the flange of a wheel and the gauge side of a rail are to be
-//! at negative y.
+//! Directions of a profile in its file: z is to point down, the flange of a wheel and the gauge side of a rail are to
+//! be at negative y.
 
 use super::formats::Point;
 use super::read::{median, width, ProfileKind, Vertical};
@@ -100,8 +100,8 @@ pub(super) fn orient(
         (Some(shown), Some(given)) if asked && shown != given => {
             let word = |v: Vertical| if v == Vertical::Up { "up" } else { "down" };
             return Err(Error::Input(format!(
-                "{name}: found z pointing {}, as the {what} shows, expected {}, as profile.file.z says; correct the key, \
-                 or leave it out",
+                "{name}: found z pointing {}, as the {what} shows, expected {}, as profile.file.z says; correct the \
+                 key, or leave it out",
                 word(shown),
                 word(given)
             )));
@@ -109,8 +109,8 @@ pub(super) fn orient(
         (Some(direction), _) | (None, Some(direction)) => direction,
         (None, None) => {
             return Err(Error::Input(format!(
-                "{name}: found {unseen} that would show whether z points up or down; expected the direction in the job: \
-                 give profile.file.z = \"down\" or \"up\""
+                "{name}: found {unseen} that would show whether z points up or down; expected the direction in the \
+                 job: give profile.file.z = \"down\" or \"up\""
             )));
         }
     };

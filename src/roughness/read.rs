@@ -12,7 +12,7 @@ const HEIGHTS: [f64; 2] = [1e-9, 2e-3];
 const DISTANCES: [f64; 2] = [1e-6, 2e-2];
 /// What a straight line leaves of heights by rounding, m.
 const FLAT: f64 = 1e-14;
-/// Distance of two samples over the usual one: samples are missing, which is said; and too many of them, which is refused.
+/// Distance of two samples over the usual one: samples are missing, which is said; and too many, which is refused.
 const MISSING: [f64; 2] = [1.6, 5.0];
 /// Widest area, m.
 const WIDTH: f64 = 0.2;
@@ -58,7 +58,8 @@ pub fn read(path: &Path, units: Units) -> Result<Measured> {
 }
 
 /// Reads a text of which [`Table`] makes rows; `name` is for messages. Two columns are way and height. With more the
-/// first row holds a word, or a number that is not used, and the lateral places; each other row its way and the heights.
+/// first row holds a word, or a number that is not used, and the lateral places; each other row its way and the
+/// heights.
 pub fn parse(name: &str, text: &str, units: Units) -> Result<Measured> {
     of_table(&Table::parse(name, text)?, units)
 }
@@ -97,8 +98,8 @@ impl Samples {
         };
         if let Some(w) = y.windows(2).find(|w| !(w[1] > w[0])) {
             return Err(Error::Input(format!(
-                "{}, line {line}: found the lateral place {} after {}, expected places that ascend, in the first row of \
-                 an area; a line has two columns, way and height",
+                "{}, line {line}: found the lateral place {} after {}, expected places that ascend, in the first row \
+                 of an area; a line has two columns, way and height",
                 table.name(),
                 w[1],
                 w[0]
@@ -174,8 +175,8 @@ fn of_table(table: &Table, units: Units) -> Result<Measured> {
     };
     let high = measured.height.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
     measured.understood = format!(
-        "{name}: read {} samples, {}{y}, {}; way in {}, heights in {}; {:.4} m long, {spacing}; heights within {:.2} µm \
-         of their straight line",
+        "{name}: read {} samples, {}{y}, {}; way in {}, heights in {}; {:.4} m long, {spacing}; heights within {:.2} \
+         µm of their straight line",
         rows.len(),
         samples.described,
         table.layout(),

@@ -1,5 +1,5 @@
-//! Measured files and decks as other programs write them, in whole runs: the same numbers, or a refusal that says what to
-//! do.
+//! Measured files and decks as other programs write them, in whole runs: the same numbers, or a refusal that says what
+//! to do.
 
 use super::program::*;
 use serde_json::{json, Value};
@@ -161,7 +161,8 @@ fn with_deck(deck: &str, fixed: &str) -> Folder {
     folder
 }
 
-/// Abbreviations, sets of one name in part and assembly, and a mesh in the instance, by the frequencies of a clamped bar.
+/// Abbreviations, sets of one name in part and assembly, and a mesh in the instance, by the frequencies of a clamped
+/// bar.
 #[test]
 fn decks_mean_what_the_manual_says() {
     let (nodes, elements) = bar();
@@ -181,7 +182,8 @@ fn decks_mean_what_the_manual_says() {
     };
     same(run(&format!("{mesh}*ELSET, EL=bottom, GEN\n1, 4\n*SURFACE, TY=ELEMENT, NAME=base\nbottom, S1\n"), "BASE"));
     let both = format!(
-        "*PART, NAME=Bar\n{mesh}*NSET, NSET=Set-1, GENERATE\n37, 45\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Bar-1, PART=Bar\n\
+        "*PART, NAME=Bar\n{mesh}*NSET, NSET=Set-1, GENERATE\n37, 45\n*END PART\n\
+         *ASSEMBLY, NAME=A\n*INSTANCE, NAME=Bar-1, PART=Bar\n\
          *END INSTANCE\n*NSET, NSET=Set-1, INSTANCE=Bar-1, GENERATE\n1, 9\n*END ASSEMBLY\n"
     );
     same(run(&both, "assembly.Set-1"));
@@ -192,8 +194,10 @@ fn decks_mean_what_the_manual_says() {
         ran.failed(3, &["bodies.lower.fixed", "several groups \"set-1\"", "\"assembly.set-1\", \"bar-1.set-1\""]);
     }
     let inside = format!(
-        "\u{feff}*PART, NAME=Bar\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Bar-1, PART=Bar\n0., 0., 1.\n0., 0., 1., 1., 0., 1., 90.\n\
-         {mesh}*END INSTANCE\n*ELSET, ELSET=_b, internal, instance=Bar-1, generate\n1, 4, 1\n*SURFACE, TYPE=ELEMENT, NAME=base\n_b, S1\n\
+        "\u{feff}*PART, NAME=Bar\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Bar-1, PART=Bar\n\
+         0., 0., 1.\n0., 0., 1., 1., 0., 1., 90.\n\
+         {mesh}*END INSTANCE\n*ELSET, ELSET=_b, internal, instance=Bar-1, generate\n1, 4, 1\n\
+         *SURFACE, TYPE=ELEMENT, NAME=base\n_b, S1\n\
          *END ASSEMBLY\n"
     );
     same(run(&inside, "base"));

@@ -55,7 +55,9 @@ def _columns(table: Table) -> tuple[int, int, dict[str, int], str | None]:
     if headings is None:
         if width == 2 and not table.counts(0):
             return 0, 1, {}, None
-        hint = "its first column looks like a number of the point" if table.counts(0) else "without a header they have no meaning"
+        hint = "without a header they have no meaning"
+        if table.counts(0):
+            hint = "its first column looks like a number of the point"
         raise InputError(
             f"{path}, line {table.lines[0]}: {width} columns without a header: {hint}; give two columns, or a header: {_EXPECTED}"
         )
@@ -64,8 +66,12 @@ def _columns(table: Table) -> tuple[int, int, dict[str, int], str | None]:
     for at, heading in enumerate(headings):
         if table.is_index(at, heading):
             continue
-        if heading.name not in _ACROSS_FIRST + _EXTRA or not heading.known or heading.unit is not None and heading.unit not in UNITS:
-            raise InputError(f"{path}: the column {heading.title!r} has no meaning here; {_EXPECTED}, with a unit as in 'x (mm)' if you like")
+        has_unit = heading.known and (heading.unit is None or heading.unit in UNITS)
+        if heading.name not in _ACROSS_FIRST + _EXTRA or not has_unit:
+            raise InputError(
+                f"{path}: the column {heading.title!r} has no meaning here; {_EXPECTED}, with a unit as in 'x (mm)' if "
+                "you like"
+            )
         if heading.name in places:
             raise InputError(f"{path}: two columns {heading.name!r}; {_EXPECTED}")
         places[heading.name] = at

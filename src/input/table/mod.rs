@@ -5,8 +5,8 @@
 //! - **Separator and decimal sign** are found from the whole file: semicolons, tabs, blanks or commas, one of them
 //!   throughout. Every row has the same number of finite numbers. Whole numbers between commas that could be the digits
 //!   behind decimal commas are refused.
-//! - **Headings**: one row of names, with units in brackets or in a row of their own; they are followed. A comment right
-//!   above the numbers whose words are known names is a row of headings.
+//! - **Headings**: one row of names, with units in brackets or in a row of their own; they are followed. A comment
+//!   right above the numbers whose words are known names is a row of headings.
 //! - **Columns**: a numbering of the rows under a heading such as `i` or `index` is left out; any other column that is
 //!   not expected is refused.
 

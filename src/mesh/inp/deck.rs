@@ -22,6 +22,8 @@ pub struct Part {
 /// Elements of a type.
 pub struct Block {
     pub kind: ElementType,
+    /// Shells and membranes, which need not lie on the solid elements.
+    pub loose: bool,
     /// Their numbers, places, and nodes element by element.
     pub ids: Vec<u32>,
     pub at: Vec<Place>,

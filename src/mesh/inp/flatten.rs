@@ -57,7 +57,13 @@ fn placed(instance: &Instance, part: &Part) -> Part {
             None => moved,
         }
     };
-    let block = |b: &Block| Block { kind: b.kind, ids: b.ids.clone(), at: b.at.clone(), nodes: b.nodes.clone() };
+    let block = |b: &Block| Block {
+        kind: b.kind,
+        loose: b.loose,
+        ids: b.ids.clone(),
+        at: b.at.clone(),
+        nodes: b.nodes.clone(),
+    };
     let chunk = |c: &Chunk| Chunk {
         at: c.at,
         instance: None,
@@ -132,7 +138,12 @@ impl Flat<'_> {
                         ElementType::Cell(kind) => {
                             self.listed.cell(kind, place, &AS_THEY_ARE[..n], &nodes, self.files)?
                         }
-                        ElementType::Facet(kind) => self.listed.facet(kind, -1, place, &nodes),
+                        ElementType::Facet(kind) => {
+                            self.listed.facet(kind, -1, place, &nodes);
+                            if let Some(facet) = self.listed.facets.last_mut() {
+                                facet.loose = block.loose;
+                            }
+                        }
                         ElementType::Line(_) => {}
                     }
                 }

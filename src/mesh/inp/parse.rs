@@ -59,7 +59,8 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
             "ELEMENT" => elements(lines, at, &keyword, &mut deck, inside)?,
             "NSET" | "ELSET" => {
                 if keyword.has("INSTANCE") && inside != Scope::Assembly {
-                    return Err(lines.error(at, "INSTANCE on a set within a part or an instance; expected it in the assembly"));
+                    let text = "INSTANCE on a set within a part or an instance; expected it in the assembly";
+                    return Err(lines.error(at, text));
                 }
                 set(lines, at, &keyword, part(&mut deck, inside))?
             }
@@ -69,7 +70,8 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
                 return Err(lines.error(
                     at,
                     format!(
-                        "the keyword *{} is not understood, and might change the body; expected nodes, solid elements, sets and surfaces. {}",
+                        "the keyword *{} is not understood, and might change the body; expected nodes, solid elements, \
+                         sets and surfaces. {}",
                         quote(name),
                         advice(name)
                     ),
@@ -200,7 +202,8 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
     let name = title(lines, at, keyword, "TYPE")?.to_uppercase();
     let kind = elements::of(&name).ok_or_else(|| {
         let what = format!(
-            "elements of the type {}; expected {} (and CPS3, CPS4, CPS6, CPS8, SFM3D… or shells for surfaces). Take others out of the file",
+            "elements of the type {}; expected {} (and CPS3, CPS4, CPS6, CPS8, SFM3D… or shells for surfaces). Take \
+             others out of the file",
             quote(&name),
             elements::solids()
         );
@@ -212,7 +215,8 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
         );
     }
     let n = kind.nodes();
-    let mut block = Block { kind, ids: Vec::new(), at: Vec::new(), nodes: Vec::new() };
+    let loose = matches!(kind, ElementType::Facet(_)) && elements::remark(&name).is_some();
+    let mut block = Block { kind, loose, ids: Vec::new(), at: Vec::new(), nodes: Vec::new() };
     let mut named = Chunk::new(at, None);
     // An element may take several lines.
     let mut element: Vec<u32> = Vec::with_capacity(n + 1);

@@ -253,9 +253,12 @@ fn parts_and_the_assembly_have_names_of_their_own() {
 #[test]
 fn an_instance_may_have_the_mesh() {
     let text = format!(
-        "*PART, NAME=Cubes\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=C-1, PART=Cubes\n10, 0, 0\n10, 0, 0, 10, 0, 1, 90\n\
-         {NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3, 4\n*END INSTANCE\n*NODE\n1, 0, 0, 0\n*NSET, NSET=Ring, INSTANCE=C-1\n\
-         11, 12, 13, 14\n*ELSET, ELSET=_u, INTERNAL, INSTANCE=C-1, GENERATE\n2, 2, 1\n*SURFACE, NAME=Top\n_u, S2\n*END ASSEMBLY\n"
+        "*PART, NAME=Cubes\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=C-1, PART=Cubes\n10, 0, 0\n\
+         10, 0, 0, 10, 0, 1, 90\n\
+         {NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3, 4\n*END INSTANCE\n*NODE\n1, 0, 0, 0\n\
+         *NSET, NSET=Ring, INSTANCE=C-1\n\
+         11, 12, 13, 14\n*ELSET, ELSET=_u, INTERNAL, INSTANCE=C-1, GENERATE\n2, 2, 1\n\
+         *SURFACE, NAME=Top\n_u, S2\n*END ASSEMBLY\n"
     );
     let (mesh, _) = of(&text).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((mesh.nodes[1], mesh.nodes[2]), ([10.0, 1.0, 0.0], [9.0, 1.0, 0.0]));
@@ -310,11 +313,21 @@ fn elements_of_other_programs() {
         let text = format!("{whole}*ELEMENT, TYPE={kind}, ELSET=E\n100, 1, 2, 3, 4\n");
         assert_eq!(facets(&of(&text).unwrap_or_else(|e| panic!("{e}")).0, "e"), [Facet { cell: 0, face: 0 }], "{kind}");
     }
+    // A shell beside the solid is left out of the group of its set as well.
+    let rows = "100, 1, 2, 3, 4\n101, 5, 6, 2, 1\n102, 1, 2, 20, 21\n103, 1, 2, 7, 8";
+    let text = format!(
+        "{}*ELEMENT, TYPE=S4, ELSET=E\n{rows}\n",
+        whole.replacen("14, 0, 1, 2\n", "14, 0, 1, 2\n20, 1, 0, -1\n21, 0, 0, -1\n", 1)
+    );
+    let mesh = of(&text).unwrap_or_else(|e| panic!("{e}")).0;
+    assert_eq!(facets(&mesh, "e"), [Facet { cell: 0, face: 0 }, Facet { cell: 0, face: 2 }]);
+    assert_eq!(mesh.nodes.len(), 12);
     for (keyword, advice) in [("MASS", "supports"), ("SPRING", "supports"), ("SHELL SECTION", "solid elements")] {
         let error = of(&format!("{whole}*{keyword}, ELSET=E\n0.1\n")).expect_err(keyword).to_string();
         assert!(error.contains("not understood") && error.contains(advice), "{error}");
     }
-    let quoted = format!("\u{feff}{whole}*NSET, NSET=\"Foot, left\"\n1, 2, 3, 4\n*NSET, NSET=All2\n\"Foot, left\"\n*SURFACE, TYPE=NODE, NAME=S\n\"foot, Left\", 1.0\n");
+    let sets = "*NSET, NSET=\"Foot, left\"\n1, 2, 3, 4\n*NSET, NSET=All2\n\"Foot, left\"\n";
+    let quoted = format!("\u{feff}{whole}{sets}*SURFACE, TYPE=NODE, NAME=S\n\"foot, Left\", 1.0\n");
     let mesh = of(&quoted).unwrap_or_else(|e| panic!("{e}")).0;
     for name in ["foot, left", "all2", "s"] {
         assert_eq!(facets(&mesh, name), [Facet { cell: 0, face: 0 }], "{name}");

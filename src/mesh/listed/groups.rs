@@ -11,6 +11,9 @@ impl Listed {
         let listed = || self.facets.iter().filter(|f| self.surfaces.contains_key(&f.surface));
         let keys: Vec<FacetKey> = listed().map(|f| facet_key(f.corners[..f.kind.corners()].iter().copied())).collect();
         for (facet, found) in listed().zip(mesh.cells.find_facets(&keys)) {
+            if facet.loose && found.is_none() {
+                continue;
+            }
             let found = found.ok_or_else(|| {
                 let what = format!(
                     "{} {} is not a face of any cell; expected a boundary that conforms to the volume",

@@ -8,7 +8,8 @@ use std::collections::HashSet;
 
 /// Two nodes nearer than this part of the shortest edge are one that was not merged.
 const OF_EDGE: f64 = 1e-3;
-/// Least volume of a cell over the cube of its longest edge: less would cost the stiffness more than half of its digits.
+/// Least volume of a cell over the cube of its longest edge: less would cost the stiffness more than half of its
+/// digits.
 const FLATTEST: f64 = 1e-8;
 /// And so are those nearer than this part of the mesh's extent.
 const OF_EXTENT: f64 = 1e-10;
@@ -96,13 +97,17 @@ impl Listed {
         let [a, b] = [a, b].map(|n| origin.number(self.tags[n as usize]));
         let (kind, tag) = (mesh.cells.get(number).kind.topology().name, origin.number(self.cell_tags[number]));
         let text = format!(
-            "{kind} {tag} is flat: its nodes {a} and {b} nearly meet, and its volume is {quality:.1e} of the cube of its \
-             longest edge"
+            "{kind} {tag} is flat: its nodes {a} and {b} nearly meet, and its volume is {quality:.1e} of the cube of \
+             its longest edge"
         );
         if !(quality >= FLATTEST) {
             return Err(origin.error(
                 self.cell_at[number],
-                format!("{text}; expected at least {FLATTEST:.0e}. {} cells are so: mesh again, or optimise (gmsh -optimize_netgen)", flat.len()),
+                format!(
+                    "{text}; expected at least {FLATTEST:.0e}. {} cells are so: mesh again, or optimise (gmsh \
+                     -optimize_netgen)",
+                    flat.len()
+                ),
             ));
         }
         Ok(Some(format!("{text}; {} of {} cells are so, and are taken as they are", flat.len(), mesh.cells.len())))

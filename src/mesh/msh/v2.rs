@@ -6,8 +6,8 @@ use crate::Result;
 use std::collections::HashSet;
 
 impl Raw {
-    /// Reads `$Nodes`, or `$ParametricNodes` (Mesh.SaveParametric), where dimension and number of the entity follow, and
-    /// one parameter on a curve, two on a surface.
+    /// Reads `$Nodes`, or `$ParametricNodes` (Mesh.SaveParametric), where dimension and number of the entity follow,
+    /// and one parameter on a curve, two on a surface.
     pub fn nodes_2(&mut self, c: &mut Cursor, parametric: bool) -> Result<()> {
         let total = c.line_count("the number of nodes")?;
         // A wrong count must not reserve memory that the file cannot fill.

@@ -37,8 +37,8 @@ impl Raw {
         c.expect("$EndEntities")
     }
 
-    /// Reads `$PartitionedEntities`: the entities that elements of a partitioned mesh are in. One has the groups that it
-    /// lists, and those of the entity that it is a part of.
+    /// Reads `$PartitionedEntities`: the entities that elements of a partitioned mesh are in. One has the groups that
+    /// it lists, and those of the entity that it is a part of.
     pub fn partitioned_entities(&mut self, c: &mut Cursor) -> Result<()> {
         c.size("the number of partitions")?;
         for _ in 0..c.size("the number of ghost entities")? {

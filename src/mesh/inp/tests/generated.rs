@@ -1,5 +1,5 @@
-//! A thousand decks with parts, instances, sets, surfaces and abbreviations, beside a small reader of the manual's rules
-//! that knows nothing of the other one.
+//! A thousand decks with parts, instances, sets, surfaces and abbreviations, beside a small reader of the manual's
+//! rules that knows nothing of the other one.
 
 use super::of;
 use crate::mesh::Facet;
@@ -182,8 +182,8 @@ struct Told {
     surfaces: BTreeMap<(String, String), Vec<(String, u8)>>,
 }
 
-/// The manual's rules: a keyword line goes on behind a comma; names have no case; a parameter is the one that begins so;
-/// an instance is moved first, then turned about the axis through two points by an angle in degrees.
+/// The manual's rules: a keyword line goes on behind a comma; names have no case; a parameter is the one that begins
+/// so; an instance is moved first, then turned about the axis through two points by an angle in degrees.
 fn told(text: &str) -> Told {
     let mut told = Told::default();
     let mut lines: Vec<String> = Vec::new();
