@@ -188,6 +188,81 @@ fn sparse_tags_unused_nodes_and_facets_turned_inwards_are_read() {
     assert_eq!(msh::parse(crlf.as_bytes(), "cube.msh").expect("with carriage returns"), mesh);
 }
 
+/// A partitioned mesh has its groups in entities of its own, which are parts of those of the model.
+#[test]
+fn groups_of_partitioned_entities_are_read() {
+    let whole = File::new().parse().expect("a cube");
+    let text =
+        File { elements: ELEMENTS.replace("2 7 3 1", "2 12 3 1").replace("3 1 5 1", "3 5 5 1"), ..File::new() }.text();
+    let parted = |surface: &str| {
+        let section = format!(
+            "$EndEntities\n$PartitionedEntities\n2\n1\n99 1\n\
+             1 1 2 1\n9 0 3 1 2 0 0 0 0\n8 1 3 2 1 2 0 0 0 1 0 0 0 2 9 -9\n{surface}\n\
+             13 2 1 2 1 2 0 0 0 0 1 1 0 0\n5 3 1 1 1 0 0 0 1 1 1 0 2 12 -13\n$EndPartitionedEntities\n"
+        );
+        msh::parse(text.replace("$EndEntities\n", &section).as_bytes(), "cube.msh")
+    };
+    // The group at the part of the surface, or at the surface alone that it is a part of.
+    for surface in ["12 2 7 1 1 0 0 0 1 1 0 1 4 4 1 2 3 4", "12 2 7 1 1 0 0 0 1 1 0 0 0"] {
+        assert_eq!(parted(surface).expect("a partitioned cube"), whole);
+    }
+    let without = parted("12 2 6 1 1 0 0 0 1 1 0 0 0").expect("of a surface without a group");
+    assert!(without.groups.is_empty());
+    let error = parted("12 2 7 1 1 0 0 0 1 1 0 x 4").expect_err("no number").to_string();
+    assert!(error.contains("cube.msh, line 22") && error.contains("physical groups"), "{error}");
+}
+
+/// A cube in version 2.2, with or without parameters of the nodes on curves and surfaces.
+#[test]
+fn nodes_with_parameters_are_read_in_version_2() {
+    let file = |kind: &str, on: [&str; 8]| {
+        let corners = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"];
+        let nodes: String = (0..8).map(|i| format!("{} {}{}\n", i + 1, corners[i], on[i])).collect();
+        let text = format!(
+            "\u{feff}$MeshFormat\n2.2 0 8\n$EndMeshFormat\n${kind}Nodes\n8\n{nodes}$End{kind}Nodes\n$Elements\n2\n\
+             1 3 2 4 7 1 2 3 4\n2 5 2 1 1 1 2 3 4 5 6 7 8\n$EndElements\n"
+        );
+        msh::parse(text.as_bytes(), "cube.msh")
+    };
+    let plain = file("", [""; 8]).expect("without parameters");
+    assert_eq!(plain.groups["4"], [Facet { cell: 0, face: 0 }]);
+    let on = [" 0 1", " 1 2 0.5", " 2 7 0.25 0.75", " 3 1", " 0 5", " 0 6", " 1 3 0", " 2 8 1 0"];
+    assert_eq!(file("Parametric", on).expect("with parameters"), plain);
+    let error = file("Parametric", [" 1 3"; 8]).expect_err("no parameter").to_string();
+    assert!(error.contains("cube.msh, line"), "{error}");
+}
+
+/// A tetrahedron of 10 nodes whose opposite edges nearly cross, `height` apart: its middle nodes meet, and no seam is
+/// open.
+#[test]
+fn flat_tetrahedra_are_told_and_those_too_flat_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |height: f64| {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, height], [1.0, 0.0, height]];
+        let middle = |[a, b]: [usize; 2]| [0, 1, 2].map(|c| 0.5 * (corners[a][c] + corners[b][c]));
+        let edges = [[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]].map(middle);
+        let nodes = corners.iter().chain(&edges).enumerate();
+        let nodes: String = nodes.map(|(i, [x, y, z])| format!("{} {x} {y} {z:e}\n", i + 1)).collect();
+        let path = folder.path().join("flat.msh");
+        let text = format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n{nodes}$EndNodes\n$Elements\n1\n\
+             17 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n"
+        );
+        std::fs::write(&path, text).expect("write");
+        msh::read_remarked(&path)
+    };
+    let (mesh, remarks) = read(1e-5).unwrap_or_else(|e| panic!("{e}"));
+    // A third of the height; the longest edge is √2.
+    assert!((mesh.volume() / (1e-5 / 3.0) - 1.0).abs() < 1e-9);
+    let [remark] = &remarks[..] else { panic!("{remarks:?}") };
+    for word in ["flat.msh", "10-node tetrahedron 17 is flat", "nodes 5 and 9", "1.2e-6", "1 of 1 cells"] {
+        assert!(remark.contains(word), "{word} not in {remark}");
+    }
+    assert!(read(0.3).expect("a good one").1.is_empty());
+    let error = read(1e-9).expect_err("too flat").to_string();
+    assert!(error.contains("line 19") && error.contains("1.2e-10") && error.contains("optimize_netgen"), "{error}");
+}
+
 #[track_caller]
 fn refused(file: File, words: &[&str]) {
     let error = file.parse().expect_err(words[0]);

@@ -36,6 +36,9 @@ class Result:
                 self._files.append(h5py.File(file))
         except OSError as error:
             self.close()
+            if not Path(file).exists():
+                message = f"{file}: no such file; expected a result file that `railsqueal run JOB` wrote"
+                raise ResultError(message) from error
             raise ResultError(f"cannot read {file}: {error}") from error
         if self.stopped:
             self._derived = derived(self)

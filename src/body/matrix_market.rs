@@ -98,6 +98,7 @@ pub fn read(path: &Path) -> Result<Csr> {
 type Fault = (usize, String);
 
 fn parse(text: &str) -> std::result::Result<Csr, Fault> {
+    let text = text.trim_start_matches('\u{feff}');
     let mut lines = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim()));
     let (_, banner) = lines.next().ok_or((1, "the file is empty; expected a Matrix Market file".to_string()))?;
     let words: Vec<String> = banner.split_whitespace().map(str::to_ascii_lowercase).collect();

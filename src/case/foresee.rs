@@ -43,6 +43,7 @@ pub(crate) fn of_run(job: &Job, bodies: &Bodies) -> Result<Report> {
 pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     let mut report = of_bodies(job, meshes, nodes)?;
     report.lines.splice(0..0, super::rail::measured(job)?);
+    report.lines.extend(super::roughness::described(job)?);
     Ok(report)
 }
 

@@ -50,7 +50,13 @@ impl Meshes {
                 if let Some((_, read)) = self.files.borrow().iter().find(|(k, _)| *k == key) {
                     return Ok(read.clone());
                 }
-                let (mesh, remarks) = read(file).map_err(named)?;
+                let (mut mesh, remarks) = read(file).map_err(named)?;
+                let bodies = job.bodies();
+                let called = |b: &'_ job::Body| -> Vec<String> {
+                    b.fixed.iter().chain(b.supports.iter().map(|s| &s.group)).cloned().collect()
+                };
+                let names: Vec<String> = bodies.iter().flat_map(|(_, b)| called(b)).collect();
+                mesh.add_aliases(names.iter());
                 // Files hold a body where it is.
                 let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2, remarks);
                 self.files.borrow_mut().push((key, read.clone()));

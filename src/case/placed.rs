@@ -14,7 +14,7 @@ use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
-use crate::placement::read::{read, ProfileKind, Reading};
+use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
     self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
 };
@@ -45,6 +45,13 @@ pub struct Placed {
 impl Placed {
     /// The wheel of `job` on its rail. For one rank: it reads the files of the profiles.
     pub fn of(job: &Job) -> Result<Self> {
+        Self::resolve(job).map_err(|e| match unsmoothed(job) {
+            Some(hint) if e.message().starts_with("contact.placement") => e.with(hint),
+            _ => e,
+        })
+    }
+
+    fn resolve(job: &Job) -> Result<Self> {
         let missing = || Error::Defect("a placement is asked for of a job without one".into());
         let (Some(contact), Some(given)) = (&job.contact, job.placement()) else { return Err(missing()) };
         let (lower, upper) =
@@ -269,6 +276,22 @@ fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
     [(0..ny).any(|iy| closed(0, iy) || closed(nx - 1, iy)), (0..nx).any(|ix| closed(ix, 0) || closed(ix, ny - 1))]
 }
 
+/// What to try where measured profiles that are not smoothed do not touch as profiles do.
+fn unsmoothed(job: &Job) -> Option<String> {
+    let bodies = job.bodies();
+    let raw = bodies.iter().find_map(|(name, body)| match &body.profile {
+        Some(Profile::File(file)) if file.smoothing == 0.0 => Some((name, file)),
+        _ => None,
+    });
+    raw.map(|(name, file)| {
+        format!(
+            "{} is taken without smoothing: noise of a measurement makes curvatures of its own. Give \
+             bodies.{name}.profile.file.smoothing, 0.003 to 0.01 m, if it was measured",
+            file.path.display()
+        )
+    })
+}
+
 /// Young's modulus, Pa, and Poisson's ratio of a body.
 pub(super) fn material(body: &job::Body) -> Result<(f64, f64)> {
     let m = body.elastic()?;
@@ -282,7 +305,11 @@ pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<Strin
         Some(Profile::Uic60) => builtin::uic60(),
         Some(Profile::File(file)) => {
             let &job::ProfileFile { unit, mirror, circle, smoothing, .. } = file;
-            let (profile, found) = read(&file.path, &Reading { kind, unit, mirror, circle, smoothing })?;
+            let z = file.z.map(|z| match z {
+                job::ProfileVertical::Down => Vertical::Down,
+                job::ProfileVertical::Up => Vertical::Up,
+            });
+            let (profile, found) = read(&file.path, &Reading { kind, unit, z, mirror, circle, smoothing })?;
             notes.extend(found);
             Ok(profile)
         }

@@ -38,6 +38,24 @@ pub fn check(job: &Job) -> Result<()> {
     surface(job, [&[], &[]]).map(|_| ())
 }
 
+/// What was understood of the files of `job`, a line each: columns, units, number and spacing of samples.
+///
+/// # Errors
+/// A file that cannot be read as heights.
+pub fn described(job: &Job) -> Result<Vec<String>> {
+    let rough = job.contact.as_ref().and_then(|c| c.roughness.as_ref()).filter(|_| job.analyses.transient.is_some());
+    let parts = rough.iter().flat_map(|r| r.bodies()).flat_map(|(_, parts)| parts);
+    let files = parts.filter_map(|part| match part {
+        RoughnessPart::File(file) => Some(file),
+        _ => None,
+    });
+    files.map(|f| Ok(read::read(&f.path, units(f))?.understood)).collect()
+}
+
+fn units(file: &job::RoughFile) -> Units {
+    Units { height: file.unit, distance: file.distance_unit }
+}
+
 /// SHA-256 of a model that rolls on `surface`.
 pub fn identity(model: String, surface: Option<&Surface>) -> String {
     let Some(surface) = surface else { return model };
@@ -97,7 +115,7 @@ impl Way<'_> {
 
     /// The lines of a `file`.
     fn measured(&self, file: &job::RoughFile, turn: Option<f64>) -> Result<Vec<Line>> {
-        let measured = read::read(&file.path, Units { height: file.unit, distance: file.distance_unit })?;
+        let measured = read::read(&file.path, units(file))?;
         let (name, length) = (file.path.display(), measured.length());
         // The first sample comes once more at the end of a turn, a step after the last one.
         let step = length / (measured.at.len() - 1) as f64;

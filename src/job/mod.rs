@@ -191,7 +191,7 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     let given = analyses.names();
     if !given.contains(&only) {
         let words: Vec<String> = given.iter().map(|s| s.to_string()).collect();
-        let near = schema::nearest(only, &words).map(|n| format!("; did you mean \"{n}\"?")).unwrap_or_default();
+        let near = schema::nearest(only, &words).map_or(".".into(), |n| format!("; did you mean \"{n}\"?"));
         return Err(Error::Job(format!(
             "--only {only}: the job has no such analysis{near} It has {}",
             if words.is_empty() { "none".into() } else { schema::quoted(&words) }

@@ -63,13 +63,17 @@ fn slip(job: &Job, contact: &Contact) -> Small {
 
 /// The speed over that of shear waves: inertia by the moving contact, left out of the statics, changes displacements by about its square.
 fn mach(job: &Job, contact: &Contact) -> Result<Option<Small>> {
-    let mut slowest = f64::INFINITY;
-    for (_, body) in job.bodies() {
+    let (mut slowest, mut whose) = (f64::INFINITY, String::new());
+    for (name, body) in job.bodies() {
         let m = body.elastic()?;
-        slowest = slowest.min((0.5 * m.young / (1.0 + m.poisson) / m.density).sqrt());
+        let speed = (0.5 * m.young / (1.0 + m.poisson) / m.density).sqrt();
+        if speed < slowest {
+            let material = format!("young {:e} Pa and density {:e} kg/m³", m.young, m.density);
+            (slowest, whose) = (speed, format!("{speed:.3e} m/s in bodies.{name}, by its {material}"));
+        }
     }
     Ok(Some(Small {
-        found: format!("contact.speed {} m/s", contact.speed),
+        found: format!("contact.speed {} m/s (shear waves {whose})", contact.speed),
         what: "the speed over that of shear waves",
         value: contact.speed / slowest,
         warn: 0.1,

@@ -32,6 +32,8 @@ pub struct Mesh {
     pub groups: BTreeMap<String, Vec<Facet>>,
     /// Where the groups got their names.
     pub naming: Naming,
+    /// Groups by their full names in a deck with parts, `instance.set`, where they have another name.
+    pub aliases: BTreeMap<String, String>,
 }
 
 /// Where surfaces are named.
@@ -108,6 +110,7 @@ impl Mesh {
             cells,
             groups: self.groups.iter().map(|(n, facets)| (n.clone(), facets.iter().map(image).collect())).collect(),
             naming: self.naming,
+            aliases: self.aliases.clone(),
         }
     }
 
@@ -145,10 +148,31 @@ impl Mesh {
         hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
     }
 
+    /// Adds the groups that `names` call by their full names, or in another case if the format knows none.
+    pub fn add_aliases<'a>(&mut self, names: impl Iterator<Item = &'a String>) {
+        for name in names.filter(|n| !self.groups.contains_key(*n)).cloned().collect::<Vec<_>>() {
+            let lower = if self.naming == Naming::Abaqus { name.to_lowercase() } else { name.clone() };
+            let group = self.aliases.get(&lower).unwrap_or(&lower);
+            if let Some(facets) = self.groups.get(group).cloned() {
+                self.groups.insert(name, facets);
+            }
+        }
+    }
+
     /// Checks that the mesh, from `source`, has the facet group `group`; the error names those it has.
     pub fn require_group(&self, group: &str, source: &str) -> Result<()> {
         if self.groups.get(group).is_some_and(|facets| !facets.is_empty()) {
             return Ok(());
+        }
+        let ending = format!(".{group}");
+        let several: Vec<String> =
+            self.groups.keys().filter(|n| n.ends_with(&ending)).map(|n| format!("\"{n}\"")).collect();
+        if several.len() > 1 {
+            return Err(Error::Input(format!(
+                "{source} has several groups \"{group}\", of parts and of the assembly: {}; expected one of these \
+                 names",
+                several.join(", ")
+            )));
         }
         let there = self.groups.iter().filter(|(_, facets)| !facets.is_empty());
         let found: Vec<String> = there.map(|(name, _)| format!("\"{name}\"")).collect();

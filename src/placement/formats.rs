@@ -1,5 +1,7 @@
 //! The formats of profile files: two columns of text, Miniprof, SIMPACK.
 
+use crate::input::table::{Pair, Table};
+use crate::input::text;
 use crate::{Error, Result};
 
 /// A point of a file: its line, y and z in the unit of the file.
@@ -17,6 +19,12 @@ pub(super) struct Raw {
     pub points: Vec<Point>,
     /// Length unit in m, where the file itself says it.
     pub unit: Option<f64>,
+    /// True if the file names that unit column by column, so that no other can be meant.
+    pub stated: bool,
+    /// True if the format has z down.
+    pub down: bool,
+    /// Format, columns, separator and decimal sign in words.
+    pub source: String,
     /// What was left out or done to the points.
     pub notes: Vec<String>,
 }
@@ -50,43 +58,57 @@ impl Format {
     }
 }
 
-/// Numbers of a line, separated by blanks, tabs, commas or semicolons, up to the first word that is none.
-fn numbers(line: &str) -> Vec<f64> {
-    let words = line.split(|c: char| c.is_whitespace() || c == ',' || c == ';').filter(|w| !w.is_empty());
-    words.map_while(|w| w.parse().ok()).collect()
-}
-
 fn bad_line(name: &str, line: usize, found: &str, expected: &str) -> Error {
-    let short: String = found.trim().chars().take(60).collect();
-    Error::Input(format!("{name}, line {line}: found \"{short}\", expected {expected}"))
+    Error::Input(format!("{name}, line {line}: found \"{}\", expected {expected}", text::excerpt(found)))
 }
 
-/// Two columns, y and z; further ones are ignored. Lines that begin with #, !, % or // are comments, and one line of headings may stand above
-/// the numbers.
-fn columns(name: &str, text: &str) -> Result<Raw> {
-    let mut points = Vec::new();
-    let mut headings = false;
-    for (k, line) in text.lines().enumerate() {
-        let line = line.trim().trim_start_matches('\u{feff}');
-        if line.is_empty() || line.starts_with(['#', '!', '%']) || line.starts_with("//") {
-            continue;
-        }
-        match numbers(line)[..] {
-            [y, z, ..] => points.push(Point { line: k + 1, y, z }),
-            _ if points.is_empty() && !headings => headings = true,
-            _ => return Err(bad_line(name, k + 1, line, "two numbers, y and z; comments begin with #, !, % or //")),
-        }
-    }
-    Ok(Raw { points, unit: None, notes: Vec::new() })
+/// Columns of a profile, whose names are those of the axes across and down: y and z, in files of Miniprof x and y.
+const COLUMNS: Pair = Pair {
+    names: &[[&["y"], &["z"]], [&["x"], &["y"]], [&["x"], &["z"]]],
+    expected:
+        "two columns, y across and z up or down, under the headings y and z (or x and y, x and z) if there are any",
+    refuse_counting: true,
+};
+
+/// Points of a table with the columns y and z at `place`.
+fn points_of(table: &Table, place: [usize; 2]) -> Vec<Point> {
+    let point = |i: usize| Point { line: table.line(i), y: table.row(i)[place[0]], z: table.row(i)[place[1]] };
+    (0..table.rows()).map(point).collect()
 }
+
+/// A table of text with y and z in two columns, by its headings if it has any.
+fn columns(name: &str, text: &str) -> Result<Raw> {
+    let table = Table::parse(name, text)?;
+    let pair = table.pair(&COLUMNS)?;
+    let unit = match pair.each_ref().map(|c| c.unit) {
+        [Some(y), Some(z)] if y != z => {
+            return Err(Error::Input(format!(
+                "{name}: found headings with the units {y} m for y and {z} m for z, expected one unit"
+            )));
+        }
+        [y, z] => y.or(z),
+    };
+    Ok(Raw {
+        points: points_of(&table, [pair[0].at, pair[1].at]),
+        unit,
+        stated: unit.is_some(),
+        down: false,
+        source: format!("{}, {}", table.described(&pair), table.layout()),
+        notes: Vec::new(),
+    })
+}
+
+/// Columns of Miniprof without a `ColumnDef`.
+const MINIPROF: [&str; 5] = ["X", "Y", "A", "C", "N"];
 
 /// Miniprof (Greenwood Engineering): a header of `key=value` lines, or an old one with MINI…PROF in its first lines that a blank line ends; then
 /// the points, in mm. `ColumnDef` names the columns; a double quote begins a comment.
 fn miniprof(name: &str, text: &str) -> Result<Raw> {
-    let mut points = Vec::new();
-    let old = text.lines().take(3).any(|l| l.contains("MINIPROF") || l.contains("MINIWHEELPROF"));
-    let (mut body, mut place) = (!old, [0, 1]);
-    for (k, full) in text.lines().enumerate() {
+    let mut rows = Vec::new();
+    let old = text::lines(text).take(3).any(|(_, l)| l.contains("MINIPROF") || l.contains("MINIWHEELPROF"));
+    let mut body = !old;
+    let mut names: Vec<String> = MINIPROF.map(str::to_owned).to_vec();
+    for (k, full) in text::lines(text) {
         let line = full.split('"').next().unwrap_or_default().trim();
         if line.is_empty() {
             // A comment is no blank line that ends the header.
@@ -96,38 +118,49 @@ fn miniprof(name: &str, text: &str) -> Result<Raw> {
         if line.starts_with("[FileInfo]") {
             return Err(bad_line(
                 name,
-                k + 1,
+                k,
                 line,
                 "one profile; files of several sections (.mpt) are not supported: export the section as .whl or .ban",
             ));
         }
         if let Some((key, value)) = line.split_once('=') {
             if key.trim().eq_ignore_ascii_case("ColumnDef") {
-                let names: Vec<&str> = value.split(',').map(str::trim).collect();
-                let find = |c: &str| names.iter().position(|n| n.eq_ignore_ascii_case(c));
-                place = match (find("X"), find("Y")) {
-                    (Some(x), Some(y)) => [x, y],
-                    _ => return Err(bad_line(name, k + 1, line, "columns X and Y, as in ColumnDef=X,Y,A,C")),
-                };
+                names = value.split(',').map(|n| n.trim().to_uppercase()).collect();
+                if !["X", "Y"].iter().all(|c| names.iter().any(|n| n == c)) {
+                    return Err(bad_line(name, k, line, "columns X and Y, as in ColumnDef=X,Y,A,C"));
+                }
             }
             continue;
         }
         if !body {
             continue;
         }
-        let row = numbers(line);
-        match (row.get(place[0]), row.get(place[1])) {
-            (Some(&y), Some(&z)) => points.push(Point { line: k + 1, y, z }),
-            _ => return Err(bad_line(name, k + 1, line, "the numbers of a point")),
+        if !line.starts_with(|c: char| c.is_ascii_digit() || "+-.,\u{2212}".contains(c)) {
+            return Err(bad_line(name, k, line, "the numbers of a point"));
         }
+        rows.push((k, line));
     }
-    if points.is_empty() {
+    if rows.is_empty() {
         return Err(Error::Input(format!(
             "{name}: found no points, expected them after the header (an old one, with MINIPROF, ends with a blank line); name a file of two \
              plain columns otherwise than .whl or .ban"
         )));
     }
-    Ok(Raw { points, unit: Some(1e-3), notes: Vec::new() })
+    let table = Table::of_lines(name, rows.into_iter())?;
+    let find = |c: &str| names.iter().position(|n| n == c).unwrap_or(usize::MAX);
+    let place = ["X", "Y"].map(find);
+    if table.width() > names.len() || place.iter().any(|&p| p >= table.width()) {
+        let found = format!("{} numbers", table.width());
+        return Err(table.fault(0, found, format!("the columns {} (ColumnDef)", names.join(","))));
+    }
+    Ok(Raw {
+        points: points_of(&table, place),
+        unit: Some(1e-3),
+        stated: false,
+        down: false,
+        source: format!("Miniprof, columns X and Y of {}, {}", names[..table.width()].join(","), table.layout()),
+        notes: Vec::new(),
+    })
 }
 
 /// Keys of a SIMPACK file that change its points, with the values they have when they are not given.
@@ -182,9 +215,9 @@ fn simpack(name: &str, text: &str) -> Result<Raw> {
         angle: 1.0,
         smooth: 0.0,
     };
-    let mut points = Vec::new();
+    let mut rows = Vec::new();
     let mut inside = false;
-    for (k, full) in text.lines().enumerate() {
+    for (k, full) in text::lines(text) {
         let line = full.split('!').next().unwrap_or_default().trim();
         let word = line.to_ascii_lowercase();
         if line.is_empty() {
@@ -195,28 +228,36 @@ fn simpack(name: &str, text: &str) -> Result<Raw> {
             continue;
         }
         if inside {
-            match numbers(line)[..] {
-                [y, z, ..] => points.push(Point { line: k + 1, y, z }),
-                _ => return Err(bad_line(name, k + 1, full, "the two numbers of a point, y and z")),
+            if !line.starts_with(|c: char| c.is_ascii_digit() || "+-.,\u{2212}".contains(c)) {
+                return Err(bad_line(name, k, full, "the two numbers of a point, y and z"));
             }
+            rows.push((k, line));
             continue;
         }
         let Some((key, value)) = line.split_once('=') else {
-            return Err(bad_line(name, k + 1, full, "key = value, or a section's begin or end"));
+            return Err(bad_line(name, k, full, "key = value, or a section's begin or end"));
         };
         if let Some(field) = changes.field(key.trim()) {
             let value = value.trim();
             let number = value.parse::<f64>().ok().filter(|v| v.is_finite());
-            *field = number.ok_or_else(|| bad_line(name, k + 1, full, &format!("a number for {}", key.trim())))?;
+            *field = number.ok_or_else(|| bad_line(name, k, full, &format!("a number for {}", key.trim())))?;
         }
     }
-    if points.is_empty() {
+    if rows.is_empty() {
         return Err(Error::Input(format!("{name}: found no points, expected them between point.begin and point.end")));
     }
-    apply(name, points, &changes)
+    let table = Table::of_lines(name, rows.into_iter())?;
+    let source = match table.width() {
+        2 => format!("SIMPACK, {}", table.layout()),
+        3 => format!("SIMPACK, columns 1 and 2 of 3 (weights are not used), {}", table.layout()),
+        n => {
+            return Err(table.fault(0, format!("{n} numbers"), "those of a point: y, z, and a weight if there is one"))
+        }
+    };
+    apply(name, points_of(&table, [0, 1]), &changes, source)
 }
 
-fn apply(name: &str, mut points: Vec<Point>, c: &Changes) -> Result<Raw> {
+fn apply(name: &str, mut points: Vec<Point>, c: &Changes, source: String) -> Result<Raw> {
     if !(c.length > 0.0 && c.angle > 0.0) {
         return Err(Error::Input(format!(
             "{name}: found the unit factors {} for lengths and {} for angles, expected numbers above zero (1000 for mm)",
@@ -256,5 +297,5 @@ fn apply(name: &str, mut points: Vec<Point>, c: &Changes) -> Result<Raw> {
             c.smooth
         ));
     }
-    Ok(Raw { points, unit: Some(1.0 / c.length), notes })
+    Ok(Raw { points, unit: Some(1.0 / c.length), stated: false, down: true, source, notes })
 }

@@ -33,6 +33,7 @@
 //!   y of the gap are reversed.
 
 pub mod builtin;
+mod direction;
 mod formats;
 pub mod frame;
 pub mod gap;

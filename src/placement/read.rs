@@ -1,8 +1,10 @@
 //! Profiles from files: which way they lie, and what is wrong with them.
 
+use super::direction::{orient, Seen};
 use super::formats::{Format, Point, Raw};
 use super::profile::{Piece, Profile};
 use super::spline::spline;
+use crate::input::text;
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -20,9 +22,6 @@ const HIDDEN: f64 = 5e-4;
 
 /// How far a point may go back to be left out as noise, m.
 const BACKSTEP: f64 = 5e-5;
-
-/// Height of a flange: what stands out by less says nothing of the way a wheel's profile lies, m.
-const FLANGE: f64 = 0.015;
 
 /// A corner: a turn by more than this, rad, and by three times as much as at the points before and after.
 const KINK: f64 = 0.35;
@@ -42,6 +41,15 @@ pub enum ProfileKind {
     Rail,
 }
 
+/// Direction of z in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Vertical {
+    /// Downwards, as here.
+    Down,
+    /// Upwards.
+    Up,
+}
+
 /// How a profile file is to be taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
@@ -49,6 +57,8 @@ pub struct Reading {
     pub kind: ProfileKind,
     /// Length unit, m; without one that of the file, or mm.
     pub unit: Option<f64>,
+    /// Direction of z in the file; without one it is seen from the flange or the head.
+    pub z: Option<Vertical>,
     /// Reverse y: for a rail whose gauge side has the positive y.
     pub mirror: bool,
     /// y of the running circle in the file of a wheel, m; without one 0, in a file of Miniprof 70 mm from the back of the flange.
@@ -60,20 +70,21 @@ pub struct Reading {
 impl Reading {
     /// The plain way for a wheel or a rail.
     pub fn of(kind: ProfileKind) -> Self {
-        Self { kind, unit: None, mirror: false, circle: None, smoothing: 0.0 }
+        Self { kind, unit: None, z: None, mirror: false, circle: None, smoothing: 0.0 }
     }
 }
 
-/// The profile in a file, and notes on what was done to it.
+/// The profile in a file, and notes: what was understood, in one line, and what was done to it.
 ///
 /// # Errors
-/// A file that cannot be read; a line that is none of its format; too few points; a wrong unit; a line that is no function of y, or unsorted; a
-/// gap in it.
+/// A file that cannot be read; a line that is none of its format; too few points; a wrong unit; a direction of z that
+/// cannot be seen; a line that is no function of y, or unsorted; a gap in it.
 pub fn read(path: &Path, reading: &Reading) -> Result<(Profile, Vec<String>)> {
     let name = path.display().to_string();
     let bytes =
         crate::input::read(path).map_err(|e| Error::Input(format!("{name}: {e}; expected a file with a profile")))?;
-    profile_of(&name, &String::from_utf8_lossy(&bytes), reading)
+    let text = text::decode(&bytes).map_err(|e| Error::Input(format!("{name}: {e}")))?;
+    profile_of(&name, &text, reading)
 }
 
 /// The profile in the text of a file called `name`, whose end says the format.
@@ -85,11 +96,20 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
         )));
     }
     let format = Format::of(name);
-    let Raw { points, unit, mut notes } = format.parse(name, text)?;
-    let unit = reading.unit.or(unit).unwrap_or(1e-3);
-    if let Some(p) = points.iter().find(|p| !(p.y.is_finite() && p.z.is_finite())) {
+    let Raw { points, unit: own, stated, down, source, mut notes } = format.parse(name, text)?;
+    if let (Some(key), Some(own), true) = (reading.unit, own, stated) {
+        if key != own {
+            return Err(Error::Input(format!(
+                "{name}: found headings with the unit {own} m beside file.unit = {key} m; expected one unit, leave the \
+                 key out"
+            )));
+        }
+    }
+    let unit = reading.unit.or(own).unwrap_or(1e-3);
+    let sized = |v: f64| v.is_finite() && v.abs() < 1e12;
+    if let Some(p) = points.iter().find(|p| !(sized(p.y) && sized(p.z))) {
         return Err(Error::Input(format!(
-            "{name}, line {}: found {} {}, expected two finite numbers",
+            "{name}, line {}: found {} {}, expected two numbers of a length",
             p.line, p.y, p.z
         )));
     }
@@ -109,9 +129,11 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
     let place = |p: Point| Point { y: sign * (unit * p.y - circle), z: unit * p.z, ..p };
     let mut points: Vec<Point> = points.into_iter().map(place).collect();
     points.dedup_by(|b, a| (a.y - b.y).abs() < 1e-10 && (a.z - b.z).abs() < 1e-10);
-    orient(name, &mut points, reading.kind, &mut notes);
+    let z = reading.z.or(down.then_some(Vertical::Down));
+    let seen = orient(name, &mut points, (reading.kind, z, reading.z.is_some()), &mut notes)?;
     let points = running_line(name, points, reading.kind, &mut notes)?;
     refuse_hole(name, &points)?;
+    notes.insert(0, format!("{name}: read {}", understood(&points, &source, unit, &seen)));
     let mut profile = through(name, &points, reading.smoothing)?;
     if reading.kind == ProfileKind::Wheel {
         if !profile.contains(0.0) {
@@ -133,7 +155,7 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
     Ok((profile, notes))
 }
 
-fn width(points: &[Point]) -> [f64; 2] {
+pub(super) fn width(points: &[Point]) -> [f64; 2] {
     points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |w, p| [w[0].min(p.y), w[1].max(p.y)])
 }
 
@@ -157,46 +179,31 @@ fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
     )))
 }
 
-/// Turns what points up or to the wrong side: z is to be down, the flange of a wheel and the gauge side of a rail at negative y.
-fn orient(name: &str, points: &mut [Point], kind: ProfileKind, notes: &mut Vec<String>) {
-    // Heights of the parts that lie nearly flat: the tread and the tip of the flange, or the head of the rail.
-    let flat: Vec<Point> =
-        points.windows(2).filter(|w| (w[1].z - w[0].z).abs() < 0.5 * (w[1].y - w[0].y).abs()).map(|w| w[0]).collect();
-    let middle = median(flat.iter().map(|p| p.z).collect());
-    let far = |a: &&Point, b: &&Point| (a.z - middle).abs().total_cmp(&(b.z - middle).abs());
-    let extreme = match kind {
-        ProfileKind::Wheel => flat.iter().max_by(far).map(|p| p.z),
-        ProfileKind::Rail => points.iter().max_by(|a, b| far(a, b)).map(|p| p.z),
+/// What was understood of a file, in words: points and their spacing, columns, unit, directions.
+fn understood(points: &[Point], source: &str, unit: f64, seen: &Seen) -> String {
+    let [from, to] = width(points).map(|y| 1e3 * y);
+    let apart: Vec<f64> = points.windows(2).map(|w| 1e3 * distance(w)).collect();
+    let largest = apart.iter().copied().fold(0.0, f64::max);
+    let at = apart.iter().position(|d| *d == largest).map_or(0.0, |k| 1e3 * points[k].y);
+    let unit = match unit {
+        1e-3 => "mm".to_owned(),
+        u => format!("{u} m"),
     };
-    let least = if kind == ProfileKind::Wheel { FLANGE } else { 0.0 };
-    if extreme.is_some_and(|z| middle - z > least) {
-        points.iter_mut().for_each(|p| p.z = -p.z);
-        notes.push(format!("{name}: z pointed up; turned, z is down here"));
-    }
-    let wrong_side = match kind {
-        ProfileKind::Wheel => {
-            let [from, to] = width(points);
-            flat.iter().max_by(far).is_some_and(|tip| (tip.z - middle).abs() > FLANGE && tip.y > 0.5 * (from + to))
-        }
-        ProfileKind::Rail => {
-            // A profile measured from the top to the gauge side has that side alone.
-            let [from, to] = width(points);
-            let top = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-            let depth = |y: f64| {
-                let near = points.iter().filter(|p| (p.y - y).abs() < 2e-3);
-                near.map(|p| p.z - top).fold(0.0, f64::max)
-            };
-            depth(from) < 1e-2 && depth(to) >= 1e-2
-        }
-    };
-    if wrong_side {
-        points.iter_mut().for_each(|p| p.y = -p.y);
-        let side = if kind == ProfileKind::Wheel { "flange" } else { "gauge side" };
-        notes.push(format!("{name}: the {side} was at positive y; turned, positive y is the field side here"));
-    }
+    format!(
+        "{} points, {source}, in {unit}; {}; y from {from:.2} to {to:.2} mm, points {:.2} mm apart, {largest:.2} mm at \
+         the most (y = {at:.2} mm)",
+        points.len(),
+        seen.words(),
+        median(apart)
+    )
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// Distance of the first two points, m.
+fn distance(w: &[Point]) -> f64 {
+    (w[1].y - w[0].y).hypot(w[1].z - w[0].z)
+}
+
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
@@ -269,7 +276,6 @@ fn running_line(name: &str, mut points: Vec<Point>, kind: ProfileKind, notes: &m
 }
 
 fn refuse_hole(name: &str, points: &[Point]) -> Result<()> {
-    let distance = |w: &[Point]| (w[1].y - w[0].y).hypot(w[1].z - w[0].z);
     let usual = median(points.windows(2).map(distance).collect());
     let Some(w) = points.windows(2).find(|w| distance(w) > HOLE.max(8.0 * usual)) else { return Ok(()) };
     Err(Error::Input(format!(

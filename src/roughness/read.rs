@@ -1,6 +1,7 @@
 //! Measured roughness from text files: a line in two columns, or an area in a table.
 
 use super::Line;
+use crate::input::table::{Column, Pair, Table};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -11,6 +12,8 @@ const HEIGHTS: [f64; 2] = [1e-9, 2e-3];
 const DISTANCES: [f64; 2] = [1e-6, 2e-2];
 /// What a straight line leaves of heights by rounding, m.
 const FLAT: f64 = 1e-14;
+/// Distance of two samples over the usual one: samples are missing, which is said; and too many, which is refused.
+const MISSING: [f64; 2] = [1.6, 5.0];
 /// Widest area, m.
 const WIDTH: f64 = 0.2;
 
@@ -23,6 +26,8 @@ pub struct Measured {
     pub y: Vec<f64>,
     /// Heights, m, `[n][ny]`, of a line `[n][1]`.
     pub height: Vec<Vec<f64>>,
+    /// What was understood of the file, in one line.
+    pub understood: String,
 }
 
 /// Units of a file.
@@ -34,87 +39,159 @@ pub struct Units {
     pub distance: f64,
 }
 
+/// Headings of a line.
+const COLUMNS: Pair = Pair {
+    names: &[[&["way", "s", "x", "distance", "position"], &["height", "r", "z", "roughness"]]],
+    expected: "the way and the height in two columns, under the headings way and height if there are any, or an area: \
+               a first row of lateral places behind a word such as way, further rows of the way and the heights",
+    refuse_counting: false,
+};
+
 /// Reads the file at `path`.
 ///
 /// # Errors
-/// The file cannot be read, a row is not one of numbers or has another length, places do not ascend, there are too few, or what they say cannot be in the `units`.
+/// The file cannot be read; a row is not one of numbers or has another length; headings are others, or name another
+/// unit; places do not ascend; samples are missing; there are too few; what they say cannot be in the `units`.
 pub fn read(path: &Path, units: Units) -> Result<Measured> {
-    let name = path.display().to_string();
-    let bytes = crate::input::read(path).map_err(|e| Error::Input(format!("{name}: {e}")))?;
-    let text = String::from_utf8(bytes).map_err(|_| {
-        Error::Input(format!("{name}: expected text, found bytes that are none; export the heights as text"))
-    })?;
-    parse(&name, &text, units)
+    let table = Table::read(path)?;
+    of_table(&table, units)
 }
 
-/// The same of a text; `name` is for messages. Numbers are separated by blanks, tabs, commas or semicolons; lines that begin with #, !, % or // are comments, and one
-/// line of headings may stand above. Two columns are way and height. With more the first row holds a number that is not used and the lateral places, each other row its way
-/// and the heights.
+/// Reads a text of which [`Table`] makes rows; `name` is for messages. Two columns are way and height. With more the
+/// first row holds a word, or a number that is not used, and the lateral places; each other row its way and the
+/// heights.
 pub fn parse(name: &str, text: &str, units: Units) -> Result<Measured> {
-    let rows = rows(name, text)?;
-    let width = rows.first().map_or(0, |r| r.1.len());
-    let area = width > 2;
-    let y: Vec<f64> = if area { rows[0].1[1..].iter().map(|v| v * units.distance).collect() } else { Vec::new() };
-    let rows = &rows[usize::from(area)..];
-    let fault = |line: usize, found: String, expected: &str| {
-        Err(Error::Input(format!("{name}, line {line}: found {found}, expected {expected}")))
-    };
-    if let Some(w) = y.windows(2).find(|w| !(w[1] > w[0])) {
-        return fault(
-            1,
-            format!("the lateral place {} m after {} m", w[1], w[0]),
-            "places that ascend, in the first row of numbers",
-        );
+    of_table(&Table::parse(name, text)?, units)
+}
+
+/// Way, lateral places and heights of a table, in the unit of the file, and what is first.
+struct Samples {
+    /// The first row of samples.
+    first: usize,
+    /// Columns of the way and of the heights.
+    way: usize,
+    heights: Vec<usize>,
+    y: Vec<f64>,
+    described: String,
+}
+
+impl Samples {
+    fn of(table: &Table, units: Units) -> Result<Self> {
+        let places = table.heading_numbers().filter(|_| table.width() > 2);
+        let area = places.is_some() || (table.width() > 2 && !table.has_headings());
+        let line = match area {
+            true => table.pair(&COLUMNS).ok().filter(|_| places.is_none()),
+            false => Some(table.pair(&COLUMNS)?),
+        };
+        if let Some(pair) = line {
+            refuse_other_units(table.name(), &pair, units)?;
+            let described = table.described(&pair);
+            return Ok(Self { first: 0, way: pair[0].at, heights: vec![pair[1].at], y: Vec::new(), described });
+        }
+        let heights = (1..table.width()).collect();
+        let (first, line, y) = match places {
+            Some((line, y)) => (0, line, y),
+            None => {
+                refuse_sample_as_places(table)?;
+                (1, table.line(0), table.row(0)[1..].to_vec())
+            }
+        };
+        if let Some(w) = y.windows(2).find(|w| !(w[1] > w[0])) {
+            return Err(Error::Input(format!(
+                "{}, line {line}: found the lateral place {} after {}, expected places that ascend, in the first row \
+                 of an area; a line has two columns, way and height",
+                table.name(),
+                w[1],
+                w[0]
+            )));
+        }
+        let described = format!("an area of {} lateral places", y.len());
+        let y = y.into_iter().map(|v| v * units.distance).collect();
+        Ok(Self { first, way: 0, heights, y, described })
     }
-    if let Some(w) = rows.windows(2).find(|w| !(w[1].1[0] > w[0].1[0])) {
-        return fault(
-            w[1].0,
-            format!("{} after {}", w[1].1[0], w[0].1[0]),
+}
+
+/// Refuses headings that name another unit than the job.
+fn refuse_other_units(name: &str, pair: &[Column; 2], units: Units) -> Result<()> {
+    let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+    for (column, key, value) in [(&pair[0], "distance_unit", units.distance), (&pair[1], "unit", units.height)] {
+        if let Some(own) = column.unit.filter(|own| !same(*own, value)) {
+            return Err(Error::Input(format!(
+                "{name}: found a heading with the unit {own:e} m beside {key} {value:e} m; expected one unit: give \
+                 {key} {own:e}"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a first row that may be a sample as well as the lateral places of an area: its first number goes on in the
+/// others as the way does.
+fn refuse_sample_as_places(table: &Table) -> Result<()> {
+    if table.rows() < 3 {
+        return Ok(());
+    }
+    let way = |i: usize| table.row(i)[0];
+    let (before, step) = (way(1) - way(0), way(2) - way(1));
+    if (before - step).abs() > 0.5 * step.abs() {
+        return Ok(());
+    }
+    let hint = if table.counts(0) { ", or a numbering of the rows" } else { "" };
+    Err(table.fault(
+        0,
+        format!("{} columns without headings, whose first row may be a sample{hint}", table.width()),
+        "two columns, way and height; of an area the word way in the first place of the row of lateral places",
+    ))
+}
+
+fn of_table(table: &Table, units: Units) -> Result<Measured> {
+    let name = table.name();
+    let samples = Samples::of(table, units)?;
+    let rows: Vec<usize> = (samples.first..table.rows()).collect();
+    let way = |i: usize| table.row(i)[samples.way];
+    if let Some(w) = rows.windows(2).find(|w| !(way(w[1]) > way(w[0]))) {
+        return Err(table.fault(
+            w[1],
+            format!("{} after {}", way(w[1]), way(w[0])),
             "a way that ascends; sort the samples, and leave out those given twice",
-        );
+        ));
     }
     if rows.len() < MIN_SAMPLES {
         return Err(Error::Input(format!("{name}: found {} samples, expected at least {MIN_SAMPLES}", rows.len())));
     }
-    let at: Vec<f64> = rows.iter().map(|r| r.1[0] * units.distance).collect();
-    let mut height: Vec<Vec<f64>> = rows.iter().map(|r| r.1[1..].iter().map(|v| v * units.height).collect()).collect();
+    let at: Vec<f64> = rows.iter().map(|&i| way(i) * units.distance).collect();
+    let heights = |i: &usize| samples.heights.iter().map(|&c| table.row(*i)[c] * units.height).collect();
+    let mut height: Vec<Vec<f64>> = rows.iter().map(heights).collect();
+    if at.iter().chain(height.iter().flatten()).any(|v| !(v.abs() < 1e150)) {
+        return Err(Error::Input(format!("{name}: found numbers beyond 1e150, expected lengths")));
+    }
     level(&at, &mut height);
-    let measured = Measured { at, y, height };
+    let mut measured = Measured { at, y: samples.y, height, understood: String::new() };
     measured.refuse_units(name, units)?;
+    let spacing = measured.spacing(table, &rows)?;
+    let y = match (measured.y.first(), measured.y.last()) {
+        (Some(a), Some(b)) => format!(" from y = {:.2} to {:.2} mm", 1e3 * a, 1e3 * b),
+        _ => String::new(),
+    };
+    let high = measured.height.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
+    measured.understood = format!(
+        "{name}: read {} samples, {}{y}, {}; way in {}, heights in {}; {:.4} m long, {spacing}; heights within {:.2} \
+         µm of their straight line",
+        rows.len(),
+        samples.described,
+        table.layout(),
+        unit_name(units.distance),
+        unit_name(units.height),
+        measured.length(),
+        1e6 * high
+    );
     Ok(measured)
 }
 
-/// The rows of numbers with their lines, all of the same length.
-fn rows(name: &str, text: &str) -> Result<Vec<(usize, Vec<f64>)>> {
-    let mut rows: Vec<(usize, Vec<f64>)> = Vec::new();
-    let mut headings = false;
-    for (k, line) in text.lines().enumerate() {
-        let line = line.trim().trim_start_matches('\u{feff}');
-        if line.is_empty() || line.starts_with(['#', '!', '%']) || line.starts_with("//") {
-            continue;
-        }
-        let words = line.split(|c: char| c.is_whitespace() || c == ',' || c == ';').filter(|w| !w.is_empty());
-        let numbers: Option<Vec<f64>> = words.map(|w| w.parse().ok().filter(|v: &f64| v.is_finite())).collect();
-        let columns = rows.first().map_or(0, |r| r.1.len());
-        let expected = match numbers {
-            Some(numbers) if numbers.len() >= 2 && (rows.is_empty() || numbers.len() == columns) => {
-                rows.push((k + 1, numbers));
-                continue;
-            }
-            None if rows.is_empty() && !headings => {
-                headings = true;
-                continue;
-            }
-            _ if rows.is_empty() => "two numbers, way and height, or a row of lateral places".to_string(),
-            _ => format!("{columns} numbers, as in the rows above"),
-        };
-        let short: String = line.chars().take(60).collect();
-        return Err(Error::Input(format!(
-            "{name}, line {}: found \"{short}\", expected {expected}; comments begin with #, !, % or //",
-            k + 1
-        )));
-    }
-    Ok(rows)
+/// A unit in words.
+fn unit_name(unit: f64) -> String {
+    let names = [(1.0, "m"), (1e-3, "mm"), (1e-6, "µm")];
+    names.iter().find(|n| n.0 == unit).map_or_else(|| format!("{unit:e} m"), |n| n.1.to_owned())
 }
 
 /// Takes the straight line away that is nearest to the mean across, in the sense of least squares.
@@ -133,6 +210,38 @@ impl Measured {
     /// The way that is covered, m.
     pub fn length(&self) -> f64 {
         self.at[self.at.len() - 1] - self.at[0]
+    }
+
+    /// The spacing of the samples in words, those that are missing included; refuses gaps.
+    fn spacing(&self, table: &Table, rows: &[usize]) -> Result<String> {
+        let steps: Vec<f64> = self.at.windows(2).map(|w| w[1] - w[0]).collect();
+        let mut sorted = steps.clone();
+        sorted.sort_by(f64::total_cmp);
+        let usual = sorted[sorted.len() / 2];
+        let mm = |v: f64| 1e3 * v;
+        if let Some(k) = steps.iter().position(|s| *s > DISTANCES[1].min(MISSING[1] * usual)) {
+            return Err(table.fault(
+                rows[k + 1],
+                format!(
+                    "a gap of {:.3} mm in the way, from {:.4} to {:.4} m, where samples are {:.3} mm apart",
+                    mm(steps[k]),
+                    self.at[k],
+                    self.at[k + 1],
+                    mm(usual)
+                ),
+                format!(
+                    "samples at most {:.3} mm apart: measure again, fill the gap, or give the part of the file on one \
+                     side of it",
+                    mm(DISTANCES[1].min(MISSING[1] * usual))
+                ),
+            ));
+        }
+        let wide: Vec<f64> = steps.into_iter().filter(|s| *s > MISSING[0] * usual).collect();
+        let largest = sorted[sorted.len() - 1];
+        Ok(match wide.len() {
+            0 => format!("samples every {:.4} mm", mm(usual)),
+            n => format!("samples every {:.4} mm but for {n} gaps of up to {:.4} mm", mm(usual), mm(largest)),
+        })
     }
 
     /// Refuses what looks like another unit.
@@ -238,6 +347,36 @@ mod tests {
         }
     }
 
+    /// An index, headings in another order, and rows that may be samples as well as places.
+    #[test]
+    fn columns_are_followed_or_refused() {
+        let plain = parse("f", &text(40, |s| format!("{s};{}", (300.0 * s).sin())), MICRO).unwrap();
+        let same = |text: &str| {
+            let found = parse("f", text, MICRO).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!((&found.at, &found.height), (&plain.at, &plain.height), "{text}");
+            found.understood
+        };
+        let row = |s: f64| (s, (300.0 * s).sin());
+        let said = same(&format!("height [µm],way [m]\n{}", text(40, |s| format!("{1},{0}", row(s).0, row(s).1))));
+        assert!(said.contains("\"way [m]\" and \"height [µm]\"") && said.contains("samples every 1.0000 mm"), "{said}");
+        let indexed = text(40, |s| format!("{:.0},{},{}", 1e3 * s, row(s).0, row(s).1));
+        assert!(same(&format!("i,way,height\n{indexed}")).contains("without the numbering \"i\""));
+        same(&text(40, |s| format!("{};{}", row(s).0, row(s).1).replace('.', ",")));
+        for (file, want) in [
+            (indexed, "may be a sample, or a numbering of the rows"),
+            (text(40, |s| format!("{s} 1 {}", 2.0 + s)), "may be a sample"),
+            (format!("way height left\n{}", text(40, |s| format!("{s} 1 2"))), "\"way\", \"height\", \"left\""),
+            (format!("way (mm) height\n{}", text(40, |s| format!("{s} {s}"))), "give distance_unit 1e-3"),
+        ] {
+            let error = parse("f.txt", &file, MICRO).unwrap_err();
+            assert!(error.message().contains(want), "{error}: expected {want}");
+        }
+        let area = text(40, |s| format!("{s} {0} {0} {0}", row(s).1));
+        let found = parse("f", &format!("way -0.01 0 0.01\n{area}"), MICRO).unwrap();
+        assert_eq!(found.y, [-0.01, 0.0, 0.01]);
+        assert!(found.understood.contains("an area of 3 lateral places from y = -10.00 to 10.00 mm"));
+    }
+
     #[test]
     fn bad_files_are_refused_with_their_line_and_what_to_do() {
         let good = |s: f64| format!("{s} {}", (300.0 * s).sin());
@@ -258,12 +397,21 @@ mod tests {
                 "distance_unit 1e0 m; give another (1e-3 for millimetres",
             ),
             (text(20, |s| format!("{s} 3")), "found a straight line"),
-            (format!("0 1 -1\n{}", text(20, |s| format!("{s} 1 2"))), "line 1: found the lateral place -1 m after 1 m"),
-            (String::new(), "found 0 samples"),
+            (format!("0 1 -1\n{}", text(20, |s| format!("{s} 1 2"))), "line 1: found the lateral place -1 after 1,"),
+            (String::new(), "found 0 rows of numbers"),
         ] {
             let error = parse("f.txt", &text, MICRO).unwrap_err();
             assert!(error.message().contains(want) && error.message().starts_with("f.txt"), "{error}: expected {want}");
         }
+        // A drop-out of 8 mm between samples of 1 mm is refused, one of 3 mm is said.
+        let without = |gone: std::ops::Range<usize>| -> String {
+            let kept = (0..100).filter(|i| !gone.contains(i)).map(|i| 1e-3 * i as f64);
+            kept.map(|s| good(s) + "\n").collect()
+        };
+        let error = parse("f.txt", &without(40..48), MICRO).unwrap_err();
+        assert!(error.message().contains("line 41: found a gap of 9.000 mm"), "{error}");
+        let found = parse("f.txt", &without(40..43), MICRO).unwrap();
+        assert!(found.understood.contains("every 1.0000 mm but for 1 gaps of up to 4.0000 mm"), "{}", found.understood);
         assert!(read(Path::new("/nowhere/f.txt"), MICRO).unwrap_err().message().contains("/nowhere/f.txt"));
     }
 }

@@ -9,6 +9,7 @@ mod cycles;
 mod damaged;
 mod drawn;
 mod failures;
+mod files;
 mod full_transient;
 mod golden;
 mod interrupted;

@@ -4,7 +4,6 @@ The edge that begins at a row has its group and its bulge (the tangent of a quar
 counterclockwise, as of DXF polylines). The last point is joined to the first.
 """
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,7 @@ _EXPECTED = "expected the columns y and r (wheel), y and z or x and z (rail), or
 
 def read(path: Path) -> Drawing:
     """The outline of a table."""
-    table = Table.read(path)
+    table = Table.read(path, texts=("group",))
     across, away, extra, unit = _columns(table)
     points = np.stack([table.numbers(across), table.numbers(away)], axis=1)
     groups = table.texts(extra["group"]) if "group" in extra else [""] * len(points)
@@ -52,41 +51,39 @@ def read(path: Path) -> Drawing:
 def _columns(table: Table) -> tuple[int, int, dict[str, int], str | None]:
     """Numbers of the columns across and away, of the others by name, and the unit that the header names."""
     path, width = table.path, len(table.rows[0])
-    if table.header is None:
-        if width == 2:
+    headings = table.headings(_ACROSS_FIRST + _EXTRA)
+    if headings is None:
+        if width == 2 and not table.counts(0):
             return 0, 1, {}, None
-        first = table.rows[: min(len(table.rows), 10)]
-        hint = "its first column looks like a number of the point" if _counts(first) else "without a header they have no meaning"
-        if width == 4 and table.separator == ",":
-            hint = "with a decimal comma fields are to be separated by semicolons, tabs or spaces"
+        hint = "without a header they have no meaning"
+        if table.counts(0):
+            hint = "its first column looks like a number of the point"
         raise InputError(
             f"{path}, line {table.lines[0]}: {width} columns without a header: {hint}; give two columns, or a header: {_EXPECTED}"
         )
-    names, units = [], set()
-    for title in table.header:
-        match = re.fullmatch(r"\s*([A-Za-z]+)\s*(?:[\[(_/ ]\s*([A-Za-z]+)\s*[\])]?)?\s*", title)
-        name, unit = (match[1].lower(), match[2]) if match else (title.strip().lower(), None)
-        if name not in _ACROSS_FIRST + _EXTRA or unit is not None and unit.lower() not in UNITS:
-            hint = " (numbers of points are to be left out)" if name in ("", "index", "no", "nr", "n", "id", "point") else ""
-            raise InputError(f"{path}: the column {title!r} has no meaning here{hint}; {_EXPECTED}, with a unit as in 'x (mm)' if you like")
-        if name in names:
-            raise InputError(f"{path}: two columns {name!r}; {_EXPECTED}")
-        names.append(name)
-        units |= {unit.lower()} if unit is not None else set()
-    coordinates = sorted((n for n in names if n in _ACROSS_FIRST), key=_ACROSS_FIRST.index)
+    places: dict[str, int] = {}
+    units = set()
+    for at, heading in enumerate(headings):
+        if table.is_index(at, heading):
+            continue
+        has_unit = heading.known and (heading.unit is None or heading.unit in UNITS)
+        if heading.name not in _ACROSS_FIRST + _EXTRA or not has_unit:
+            raise InputError(
+                f"{path}: the column {heading.title!r} has no meaning here; {_EXPECTED}, with a unit as in 'x (mm)' if "
+                "you like"
+            )
+        if heading.name in places:
+            raise InputError(f"{path}: two columns {heading.name!r}; {_EXPECTED}")
+        places[heading.name] = at
+        units |= {heading.unit} if heading.unit is not None else set()
+    coordinates = sorted((n for n in places if n in _ACROSS_FIRST), key=_ACROSS_FIRST.index)
     if len(coordinates) != 2:
         raise InputError(f"{path}: coordinates {', '.join(coordinates) or 'none'} in the header; {_EXPECTED}")
     across, away = ("z", "r") if coordinates == ["z", "r"] else coordinates
     if len(units) > 1:
         raise InputError(f"{path}: the header names several units, {', '.join(sorted(units))}; expected one")
-    extra = {name: names.index(name) for name in names if name in _EXTRA}
-    return names.index(across), names.index(away), extra, units.pop() if units else None
-
-
-def _counts(rows: list[list[str]]) -> bool:
-    """Whether the first fields are consecutive integers."""
-    first = [row[0] for row in rows]
-    return all(re.fullmatch(r"\d+", f) for f in first) and [int(f) - int(first[0]) for f in first] == list(range(len(first)))
+    extra = {name: at for name, at in places.items() if name in _EXTRA}
+    return places[across], places[away], extra, units.pop() if units else None
 
 
 def _expect_different(path: Path, points: Floats, lines: list[int]) -> None:

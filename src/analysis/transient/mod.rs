@@ -149,6 +149,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
         let pair = &inputs.model.root()?.pair;
         let per = |n: usize| n as f64 / (*steps).max(1) as f64;
         run.summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
+        roughness::described(inputs.job)?.into_iter().for_each(|line| run.summary.line(line));
         if *steps > 0 {
             run.summary.value("time of a step", format!("{:.3} ms", 1e3 * seconds / *steps as f64));
             run.summary.value(

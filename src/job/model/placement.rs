@@ -61,6 +61,9 @@ pub struct ProfileFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub unit: Option<f64>,
+    /// Direction of z in the file. Default: as the flange or the rail's head shows it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<ProfileVertical>,
     /// Whether y is to be reversed: of a rail whose gauge side has the positive y.
     #[serde(default)]
     pub mirror: bool,
@@ -72,6 +75,16 @@ pub struct ProfileFile {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 0.1), extend("unit" = "m"))]
     pub smoothing: f64,
+}
+
+/// Direction of z in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ProfileVertical {
+    /// Downwards.
+    Down,
+    /// Upwards.
+    Up,
 }
 
 /// Where the wheel is on the rail. The track's axes are x forwards, y to the right, z down.

@@ -22,6 +22,8 @@ pub struct Part {
 /// Elements of a type.
 pub struct Block {
     pub kind: ElementType,
+    /// Shells and membranes, which need not lie on the solid elements.
+    pub loose: bool,
     /// Their numbers, places, and nodes element by element.
     pub ids: Vec<u32>,
     pub at: Vec<Place>,
@@ -73,6 +75,8 @@ pub struct Surface {
 pub struct Instance {
     pub name: String,
     pub part: usize,
+    /// Nodes, elements and sets between *INSTANCE and *END INSTANCE, which are moved with it.
+    pub own: Part,
     /// Where it is moved, in the file's unit; then the two points of the axis that it is turned about, and the angle in degrees.
     pub shift: [f64; 3],
     pub turn: Option<[f64; 7]>,
@@ -100,7 +104,7 @@ impl Remarks {
     pub fn said(&self, files: &Files) -> Vec<String> {
         let mut all: Vec<(Place, String)> = Vec::new();
         for (name, &(at, count)) in &self.elements {
-            let text = super::elements::remark(name).unwrap_or("are left out");
+            let text = super::elements::remark(name).unwrap_or_default();
             all.push((at, format!("{count} elements {name} {text}")));
         }
         for (name, &(at, count)) in &self.keywords {

@@ -50,9 +50,77 @@ const TYPES: [(&str, ElementType); 30] = [
     ("T2D3", Line(3)),
 ];
 
+/// Solid elements whose letters behind the number of nodes say how they are integrated or what else they compute:
+/// R and I, H hybrid, M modified, S improved stress, T and P coupled with temperature and pore pressure.
+const VARIANTS: &str = "RIHMSTP";
+
+/// Families of surface elements: shells, membranes, plane and axisymmetric elements, rigid faces.
+const SURFACES: [&str; 9] = ["STRI", "SFM3D", "M3D", "R3D", "CPEG", "CPS", "CPE", "CAX", "S"];
+
+/// Families of elements with two or three nodes in a line, or one: beams, pipes, trusses, frames, springs, dashpots,
+/// masses, connectors. They are left out.
+const POINTS_AND_LINES: [(&str, usize); 22] = [
+    ("B21", 2),
+    ("B22", 3),
+    ("B23", 2),
+    ("B31", 2),
+    ("B32", 3),
+    ("B33", 2),
+    ("PIPE21", 2),
+    ("PIPE22", 3),
+    ("PIPE31", 2),
+    ("PIPE32", 3),
+    ("FRAME2D", 2),
+    ("FRAME3D", 2),
+    ("T3D2", 2),
+    ("T3D3", 3),
+    ("MASS", 1),
+    ("ROTARYI", 1),
+    ("SPRING1", 1),
+    ("SPRING2", 2),
+    ("SPRINGA", 2),
+    ("DASHPOT1", 1),
+    ("DASHPOT2", 2),
+    ("DASHPOTA", 2),
+];
+
 /// The element type `name`, in capitals.
 pub fn of(name: &str) -> Option<ElementType> {
-    TYPES.iter().find(|t| t.0 == name).map(|t| t.1)
+    let known = TYPES.iter().find(|t| t.0 == name).map(|t| t.1);
+    known.or_else(|| solid_variant(name)).or_else(|| surface(name)).or_else(|| {
+        let line = POINTS_AND_LINES.iter().find(|(family, _)| variant_of(name, family, "RHOSWT"));
+        line.map(|&(_, nodes)| Line(nodes))
+    })
+}
+
+/// Returns whether `name` is `family` with some of the letters behind it.
+fn variant_of(name: &str, family: &str, letters: &str) -> bool {
+    name.strip_prefix(family).is_some_and(|rest| rest.chars().all(|c| letters.contains(c)))
+}
+
+/// A variant of a solid element, which is its base here: `C3D8RH` is a C3D8.
+fn solid_variant(name: &str) -> Option<ElementType> {
+    let mut bases: Vec<&(&str, ElementType)> = TYPES.iter().filter(|t| matches!(t.1, Cell(_))).collect();
+    bases.sort_by_key(|t| std::cmp::Reverse(t.0.len()));
+    bases.iter().find(|t| t.0.starts_with("C3D") && variant_of(name, t.0, VARIANTS)).map(|t| t.1)
+}
+
+/// A surface element, by its family and its number of nodes: `S8R5`, `CAX4P`, `M3D4R`, `STRI65`.
+fn surface(name: &str) -> Option<ElementType> {
+    let family = SURFACES.iter().find(|f| name.starts_with(**f))?;
+    let rest = &name[family.len()..];
+    let (first, letters) = rest.split_at_checked(1)?;
+    let letters = letters.trim_end_matches('5');
+    if !letters.chars().all(|c| "RIHMSTPW".contains(c)) {
+        return None;
+    }
+    Some(Facet(match first {
+        "3" => FacetKind::Tri3,
+        "4" => FacetKind::Quad4,
+        "6" => FacetKind::Tri6,
+        "8" => FacetKind::Quad8,
+        _ => return None,
+    }))
 }
 
 /// Names of the solid elements, for messages.
@@ -70,7 +138,16 @@ pub fn remark(name: &str) -> Option<&'static str> {
         }
         "C3D20R" => "with reduced integration are fully integrated here, as C3D20: a little stiffer",
         "C3D10M" => "are 10-node tetrahedra of the usual kind here, as C3D10",
-        _ => return None,
+        _ => match of(name)? {
+            Cell(kind) if TYPES.iter().all(|t| t.0 != name) => match kind {
+                Hex8 => "are 8-node hexahedra with incompatible modes here, fully integrated, as C3D8I",
+                _ => "are elements of displacements alone here, fully integrated, as those without further letters",
+            },
+            Cell(_) => return None,
+            Facet(_) if ["CP", "CAX", "SFM"].iter().any(|f| name.starts_with(f)) => return None,
+            Facet(_) => "are surfaces without thickness here: they name faces of solids, and are left out of the body",
+            Line(_) => "are left out of the body",
+        },
     })
 }
 

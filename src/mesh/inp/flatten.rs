@@ -8,7 +8,7 @@ use super::Files;
 use crate::mesh::listed::{Index, Listed, Origin};
 use crate::mesh::Facet;
 use crate::Result;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 /// Sets in sets in sets: no deck goes deeper.
 const DEEPEST: usize = 50;
@@ -22,7 +22,7 @@ pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<Listed> {
     let mut parts: Vec<Part> = Vec::new();
     if deck.instances.is_empty() && deck.parts.len() == 1 {
         let name = deck.parts[0].0.clone();
-        deck.instances.push(Instance { name, part: 0, shift: [0.0; 3], turn: None });
+        deck.instances.push(Instance { name, part: 0, own: Part::default(), shift: [0.0; 3], turn: None });
     }
     if deck.instances.is_empty() && deck.parts.len() > 1 {
         return Err(files.error(
@@ -34,6 +34,7 @@ pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<Listed> {
     for i in &instances {
         parts.push(placed(i, &deck.parts[i.part].1));
     }
+    files.parts = instances.iter().map(|i| deck.parts[i.part].0.clone()).collect();
     drop(std::mem::take(&mut deck.parts));
     // What stands outside of parts comes last, and is all there is in a file without any.
     files.instances = instances.into_iter().map(|i| i.name).chain([String::new()]).collect();
@@ -45,7 +46,7 @@ pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<Listed> {
     Ok(all.listed)
 }
 
-/// A copy of a part in the place of an instance: moved, then turned about the axis.
+/// A copy of a part with what its instance adds, in the place of the instance: moved, then turned about the axis.
 fn placed(instance: &Instance, part: &Part) -> Part {
     let put = |x: &[f64; 3]| {
         let moved = [0, 1, 2].map(|c| x[c] + instance.shift[c]);
@@ -56,7 +57,13 @@ fn placed(instance: &Instance, part: &Part) -> Part {
             None => moved,
         }
     };
-    let block = |b: &Block| Block { kind: b.kind, ids: b.ids.clone(), at: b.at.clone(), nodes: b.nodes.clone() };
+    let block = |b: &Block| Block {
+        kind: b.kind,
+        loose: b.loose,
+        ids: b.ids.clone(),
+        at: b.at.clone(),
+        nodes: b.nodes.clone(),
+    };
     let chunk = |c: &Chunk| Chunk {
         at: c.at,
         instance: None,
@@ -64,19 +71,21 @@ fn placed(instance: &Instance, part: &Part) -> Part {
         generated: c.generated.clone(),
         names: c.names.clone(),
     };
-    let sets = |sets: &BTreeMap<String, Set>| {
-        sets.iter().map(|(n, s)| (n.clone(), Set { chunks: s.chunks.iter().map(chunk).collect() })).collect()
-    };
     let surface = |s: &Surface| Surface { nodes: s.nodes, members: s.members.clone() };
-    Part {
-        nodes: part.nodes.clone(),
-        node_at: part.node_at.clone(),
-        coords: part.coords.iter().map(put).collect(),
-        blocks: part.blocks.iter().map(block).collect(),
-        node_sets: sets(&part.node_sets),
-        element_sets: sets(&part.element_sets),
-        surfaces: part.surfaces.iter().map(|(n, s)| (n.clone(), surface(s))).collect(),
+    let mut all = Part::default();
+    for from in [part, &instance.own] {
+        all.nodes.extend(&from.nodes);
+        all.node_at.extend(&from.node_at);
+        all.coords.extend(from.coords.iter().map(put));
+        all.blocks.extend(from.blocks.iter().map(block));
+        for (sets, more) in [(&mut all.node_sets, &from.node_sets), (&mut all.element_sets, &from.element_sets)] {
+            for (name, set) in more {
+                sets.entry(name.clone()).or_default().chunks.extend(set.chunks.iter().map(chunk));
+            }
+        }
+        all.surfaces.extend(from.surfaces.iter().map(|(n, s)| (n.clone(), surface(s))));
     }
+    all
 }
 
 /// Nodes, or elements.
@@ -129,7 +138,12 @@ impl Flat<'_> {
                         ElementType::Cell(kind) => {
                             self.listed.cell(kind, place, &AS_THEY_ARE[..n], &nodes, self.files)?
                         }
-                        ElementType::Facet(kind) => self.listed.facet(kind, -1, place, &nodes),
+                        ElementType::Facet(kind) => {
+                            self.listed.facet(kind, -1, place, &nodes);
+                            if let Some(facet) = self.listed.facets.last_mut() {
+                                facet.loose = block.loose;
+                            }
+                        }
                         ElementType::Line(_) => {}
                     }
                 }
@@ -155,12 +169,15 @@ impl Flat<'_> {
         let mut named = std::collections::BTreeSet::new();
         for (i, part) in parts.iter().enumerate() {
             for (name, surface) in &part.surfaces {
+                let name = &self.files.scoped(i, name);
                 named.insert(name.clone());
                 self.surface(parts, i, (name, surface), &mut facets)?;
             }
         }
         for (i, part) in parts.iter().enumerate() {
-            for (name, set) in part.element_sets.iter().filter(|(n, _)| !named.contains(*n)) {
+            let sets = part.element_sets.iter().map(|(n, s)| (self.files.scoped(i, n), s));
+            for (name, set) in sets.filter(|(n, _)| !named.contains(n)) {
+                let name = &name;
                 for e in self.members(parts, i, What::Elements, set, 0)? {
                     if let Some(facet) = (e as usize).checked_sub(self.listed.cells.len()) {
                         add(&mut facets, facet, name);
@@ -177,9 +194,10 @@ impl Flat<'_> {
         }
         self.listed.surfaces.extend(surfaces.into_iter().map(|(groups, number)| (number, groups)));
         for (i, part) in parts.iter().enumerate() {
-            for (name, set) in part.node_sets.iter().filter(|(n, _)| !named.contains(*n)) {
+            let sets = part.node_sets.iter().map(|(n, s)| (self.files.scoped(i, n), s));
+            for (name, set) in sets.filter(|(n, _)| !named.contains(n)) {
                 let nodes = self.members(parts, i, What::Nodes, set, 0)?;
-                self.node_set(name, nodes);
+                self.node_set(&name, nodes);
             }
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Lines of a file and of those that it includes, without comments, with their places.
 
 use super::{Files, Origin};
+use crate::input::text::without_mark;
 use crate::{Error, Result};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -58,7 +59,7 @@ impl<'a> Lines<'a> {
 
     /// An error at the place `at`.
     pub fn error(&self, at: Place, what: impl std::fmt::Display) -> Error {
-        Files { names: self.files.clone(), instances: Vec::new() }.error(at, what.to_string())
+        Files { names: self.files.clone(), ..Files::default() }.error(at, what.to_string())
     }
 
     /// An error at the last line.
@@ -84,7 +85,8 @@ impl<'a> Lines<'a> {
                 }
                 Ok(_) => {
                     self.text.clear();
-                    self.text.push_str(String::from_utf8_lossy(&self.buffer).trim());
+                    let bytes = if open.line == 1 { without_mark(&self.buffer) } else { &self.buffer };
+                    self.text.push_str(String::from_utf8_lossy(bytes).trim());
                     if !self.text.is_empty() && !self.text.starts_with("**") {
                         return Ok(true);
                     }

@@ -2,15 +2,15 @@
 
 use super::deck::{Block, Chunk, Deck, Instance, Part, Set, Surface};
 use super::elements::{self, ElementType};
-use super::keywords::{is_harmless, Keyword};
+use super::keywords::{advice, fields, is_harmless, Keyword};
 use super::lines::{Lines, Place};
 use crate::{Error, Result};
 
 /// Reads a deck.
 pub fn deck(lines: &mut Lines) -> Result<Deck> {
     let mut deck = Deck::default();
-    // The part that is being read, if one is.
-    let mut inside: Option<usize> = None;
+    let mut inside = Scope::Assembly;
+    let mut begun = 0;
     let mut in_step = false;
     let first = lines.next()?;
     if !first || !lines.text().starts_with('*') {
@@ -22,6 +22,9 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
     loop {
         let at = lines.at();
         let keyword = Keyword::read(lines)?;
+        if let (Some(fault), false) = (&keyword.fault, in_step) {
+            return Err(fault.clone());
+        }
         match keyword.name.as_str() {
             "STEP" => {
                 in_step = true;
@@ -30,31 +33,47 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
             "ENDSTEP" => in_step = false,
             "INCLUDE" => include(lines, at, &keyword)?,
             _ if in_step => {}
+            "PART" | "INSTANCE" | "ASSEMBLY" | "ENDASSEMBLY" if inside != Scope::Assembly => {
+                return Err(lines.error(at, format!("*{} within {}", keyword.name, inside.open())));
+            }
             "PART" => {
                 let name = title(lines, at, &keyword, "NAME")?;
-                if inside.is_some() {
-                    return Err(lines.error(at, "*PART within a part; expected *END PART first"));
+                if deck.parts.iter().any(|p| p.0 == name) {
+                    return Err(lines.error(at, format!("a second part {}; expected different names", quote(&name))));
                 }
-                inside = Some(deck.parts.len());
+                (inside, begun) = (Scope::Part(deck.parts.len()), at);
                 deck.parts.push((name, Part::default()));
             }
-            "ENDPART" => {
-                inside.take().ok_or_else(|| lines.error(at, "*END PART without *PART"))?;
+            "INSTANCE" => {
+                instance(lines, at, &keyword, &mut deck)?;
+                (inside, begun) = (Scope::Instance(deck.instances.len() - 1), at);
             }
-            "INSTANCE" => instance(lines, at, &keyword, &mut deck)?,
-            "ENDINSTANCE" => {}
+            "ENDPART" if matches!(inside, Scope::Part(_)) => inside = Scope::Assembly,
+            "ENDINSTANCE" if matches!(inside, Scope::Instance(_)) => inside = Scope::Assembly,
+            "ENDPART" | "ENDINSTANCE" => {
+                let name = keyword.name.trim_start_matches("END");
+                return Err(lines.error(at, format!("*END {name} without *{name}")));
+            }
+            "ASSEMBLY" | "ENDASSEMBLY" => {}
             "NODE" => nodes(lines, at, &keyword, part(&mut deck, inside))?,
             "ELEMENT" => elements(lines, at, &keyword, &mut deck, inside)?,
-            "NSET" | "ELSET" => set(lines, at, &keyword, part(&mut deck, inside))?,
+            "NSET" | "ELSET" => {
+                if keyword.has("INSTANCE") && inside != Scope::Assembly {
+                    let text = "INSTANCE on a set within a part or an instance; expected it in the assembly";
+                    return Err(lines.error(at, text));
+                }
+                set(lines, at, &keyword, part(&mut deck, inside))?
+            }
             "SURFACE" => surface(lines, at, &keyword, part(&mut deck, inside))?,
             name if is_harmless(name) => leave_out(&mut deck, at, name),
             name => {
                 return Err(lines.error(
                     at,
                     format!(
-                        "the keyword *{} is not understood, and might change the body; expected nodes, solid elements, sets and surfaces. Take it out \
-                         of the file",
-                        quote(name)
+                        "the keyword *{} is not understood, and might change the body; expected nodes, solid elements, \
+                         sets and surfaces. {}",
+                        quote(name),
+                        advice(name)
                     ),
                 ))
             }
@@ -62,7 +81,10 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
         // Data of keywords that are left out.
         loop {
             if !lines.next()? {
-                return Ok(deck);
+                return match inside {
+                    Scope::Assembly => Ok(deck),
+                    _ => Err(lines.error(begun, format!("the file ends within {}", inside.open()))),
+                };
             }
             if lines.text().starts_with('*') {
                 break;
@@ -71,10 +93,30 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
     }
 }
 
-fn part(deck: &mut Deck, inside: Option<usize>) -> &mut Part {
+/// The place in a deck to which nodes, elements and sets belong.
+#[derive(Clone, Copy, PartialEq)]
+enum Scope {
+    /// Outside of parts and instances.
+    Assembly,
+    Part(usize),
+    Instance(usize),
+}
+
+impl Scope {
+    /// A part or an instance that is not closed.
+    fn open(self) -> &'static str {
+        match self {
+            Scope::Instance(_) => "an instance; expected *END INSTANCE first",
+            _ => "a part; expected *END PART first",
+        }
+    }
+}
+
+fn part(deck: &mut Deck, inside: Scope) -> &mut Part {
     match inside {
-        Some(i) => &mut deck.parts[i].1,
-        None => &mut deck.top,
+        Scope::Part(i) => &mut deck.parts[i].1,
+        Scope::Instance(i) => &mut deck.instances[i].own,
+        Scope::Assembly => &mut deck.top,
     }
 }
 
@@ -122,7 +164,7 @@ fn instance(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck) ->
             turn = Some(values);
         }
     }
-    deck.instances.push(Instance { name, part, shift, turn });
+    deck.instances.push(Instance { name, part, own: Part::default(), shift, turn });
     Ok(())
 }
 
@@ -156,11 +198,12 @@ fn nodes(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Re
     Ok(())
 }
 
-fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, inside: Option<usize>) -> Result<()> {
+fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, inside: Scope) -> Result<()> {
     let name = title(lines, at, keyword, "TYPE")?.to_uppercase();
     let kind = elements::of(&name).ok_or_else(|| {
         let what = format!(
-            "elements of the type {}; expected {} (and CPS3, CPS4, CPS6, CPS8, or SFM3D… for surfaces)",
+            "elements of the type {}; expected {} (and CPS3, CPS4, CPS6, CPS8, SFM3D… or shells for surfaces). Take \
+             others out of the file",
             quote(&name),
             elements::solids()
         );
@@ -172,7 +215,8 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
         );
     }
     let n = kind.nodes();
-    let mut block = Block { kind, ids: Vec::new(), at: Vec::new(), nodes: Vec::new() };
+    let loose = matches!(kind, ElementType::Facet(_)) && elements::remark(&name).is_some();
+    let mut block = Block { kind, loose, ids: Vec::new(), at: Vec::new(), nodes: Vec::new() };
     let mut named = Chunk::new(at, None);
     // An element may take several lines.
     let mut element: Vec<u32> = Vec::with_capacity(n + 1);
@@ -202,7 +246,7 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
     if !element.is_empty() {
         return Err(lines.error(begun, format!("an element {name} with {} of its {n} nodes", element.len() - 1)));
     }
-    if elements::remark(&name).is_some() || matches!(kind, ElementType::Line(_)) {
+    if elements::remark(&name).is_some() {
         deck.remarks.elements.entry(name).or_insert((at, 0)).1 += block.ids.len();
     }
     let part = part(deck, inside);
@@ -236,7 +280,7 @@ fn set(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Resu
             chunk.generated.push([first, last, step]);
             continue;
         }
-        for field in text.split(',').map(str::trim).filter(|f| !f.is_empty()) {
+        for field in fields(text).map(str::trim).filter(|f| !f.is_empty()) {
             match whole(Some(field)) {
                 Some(id) => chunk.push(id),
                 None => chunk.names.push(field.trim_matches('"').to_lowercase()),
@@ -261,7 +305,7 @@ fn surface(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> 
     let mut members = Vec::new();
     while lines.data()? {
         let text = lines.text();
-        let mut fields = text.split(',').map(str::trim);
+        let mut fields = fields(text).map(str::trim);
         let member = fields.next().unwrap_or_default().trim_matches('"').to_lowercase();
         let label = fields.next().filter(|l| !l.is_empty() && !nodes).map(str::to_uppercase);
         // Surface elements have two sides, and are one facet here.
@@ -288,7 +332,7 @@ fn surface(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> 
     }
 }
 
-/// A whole number above 0.
+/// A whole number above 0 and below 2³²; the manual has at most 999 999 999.
 fn whole(field: Option<&str>) -> Option<u32> {
     field?.trim().parse().ok().filter(|&n| n > 0)
 }

@@ -1,5 +1,7 @@
 //! Input files against Gmsh files of the same meshes, against what the manuals say, and wrong ones.
 
+mod generated;
+
 use super::{parse, read};
 use crate::mesh::{msh, Facet, Mesh};
 use std::path::{Path, PathBuf};
@@ -145,7 +147,7 @@ fn wrong_files_are_refused_with_the_place() {
         (whole.replace("2, 5,6,7,8", "1, 5,6,7,8"), &["line 18", "a second element 1"]),
         (whole.replace("13,14\n", "13,14, 15\n"), &["line 18", "8 nodes"]),
         (whole.replace(",13,14\n", "\n"), &["line 18", "6 of its 8 nodes"]),
-        (whole.replace("c3d8i", "S4R"), &["line 17", "S4R", "C3D10M"]),
+        (whole.replace("c3d8i", "AC3D8"), &["line 17", "AC3D8", "C3D10M"]),
         (whole.replace(", type=c3d8i", ""), &["line 17", "TYPE"]),
         (
             whole.replace("5,6,7,8, 11,12,13,14", "11,12,13,14, 5,6,7,8"),
@@ -177,6 +179,161 @@ fn wrong_files_are_refused_with_the_place() {
     let tet = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n*SURFACE,NAME=A\n1,S5\n";
     let error = of(tet).expect_err("four faces").to_string();
     assert!(error.contains("line 9") && error.contains("S5") && error.contains("4-node tetrahedron"), "{error}");
+}
+
+/// Keywords and parameters are abbreviated as far as they are unique; those that are not understood are refused.
+#[test]
+fn keywords_and_parameters_may_be_abbreviated() {
+    let full =
+        format!("{NODES}{ELEMENTS}*NSET, NSET=Foot, GENERATE\n1, 4, 1\n*SURFACE, NAME=Up, TYPE=ELEMENT\nUpper, S2\n");
+    let expected = of(&full).expect("in full").0;
+    for (from, to) in [
+        ("GENERATE", "GEN"),
+        ("GENERATE", "g"),
+        ("NSET=Foot", "NS=Foot"),
+        ("*NSET, ", "*NSE, "),
+        ("TYPE=ELEMENT", "TY=ELEMENT"),
+        ("*ELEMENT, TYPE=C3D8R, ELSET=Lower", "*ELEMENT, TY=C3D8R, EL=Lower"),
+        ("*NODE, NSET=All", "*NODE, N=All, SYS=R"),
+        ("GENERATE", "GENERATE, INTER, UNSORT"),
+    ] {
+        let found = of(&full.replace(from, to)).unwrap_or_else(|e| panic!("{e}")).0;
+        assert_eq!(found, expected, "{from} as {to}");
+    }
+    for (from, to, words) in [
+        ("GENERATE", "GENRATE", "parameter \"GENRATE\" of *NSET is not understood"),
+        ("GENERATE", "GENERATE, IN", "parameter IN of *NSET may be INSTANCE, INTERNAL"),
+        ("*NODE, NSET=All", "*NODE, NSET=All, SYS=C", "SYSTEM=\"C\""),
+        ("TYPE=ELEMENT", "TYPE=ELEMENT, COMBINE=UNION", "\"COMBINE\" of *SURFACE"),
+        ("TYPE=ELEMENT", "TYPE=ELEMENT, TRIM=YES", "\"TRIM\" of *SURFACE"),
+        ("*ELEMENT, ", "*ELEM, ", "*ELEM may be ELEMENT"),
+        ("*NSET, NSET=Foot", "*NSET, NSET=Foot, NSET=Hand", "NSET of *NSET twice"),
+    ] {
+        let error = of(&full.replace(from, to)).expect_err(to).to_string();
+        assert!(error.contains(words), "{words} not in {error}");
+    }
+    // Nothing of a step is looked at.
+    of(&format!("{full}*STEP, UNKNOWN=1\n*SURFACE, COMBINE=UNION, NAME=X\n*EL, X\n*END STEP\n")).expect("a step");
+}
+
+/// A set of a part and one of the assembly of the same name are two; the bare name is of neither.
+#[test]
+fn parts_and_the_assembly_have_names_of_their_own() {
+    let deck = |part: &str, assembly: &str| {
+        format!(
+            "*PART, NAME=Cubes\n{NODES}{ELEMENTS}{part}*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=C-1, PART=Cubes\n\
+             *END INSTANCE\n{assembly}*END ASSEMBLY\n"
+        )
+    };
+    let foot = "*NSET, NSET=Set-1\n1, 2, 3, 4\n";
+    let (mut mesh, _) =
+        of(&deck(foot, "*NSET, NSET=Set-1, INSTANCE=C-1\n11, 12, 13, 14\n")).unwrap_or_else(|e| panic!("{e}"));
+    let f = |cell, face| vec![Facet { cell, face }];
+    assert_eq!((facets(&mesh, "c-1.set-1"), facets(&mesh, "assembly.set-1")), (f(0, 0), f(1, 1)));
+    let error = mesh.require_group("set-1", "the mesh").expect_err("two").to_string();
+    assert!(error.contains("\"assembly.set-1\", \"c-1.set-1\""), "{error}");
+    let name = "cubes.set-1".to_owned();
+    mesh.add_aliases(std::iter::once(&name));
+    assert_eq!(facets(&mesh, &name), f(0, 0));
+    // One of them alone has its bare name, and the full ones if the job calls it so.
+    let (mut mesh, _) = of(&deck(foot, "*NSET, NSET=Other, INSTANCE=C-1\n11, 12, 13, 14\n")).expect("one");
+    let names = ["C-1.Set-1", "cubes.set-1", "assembly.other", "c-1.other"].map(str::to_owned);
+    mesh.add_aliases(names.iter());
+    assert_eq!(facets(&mesh, "set-1"), f(0, 0));
+    assert_eq!(names.map(|n| facets(&mesh, &n)), [f(0, 0), f(0, 0), f(1, 1), vec![]]);
+    // The same faces under one name are one group; so is a surface beside a set of other things.
+    let (mesh, _) = of(&deck(foot, "*NSET, NSET=Set-1, INSTANCE=C-1\n1, 2, 3, 4\n")).expect("the same");
+    assert_eq!(facets(&mesh, "set-1"), f(0, 0));
+    let (mesh, _) =
+        of(&deck("*ELSET, ELSET=Set-1\n1, 2\n", "*NSET, NSET=Set-1, INSTANCE=C-1\n1, 2, 3, 4\n")).expect("one");
+    assert_eq!(facets(&mesh, "set-1"), f(0, 0));
+}
+
+/// A mesh within an instance is moved and turned with it, and has numbers of its own.
+#[test]
+fn an_instance_may_have_the_mesh() {
+    let text = format!(
+        "*PART, NAME=Cubes\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=C-1, PART=Cubes\n10, 0, 0\n\
+         10, 0, 0, 10, 0, 1, 90\n\
+         {NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3, 4\n*END INSTANCE\n*NODE\n1, 0, 0, 0\n\
+         *NSET, NSET=Ring, INSTANCE=C-1\n\
+         11, 12, 13, 14\n*ELSET, ELSET=_u, INTERNAL, INSTANCE=C-1, GENERATE\n2, 2, 1\n\
+         *SURFACE, NAME=Top\n_u, S2\n*END ASSEMBLY\n"
+    );
+    let (mesh, _) = of(&text).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((mesh.nodes[1], mesh.nodes[2]), ([10.0, 1.0, 0.0], [9.0, 1.0, 0.0]));
+    for (name, cell, face) in [("foot", 0, 0), ("ring", 1, 1), ("top", 1, 1)] {
+        assert_eq!(facets(&mesh, name), [Facet { cell, face }], "{name}");
+    }
+    let twice = text.replace(
+        "*END INSTANCE\n",
+        &format!("*END INSTANCE\n*INSTANCE, NAME=C-2, PART=Cubes\n50\n{NODES}{ELEMENTS}*END INSTANCE\n"),
+    );
+    let error = of(&twice).expect_err("in pieces").to_string();
+    assert!(error.contains("2 pieces") && error.contains("1 of the instance c-2"), "{error}");
+    for (from, to, words) in [
+        ("*END INSTANCE\n", "", "expected it in the assembly"),
+        ("*END PART\n", "", "within a part; expected *END PART"),
+        ("*NSET, NSET=Foot", "*NSET, NSET=Foot, INSTANCE=C-1", "expected it in the assembly"),
+    ] {
+        let error = of(&text.replacen(from, to, 1)).expect_err(to).to_string();
+        assert!(error.contains(words), "{words} not in {error}");
+    }
+    let cut = text.split("*END INSTANCE").next().expect("a text");
+    assert!(of(cut).expect_err("cut off").to_string().contains("the file ends within an instance"));
+}
+
+/// Variants of solid elements are their base; shells, beams, masses and springs are left out, unless something gives
+/// them a section or a value.
+#[test]
+fn elements_of_other_programs() {
+    let whole = format!("{NODES}{ELEMENTS}");
+    let expected = of(&whole).expect("plain").0.cells;
+    for kind in ["C3D8RH", "C3D8H", "C3D8IH", "C3D8T", "C3D8P", "C3D8RT", "C3D8S"] {
+        let (mesh, remarks) = of(&whole.replace("c3d8i", kind)).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(mesh.cells, expected, "{kind}");
+        assert!(remarks.iter().any(|r| r.contains(kind)), "{remarks:?}");
+    }
+    let beside = [
+        ("MASS", "100, 1"),
+        ("SPRINGA", "100, 1, 2"),
+        ("B31", "100, 1, 2"),
+        ("B32R", "100, 1, 2, 3"),
+        ("T3D2", "100, 1, 2"),
+        ("S4R", "100, 1, 2, 3, 4"),
+        ("M3D4", "100, 1, 2, 3, 4"),
+    ];
+    for (kind, row) in beside {
+        let (mesh, remarks) =
+            of(&format!("{whole}*ELEMENT, TYPE={kind}, ELSET=E\n{row}\n")).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(mesh.cells, expected, "{kind}");
+        assert!(remarks.iter().any(|r| r.contains(kind) && r.contains("left out")), "{remarks:?}");
+    }
+    for kind in ["S4R", "CAX4P", "CPS4R", "M3D4", "R3D4"] {
+        let text = format!("{whole}*ELEMENT, TYPE={kind}, ELSET=E\n100, 1, 2, 3, 4\n");
+        assert_eq!(facets(&of(&text).unwrap_or_else(|e| panic!("{e}")).0, "e"), [Facet { cell: 0, face: 0 }], "{kind}");
+    }
+    // A shell beside the solid is left out of the group of its set as well.
+    let rows = "100, 1, 2, 3, 4\n101, 5, 6, 2, 1\n102, 1, 2, 20, 21\n103, 1, 2, 7, 8";
+    let text = format!(
+        "{}*ELEMENT, TYPE=S4, ELSET=E\n{rows}\n",
+        whole.replacen("14, 0, 1, 2\n", "14, 0, 1, 2\n20, 1, 0, -1\n21, 0, 0, -1\n", 1)
+    );
+    let mesh = of(&text).unwrap_or_else(|e| panic!("{e}")).0;
+    assert_eq!(facets(&mesh, "e"), [Facet { cell: 0, face: 0 }, Facet { cell: 0, face: 2 }]);
+    assert_eq!(mesh.nodes.len(), 12);
+    for (keyword, advice) in [("MASS", "supports"), ("SPRING", "supports"), ("SHELL SECTION", "solid elements")] {
+        let error = of(&format!("{whole}*{keyword}, ELSET=E\n0.1\n")).expect_err(keyword).to_string();
+        assert!(error.contains("not understood") && error.contains(advice), "{error}");
+    }
+    let sets = "*NSET, NSET=\"Foot, left\"\n1, 2, 3, 4\n*NSET, NSET=All2\n\"Foot, left\"\n";
+    let quoted = format!("\u{feff}{whole}{sets}*SURFACE, TYPE=NODE, NAME=S\n\"foot, Left\", 1.0\n");
+    let mesh = of(&quoted).unwrap_or_else(|e| panic!("{e}")).0;
+    for name in ["foot, left", "all2", "s"] {
+        assert_eq!(facets(&mesh, name), [Facet { cell: 0, face: 0 }], "{name}");
+    }
+    let error = of(&whole.replace("11, 0, 0, 2", "4294967297, 0, 0, 2")).expect_err("a large number").to_string();
+    assert!(error.contains("4294967297") && error.contains("number of a node"), "{error}");
 }
 
 /// Sets that double with every level end with an error, and soon; so do ranges beyond all numbers.

@@ -3,7 +3,7 @@
 use super::{Listed, Origin};
 use crate::mesh::{facet_key, Facet, FacetKey, Mesh};
 use crate::Result;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 impl Listed {
     /// Sorts the facets into their groups. Remarks are about node sets that are no group.
@@ -11,6 +11,9 @@ impl Listed {
         let listed = || self.facets.iter().filter(|f| self.surfaces.contains_key(&f.surface));
         let keys: Vec<FacetKey> = listed().map(|f| facet_key(f.corners[..f.kind.corners()].iter().copied())).collect();
         for (facet, found) in listed().zip(mesh.cells.find_facets(&keys)) {
+            if facet.loose && found.is_none() {
+                continue;
+            }
             let found = found.ok_or_else(|| {
                 let what = format!(
                     "{} {} is not a face of any cell; expected a boundary that conforms to the volume",
@@ -25,6 +28,12 @@ impl Listed {
         }
         for (name, face) in &self.faces {
             mesh.groups.entry(name.clone()).or_default().push(*face);
+        }
+        // A face that a surface names twice is one.
+        let named: HashSet<&String> = self.faces.iter().map(|f| &f.0).collect();
+        for (_, facets) in mesh.groups.iter_mut().filter(|(name, _)| named.contains(name)) {
+            let mut seen = HashSet::new();
+            facets.retain(|f| seen.insert(*f));
         }
         let mut remarks = Vec::new();
         for (name, set) in &self.node_sets {

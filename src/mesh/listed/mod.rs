@@ -57,6 +57,8 @@ pub(super) struct ListedFacet {
     pub surface: i32,
     pub tag: u64,
     pub at: u64,
+    /// True for a shell or a membrane, which need not be a face of a cell.
+    pub loose: bool,
     /// Positions of its corners, the first `kind.corners()` of these; `u32::MAX` for one that is not among the nodes.
     pub corners: [u32; 4],
 }
@@ -116,7 +118,7 @@ impl Listed {
             .iter_mut()
             .zip(&nodes[..kind.corners()])
             .for_each(|(to, &n)| *to = self.index.get(n).unwrap_or(u32::MAX));
-        self.facets.push(ListedFacet { kind, surface, tag, at, corners });
+        self.facets.push(ListedFacet { kind, surface, tag, at, loose: false, corners });
     }
 
     /// Drops cells that occurred before with the same nodes.
@@ -139,6 +141,8 @@ impl Listed {
         let mut number = vec![u32::MAX; self.tags.len()];
         self.cells.all_nodes().for_each(|n| number[n as usize] = 0);
         number.iter_mut().filter(|n| **n == 0).zip(0..).for_each(|(new, count)| *new = count);
+        let used = |n: &u32| number.get(*n as usize).is_some_and(|new| *new != u32::MAX);
+        self.facets.retain(|f| !f.loose || f.corners[..f.kind.corners()].iter().all(used));
         for facet in self.facets.iter_mut().filter(|f| self.surfaces.contains_key(&f.surface)) {
             for corner in &mut facet.corners[..facet.kind.corners()] {
                 let (name, place) = (facet.kind.name(), [facet.tag, facet.at]);
@@ -175,9 +179,10 @@ impl Listed {
         let nodes = std::mem::take(&mut self.coords);
         let mut mesh = Mesh { nodes, cells: std::mem::take(&mut self.cells), ..Mesh::default() };
         self.check_cells(&mesh, origin)?;
-        self.check_seams(&mesh, origin)?;
+        let flat = self.check_seams(&mesh, origin)?;
         self.check_joints(&mesh, origin)?;
-        let remarks = self.group(&mut mesh, origin)?;
+        let mut remarks = self.group(&mut mesh, origin)?;
+        remarks.extend(flat);
         Ok((mesh, remarks))
     }
 }

@@ -1,21 +1,27 @@
 //! Nodes that were not merged, and bodies in several pieces: cracks that nothing else would show.
 
 use super::{Listed, Origin};
+use crate::mesh::quality::volume;
 use crate::mesh::Mesh;
 use crate::Result;
+use std::collections::HashSet;
 
 /// Two nodes nearer than this part of the shortest edge are one that was not merged.
 const OF_EDGE: f64 = 1e-3;
+/// Least volume of a cell over the cube of its longest edge: less would cost the stiffness more than half of its
+/// digits.
+const FLATTEST: f64 = 1e-8;
 /// And so are those nearer than this part of the mesh's extent.
 const OF_EXTENT: f64 = 1e-10;
 
 impl Listed {
-    /// Refuses meshes with unmerged nodes or in several pieces.
-    pub(super) fn check_seams(&self, mesh: &Mesh, origin: &dyn Origin) -> Result<()> {
+    /// Refuses meshes with unmerged nodes or in several pieces, and cells that are too flat; a remark on flat ones.
+    pub(super) fn check_seams(&self, mesh: &Mesh, origin: &dyn Origin) -> Result<Option<String>> {
         let size = mesh.nodes.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
         let step = (OF_EDGE * shortest_link(mesh)).max(OF_EXTENT * size);
         let pieces = Pieces::of(mesh);
         let mut pairs = coincident(&mesh.nodes, step);
+        let flat = self.flat_cells(mesh, &mut pairs, origin)?;
         if let Some(&[a, b]) = pairs.iter().min() {
             pairs.sort_unstable();
             pairs.dedup();
@@ -55,7 +61,56 @@ impl Listed {
                 ),
             ));
         }
-        Ok(())
+        Ok(flat)
+    }
+
+    /// Takes out pairs of nodes of one cell, which is then flat: opposite edges of it cross. A remark on such cells, or
+    /// an error where one is too flat to be computed with.
+    fn flat_cells(&self, mesh: &Mesh, pairs: &mut Vec<[u32; 2]>, origin: &dyn Origin) -> Result<Option<String>> {
+        if pairs.is_empty() {
+            return Ok(None);
+        }
+        pairs.iter_mut().for_each(|p| p.sort_unstable());
+        let wanted: HashSet<[u32; 2]> = pairs.iter().copied().collect();
+        let ends: HashSet<u32> = wanted.iter().flatten().copied().collect();
+        let (mut within, mut flat) = (HashSet::new(), Vec::new());
+        for (number, cell) in mesh.cells.iter().enumerate() {
+            let mut nodes: Vec<u32> = cell.nodes.iter().copied().filter(|n| ends.contains(n)).collect();
+            nodes.sort_unstable();
+            let own = nodes.iter().enumerate().flat_map(|(i, &a)| nodes[i + 1..].iter().map(move |&b| [a, b]));
+            let own: Vec<[u32; 2]> = own.filter(|pair| wanted.contains(pair)).collect();
+            if let Some(&pair) = own.first() {
+                let places = cell.places(&mesh.nodes);
+                let length = |&[a, b]: &[u8; 2]| {
+                    let [p, q] = [a, b].map(|i| places[i as usize]);
+                    p.iter().zip(q).map(|(u, v)| (u - v).powi(2)).sum::<f64>().sqrt()
+                };
+                let longest = cell.kind.links().iter().map(length).fold(0.0, f64::max);
+                // Links end at nodes in the middles of edges where there are any.
+                let edge = if cell.kind.linear() == cell.kind { longest } else { 2.0 * longest };
+                flat.push((volume(cell.kind, &places) / edge.powi(3), number, pair));
+                within.extend(own);
+            }
+        }
+        pairs.retain(|p| !within.contains(p));
+        let Some(&(quality, number, [a, b])) = flat.iter().min_by(|p, q| p.0.total_cmp(&q.0)) else { return Ok(None) };
+        let [a, b] = [a, b].map(|n| origin.number(self.tags[n as usize]));
+        let (kind, tag) = (mesh.cells.get(number).kind.topology().name, origin.number(self.cell_tags[number]));
+        let text = format!(
+            "{kind} {tag} is flat: its nodes {a} and {b} nearly meet, and its volume is {quality:.1e} of the cube of \
+             its longest edge"
+        );
+        if !(quality >= FLATTEST) {
+            return Err(origin.error(
+                self.cell_at[number],
+                format!(
+                    "{text}; expected at least {FLATTEST:.0e}. {} cells are so: mesh again, or optimise (gmsh \
+                     -optimize_netgen)",
+                    flat.len()
+                ),
+            ));
+        }
+        Ok(Some(format!("{text}; {} of {} cells are so, and are taken as they are", flat.len(), mesh.cells.len())))
     }
 }
 

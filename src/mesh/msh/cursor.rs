@@ -1,5 +1,6 @@
 //! Reads numbers and lines of an MSH file, ASCII or binary, and names the place where one is wrong. A window of the file is in memory, never all of it.
 
+use crate::input::text::without_mark;
 use crate::{Error, Result};
 use std::cell::RefCell;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -164,6 +165,14 @@ impl<'a> Cursor<'a> {
                 return Ok(());
             }
         }
+    }
+
+    /// Moves behind a byte order mark.
+    pub fn skip_mark(&mut self) -> Result<()> {
+        self.ensure(3)?;
+        let here = &self.window[self.at..];
+        self.at += here.len() - without_mark(here).len();
+        Ok(())
     }
 
     /// The next line without its end, trimmed; `None` at the end of the file.

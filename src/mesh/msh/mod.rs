@@ -18,6 +18,11 @@ use std::path::Path;
 /// Reads a mesh from the file at `path`. Lengths in the file are in m. An upper body's mesh lies at z > 0 and is reflected by the caller
 /// ([`Mesh::reflected`]).
 pub fn read(path: &Path) -> Result<Mesh> {
+    Ok(read_remarked(path)?.0)
+}
+
+/// The same with remarks on its cells.
+pub fn read_remarked(path: &Path) -> Result<(Mesh, Vec<String>)> {
     let name = path.display().to_string();
     let mut file = crate::input::open(path).map_err(|e| {
         Error::Input(format!("mesh file {name} cannot be read: {e}; expected a Gmsh MSH file, version 4.1 or 2.2"))
@@ -27,14 +32,15 @@ pub fn read(path: &Path) -> Result<Mesh> {
 
 /// Reads a mesh from the bytes of a file; `name` stands in messages.
 pub fn parse(data: &[u8], name: &str) -> Result<Mesh> {
-    of_source(&mut std::io::Cursor::new(data), name)
+    Ok(of_source(&mut std::io::Cursor::new(data), name)?.0)
 }
 
-fn of_source(source: &mut dyn Source, name: &str) -> Result<Mesh> {
+fn of_source(source: &mut dyn Source, name: &str) -> Result<(Mesh, Vec<String>)> {
     let mut cursor = Cursor::new(source, name)?;
+    cursor.skip_mark()?;
     let listed = Raw::default().read(&mut cursor)?;
-    // The mesh has no node sets, which alone give rise to remarks.
-    Ok(listed.mesh(&cursor)?.0)
+    let (mesh, remarks) = listed.mesh(&cursor)?;
+    Ok((mesh, remarks.into_iter().map(|text| format!("{name}: {text}")).collect()))
 }
 
 impl Origin for Cursor<'_> {

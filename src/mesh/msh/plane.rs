@@ -46,6 +46,7 @@ pub fn parse(data: &[u8], name: &str) -> Result<Plane> {
 
 fn of_source(source: &mut dyn super::cursor::Source, name: &str) -> Result<Plane> {
     let mut c = Cursor::new(source, name)?;
+    c.skip_mark()?;
     Raw::of_plane().read_plane(&mut c)
 }
 

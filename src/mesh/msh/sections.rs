@@ -108,10 +108,11 @@ impl Raw {
                 "$MeshFormat" => self.format(c)?,
                 "$PhysicalNames" => self.physical_names(c)?,
                 "$Entities" if !self.old => self.entities(c)?,
-                "$Nodes" => {
+                "$PartitionedEntities" if !self.old => self.partitioned_entities(c)?,
+                "$Nodes" | "$ParametricNodes" => {
                     self.once(c, NODES, "$Nodes")?;
                     if self.old {
-                        self.nodes_2(c)?;
+                        self.nodes_2(c, line == "$ParametricNodes")?;
                     } else {
                         self.nodes_4(c)?;
                     }

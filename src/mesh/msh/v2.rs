@@ -6,8 +6,9 @@ use crate::Result;
 use std::collections::HashSet;
 
 impl Raw {
-    /// Reads `$Nodes`.
-    pub fn nodes_2(&mut self, c: &mut Cursor) -> Result<()> {
+    /// Reads `$Nodes`, or `$ParametricNodes` (Mesh.SaveParametric), where dimension and number of the entity follow,
+    /// and one parameter on a curve, two on a surface.
+    pub fn nodes_2(&mut self, c: &mut Cursor, parametric: bool) -> Result<()> {
         let total = c.line_count("the number of nodes")?;
         // A wrong count must not reserve memory that the file cannot fill.
         let room = (total as usize).min(c.left() / 8);
@@ -16,9 +17,16 @@ impl Raw {
             let (at, tag) = (c.pos(), c.tag("a node tag")?);
             let coords = [c.double("a coordinate")?, c.double("a coordinate")?, c.double("a coordinate")?];
             self.listed.node(tag, at, coords);
+            if parametric {
+                let dim = c.int("the dimension of the entity of a node")?;
+                c.int("the entity of a node")?;
+                for _ in 0..if matches!(dim, 1 | 2) { dim } else { 0 } {
+                    c.double("a parameter of a node")?;
+                }
+            }
             c.end_of_line("the coordinates of a node")?;
         }
-        c.expect("$EndNodes")
+        c.expect(if parametric { "$EndParametricNodes" } else { "$EndNodes" })
     }
 
     /// Reads `$Elements`. An element has its physical group with it; one in several groups occurs several times.

@@ -37,6 +37,61 @@ impl Raw {
         c.expect("$EndEntities")
     }
 
+    /// Reads `$PartitionedEntities`: the entities that elements of a partitioned mesh are in. One has the groups that
+    /// it lists, and those of the entity that it is a part of.
+    pub fn partitioned_entities(&mut self, c: &mut Cursor) -> Result<()> {
+        c.size("the number of partitions")?;
+        for _ in 0..c.size("the number of ghost entities")? {
+            c.int("the tag of a ghost entity")?;
+            c.int("the partition of a ghost entity")?;
+        }
+        let mut counts = [0u64; 4];
+        for n in &mut counts {
+            *n = c.size("the number of partitioned entities")?;
+        }
+        let mut found: Vec<(i32, i32, Vec<i32>)> = Vec::new();
+        for (dim, &n) in (0i32..).zip(&counts) {
+            for _ in 0..n {
+                let tag = c.int("the tag of an entity")?;
+                let parent = [c.int("the dimension of a parent entity")?, c.int("the tag of a parent entity")?];
+                for _ in 0..c.size("the number of partitions of an entity")? {
+                    c.int("a partition of an entity")?;
+                }
+                for _ in 0..if dim == 0 { 3 } else { 6 } {
+                    c.double("the extent of an entity")?;
+                }
+                let mut groups = Vec::new();
+                for _ in 0..c.size("the number of physical groups of an entity")? {
+                    groups.push(c.int("the tag of a physical group")?.saturating_abs());
+                }
+                if dim > 0 {
+                    for _ in 0..c.size("the number of bounding entities")? {
+                        c.int("the tag of a bounding entity")?;
+                    }
+                }
+                let of_parents = match dim {
+                    1 => Some(&self.curves),
+                    2 => Some(&self.surfaces),
+                    _ => None,
+                };
+                if let Some(of_parents) = of_parents {
+                    if parent[0] == dim {
+                        groups.extend(of_parents.get(&parent[1]).into_iter().flatten());
+                    }
+                    groups.sort_unstable();
+                    groups.dedup();
+                    found.push((dim, tag, groups));
+                }
+            }
+        }
+        // Tags of partitioned entities are those of no entity of the model.
+        for (dim, tag, groups) in found.into_iter().filter(|f| !f.2.is_empty()) {
+            let all = if dim == 1 { &mut self.curves } else { &mut self.surfaces };
+            all.insert(tag, groups);
+        }
+        c.expect("$EndPartitionedEntities")
+    }
+
     /// Reads `$Nodes`.
     pub fn nodes_4(&mut self, c: &mut Cursor) -> Result<()> {
         let at = c.pos();

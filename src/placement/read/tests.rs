@@ -34,12 +34,19 @@ fn apart(a: &Profile, b: &Profile, range: [f64; 2]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// The profile and the notes behind the line that says what was understood.
+fn of(name: &str, text: &str, kind: ProfileKind) -> Result<(Profile, Vec<String>)> {
+    let (profile, mut notes) = profile_of(name, text, &Reading::of(kind))?;
+    assert!(notes[0].contains(" points") && notes[0].contains(" mm apart"), "{}", notes.remove(0));
+    Ok((profile, notes.split_off(1)))
+}
+
 fn wheel(name: &str, text: &str) -> Result<(Profile, Vec<String>)> {
-    profile_of(name, text, &Reading::of(ProfileKind::Wheel))
+    of(name, text, ProfileKind::Wheel)
 }
 
 fn rail(name: &str, text: &str) -> Result<(Profile, Vec<String>)> {
-    profile_of(name, text, &Reading::of(ProfileKind::Rail))
+    of(name, text, ProfileKind::Rail)
 }
 
 #[test]
@@ -153,7 +160,7 @@ fn miniprof_wheels_begin_at_the_back_of_the_flange() {
         (format!("MINIPROF\n{body}"), "no points"),
         (format!("Filename=a\nword\n{body}"), "line 2: found \"word\""),
         (format!("[FileInfo]\n\n{body}"), "several sections"),
-        (format!("Filename=a\n\n{body}12.0 word\n"), "numbers of a point"),
+        (format!("Filename=a\n\n{body}12.0 word\n"), "found \"12.0 word\", expected 3 numbers"),
     ] {
         let error = wheel("a.whl", &file).unwrap_err();
         assert!(error.exit_code() == 3 && error.to_string().contains(what), "{error}");
@@ -221,10 +228,83 @@ fn bad_files_are_named_with_their_line() {
     nan = nan.replacen(&format!("{:.9} {:.9}", all[n / 2][0], all[n / 2][1]), "1.0 NaN", 1);
     assert!(wheel("w.txt", &nan).unwrap_err().to_string().contains("finite"));
     let word = text(&all).replacen('\n', "\nabc def\n", 1);
-    assert!(wheel("w.txt", &word).unwrap_err().to_string().contains("line 2: found \"abc def\""));
-    assert!(wheel("w.txt", "").unwrap_err().to_string().contains("0 points"));
+    assert!(wheel("w.txt", &word).unwrap_err().to_string().contains("line 2: found \"abc\""));
+    assert!(wheel("w.txt", "").unwrap_err().to_string().contains("0 rows of numbers"));
     let missing = read(Path::new("/nowhere/w.txt"), &Reading::of(ProfileKind::Wheel)).unwrap_err();
     assert!(missing.exit_code() == 3 && missing.to_string().contains("/nowhere/w.txt"));
     let much = Reading { smoothing: 6.0, ..Reading::of(ProfileKind::Wheel) };
     assert_eq!(profile_of("w.txt", &text(&all), &much).unwrap_err().exit_code(), 2);
+}
+
+/// A tread without its flange: the job says which way z points, and the file of the flange's root shows it.
+#[test]
+fn the_direction_of_z_is_seen_or_asked_for() {
+    let exact = s1002().unwrap();
+    let all = points(&exact, 5e-4);
+    let up = |all: &[[f64; 2]]| text(&all.iter().map(|[y, z]| [*y, -z]).collect::<Vec<_>>());
+    let tread: Vec<_> = all.iter().filter(|p| (-30.0..50.0).contains(&p[0])).copied().collect();
+    let given = |text: &str, z| profile_of("w.txt", text, &Reading { z: Some(z), ..Reading::of(ProfileKind::Wheel) });
+    for file in [text(&tread), up(&tread)] {
+        let error = wheel("w.txt", &file).unwrap_err();
+        assert!(error.exit_code() == 3 && error.message().contains("profile.file.z = \"down\" or \"up\""), "{error}");
+    }
+    for (file, z) in [(text(&tread), Vertical::Down), (up(&tread), Vertical::Up)] {
+        let (profile, notes) = given(&file, z).unwrap();
+        let distance = apart(&profile, &exact, [-0.029, 0.049]);
+        // Of the jump of z″ of 77 1/m at y = −29 mm a spline rounds J h²/48 off.
+        assert!(distance < 4e-7, "{distance}");
+        assert!(notes[0].contains("as given") && notes[0].contains("no flange is seen"), "{notes:?}");
+    }
+    // With the root of the flange, 14 mm high, or all of it, both ways are seen, and a key that differs is refused.
+    let root: Vec<_> = all.iter().filter(|p| (-39.0..50.0).contains(&p[0])).copied().collect();
+    for all in [root, all] {
+        assert!(apart(&wheel("w.txt", &text(&all)).unwrap().0, &exact, [-0.033, 0.049]) < 1e-7);
+        assert!(apart(&wheel("w.txt", &up(&all)).unwrap().0, &exact, [-0.033, 0.049]) < 1e-7);
+        let error = given(&up(&all), Vertical::Down).unwrap_err();
+        assert!(error.message().contains("z pointing up, as the flange shows, expected down"), "{error}");
+    }
+    // A flat piece of a rail's head shows nothing.
+    let head: Vec<_> = points(&rail_60e1().unwrap(), 5e-4).into_iter().filter(|p| p[0].abs() < 15.5).collect();
+    assert!(rail("r.txt", &text(&head)).unwrap_err().message().contains("no round head"));
+    let reading = Reading { z: Some(Vertical::Up), ..Reading::of(ProfileKind::Rail) };
+    let (profile, _) = profile_of("r.txt", &up(&head), &reading).unwrap();
+    // Away from the ends, at which a spline does not know the curvature.
+    assert!(apart(&profile, &rail_60e1().unwrap(), [-0.012, 0.012]) < 1e-7);
+}
+
+/// Columns, separators and units as spreadsheets and measuring devices write them.
+#[test]
+fn tables_of_spreadsheets_are_followed_or_refused() {
+    let exact = s1002().unwrap();
+    let all = points(&exact, 5e-4);
+    let lines = |row: &dyn Fn(usize, f64, f64) -> String| -> String {
+        all.iter().enumerate().map(|(i, p)| row(i, p[0], p[1]) + "\n").collect()
+    };
+    let comma = |v: f64| format!("{v:.6}").replace('.', ",");
+    let good = [
+        lines(&|_, y, z| format!("{};{}", comma(y), comma(z))),
+        format!("i,y,z\n{}", lines(&|i, y, z| format!("{i},{y:.6},{z:.6}"))),
+        format!("Z (mm);Y (mm)\r\n{}", lines(&|_, y, z| format!("{};{}\r", comma(z), comma(y)))),
+        format!("y [m]\tz [m]\n{}", lines(&|_, y, z| format!("{:.9}\t{:.9}", 1e-3 * y, 1e-3 * z))),
+        lines(&|_, y, z| format!("{y:.6e} {z:.6e}").replace('e', "D")),
+    ];
+    for file in good {
+        let (profile, notes) = wheel("w.csv", &file).unwrap_or_else(|e| panic!("{e}"));
+        assert!(notes.is_empty() && apart(&profile, &exact, TREAD) < 1e-7, "{notes:?}");
+    }
+    for (file, word) in [
+        (lines(&|i, y, z| format!("{i},{y:.6},{z:.6}")), "counts the rows"),
+        (lines(&|_, y, z| format!("{y:.6},{z:.6},0.0")), "3 columns"),
+        (lines(&|i, _, z| format!("{i} {z:.6}")), "counts the rows"),
+        (lines(&|_, y, z| format!("{},{}", comma(y), comma(z))), "decimal commas or separators"),
+        (format!("way;height\n{}", lines(&|_, y, z| format!("{y};{z}"))), "\"way\", \"height\""),
+        (format!("y [mm];z [m]\n{}", lines(&|_, y, z| format!("{y};{z}"))), "one unit"),
+    ] {
+        let error = wheel("w.csv", &file).unwrap_err();
+        assert!(error.exit_code() == 3 && error.message().contains(word), "{word} not in {error}");
+    }
+    let file = format!("y (mm) z (mm)\n{}", text(&all));
+    let error =
+        profile_of("w.csv", &file, &Reading { unit: Some(1.0), ..Reading::of(ProfileKind::Wheel) }).unwrap_err();
+    assert!(error.message().contains("file.unit = 1 m"), "{error}");
 }

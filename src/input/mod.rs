@@ -1,4 +1,7 @@
-//! Input files: regular files, and nothing that one could wait for.
+//! Input files: regular files, and nothing that one could wait for; their text; tables of numbers.
+
+pub mod table;
+pub mod text;
 
 use std::fs::{File, OpenOptions};
 use std::io::{Error, Read, Result};
