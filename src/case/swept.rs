@@ -1,7 +1,7 @@
 //! Bodies swept from sections, as a job gives them.
 
 use super::bodies::{material_of, Bodies};
-use super::rail;
+use super::{absorbers, rail};
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
 use crate::fem::Material;
@@ -20,7 +20,7 @@ use std::rc::Rc;
 const RADIUS: f64 = 1e-3;
 
 /// The section of a body, whose contact is where its mesh says it.
-fn section(body: &job::Body) -> Result<Given> {
+pub(super) fn section(body: &job::Body) -> Result<Given> {
     let Some(MeshSource::Revolved(revolved)) = &body.mesh else {
         return Err(Error::Defect("a section is asked for of a body that is not swept".into()));
     };
@@ -129,12 +129,23 @@ fn made<'p>(
     (grid, tilt): (Option<[&[f64]; 2]>, f64),
 ) -> Result<Swept<'p>> {
     let (material, springs) = (material_of(body)?, springs(body));
-    let making =
-        Making { section, material, fixed: &body.fixed, springs: &springs, rotates: body.rotates(), grid, tilt };
+    let carried = absorbers::carried(name, body, &section)?;
+    let making = Making {
+        section,
+        material,
+        fixed: &body.fixed,
+        springs: &springs,
+        attachments: &carried.attachments,
+        rotates: body.rotates(),
+        grid,
+        tilt,
+    };
     let swept = Swept::new(world, name, making)?;
     let unknowns = swept.unknowns();
     let inertia = in_words(swept.inertia());
     summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, {inertia}"));
+    carried.lines.into_iter().for_each(|line| summary.line(line));
+    carried.warnings.into_iter().for_each(|warning| summary.warn(warning));
     Ok(swept)
 }
 
@@ -223,6 +234,8 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
                 && a.material == b.material
                 && a.fixed == b.fixed
                 && a.supports == b.supports
+                && a.absorbers == b.absorbers
+                && a.ring_dampers == b.ring_dampers
                 && a.rotation == b.rotation
                 && a.track == b.track
         }

@@ -2,6 +2,7 @@
 //! The Finite
 //! Element Method, 5th edition (2000), volume 2, chapter 9, with the signs of this module's families.
 
+use super::attached::{Attachment, Rings};
 use super::envelope::{Envelope, Factor, BLOCK};
 use super::numbering::reverse_cuthill_mckee;
 use super::springs::EdgeSprings;
@@ -10,7 +11,7 @@ use super::{Path, Section};
 use crate::fem::Material;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
 /// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
@@ -35,6 +36,8 @@ pub struct Forms {
     mass: Vec<f64>,
     /// Springs and dashpots of a track, or at edges, at each pair; the springs are part of K0. Nothing without them.
     track: Vec<Springs>,
+    /// Tuned absorbers and ring dampers.
+    pub(super) rings: Rings,
 }
 
 /// Springs, N/m², and dashpots, N·s/m², between (U, V, W) of two nodes, each metre of a line.
@@ -97,6 +100,17 @@ impl Forms {
 
     /// The same that stands on `springs`, too.
     pub fn sprung(section: Section, material: Material, fixed: &[String], springs: &[EdgeSprings]) -> Result<Self> {
+        Self::carrying(section, material, (fixed, springs), &[])
+    }
+
+    /// The same that carries `attachments`, each at the place of the section that is nearest to its own.
+    pub fn carrying(
+        mut section: Section,
+        material: Material,
+        (fixed, springs): (&[String], &[EdgeSprings]),
+        attachments: &[Attachment],
+    ) -> Result<Self> {
+        let rings = Rings::new(&mut section, attachments);
         let blocks = springs.iter().map(|s| s.blocks(&section)).collect::<Result<Vec<_>>>()?.concat();
         let mut free = vec![true; section.nodes.len()];
         for name in fixed {
@@ -109,8 +123,9 @@ impl Forms {
             };
             nodes.iter().for_each(|&k| free[k] = false);
         }
-        let mut forms = Self::made(section, material, Path::Axle, &free, &[])?;
+        let mut forms = Self::made(section, material, Path::Axle, &free, &rings.links(&free))?;
         forms.lay(&Added { blocks, mass: None });
+        forms.carry(rings);
         Ok(forms)
     }
 
@@ -141,9 +156,36 @@ impl Forms {
         let stiffness = [empty.clone(), empty.clone(), empty];
         let blocks = pairs.iter().map(|(a, b, _)| (3 * a + 2, 3 * b));
         let envelope = Rc::new(Envelope::new(3 * pairs.rows(), blocks));
-        let mut forms = Self { section, material, path, place, pairs, envelope, stiffness, mass, track: Vec::new() };
+        let mut forms = Self {
+            section,
+            material,
+            path,
+            place,
+            pairs,
+            envelope,
+            stiffness,
+            mass,
+            track: Vec::new(),
+            rings: Rings::default(),
+        };
         forms.assemble();
         Ok(forms)
+    }
+
+    /// Adds the mass of rings; their stiffness goes with the order.
+    fn carry(&mut self, mut rings: Rings) {
+        rings.settle(self.shift(), |a, b| self.pair(a, b));
+        for (node, mass) in rings.masses() {
+            if let Some(k) = self.pair(node, node) {
+                self.mass[k] += mass;
+            }
+        }
+        self.rings = rings;
+    }
+
+    /// Stiffness of rings and their springs at the order n, of each radian, by pairs.
+    fn of_rings(&self, n: usize) -> HashMap<usize, [[f64; 3]; 3]> {
+        self.rings.stiffness(n, |node| self.section.nodes[node][0])
     }
 
     /// Adds springs, dashpots and mass of a track, or springs at edges.
@@ -193,6 +235,7 @@ impl Forms {
             || a.tread != b.tread
             || a.groups != b.groups
             || a.layers != b.layers
+            || !self.rings.are_alike(&other.rings)
         {
             return false;
         }
@@ -276,12 +319,20 @@ impl Forms {
         let mut values = self.envelope.empty(memory);
         let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
         let [zero, one, two] = &self.stiffness;
+        let rings = self.of_rings(n);
         for (a, b, k) in self.pairs.iter() {
             let ([zero, one, two], at) = ([&zero[k], &one[k], &two[k]], self.envelope.place(3 * a, 3 * b));
             for c in 0..3 {
                 // Of a node with itself the lower triangle.
                 for d in 0..if a == b { c + 1 } else { 3 } {
                     values[at + BLOCK * d + c] = w * (zero[c][d] + x * (one[c][d] + x * two[c][d]));
+                }
+            }
+            if let Some(ring) = rings.get(&k).filter(|_| !rings.is_empty()) {
+                for c in 0..3 {
+                    for d in 0..if a == b { c + 1 } else { 3 } {
+                        values[at + BLOCK * d + c] += w * ring[c][d];
+                    }
                 }
             }
             if sigma != 0.0 {
@@ -294,7 +345,14 @@ impl Forms {
 
     /// (K_n − σM) x of columns, `[order, k]`.
     pub fn dynamic(&self, n: usize, sigma: f64, x: MatRef<'_, f64>) -> Mat<f64> {
-        self.product(x, |k| self.block(n, sigma, k))
+        let (rings, w) = (self.of_rings(n), self.path.whole(n));
+        self.product(x, |k| {
+            let mut block = self.block(n, sigma, k);
+            if let Some(ring) = rings.get(&k) {
+                block.as_flattened_mut().iter_mut().zip(ring.as_flattened()).for_each(|(b, r)| *b += w * r);
+            }
+            block
+        })
     }
 
     /// M x of columns at the order n, `[order, k]`.
@@ -398,6 +456,11 @@ impl Forms {
                         load[(k, 0)] += weight * value;
                     }
                 }
+            }
+        }
+        for (node, mass) in self.rings.masses() {
+            if let Some(k) = self.amplitude(node) {
+                load[(k, 0)] += self.path.whole(0) * mass * self.section.nodes[node][0];
             }
         }
         // Motions of a free body as a whole cost next to nothing, so that they neither come nor make the stiffness singular.
