@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 const HEAVY: f64 = 0.2;
 const TOO_HEAVY: f64 = 1.0;
 
-/// What a wheel carries.
+/// Absorbers and ring dampers of a wheel.
 #[derive(Debug, Default)]
 pub(crate) struct Carried {
     /// Rings on its section.
@@ -48,9 +48,9 @@ pub(crate) fn carried(name: &str, body: &job::Body, section: &Given) -> Result<C
             wire: None,
         });
         carried.lines.push(format!(
-            "body {name}: {} {} absorbers of {:.4} kg each, {:.3} kg in all, {:.2} % of the wheel, {}, tuned to {} Hz with the \
-             loss factor {} (springs of {:.4e} N/m and dashpots of {:.4e} N·s/m each); a ring in modes of up to {} nodal \
-             diameters",
+            "body {name}: {} {} absorbers of {:.4} kg each, {:.3} kg in all, {:.2} % of the wheel, {}, tuned to {} \
+             Hz with the loss factor {} (springs of {:.4e} N/m and dashpots of {:.4e} N·s/m each); a ring in modes \
+             of up to {} nodal diameters",
             absorber.count,
             absorber.direction.name(),
             absorber.each(),
@@ -79,8 +79,8 @@ pub(crate) fn carried(name: &str, body: &job::Body, section: &Given) -> Result<C
             wire: Some(wire),
         });
         carried.lines.push(format!(
-            "body {name}: ring damper of wire of {:.2} mm, {mass:.3} kg, {:.2} % of the wheel, {}, on its groove at {} Hz \
-             with the loss factor {}: a linear equivalent of its friction, which depends on the amplitude",
+            "body {name}: ring damper of wire of {:.2} mm, {mass:.3} kg, {:.2} % of the wheel, {}, on its groove at \
+             {} Hz with the loss factor {}: a linear equivalent of its friction, which depends on the amplitude",
             1e3 * ring.diameter,
             100.0 * mass / wheel,
             ring.place.text(),
@@ -91,7 +91,8 @@ pub(crate) fn carried(name: &str, body: &job::Body, section: &Given) -> Result<C
     section.attached(&mesh, &carried.attachments)?;
     let all: f64 = carried.attachments.iter().map(|a| a.mass).sum();
     let text = format!(
-        "bodies.{name}: absorbers and ring dampers have a mass of {all:.2} kg in all, {:.0} % of the {wheel:.1} kg of the wheel",
+        "bodies.{name}: absorbers and ring dampers have a mass of {all:.2} kg in all, {:.0} % of the {wheel:.1} kg \
+         of the wheel",
         100.0 * all / wheel
     );
     match all / wheel {
@@ -116,7 +117,7 @@ fn place_of(place: &AbsorberPlace, section: &Given) -> Result<[f64; 2]> {
     }
 }
 
-/// What the wheels of a job carry, for `check`.
+/// Absorbers and ring dampers of all wheels of a job, for `check`.
 pub(crate) fn of_job(job: &Job) -> Result<Carried> {
     let mut all = Carried::default();
     for (name, body) in job.bodies() {

@@ -157,8 +157,8 @@ fn tuned_beyond_modes(job: &Job) -> Vec<String> {
         let beyond = absorbers.chain(rings).filter(|(_, frequency)| *frequency > end);
         let remark = |(key, frequency): (String, f64)| {
             format!(
-                "bodies.{name}.{key}.frequency: found {frequency} Hz, but modes are kept up to {end} Hz only: below that the \
-                 masses move with the wheel and damp little; expected analyses.modes.max_frequency above it"
+                "bodies.{name}.{key}.frequency: found {frequency} Hz, but modes are kept up to {end} Hz only: below \
+                 that the masses move with the wheel and damp little; expected analyses.modes.max_frequency above it"
             )
         };
         beyond.map(remark).collect::<Vec<String>>()

@@ -1,22 +1,24 @@
 //! Rings of mass that springs tie to a section: tuned absorbers and ring dampers of a wheel.
 //!
-//! A ring of the mass m, all round, moves by (U, V, W) of its own at each Fourier order. Springs without length tie it to
-//! the displacement of the section at its place, along the radius, the circle and the axle, in the frame of the section,
-//! with which they turn. With the angular frequency ω_c of the mass on the springs of one direction their stiffness is
-//! k_c = m ω_c², all round. The loss factor η of springs is taken as viscous, c_c = η k_c/ω_c: right at ω_c, in proportion
-//! to the frequency elsewhere. A direction without a frequency is tied by springs that are rigid up to all frequencies of
-//! interest.
+//! A ring of the mass m, all round, moves by (U, V, W) of its own at each Fourier order. Springs without length tie it
+//! to the displacement of the section at its place, along the radius, the circle and the axle, in the frame of the
+//! section, with which they turn. With the angular frequency ω_c of the mass on the springs of one direction their
+//! stiffness is k_c = m ω_c², all round. The loss factor η of springs is taken as viscous, c_c = η k_c/ω_c: right at
+//! ω_c, in proportion to the frequency elsewhere. A direction without a frequency is tied by springs that are rigid up
+//! to all frequencies of interest.
 //!
-//! N separate masses, evenly spaced, are a ring for orders n < N/2: they couple the order n with N − n, N + n and so on,
-//! whose modes lie far above. From N/2 on their motion along the springs is left out, and the mass follows across it.
+//! N separate masses, evenly spaced, are a ring for orders n < N/2: they couple the order n with N − n, N + n and so
+//! on, whose modes lie far above. From N/2 on their motion along the springs is left out, and the mass follows across
+//! it.
 //!
-//! A ring of wire has the stiffness of a thin ring besides, of each radian with the radius r of the ring (A. E. H. Love,
-//! A Treatise on the Mathematical Theory of Elasticity, chapter 21, recalled), with the area A, the second moment I and
-//! the torsion constant J = 2I of the wire:
+//! A ring of wire has the stiffness of a thin ring besides, of each radian with the radius r of the ring (A. E. H.
+//! Love, A Treatise on the Mathematical Theory of Elasticity, chapter 21, recalled), with the area A, the second moment
+//! I and the torsion constant J = 2I of the wire:
 //! - in its plane EA/r (U + nV)² + EI/r³ (n²U + nV)²,
 //! - across it EI GJ n²(n² − 1)²/((EI + GJ n²) r³) W², the twist of the wire being that of least energy.
 //!
-//! Centrifugal forces on the ring pull at the section through its springs; the tension of the springs adds no stiffness.
+//! Centrifugal forces on the ring pull at the section through its springs; the tension of the springs adds no
+//! stiffness.
 
 use super::{Forms, Section};
 use crate::fem::Material;
@@ -83,8 +85,8 @@ impl Wire {
 }
 
 impl Attachment {
-    /// Squares of the angular frequencies at the order `n`, 1/s², of the springs to the section, and of springs that hold
-    /// the mass where it does not move; `rigid` is that of rigid springs.
+    /// Squares of the angular frequencies at the order `n`, 1/s², of the springs to the section, and of springs that
+    /// hold the mass where it does not move; `rigid` is that of rigid springs.
     fn squares(&self, n: usize, rigid: f64) -> [[f64; 3]; 2] {
         let moves = self.highest.is_none_or(|highest| n <= highest);
         let tie = |own: Option<f64>| own.map_or(rigid, |w| if moves { w * w } else { 0.0 });
@@ -92,7 +94,7 @@ impl Attachment {
         [self.frequency.map(tie), self.frequency.map(hold)]
     }
 
-    /// True of an attachment that is the same but for its place.
+    /// Returns true if `other` is the same but for its place.
     fn is_alike(&self, other: &Self) -> bool {
         *self == Self { place: self.place, ..other.clone() }
     }
@@ -119,7 +121,7 @@ pub(super) struct Rings {
 }
 
 impl Rings {
-    /// Those of `attachments`, each of which becomes a node of `section`, at the place of it that is nearest.
+    /// Rings of `attachments`, each of which becomes a node of `section`, at the place of it that is nearest.
     pub fn new(section: &mut Section, attachments: &[Attachment]) -> Self {
         let mut carried = Vec::new();
         for attachment in attachments {
@@ -142,7 +144,7 @@ impl Rings {
         self.carried.iter().flat_map(of).collect()
     }
 
-    /// True if `other` has the same rings but for their places.
+    /// Returns true if `other` has the same rings but for their places.
     pub fn are_alike(&self, other: &Self) -> bool {
         let alike = |(a, b): (&Carried, &Carried)| a.attachment.is_alike(&b.attachment);
         self.carried.len() == other.carried.len() && self.carried.iter().zip(&other.carried).all(alike)
@@ -153,7 +155,7 @@ impl Rings {
         self.carried.iter().map(|ring| (ring.node, ring.attachment.mass / (2.0 * PI)))
     }
 
-    /// Tells the rings the index of each `pair` of nodes and the shift of the section, 1/s².
+    /// Fills in the index of each `pair` of nodes, and rigid springs by the shift of the section, 1/s².
     pub fn settle(&mut self, shift: f64, pair: impl Fn(usize, usize) -> Option<usize>) {
         self.rigid = RIGID * RIGID * shift.abs();
         for ring in &mut self.carried {
@@ -218,7 +220,7 @@ impl Forms {
         loss
     }
 
-    /// True if rings have springs with a loss factor.
+    /// Returns true if rings have springs with a loss factor.
     pub fn has_lossy_rings(&self) -> bool {
         self.rings.carried.iter().any(|ring| ring.attachment.loss > 0.0)
     }

@@ -209,9 +209,9 @@ impl Given {
             let [along, across] = section.extent();
             let [first, last] = across.map(|y| turn(y) + offset);
             Err(Error::Job(format!(
-                "{}.place: found r = {r:.4} m, y = {y:.4} m, which is {:.1} mm beside the section; expected a place of it \
-                 within {:.0} mm, the nearest is r = {:.4} m, y = {:.4} m; the section reaches from r = {:.4} to {:.4} m \
-                 and from y = {:.4} to {:.4} m",
+                "{}.place: found r = {r:.4} m, y = {y:.4} m, which is {:.1} mm beside the section; expected a place \
+                 of it within {:.0} mm, the nearest is r = {:.4} m, y = {:.4} m; the section reaches from r = {:.4} \
+                 to {:.4} m and from y = {:.4} to {:.4} m",
                 attachment.name,
                 1e3 * near.distance,
                 1e3 * BESIDE,

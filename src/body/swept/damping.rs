@@ -49,8 +49,8 @@ pub(super) fn refuse_coupled(forms: &Forms, list: &[Member]) -> Result<()> {
             let hertz = |omega: f64| omega / (2.0 * PI);
             let tuned = frequency.iter().flatten().copied().fold(0.0, f64::max);
             return Err(Error::Job(format!(
-                "{name}.count: a mode at {:.1} Hz, near the tuning to {:.1} Hz, has {n} nodal diameters, but so few absorbers \
-                 act as a ring on modes of up to {highest} only; expected more than {}, or another frequency",
+                "{name}.count: a mode at {:.1} Hz, near the tuning to {:.1} Hz, has {n} nodal diameters, but so few \
+                 absorbers act as a ring on modes of up to {highest} only; expected more than {}, or another frequency",
                 hertz(mode.omega()),
                 hertz(tuned),
                 2 * mode.of.order,

@@ -4,8 +4,8 @@ use super::Material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Tuned absorbers: equal masses on springs, evenly spaced round a wheel that is swept from a section (`mesh.revolved`).
-/// They turn with the wheel.
+/// Tuned absorbers: equal masses on springs, evenly spaced round a wheel that is swept from a section
+/// (`mesh.revolved`). They turn with the wheel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Absorber {
@@ -54,8 +54,8 @@ pub struct SectionPlace {
     /// Distance from the axle, m.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub radius: f64,
-    /// Distance along the axle, m: of W920S from the middle of its web, of `wheel` from its running circle, of a file its
-    /// x, of the cylinder from its mid-plane; of wheels towards the flange.
+    /// Distance along the axle, m: of W920S from the middle of its web, of `wheel` from its running circle, of a file
+    /// its x, of the cylinder from its mid-plane; of wheels towards the flange.
     #[schemars(extend("unit" = "m"))]
     pub y: f64,
 }

@@ -12,8 +12,8 @@ pub fn check(path: &str, body: &Body, faults: &mut Vec<String>) {
             let given = [("absorbers", body.absorbers.len()), ("ring_dampers", body.ring_dampers.len())];
             return faults.extend(given.into_iter().filter(|(_, count)| *count > 0).map(|(key, _)| {
                 format!(
-                    "{path}.{key}: only for a wheel that is swept from a section (mesh.revolved); model them in the mesh \
-                     file, or leave them out"
+                    "{path}.{key}: only for a wheel that is swept from a section (mesh.revolved); model them in the \
+                     mesh file, or leave them out"
                 )
             }));
         }
@@ -26,7 +26,8 @@ pub fn check(path: &str, body: &Body, faults: &mut Vec<String>) {
     for (key, place) in absorbers.chain(rings) {
         if let (Some(what), AbsorberPlace::Named(_)) = (unnamed, place) {
             faults.push(format!(
-                "{key}.place: {what} has no places by name; expected coordinates, e.g. {{\"radius\": 0.39, \"y\": -0.04}} (m)"
+                "{key}.place: {what} has no places by name; expected coordinates, e.g. {{\"radius\": 0.39, \"y\": \
+                 -0.04}} (m)"
             ));
         }
     }
@@ -34,8 +35,8 @@ pub fn check(path: &str, body: &Body, faults: &mut Vec<String>) {
         if let AbsorberPlace::At(at) = ring.place {
             if ring.diameter >= at.radius {
                 faults.push(format!(
-                    "{path}.ring_dampers.{i}.diameter: found {} m, expected the diameter of the wire, far less than place.radius, \
-                     {} m",
+                    "{path}.ring_dampers.{i}.diameter: found {} m, expected the diameter of the wire, far less than \
+                     place.radius, {} m",
                     ring.diameter, at.radius
                 ));
             }

@@ -57,8 +57,8 @@ fn damped(forms: &Forms, limit: f64) -> Vec<Complex<f64>> {
     eigenvalues(&Mat::from_fn(m, m, |i, j| if i == j { modes.omega[i].powi(2) } else { 0.0 }), &viscous)
 }
 
-/// One mode with an absorber is the oscillator of two masses: its eigenvalues are those of the closed form, and the tuning
-/// ω/(1 + μ) damps both alike (the characteristic polynomial is palindromic).
+/// One mode with an absorber is the oscillator of two masses: its eigenvalues are those of the closed form, and the
+/// tuning ω/(1 + μ) damps both alike (the characteristic polynomial is palindromic).
 #[test]
 fn one_mode_with_an_absorber_has_the_eigenvalues_of_two_masses() {
     let omega = 2.0 * PI * 100.0;
@@ -85,6 +85,44 @@ fn one_mode_with_an_absorber_has_the_eigenvalues_of_two_masses() {
         let alike = (ratios[0] / ratios[1] - 1.0).abs() < 1e-4;
         assert_eq!(alike, tuned == 1.0 / (1.0 + ratio), "{ratios:?}");
     }
+}
+
+/// Den Hartog's fixed points: with the tuning ω/(1 + μ) the displacement under a force is √(1 + 2/μ) of the static one
+/// at the frequencies ω √((1 ± √(μ/(2 + μ)))/(1 + μ)), whatever the loss. Free motions are damped best where both modes
+/// merge, at η = 2√(μ/(1 + μ)), each with the damping ratio √μ/2.
+#[test]
+fn absorbers_have_den_hartogs_fixed_points_and_the_best_damping() {
+    let omega = 2.0 * PI * 100.0;
+    let (_, mass) = on_springs(RIGID, omega, &[]);
+    let mu: f64 = 0.06;
+    for loss in [0.05, 0.3, 2.0 * (mu / (1.0 + mu)).sqrt()] {
+        let (forms, _) = on_springs(RIGID, omega, &[absorber(2, mu * mass, omega / (1.0 + mu), loss)]);
+        let modes = of_order(&forms, 0, 2.0 * omega).unwrap();
+        let viscous = forms.ring_loss(0, modes.vectors.as_ref()).viscous;
+        assert_eq!(modes.omega.len(), 2);
+        // The axial motion of the section, which moves as a whole.
+        let phi = [0, 1].map(|k| modes.vectors[(forms.amplitude(0).unwrap() + 2, k)]);
+        for sign in [-1.0, 1.0] {
+            let w = omega * ((1.0 + sign * (mu / (2.0 + mu)).sqrt()) / (1.0 + mu)).sqrt();
+            let at = |i: usize, j: usize| {
+                let own = if i == j { modes.omega[i].powi(2) - w * w } else { 0.0 };
+                Complex::new(own, w * viscous[(i, j)])
+            };
+            let determinant = at(0, 0) * at(1, 1) - at(0, 1) * at(1, 0);
+            let moved = at(1, 1) * phi[0] * phi[0] + at(0, 0) * phi[1] * phi[1] - 2.0 * at(0, 1) * phi[0] * phi[1];
+            let height = (moved / determinant).norm() * mass * omega * omega;
+            assert!((height / (1.0 + 2.0 / mu).sqrt() - 1.0).abs() < 1e-4, "{loss} {sign}: {height}");
+        }
+    }
+    let best = 2.0 * (mu / (1.0 + mu)).sqrt();
+    let ratios = |loss: f64| -> Vec<f64> {
+        let (forms, _) = on_springs(RIGID, omega, &[absorber(2, mu * mass, omega / (1.0 + mu), loss)]);
+        damped(&forms, 2.0 * omega).iter().map(|s| -s.re / s.norm()).collect()
+    };
+    // At the double eigenvalue rounding takes the two apart, but not their mean.
+    let mean = 0.5 * ratios(best).iter().sum::<f64>();
+    assert!((mean / (0.5 * mu.sqrt()) - 1.0).abs() < 1e-4, "{mean}");
+    assert!([0.8, 1.2].iter().all(|part| ratios(part * best).iter().any(|r| *r < 0.9 * mean)));
 }
 
 /// Without mass nothing changes; tied rigidly it is an added mass; in either way of the three directions.
@@ -127,8 +165,8 @@ fn a_free_wheel_stays_free() {
     }
 }
 
-/// Masses that turn with a held wheel move in its frame by (ω_r² − Ω² − ν²)(ω_t² − Ω² − ν²) = 4Ω²ν², ω_r along the radius
-/// and ω_t along the circle; a wave of n diameters then has ν ± nΩ beside the wheel. Along the axle ν is ω.
+/// Masses that turn with a held wheel move in its frame by (ω_r² − Ω² − ν²)(ω_t² − Ω² − ν²) = 4Ω²ν², ω_r along the
+/// radius and ω_t along the circle; a wave of n diameters then has ν ± nΩ beside the wheel. Along the axle ν is ω.
 #[test]
 fn rings_on_a_turning_wheel_have_the_closed_form() {
     let (radial, around, axial, speed) = (2.0 * PI * 90.0, 2.0 * PI * 140.0, 2.0 * PI * 60.0, 110.0);
