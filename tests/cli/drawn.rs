@@ -120,6 +120,7 @@ fn a_drawn_wheel_has_layers() {
         None => format!("{line}\n"),
     };
     std::fs::write(folder.path("lower.msh"), text.lines().map(in_rubber).collect::<String>()).expect("a drawing");
+    job["bodies"]["lower"]["mesh"]["revolved"]["contact_offset"] = json!(0);
     let file = &mut job["bodies"]["lower"]["mesh"]["revolved"]["section"]["file"];
     file.as_object_mut().expect("keys").remove("crown");
     file["layers"] = json!([{
