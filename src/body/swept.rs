@@ -2,6 +2,8 @@
 //! compliance of a
 //! half-space and, beside it, a motion of the contact that is constant or goes with x and y ("hybrid").
 
+mod damping;
+
 use super::clusters;
 use super::elsewhere::{by_ranks, Elsewhere};
 use super::half_space::HalfSpace;
@@ -12,7 +14,7 @@ use super::{Body, Kind, ModeName, Steps, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
-use crate::swept::{turned, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, FAMILY, LOADS};
+use crate::swept::{turned, Attachment, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, FAMILY, LOADS};
 use crate::swept::{OrderModes, Outline, OutlineModes, Picture, PictureModes};
 use crate::{Error, Result};
 use faer::Mat;
@@ -34,6 +36,8 @@ pub struct Making<'a> {
     pub fixed: &'a [String],
     /// Springs at its edges.
     pub springs: &'a [EdgeSprings],
+    /// Tuned absorbers and ring dampers, with their places as the job gives them.
+    pub attachments: &'a [Attachment],
     /// Whether it rotates.
     pub rotates: bool,
     /// Lines of the contact grid along x and y, m, where there is a contact.
@@ -74,11 +78,18 @@ pub struct Found {
     keep: usize,
 }
 
+/// The forms of a body meshed for its modes, with what it carries.
+fn forms(name: &str, making: &Making) -> Result<Forms> {
+    let body = |e: Error| e.context(format!("bodies.{name}"));
+    let section = making.section.for_modes().map_err(body)?;
+    let attached = making.section.attached(&section, making.attachments)?;
+    Forms::carrying(section, making.material, (making.fixed, making.springs), &attached).map_err(body)
+}
+
 impl<'w> Swept<'w> {
     /// The body `name`, the same on every rank.
     pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
-        let forms = Forms::sprung(making.section.for_modes()?, making.material, making.fixed, making.springs)
-            .map_err(|e| e.context(format!("bodies.{name}")))?;
+        let forms = forms(name, &making)?;
         let half_space = HalfSpace { young: making.material.young, poisson: making.material.poisson };
         let groups = making.fixed.iter().filter_map(|name| forms.section.groups.get(name));
         let clamped: Vec<usize> = groups.flatten().copied().collect();
@@ -157,34 +168,6 @@ impl<'w> Swept<'w> {
 }
 
 impl Swept<'_> {
-    /// Returns true if the section has a layer with a loss factor.
-    fn is_lossy(&self) -> bool {
-        self.forms.section.layers.iter().any(|layer| layer.loss > 0.0)
-    }
-
-    /// Modal damping matrix of the layers with a loss factor, 1/s, `[m, m]` on rank 0: Σ η_l φ_aᵀK_lφ_b/√(ω_a ω_b), on
-    /// the diagonal ω times the loss factor of the mode.
-    fn damping(&self, list: &[Member]) -> Option<Mat<f64>> {
-        let between = |i: usize, j: usize| {
-            let (a, b) = (&list[i], &list[j]);
-            let scale = a.omega() * b.omega();
-            match (a.of.order, a.family) == (b.of.order, b.family) && scale > 0.0 {
-                true => a.of.lost[(a.index, b.index)] / scale.sqrt(),
-                false => 0.0,
-            }
-        };
-        (self.is_lossy() && self.world.is_root()).then(|| Mat::from_fn(list.len(), list.len(), between))
-    }
-
-    /// φᵀK_lφ of the modes in layers with a loss factor, 1/s², `[m]`; empty where there are none.
-    fn stored(&self, list: &[Member]) -> Vec<f64> {
-        if self.is_lossy() {
-            list.iter().map(|m| m.of.stored[m.index]).collect()
-        } else {
-            Vec::new()
-        }
-    }
-
     /// Collective: the modes up to `extent` found by another body, where these are those of this one.
     fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Seen>)> {
         let found = self.found.clone()?;
@@ -370,6 +353,7 @@ impl Body for Swept<'_> {
         };
         let mut list = members(&all);
         list.truncate(keep);
+        damping::refuse_coupled(&self.forms, &list)?;
         if let Ok(outline) = &mut self.outline {
             (outline.orders, outline.count) = (on_outline(&list), list.len());
         }
@@ -386,8 +370,8 @@ impl Body for Swept<'_> {
         let found = TraceModes {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
             rows: self.world.is_root().then_some(rows),
-            damping: self.damping(&list),
-            springs: self.stored(&list),
+            damping: damping::matrix(self.world, &self.forms, &list),
+            springs: damping::stored(&self.forms, &list),
             reach: match extent {
                 Extent::MaxFrequency(f) => 2.0 * PI * f,
                 Extent::Count(_) => list.last().map_or(0.0, Member::omega),
@@ -446,6 +430,7 @@ mod tests {
             rotation,
             stored: vec![0.0; m],
             lost: Mat::zeros(m, m),
+            viscous: Mat::from_fn(m, m, |i, j| (i * j) as f64),
             outline,
             vectors: Mat::zeros(0, m),
         }

@@ -75,7 +75,9 @@ fn of_bodies(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
             report.warnings.extend(found.warnings);
         }
         report.lines.splice(0..0, placed.lines());
-        report.lines.splice(0..0, super::swept::inertia(job)?);
+        let carried = super::absorbers::of_job(job)?;
+        report.lines.splice(0..0, super::swept::inertia(job)?.into_iter().chain(carried.lines));
+        report.warnings.extend(carried.warnings);
         report.warnings.splice(0..0, placed.warnings());
         return Ok(report);
     }
@@ -85,7 +87,9 @@ fn of_bodies(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         if let ([Some(lower), Some(upper)], true) = (&grids[..], wanted(job)) {
             report = foreseen(job, &interface_between(lower, upper)?)?;
         }
-        report.lines.splice(0..0, super::swept::inertia(job)?);
+        let carried = super::absorbers::of_job(job)?;
+        report.lines.splice(0..0, super::swept::inertia(job)?.into_iter().chain(carried.lines));
+        report.warnings.extend(carried.warnings);
         return Ok(report);
     }
     let found: Vec<Result<(Rc<Meshed>, Report)>> =

@@ -1,5 +1,6 @@
 //! The case that a job describes: its two bodies, made from meshes, sections, profiles or matrices, and the contact between them.
 
+mod absorbers;
 pub mod bodies;
 pub mod curving;
 pub(crate) mod cycle;

@@ -1,13 +1,13 @@
 //! Bodies swept from sections, as a job gives them.
 
 use super::bodies::{material_of, Bodies};
-use super::rail;
+use super::{absorbers, rail};
 use crate::body::swept::{Making, Swept};
 use crate::body::Side;
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::job::{self, Job, MeshSource, Section, SectionFile, WheelDimensions};
-use crate::mesh::msh::plane;
+use crate::mesh::msh::plane::{self, Plane};
 use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
@@ -20,7 +20,7 @@ use std::rc::Rc;
 const RADIUS: f64 = 1e-3;
 
 /// The section of a body, whose contact is where its mesh says it.
-fn section(body: &job::Body) -> Result<Given> {
+pub(super) fn section(body: &job::Body) -> Result<Given> {
     let Some(MeshSource::Revolved(revolved)) = &body.mesh else {
         return Err(Error::Defect("a section is asked for of a body that is not swept".into()));
     };
@@ -66,6 +66,25 @@ fn shape(wheel: &WheelDimensions) -> WheelShape {
     }
 }
 
+/// Layers of a drawn section with their faces.
+fn layers<'d>(file: &SectionFile, drawing: &'d Plane) -> Result<Vec<(SectionLayer, &'d [usize])>> {
+    let of = |(i, layer): (usize, &job::FileLayer)| {
+        let Some(faces) = drawing.surfaces.get(&layer.group) else {
+            let there: Vec<String> = drawing.surfaces.keys().map(|name| format!("{name:?}")).collect();
+            return Err(Error::Job(format!(
+                "section.file.layers.{i}.group: found {:?}, expected a physical surface of {}, which has {}",
+                layer.group,
+                file.path.display(),
+                if there.is_empty() { "none".into() } else { there.join(", ") }
+            )));
+        };
+        let &job::Material { young, poisson, density } = &layer.material;
+        let material = Material { young, poisson, density };
+        Ok((SectionLayer { name: layer.group.clone(), material, loss: layer.loss_factor }, &faces[..]))
+    };
+    file.layers.iter().enumerate().map(of).collect()
+}
+
 /// The drawing in a file, x along the axle and y away from it, with the rolling radius that the job says at y = `offset`, m.
 fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
     let name = file.path.display();
@@ -79,6 +98,12 @@ fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
         &file.running,
     )
     .map_err(|e| e.context(format!("section {name}")))?;
+    let drawn = match file.layers[..] {
+        [] => drawn,
+        _ => {
+            drawn.with_layers(layers(file, &drawing)?).map_err(|e| e.context(format!("section.file.layers, {name}")))?
+        }
+    };
     match drawn.running(offset) {
         Some([radius, _]) if (radius - file.radius).abs() > RADIUS * file.radius => Err(Error::Job(format!(
             "section.file.radius: found {} m, but the running line of {name} has the radius {radius:.6} m at y = {offset} m; give that, or the unit of the \
@@ -129,12 +154,23 @@ fn made<'p>(
     (grid, tilt): (Option<[&[f64]; 2]>, f64),
 ) -> Result<Swept<'p>> {
     let (material, springs) = (material_of(body)?, springs(body));
-    let making =
-        Making { section, material, fixed: &body.fixed, springs: &springs, rotates: body.rotates(), grid, tilt };
+    let carried = absorbers::carried(name, body, &section)?;
+    let making = Making {
+        section,
+        material,
+        fixed: &body.fixed,
+        springs: &springs,
+        attachments: &carried.attachments,
+        rotates: body.rotates(),
+        grid,
+        tilt,
+    };
     let swept = Swept::new(world, name, making)?;
     let unknowns = swept.unknowns();
     let inertia = in_words(swept.inertia());
     summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, {inertia}"));
+    carried.lines.into_iter().for_each(|line| summary.line(line));
+    carried.warnings.into_iter().for_each(|warning| summary.warn(warning));
     Ok(swept)
 }
 
@@ -223,6 +259,8 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
                 && a.material == b.material
                 && a.fixed == b.fixed
                 && a.supports == b.supports
+                && a.absorbers == b.absorbers
+                && a.ring_dampers == b.ring_dampers
                 && a.rotation == b.rotation
                 && a.track == b.track
         }

@@ -20,6 +20,12 @@ pub fn fe_inputs(job: &Job) -> Value {
         if !b.supports.is_empty() {
             body["supports"] = json!(b.supports);
         }
+        if !b.absorbers.is_empty() {
+            body["absorbers"] = json!(b.absorbers);
+        }
+        if !b.ring_dampers.is_empty() {
+            body["ring_dampers"] = json!(b.ring_dampers);
+        }
         if let Some(track) = &b.track {
             body["track"] = json!(track);
         }

@@ -104,6 +104,13 @@ fn sources(body: &Body) -> Vec<String> {
         all.extend(of_track(track));
     }
     all.extend(own(&body.damping));
+    let lossy = body.absorbers.iter().filter(|a| a.loss_factor > 0.0);
+    all.extend(lossy.map(|a| {
+        let (n, f, loss) = (a.count, a.frequency, a.loss_factor);
+        format!("{n} absorbers of {:.4} kg in all at {f} Hz with the loss factor {loss}", a.mass)
+    }));
+    let lossy = body.ring_dampers.iter().filter(|r| r.loss_factor > 0.0);
+    all.extend(lossy.map(|r| format!("ring damper at {} Hz with the loss factor {}", r.frequency, r.loss_factor)));
     let supports: Vec<&str> = body.supports.iter().filter(|s| s.damps()).map(|s| s.group.as_str()).collect();
     if !supports.is_empty() {
         all.push(format!("supports at {}", supports.join(", ")));

@@ -57,6 +57,8 @@ const STIFFNESS: &[Unit] = &[("MN/m (kN/mm)", |v| 1e6 * v), ("kN/m (N/mm)", |v| 
 const ANGLE: &[Unit] = &[DEGREES, MRAD];
 const SLOPE: &[Unit] = &[("the N of 1:N", |v| 1.0 / v), DEGREES];
 const LENGTH: &[Unit] = &[MM, CM];
+const KHZ: Unit = ("kHz", |v| 1e3 * v);
+const GRAM: Unit = ("g", |v| 1e-3 * v);
 
 /// The usual magnitudes, a line a key. A key of a job has one line for each scope at most.
 const USUAL: &[Usual] = &[
@@ -98,6 +100,15 @@ const USUAL: &[Usual] = &[
     usual("bodies.*.track.sleeper.mass", OnRail, "half the mass of a sleeper", [10.0, 1000.0], &[("t", |v| 1e3 * v)]),
     usual("bodies.*.track.loss_factor", OnRail, "a loss factor", [0.0, 1.0], &[PER_CENT]),
     usual("bodies.*.track.pad.loss_factor", OnRail, "a loss factor", [0.0, 2.0], &[PER_CENT]),
+    usual("bodies.*.absorbers.*.mass", Everywhere, "the mass of all absorbers of a wheel", [0.1, 200.0], &[GRAM]),
+    usual("bodies.*.absorbers.*.frequency", Everywhere, "the tuning of an absorber", [20.0, 2e4], &[KHZ]),
+    usual("bodies.*.absorbers.*.loss_factor", Everywhere, "a loss factor", [0.0, 2.0], &[PER_CENT]),
+    usual("bodies.*.absorbers.*.place.radius", Everywhere, "a place on a wheel", [0.02, 1.0], LENGTH),
+    usual("bodies.*.absorbers.*.place.y", Everywhere, "a place on a wheel", [0.0, 0.5], LENGTH),
+    usual("bodies.*.ring_dampers.*.diameter", Everywhere, "the diameter of a wire", [2e-3, 0.05], LENGTH),
+    usual("bodies.*.ring_dampers.*.frequency", Everywhere, "the frequency of a ring damper", [20.0, 2e4], &[KHZ]),
+    usual("bodies.*.ring_dampers.*.loss_factor", Everywhere, "a loss factor", [0.0, 2.0], &[PER_CENT]),
+    usual("bodies.*.ring_dampers.*.place.radius", Everywhere, "a place on a wheel", [0.02, 1.0], LENGTH),
     usual("bodies.*.damping.modal.by_mode.*", Everywhere, "a loss factor", [0.0, 1.0], &[PER_CENT]),
     usual("bodies.*.damping.modal.by_diameter.*", Everywhere, "a loss factor", [0.0, 1.0], &[PER_CENT]),
     usual("bodies.*.damping.modal.by_frequency.*.loss_factor", Everywhere, "a loss factor", [0.0, 1.0], &[PER_CENT]),
@@ -133,7 +144,26 @@ pub fn plausible(job: &Job) -> Vec<String> {
     }
     found.extend(fast_in_a_curve(job).filter(|_| resolved.get("curve").is_none()));
     found.extend(few_modes(job).filter(|_| rail));
+    found.extend(tuned_beyond_modes(job));
     found
+}
+
+/// Remarks on absorbers and ring dampers that are tuned to frequencies without modes.
+fn tuned_beyond_modes(job: &Job) -> Vec<String> {
+    let Some(end) = job.analyses.modes.as_ref().and_then(|m| m.max_frequency) else { return Vec::new() };
+    let of = |(name, body): (&str, &Body)| {
+        let absorbers = body.absorbers.iter().enumerate().map(|(i, a)| (format!("absorbers.{i}"), a.frequency));
+        let rings = body.ring_dampers.iter().enumerate().map(|(i, r)| (format!("ring_dampers.{i}"), r.frequency));
+        let beyond = absorbers.chain(rings).filter(|(_, frequency)| *frequency > end);
+        let remark = |(key, frequency): (String, f64)| {
+            format!(
+                "bodies.{name}.{key}.frequency: found {frequency} Hz, but modes are kept up to {end} Hz only: below \
+                 that the masses move with the wheel and damp little; expected analyses.modes.max_frequency above it"
+            )
+        };
+        beyond.map(remark).collect::<Vec<String>>()
+    };
+    job.bodies().into_iter().flat_map(of).collect()
 }
 
 impl Usual {

@@ -3,6 +3,7 @@
 use super::model::*;
 use super::transient::{Hold, SoundPower, StartState, Transient, TransientModel};
 
+mod absorber;
 mod curving;
 mod matrices;
 mod placement;
@@ -54,6 +55,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
     }
     check_rotation(path, body, faults);
     support::check(path, body, faults);
+    absorber::check(path, body, faults);
     if body.track.is_some() && !matches!(body.mesh, Some(MeshSource::Extruded(_))) {
         faults.push(format!("{path}.track: only for a rail, a body with mesh.extruded; leave it out"));
     }

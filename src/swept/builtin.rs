@@ -1,8 +1,8 @@
 //! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
 
 use super::wheel::Wheel;
-use super::{Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
-use crate::Result;
+use super::{Attachment, Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
+use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -155,6 +155,9 @@ pub enum Given {
     },
 }
 
+/// Distance from a section within which an attachment is taken to be on it, m.
+const BESIDE: f64 = 0.002;
+
 /// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
 const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
 /// Those of the wheel, m.
@@ -181,6 +184,46 @@ impl Given {
                 SectionContact::on(Spot { radius, origin: [radius, 0.0], angle, share: 1.0 })
             }
         }
+    }
+
+    /// y of the contact in the coordinates of the section as a job gives it, m, and true if it is seen from the other
+    /// side.
+    fn frame(&self) -> (f64, bool) {
+        match self {
+            Given::Cylinder(c) => (c.contact_offset, false),
+            Given::Wheel(wheel) => (wheel.offset, wheel.mirrored),
+            Given::Drawn { offset, mirrored, .. } => (*offset, *mirrored),
+        }
+    }
+
+    /// Attachments with the places of a job in the frame of `section`, y = 0 at the contact. An error names one whose
+    /// place is beside the section.
+    pub fn attached(&self, section: &Section, attachments: &[Attachment]) -> Result<Vec<Attachment>> {
+        let (offset, mirrored) = self.frame();
+        let turn = |y: f64| if mirrored { -y } else { y };
+        let of = |attachment: &Attachment| {
+            let [r, y] = attachment.place;
+            let place = [r, turn(y - offset)];
+            let near = section.nearest(place).filter(|near| near.distance > BESIDE);
+            let Some(near) = near else { return Ok(Attachment { place, ..attachment.clone() }) };
+            let [along, across] = section.extent();
+            let [first, last] = across.map(|y| turn(y) + offset);
+            Err(Error::Job(format!(
+                "{}.place: found r = {r:.4} m, y = {y:.4} m, which is {:.1} mm beside the section; expected a place \
+                 of it within {:.0} mm, the nearest is r = {:.4} m, y = {:.4} m; the section reaches from r = {:.4} \
+                 to {:.4} m and from y = {:.4} to {:.4} m",
+                attachment.name,
+                1e3 * near.distance,
+                1e3 * BESIDE,
+                near.place[0],
+                turn(near.place[1]) + offset,
+                along[0],
+                along[1],
+                first.min(last),
+                first.max(last)
+            )))
+        };
+        attachments.iter().map(of).collect()
     }
 
     /// Height of the surface over the contact point at (x, y), m: 0 there, negative elsewhere.

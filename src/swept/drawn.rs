@@ -1,7 +1,7 @@
 //! Sections that are drawn: a plane mesh of triangles and quadrilaterals with a running line.
 
 use super::refine::refined;
-use super::{Beam, Element, Focus, HeadPoint, Path, Section, SectionCell};
+use super::{Beam, Element, Focus, HeadPoint, Path, Section, SectionCell, SectionLayer};
 use crate::fem::Material;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
@@ -64,6 +64,39 @@ impl Drawn {
             )));
         }
         Ok(Self { section })
+    }
+
+    /// The same with layers of other materials, each with the places of its faces among those of the drawing. An error
+    /// says which of them does not fit.
+    pub fn with_layers(mut self, layers: Vec<(SectionLayer, &[usize])>) -> Result<Self> {
+        for (layer, faces) in layers {
+            let number = self.section.layers.len() + 1;
+            for &face in faces {
+                let element = &mut self.section.elements[face];
+                if let Some(other) = element.layer.checked_sub(1).map(|k| &self.section.layers[k]) {
+                    return Err(Error::Job(format!(
+                        "the physical surfaces {:?} and {:?} have a face in common, expected one material for each \
+                         face",
+                        other.name, layer.name
+                    )));
+                }
+                element.layer = number;
+            }
+            self.section.layers.push(layer);
+        }
+        let runs = |e: &&Element| {
+            let edges = e.kind.edges().iter().map(|edge| e.nodes[edge[2]]);
+            e.layer > 0 && edges.clone().any(|middle| self.section.tread.iter().any(|t| t[2] == middle))
+        };
+        let running = self.section.elements.iter().find(runs).map(|element| element.layer);
+        match running {
+            Some(layer) => Err(Error::Job(format!(
+                "the running line lies on the physical surface {:?}, expected it on the material of the body, which \
+                 the contact has",
+                self.section.layers[layer - 1].name
+            ))),
+            None => Ok(self),
+        }
     }
 
     /// Area, m².

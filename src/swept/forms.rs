@@ -2,6 +2,9 @@
 //! The Finite
 //! Element Method, 5th edition (2000), volume 2, chapter 9, with the signs of this module's families.
 
+mod prestress;
+
+use super::attached::{Attachment, Rings};
 use super::envelope::{Envelope, Factor, BLOCK};
 use super::numbering::reverse_cuthill_mckee;
 use super::springs::EdgeSprings;
@@ -10,8 +13,10 @@ use super::{Path, Section};
 use crate::fem::Material;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
+
+pub use prestress::Prestress;
 
 /// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
 pub(super) type Strains = [[f64; 3]; 6];
@@ -35,6 +40,8 @@ pub struct Forms {
     mass: Vec<f64>,
     /// Springs and dashpots of a track, or at edges, at each pair; the springs are part of K0. Nothing without them.
     track: Vec<Springs>,
+    /// Tuned absorbers and ring dampers.
+    pub(super) rings: Rings,
 }
 
 /// Springs, N/m², and dashpots, N·s/m², between (U, V, W) of two nodes, each metre of a line.
@@ -74,18 +81,8 @@ impl Pairs {
     }
 }
 
-/// ∫σ0 : ∇N_a ⊗ ∇N_b r dr dy of a prestress that is the same all round: along the section, and along the angle with 1/r² and its σ_θθ; at each pair.
-#[derive(Debug, Clone)]
-pub struct Prestress {
-    along_section: Vec<f64>,
-    along_angle: Vec<f64>,
-}
-
 /// Part of the velocity of sound over the radius that the shift is made of.
 const SHIFT: f64 = 0.1;
-/// Part of the shift at which a motion of the whole body yields.
-const ALMOST_FREE: f64 = 1e-5;
-
 /// Nodes nearer than this part of the size of a section are in one place.
 const SAME_PLACE: f64 = 1e-12;
 
@@ -97,6 +94,17 @@ impl Forms {
 
     /// The same that stands on `springs`, too.
     pub fn sprung(section: Section, material: Material, fixed: &[String], springs: &[EdgeSprings]) -> Result<Self> {
+        Self::carrying(section, material, (fixed, springs), &[])
+    }
+
+    /// The same that carries `attachments`, each at the place of the section that is nearest to its own.
+    pub fn carrying(
+        mut section: Section,
+        material: Material,
+        (fixed, springs): (&[String], &[EdgeSprings]),
+        attachments: &[Attachment],
+    ) -> Result<Self> {
+        let rings = Rings::new(&mut section, attachments);
         let blocks = springs.iter().map(|s| s.blocks(&section)).collect::<Result<Vec<_>>>()?.concat();
         let mut free = vec![true; section.nodes.len()];
         for name in fixed {
@@ -109,8 +117,9 @@ impl Forms {
             };
             nodes.iter().for_each(|&k| free[k] = false);
         }
-        let mut forms = Self::made(section, material, Path::Axle, &free, &[])?;
+        let mut forms = Self::made(section, material, Path::Axle, &free, &rings.links(&free))?;
         forms.lay(&Added { blocks, mass: None });
+        forms.carry(rings);
         Ok(forms)
     }
 
@@ -141,9 +150,36 @@ impl Forms {
         let stiffness = [empty.clone(), empty.clone(), empty];
         let blocks = pairs.iter().map(|(a, b, _)| (3 * a + 2, 3 * b));
         let envelope = Rc::new(Envelope::new(3 * pairs.rows(), blocks));
-        let mut forms = Self { section, material, path, place, pairs, envelope, stiffness, mass, track: Vec::new() };
+        let mut forms = Self {
+            section,
+            material,
+            path,
+            place,
+            pairs,
+            envelope,
+            stiffness,
+            mass,
+            track: Vec::new(),
+            rings: Rings::default(),
+        };
         forms.assemble();
         Ok(forms)
+    }
+
+    /// Adds the mass of rings; their stiffness goes with the order.
+    fn carry(&mut self, mut rings: Rings) {
+        rings.settle(self.shift(), |a, b| self.pair(a, b));
+        for (node, mass) in rings.masses() {
+            if let Some(k) = self.pair(node, node) {
+                self.mass[k] += mass;
+            }
+        }
+        self.rings = rings;
+    }
+
+    /// Stiffness of rings and their springs at the order n, of each radian, by pairs.
+    fn of_rings(&self, n: usize) -> HashMap<usize, [[f64; 3]; 3]> {
+        self.rings.stiffness(n, |node| self.section.nodes[node][0])
     }
 
     /// Adds springs, dashpots and mass of a track, or springs at edges.
@@ -193,6 +229,7 @@ impl Forms {
             || a.tread != b.tread
             || a.groups != b.groups
             || a.layers != b.layers
+            || !self.rings.are_alike(&other.rings)
         {
             return false;
         }
@@ -276,12 +313,20 @@ impl Forms {
         let mut values = self.envelope.empty(memory);
         let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
         let [zero, one, two] = &self.stiffness;
+        let rings = self.of_rings(n);
         for (a, b, k) in self.pairs.iter() {
             let ([zero, one, two], at) = ([&zero[k], &one[k], &two[k]], self.envelope.place(3 * a, 3 * b));
             for c in 0..3 {
                 // Of a node with itself the lower triangle.
                 for d in 0..if a == b { c + 1 } else { 3 } {
                     values[at + BLOCK * d + c] = w * (zero[c][d] + x * (one[c][d] + x * two[c][d]));
+                }
+            }
+            if let Some(ring) = rings.get(&k).filter(|_| !rings.is_empty()) {
+                for c in 0..3 {
+                    for d in 0..if a == b { c + 1 } else { 3 } {
+                        values[at + BLOCK * d + c] += w * ring[c][d];
+                    }
                 }
             }
             if sigma != 0.0 {
@@ -294,7 +339,14 @@ impl Forms {
 
     /// (K_n − σM) x of columns, `[order, k]`.
     pub fn dynamic(&self, n: usize, sigma: f64, x: MatRef<'_, f64>) -> Mat<f64> {
-        self.product(x, |k| self.block(n, sigma, k))
+        let (rings, w) = (self.of_rings(n), self.path.whole(n));
+        self.product(x, |k| {
+            let mut block = self.block(n, sigma, k);
+            if let Some(ring) = rings.get(&k) {
+                block.as_flattened_mut().iter_mut().zip(ring.as_flattened()).for_each(|(b, r)| *b += w * r);
+            }
+            block
+        })
     }
 
     /// M x of columns at the order n, `[order, k]`.
@@ -383,61 +435,6 @@ impl Forms {
             }
         }
         y
-    }
-
-    /// The prestress of the centrifugal forces at 1 rad/s, ρ r outwards.
-    pub fn centrifugal(&self) -> Result<Prestress> {
-        let mut load = Mat::zeros(self.order(), 1);
-        for element in &self.section.elements {
-            for shape in element.kind.points() {
-                let (r, jacobian) = self.section.at(element, &shape);
-                let density = self.section.material(element, self.material).density;
-                let weight = self.path.whole(0) * density * r * r * jacobian.determinant * shape.weight;
-                for (&node, value) in element.nodes.iter().zip(&shape.value) {
-                    if let Some(k) = self.amplitude(node) {
-                        load[(k, 0)] += weight * value;
-                    }
-                }
-            }
-        }
-        // Motions of a free body as a whole cost next to nothing, so that they neither come nor make the stiffness singular.
-        let still = self.factor(0, ALMOST_FREE * self.shift())?.positive("the section under centrifugal forces")?;
-        let u = still.solve(load.as_ref());
-        Ok(self.prestress(u.col(0).iter().copied().collect::<Vec<f64>>().as_slice()))
-    }
-
-    /// The prestress that the axisymmetric motion `u`, m, `[order]`, brings.
-    fn prestress(&self, u: &[f64]) -> Prestress {
-        let zeros = vec![0.0; self.pairs.columns.len()];
-        let mut out = Prestress { along_section: zeros.clone(), along_angle: zeros };
-        for element in &self.section.elements {
-            let (lambda, shear) = self.section.material(element, self.material).lame();
-            for shape in element.kind.points() {
-                let (r, jacobian) = self.section.at(element, &shape);
-                let slopes: Vec<[f64; 2]> = shape.slope.iter().map(|&s| jacobian.slope(s)).collect();
-                let mut stressed = [0.0; 6];
-                for (i, &node) in element.nodes.iter().enumerate() {
-                    let Some(k) = self.amplitude(node) else { continue };
-                    let [zero, _] = strains(shape.value[i], slopes[i], Some(1.0 / r));
-                    let of_node = stress(&zero, lambda, shear);
-                    for (s, row) in stressed.iter_mut().zip(&of_node) {
-                        *s += (0..3).map(|c| row[c] * u[k + c]).sum::<f64>();
-                    }
-                }
-                let [rr, around, yy, _, ry, _] = stressed;
-                let weight = jacobian.determinant * shape.weight * r;
-                for i in 0..slopes.len() {
-                    for j in 0..slopes.len() {
-                        let Some(k) = self.pair(element.nodes[i], element.nodes[j]) else { continue };
-                        let (a, b) = (slopes[i], slopes[j]);
-                        let along = rr * a[0] * b[0] + yy * a[1] * b[1] + ry * (a[0] * b[1] + a[1] * b[0]);
-                        out.along_section[k] += weight * along;
-                        out.along_angle[k] += weight * around * shape.value[i] * shape.value[j] / (r * r);
-                    }
-                }
-            }
-        }
-        out
     }
 }
 

@@ -10,6 +10,7 @@
 //!
 //! Nothing here knows MPI, PETSc or contact: it is plain dense and sparse algebra for one rank.
 
+mod attached;
 mod bays;
 mod beam;
 mod built_rail;
@@ -42,6 +43,7 @@ pub mod waves;
 mod wheel;
 
 pub use crate::rails::HeadPoint;
+pub use attached::{Attachment, NearestPlace, RingLoss, Wire};
 pub use bays::{Bays, Laid};
 pub use beam::Beam;
 pub use built_rail::BuiltRail;

@@ -41,10 +41,13 @@ pub struct Seen {
     pub contact: Vec<[f64; LOADS]>,
     /// Rotation at 1 rad/s.
     pub rotation: RotationBlocks,
-    /// Σ φᵀK_lφ of the layers with a loss factor η_l, 1/s², `[m]`: their share of the strain energy times ω².
+    /// Σ φᵀKφ of what has a loss factor of its own, layers and springs of rings, 1/s², `[m]`: their share of the strain
+    /// energy times ω².
     pub stored: Vec<f64>,
     /// Σ η_l ΦᵀK_lΦ of these layers, 1/s², `[m, m]`.
     pub lost: Mat<f64>,
+    /// ΦᵀCΦ of the dashpots of rings that the section carries, 1/s, `[m, m]`.
+    pub viscous: Mat<f64>,
     /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see [`Seen::with_outline`].
     pub outline: Mat<f64>,
     /// Amplitudes of the whole section, 1/√kg, `[amplitudes, m]`; as the ones before.
@@ -71,6 +74,7 @@ impl Seen {
             lost += faer::Scale(layer.loss) * &energy;
             stored += energy;
         }
+        let rings = forms.ring_loss(modes.order, modes.vectors.as_ref());
         Self {
             order: modes.order,
             omega: modes.omega.clone(),
@@ -78,8 +82,9 @@ impl Seen {
             shares: (0..modes.omega.len()).map(|k| std::array::from_fn(|c| share(k, c))).collect(),
             contact: seen(modes.vectors.as_ref(), contact),
             rotation: blocks(forms, modes, prestress),
-            stored: (0..modes.omega.len()).map(|k| stored[(k, k)]).collect(),
+            stored: (0..modes.omega.len()).map(|k| stored[(k, k)] + rings.stored[k]).collect(),
             lost,
+            viscous: rings.viscous,
             outline: Mat::zeros(0, modes.omega.len()),
             vectors: Mat::zeros(0, modes.omega.len()),
         }
@@ -115,7 +120,9 @@ impl Seen {
         list.extend(self.omega.iter().chain(&self.residual));
         list.extend(self.shares.as_flattened().iter().chain(self.contact.as_flattened()));
         list.extend(&self.stored);
-        for matrix in [&self.rotation.coupling, &self.rotation.stiffness, &self.lost, &self.outline, &self.vectors] {
+        let rotation = &self.rotation;
+        let squares = [&rotation.coupling, &rotation.stiffness, &self.lost, &self.viscous];
+        for matrix in squares.into_iter().chain([&self.outline, &self.vectors]) {
             list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
         }
         list
@@ -128,7 +135,7 @@ impl Seen {
             let m = numbers.get(1).map_or(0, |m| *m as usize);
             let rows = numbers.get(2).map_or(0, |rows| *rows as usize);
             let amplitudes = numbers.get(3).map_or(0, |rows| *rows as usize);
-            let length = 4 + (6 + LOADS) * m + 3 * m * m + (rows + amplitudes) * m;
+            let length = 4 + (6 + LOADS) * m + 4 * m * m + (rows + amplitudes) * m;
             if numbers.len() < length {
                 return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
             }
@@ -147,8 +154,9 @@ impl Seen {
                 rotation: RotationBlocks { coupling: matrix(m, 0), stiffness: matrix(m, m * m) },
                 stored: list[(5 + LOADS) * m..].to_vec(),
                 lost: matrix(m, 2 * m * m),
-                outline: matrix(rows, 3 * m * m),
-                vectors: matrix(amplitudes, 3 * m * m + rows * m),
+                viscous: matrix(m, 3 * m * m),
+                outline: matrix(rows, 4 * m * m),
+                vectors: matrix(amplitudes, 4 * m * m + rows * m),
             });
             numbers = rest;
         }

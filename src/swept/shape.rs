@@ -46,6 +46,27 @@ impl SectionCell {
         }
     }
 
+    /// Middle of the reference element.
+    pub fn middle(self) -> [f64; 2] {
+        match self {
+            SectionCell::Tri6 => [1.0 / 3.0; 2],
+            SectionCell::Quad8 | SectionCell::Quad9 => [0.0; 2],
+        }
+    }
+
+    /// Point of the reference element that is `at`, or that bounds it there.
+    pub fn inside(self, at: [f64; 2]) -> [f64; 2] {
+        match self {
+            SectionCell::Tri6 => {
+                let [a, b] = at.map(|x| x.max(0.0));
+                let beyond = (0.5 * (a + b - 1.0)).max(0.0);
+                let [a, b] = [a - beyond, b - beyond];
+                [(a + b.min(0.0)).clamp(0.0, 1.0), (b + a.min(0.0)).clamp(0.0, 1.0)]
+            }
+            SectionCell::Quad8 | SectionCell::Quad9 => at.map(|x| x.clamp(-1.0, 1.0)),
+        }
+    }
+
     /// Shape functions at the integration points.
     pub fn points(self) -> Vec<Shape> {
         match self {

@@ -8,6 +8,7 @@ use crate::rails::R60E1;
 use faer::Mat;
 use std::f64::consts::PI;
 
+mod attached;
 mod bays;
 mod drawn_rail;
 mod elsewhere;

@@ -49,6 +49,17 @@ impl WheelShape {
         self.radii[3]
     }
 
+    /// Place (r, y) on the inner side of the rim, halfway between the web and the field side, m.
+    pub fn inside_of_rim(&self) -> [f64; 2] {
+        let [thickness, at_rim, _] = self.web;
+        [self.radii[2], 0.5 * (self.rim[0] + at_rim - 0.5 * thickness)]
+    }
+
+    /// Place (r, y) in the middle of the web, halfway between hub and rim, m.
+    pub fn middle_of_web(&self) -> [f64; 2] {
+        self.place([0.5 * (self.radii[1] + self.radii[2]), self.web[1]])
+    }
+
     /// Place (r, y) of a point of the straight wheel: the web becomes an S, and the hub follows it between its ends.
     fn place(&self, [r, y]: [f64; 2]) -> [f64; 2] {
         let [thickness, at_rim, at_hub] = self.web;

@@ -102,6 +102,54 @@ fn a_drawn_section_rolls_as_the_built_in_one() {
     assert!(inputs.expect("inputs").iter().any(|name| name.ends_with("lower.msh")));
 }
 
+/// Physical surfaces of a drawing have materials of their own: the tyre turns on its rubber as rings do, with the loss
+/// factor of the rubber, and the mass is that of both.
+#[test]
+fn a_drawn_wheel_has_layers() {
+    let folder = Folder::with("{}");
+    let mut job = drawn(&folder);
+    let text = drawing(16, 8, 0.0).replace("$PhysicalNames\n3\n", "$PhysicalNames\n4\n2 4 \"rubber\"\n");
+    // Elements of the middle row, counted from the bore, between 300 and 339.2 mm.
+    let mut faces = 0;
+    let in_rubber = |line: &str| match line.split_once(" 10 2 3 1 ") {
+        Some((number, nodes)) => {
+            faces += 1;
+            let group = if (faces - 1) % 16 == 8 { 4 } else { 3 };
+            format!("{number} 10 2 {group} 1 {nodes}\n")
+        }
+        None => format!("{line}\n"),
+    };
+    std::fs::write(folder.path("lower.msh"), text.lines().map(in_rubber).collect::<String>()).expect("a drawing");
+    job["bodies"]["lower"]["mesh"]["revolved"]["contact_offset"] = json!(0);
+    let file = &mut job["bodies"]["lower"]["mesh"]["revolved"]["section"]["file"];
+    file.as_object_mut().expect("keys").remove("crown");
+    file["layers"] = json!([{
+        "group": "rubber", "material": { "young": 2e7, "poisson": 0.45, "density": 1000 }, "loss_factor": 0.1
+    }]);
+    let bodies = job["bodies"].as_object_mut().expect("bodies");
+    bodies.remove("upper");
+    job.as_object_mut().expect("a job").remove("contact");
+    job["analyses"] = json!({ "modes": { "max_frequency": 100 } });
+    std::fs::write(folder.path("job.json"), job.to_string()).expect("a job");
+    folder.call(1, "run", &[]).good();
+    let inner = 100.0 + 400.0 * (0.5 - 0.5 * (std::f64::consts::PI * 8.0 / 16.0).cos());
+    let outer = 100.0 + 400.0 * (0.5 - 0.5 * (std::f64::consts::PI * 9.0 / 16.0).cos());
+    assert!((inner - 300.0f64).abs() < 1e-9 && outer > inner);
+    // Torsion: the ring between a and b has the stiffness 4πGw/(1/a² − 1/b²).
+    let (a, b, width) = (1e-3 * inner, 1e-3 * outer, 0.1);
+    let stiffness = 4.0 * std::f64::consts::PI * 2e7 / 2.9 * width / (1.0 / (a * a) - 1.0 / (b * b));
+    let density = job["bodies"]["lower"]["material"]["density"].as_f64().expect("a density");
+    let moment = |from: f64, to: f64| 0.5 * std::f64::consts::PI * width * (to.powi(4) - from.powi(4));
+    let inertia = density * moment(b, 0.5) + 1000.0 * moment(a, b) / 3.0;
+    let wanted = (stiffness / inertia).sqrt() / (2.0 * std::f64::consts::PI);
+    let found = numbers(&folder, "job.h5", "modes/lower/frequency");
+    // The crown takes half a per cent of the moment of inertia away.
+    assert!(found.iter().any(|f| (f / wanted - 1.0).abs() < 0.01), "{wanted} Hz: {found:?}");
+    let key = "bodies.lower.mesh.revolved.section.file.layers.0.group";
+    folder.call(1, "check", &["--set", &format!("{key}=tyre")]).failed(2, &["layers.0.group", "tyre", "\"rubber\""]);
+    folder.call(1, "check", &["--set", &format!("{key}=steel")]).failed(2, &["section.file.layers", "running line"]);
+}
+
 #[test]
 fn what_a_drawing_lacks_is_said() {
     let folder = Folder::with("{}");

@@ -1,5 +1,6 @@
 //! The program as its users call it: real processes, under `mpirun` where there are several ranks.
 
+mod absorbers;
 mod bad_input;
 mod consistent;
 mod creep_curve;

@@ -35,6 +35,12 @@ pub struct Body {
     /// masses, ends that absorb.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<super::Support>,
+    /// Tuned absorbers on a wheel that is swept from a section (`mesh.revolved`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub absorbers: Vec<super::Absorber>,
+    /// Ring dampers in grooves of a wheel that is swept from a section (`mesh.revolved`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ring_dampers: Vec<super::RingDamper>,
     /// What a rail (`mesh.extruded`) lies on, with its damping.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub track: Option<super::Track>,

@@ -1,6 +1,7 @@
 //! The job as data: every key, its unit, its default and its simple bounds. The JSON Schema is generated from here,
 //! and the bounds in it are the ones that reading enforces. SI units throughout.
 
+mod absorber;
 mod analyses;
 mod body;
 mod contact;
@@ -21,6 +22,7 @@ use std::path::PathBuf;
 use super::format::FORMAT;
 use super::sweep::SweepPlan;
 
+pub use absorber::*;
 pub use analyses::*;
 pub use body::*;
 pub use contact::*;

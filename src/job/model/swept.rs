@@ -1,6 +1,6 @@
 //! A body swept from a section.
 
-use super::WheelDimensions;
+use super::{Material, WheelDimensions};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -55,6 +55,24 @@ pub struct SectionFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub crown: Option<f64>,
+    /// Parts of other materials than that of the body, as the rubber of a resilient wheel.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<FileLayer>,
+}
+
+/// Part of a drawn section that is of another material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FileLayer {
+    /// Physical surface of the file.
+    pub group: String,
+    /// Its material; of rubber with the dynamic modulus at the frequencies of interest. Poisson's ratio is at most
+    /// 0.49.
+    pub material: Material,
+    /// Its loss factor: a mode is damped by it times the part of its strain energy there.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("unit" = "1"))]
+    pub loss_factor: f64,
 }
 
 pub(super) fn one() -> f64 {

@@ -41,6 +41,15 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
             if file.path.as_os_str().is_empty() {
                 faults.push(format!("{at}.path: found \"\", expected the path of a plane mesh"));
             }
+            for (i, layer) in file.layers.iter().enumerate() {
+                let at = format!("{at}.layers.{i}");
+                super::wheel::check_poisson(&at, &layer.material, faults);
+                if layer.group.trim().is_empty() {
+                    faults.push(format!("{at}.group: found \"\", expected the name of a physical surface of the file"));
+                } else if file.layers[..i].iter().any(|other| other.group == layer.group) {
+                    faults.push(format!("{at}.group: the physical surface {:?} is given twice", layer.group));
+                }
+            }
             let running = |group: &String| *group == file.running;
             if let Some(i) = body.fixed.iter().position(running) {
                 faults.push(format!(

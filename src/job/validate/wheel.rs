@@ -1,6 +1,6 @@
 //! Rules of a wheel by its main dimensions.
 
-use super::super::model::{Body, MeshSource, Section, WheelDimensions};
+use super::super::model::{Body, Material, MeshSource, Section, WheelDimensions};
 
 /// Largest Poisson's ratio of a layer: elements of displacements lock beyond.
 const POISSON: f64 = 0.49;
@@ -92,11 +92,16 @@ fn check_layer(at: &str, wheel: &WheelDimensions, faults: &mut Vec<String>) {
             2.0 * tread
         ));
     }
-    if layer.material.poisson > POISSON {
+    check_poisson(&format!("{at}.layer"), &layer.material, faults);
+}
+
+/// Adds the fault of a layer whose material is nearly incompressible.
+pub fn check_poisson(at: &str, material: &Material, faults: &mut Vec<String>) {
+    if material.poisson > POISSON {
         faults.push(format!(
-            "{at}.layer.material.poisson: found {}, expected at most {POISSON}: elements of displacements are too stiff \
+            "{at}.material.poisson: found {}, expected at most {POISSON}: elements of displacements are too stiff \
              for what is nearly incompressible; of a ring of blocks that bulge freely give that of the blocks, about 0.45",
-            layer.material.poisson
+            material.poisson
         ));
     }
 }

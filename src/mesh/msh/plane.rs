@@ -3,7 +3,7 @@
 use super::cursor::Cursor;
 use super::sections::{ElementType, Raw};
 use crate::{Error, Result};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 /// A plane mesh.
@@ -15,13 +15,18 @@ pub struct Plane {
     pub faces: Vec<Vec<usize>>,
     /// Edges of the curves in each physical group: first node, last node, and the middle one of those of second order.
     pub curves: BTreeMap<String, Vec<Vec<usize>>>,
+    /// Places in `faces` of those in each physical surface, ascending.
+    pub surfaces: BTreeMap<String, Vec<usize>>,
 }
 
 /// What is read of a plane mesh so far.
 #[derive(Default)]
 pub(super) struct Read {
     faces: Vec<Vec<usize>>,
-    seen: HashSet<Vec<usize>>,
+    /// Place in `faces` by the nodes.
+    seen: HashMap<Vec<usize>, usize>,
+    /// Surface entity and place in `faces`.
+    within: Vec<(i32, usize)>,
     edges: Vec<(i32, Vec<usize>)>,
 }
 
@@ -64,9 +69,12 @@ impl Read {
             (1, 2 | 3) => self.edges.push((entity, nodes)),
             (2, 3 | 4 | 6 | 8 | 9) => {
                 // What is in several groups occurs several times in files of version 2.2.
-                if self.seen.insert(nodes.clone()) {
+                let new = self.faces.len();
+                let place = *self.seen.entry(nodes.clone()).or_insert(new);
+                if place == new {
                     self.faces.push(nodes);
                 }
+                self.within.push((entity, place));
             }
             _ => {
                 return Err(c.error_at(
@@ -115,7 +123,15 @@ impl Raw {
                 curves.entry(name.clone()).or_default().push(edge.clone());
             }
         }
-        Ok(Plane { nodes, faces: read.faces, curves })
+        let title = |g: &i32| self.names.get(&(2, *g)).cloned().unwrap_or_else(|| g.to_string());
+        let mut surfaces: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        for (surface, place) in read.within {
+            for group in self.surfaces.get(&surface).into_iter().flatten() {
+                surfaces.entry(title(group)).or_default().push(place);
+            }
+        }
+        surfaces.values_mut().for_each(|places| places.sort_unstable());
+        Ok(Plane { nodes, faces: read.faces, curves, surfaces })
     }
 }
 
@@ -134,6 +150,8 @@ mod tests {
         assert_eq!(plane.nodes[..4], [[0.0, 1.0], [2.0, 1.0], [2.0, 2.0], [0.0, 2.0]]);
         assert_eq!(plane.faces, [vec![0, 1, 2, 3]], "once");
         assert_eq!(plane.curves, [("running".to_owned(), vec![vec![3, 2]])].into());
+        let surfaces = [("steel".to_owned(), vec![0]), ("3".to_owned(), vec![0])];
+        assert_eq!(plane.surfaces, surfaces.into(), "each group that has it");
     }
 
     #[test]

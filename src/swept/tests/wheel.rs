@@ -42,6 +42,63 @@ fn frequencies_of_a_wheel_by_dimensions_are_those_of_its_drawing() {
     }
 }
 
+/// A resilient wheel by its dimensions has the frequencies and strain energies of the same wheel drawn, with its ring of
+/// rubber as a physical surface.
+#[test]
+fn a_resilient_wheel_is_its_drawing() {
+    let material = Material { young: 20e6, poisson: 0.45, density: 1150.0 };
+    let layer = SectionLayer { name: "rubber".into(), material, loss: 0.12 };
+    let shape = WheelShape {
+        radii: [0.075, 0.11, 0.22, 0.33, 0.358],
+        hub: [-0.07, 0.07],
+        web: [0.03, 0.0, 0.0],
+        rim: [-0.045, 0.040, 0.070],
+        bore_group: "bore",
+        layer: Some((layer.clone(), [0.25, 0.266])),
+        ..WheelShape::w920s()
+    };
+    let wheel = Wheel { shape, ..Wheel::w920s(0.0) };
+    let built = Given::Wheel(wheel.clone()).for_modes().unwrap();
+    let fine = wheel.section(even(0.002, 0.008)).unwrap();
+    let halves = [[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 7]];
+    let faces: Vec<Vec<usize>> =
+        fine.elements.iter().flat_map(|e| halves.map(|t| t.map(|k| e.nodes[k]).to_vec())).collect();
+    let rubber: Vec<usize> = (0..faces.len()).filter(|k| fine.elements[k / 2].layer == 1).collect();
+    let tread = fine.tread.iter().filter(|e| fine.nodes[e[0]][1] < fine.nodes[e[1]][1]);
+    let running: Vec<Vec<usize>> = tread.map(|e| e.to_vec()).collect();
+    let bore: Vec<Vec<usize>> = fine.edges("bore").into_iter().map(|e| e.to_vec()).collect();
+    let curves = [("running".to_owned(), running), ("bore".to_owned(), bore)].into();
+    let drawn = Drawn::new(Path::Axle, fine.nodes.clone(), &faces, &curves, "running").unwrap();
+    let all: Vec<usize> = (0..faces.len()).collect();
+    for (layers, part) in [
+        (vec![(layer.clone(), &rubber[..]), (layer.clone(), &rubber[..1])], "a face in common"),
+        (vec![(layer.clone(), &all[..])], "the running line lies on"),
+    ] {
+        let error = drawn.clone().with_layers(layers).unwrap_err();
+        assert!(error.message().contains(part), "{error}");
+    }
+    let drawn = drawn.with_layers(vec![(layer, &rubber[..])]).unwrap();
+    let drawn = Given::Drawn { drawn: Rc::new(drawn), offset: 0.0, mirrored: false }.for_modes().unwrap();
+    let [a, b] = [&built, &drawn].map(|s| s.inertia(STEEL_OF_WHEELS));
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6 * b.abs().max(1e-2)), "{a:?} {b:?}");
+    let found = [built, drawn].map(|section| {
+        let forms = Forms::new(section, STEEL_OF_WHEELS, &["bore".to_owned()]).unwrap();
+        up_to(&forms, 600.0)
+    });
+    let [a, b] = found.each_ref().map(|modes| spectrum(modes));
+    assert!(a.len() == b.len() && a.len() == 8, "{a:?} {b:?}");
+    for (a, b) in a.iter().zip(&b) {
+        assert!(a.1 == b.1 && (a.0 / b.0 - 1.0).abs() < 1e-3, "{a:?} {b:?}");
+    }
+    for (a, b) in found[0].iter().zip(&found[1]) {
+        for k in 0..a.omega.len() {
+            // Shares of the strain energy in the rubber.
+            let [x, y] = [a, b].map(|modes| modes.lost[(k, k)] / (0.12 * modes.omega[k].powi(2)));
+            assert!((x - y).abs() < 1e-3 && y > 0.1, "{}: {x} {y}", a.order);
+        }
+    }
+}
+
 /// The mesh of W920S on its own lines, with all dimensions written out.
 fn w920s_by_hand(offset: f64, places: &[[f64; 2]], focus: Focus) -> Section {
     let radii: Vec<f64> = places.iter().map(|x| x[0]).collect();
