@@ -6,9 +6,14 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 /// Tag of the message by which a rank tells rank 0 of its wish.
 const WISH: i32 = 77;
+
+/// Time for which a rank that waits asks again and again, and its longest sleep after that.
+const BUSY: Duration = Duration::from_micros(200);
+const LONGEST: Duration = Duration::from_millis(2);
 
 /// All ranks of the run.
 pub struct World {
@@ -59,10 +64,28 @@ impl World {
         Err(Error::from_code(code, String::from_utf8_lossy(&text).into_owned()))
     }
 
-    /// Collective: runs `work` on rank 0 only, and returns its error on every rank. `Some` on rank 0, `None` elsewhere.
+    /// Collective: runs `work` on rank 0 only, and returns its error on every rank. `Some` on rank 0, `None`
+    /// elsewhere. Work that takes long leaves the processors of the other ranks free.
     pub fn on_root<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
         let local = if self.is_root() { work().map(Some) } else { Ok(None) };
+        self.meet();
         self.agree(local)
+    }
+
+    /// Collective: waits for the other ranks; after a moment it sleeps in between, for a small part of the time waited.
+    fn meet(&self) {
+        if self.size == 1 {
+            return;
+        }
+        let begun = Instant::now();
+        let mut over = self.comm.immediate_barrier();
+        while let Err(pending) = over.test() {
+            over = pending;
+            match begun.elapsed() {
+                waited if waited < BUSY => std::thread::yield_now(),
+                waited => std::thread::sleep((waited / 8).min(LONGEST)),
+            }
+        }
     }
 
     /// Collective: as [`World::on_root`] for work that takes long: the other ranks sleep instead of waiting busily, and where

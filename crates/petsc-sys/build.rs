@@ -107,6 +107,7 @@ const FUNCTIONS: &[&str] = &[
     "PCFactorSetMatSolverType",
     "PCFactorGetMatrix",
     "PCShellSetApply",
+    "PCShellSetApplyTranspose",
     "PCShellSetContext",
     "PCShellGetContext",
     "MatMumpsGetInfog",
@@ -250,6 +251,13 @@ fn check(conf: &str, found: &Found) {
             "the PETSc of {} was built without {}. Point PETSC_DIR and PETSC_ARCH to one that has it.",
             found.origin,
             missing.join(" and without ")
+        ));
+    }
+    if defined(conf, "PETSC_HAVE_64BIT_BLAS_INDICES") {
+        fail(&format!(
+            "the PETSc of {} calls a BLAS with integers of 64 bits, but MUMPS is called with those of 32 bits beside it. \
+             Configure it with a BLAS of 32 bits (without --with-64-bit-blas-indices; OpenBLAS, not its ILP64 build).",
+            found.origin
         ));
     }
     if defined(conf, "PETSC_HAVE_MPIUNI") {

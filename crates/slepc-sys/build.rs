@@ -14,6 +14,7 @@ const FUNCTIONS: &[&str] = &[
     "EPS(GetConverged|GetConvergedReason|GetEigenpair|GetEigenvalue|GetEigenvector|GetIterationNumber|GetST|GetBV)",
     "EPS(MonitorSet|KrylovSchurSetRestart|KrylovSchurSetLocking|GetDimensions|GetTolerances|SetStoppingTestFunction)",
     "EPS(SetTrueResidual|SetPurify|KrylovSchurSetDimensions|StoppingBasic|SetTwoSided|SetEigenvalueComparison)",
+    "EPS(SetLeftInitialSpace|GetLeftEigenvector|SetDeflationSpace)",
     "ST(SetType|GetKSP|GetMatrix|SetShift|ShellSetApply|ShellSetApplyTranspose|ShellSetBackTransform|ShellSetContext|ShellGetContext)",
     "ST(SetMatStructure|SetTransform|SetMatMode|SetOptionsPrefix|SetFromOptions)",
     "BV(SetType|SetOrthogonalization|GetSizes|SetMatMultMethod)",

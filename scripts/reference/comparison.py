@@ -39,6 +39,7 @@ INTENDED = {
     "stability/shift_radius": "another eigensolver finds other eigenvalues beside those that are wanted",
     "sweep/sticking": "is new",
     "stability/criterion*": "is new",
+    "stability/confirmation*": "is new",
     "modes/*/diameters": "of bodies that rotate is new",
     "modes/*/family": "is new",
     "reduced/*/order": "is new",

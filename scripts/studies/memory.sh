@@ -42,7 +42,7 @@ for path in pathlib.Path(sys.argv[1]).iterdir():
         what = lines[0].strip()
         if "definitely lost" in what:
             size = int(re.match(r"[\d,]+", what).group().replace(",", ""))
-            mine = next((f for f in frames if re.match(r"<?(railsqueal|linear_algebra|hdf5_chunks|allocator|thin_blas)", f)), "no frame of the program")
+            mine = next((f for f in frames if re.match(r"<?(railsqueal|linear_algebra|hdf5_chunks|allocator)", f)), "no frame of the program")
             reason = next((why for pattern, why in KNOWN.items() if re.match(pattern, mine)), None)
             if not reason and any(re.match(FAILING, f) for f in frames):
                 reason = "an error of a callback or an option that is refused, on its way through PETSc and SLEPc"
@@ -53,7 +53,7 @@ for path in pathlib.Path(sys.argv[1]).iterdir():
             continue
         # The program calls all of the libraries: its own are errors within it, or at the pointers that it hands over.
         first = frames[0]
-        (own if re.match(r"(<?railsqueal|<?linear_algebra|hdf5_chunks|allocator|thin_blas)", first) else other)[f"{what} in {first}"] += 1
+        (own if re.match(r"(<?railsqueal|<?linear_algebra|hdf5_chunks|allocator)", first) else other)[f"{what} in {first}"] += 1
 for name, counter in (("of the libraries", other), ("of this program", own)):
     print(f"errors {name}: {sum(counter.values())}")
     for text, count in counter.most_common(12):

@@ -8,6 +8,7 @@ use crate::contact::LinearContact;
 use crate::job;
 use crate::model::{self, ModalPair};
 use crate::parallel::World;
+use crate::stability::confirmation;
 use crate::stability::dense::{self, Whole};
 use crate::stability::full::cover::{partners, Wedge};
 use crate::stability::full::residuals::Residuals;
@@ -166,11 +167,18 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
     let wedge = Wedge::new(wanted.max_frequency, wanted.damping_ratio);
     let found = world.on_root(|| {
         let [lower, upper] = [0, 1].map(|p| wholes.get(p).and_then(Option::as_ref));
-        let mut found = dense::eigenpairs([lower, upper], contact, wanted.tolerance)?;
+        let (mut found, pencil) = dense::spectrum([lower, upper], contact, wanted.tolerance)?;
         found.retain(|p| wedge.holds(p.value));
-        Ok(found)
+        let unstable = found.iter().filter(|p| grows(p.value, p.backward_error));
+        let unstable: Vec<C> = unstable.map(|p| p.value).collect();
+        let confirmed = match pencil.filter(|_| !unstable.is_empty()) {
+            Some(pencil) => confirmation::of_pencil(run.petsc, pencil, &unstable)?,
+            None => Vec::new(),
+        };
+        Ok((found, confirmed))
     })?;
-    let found = found.unwrap_or_default();
+    let (found, confirmed) = found.unwrap_or_default();
+    let mut confirmed = confirmed.into_iter();
     let values = world.broadcast(found.iter().map(|p| p.value).collect::<Vec<C>>());
     let errors = world.broadcast(found.iter().flat_map(|p| [p.backward_error, p.constraint]).collect::<Vec<f64>>());
     let mut pairs = Vec::new();
@@ -191,7 +199,10 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
         }
         let (pressure, forces) = (Vec::new(), Vec::new());
         let residuals = Residuals { backward_error: errors[2 * i], correction: 0.0, constraint: errors[2 * i + 1] };
-        pairs.push(FullPair { value, motion, pressure, forces, damping: [0.0; 2], stiffening: [0.0; 2], residuals });
+        let (damping, stiffening) = ([0.0; 2], [0.0; 2]);
+        // On rank 0, in the order of the pairs.
+        let confirmation = if grows(value, residuals.backward_error) { confirmed.next() } else { None };
+        pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals, confirmation });
     }
     Ok(FullSpectrum { pairs, shifts: Vec::new() })
 }
@@ -237,6 +248,10 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
             worst(&|p| p.residuals.correction)
         ),
     );
+    let confirmed: Vec<_> = pairs.iter().filter_map(|p| p.confirmation).collect();
+    if !confirmed.is_empty() {
+        summary.value("SLEPc confirms", confirmation::in_words(&confirmed));
+    }
     let unstable = pairs.iter().filter(|p| grows(p.value, p.residuals.backward_error)).count();
     for p in pairs.iter().take(unstable.max(3)) {
         summary.value(

@@ -9,7 +9,8 @@ use crate::case::examined::{Examined, Found};
 use crate::case::well_posed;
 use crate::job::{self, Job};
 use crate::model::ModalPair;
-use crate::output::datasets::stability::{causes, derivatives, eigenvalues, equilibrium, of_point};
+use crate::output::datasets::stability::{causes, confirmations, derivatives, eigenvalues, equilibrium, of_point};
+use crate::stability::confirmation;
 use crate::stability::criterion::{criteria, Criterion};
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
@@ -43,10 +44,16 @@ pub(super) fn run(
             }
         };
         let one_point = point::wanted(&examined, &found)?;
-        Ok((found, (smallest, sensitivities, criteria, one_point)))
+        let unstable: Vec<&Eigenpair> = unstable(&found.spectrum).collect();
+        let confirmed = confirmation::of_reduced(run.petsc, &root.pair, &found.contact, &unstable)?;
+        Ok((found, (smallest, sensitivities, criteria, one_point), confirmed))
     })?;
-    let (found, (smallest, sensitivities, criteria, one_point)) =
-        found.map_or((None, (None, None, Vec::new(), None)), |(f, (m, s, c, p))| (Some(f), (Some(m), s, c, p)));
+    let (found, (smallest, sensitivities, criteria, one_point), confirmed) = match found {
+        Some((found, (smallest, sensitivities, criteria, point), confirmed)) => {
+            (Some(found), (Some(smallest), sensitivities, criteria, point), confirmed)
+        }
+        None => (None, (None, None, Vec::new(), None), Vec::new()),
+    };
     let full = match &stability.full {
         Some(wanted) => {
             shapes.map_err(Clone::clone)?;
@@ -61,6 +68,11 @@ pub(super) fn run(
         run.file.tables(tables.unwrap_or_default());
         let moves = if state.as_ref().is_none_or(|s| s.sliding) { "sliding" } else { "rolling" };
         summarise(spectrum, moves, (&root.pair, sensitivities.as_ref(), &criteria), &mut run.summary);
+        if !confirmed.is_empty() {
+            run.summary.value("SLEPc confirms", confirmation::in_words(&confirmed));
+        }
+        let places = unstable_places(spectrum).zip(confirmed).collect::<Vec<_>>();
+        run.file.tables(confirmations(places, spectrum.eigenpairs.len(), full.as_ref()));
         run.file.tables(causes(&criteria));
         if let Some(comparison) = &one_point {
             run.file.tables(of_point(comparison, spectrum.eigenpairs.len()));
@@ -131,9 +143,20 @@ fn listed(spectrum: &Spectrum) -> &[Eigenpair] {
     &spectrum.eigenpairs[..told(spectrum).min(LISTED[1])]
 }
 
+/// Places of the unstable eigenvalues in the list.
+fn unstable_places(spectrum: &Spectrum) -> impl Iterator<Item = usize> + '_ {
+    let all = spectrum.eigenpairs.iter().enumerate();
+    all.filter(|(_, e)| grows(e.value, e.backward_error)).map(|(i, _)| i)
+}
+
+/// The unstable eigenvalues.
+fn unstable(spectrum: &Spectrum) -> impl Iterator<Item = &Eigenpair> {
+    unstable_places(spectrum).map(|i| &spectrum.eigenpairs[i])
+}
+
 /// How many the summary lists.
 fn told(spectrum: &Spectrum) -> usize {
-    let unstable = spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
+    let unstable = unstable_places(spectrum).count();
     unstable.max(LISTED[0]).min(spectrum.eigenpairs.len())
 }
 
@@ -144,7 +167,7 @@ pub(super) fn summarise(
     (model, sensitivities, criteria): (&ModalPair, Option<&Sensitivities>, &[Criterion]),
     summary: &mut Summary,
 ) {
-    let unstable: Vec<&Eigenpair> = spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).collect();
+    let unstable: Vec<&Eigenpair> = unstable(spectrum).collect();
     let sticking = match spectrum.sticking {
         0 => String::new(),
         n => format!(", {n} of them in stick"),

@@ -179,18 +179,6 @@ impl FeBody {
         self.trace.gather(world, modes.vectors.len(), |k| &modes.vectors[k])
     }
 
-    /// Shift σ, 1/s², of the shift-invert transformation where a factor of K − σM is made: 0 for a supported body; for a free one negative and small
-    /// against its first elastic ω², so that K − σM is positive definite.
-    pub fn shift(&self, world: &World) -> f64 {
-        if self.supported {
-            return 0.0;
-        }
-        // A wave of speed √(E/ρ) crosses the body in about 1/(20 f): well below any elastic frequency.
-        let size = self.diameter(world);
-        let f = 0.05 * (self.material.young / self.material.density).sqrt() / size;
-        -(2.0 * std::f64::consts::PI * f).powi(2)
-    }
-
     /// Collective: diagonal of the bounding box, m.
     pub fn diameter(&self, world: &World) -> f64 {
         let extent = |c: usize| {

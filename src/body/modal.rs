@@ -81,6 +81,16 @@ impl ModalMatrix {
         self
     }
 
+    /// The transposed matrix.
+    pub fn transposed(&self) -> Self {
+        match self {
+            ModalMatrix::Diagonal(d) => ModalMatrix::Diagonal(d.clone()),
+            ModalMatrix::Blocks(blocks) => {
+                ModalMatrix::Blocks(blocks.iter().map(|b| b.transpose().to_owned()).collect())
+            }
+        }
+    }
+
     /// Entry (i, j).
     pub fn get(&self, i: usize, j: usize) -> f64 {
         match self {

@@ -48,23 +48,20 @@ pub fn compute(
         )));
     }
     let pencil = sparse::Matrices::new(world, &body.operators.stiffness, &body.operators.mass);
-    let pencil = match method {
-        Method::Blocks => pencil.knowing(&body.rigid.shapes),
-        Method::Slepc => pencil,
-    };
+    let pencil = pencil.knowing(&body.rigid.shapes);
     let rigid = body.rigid.len();
     let mut wanted = (count.max(rigid) + BEYOND).min(order);
     loop {
-        let mut found = match (&mut *statics, method) {
-            (Statics::Direct(factor), _) => {
-                let options = ModesOptions { sigma: 0.0, count: wanted, method, prefix: format!("{}_", body.name) };
-                sparse::modes(petsc, factor, &pencil, &options, progress).map_err(named)?
+        let asked = |count| ModesOptions { sigma: 0.0, count, method, prefix: format!("{}_", body.name) };
+        let mut found = match &mut *statics {
+            Statics::Direct(factor) => {
+                sparse::modes(petsc, factor, &pencil, &asked(wanted), progress).map_err(named)?
             }
-            (Statics::Balanced(balanced), Method::Blocks) => {
-                sparse::beside_known(&pencil, &mut **balanced, wanted - rigid, progress).map_err(named)?
+            Statics::Balanced(balanced) => {
+                sparse::beside_known(petsc, &pencil, &mut **balanced, &asked(wanted - rigid), progress)
+                    .map_err(named)?
             }
-            (Statics::Balanced(_), Method::Slepc) => beside(petsc, body, &pencil, wanted, progress).map_err(named)?,
-            (Statics::Iterative(_), _) => return Err(Error::Defect("modes without a factorisation".into())),
+            Statics::Iterative(_) => return Err(Error::Defect("modes without a factorisation".into())),
         };
         complete(world, body, &mut found);
         let omega: Vec<f64> = found.lambda.iter().map(|&l| l.max(0.0).sqrt()).collect();
@@ -87,27 +84,6 @@ pub fn compute(
         vectors.truncate(keep);
         return Ok(BodyModes { omega: omega[..keep].to_vec(), residual: found.residuals[..keep].to_vec(), vectors });
     }
-}
-
-/// Collective: the elastic ones of the `count` lowest modes by SLEPc, which takes a factor of K − σM below all of them: the rigid ones come first and go.
-fn beside(
-    petsc: &Petsc,
-    body: &FeBody,
-    pencil: &sparse::Matrices,
-    count: usize,
-    progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
-    let world = petsc.world();
-    let sigma = body.shift(world);
-    let shifted = body.operators.stiffness.minus_scaled(sigma, &body.operators.mass);
-    let mut factor = Factor::new(world, &shifted, FactorOptions::new(Symmetry::Positive), "K - σM")?;
-    let options = ModesOptions { sigma, count, method: Method::Slepc, prefix: format!("{}_", body.name) };
-    let mut found = sparse::modes(petsc, &mut factor, pencil, &options, progress)?;
-    let rigid = body.rigid.len().min(found.lambda.len());
-    found.lambda.drain(..rigid);
-    found.residuals.drain(..rigid);
-    found.vectors.drain(..rigid);
-    Ok(found)
 }
 
 /// Collective: puts the rigid motions before the elastic modes, which are freed of what rounding has left of them, and clears what is clamped.

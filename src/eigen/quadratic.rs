@@ -107,7 +107,7 @@ fn taller(a: MatRef<'_, C>, rows: usize) -> Mat<C> {
 }
 
 /// Collective: norms of distributed columns of `n` local rows.
-pub(super) fn sizes(world: &World, columns: &[C], n: usize) -> Vec<f64> {
+pub fn sizes(world: &World, columns: &[C], n: usize) -> Vec<f64> {
     let squares: Vec<f64> = columns.chunks_exact(n).map(|c| c.iter().map(|v| v.norm_sqr()).sum()).collect();
     world.sum_all(&squares).into_iter().map(f64::sqrt).collect()
 }

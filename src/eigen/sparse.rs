@@ -182,13 +182,19 @@ impl Moving for Sliding<'_> {
     }
 }
 
-/// Collective: the `count` lowest pairs beside those that `pencil` knows, which lie below the shift of `first`, as that says.
+/// Collective: the lowest pairs beside those that `pencil` knows, as many as the `options` ask for; the known ones
+/// lie below the shift of `first`, as that says.
 pub fn beside_known(
+    petsc: &Petsc,
     pencil: &Matrices,
     first: &mut dyn Shifted,
-    count: usize,
+    options: &ModesOptions,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Modes> {
+    let count = options.count;
+    if options.method == Method::Slepc {
+        return by_slepc(petsc, pencil, first, options, progress);
+    }
     match count > SLICED {
         true => lowest(pencil, first, &mut Sliding::new(pencil), count, progress),
         false => nearest(pencil, first, count, progress),
@@ -207,7 +213,7 @@ pub fn modes(
     options: &ModesOptions,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Modes> {
-    let ModesOptions { sigma, count, method, prefix } = options;
+    let ModesOptions { sigma, count, method, .. } = options;
     if *method == Method::Blocks {
         let mut first = At { factor, sigma: *sigma };
         // Above the lowest eigenvalue the nearest ones lie on both sides.
@@ -216,13 +222,26 @@ pub fn modes(
             false => nearest(pencil, &mut first, *count, progress),
         };
     }
+    by_slepc(petsc, pencil, &mut At { factor, sigma: *sigma }, options, progress)
+}
+
+/// Collective: the pairs nearest to the shift of `first` by SLEPc, beside those that `pencil` knows.
+fn by_slepc(
+    petsc: &Petsc,
+    pencil: &Matrices,
+    first: &mut dyn Shifted,
+    ModesOptions { count, prefix, .. }: &ModesOptions,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Modes> {
     if *count == 0 || pencil.order() == 0 {
         return Ok(Modes::default());
     }
-    enough(*count, pencil.order())?;
-    let wanted = eps::Wanted { sigma: *sigma, count: *count, prefix };
-    let found = eps::pairs(petsc, factor, &pencil.mass, &wanted, progress)?;
-    let mut modes = check::checked(pencil, *sigma, &found.lambda, found.vectors)?;
+    enough(*count, pencil.order() - pencil.known.1 as u64)?;
+    let sigma = first.sigma();
+    let wanted = eps::Wanted { sigma, known: &pencil.known.0, count: *count, prefix };
+    let mut inverse = |x: &mut [f64]| first.solve(x, 1);
+    let found = eps::pairs(petsc, &mut inverse, &pencil.mass, &wanted, progress)?;
+    let mut modes = check::checked(pencil, sigma, &found.lambda, found.vectors)?;
     (modes.iterations, modes.solves) = (found.restarts, found.solves);
     Ok(modes)
 }

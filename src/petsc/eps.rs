@@ -5,11 +5,10 @@
 //! [`crate::eigen`], which judges what both find.
 
 use super::csr::norm2;
-use super::handle::{read, vector, write, Handle};
+use super::handle::{read, vector, write, Handle, Span};
 use super::operator::Operator;
 use super::session::{check, Petsc};
 use super::shell::{monitor, Shell, ShellOperator};
-use super::Factor;
 use crate::parallel::World;
 use crate::{Error, Result};
 use mpi::raw::AsRaw;
@@ -19,10 +18,15 @@ use slepc_sys as slepc;
 use std::ffi::CString;
 use std::ptr;
 
-/// What to compute.
+/// Real linear solves with K − σM, local rows in place.
+pub(crate) type Solve<'a> = dyn FnMut(&mut [f64]) -> Result<()> + 'a;
+
+/// Parameters of the solve.
 pub(crate) struct Wanted<'a> {
-    /// Shift σ that was factorised; the eigenvalues nearest to it are sought.
+    /// Shift σ of the inverse; the eigenvalues nearest to it are sought.
     pub sigma: f64,
+    /// Eigenvectors that are known and not sought, local rows one after the other, orthonormal in M.
+    pub known: &'a [f64],
     /// Number of eigenpairs.
     pub count: usize,
     /// Prefix of the solver's options, such as `"lower_"`.
@@ -44,7 +48,7 @@ pub(crate) struct Pairs {
 /// M and the inverse of K − σM.
 struct Inverted<'a, 'w> {
     world: &'a World,
-    factor: &'a mut Factor<'w>,
+    inverse: &'a mut Solve<'w>,
     mass: &'a Operator<'a>,
 }
 
@@ -66,8 +70,8 @@ impl ShellOperator for Inverted<'_, '_> {
     }
 
     fn solve(&mut self, x: &mut [Complex<f64>]) -> Result<()> {
-        let factor = &mut *self.factor;
-        each_part(self.world, x, &mut |part| factor.solve(part, 1))
+        let inverse = &mut *self.inverse;
+        each_part(self.world, x, &mut |part| inverse(part))
     }
 }
 
@@ -85,18 +89,19 @@ fn each_part(world: &World, x: &mut [Complex<f64>], work: &mut dyn FnMut(&mut [f
     Ok(())
 }
 
-/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; K and M are symmetric, M positive definite, and there
-/// are at least as many degrees of freedom as wanted pairs. `progress` is told converged and wanted pairs at every restart.
+/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `inverse` solves with K − σM; K and M are
+/// symmetric, M positive definite, and there are at least as many degrees of freedom as wanted pairs. `progress` is
+/// told converged and wanted pairs at every restart.
 pub(crate) fn pairs(
     petsc: &Petsc,
-    factor: &mut Factor,
+    inverse: &mut Solve,
     mass: &Operator,
     wanted: &Wanted,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Pairs> {
     let matrix = mass.matrix();
     let (n, order) = (matrix.n_local(), matrix.order());
-    let mut operator = Inverted { world: petsc.world(), factor, mass };
+    let mut operator = Inverted { world: petsc.world(), inverse, mass };
     let mut shell = Shell::new(&mut operator, progress, wanted.count);
     let solved = solve(petsc, &shell, n, order, wanted);
     let solves = shell.solves();
@@ -109,7 +114,7 @@ pub(crate) fn pairs(
 fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -> Result<Pairs> {
     let comm = petsc.world().comm.as_raw();
     // SAFETY: the shell outlives this function, and nothing here touches it while the solver runs.
-    let mass = unsafe { shell.matrix(petsc, 1, n, order)? };
+    let mass = unsafe { shell.matrix((petsc, Span::World), 1, n, order)? };
     // SAFETY: a valid output.
     let eps = Handle::create(petsc, "creating the eigensolver", |e| unsafe { slepc::EPSCreate(comm, e) })?;
     let start = vector(petsc, n, order)?;
@@ -117,7 +122,17 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -
     // SAFETY: a live vector that nothing else uses.
     unsafe { write(start.raw(), |v| v.iter_mut().zip(first).for_each(|(v, x)| *v = Complex::new(x, 0.0)))? };
     let prefix = CString::new(options.prefix).map_err(|_| Error::Defect("zero byte in an options prefix".into()))?;
-    let (count, subspace) = dimensions(options.count, order);
+    let known = options.known.len().checked_div(n).unwrap_or(0);
+    let known = petsc.world().max(known as f64) as usize;
+    let mut deflated = Vec::new();
+    for k in 0..known {
+        let vector = vector(petsc, n, order)?;
+        let values = &options.known[k * n..(k + 1) * n];
+        // SAFETY: a live vector that nothing else uses.
+        unsafe { write(vector.raw(), |v| v.iter_mut().zip(values).for_each(|(v, x)| *v = Complex::from(*x)))? };
+        deflated.push(vector);
+    }
+    let (count, subspace) = dimensions(options.count, order - known as u64);
     let doing = "setting up the eigensolver";
     // SAFETY: live objects; strings end in zero; the callbacks' context outlives the solver.
     unsafe {
@@ -132,8 +147,13 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -
         check(slepc::EPSSetTarget(e, Complex::new(options.sigma, 0.0)), doing)?;
         check(slepc::EPSSetDimensions(e, count, subspace, sys::PETSC_DEFAULT as sys::PetscInt), doing)?;
         check(slepc::EPSSetTolerances(e, 1e-9, 200), doing)?;
-        // The eigenvectors of a definite mass need no further step to be freed of a null space.
-        check(slepc::EPSSetPurify(e, sys::PETSC_FALSE), doing)?;
+        // The image of each vector is what is returned: its residual is free of the high frequencies, which K would
+        // enlarge, even where the material is nearly incompressible.
+        check(slepc::EPSSetPurify(e, sys::PETSC_TRUE), doing)?;
+        if !deflated.is_empty() {
+            let mut all: Vec<sys::Vec> = deflated.iter().map(|v| v.raw()).collect();
+            check(slepc::EPSSetDeflationSpace(e, all.len() as sys::PetscInt, all.as_mut_ptr()), doing)?;
+        }
         let mut first = start.raw();
         check(slepc::EPSSetInitialSpace(e, 1, &mut first), doing)?;
         check(slepc::EPSMonitorSet(e, Some(monitor::<slepc::EPS>), shell.context(), None), doing)?;

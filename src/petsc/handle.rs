@@ -67,10 +67,40 @@ impl<K: Object> Drop for Handle<'_, K> {
     }
 }
 
+/// Ranks that an object of PETSc spans.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Span {
+    /// All ranks.
+    World,
+    /// The calling rank alone.
+    Rank,
+}
+
+impl Span {
+    /// The communicator of these ranks.
+    pub(crate) fn comm(self, petsc: &Petsc) -> sys::MPI_Comm {
+        use mpi::raw::AsRaw;
+        match self {
+            Self::World => petsc.world().comm.as_raw(),
+            // SAFETY: a constant of the MPI library.
+            Self::Rank => unsafe { mpi::ffi::RSMPI_COMM_SELF },
+        }
+    }
+}
+
 /// A distributed vector whose local rows follow `ranges`.
 pub(crate) fn vector<'p>(petsc: &'p Petsc<'_>, n_local: usize, order: u64) -> Result<Handle<'p, sys::Vec>> {
-    use mpi::raw::AsRaw;
-    let comm = petsc.world().comm.as_raw();
+    vector_on(petsc, Span::World, n_local, order)
+}
+
+/// A vector over the ranks of `span`.
+pub(crate) fn vector_on<'p>(
+    petsc: &'p Petsc<'_>,
+    span: Span,
+    n_local: usize,
+    order: u64,
+) -> Result<Handle<'p, sys::Vec>> {
+    let comm = span.comm(petsc);
     let (n, all) = (n_local as sys::PetscInt, order as sys::PetscInt);
     // SAFETY: a live communicator and a valid output.
     Handle::create(petsc, "creating a vector", |v| unsafe { sys::VecCreateMPI(comm, n, all, v) })

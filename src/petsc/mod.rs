@@ -13,6 +13,8 @@ mod ordering;
 pub mod pep;
 pub mod session;
 pub mod shell;
+pub mod two_sided;
 
+pub use handle::Span;
 pub use mumps::{Factor, FactorOptions, FactorStatistics, Ordering, Symmetry};
 pub use session::{Petsc, Versions};

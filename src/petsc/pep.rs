@@ -4,7 +4,7 @@
 //! SLEPc has been seen to report convergence on wrong pairs of saddle-point problems with a singular mass: the caller scales the
 //! problem so that the unknowns are of one size and |target| is about 1, and judges every pair on a residual of its own.
 
-use super::handle::{read, vector, write, Handle};
+use super::handle::{read, vector, write, Handle, Span};
 use super::session::{check, Petsc};
 use super::shell::{monitor, Shell, ShellOperator};
 use crate::{Error, Result};
@@ -94,7 +94,7 @@ fn solve(
     let mut matrices = Vec::new();
     for power in 0..3 {
         // SAFETY: the shell outlives this function, and nothing here touches it while the solver runs.
-        matrices.push(unsafe { shell.matrix(petsc, power, start.len(), order)? });
+        matrices.push(unsafe { shell.matrix((petsc, Span::World), power, start.len(), order)? });
     }
     // SAFETY: a live communicator and a valid output.
     let pep = Handle::create(petsc, "creating the quadratic eigensolver", |p| unsafe { slepc::PEPCreate(comm, p) })?;

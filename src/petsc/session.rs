@@ -119,8 +119,6 @@ impl<'w> Petsc<'w> {
             ))
         };
         self.world.agree(reserve(BUFFERS).map_err(short))?;
-        thin_blas::serves()
-            .map_err(|why| Error::Defect(format!("{why}; the libraries of this build do not fit it")))?;
         let n = N as sys::PetscInt;
         let doing = "a first product";
         // SAFETY: a communicator that always exists, valid outputs; PETSc allocates the values.

@@ -1,10 +1,9 @@
 //! Operators of ours inside SLEPc's solvers: shell matrices, a shell preconditioner and a monitor whose work is guarded, so that neither an
 //! error nor a panic crosses C as anything but a code.
 
-use super::handle::{read, write, Handle};
+use super::handle::{read, write, Handle, Span};
 use super::session::{check, Petsc};
 use crate::{Error, Result};
-use mpi::raw::AsRaw;
 use num_complex::Complex;
 use petsc_sys as sys;
 use slepc_sys as slepc;
@@ -23,6 +22,16 @@ pub trait ShellOperator {
 
     /// Collective: x := P(σ)⁻¹ x at the target σ; local rows.
     fn solve(&mut self, x: &mut [Complex<f64>]) -> Result<()>;
+
+    /// Collective: y = Aᵀ x, as [`ShellOperator::multiply`]; asked for by two-sided methods alone.
+    fn multiply_transposed(&mut self, _power: usize, _x: &[Complex<f64>], _y: &mut [Complex<f64>]) -> Result<()> {
+        Err(Error::Defect("a product with the transposed of an operator that has none".into()))
+    }
+
+    /// Collective: x := P(σ)⁻ᵀ x; asked for by two-sided methods alone.
+    fn solve_transposed(&mut self, _x: &mut [Complex<f64>]) -> Result<()> {
+        Err(Error::Defect("a solve with the transposed of an operator that has none".into()))
+    }
 }
 
 /// What the callbacks work on.
@@ -115,18 +124,18 @@ impl<'a> Shell<'a> {
         unsafe { self.work.0.as_mut() }.error.take()
     }
 
-    /// Collective: the matrix of `power` with `rows` local ones of `order`.
+    /// Collective over the `span`: the matrix of `power` with `rows` local ones of `order`.
     ///
     /// # Safety
     /// `self` outlives every use of the matrix and is not touched while a solver runs.
     pub unsafe fn matrix<'p>(
         &self,
-        petsc: &'p Petsc<'_>,
+        (petsc, span): (&'p Petsc<'_>, Span),
         power: usize,
         rows: usize,
         order: u64,
     ) -> Result<ShellMatrix<'p>> {
-        let comm = petsc.world().comm.as_raw();
+        let comm = span.comm(petsc);
         let (n, all) = (rows as sys::PetscInt, order as sys::PetscInt);
         let place = Pinned::new(Power { work: self.context(), power });
         let context = place.context();
@@ -134,18 +143,20 @@ impl<'a> Shell<'a> {
         let matrix = Handle::create(petsc, "creating an operator of the eigensolver", |m| unsafe {
             sys::MatCreateShell(comm, n, n, all, all, context, m)
         })?;
-        // SAFETY: PETSc stores every operation as a function without arguments and calls MULT with those of `apply_matrix`.
-        let multiply = unsafe {
-            std::mem::transmute::<
-                unsafe extern "C" fn(sys::Mat, sys::Vec, sys::Vec) -> sys::PetscErrorCode,
-                unsafe extern "C" fn(),
-            >(apply_matrix)
-        };
-        check(
-            // SAFETY: a live matrix, and the operation in the form that PETSc stores.
-            unsafe { sys::MatShellSetOperation(matrix.raw(), sys::MatOperation_MATOP_MULT, Some(multiply)) },
-            "setting an operator of the eigensolver",
-        )?;
+        let products: [(sys::MatOperation, Product); 2] = [
+            (sys::MatOperation_MATOP_MULT, apply_matrix),
+            (sys::MatOperation_MATOP_MULT_TRANSPOSE, apply_matrix_transposed),
+        ];
+        for (operation, product) in products {
+            // SAFETY: PETSc stores every operation as a function without arguments and calls these two with those of a
+            // product.
+            let product = unsafe { std::mem::transmute::<Product, unsafe extern "C" fn()>(product) };
+            check(
+                // SAFETY: a live matrix, and the operation in the form that PETSc stores.
+                unsafe { sys::MatShellSetOperation(matrix.raw(), operation, Some(product)) },
+                "setting an operator of the eigensolver",
+            )?;
+        }
         Ok(ShellMatrix { matrix, _power: place })
     }
 
@@ -166,12 +177,30 @@ impl<'a> Shell<'a> {
             check(sys::KSPGetPC(ksp, &mut pc), doing)?;
             check(sys::PCSetType(pc, c"shell".as_ptr()), doing)?;
             check(sys::PCShellSetContext(pc, self.context()), doing)?;
-            check(sys::PCShellSetApply(pc, Some(apply_inverse)), doing)
+            check(sys::PCShellSetApply(pc, Some(apply_inverse)), doing)?;
+            check(sys::PCShellSetApplyTranspose(pc, Some(apply_inverse_transposed)), doing)
         }
     }
 }
 
+/// A product of a shell matrix as PETSc calls it.
+type Product = unsafe extern "C" fn(sys::Mat, sys::Vec, sys::Vec) -> sys::PetscErrorCode;
+
 unsafe extern "C" fn apply_matrix(mat: sys::Mat, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    // SAFETY: what PETSc passes, passed on.
+    unsafe { product(mat, x, y, false) }
+}
+
+unsafe extern "C" fn apply_matrix_transposed(mat: sys::Mat, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    // SAFETY: as above.
+    unsafe { product(mat, x, y, true) }
+}
+
+/// y = A x or Aᵀ x.
+///
+/// # Safety
+/// `mat` is one of [`Shell::matrix`]; the vectors are live, distinct, and of its layout.
+unsafe fn product(mat: sys::Mat, x: sys::Vec, y: sys::Vec, transposed: bool) -> sys::PetscErrorCode {
     let mut place: *mut c_void = ptr::null_mut();
     // SAFETY: the shell matrix was made with a pointer to a Power that lives as long as it, as does the Work that it points to. SLEPc passes live
     // vectors, distinct, of the layout they were created with.
@@ -181,11 +210,33 @@ unsafe extern "C" fn apply_matrix(mat: sys::Mat, x: sys::Vec, y: sys::Vec) -> sy
             return code;
         }
         let Power { work, power } = *place.cast::<Power>();
-        (*work.cast::<Work>()).guard(|w| read(x, |x| write(y, |y| w.operator.multiply(power, x, y)))??)
+        (*work.cast::<Work>()).guard(|w| {
+            let operator = &mut w.operator;
+            read(x, |x| {
+                write(y, |y| match transposed {
+                    false => operator.multiply(power, x, y),
+                    true => operator.multiply_transposed(power, x, y),
+                })
+            })??
+        })
     }
 }
 
 unsafe extern "C" fn apply_inverse(pc: sys::PC, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    // SAFETY: what PETSc passes, passed on.
+    unsafe { inverse(pc, x, y, false) }
+}
+
+unsafe extern "C" fn apply_inverse_transposed(pc: sys::PC, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
+    // SAFETY: as above.
+    unsafe { inverse(pc, x, y, true) }
+}
+
+/// y = P(σ)⁻¹ x or P(σ)⁻ᵀ x.
+///
+/// # Safety
+/// `pc` is the preconditioner of [`Shell::invert`]; the vectors are live, distinct, and of its layout.
+unsafe fn inverse(pc: sys::PC, x: sys::Vec, y: sys::Vec, transposed: bool) -> sys::PetscErrorCode {
     let mut work: *mut c_void = ptr::null_mut();
     // SAFETY: as in `apply_matrix`, for the preconditioner.
     unsafe {
@@ -198,7 +249,10 @@ unsafe extern "C" fn apply_inverse(pc: sys::PC, x: sys::Vec, y: sys::Vec) -> sys
             read(x, |x| {
                 write(y, |y| {
                     y.copy_from_slice(x);
-                    w.operator.solve(y)
+                    match transposed {
+                        false => w.operator.solve(y),
+                        true => w.operator.solve_transposed(y),
+                    }
                 })
             })??
         })

@@ -59,9 +59,29 @@ impl Whole {
 /// double infinite eigenvalues rounding moves to the root of the machine precision.
 const INFINITE: f64 = 1e-6;
 
+/// The pencil A − λE whose eigenvalues these are, λ in units of `rate`.
+#[derive(Debug, Clone)]
+pub struct DensePencil {
+    /// A.
+    pub a: Mat<f64>,
+    /// E.
+    pub e: Mat<f64>,
+    /// Unit of λ, 1/s.
+    pub rate: f64,
+}
+
 /// All finite eigenvalues, both of each conjugate pair, by falling growth rate, each with a backward error of at most `tolerance`. `bodies` are the
 /// lower and the upper one, `None` for one that does not move.
 pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, tolerance: f64) -> Result<Vec<DensePair>> {
+    Ok(spectrum(bodies, contact, tolerance)?.0)
+}
+
+/// The same with the pencil that they are eigenvalues of; none where nothing has mass.
+pub fn spectrum(
+    bodies: [Option<&Whole>; 2],
+    contact: &LinearContact,
+    tolerance: f64,
+) -> Result<(Vec<DensePair>, Option<DensePencil>)> {
     let sizes = bodies.map(|b| b.map_or(0, |m| m.stiffness.nrows()));
     let n = sizes[0] + sizes[1];
     let full = |of: &dyn Fn(&Whole) -> Option<&Mat<f64>>| {
@@ -127,7 +147,7 @@ pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, toleranc
     let (k2, c2, m2) = (project(&stiffness), project(&damping), project(&mass));
     let (kn, cn, mn) = (k2.norm_l2(), c2.norm_l2(), m2.norm_l2());
     if mn == 0.0 {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), None));
     }
     let rate = (kn / mn).sqrt().max(f64::MIN_POSITIVE);
 
@@ -213,7 +233,7 @@ pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, toleranc
         });
     }
     pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
-    Ok(pairs)
+    Ok((pairs, Some(DensePencil { a, e, rate })))
 }
 
 /// Orthonormal basis of the motions that the rows of `a` do not see, `[n, n − rank]`.

@@ -1,5 +1,6 @@
 //! Which modes grow about steady rolling or sliding, and how fast: on the reduced model and on the full system.
 
+pub mod confirmation;
 pub mod criterion;
 pub mod dense;
 mod equilibrium;

@@ -111,7 +111,7 @@ fn measure(path: &str, kept: &BTreeMap<String, Dataset>) -> Option<f64> {
 }
 
 /// Groups that have come since the results were kept.
-const SINCE: [&str; 1] = ["/stability/criterion/"];
+const SINCE: [&str; 2] = ["/stability/criterion/", "/stability/confirmation/"];
 
 fn compare(name: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -58,10 +58,23 @@ fn hultens_flutter_on_all_degrees_of_freedom() {
     let folder = hulten(|job| {
         job["analyses"]["stability"]["full"] = json!({ "max_frequency": 1000, "damping_ratio": 0.2 });
     });
-    folder.call(1, "run", UNDAMPED).good();
+    let ran = folder.call(1, "run", UNDAMPED);
+    let out = &ran.good().out;
     let file = hdf5::File::open(folder.path("job.h5")).unwrap();
     let read = |name: &str| file.dataset(name).unwrap().read_raw::<f64>().unwrap();
     let (growth, frequency) = (read("stability/growth_rate"), read("stability/frequency"));
+    // The one that grows is SLEPc's as well, of both systems.
+    let confirms = out.lines().filter(|l| l.contains("SLEPc confirms") && l.contains("1 of 1 unstable pairs"));
+    assert_eq!(confirms.count(), 2, "{out}");
+    let place = file.dataset("stability/confirmation/place").unwrap().read_raw::<i64>().unwrap();
+    assert_eq!(place, [0, 2]);
+    let value =
+        file.dataset("stability/confirmation/eigenvalue").unwrap().read_raw::<num_complex::Complex64>().unwrap();
+    for (value, &place) in value.iter().zip(&place) {
+        near(value.re, growth[place as usize], 1e-10);
+    }
+    let numbers = [read("stability/confirmation/difference"), read("stability/confirmation/backward_error")].concat();
+    assert!(numbers.len() == 6 && numbers.iter().all(|v| *v < 1e-12), "{numbers:?}");
     // Two of the reduced model, then two of the full one.
     assert_eq!(growth.len(), 4, "{growth:?}");
     near(growth[2], 72.3586, 1e-6);

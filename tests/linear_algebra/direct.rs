@@ -204,14 +204,8 @@ fn out_of_core(world: &World) {
     }
 }
 
-/// On both sides of eight columns, up to which products of the factor with them are this program's own; triangles are solved in groups of eight.
+/// Blocks of right-hand sides: few, many, and numbers that are no multiple of MUMPS's own block.
 fn solve_many(world: &World) {
-    #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
-    {
-        let wanted = std::env::var_os("RAILSQUEAL_THIN_BLAS").is_none_or(|v| v != "0");
-        let able = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
-        assert_eq!(thin_blas::serves(), Ok(wanted && able));
-    }
     let (k, _) = brick(world, 8);
     let mut f = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "brick").unwrap();
     for count in [2, 7, 8, 9, 19] {

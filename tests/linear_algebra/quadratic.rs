@@ -13,7 +13,10 @@ use railsqueal::petsc::csr::DistCsr;
 use railsqueal::petsc::operator::Operator;
 use railsqueal::petsc::pep::{self, QuadraticOptions};
 use railsqueal::petsc::shell::ShellOperator;
-use railsqueal::petsc::Petsc;
+use railsqueal::petsc::two_sided::{two_sided, Start, TwoSidedOptions};
+use railsqueal::petsc::{Petsc, Span};
+use railsqueal::stability::confirmation;
+use railsqueal::stability::dense::DensePencil;
 use railsqueal::{Error, Result};
 use std::f64::consts::PI;
 
@@ -22,6 +25,8 @@ pub const CHECKS: &[Check] = &[
     ("quadratic: multipliers and a singular mass", saddle_point),
     ("quadratic: a rank without rows is refused", empty_rank),
     ("quadratic: an error of the operator comes through", failing_operator),
+    ("two-sided: a chain in a stream in closed form", chain_in_a_stream),
+    ("two-sided: an eigenvalue that is none is not confirmed", wrong_eigenvalue),
     ("complex factor: few and many right-hand sides", complex_factor),
     ("complex factor: a singular matrix is an error", singular),
 ];
@@ -272,4 +277,140 @@ fn singular(world: &World) {
     let error =
         ComplexFactor::new(&petsc, &[(&k, factors[0]), (&k, factors[1])], "test_", "a matrix").err().expect("singular");
     assert!(error.exit_code() == 4 && error.message().contains("a matrix"), "{error}");
+}
+
+/// λ² + γλ + K with K tridiagonal: d on the diagonal, a below and b above it. Its eigenvalues for negative a and b
+/// are κ = d − 2 √(ab) cos θ, θ = kπ/(n + 1), with right vectors (a/b)^(j/2) sin jθ and left vectors (b/a)^(j/2) sin
+/// jθ.
+struct Stream<'a> {
+    /// None: the calling rank has all rows.
+    world: Option<&'a World>,
+    rows: std::ops::Range<usize>,
+    matrices: [Mat<f64>; 3],
+    inverse: PartialPivLu<Complex<f64>>,
+}
+
+const BELOW: f64 = -1.05;
+const ABOVE: f64 = -0.95;
+const FRICTION: f64 = -0.02;
+
+impl<'a> Stream<'a> {
+    fn new(world: Option<&'a World>, n: usize, shift: Complex<f64>) -> Self {
+        let entry = |i: usize, j: usize| match i as i64 - j as i64 {
+            0 => 2.5,
+            1 => BELOW,
+            -1 => ABOVE,
+            _ => 0.0,
+        };
+        let unit = |v: f64| Mat::from_fn(n, n, |i, j| if i == j { v } else { 0.0 });
+        let matrices = [Mat::from_fn(n, n, entry), unit(FRICTION), unit(1.0)];
+        let [k, c, m] = &matrices;
+        let whole = Mat::from_fn(n, n, |i, j| k[(i, j)] + shift * (c[(i, j)] + shift * m[(i, j)]));
+        let first = |rank: usize| n * rank / world.map_or(1, |w| w.size);
+        let rank = world.map_or(0, |w| w.rank);
+        Self { world, rows: first(rank)..first(rank + 1), inverse: whole.partial_piv_lu(), matrices }
+    }
+
+    fn whole(&self, x: &[Complex<f64>]) -> Mat<Complex<f64>> {
+        let all = self.world.map_or_else(|| x.to_vec(), |w| w.all_gather(x));
+        Mat::from_fn(all.len(), 1, |i, _| all[i])
+    }
+
+    fn own(&self, of: &Mat<Complex<f64>>, out: &mut [Complex<f64>]) {
+        self.rows.clone().zip(out).for_each(|(row, out)| *out = of[(row, 0)]);
+    }
+
+    fn product(&self, power: usize, transposed: bool, x: &[Complex<f64>], y: &mut [Complex<f64>]) {
+        let a = &self.matrices[power];
+        let a =
+            Mat::from_fn(a.nrows(), a.ncols(), |i, j| Complex::from(if transposed { a[(j, i)] } else { a[(i, j)] }));
+        self.own(&(a * self.whole(x)), y);
+    }
+}
+
+impl ShellOperator for Stream<'_> {
+    fn n_local(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn multiply(&mut self, power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>]) -> Result<()> {
+        self.product(power, false, x, y);
+        Ok(())
+    }
+
+    fn solve(&mut self, x: &mut [Complex<f64>]) -> Result<()> {
+        let mut all = self.whole(x);
+        self.inverse.solve_in_place(&mut all);
+        self.own(&all, x);
+        Ok(())
+    }
+
+    fn multiply_transposed(&mut self, power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>]) -> Result<()> {
+        self.product(power, true, x, y);
+        Ok(())
+    }
+
+    fn solve_transposed(&mut self, x: &mut [Complex<f64>]) -> Result<()> {
+        let mut all = self.whole(x);
+        self.inverse.solve_transpose_in_place(&mut all);
+        self.own(&all, x);
+        Ok(())
+    }
+}
+
+/// From random vectors near the eigenvalue and from vectors nearly right at a distance, over all ranks and on each by
+/// itself, and as a whole by LAPACK.
+fn chain_in_a_stream(world: &World) {
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    for (n, k, span) in [(60, 20, Span::World), (60, 41, Span::Rank), (9, 4, Span::World), (9, 4, Span::Rank)] {
+        let theta = k as f64 * PI / (n + 1) as f64;
+        let kappa = 2.5 - 2.0 * (BELOW * ABOVE).sqrt() * theta.cos();
+        let exact = Complex::new(-0.5 * FRICTION, (kappa - 0.25 * FRICTION * FRICTION).sqrt());
+        let ratio = (BELOW / ABOVE).sqrt();
+        let vector = |by: f64| (1..=n).map(|j| by.powi(j) * (j as f64 * theta).sin()).collect::<Vec<f64>>();
+        let (right, left) = (vector(ratio), vector(1.0 / ratio));
+        for given in [false, true] {
+            let shift = exact + if given { Complex::new(0.02, 0.03) } else { Complex::new(1e-4, 1e-4) };
+            let mut operator = Stream::new((span == Span::World).then_some(world), n as usize, shift);
+            let rows = operator.rows.clone();
+            let start = |v: &[f64]| -> Vec<Complex<f64>> {
+                let off = |j: usize| Complex::new(v[j] + 1e-7 * (j as f64).sin(), 1e-7 * (2.0 * j as f64).cos());
+                if given {
+                    rows.clone().map(off).collect()
+                } else {
+                    Vec::new()
+                }
+            };
+            let (x, y) = (start(&right), start(&left));
+            let options = TwoSidedOptions { shift, target: exact, tolerance: 1e-10, space: 12, prefix: "test_", span };
+            let pair = two_sided(&petsc, &mut operator, Start { value: exact, right: &x, left: &y }, &options).unwrap();
+            assert!((pair.value - exact).norm() < 1e-10, "{n} rows, given {given}: {} against {exact}", pair.value);
+            // Along the exact ones, but for a factor.
+            for (found, exact, side) in [(&pair.right, &right, "right"), (&pair.left, &left, "left")] {
+                let found = operator.whole(found);
+                let product: Complex<f64> = (0..exact.len()).map(|j| found[(j, 0)] * exact[j]).sum();
+                let sizes = found.norm_l2() * exact.iter().map(|v| v * v).sum::<f64>().sqrt();
+                assert!(product.norm() > (1.0 - 1e-12) * sizes, "{n} rows, {side}: {:e}", 1.0 - product.norm() / sizes);
+            }
+        }
+    }
+}
+
+/// λ² + K with K = [2 1; −1 2]: λ² = −2 ± i, half of which grow. What is off by a thousandth is refused with both
+/// values.
+fn wrong_eigenvalue(world: &World) {
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let a = [[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [-2.0, -1.0, 0.0, 0.0], [1.0, -2.0, 0.0, 0.0]];
+    let pencil = || DensePencil { a: Mat::from_fn(4, 4, |i, j| a[i][j]), e: Mat::identity(4, 4), rate: 300.0 };
+    let exact = Complex::new(-2.0, 1.0).sqrt() * 300.0;
+    assert!(exact.re > 0.0 && exact.im > 0.0);
+    let found = confirmation::of_pencil(&petsc, pencil(), &[exact, exact.conj()]).unwrap();
+    for c in &found {
+        assert!(c.difference < 1e-13 && c.residuals.iter().all(|r| *r < 1e-13), "{c:?}");
+        assert!(c.condition > 0.5 && c.condition < 10.0, "{c:?}");
+    }
+    let error = confirmation::of_pencil(&petsc, pencil(), &[exact * 1.001]).unwrap_err();
+    assert_eq!(error.exit_code(), 4);
+    let hertz = format!("{:.6} Hz", exact.im / (2.0 * PI));
+    assert!(error.message().contains("does not confirm") && error.message().contains(&hertz), "{error}");
 }

@@ -18,6 +18,7 @@ use railsqueal::friction::Relaxation;
 use railsqueal::grid::ContactGrid;
 use railsqueal::job::{Dampings, Stiffnesses, Support};
 use railsqueal::parallel::World;
+use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::Petsc;
 use railsqueal::progress::Progress;
 use railsqueal::stability::full::cover::{partners, Wedge};
@@ -385,6 +386,18 @@ fn judge(
         let error = partners(&rest, &promised, &wedge, 1e-3).expect_err("an eigenvalue is missing");
         assert!(error.exit_code() == 4 && error.message().contains("of the reduced system"), "{lost}: {error}");
     }
+    // SLEPc has every one that grows, and no other is asked for.
+    for p in &found.pairs {
+        let unstable = wedge.holds(p.value) && railsqueal::stability::grows(p.value, p.residuals.backward_error);
+        assert_eq!(p.confirmation.is_some(), unstable, "{}", p.value);
+        let Some(c) = p.confirmation else { continue };
+        assert!(exact.iter().any(|v| near(c.value, *v)), "{}: SLEPc's {}", p.value, c.value);
+        assert!(
+            c.difference < 1e-9 && c.residuals.iter().all(|r| *r < 1e-9) && c.condition > 0.1,
+            "{}: {c:?}",
+            p.value
+        );
+    }
     let n = matrices[0].nrows();
     let conjugate = |v: C| exact.iter().any(|w| near(*w, v.conj()));
     let rows: Vec<Vec<u64>> = places.iter().map(|p| bodies[p.body].trace.dofs()).collect();
@@ -526,7 +539,10 @@ pub fn bodies_that_rotate(world: &World) {
     let (omega, _) = dense_modes(world, &bodies[1], 40);
     let upper = DampedBody { body: 1, modal: loss(&omega, 0.002), spin: spin(1, -150.0), ..DampedBody::default() };
     let lower = DampedBody { spin: spin(0, 100.0), ..DampedBody::rayleigh(0, damping) };
-    let found = compare_blocks(world, &bodies, &[lower.clone(), upper], &contact());
+    let turned = [lower.clone(), upper];
+    let found = compare_blocks(world, &bodies, &turned, &contact());
+    let wanted = Reference::new(world, &bodies, &turned, &contact());
+    judge(world, (&bodies, &turned), &contact(), &wanted, Method::Slepc);
     let corrected: Vec<bool> = found.shifts.iter().map(|s| s.corrected).collect();
     assert!(corrected.contains(&true) && corrected.contains(&false), "one way only: {:?}", found.shifts);
     // Mirror images, of which one stands still.
@@ -619,6 +635,52 @@ pub fn backward_errors(world: &World) {
         let found = system.residuals(&[(lambda, &x)]).unwrap()[0].backward_error;
         // The program bounds the norms from above: K by 1 more for the constraints, D by its largest entries.
         assert!(found > 0.5 * want && found < 1.2 * want, "backward error {found:e}, by the matrices {want:e}");
+    }
+}
+
+/// yᵀ(A x) = (Aᵀy)ᵀ x for the matrices and for the inverse at a shift: real and complex factors, damped modes,
+/// friction that remembers, rotation.
+pub fn transposed_system(world: &World) {
+    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
+    let modes: Vec<BodyModes> = bodies.iter().map(|b| shared_modes(world, b, 8)).collect();
+    let (omega, _) = dense_modes(world, &bodies[1], 8);
+    let damped = DampedBody { body: 1, modal: loss(&omega, 0.02), ..DampedBody::default() };
+    let lower = DampedBody::rayleigh(0, damping);
+    let cases = [
+        [lower.clone(), DampedBody::rayleigh(1, damping)],
+        [lower.clone(), DampedBody::rayleigh(1, Damping { alpha: 40.0, beta: 2e-7 })],
+        [lower, damped],
+    ];
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let rate = 2.0 * PI * 20e3;
+    for (places, s) in cases.iter().flat_map(|c| [(c, contact()), (c, remembering())]) {
+        let known: Vec<&BodyModes> = modes.iter().collect();
+        let coupling = Coupling::new(&s).unwrap();
+        let mut system = System::new(&petsc, &full_systems(&bodies), &known, places, coupling, rate).unwrap();
+        system.shift_to(0.4 * rate).unwrap();
+        let n = ShellOperator::n_local(&system);
+        let value = |k: f64| -> Vec<C> {
+            let at = |i: usize| (7919 * world.rank + i) as f64;
+            (0..n).map(|i| C::new((k * at(i)).sin(), (k + 0.3 * at(i)).cos())).collect()
+        };
+        let (x, y) = (value(0.7), value(1.1));
+        let product = |a: &[C], b: &[C]| world.sum_all(&[a.iter().zip(b).map(|(a, b)| a * b).sum::<C>()])[0];
+        let check = |what: &str, ax: &[C], aty: &[C]| {
+            let (a, b) = (product(&y, ax), product(aty, &x));
+            let size = world.sum(ax.iter().zip(&y).map(|(a, b)| (a * b).norm()).sum());
+            assert!((a - b).norm() < 1e-11 * size, "{what}: {a} and {b} of {size:e}");
+        };
+        for power in 0..3 {
+            let (mut ax, mut aty) = (vec![C::default(); n], vec![C::default(); n]);
+            ShellOperator::multiply(&mut system, power, &x, &mut ax).unwrap();
+            ShellOperator::multiply_transposed(&mut system, power, &y, &mut aty).unwrap();
+            check(&format!("power {power}"), &ax, &aty);
+        }
+        let (mut ax, mut aty) = (x.clone(), y.clone());
+        ShellOperator::solve(&mut system, &mut ax).unwrap();
+        ShellOperator::solve_transposed(&mut system, &mut aty).unwrap();
+        check("inverse", &ax, &aty);
     }
 }
 

@@ -320,6 +320,16 @@ pub fn what_supports_leave_free(world: &World) {
     for (a, b) in blocks[6..].iter().zip(&slepc[6..]) {
         near(*a, *b, 1e-8, "elastic mode of a free block");
     }
+    // Whatever their number, and of a material that is nearly incompressible.
+    let stiff = Material { poisson: 0.4999999, ..STEEL };
+    for (material, count) in [(STEEL, 7), (STEEL, 9), (STEEL, 23), (STEEL, 40), (stiff, 12)] {
+        let of = |by| modes(world, body(world, &mesh, material, &[], &[]), count, by).omega;
+        let (blocks, slepc) = (of(sparse::Method::Blocks), of(sparse::Method::Slepc));
+        assert_eq!(blocks.len(), slepc.len(), "{count} modes of {material:?}");
+        for (a, b) in blocks[6..].iter().zip(&slepc[6..]) {
+            near(*a, *b, 1e-8, "elastic mode by SLEPc");
+        }
+    }
     // Enough of them to be found in slices.
     let many = of(180, sparse::Method::Blocks);
     assert!(many.len() >= 180 && many[..6].iter().all(|w| *w == 0.0));

@@ -3,6 +3,7 @@
 use super::super::Table;
 use crate::contact::baseline::LAWS;
 use crate::model::{travelling, ModalPair, ReducedModel};
+use crate::stability::confirmation::Confirmation;
 use crate::stability::criterion::Criterion;
 use crate::stability::full::FullResult;
 use crate::stability::point::Comparison;
@@ -147,6 +148,52 @@ pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullR
         ));
     }
     tables
+}
+
+/// The group `/stability/confirmation`: SLEPc's confirmation of the unstable eigenvalues of the reduced model, each with its
+/// place in the list, and on those of the full one, which come after `reduced` others.
+pub fn confirmations(of_reduced: Vec<(usize, Confirmation)>, reduced: usize, full: Option<&FullResult>) -> Vec<Table> {
+    let of_full = full.iter().flat_map(|f| f.spectrum.pairs.iter().enumerate());
+    let of_full = of_full.filter_map(|(i, p)| Some((reduced + i, p.confirmation?)));
+    let all: Vec<(usize, Confirmation)> = of_reduced.into_iter().chain(of_full).collect();
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let path = |name: &str| format!("/stability/confirmation/{name}");
+    let errors: Vec<f64> = all.iter().flat_map(|(_, c)| c.residuals).collect();
+    vec![
+        Table::list(
+            &path("place"),
+            "1",
+            "Place in /stability/eigenvalue, from 0, of each unstable eigenvalue that SLEPc's two-sided method has confirmed.",
+            all.iter().map(|(i, _)| *i as i64).collect::<Vec<i64>>(),
+        ),
+        Table::list(
+            &path("eigenvalue"),
+            "1/s",
+            "The same eigenvalue by SLEPc.",
+            all.iter().map(|(_, c)| c.value).collect::<Vec<Complex<f64>>>(),
+        ),
+        Table::list(
+            &path("difference"),
+            "1",
+            "Distance of the two over their size.",
+            all.iter().map(|(_, c)| c.difference).collect::<Vec<f64>>(),
+        ),
+        Table::list(
+            &path("condition"),
+            "1",
+            "Condition number of the eigenvalue, by its right and its left vector: times a backward error it bounds the relative error.",
+            all.iter().map(|(_, c)| c.condition).collect::<Vec<f64>>(),
+        ),
+        Table::new(
+            &path("backward_error"),
+            "1",
+            "Backward errors of SLEPc's eigenvalue with its right and with its left vector.",
+            &[all.len(), 2],
+            errors,
+        ),
+    ]
 }
 
 /// The group `/stability/criterion`: the first eigenvalues of the reduced model by one free mode on everything else.

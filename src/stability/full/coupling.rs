@@ -209,6 +209,94 @@ impl Coupling {
     }
 }
 
+/// The linear maps of a contact as matrices, for products with the transposed ones; m nodes, k of them closed, s
+/// coefficients of friction.
+#[derive(Debug, Clone)]
+pub struct CouplingMatrices {
+    /// Forces of the damping and of the stiffness part by the motion, `[3m, 3m]` each.
+    damping: Mat<f64>,
+    convection: Mat<f64>,
+    /// Forces of the pressures, `[3m, k]`, and of the changes of friction, `[3m, s]`.
+    pressures: Mat<f64>,
+    memory: Mat<f64>,
+    /// Rows of friction with the powers 0 and 1 of λ by the motion, `[s, 3m]`, and by its changes, `[s, s]`.
+    rows: [Mat<f64>; 2],
+    own: [Mat<f64>; 2],
+}
+
+/// A linear map of `from` numbers as a matrix of real entries, `[rows, from]`.
+fn matrix_of(rows: usize, from: usize, map: impl Fn(&[C]) -> Vec<C>) -> Mat<f64> {
+    let mut out = Mat::zeros(rows, from);
+    let mut unit = vec![C::default(); from];
+    for j in 0..from {
+        unit[j] = C::from(1.0);
+        map(&unit).iter().enumerate().for_each(|(i, v)| out[(i, j)] = v.re);
+        unit[j] = C::default();
+    }
+    out
+}
+
+/// out += factor Aᵀ x.
+fn add_transposed(a: &Mat<f64>, x: &[C], factor: C, out: &mut [C]) {
+    for (column, out) in a.col_iter().zip(out) {
+        *out += factor * column.iter().zip(x).map(|(a, x)| a * x).sum::<C>();
+    }
+}
+
+/// Transposed images: of motions, of pressures and of changes of friction.
+#[derive(Debug, Clone)]
+pub struct TransposedRows {
+    /// `[3m]`.
+    pub motion: Vec<C>,
+    /// `[k]`.
+    pub pressures: Vec<C>,
+    /// `[s]`.
+    pub friction: Vec<C>,
+}
+
+impl CouplingMatrices {
+    /// Those of a contact.
+    pub fn new(coupling: &Coupling) -> Self {
+        let (m, k, s) = (3 * coupling.nodes.len(), coupling.closed(), coupling.remembering());
+        let (still, same) = (vec![C::default(); m], vec![C::default(); s]);
+        Self {
+            damping: matrix_of(m, m, |y| coupling.damping_forces(y)),
+            convection: matrix_of(m, m, |y| coupling.convection_forces(y)),
+            pressures: matrix_of(m, k, |r| coupling.pressure_forces(r)),
+            memory: matrix_of(m, s, |f| coupling.memory_forces(f)),
+            rows: [0, 1].map(|power| matrix_of(s, m, |y| coupling.memory_rows(power, y, &same))),
+            own: [0, 1].map(|power| matrix_of(s, s, |f| coupling.memory_rows(power, &still, f))),
+        }
+    }
+
+    /// The transposed of what the contact adds to the matrix of this power of λ in units of `stiffness` (N/m) and
+    /// `rate` (1/s), with `unit` the factor of that matrix: applied to the motion `z` of the rows, the weights `r` of
+    /// the closed nodes and `f` of
+    /// the rows of friction.
+    pub fn transposed(
+        &self,
+        power: usize,
+        (z, r, f): (&[C], &[C], &[C]),
+        [unit, stiffness, rate]: [f64; 3],
+    ) -> TransposedRows {
+        let mut motion = vec![C::default(); z.len()];
+        let mut pressures = vec![C::default(); r.len()];
+        let mut friction = vec![C::default(); f.len()];
+        let by_motion = if power == 0 { &self.convection } else { &self.damping };
+        add_transposed(by_motion, z, C::from(-unit), &mut motion);
+        // Rows of friction in units of the stiffness and of the rate.
+        let rows = if power == 0 { 1.0 / (stiffness * rate) } else { 1.0 / stiffness };
+        add_transposed(&self.rows[power], f, C::from(rows), &mut motion);
+        add_transposed(&self.own[power], f, C::from(rows * stiffness), &mut friction);
+        if power == 0 {
+            r.iter().enumerate().for_each(|(i, r)| motion[3 * i + 2] += r);
+            add_transposed(&self.pressures, z, C::from(-unit * stiffness), &mut pressures);
+            add_transposed(&self.memory, z, C::from(-unit * stiffness), &mut friction);
+        }
+        TransposedRows { motion, pressures, friction }
+    }
+}
+
 /// The contact problem at one λ, factorised.
 #[derive(Debug)]
 pub struct CoupledContact {
@@ -241,5 +329,32 @@ impl CoupledContact {
             *f = rhs[(i, 0)];
         }
         (forces, (0..none.len()).map(|i| rhs[(3 * k + i, 0)]).collect())
+    }
+
+    /// The transposed of [`CoupledContact::forces`]: weights of the forces of the closed nodes (`[3k]`) and of the
+    /// changes of friction (`[s]`) give those of the motion, of the gaps and of the rows of friction.
+    pub fn transposed(
+        &self,
+        coupling: &Coupling,
+        matrices: &CouplingMatrices,
+        forces: &[C],
+        friction: &[C],
+    ) -> TransposedRows {
+        let (k, s) = (coupling.closed(), coupling.remembering());
+        let mut t = Mat::<C>::from_fn(3 * k + s, 1, |i, _| if i < 3 * k { forces[i] } else { friction[i - 3 * k] });
+        self.factor.solve_transpose_in_place(&mut t);
+        let mut motion = vec![C::default(); 3 * coupling.nodes.len()];
+        // Weights of the tangential rows, which the motion enters by its forces.
+        let tangential: Vec<C> =
+            (0..motion.len()).map(|i| if i < 3 * k && i % 3 != 2 { t[(i, 0)] } else { C::default() }).collect();
+        add_transposed(&matrices.damping, &tangential, self.shift, &mut motion);
+        add_transposed(&matrices.convection, &tangential, C::from(1.0), &mut motion);
+        let pressures: Vec<C> = (0..k).map(|i| t[(3 * i + 2, 0)] / self.scale).collect();
+        pressures.iter().enumerate().for_each(|(i, p)| motion[3 * i + 2] -= p);
+        let friction: Vec<C> =
+            (0..s).map(|i| t[(3 * k + i, 0)] / (self.shift + coupling.memory[i].relaxation.decay)).collect();
+        add_transposed(&matrices.rows[0], &friction, C::from(-1.0), &mut motion);
+        add_transposed(&matrices.rows[1], &friction, -self.shift, &mut motion);
+        TransposedRows { motion, pressures, friction }
     }
 }

@@ -138,6 +138,18 @@ impl ModalTerms {
     pub fn add(&self, world: &World, power: usize, u: &Reals, out: &mut Reals) {
         let given = [self.given.as_ref(), self.damping.as_ref()];
         let Some(matrix) = given.get(power).copied().flatten() else { return };
+        self.add_terms(world, matrix, u, out);
+    }
+
+    /// Collective: the same with the transposed matrices.
+    pub fn add_transposed(&self, world: &World, power: usize, u: &Reals, out: &mut Reals) {
+        let given = [self.given.as_ref(), self.damping.as_ref()];
+        let Some(matrix) = given.get(power).copied().flatten() else { return };
+        self.add_terms(world, &matrix.transposed(), u, out);
+    }
+
+    /// Collective: out += B L Bᵀ u of each motion.
+    fn add_terms(&self, world: &World, matrix: &ModalMatrix, u: &Reals, out: &mut Reals) {
         let amplitudes = summed(world, self.loads.dots(matrix.order(), u));
         let factors: Vec<Vec<C>> = amplitudes.iter().map(|a| matrix.times(a)).collect();
         self.loads.add(&factors, out);
@@ -203,14 +215,21 @@ impl ModalCorrection {
         &self.motion * self.solve(&self.motion.transpose().to_owned())
     }
 
+    /// ((I + L G)⁻¹ L)ᵀ g, columns of `[modes]`.
+    fn solve_transposed(&self, g: &Mat<C>) -> Mat<C> {
+        let mut out = g.clone();
+        self.factor.solve_transpose_in_place(&mut out);
+        self.terms.transpose() * out
+    }
+
     /// Factors of the columns of Z that are taken off a solution whose amplitudes without modal terms are `amplitudes`, under contact forces
-    /// `forces`, `[modes]`.
-    pub fn factors(&self, amplitudes: &[C], forces: &[C]) -> Vec<C> {
+    /// `forces`, `[modes]`; of a solution with the transposed matrix where this is `transposed`.
+    pub fn factors(&self, amplitudes: &[C], forces: &[C], transposed: bool) -> Vec<C> {
         let rows = self.motion.nrows();
         let g = Mat::from_fn(self.terms.nrows(), 1, |k, _| {
             amplitudes[k] + (0..rows).map(|i| self.motion[(i, k)] * forces[i]).sum::<C>()
         });
-        let g = self.solve(&g);
+        let g = if transposed { self.solve_transposed(&g) } else { self.solve(&g) };
         (0..g.nrows()).map(|k| g[(k, 0)]).collect()
     }
 }

@@ -11,13 +11,16 @@ mod part;
 pub mod residuals;
 mod shift;
 pub mod system;
+mod transposed;
 mod turning;
 
+use super::confirmation::{Asked, Confirmation, Problem};
+use super::grows;
 use crate::body::fe::BodyModes;
 use crate::body::FullSystem;
 use crate::contact::LinearContact;
 use crate::eigen::sparse::Method;
-use crate::petsc::Petsc;
+use crate::petsc::{Petsc, Span};
 use crate::progress::Progress;
 use crate::{Error, Result};
 use cover::{Disc, Wedge};
@@ -33,6 +36,8 @@ type C = Complex<f64>;
 
 /// Largest accepted change of an eigenvector by one more inverse iteration.
 const CORRECTION_LIMIT: f64 = 1e-7;
+/// Residual that SLEPc iterates to from a pair that was found, and vectors of its spaces.
+const CONFIRMED: (f64, usize) = (1e-8, 4);
 
 /// What to compute.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +71,8 @@ pub struct FullPair {
     pub stiffening: [f64; 2],
     /// Its residuals.
     pub residuals: Residuals,
+    /// SLEPc's confirmation of it, if it grows.
+    pub confirmation: Option<Confirmation>,
 }
 
 /// A shift that was worked at.
@@ -182,8 +189,9 @@ fn around(
             "shift at {hertz:.0} Hz: the modes see little of the rotation there, so that each solution is corrected; more modes in analyses.modes make it faster"
         ));
     }
+    let confirmations = confirm(petsc, system, &around.pairs, options)?;
     let mut pairs = Vec::new();
-    for Found { value, vector, residuals } in &around.pairs {
+    for (Found { value, vector, residuals }, confirmation) in around.pairs.iter().zip(confirmations) {
         let (value, x, residuals) = (*value, &vector[..], *residuals);
         let worst = residuals.backward_error.max(residuals.constraint);
         if !(worst <= options.tolerance && residuals.correction <= CORRECTION_LIMIT) {
@@ -202,10 +210,41 @@ fn around(
             *damping += value.im * stiffening.im / value.norm_sqr();
         }
         let stiffening = stiffening.map(|s| s.re);
-        pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals });
+        pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals, confirmation });
     }
     let Around { radius, solves, corrected, .. } = around;
     let radius = radius * (1.0 - 1e-9);
     let report = ShiftReport { shift, radius, found: pairs.len(), solves, corrected };
     Ok((pairs, report))
+}
+
+/// Collective: SLEPc's confirmation of each of the pairs `found` around the shift that grows and is promised.
+fn confirm(
+    petsc: &Petsc,
+    system: &mut System,
+    found: &[Found],
+    options: &FullOptions,
+) -> Result<Vec<Option<Confirmation>>> {
+    let wedge = Wedge::new(options.max_frequency, options.damping_ratio);
+    let unstable = |p: &Found| wedge.holds(p.value) && grows(p.value, p.residuals.backward_error);
+    let which: Vec<usize> = (0..found.len()).filter(|&i| unstable(&found[i])).collect();
+    let mut all = vec![None; found.len()];
+    if which.is_empty() {
+        return Ok(all);
+    }
+    let before = system.accuracy;
+    if system.turns() && before.is_none() {
+        let distances: Vec<f64> = which.iter().map(|&i| (found[i].value - system.sigma).norm()).collect();
+        system.correct_solutions(&distances);
+    }
+    let left = system.left_vectors(found, &which)?;
+    let (norms, rate, shift) = (system.norms, system.rate(), system.sigma);
+    let problem = Problem { petsc, span: Span::World, norms, rate, system: "stability of the full system" };
+    for (&i, left) in which.iter().zip(&left) {
+        let Found { value, vector, .. } = &found[i];
+        let asked = Asked { value: *value, shift, right: vector, left, effort: CONFIRMED };
+        all[i] = Some(problem.confirm(system, &asked)?);
+    }
+    system.accuracy = before;
+    Ok(all)
 }

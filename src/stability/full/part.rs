@@ -126,6 +126,33 @@ impl<'a> Part<'a> {
 
     /// Collective: its matrix of this power of λ times motions.
     pub fn multiply(&self, world: &World, power: usize, u: &Reals) -> Reals {
+        let turning = self.turning.as_ref().and_then(|t| t.term(power));
+        let mut out = self.multiply_with(world, (power, turning), u);
+        if let Some(modal) = &self.modal {
+            modal.add(world, power, u, &mut out);
+        }
+        out
+    }
+
+    /// Collective: the transposed matrix times motions: gyroscopic terms are skew, the others of sparse matrices
+    /// symmetric.
+    pub fn multiply_transposed(&self, world: &World, power: usize, u: &Reals) -> Reals {
+        let turned = |(matrix, factor): (_, f64)| (matrix, if power == 1 { -factor } else { factor });
+        let turning = self.turning.as_ref().and_then(|t| t.term(power)).map(turned);
+        let mut out = self.multiply_with(world, (power, turning), u);
+        if let Some(modal) = &self.modal {
+            modal.add_transposed(world, power, u, &mut out);
+        }
+        out
+    }
+
+    /// Collective: the matrices of this power of λ but for modal terms, with those of rotation as given, times motions.
+    fn multiply_with(
+        &self,
+        world: &World,
+        (power, turning): (usize, Option<(&Operator<'_>, f64)>),
+        u: &Reals,
+    ) -> Reals {
         let Damping { alpha, beta } = self.damping;
         let mut terms = match power {
             0 => vec![(&self.stiffness, 1.0)],
@@ -133,14 +160,11 @@ impl<'a> Part<'a> {
             _ => vec![(&self.mass, 1.0)],
         };
         terms.extend(self.own.as_ref().filter(|_| power == 1).map(|c| (c, 1.0)));
-        terms.extend(self.turning.as_ref().and_then(|t| t.term(power)));
+        terms.extend(turning);
         let mut out = u.zeros();
         for (matrix, factor) in terms.into_iter().filter(|t| t.1 != 0.0) {
             let product = apply(world, matrix, u);
             out.values.iter_mut().zip(&product.values).for_each(|(o, p)| *o += factor * p);
-        }
-        if let Some(modal) = &self.modal {
-            modal.add(world, power, u, &mut out);
         }
         out
     }

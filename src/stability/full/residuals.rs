@@ -56,7 +56,7 @@ impl System<'_> {
         let n = vectors.len() / values.len().max(1);
         let left: Vec<f64> = rest.chunks_exact(n).map(|r| self.size(r)).collect();
         let mut changes = rest;
-        self.solve_whole(&mut changes, values.len())?;
+        self.solve_whole(&mut changes, values.len(), false)?;
         let judge = |(i, left): (usize, f64)| {
             let [x, change] = [vectors, &changes].map(|all| &all[i * n..(i + 1) * n]);
             let value = values[i];

@@ -6,7 +6,7 @@
 //! rotation as far as they see it, is of low rank and enters in the same way.
 
 use super::columns::Reals;
-use super::coupling::CoupledContact;
+use super::coupling::{CoupledContact, TransposedRows};
 use super::damping::{Damping, ModalCorrection, ModalTerms};
 use super::inverse::{Inverse, ShiftedBody};
 use super::part::Part;
@@ -190,13 +190,14 @@ impl<'a> System<'a> {
         Ok(x)
     }
 
-    /// Collective: solves for the columns of `x` in place, with what the modes see of the rotation.
-    pub(super) fn solve_seen(&mut self, x: &mut [C], columns: usize) -> Result<()> {
+    /// Collective: solves for the columns of `x` in place, with what the modes see of the rotation; with the transposed
+    /// matrix where this is `transposed`.
+    pub(super) fn solve_seen(&mut self, x: &mut [C], columns: usize, transposed: bool) -> Result<()> {
         let n = x.len() / columns.max(1);
         let mut shift = self.shift.take().ok_or_else(|| Error::Defect("full stability: no shift is set".into()))?;
         let solved = shift.bodies.iter_mut().try_for_each(|body| self.solve_bodies(body, x, n));
         if solved.is_ok() {
-            self.couple(&shift, x, n);
+            self.couple(&shift, x, n, transposed);
         }
         self.shift = Some(shift);
         solved
@@ -223,8 +224,23 @@ impl<'a> System<'a> {
         Ok(())
     }
 
-    /// Collective: the solutions of the whole from the responses of the bodies, each by itself, for vectors of `n` rows.
-    fn couple(&self, shift: &Shift, x: &mut [C], n: usize) {
+    /// Forces on the rows of the contact that the transposed system makes of the motion `y` of the bodies by
+    /// themselves and of the right-hand side `rows` of the multipliers, N, `[3m]`; and the solution for these rows.
+    fn transposed_forces(&self, contact: &CoupledContact, y: &[C], rows: &[C]) -> (Vec<C>, Vec<C>) {
+        let closed = self.coupling.closed();
+        let (pressures, friction) = rows[..closed + self.coupling.remembering()].split_at(closed);
+        let mut weights: Vec<C> = y[..3 * closed].iter().map(|v| v / self.stiffness).collect();
+        pressures.iter().enumerate().for_each(|(i, r)| weights[3 * i + 2] += r / self.stiffness);
+        let friction: Vec<C> = friction.iter().map(|f| f / self.stiffness).collect();
+        let TransposedRows { motion, pressures, friction } =
+            contact.transposed(&self.coupling, self.matrices(), &weights, &friction);
+        let remembered = friction.iter().map(|f| f * self.stiffness * self.rate);
+        (motion.iter().map(|f| f * self.stiffness).collect(), pressures.into_iter().chain(remembered).collect())
+    }
+
+    /// Collective: the solutions of the whole from the responses of the bodies, each by itself, for vectors of `n`
+    /// rows. The inverses of the bodies without modal terms are symmetric.
+    fn couple(&self, shift: &Shift, x: &mut [C], n: usize, transposed: bool) {
         let world = self.world;
         let first = self.pressures();
         let amplitudes: Vec<Vec<Vec<C>>> = self.parts.iter().map(|part| part.amplitudes(world, x, n)).collect();
@@ -236,16 +252,20 @@ impl<'a> System<'a> {
             let none = vec![C::default(); y.len()];
             for (correction, g) in shift.modal.iter().zip(&amplitudes) {
                 let Some(correction) = correction else { continue };
-                for (k, h) in correction.factors(&g[at], &none).into_iter().enumerate() {
+                for (k, h) in correction.factors(&g[at], &none, transposed).into_iter().enumerate() {
                     y.iter_mut().enumerate().for_each(|(i, y)| *y -= correction.motion[(i, k)] * h);
                 }
             }
             let closed = self.coupling.closed();
-            let (forces, friction) = match &shift.contact {
+            let (forces, multipliers) = match &shift.contact {
+                Some(contact) if transposed => self.transposed_forces(contact, &y, &x[first..]),
                 Some(contact) => {
                     let rows = &x[first + closed..][..self.coupling.remembering()];
                     let remembered: Vec<C> = rows.iter().map(|r| r * self.stiffness * self.rate).collect();
-                    contact.forces(&self.coupling, &y, &x[first..first + closed], &remembered)
+                    let (forces, friction) = contact.forces(&self.coupling, &y, &x[first..first + closed], &remembered);
+                    let pressures = (0..closed).map(|i| forces[3 * i + 2] / self.stiffness);
+                    let multipliers = pressures.chain(friction.iter().map(|f| f / self.stiffness)).collect();
+                    (forces, multipliers)
                 }
                 None => (Vec::new(), Vec::new()),
             };
@@ -253,18 +273,11 @@ impl<'a> System<'a> {
             for ((part, factors), index) in self.parts.iter().zip(&mut factors).zip(0..) {
                 let mut own: Vec<C> = forces.iter().enumerate().map(|(row, f)| part.side.sign(row) * f).collect();
                 if let Some(correction) = &shift.modal[index] {
-                    own.extend(correction.factors(&amplitudes[index][at], &forces).iter().map(|h| -h));
+                    own.extend(correction.factors(&amplitudes[index][at], &forces, transposed).iter().map(|h| -h));
                 }
                 factors.push(own);
             }
-            if world.is_root() {
-                for i in 0..closed {
-                    x[first + i] = forces[3 * i + 2] / self.stiffness;
-                }
-                for (x, f) in x[first + closed..].iter_mut().zip(&friction) {
-                    *x = f / self.stiffness;
-                }
-            }
+            x[first..].iter_mut().zip(multipliers).for_each(|(x, v): (&mut C, C)| *x = v);
         }
         for body in &shift.bodies {
             for &index in &body.parts {

@@ -3,7 +3,7 @@
 //! (λ²M + λC + K) u − Yᵀ R = 0 with the tractions and pressures R of [`Coupling`], and Y_n u = 0 at the closed nodes; Y = [B1, E B2]
 //! gives the motion of the contact rows. Its inverse at a shift is in `shift.rs`.
 
-use super::coupling::Coupling;
+use super::coupling::{Coupling, CouplingMatrices};
 use super::damping::DampedBody;
 use super::part::Part;
 use super::shift::Shift;
@@ -15,6 +15,7 @@ use crate::petsc::shell::ShellOperator;
 use crate::petsc::Petsc;
 use crate::Result;
 use num_complex::Complex;
+use std::cell::OnceCell;
 
 type C = Complex<f64>;
 
@@ -34,6 +35,8 @@ pub struct System<'a> {
     pub(super) sigma: C,
     /// What may be left of a solution of the rotation that the modes do not see; none: solutions are not corrected for it.
     pub(super) accuracy: Option<f64>,
+    /// The contact as matrices, made when the transposed system is asked for.
+    matrices: OnceCell<CouplingMatrices>,
 }
 
 impl<'a> System<'a> {
@@ -68,7 +71,13 @@ impl<'a> System<'a> {
         norms[0] += own[1] / rate + moved[1] / (rate * stiffness) + own[0];
         norms[1] += own[0] + moved[0] / stiffness;
         let (shift, sigma, accuracy) = (None, C::default(), None);
-        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift, sigma, accuracy })
+        let matrices = OnceCell::new();
+        Ok(Self { world, petsc, parts, coupling, rate, stiffness, norms, shift, sigma, accuracy, matrices })
+    }
+
+    /// The contact as matrices.
+    pub(super) fn matrices(&self) -> &CouplingMatrices {
+        self.matrices.get_or_init(|| CouplingMatrices::new(&self.coupling))
     }
 
     /// Unit of λ, rad/s.
@@ -122,7 +131,7 @@ impl<'a> System<'a> {
     }
 
     /// `count` unknowns of rank 0, the first of them `from` after the first of its pressures, on every rank, N.
-    fn multipliers(&self, x: &[C], from: usize, count: usize) -> Vec<C> {
+    pub(super) fn multipliers(&self, x: &[C], from: usize, count: usize) -> Vec<C> {
         let first = self.pressures() + from;
         let mine = if self.world.is_root() { &x[first..first + count] } else { &[] };
         self.world.broadcast(mine.iter().map(|r| r * self.stiffness).collect())
@@ -158,7 +167,7 @@ impl<'a> System<'a> {
     }
 
     /// What the matrix of this power of λ is multiplied by.
-    fn unit(&self, power: usize) -> f64 {
+    pub(super) fn unit(&self, power: usize) -> f64 {
         self.rate.powi(power as i32) / self.stiffness
     }
 
@@ -250,7 +259,7 @@ impl Quadratic for System<'_> {
     }
 
     fn solve(&mut self, x: &mut [C], columns: usize) -> Result<()> {
-        self.solve_whole(x, columns)
+        self.solve_whole(x, columns, false)
     }
 }
 
@@ -264,6 +273,15 @@ impl ShellOperator for System<'_> {
     }
 
     fn solve(&mut self, x: &mut [C]) -> Result<()> {
-        self.solve_whole(x, 1)
+        self.solve_whole(x, 1, false)
+    }
+
+    fn multiply_transposed(&mut self, power: usize, x: &[C], out: &mut [C]) -> Result<()> {
+        self.transposed_product(power, x, out, 1);
+        Ok(())
+    }
+
+    fn solve_transposed(&mut self, x: &mut [C]) -> Result<()> {
+        self.solve_whole(x, 1, true)
     }
 }

@@ -73,10 +73,11 @@ impl System<'_> {
         self.accuracy = Some((CORRECTED * share).clamp(ACCURACY[0], ACCURACY[1]));
     }
 
-    /// Collective: solves for the columns of `x` in place. Without corrections that is the inverse P̃⁻¹ with what the modes see of the rotation; with them y = P̃⁻¹b is the right side of
-    /// P̃⁻¹P x = y.
-    pub(super) fn solve_whole(&mut self, x: &mut [C], columns: usize) -> Result<()> {
-        self.solve_seen(x, columns)?;
+    /// Collective: solves for the columns of `x` in place, with the transposed matrix where this is `transposed`.
+    /// Without corrections that is the inverse P̃⁻¹ with what the modes see of the rotation; with them y = P̃⁻¹b is
+    /// the right side of P̃⁻¹P x = y.
+    pub(super) fn solve_whole(&mut self, x: &mut [C], columns: usize, transposed: bool) -> Result<()> {
+        self.solve_seen(x, columns, transposed)?;
         let Some(accuracy) = self.accuracy else { return Ok(()) };
         let n = x.len() / columns.max(1);
         let start = |(place, y): (usize, &[C])| {
@@ -87,8 +88,11 @@ impl System<'_> {
         let mut open: Vec<Column> = x.chunks_exact(n).enumerate().filter_map(start).collect();
         for _ in 0..CORRECTIONS {
             let last: Vec<C> = open.iter().filter_map(|column| column.basis.last()).flatten().copied().collect();
-            let mut images = self.rest(&vec![self.sigma; open.len()], &last)?;
-            self.solve_seen(&mut images, open.len())?;
+            let mut images = match transposed {
+                false => self.rest(&vec![self.sigma; open.len()], &last)?,
+                true => self.transposed_rest(&last, open.len()),
+            };
+            self.solve_seen(&mut images, open.len(), transposed)?;
             let mut still = Vec::new();
             for (mut column, image) in open.into_iter().zip(images.chunks_exact(n)) {
                 match column.step(self, image.to_vec(), accuracy) {
