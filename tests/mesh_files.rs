@@ -209,7 +209,7 @@ fn groups_of_partitioned_entities_are_read() {
     let without = parted("12 2 6 1 1 0 0 0 1 1 0 0 0").expect("of a surface without a group");
     assert!(without.groups.is_empty());
     let error = parted("12 2 7 1 1 0 0 0 1 1 0 x 4").expect_err("no number").to_string();
-    assert!(error.contains("cube.msh, line 22") && error.contains("physical groups"), "{error}");
+    assert!(error.contains("cube.msh, line 24") && error.contains("physical groups"), "{error}");
 }
 
 /// A cube in version 2.2, with or without parameters of the nodes on curves and surfaces.

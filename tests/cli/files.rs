@@ -91,7 +91,7 @@ fn a_tread_without_flange_needs_the_direction_of_z() {
 
 #[test]
 fn a_noisy_profile_is_pointed_to_smoothing() {
-    let rough = |k: usize| 0.1 * ((k * 7919 % 13) as f64 / 6.0 - 1.0);
+    let rough = |k: usize| 0.1 * ((k * k * 7919 % 17) as f64 / 8.0 - 1.0);
     let text =
         worn().iter().enumerate().fold(String::new(), |text, (k, p)| text + &format!("{} {}\n", p[0], p[1] + rough(k)));
     let ran = with_profile(&text, json!({})).call(1, "check", &[]);
