@@ -169,7 +169,7 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
         let [lower, upper] = [0, 1].map(|p| wholes.get(p).and_then(Option::as_ref));
         let (mut found, pencil) = dense::spectrum([lower, upper], contact, wanted.tolerance)?;
         found.retain(|p| wedge.holds(p.value));
-        let unstable = found.iter().filter(|p| grows(p.value, p.backward_error));
+        let unstable = found.iter().filter(|p| grows(p.value, p.backward_error) && p.value.im != 0.0);
         let unstable: Vec<C> = unstable.map(|p| p.value).collect();
         let confirmed = match pencil.filter(|_| !unstable.is_empty()) {
             Some(pencil) => confirmation::of_pencil(run.petsc, pencil, &unstable)?,
@@ -201,7 +201,8 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
         let residuals = Residuals { backward_error: errors[2 * i], correction: 0.0, constraint: errors[2 * i + 1] };
         let (damping, stiffening) = ([0.0; 2], [0.0; 2]);
         // On rank 0, in the order of the pairs.
-        let confirmation = if grows(value, residuals.backward_error) { confirmed.next() } else { None };
+        let asked = grows(value, residuals.backward_error) && value.im != 0.0;
+        let confirmation = if asked { confirmed.next().flatten() } else { None };
         pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals, confirmation });
     }
     Ok(FullSpectrum { pairs, shifts: Vec::new() })
@@ -248,7 +249,7 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
             worst(&|p| p.residuals.correction)
         ),
     );
-    let confirmed: Vec<_> = pairs.iter().filter_map(|p| p.confirmation).collect();
+    let confirmed: Vec<_> = pairs.iter().filter(|p| p.confirmation.is_some()).map(|p| p.confirmation).collect();
     if !confirmed.is_empty() {
         summary.value("SLEPc confirms", confirmation::in_words(&confirmed));
     }

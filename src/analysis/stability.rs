@@ -44,7 +44,8 @@ pub(super) fn run(
             }
         };
         let one_point = point::wanted(&examined, &found)?;
-        let unstable: Vec<&Eigenpair> = unstable(&found.spectrum).collect();
+        let unstable: Vec<&Eigenpair> =
+            asked_places(&found.spectrum).into_iter().map(|i| &found.spectrum.eigenpairs[i]).collect();
         let confirmed = confirmation::of_reduced(run.petsc, &root.pair, &found.contact, &unstable)?;
         Ok((found, (smallest, sensitivities, criteria, one_point), confirmed))
     })?;
@@ -71,7 +72,8 @@ pub(super) fn run(
         if !confirmed.is_empty() {
             run.summary.value("SLEPc confirms", confirmation::in_words(&confirmed));
         }
-        let places = unstable_places(spectrum).zip(confirmed).collect::<Vec<_>>();
+        let asked = asked_places(spectrum).into_iter().zip(confirmed);
+        let places = asked.filter_map(|(i, c)| Some((i, c?))).collect::<Vec<_>>();
         run.file.tables(confirmations(places, spectrum.eigenpairs.len(), full.as_ref()));
         run.file.tables(causes(&criteria));
         if let Some(comparison) = &one_point {
@@ -143,15 +145,19 @@ fn listed(spectrum: &Spectrum) -> &[Eigenpair] {
     &spectrum.eigenpairs[..told(spectrum).min(LISTED[1])]
 }
 
+/// Unstable pairs that SLEPc is asked about, those that grow fastest.
+const CONFIRMED: usize = 20;
+
+/// Places of the unstable pairs that SLEPc is asked about: of motions that oscillate. Growth without oscillation comes in
+/// clusters of hundreds, one for each node.
+fn asked_places(spectrum: &Spectrum) -> Vec<usize> {
+    unstable_places(spectrum).filter(|&i| spectrum.eigenpairs[i].value.im != 0.0).take(CONFIRMED).collect()
+}
+
 /// Places of the unstable eigenvalues in the list.
 fn unstable_places(spectrum: &Spectrum) -> impl Iterator<Item = usize> + '_ {
     let all = spectrum.eigenpairs.iter().enumerate();
     all.filter(|(_, e)| grows(e.value, e.backward_error)).map(|(i, _)| i)
-}
-
-/// The unstable eigenvalues.
-fn unstable(spectrum: &Spectrum) -> impl Iterator<Item = &Eigenpair> {
-    unstable_places(spectrum).map(|i| &spectrum.eigenpairs[i])
 }
 
 /// How many the summary lists.
@@ -167,7 +173,7 @@ pub(super) fn summarise(
     (model, sensitivities, criteria): (&ModalPair, Option<&Sensitivities>, &[Criterion]),
     summary: &mut Summary,
 ) {
-    let unstable: Vec<&Eigenpair> = unstable(spectrum).collect();
+    let unstable: Vec<&Eigenpair> = unstable_places(spectrum).map(|i| &spectrum.eigenpairs[i]).collect();
     let sticking = match spectrum.sticking {
         0 => String::new(),
         n => format!(", {n} of them in stick"),

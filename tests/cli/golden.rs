@@ -110,8 +110,8 @@ fn measure(path: &str, kept: &BTreeMap<String, Dataset>) -> Option<f64> {
     }
 }
 
-/// Groups that have come since the results were kept.
-const SINCE: [&str; 2] = ["/stability/criterion/", "/stability/confirmation/"];
+/// What has come since the results were kept.
+const SINCE: [&str; 3] = ["/stability/criterion/", "/stability/confirmation/", "/stability/unstable"];
 
 fn compare(name: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

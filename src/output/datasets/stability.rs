@@ -75,7 +75,7 @@ pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullR
             value,
         ),
         list("frequency", "Hz", "Frequency of each eigenvalue.", &|p| p.value.im.abs() / (2.0 * std::f64::consts::PI)),
-        list("growth_rate", "1/s", "Growth rate of each eigenvalue.", &|p| p.value.re),
+        list("growth_rate", "1/s", "Growth rate of each eigenvalue; unstable if positive.", &|p| p.value.re),
         Table::list(
             "/stability/unstable",
             "-",

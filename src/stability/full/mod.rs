@@ -218,7 +218,8 @@ fn around(
     Ok((pairs, report))
 }
 
-/// Collective: SLEPc's confirmation of each of the pairs `found` around the shift that grows and is promised.
+/// Collective: SLEPc's confirmation of each of the pairs `found` around the shift that grows and is promised, where SLEPc
+/// is asked for. Systems that turn are left out: each of many single solutions is corrected there.
 fn confirm(
     petsc: &Petsc,
     system: &mut System,
@@ -229,13 +230,8 @@ fn confirm(
     let unstable = |p: &Found| wedge.holds(p.value) && grows(p.value, p.residuals.backward_error);
     let which: Vec<usize> = (0..found.len()).filter(|&i| unstable(&found[i])).collect();
     let mut all = vec![None; found.len()];
-    if which.is_empty() {
+    if which.is_empty() || options.method != Method::Slepc || system.turns() {
         return Ok(all);
-    }
-    let before = system.accuracy;
-    if system.turns() && before.is_none() {
-        let distances: Vec<f64> = which.iter().map(|&i| (found[i].value - system.sigma).norm()).collect();
-        system.correct_solutions(&distances);
     }
     let left = system.left_vectors(found, &which)?;
     let (norms, rate, shift) = (system.norms, system.rate(), system.sigma);
@@ -243,8 +239,7 @@ fn confirm(
     for (&i, left) in which.iter().zip(&left) {
         let Found { value, vector, .. } = &found[i];
         let asked = Asked { value: *value, shift, right: vector, left, effort: CONFIRMED };
-        all[i] = Some(problem.confirm(system, &asked)?);
+        all[i] = problem.confirm(system, &asked)?;
     }
-    system.accuracy = before;
     Ok(all)
 }
