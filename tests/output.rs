@@ -103,7 +103,9 @@ fn killed_run_is_swept_by_the_next() {
     let out = mpirun(1, &["abort", &path(&dir, "run.h5")]);
     assert!(!out.status.success());
     let left = listing(dir.path());
-    assert!(left.len() == 1 && left[0].ends_with(".partial"), "the killed run left {left:?}");
+    let kinds = [".claim", ".partial"];
+    let known = left.iter().zip(kinds).all(|(name, kind)| name.ends_with(kind));
+    assert!(left.len() == 2 && known, "the killed run left {left:?}");
     let out = mpirun(1, &["write", &path(&dir, "run.h5")]);
     assert!(out.status.success(), "{}", said(&out));
     assert_eq!(listing(dir.path()), WHOLE);
