@@ -112,9 +112,9 @@ impl CurvingProblem {
         let starts = self.starts();
         let much = self.friction.largest() > SLIPPERY;
         let mut failure = None;
-        for found in (much.then(|| self.from_less_friction(&starts)).into_iter())
-            .chain(starts.iter().map(|start| self.from_start(start)))
-            .chain(std::iter::once_with(|| self.from_wide_curve()))
+        for found in (much.then(|| self.with_friction_raised(&starts)).into_iter())
+            .chain(starts.iter().map(|start| self.starting_at(start)))
+            .chain(std::iter::once_with(|| self.with_curve_narrowed()))
         {
             match found.and_then(|s| self.sound(s)) {
                 Ok(sound) => return Ok(sound),
@@ -125,7 +125,7 @@ impl CurvingProblem {
     }
 
     /// From one of the [`STARTS`].
-    fn from_start(&self, &[shift, share, trailing]: &[f64; 3]) -> Result<CurvingSolution> {
+    fn starting_at(&self, &[shift, share, trailing]: &[f64; 3]) -> Result<CurvingSolution> {
         let curvature = self.curve.curvature;
         let outwards = -curvature.signum() * f64::from(curvature != 0.0);
         let yaw = -share * 2.0 * self.bogie.half_wheelbase * curvature;
@@ -150,16 +150,16 @@ impl CurvingProblem {
     }
 
     /// The equilibrium by continuation from a coefficient of friction of [`SLIPPERY`], where the starts are nearer to it.
-    fn from_less_friction(&self, starts: &[[f64; 3]]) -> Result<CurvingSolution> {
+    fn with_friction_raised(&self, starts: &[[f64; 3]]) -> Result<CurvingSolution> {
         let part = SLIPPERY / self.friction.largest();
         let at = |part: f64| CurvingProblem { friction: self.friction.scaled(part), ..self.clone() };
-        let first = starts.iter().find_map(|start| at(part).from_start(start).and_then(|s| at(part).sound(s)).ok());
+        let first = starts.iter().find_map(|start| at(part).starting_at(start).and_then(|s| at(part).sound(s)).ok());
         let first = first.ok_or_else(|| Error::NotConverged("curving: no equilibrium with less friction".into()))?;
         self.continued(at, (part, first), 0.5 * (1.0 - part))
     }
 
     /// The equilibrium by continuation from a curve that is ten times as wide.
-    fn from_wide_curve(&self) -> Result<CurvingSolution> {
+    fn with_curve_narrowed(&self) -> Result<CurvingSolution> {
         let at = |part: f64| {
             let mut problem = self.clone();
             problem.curve.curvature *= part;

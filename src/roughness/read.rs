@@ -57,7 +57,7 @@ pub fn read(path: &Path, units: Units) -> Result<Measured> {
     of_table(&table, units)
 }
 
-/// Reads a text of which [`Table`] makes rows; `name` is for messages. Two columns are way and height. With more the
+/// Reads a text of which `Table` makes rows; `name` is for messages. Two columns are way and height. With more the
 /// first row holds a word, or a number that is not used, and the lateral places; each other row its way and the
 /// heights.
 pub fn parse(name: &str, text: &str, units: Units) -> Result<Measured> {
