@@ -76,7 +76,7 @@ fn on_meshes(job: &Job) -> bool {
     needs_elements(job) && job.bodies().iter().all(|(_, b)| b.is_meshed())
 }
 
-/// Whether the sound of limit cycles is wanted: the sweep then computes how the modes radiate, where something squeals.
+/// True if the sound of limit cycles is wanted: the sweep then computes how the modes radiate, where something squeals.
 pub fn is_heard(job: &Job) -> bool {
     let cycles = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     cycles.is_some_and(|c| c.sound_power.is_some())

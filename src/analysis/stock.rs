@@ -55,7 +55,7 @@ impl<'s> Stock<'s> {
         }
     }
 
-    /// What the points of a sweep take from the job's own point, if its model could be made.
+    /// The job's own point for the points of a sweep, if its model could be made.
     pub fn base(&self) -> Option<sweep::Base<'_, 's>> {
         self.model.as_ref().map(|model| sweep::Base { model, bodies: &self.bodies, modes: &self.modes })
     }

@@ -276,7 +276,7 @@ fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
     [(0..ny).any(|iy| closed(0, iy) || closed(nx - 1, iy)), (0..nx).any(|ix| closed(ix, 0) || closed(ix, ny - 1))]
 }
 
-/// What to try where measured profiles that are not smoothed do not touch as profiles do.
+/// Advice where measured profiles that are not smoothed do not touch as profiles do.
 fn unsmoothed(job: &Job) -> Option<String> {
     let bodies = job.bodies();
     let raw = bodies.iter().find_map(|(name, body)| match &body.profile {

@@ -38,7 +38,7 @@ pub fn check(job: &Job) -> Result<()> {
     surface(job, [&[], &[]]).map(|_| ())
 }
 
-/// What was understood of the files of `job`, a line each: columns, units, number and spacing of samples.
+/// Columns, units, number and spacing of samples of the files of `job` as they were read, a line each.
 ///
 /// # Errors
 /// A file that cannot be read as heights.

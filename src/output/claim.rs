@@ -20,11 +20,11 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) struct Claim {
     path: PathBuf,
     _held: File,
-    /// What stood under the name when the claim was made.
+    /// The file under the name when the claim was made.
     found: Option<Stamp>,
 }
 
-/// What tells a file from another one under the same name: device, inode, length, time of the last change (s, ns).
+/// Marks of a file that another one under the same name has not: device, inode, length, last change (s, ns).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Stamp {
     device: u64,

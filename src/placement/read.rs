@@ -179,7 +179,7 @@ fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
     )))
 }
 
-/// What was understood of a file, in words: points and their spacing, columns, unit, directions.
+/// A file as it was read, in words: points and their spacing, columns, unit, directions.
 fn understood(points: &[Point], source: &str, unit: f64, seen: &Seen) -> String {
     let [from, to] = width(points).map(|y| 1e3 * y);
     let apart: Vec<f64> = points.windows(2).map(|w| 1e3 * distance(w)).collect();

@@ -26,7 +26,7 @@ pub struct Measured {
     pub y: Vec<f64>,
     /// Heights, m, `[n][ny]`, of a line `[n][1]`.
     pub height: Vec<Vec<f64>>,
-    /// What was understood of the file, in one line.
+    /// The file as it was read, in one line.
     pub understood: String,
 }
 

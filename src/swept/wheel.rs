@@ -98,7 +98,7 @@ pub struct Wheel {
     /// Height of the contact above the running circle of a profile, away from the axle, m; none of a contact on the
     /// tread of the section itself.
     pub height: Option<f64>,
-    /// Whether the flange lies at negative y, as that of a right-hand wheel does.
+    /// True if the flange lies at negative y, as that of a right-hand wheel does.
     pub mirrored: bool,
 }
 

@@ -411,6 +411,11 @@ fn wrong_eigenvalue(world: &World) {
         assert!(c.difference < 1e-13 && c.residuals.iter().all(|r| *r < 1e-13), "{c:?}");
         assert!(c.condition > 0.5 && c.condition < 10.0, "{c:?}");
     }
+    // In a unit of λ far from the values, as that of a stiff contact.
+    let far = || DensePencil { e: 1e9 * Mat::<f64>::identity(4, 4), rate: 300e9, ..pencil() };
+    for c in confirmation::of_pencil(&petsc, far(), &[exact]).unwrap() {
+        assert!(c.is_some_and(|c| c.difference < 1e-13 && c.condition < 10.0), "{c:?}");
+    }
     let error = confirmation::of_pencil(&petsc, pencil(), &[exact * 1.001]).unwrap_err();
     assert_eq!(error.exit_code(), 4);
     let hertz = format!("{:.6} Hz", exact.im / (2.0 * PI));

@@ -208,9 +208,9 @@ fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
 
 /// Bodies whose surfaces radiate, with their modes.
 enum Sources<'a, 's> {
-    /// Those of the job's own point.
+    /// Bodies of the job's own point.
     Base(&'a Bodies<'s>, &'a [TraceModes]),
-    /// Those of a point of the sweep.
+    /// Bodies of a point of the sweep.
     Own(Box<Bodies<'a>>, Vec<TraceModes>),
 }
 

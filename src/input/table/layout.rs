@@ -3,7 +3,7 @@
 use super::{text, Line};
 use crate::{Error, Result};
 
-/// What stands between the fields of a row.
+/// Separator of the fields of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Separator {
     Semicolon,

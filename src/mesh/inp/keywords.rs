@@ -260,7 +260,7 @@ pub fn is_harmless(name: &str) -> bool {
     HARMLESS.contains(&name)
 }
 
-/// What to do about a keyword that changes the body.
+/// Advice on a keyword that changes the body.
 pub fn advice(name: &str) -> &'static str {
     match name {
         "MASS" | "NONSTRUCTURALMASS" | "ROTARYINERTIA" => {

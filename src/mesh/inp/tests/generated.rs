@@ -173,7 +173,7 @@ fn deck(dice: &mut Dice) -> String {
     text
 }
 
-/// What the small reader makes of a deck: coordinates by instance and number, elements, and faces by scope and name.
+/// A deck by the small reader: coordinates by instance and number, elements, and faces by scope and name.
 #[derive(Default)]
 struct Told {
     nodes: Vec<((String, u32), [f64; 3])>,
