@@ -161,7 +161,7 @@ const BESIDE: f64 = 0.002;
 /// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
 const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
 /// Those of the wheel, m.
-const PARTS_OF_THE_WHEEL: [f64; 2] = [0.003, 0.03];
+const PARTS_OF_THE_WHEEL: [f64; 2] = [0.003, 0.02];
 
 impl Given {
     /// Rolling radius, m.

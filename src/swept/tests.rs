@@ -277,18 +277,19 @@ fn motions_of_the_whole_body_carry_no_centrifugal_stiffness() {
     assert!((trace - 0.5 * polar / tilt).abs() < 1e-6 && determinant.abs() < 1e-6, "{trace} {determinant}");
 }
 
-/// Figures of another program, converged to 2e-3: the re-entrant corners are sharp.
+/// Figures of another program on a mesh of its own. Its frequencies are too high by up to 4e-3, since the re-entrant
+/// corners are sharp; those here have converged to 3e-4 (`frequencies_of_w920s_have_converged`).
 #[test]
 fn the_wheel_has_its_frequencies() {
     let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
-    let section = w920s(0.0, even(0.003, 0.03)).unwrap();
+    let section = w920s(0.0, even(0.003, 0.02)).unwrap();
     assert!((section.volume() * steel.density - 338.2).abs() < 0.1);
     let forms = clamped(section, steel);
     let prestress = forms.centrifugal().unwrap();
-    for (n, wanted, g) in [(0, 150.6, None), (1, 100.0, None), (2, 350.6, Some(1.933)), (3, 975.3, Some(2.885))] {
+    for (n, other, g) in [(0, 150.6, None), (1, 100.0, None), (2, 350.6, Some(1.933)), (3, 975.3, Some(2.885))] {
         let modes = of_order(&forms, n, 2.0 * PI * 1000.0).unwrap();
-        let found = hertz(modes.omega[0]);
-        assert!((found / wanted - 1.0).abs() < 2e-3, "{n}: {found} Hz");
+        let apart = hertz(modes.omega[0]) / other - 1.0;
+        assert!(-4e-3 < apart && apart < 2e-4, "{n}: {} Hz", hertz(modes.omega[0]));
         let rotation = blocks(&forms, &modes, Some(&prestress));
         assert!(g.is_none_or(|g: f64| (rotation.coupling[(0, 0)] - g).abs() < 1e-3), "{n}: {:?}", rotation.coupling);
     }
