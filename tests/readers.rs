@@ -170,6 +170,71 @@ fn jobs() {
     count.say("jobs");
 }
 
+/// JSON pointers of all values below one, with their last key that is no index.
+fn pointers(value: &serde_json::Value, at: &str, key: &str, into: &mut Vec<(String, String)>) {
+    use serde_json::Value;
+    if !at.is_empty() {
+        into.push((at.to_owned(), key.to_owned()));
+    }
+    match value {
+        Value::Object(map) => map.iter().for_each(|(name, inner)| {
+            let escaped = name.replace('~', "~0").replace('/', "~1");
+            pointers(inner, &format!("{at}/{escaped}"), name, into);
+        }),
+        Value::Array(list) => {
+            list.iter().enumerate().for_each(|(k, inner)| pointers(inner, &format!("{at}/{k}"), key, into))
+        }
+        _ => (),
+    }
+}
+
+/// Every value of every example job is replaced by values of other kinds and sizes: the job is read, or refused with
+/// code 2 or 3; a value of another kind that is refused is refused by the name of its key.
+#[test]
+fn odd_values_of_every_key() {
+    let odd = [
+        json!(null),
+        json!(true),
+        json!("x"),
+        json!(""),
+        json!([]),
+        json!([1, 2, 3]),
+        json!({}),
+        json!({ "x": 1 }),
+        json!(-1),
+        json!(0),
+        json!(1e-300),
+        json!(1e300),
+        json!(0.5),
+        json!(7),
+        json!(18446744073709551615u64),
+    ];
+    let kind = |value: &serde_json::Value| std::mem::discriminant(value);
+    let mut count = Count::default();
+    for (name, bytes) in files("jobs", &["json"]) {
+        let job: serde_json::Value = serde_json::from_slice(&bytes).expect("a job");
+        let mut places = Vec::new();
+        pointers(&job, "", "", &mut places);
+        for ((pointer, key), value) in places.iter().flat_map(|place| odd.iter().map(move |value| (place, value))) {
+            let mut changed = job.clone();
+            let place = changed.pointer_mut(pointer).expect("a place");
+            let other_kind = kind(place) != kind(value);
+            *place = value.clone();
+            let text = changed.to_string();
+            let read = || -> Result<(), Error> {
+                let job = Job::from_bytes(text.as_bytes(), Path::new("job.json"), &[], None)?;
+                range(&job)?;
+                analysis::check(&job)
+            };
+            let show = || format!("{name}: {pointer} = {value}");
+            if let Err(error) = count.take(text.len(), &[2, 3], show, read) {
+                assert!(!other_kind || error.message().contains(key.as_str()), "{}: {error}", show());
+            }
+        }
+    }
+    count.say("odd values");
+}
+
 /// What is read holds together: nodes, cells and groups that are there.
 fn holds(mesh: &Mesh) {
     assert!(mesh.cells.all_nodes().all(|n| (n as usize) < mesh.nodes.len()));
