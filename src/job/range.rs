@@ -52,8 +52,17 @@ fn slip(job: &Job, contact: &Contact) -> Small {
     let across = c.lateral.abs().max(largest(&histories.lateral)).max(farthest(CreepageKey::Lateral));
     let reach = contact_size(job).or(contact.patch.map(|p| p.half_length.max(p.half_width))).unwrap_or(0.0);
     let spin = reach * c.spin.abs().max(largest(&histories.spin)).max(farthest(CreepageKey::Spin));
+    let mut found = format!("contact.creepage {} {} {} 1/m", c.longitudinal, c.lateral, c.spin);
+    let listed = [CreepageKey::Longitudinal, CreepageKey::Lateral, CreepageKey::Spin].map(farthest);
+    if let Some(value) = listed.into_iter().filter(|v| *v > 0.0).reduce(f64::max) {
+        found += &format!(", analyses.creep_curve.values up to {value}");
+    }
+    let moved = [&histories.longitudinal, &histories.lateral, &histories.spin].map(largest);
+    if let Some(value) = moved.into_iter().filter(|v| *v > 0.0).reduce(f64::max) {
+        found += &format!(", analyses.transient.histories up to {value}");
+    }
     Small {
-        found: format!("contact.creepage {} {} {} 1/m", c.longitudinal, c.lateral, c.spin),
+        found,
         what: "the rigid slip in the contact over the speed",
         value: along.hypot(across) + spin,
         warn: 0.1,
