@@ -7,9 +7,9 @@ import numpy as np
 
 from ..result import Result, lookup
 from ..tables import Receptances
-from .style import BLUE, GREEN, ORANGE, PURPLE, Canvas, heading, legend
+from .style import LATERAL, LONGITUDINAL, NORMAL, PURPLE, Canvas, heading, legend
 
-CURVES = [(2, 2, "normal n by n", BLUE), (1, 1, "lateral y by y", ORANGE), (0, 0, "longitudinal x by x", GREEN)]
+CURVES = [(2, 2, "normal n by n", NORMAL), (1, 1, "lateral y by y", LATERAL), (0, 0, "longitudinal x by x", LONGITUDINAL)]
 CROSS = (1, 2, "lateral y by normal n", PURPLE)
 SPREAD = {"uniform": ", force spread evenly", "pressure": ", force spread as the pressure"}
 

@@ -12,9 +12,9 @@ from .. import growth as growing
 from ..result import Floats, Result
 from ..tables import History
 from .contact import edges
-from .style import BLUE, GREY, ORANGE, RED, SKY, Canvas, heading, legend
+from .style import BLUE, GREY, LATERAL, ORANGE, RED, SLIP, STICK, Canvas, heading, legend
 
-STATES = ListedColormap(["#eeeeee", SKY, ORANGE])
+STATES = ListedColormap(["#eeeeee", STICK, SLIP])
 # Phases shown of a cycle; with fewer samples in a period a picture says so.
 PHASES = 8
 
@@ -70,7 +70,7 @@ def growth(result: Result, history: History, moving: growing.Signal, span: float
     for set_formatter in (log.yaxis.set_major_formatter, log.yaxis.set_minor_formatter):
         set_formatter("{x:g}")
     log.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
-    sticking.plot(t, history.stick_share, color=GREY, linewidth=0.3, rasterized=True)
+    sticking.plot(t, history.stick_share, color=STICK, linewidth=0.3, rasterized=True)
     sticking.set_ylabel("share of nodes\nin stick")
     sticking.set_xlabel("time / s")
     legend(figure, [log])
@@ -144,7 +144,7 @@ def cycle(result: Result, span: float, canvas: Canvas) -> list[Path]:
         axis.set_xlabel("x / mm")
     for axis in axes[:, 0]:
         axis.set_ylabel("y / mm")
-    names = (("open", "#eeeeee"), ("stick", SKY), ("slip", ORANGE))
+    names = (("open", "#eeeeee"), ("stick", STICK), ("slip", SLIP))
     legend(figure, [], [Patch(facecolor=colour, label=label) for label, colour in names])
     return canvas.save(figure, "cycle")
 
@@ -161,10 +161,10 @@ def loops(result: Result, span: float, canvas: Canvas) -> list[Path]:
     force, normal, pressure = force[touching], normal[touching], pressure[touching]
     creep = (result["transient/contact_creep"][late][touching][:, :, 1] * pressure).sum(axis=1) / normal
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
-    left.plot(1e3 * creep, force / 1e3, ".", color=BLUE, markersize=2)
+    left.plot(1e3 * creep, force / 1e3, ".", color=LATERAL, markersize=2)
     left.set_xlabel("lateral creep, mean weighted by pressure / (mm/s)")
     left.set_ylabel("lateral force on body 1 / kN")
-    right.plot(normal / 1e3, force / normal, ".", color=BLUE, markersize=2)
+    right.plot(normal / 1e3, force / normal, ".", color=LATERAL, markersize=2)
     right.set_xlabel("normal force / kN")
     right.set_ylabel("lateral over normal force")
     figure.suptitle("the last 20 periods" + coarse(when, span, time[1] - time[0]), fontsize=11)
