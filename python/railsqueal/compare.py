@@ -1,4 +1,4 @@
-"""Two results: keys of the job that differ, figures side by side, tables whose values differ, and likeness of mode shapes."""
+"""Two results: keys of the job that differ, figures side by side, tables that differ, and likeness of mode shapes."""
 
 import json
 from typing import Any

@@ -205,7 +205,8 @@ def sweep(result: Result) -> list[Figure]:
         made.append(Figure(name, "largest growth rate", float(table.growth_rate[at]), "1/s", 1e-3 * 2 * np.pi * float(table.frequency[at])))
         made.append(Figure(name, "its frequency", float(table.frequency[at]), "Hz"))
         for key in table.keys:
-            found, value = quantity(key, result.units(f"sweep/values/{key}"), body_words(result.job)), table.values[key][at]
+            found = quantity(key, result.units(f"sweep/values/{key}"), body_words(result.job))
+            value = table.values[key][at]
             if table.values[key].dtype.kind != "f":
                 made.append(Figure(name, f"its {found.name}", float("nan"), word=words(str(value))))
             else:

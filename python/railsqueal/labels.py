@@ -182,7 +182,9 @@ def quantity(path: str, units: str = "1", bodies: dict[str, str] | None = BODY_W
     `bodies` are the names of both bodies, or None where the name of the body is not to be added.
     """
     parts = plain(path).split(".")
-    place = f" of the {bodies[parts[1]]}" if bodies and parts[0] == "bodies" and parts[1:2] and parts[1] in bodies else ""
+    place = (
+        f" of the {bodies[parts[1]]}" if bodies and parts[0] == "bodies" and parts[1:2] and parts[1] in bodies else ""
+    )
     for begin in range(len(parts)):
         found = NAMES.get(".".join(parts[begin:]))
         if found:
@@ -235,7 +237,7 @@ def leaves(given: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def body_words(job: dict[str, Any]) -> dict[str, str]:
-    """Names of both bodies: wheel and rail where they are a swept wheel and a swept or placed rail, else lower and upper body."""
+    """Names of both bodies: wheel and rail where one is a swept rail or they are placed, else lower and upper body."""
     bodies = job.get("bodies")
     made = dict(BODY_WORDS)
     if not isinstance(bodies, dict):

@@ -1,8 +1,8 @@
 """Modal assurance criterion between the mode shapes of two results on one display mesh.
 
-MAC(φ, ψ) = |φᴴψ|² / (φᴴφ ψᴴψ) over the points of the mesh: 1 for shapes that differ by a complex factor, 0 for orthogonal
-ones. A mode whose partner belongs to a pair of equal frequencies is compared with the plane of that pair, in which the
-shapes of a pair may turn: |Qᴴφ|² / φᴴφ with an orthonormal basis Q of the plane.
+MAC(φ, ψ) = |φᴴψ|² / (φᴴφ ψᴴψ) over the points of the mesh: 1 for shapes that differ by a complex factor, 0 for
+orthogonal ones. A mode whose partner belongs to a pair of equal frequencies is compared with the plane of that pair, in
+which the shapes of a pair may turn: |Qᴴφ|² / φᴴφ with an orthonormal basis Q of the plane.
 """
 
 from dataclasses import dataclass
@@ -47,12 +47,14 @@ def with_plane(shape: Complexes, plane: Complexes) -> float:
 
 
 def partners(one: Shapes, other: Shapes) -> tuple[Integers, Floats]:
-    """For each mode of one result the mode of the other one with the largest MAC, and that MAC, with the plane of an equal pair."""
+    """For each mode of one result the most alike mode of the other one, and its MAC, with the plane of a pair."""
     table = criterion(one.shape, other.shape)
     best = np.argmax(table, axis=1)
     values = table[np.arange(len(best)), best]
     for k, place in enumerate(best):
-        pair = np.flatnonzero(np.abs(other.frequency - other.frequency[place]) <= EQUAL * max(float(other.frequency[place]), 1e-300))
+        pair = np.flatnonzero(
+            np.abs(other.frequency - other.frequency[place]) <= EQUAL * max(float(other.frequency[place]), 1e-300)
+        )
         if len(pair) > 1:
             values[k] = with_plane(one.shape[k], other.shape[pair])
     return np.asarray(best, dtype=np.int64), values
@@ -79,7 +81,9 @@ def free_shapes(result: Result, body: str) -> Shapes | None:
             return None
         known = names.free.get(body, [])
         named = [known[int(n) - 1] if int(n) <= len(known) else f"{names.bodies[body]} mode {n}" for n in number[steps]]
-        shape = np.array([fields.field("shape", int(k))[inside].astype(float).reshape(-1) for k in steps], dtype=complex)
+        shape = np.array(
+            [fields.field("shape", int(k))[inside].astype(float).reshape(-1) for k in steps], dtype=complex
+        )
         return Shapes(fields.mesh.points[inside], np.asarray(frequency[steps], dtype=float), named, shape)
 
 
@@ -94,16 +98,18 @@ def complex_shapes(result: Result) -> Shapes | None:
         shapes, order = [], list(dict.fromkeys(place.tolist()))
         for at in order:
             steps = np.flatnonzero(place == at)
-            real, later = (fields.field("motion", int(k))[points].astype(float) for k in (steps[0], steps[len(steps) // 4]))
+            real, later = (
+                fields.field("motion", int(k))[points].astype(float) for k in (steps[0], steps[len(steps) // 4])
+            )
             shapes.append((real - 1j * later).reshape(-1))
         named = [names.dominant(table, at) or "complex mode" for at in order]
         return Shapes(fields.mesh.points[points], table.frequency[order], named, np.array(shapes))
 
 
 def aligned(one: Shapes, other: Shapes) -> Shapes | None:
-    """The shapes of the first result turned with their mesh into the pose of the second one; None where the meshes differ.
+    """The shapes of the first result turned with their mesh into the pose of the second one; None of other meshes.
 
-    The rotation is that of least squares (Kabsch, Acta Cryst. A32, 1976, 922): a body may lie otherwise under another contact.
+    The rotation is that of least squares (Kabsch's method), because a body may lie otherwise under another contact.
     """
     if one.points.shape != other.points.shape:
         return None
@@ -121,7 +127,10 @@ def aligned(one: Shapes, other: Shapes) -> Shapes | None:
 def lines(one: Result, other: Result) -> list[str]:
     """The comparison of all mode shapes that both results have, in words."""
     made: list[str] = []
-    sets = [(f"free modes of the {ModeNames.of(one).bodies[b]}", free_shapes(one, b), free_shapes(other, b)) for b in BODIES.values()]
+    sets = [
+        (f"free modes of the {ModeNames.of(one).bodies[b]}", free_shapes(one, b), free_shapes(other, b))
+        for b in BODIES.values()
+    ]
     for title, a, b in (*sets, ("complex modes", complex_shapes(one), complex_shapes(other))):
         if a is None or b is None:
             continue
@@ -134,7 +143,8 @@ def lines(one: Result, other: Result) -> list[str]:
         change = np.where(a.frequency > 0.1, b.frequency[best] / np.maximum(a.frequency, 0.1) - 1, 0.0)
         same = (values >= SURE) & (np.abs(change) <= 1 - SURE) & (best == np.arange(len(best)))
         if same.any():
-            made.append(f"  {int(same.sum())} of {len(best)} modes have MAC and frequency within {100 * (1 - SURE):g} % and the same number")
+            near = f"MAC and frequency within {100 * (1 - SURE):g} % and the same number"
+            made.append(f"  {int(same.sum())} of {len(best)} modes have {near}")
         left_names, right_names = ([f"{hertz(f)} {name}" for f, name in zip(s.frequency, s.names)] for s in (a, b))
         width = max(map(len, left_names + right_names))
         for k, (place, value) in enumerate(zip(best, values)):

@@ -31,7 +31,7 @@ class ModeNames:
         return cls(bodies, free, kind)
 
     def shares(self, table: ComplexModes, place: int) -> list[tuple[str, str, float]]:
-        """Body (lower, upper), kind of free mode, and its share in an eigenvalue's motion by elastic energy, largest first."""
+        """Body, kind of free mode, and its share in the motion of an eigenvalue by elastic energy, largest first."""
         if table.participation is None or table.mode_body is None:
             return []
         summed: dict[tuple[str, str], float] = {}

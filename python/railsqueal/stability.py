@@ -40,7 +40,9 @@ class Budget:
         path = "stability/criterion"
         if f"{path}/growth_rate" not in result:
             return None
-        damping, creep, tilting, total = (result.array(f"{path}/{n}") for n in ("damping", "across", "tilting", "growth_rate"))
+        damping, creep, tilting, total = (
+            result.array(f"{path}/{n}") for n in ("damping", "across", "tilting", "growth_rate")
+        )
         return cls(damping, total - damping - creep - tilting, creep, tilting, total, result.integers(f"{path}/mode"))
 
 
@@ -73,12 +75,14 @@ class Sensitivities:
         by = {name: result.complexes(f"{path}/{name}") for name in PARAMETERS if f"{path}/{name}" in result}
         if not by:
             return None
-        return cls(by, result.complexes(f"{path}/damping") if f"{path}/damping" in result else np.zeros((0, 0), complex))
+        return cls(
+            by, result.complexes(f"{path}/damping") if f"{path}/damping" in result else np.zeros((0, 0), complex)
+        )
 
     def cures(self, result: Result, place: int, growth_rate: float) -> list[tuple[str, float, str]]:
-        """Changes that end the growth of an eigenvalue, each by itself and to first order: parameter, change in SI units, words.
+        """Changes that end the growth of an eigenvalue, each by itself and to first order: parameter, SI change, words.
 
-        The smallest relative ones come first. Changes by more than the value itself, or by more than 10 mm, are left out.
+        The smallest relative ones come first. Changes by more than the value itself or 10 mm are left out.
         """
         found: list[tuple[float, str, float, str]] = []
         creepage = applied_creepage(result)
@@ -89,11 +93,16 @@ class Sensitivities:
                 continue
             quantity, key = PARAMETERS[name]
             given = lookup(result.job, key) if key else None
-            scale = {"friction": 1.0, "longitudinal": float(np.hypot(*creepage[:2])), "lateral": float(np.hypot(*creepage[:2]))}
+            scale = {
+                "friction": 1.0,
+                "longitudinal": float(np.hypot(*creepage[:2])),
+                "lateral": float(np.hypot(*creepage[:2])),
+            }
             scale |= {"spin": abs(float(creepage[2])), "lower_position": SHIFT, "upper_position": SHIFT}
             size = scale.get(name, abs(float(given)) if isinstance(given, (int, float)) else operating(result, name))
             if size > 0 and abs(change) <= RELATIVE * size:
-                words = f"{quantity.name} {'+' if change > 0 else ''}{number(float(f'{quantity.factor * change:.3g}'))} {quantity.unit}"
+                shown = number(float(f"{quantity.factor * change:.3g}"))
+                words = f"{quantity.name} {'+' if change > 0 else ''}{shown} {quantity.unit}"
                 found.append((abs(change) / size, name, change, words))
         return [(name, change, words) for _, name, change, words in sorted(found)]
 
@@ -107,7 +116,7 @@ def applied_creepage(result: Result) -> Floats:
 
 
 def operating(result: Result, name: str) -> float:
-    """Load, approach or speed of the state that was examined, where the job does not give it; 0 where it is not known."""
+    """Load, approach or speed of the examined state, where the job does not give it; 0 where it is not known."""
     if name == "normal_load" and "stability/force" in result:
         return abs(float(result.array("stability/force")[2]))
     path = {"speed": "placement/speed", "approach": "stability/approach"}.get(name, "")

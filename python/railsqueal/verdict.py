@@ -37,7 +37,10 @@ def verdict(result: Result) -> Verdict:
         kind = SQUEAL if (Sweep.of(result).unstable > 0).any() else QUIET
         return Verdict(kind, notes[0], notes[1:])
     else:
-        kind, sentence = NONE, "No stability analysis and no transient in this result: it does not say whether the wheel squeals."
+        kind, sentence = (
+            NONE,
+            "No stability analysis and no transient in this result: it does not say whether the wheel squeals.",
+        )
     return Verdict(kind, sentence, notes)
 
 
@@ -104,12 +107,17 @@ def least_damped(table: ComplexModes, names: ModeNames) -> str:
         return ""
     place = int(places[np.argmin(table.damping_ratio[places])])
     name = names.dominant(table, place)
-    return f"least damped: {hertz(table.frequency[place])}{', ' + name if name else ''}, damping ratio {percent(table.damping_ratio[place])}"
+    named = f"{hertz(table.frequency[place])}{', ' + name if name else ''}"
+    return f"least damped: {named}, damping ratio {percent(table.damping_ratio[place])}"
 
 
 def searched(result: Result, table: ComplexModes) -> str:
     """Frequency up to which eigenvalues were looked for."""
-    for path in ("analyses.stability.full.max_frequency", "analyses.stability.max_frequency", "analyses.modes.max_frequency"):
+    for path in (
+        "analyses.stability.full.max_frequency",
+        "analyses.stability.max_frequency",
+        "analyses.modes.max_frequency",
+    ):
         limit = lookup(result.job, path)
         if isinstance(limit, (int, float)) and limit > 0:
             return f" up to {limit / 1000:g} kHz"
@@ -139,7 +147,7 @@ def hertz(value: float) -> str:
 
 
 def extra_loss_factor(table: ComplexModes, names: ModeNames, place: int) -> tuple[str, float] | None:
-    """Body with most of a mode's energy, and loss factor by which its modes would need more damping: 2|ζ| over its share."""
+    """Body with most of a mode's energy, and the additional loss factor that its modes need: 2|ζ| over its share."""
     per_body: dict[str, float] = {}
     for body, _, share in names.shares(table, place):
         per_body[body] = per_body.get(body, 0.0) + share
@@ -150,7 +158,7 @@ def extra_loss_factor(table: ComplexModes, names: ModeNames, place: int) -> tupl
 
 
 def cures(result: Result, table: ComplexModes, names: ModeNames, unstable: Integers) -> str:
-    """Least changes that would end all growth, by linear estimates: a loss factor of one body, and where the file has its derivative a shift."""
+    """Least changes that would end all growth, by linear estimates: loss factor of one body, shift of the contact."""
     wanted = [extra_loss_factor(table, names, int(k)) for k in unstable]
     parts = []
     if all(wanted) and len({w[0] for w in wanted if w}) == 1:
@@ -164,21 +172,31 @@ def cures(result: Result, table: ComplexModes, names: ModeNames, unstable: Integ
 
 
 def needed_shift(result: Result, table: ComplexModes, unstable: Integers) -> str:
-    """Shift of the contact on the wheel that would end the growth of all modes at once; empty where there is none within `SHIFT`."""
-    slope = result.complexes("stability/sensitivity/upper_position").real if "stability/sensitivity/upper_position" in result else None
+    """Shift of the contact on the upper body that would end all growth; empty without one within `SHIFT`."""
+    slope = (
+        result.complexes("stability/sensitivity/upper_position").real
+        if "stability/sensitivity/upper_position" in result
+        else None
+    )
     if slope is None or any(int(k) >= len(slope) or not np.isfinite(slope[k]) or slope[k] == 0 for k in unstable):
         return ""
     shifts: Floats = np.array([-table.growth_rate[k] / slope[k] for k in unstable])
     if len(set(np.sign(shifts))) != 1:
         return ""
     most = float(shifts[np.argmax(np.abs(shifts))])
-    return f"with the contact on the upper body {number(round(1e3 * most, 1))} mm further in y" if abs(most) <= SHIFT else ""
+    return (
+        f"with the contact on the upper body {number(round(1e3 * most, 1))} mm further in y"
+        if abs(most) <= SHIFT
+        else ""
+    )
 
 
 def loudness(result: Result, names: ModeNames) -> str:
     """Frequency and sound power of the motion in time, of the louder body; empty without sound power."""
     path = "transient/sound_power"
-    levels = {b: result.number(f"{path}/{b}/total_level_a") for b in BODIES.values() if f"{path}/{b}/total_level_a" in result}
+    levels = {
+        b: result.number(f"{path}/{b}/total_level_a") for b in BODIES.values() if f"{path}/{b}/total_level_a" in result
+    }
     if not levels:
         return ""
     body = max(levels, key=lambda b: levels[b])
@@ -194,10 +212,15 @@ def by_transient(result: Result) -> tuple[str, str]:
     span = growth.period(moving)
     phase = growth.exponential(*growth.envelope(moving, 2 * span))
     if phase is None:
-        return NONE, f"The motion in time shows no exponential growth; its strongest periodic part is at {hertz(1 / span)}."
+        return (
+            NONE,
+            f"The motion in time shows no exponential growth; its strongest periodic part is at {hertz(1 / span)}.",
+        )
     heard = loudness(result, names)
     at = growth.frequency(moving, phase.begin, phase.end)
-    sentence = f"Squeals: the motion grows at {rounded(phase.rate)} 1/s at {hertz(at)} and is at {hertz(1 / span)} in the end"
+    sentence = (
+        f"Squeals: the motion grows at {rounded(phase.rate)} 1/s at {hertz(at)} and is at {hertz(1 / span)} in the end"
+    )
     return SQUEAL, f"{sentence}{'; ' + heard if heard else ''}."
 
 
@@ -219,7 +242,11 @@ def swept(result: Result) -> str:
     at = ", ".join(
         quantity(key, result.units(f"sweep/values/{key}")).statement(value(table, key, place)) for key in table.keys
     )
-    kind = f"at {hertz(table.frequency[place])}" if table.frequency[place] > 1e-3 else "without oscillation (stick–slip relaxation)"
+    kind = (
+        f"at {hertz(table.frequency[place])}"
+        if table.frequency[place] > 1e-3
+        else "without oscillation (stick–slip relaxation)"
+    )
     return f"{said}; fastest {rounded(float(growth_rate[place]))} 1/s {kind}, with {at}."
 
 

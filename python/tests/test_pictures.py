@@ -164,7 +164,8 @@ def test_a_key_of_words_has_an_axis_of_words(tmp_path: Path, monkeypatch: pytest
             named = {f.name: f for f in figures.sweep(result)}
             assert named["its wheel"].text == "leading inner"
             text = report.page(result, [])
-            assert re.search(r"<td>its wheel</td><td[^>]*>leading inner</td>", text) and "contact.from.wheel" not in text.split("<pre>")[0]
+            assert re.search(r"<td>its wheel</td><td[^>]*>leading inner</td>", text)
+            assert "contact.from.wheel" not in text.split("<pre>")[0]
             assert re.search(r"<tr><td>trailing outer</td>.*</tr>", text)
     # Wheels are no steps of a curve: each mode is a point, and the unstable one tells its frequency.
     lower = kept["sweep-loci"].axes[1]
@@ -185,7 +186,8 @@ def test_words_of_a_third_key_have_a_map_each(tmp_path: Path, monkeypatch: pytes
     kept = []
     monkeypatch.setattr(Canvas, "save", lambda canvas, figure, name: kept.append(figure) or [canvas.path(name, "png")])
     with Result(path) as result:
-        assert [p.name for p in draw(result, Canvas(tmp_path, "s", resolution=DOTS))] == ["s-sweep-map.png", "s-sweep-parallel.png"]
+        made = draw(result, Canvas(tmp_path, "s", resolution=DOTS))
+        assert [p.name for p in made] == ["s-sweep-map.png", "s-sweep-parallel.png"]
     maps = kept[0].axes[:4]
     assert [axes.get_title() for axes in maps] == WHEELS
     # Four cells each, and numbers in those of the wheel that is unstable.

@@ -40,17 +40,31 @@ def sequence(path: Path, name: str, fields: list[Any], tables: dict[str, Any]) -
 
 
 def moving(path: Path, seed: int = 1) -> tuple[Path, Floats, Floats, Floats]:
-    """A result with two complex modes and two free ones of the upper body; parts of the first complex one, and the free ones."""
+    """A result with two complex modes and two free ones; both parts of the first complex one, and the free ones."""
     spectrum(path, [at(965, 4.0), at(350, -1.0)])
     random = np.random.default_rng(seed)
     real, later = random.normal(size=(2, 2, 16, 3))
     angle = 2 * np.pi * np.arange(STEPS) / STEPS
     frames = [np.cos(a) * real[k] + np.sin(a) * later[k] for k in (0, 1) for a in angle]
     place = np.repeat([0, 1], STEPS)
-    tables = {"eigenvalue": place, "frequency": np.repeat([965.0, 350.0], STEPS), "growth_rate": np.repeat([4.0, -1.0], STEPS)}
-    sequence(path.with_name(f"{path.stem}.modes.vtkhdf"), "motion", frames, tables | {"phase": np.tile(np.arange(STEPS) / STEPS, 2)})
+    tables = {
+        "eigenvalue": place,
+        "frequency": np.repeat([965.0, 350.0], STEPS),
+        "growth_rate": np.repeat([4.0, -1.0], STEPS),
+    }
+    sequence(
+        path.with_name(f"{path.stem}.modes.vtkhdf"),
+        "motion",
+        frames,
+        tables | {"phase": np.tile(np.arange(STEPS) / STEPS, 2)},
+    )
     free = random.normal(size=(2, 16, 3))
-    sequence(path.with_name(f"{path.stem}.free_modes.vtkhdf"), "shape", list(free), {"frequency": [975.0, 975.0], "body": [2, 2], "number": [1, 2]})
+    sequence(
+        path.with_name(f"{path.stem}.free_modes.vtkhdf"),
+        "shape",
+        list(free),
+        {"frequency": [975.0, 975.0], "body": [2, 2], "number": [1, 2]},
+    )
     return path, real[0], later[0], free
 
 
@@ -120,12 +134,23 @@ def test_a_browser_draws_the_motion(tmp_path: Path) -> None:
     path, *_ = moving(tmp_path / "a.h5")
     with Result(path) as result:
         page, *_ = report.write(result, tmp_path / "out")
-    options = "--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --virtual-time-budget=3000 --dump-dom"
+    options = "--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader"
+    options += " --virtual-time-budget=3000 --dump-dom"
     address = f"{page.as_uri()}#motion=2&phase=0.25"
-    done = subprocess.run(["chromium", *options.split(), address], capture_output=True, text=True, timeout=120, check=True)
+    done = subprocess.run(
+        ["chromium", *options.split(), address], capture_output=True, text=True, timeout=120, check=True
+    )
     figure = re.search(r'<figure id="viewer"([^>]*)>', done.stdout)
-    assert figure and 'data-state="drawn"' in figure[1] and 'data-motion="2"' in figure[1] and 'data-points="8"' in figure[1]
-    assert "0.25 of the period" in done.stdout and "975 Hz: wheel mode 1 (n = 3 axial); free of contact, undamped" in done.stdout
+    assert (
+        figure
+        and 'data-state="drawn"' in figure[1]
+        and 'data-motion="2"' in figure[1]
+        and 'data-points="8"' in figure[1]
+    )
+    assert (
+        "0.25 of the period" in done.stdout
+        and "975 Hz: wheel mode 1 (n = 3 axial); free of contact, undamped" in done.stdout
+    )
 
 
 def test_mac_of_known_shapes() -> None:
@@ -142,7 +167,9 @@ def test_shapes_of_two_results_are_compared(tmp_path: Path) -> None:
     # The complex mode a third of a period later is the same one; the pair of free modes is turned in its plane.
     angle = 2 * np.pi * np.arange(STEPS) / STEPS + 2.1
     with h5py.File(tmp_path / "b.modes.vtkhdf", "a") as file:
-        file["VTKHDF/PointData/motion"][: 16 * STEPS] = np.concatenate([np.cos(a) * real + np.sin(a) * later for a in angle])
+        file["VTKHDF/PointData/motion"][: 16 * STEPS] = np.concatenate(
+            [np.cos(a) * real + np.sin(a) * later for a in angle]
+        )
     with h5py.File(tmp_path / "b.free_modes.vtkhdf", "a") as file:
         turned = np.array([free[0] + 2 * free[1], free[0] - free[1]])
         file["VTKHDF/PointData/shape"][...] = turned.reshape(-1, 3)

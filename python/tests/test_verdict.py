@@ -19,10 +19,21 @@ ROOT = Path(__file__).parents[2]
 JOB = {
     "title": "made",
     "bodies": {
-        "lower": {"mesh": {"extruded": {"section": "60E1", "length": 14.0}}, "track": {"pad": {"vertical": 120e6, "loss_factor": 0.2}}},
-        "upper": {"mesh": {"revolved": {"section": "W920S"}}, "profile": "S1002", "material": {"young": 210e9, "density": 7860.0}},
+        "lower": {
+            "mesh": {"extruded": {"section": "60E1", "length": 14.0}},
+            "track": {"pad": {"vertical": 120e6, "loss_factor": 0.2}},
+        },
+        "upper": {
+            "mesh": {"revolved": {"section": "W920S"}},
+            "profile": "S1002",
+            "material": {"young": 210e9, "density": 7860.0},
+        },
     },
-    "contact": {"friction": {"exponential": {"static": 0.4, "memory_length": 2e-5}}, "normal_load": 60e3, "placement": {"yaw": -0.01}},
+    "contact": {
+        "friction": {"exponential": {"static": 0.4, "memory_length": 2e-5}},
+        "normal_load": 60e3,
+        "placement": {"yaw": -0.01},
+    },
     "analyses": {"stability": {"max_frequency": 6000.0}},
 }
 # Free modes: one of the rail, a pair of the wheel with n = 3, and a second axial one with n = 3.
@@ -58,11 +69,15 @@ def test_a_squealing_wheel_is_named(tmp_path: Path) -> None:
         said = verdict(result)
     assert said.kind == "squeal"
     assert said.sentence.startswith(
-        "Squeals at 965 Hz: wheel mode n = 3 axial, travelling against the rotation, growth rate 4.0 1/s (damping ratio −0.067 %); "
+        "Squeals at 965 Hz: wheel mode n = 3 axial, travelling against the rotation, growth rate 4.0 1/s "
+        "(damping ratio −0.067 %); "
         "also at 985 Hz; "
     )
     # 2 · 4.05 / (2π 965) over the 98 % of the wheel.
-    assert f"{2 * 4.05 / (2 * np.pi * 965) / 0.98:.4f}" == "0.0014" and "loss factor of the wheel that is higher by 0.0014" in said.sentence
+    assert (
+        f"{2 * 4.05 / (2 * np.pi * 965) / 0.98:.4f}" == "0.0014"
+        and "loss factor of the wheel that is higher by 0.0014" in said.sentence
+    )
 
 
 def test_growth_without_oscillation_is_no_squeal(tmp_path: Path) -> None:
@@ -71,14 +86,23 @@ def test_growth_without_oscillation_is_no_squeal(tmp_path: Path) -> None:
         said, text = verdict(result), report.page(result, [])
         table = ComplexModes.of(result)
         assert table.oscillates.tolist() == [False, True, True]
-    assert said.kind == "relaxation" and said.sentence.startswith("No squealing mode found up to 6 kHz, but one eigenvalue grows without oscillation")
+    assert said.kind == "relaxation" and said.sentence.startswith(
+        "No squealing mode found up to 6 kHz, but one eigenvalue grows without oscillation"
+    )
     assert "(stick–slip relaxation), at 1600 1/s" in said.sentence and "least damped: 3000 Hz" in said.sentence
     # Apart from the modes, which it is not listed among.
     apart = text[text.index("<h3>Growth without oscillation</h3>") : text.index("<h3>Eigenvalues that oscillate")]
-    assert "+1588" in apart and "+1588" not in text[text.index("<h3>Eigenvalues that oscillate") : text.index('id="modes"')]
+    assert (
+        "+1588" in apart
+        and "+1588" not in text[text.index("<h3>Eigenvalues that oscillate") : text.index('id="modes"')]
+    )
     with Result(spectrum(tmp_path / "b.h5", [*values, at(965, 3.0)])) as result:
         both = verdict(result)
-    assert both.kind == "squeal" and "Squeals at 965 Hz" in both.sentence and "apart from these, one eigenvalue grows" in both.sentence
+    assert (
+        both.kind == "squeal"
+        and "Squeals at 965 Hz" in both.sentence
+        and "apart from these, one eigenvalue grows" in both.sentence
+    )
 
 
 def test_a_quiet_wheel_has_its_least_damped_mode(tmp_path: Path) -> None:
@@ -116,7 +140,11 @@ def test_results_that_cannot_tell_say_so(transient: Callable[..., Path], tmp_pat
 def test_kinds_of_modes_are_summed(tmp_path: Path) -> None:
     with Result(spectrum(tmp_path / "a.h5", [at(965, 4.0)])) as result:
         names, table = ModeNames.of(result), ComplexModes.of(result)
-        assert names.free["upper"] == ["wheel mode 1 (n = 3 axial)", "wheel mode 2 (n = 3 axial)", "wheel mode 3 (n = 3 axial 1)"]
+        assert names.free["upper"] == [
+            "wheel mode 1 (n = 3 axial)",
+            "wheel mode 2 (n = 3 axial)",
+            "wheel mode 3 (n = 3 axial 1)",
+        ]
         assert names.free["lower"] == ["rail mode 1 (4 waves on its length)"]
         assert names.shares(table, 0)[0] == ("upper", "wheel mode n = 3 axial", pytest.approx(0.98))
         assert names.made_of(table, 0) == "98 % wheel mode n = 3 axial"
@@ -125,10 +153,20 @@ def test_kinds_of_modes_are_summed(tmp_path: Path) -> None:
 def test_budget_and_cures(tmp_path: Path) -> None:
     path = spectrum(tmp_path / "a.h5", [at(965, 4.0), at(985, 2.0)])
     with h5py.File(path, "a") as file:
-        for name, values in (("damping", [-0.6, -0.6]), ("across", [-1.2, -1.1]), ("tilting", [-0.1, 0.0]), ("growth_rate", [4.0, 2.0])):
+        for name, values in (
+            ("damping", [-0.6, -0.6]),
+            ("across", [-1.2, -1.1]),
+            ("tilting", [-0.1, 0.0]),
+            ("growth_rate", [4.0, 2.0]),
+        ):
             dataset(file, f"stability/criterion/{name}", values, "1/s")
         dataset(file, "stability/criterion/mode", [1, 2])
-        slopes = {"friction": [20.0, 1.0], "upper_position": [-1000.0, -100.0], "normal_load": [1e-4, 1e-9], "lateral": [-400.0, -400.0]}
+        slopes = {
+            "friction": [20.0, 1.0],
+            "upper_position": [-1000.0, -100.0],
+            "normal_load": [1e-4, 1e-9],
+            "lateral": [-400.0, -400.0],
+        }
         for name, values in slopes.items():
             dataset(file, f"stability/sensitivity/{name}", np.array(values, complex), "1/s")
         dataset(file, "placement/creepage", [0.001, -0.02, 0.0])
@@ -138,14 +176,25 @@ def test_budget_and_cures(tmp_path: Path) -> None:
         # What is left of the sum is friction.
         assert budget.friction == pytest.approx([5.9, 3.7])
         cures = {name: change for name, change, _ in sensitivities.cures(result, 0, 4.0)}
-        assert cures == {"friction": pytest.approx(-0.2), "upper_position": pytest.approx(4e-3), "normal_load": pytest.approx(-4e4), "lateral": pytest.approx(0.01)}
+        assert cures == {
+            "friction": pytest.approx(-0.2),
+            "upper_position": pytest.approx(4e-3),
+            "normal_load": pytest.approx(-4e4),
+            "lateral": pytest.approx(0.01),
+        }
         words = [words for *_, words in sensitivities.cures(result, 0, 4.0)]
-        assert words[0] == "friction −20 %" and "contact on the upper body along y +4 mm" in words and "lateral creepage +1 %" in words
+        assert (
+            words[0] == "friction −20 %"
+            and "contact on the upper body along y +4 mm" in words
+            and "lateral creepage +1 %" in words
+        )
         # Twice the friction, a shift of 20 mm and more than the load are no cures of the other mode.
         assert [name for name, *_ in sensitivities.cures(result, 1, 2.0)] == ["lateral"]
         tables = {name: rows for name, _, rows in report.csv_tables(result)}
         assert [row[3] for row in tables["budget"]] == pytest.approx([5.9, 3.7])
-        assert [row[-1] for row in tables["sensitivities"] if row[2] == "upper_position"] == pytest.approx([4e-3, 20e-3])
+        assert [row[-1] for row in tables["sensitivities"] if row[2] == "upper_position"] == pytest.approx(
+            [4e-3, 20e-3]
+        )
         text = report.page(result, [])
     assert "<td>+5.900</td>" in text and "friction −20 %" in text
 
@@ -153,25 +202,42 @@ def test_budget_and_cures(tmp_path: Path) -> None:
 def test_the_job_is_told_with_units(tmp_path: Path) -> None:
     with Result(spectrum(tmp_path / "a.h5", [at(965, -4.0)])) as result:
         text = report.page(result, [])
-    table = re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td></tr>", text[: text.index("<h3>Contact, vehicle")])
+    table = re.findall(
+        r"<tr><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td></tr>", text[: text.index("<h3>Contact, vehicle")]
+    )
     rows = {name: cells for name, *cells in table}
-    assert rows["body"] == ["swept rail, section 60E1", "swept wheel, section W920S"] and rows["running profile"] == ["", "S1002"]
+    assert rows["body"] == ["swept rail, section 60E1", "swept wheel, section W920S"] and rows["running profile"] == [
+        "",
+        "S1002",
+    ]
     assert rows["vertical pad stiffness"] == ["120 MN/m", ""] and rows["Young&#x27;s modulus E"] == ["", "210 GPa"]
-    assert "exponential: static 0.4, memory length 20 µm" in text and "<td>yaw of the wheelset (angle of attack)</td><td>−10 mrad</td>" in text
+    assert (
+        "exponential: static 0.4, memory length 20 µm" in text
+        and "<td>yaw of the wheelset (angle of attack)</td><td>−10 mrad</td>" in text
+    )
 
 
 def test_axes_have_names_and_units() -> None:
     assert labels.quantity("contact.friction").axis == "coefficient of friction μ"
     assert labels.quantity("contact.normal_load", "N").axis == "normal load N / kN"
-    assert labels.quantity("contact.placement.yaw", "rad").statement(-0.01) == "yaw of the wheelset (angle of attack) = −10 mrad"
-    assert labels.quantity("bodies.upper.mesh.revolved.contact_offset", "m", {"lower": "rail", "upper": "wheel"}).axis == "contact offset of the wheel / mm"
+    assert (
+        labels.quantity("contact.placement.yaw", "rad").statement(-0.01)
+        == "yaw of the wheelset (angle of attack) = −10 mrad"
+    )
+    assert (
+        labels.quantity("bodies.upper.mesh.revolved.contact_offset", "m", {"lower": "rail", "upper": "wheel"}).axis
+        == "contact offset of the wheel / mm"
+    )
     # A key that is not listed has its last words and the unit of the file.
-    assert labels.quantity("bodies.lower.supports.2.loss_frequency", "Hz").axis == "supports loss frequency of the lower body / Hz"
+    assert (
+        labels.quantity("bodies.lower.supports.2.loss_frequency", "Hz").axis
+        == "supports loss frequency of the lower body / Hz"
+    )
     assert labels.words('{"table": {"points": [[0, 0.15], [0.05, 0.25]]}}') == "table: points: (0, 0.15), (0.05, 0.25)"
 
 
 def test_units_are_those_of_the_job_page() -> None:
-    """SI units of `labels.NAMES` against docs/job.md; a key of one name has one unit on the page or is told apart by its suffix."""
+    """SI units of `labels.NAMES` against those that docs/job.md has for keys of the same last name."""
     page = (ROOT / "docs/job.md").read_text(encoding="utf-8")
     units: dict[str, set[str]] = {}
     for keys, unit in re.findall(r"^\| (`[^|]*`) \| ([^|]*) \|", page, re.MULTILINE):

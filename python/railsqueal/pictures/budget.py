@@ -20,7 +20,9 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if budget is None or not ComplexModes.present(result):
         return []
     table, names = ComplexModes.of(result), ModeNames.of(result)
-    places = [k for k in range(len(budget.growth_rate)) if np.isfinite(budget.growth_rate[k]) and k < len(table.frequency)][:MOST]
+    places = [
+        k for k in range(len(budget.growth_rate)) if np.isfinite(budget.growth_rate[k]) and k < len(table.frequency)
+    ][:MOST]
     if not places:
         return []
     figure, axes = plt.subplots(figsize=(8.4, 1.6 + 0.62 * len(places)), layout="constrained")
@@ -31,7 +33,11 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         axes.barh(range(len(places)), values, left=before, height=0.6, color=colour, label=name)
     axes.plot(budget.growth_rate[places], range(len(places)), "D", color="black", markersize=6, label="growth rate")
     axes.axvline(0, color="black", linewidth=0.8)
-    axes.set_yticks(range(len(places)), [f"{table.frequency[k]:.0f} Hz\n{names.dominant(table, k)}".strip() for k in places], fontsize=8)
+    axes.set_yticks(
+        range(len(places)),
+        [f"{table.frequency[k]:.0f} Hz\n{names.dominant(table, k)}".strip() for k in places],
+        fontsize=8,
+    )
     axes.invert_yaxis()
     axes.set_xlabel("parts of the growth rate σ / (1/s)")
     axes.set_title(heading(result) + "growth-rate budget")

@@ -135,7 +135,8 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
 
     figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(6.4, 7.0), height_ratios=[1, 1.5], layout="constrained")
     figure.suptitle(case(result, drawn.grid.force), fontsize=10)
-    upper.plot(x, drawn.along_axis(drawn.pressure), color=NORMAL, marker="o", markersize=3, label=f"pressure, {compliance}")
+    pressure = drawn.along_axis(drawn.pressure)
+    upper.plot(x, pressure, color=NORMAL, marker="o", markersize=3, label=f"pressure, {compliance}")
     if compared:
         upper.plot(compared[0], compared[1], "k--", linewidth=1.1, label="CONTACT (half-space)")
     upper.set_ylabel("pressure p / MPa")

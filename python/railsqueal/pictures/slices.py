@@ -1,4 +1,4 @@
-"""Sweeps over three and more keys: maps over two of them, one for each combination of the others, and all points in parallel coordinates."""
+"""Sweeps over three and more keys: maps over two of them for each combination of the others; parallel coordinates."""
 
 from itertools import product
 from pathlib import Path
@@ -46,10 +46,14 @@ def slices(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas) -> lis
     chosen = combinations
     if len(combinations) > MAPS:
         chosen = [combinations[int(k)] for k in np.linspace(0, len(combinations) - 1, MAPS).round()]
-    columns = min(COLUMNS, len(others[-1].levels) if len(combinations) == len(chosen) and len(others[-1].levels) > 1 else COLUMNS)
+    columns = min(
+        COLUMNS, len(others[-1].levels) if len(combinations) == len(chosen) and len(others[-1].levels) > 1 else COLUMNS
+    )
     rows = -(-len(chosen) // columns)
     share: dict[str, Any] = {"sharex": True, "sharey": True, "squeeze": False}
-    figure, grid = plt.subplots(rows, columns, figsize=(3.1 * columns + 1.2, 2.9 * rows + 0.8), layout="constrained", **share)
+    figure, grid = plt.subplots(
+        rows, columns, figsize=(3.1 * columns + 1.2, 2.9 * rows + 0.8), layout="constrained", **share
+    )
     colours = growth_colours(sweep)
     handles: dict[str, Any] = {"border": Line2D([], [], color="black", label="between stable and unstable points")}
     for place, axes in enumerate(grid.flat):
@@ -88,7 +92,9 @@ def parallel(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas) -> l
     figure, axes = plt.subplots(figsize=(2.3 * len(heights) + 1.5, 5.4), layout="constrained")
     lines = np.stack([np.broadcast_to(places, (len(order), len(places))), np.array(heights).T], axis=-1)
     grows = growth > 0
-    drawn = LineCollection(list(lines), colors=colours.to_rgba(growth), linewidths=np.where(grows, 1.8, 0.8), alpha=0.85)
+    drawn = LineCollection(
+        list(lines), colors=colours.to_rgba(growth), linewidths=np.where(grows, 1.8, 0.8), alpha=0.85
+    )
     axes.add_collection(drawn)
     axes.set_xlim(-0.2, len(heights) - 0.6)
     axes.set_ylim(-0.06, 1.06)
@@ -100,16 +106,36 @@ def parallel(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas) -> l
     for place, key in enumerate(keys):
         axes.axvline(place, color=GREY, linewidth=0.8)
         for level, height in zip(key.levels, positions(key, key.levels)):
-            axes.annotate(key.tick(level), (place, height), xytext=(-4, 0), textcoords="offset points", ha="right", va="center", fontsize=8, bbox=PAPER)
+            axes.annotate(
+                key.tick(level),
+                (place, height),
+                xytext=(-4, 0),
+                textcoords="offset points",
+                ha="right",
+                va="center",
+                fontsize=8,
+                bbox=PAPER,
+            )
     last = len(keys)
     axes.axvline(last, color=GREY, linewidth=0.8)
     for value in sorted({low, 0.0, high}):
         at = (value - low) / max(high - low, 1e-300)
-        axes.annotate(f"{value:.3g}".replace("-", "−"), (last, at), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8, bbox=PAPER)
+        axes.annotate(
+            f"{value:.3g}".replace("-", "−"),
+            (last, at),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+            bbox=PAPER,
+        )
     figure.colorbar(colours, ax=axes, label="largest growth rate σ / (1/s)", extend="min")
     failed = int((sweep.status != 0).sum())
     missing = f"; {failed} failed points are left out" if failed else ""
-    axes.set_title(heading(result) + f"{int(grows.sum())} of {len(order)} points grow; lines through one value are spread about it{missing}")
+    axes.set_title(
+        heading(result)
+        + f"{int(grows.sum())} of {len(order)} points grow; lines through one value are spread about it{missing}"
+    )
     return canvas.save(figure, "sweep-parallel")
 
 

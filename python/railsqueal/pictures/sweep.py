@@ -54,7 +54,8 @@ class Key:
         """Name and value with unit, as the title of a map."""
         if self.words:
             return f"{self.quantity.name}: {words(self.words[int(level)])}"
-        return f"{self.quantity.name} {self.quantity.symbol}".strip() + f" = {number(level)} {self.quantity.unit}".rstrip()
+        name = f"{self.quantity.name} {self.quantity.symbol}".strip()
+        return f"{name} = {number(level)} {self.quantity.unit}".rstrip()
 
     def label_axis(self, axis: Axis) -> None:
         """Of a picture whose axis is to scale."""

@@ -9,6 +9,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 
 from .. import growth as growing
+from ..labels import body_words
 from ..result import Floats, Result
 from ..tables import History
 from .contact import edges
@@ -65,7 +66,7 @@ def growth(result: Result, history: History, moving: growing.Signal, span: float
             line = phase.line(middle, rate)
             seen = (line < 1.5 * peak.max()) & (line > 0.5 * peak[peak > 0].min())
             log.semilogy(middle[seen], factor * line[seen], color=RED, linestyle="--", label=f"linear analysis: {rate:.3f} 1/s")
-    log.set_ylabel("its envelope")
+    log.set_ylabel(f"its envelope / {name.partition(' / ')[2]}")
     # Powers of ten alone would leave an axis of less than a decade without numbers.
     for set_formatter in (log.yaxis.set_major_formatter, log.yaxis.set_minor_formatter):
         set_formatter("{x:g}")
@@ -100,7 +101,7 @@ def spectrogram(result: Result, moving: growing.Signal, canvas: Canvas) -> list[
     if amplitude.any():
         line.set_xlim(amplitude.max() * 1e-5, amplitude.max() * 2)
     line.set_ylim(0, min(5000, 0.5 / moving.step))
-    line.set_xlabel("amplitude, last quarter")
+    line.set_xlabel(f"amplitude, last quarter / {name.partition(' / ')[2]}")
     return canvas.save(figure, "spectrogram")
 
 
@@ -195,7 +196,7 @@ def sound_power(result: Result, canvas: Canvas) -> list[Path]:
         bars.set_xticks(place, labels, rotation=60)
         bars.set_ylim(floor, top + 3)
         bars.set_xlabel("third octave / Hz")
-        bars.set_title(f"sound power of the {body} body")
+        bars.set_title(f"sound power of the {body_words(result.job)[body]}")
         bars.legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=2)
         line.semilogy(result.array(f"{group}/frequency"), np.maximum(density[body], peak * 1e-12), color=BLUE, linewidth=0.7)
         line.set_xlabel("frequency / Hz")

@@ -13,7 +13,7 @@ from ..tables import Provenance
 from ..verdict import verdict
 from . import curving, player, setup, shapes, stability, sweeps
 from .csv_tables import csv_tables, save
-from .markup import CAPTIONS, STYLE, Row, download, pictures, table
+from .markup import CAPTIONS, WEB, Row, download, pictures, table
 
 __all__ = ["CAPTIONS", "csv_tables", "page", "write"]
 # Pictures that stand in sections of their own.
@@ -92,7 +92,9 @@ def page(result: Result, tables: Sequence[Path]) -> str:
     job = escape(json.dumps(result.job, indent=2, ensure_ascii=False))
     sections.append(f"<details><summary>The resolved job; it can be run again</summary><pre>{job}</pre></details>")
     body = "\n".join([*opening(result, origin, title), contents(sections), *sections])
-    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escape(title)}</title><style>{STYLE}</style>'
+    style = (WEB / "report.css").read_text(encoding="utf-8")
+    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+    head += f"<title>{escape(title)}</title><style>{style}</style>"
     return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head>\n<body>\n{body}\n</body></html>\n'
 
 
@@ -100,10 +102,15 @@ def opening(result: Result, origin: Provenance, title: str) -> list[str]:
     """Title, verdict and warnings."""
     said = verdict(result)
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in said.notes)
-    parts = [f"<h1>{escape(title)}</h1>", f'<div class="verdict {said.kind}"><p>{escape(said.sentence)}</p>{notes}</div>']
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        f'<div class="verdict {said.kind}"><p>{escape(said.sentence)}</p>{notes}</div>',
+    ]
     if result.stopped:
         parts.append('<p class="warning">The run was stopped before its end: this is what it has computed so far.</p>')
-    parts.append(f'<p class="note">{escape(result.path.name)}{", computed " + escape(origin.date) if origin.date else ""}</p>')
+    parts.append(
+        f'<p class="note">{escape(result.path.name)}{", computed " + escape(origin.date) if origin.date else ""}</p>'
+    )
     return parts + [f'<p class="warning">{escape(text)}</p>' for text in origin.warnings]
 
 

@@ -2,7 +2,6 @@
 
 import csv
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,18 @@ from ..curving import WHEELS, Curving, CurvingRadii
 from ..mode_names import ModeNames
 from ..result import Result
 from ..stability import Balance, Budget, Sensitivities
-from ..tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Provenance, Receptances, Sweep
+from ..tables import (
+    BODIES,
+    ComplexModes,
+    ContactGrid,
+    CreepCurve,
+    Cycles,
+    History,
+    Modes,
+    Provenance,
+    Receptances,
+    Sweep,
+)
 from .markup import Row
 
 # Columns of the tables of steady curving as CSV.
@@ -74,7 +84,9 @@ def stability_tables(result: Result, table: ComplexModes) -> list[tuple[str, Row
         made.append(("budget", head, rows))
     balance = Balance.of(result)
     if balance is not None:
-        rows = [(int(k), table.frequency[k], *parts, sum(parts)) for k, parts in zip(balance.place, balance.parts.tolist())]
+        rows = [
+            (int(k), table.frequency[k], *parts, sum(parts)) for k, parts in zip(balance.place, balance.parts.tolist())
+        ]
         heads = ("place", "frequency_Hz", "damping_lower_1/s", "damping_upper_1/s", "contact_work_1/s", "sum_1/s")
         made.append(("balance", heads, rows))
     sensitivities = Sensitivities.of(result)
@@ -87,7 +99,15 @@ def stability_tables(result: Result, table: ComplexModes) -> list[tuple[str, Row
                 for k, s in enumerate(slopes)
                 if np.isfinite(s) and s.real != 0
             ]
-        head = ("place", "frequency_Hz", "parameter", "unit", "growth_rate_derivative", "frequency_derivative_over_2pi", "change_to_zero_growth")
+        head = (
+            "place",
+            "frequency_Hz",
+            "parameter",
+            "unit",
+            "growth_rate_derivative",
+            "frequency_derivative_over_2pi",
+            "change_to_zero_growth",
+        )
         made.append(("sensitivities", head, rows))
     return made
 
@@ -99,7 +119,15 @@ def curve_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         curve = CreepCurve.of(result)
         growth = np.full(len(curve.creepage), np.nan) if curve.eigenvalue is None else curve.eigenvalue.real
         rows: list[Row] = list(zip(curve.creepage, *curve.force.T, curve.stick_share, growth, curve.status))
-        head = (f"creepage_{curve.key}", "force_x_N", "force_y_N", "force_z_N", "stick_share", "growth_rate_1/s", "status")
+        head = (
+            f"creepage_{curve.key}",
+            "force_x_N",
+            "force_y_N",
+            "force_z_N",
+            "stick_share",
+            "growth_rate_1/s",
+            "status",
+        )
         made.append(("creep-curve", head, rows))
     if Curving.present(result):
         made.append(("curving", CURVING_HEADS, curving_rows(Curving.of(result))))
@@ -120,7 +148,10 @@ def sweep_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         return made
     sweep = Sweep.of(result)
     count = len(sweep.status)
-    keys = [f"{key}_{unit}" if (unit := result.units(f"sweep/values/{key}")) not in ("1", "-") else key for key in sweep.keys]
+    keys = [
+        f"{key}_{unit}" if (unit := result.units(f"sweep/values/{key}")) not in ("1", "-") else key
+        for key in sweep.keys
+    ]
     given = [tuple(sweep.values[key][k] for key in sweep.keys) for k in range(count)]
     message = sweep.message or [""] * count
     columns = list(zip(sweep.unstable, sweep.growth_rate, sweep.frequency, sweep.sticking, sweep.status, message))
@@ -134,7 +165,15 @@ def sweep_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         loudest = cycles.loudest()
         level = np.full(cycles.fate.shape, np.nan) if loudest is None else loudest
         rows: list[Row] = [
-            (branch, *given[k], cycles.fate[b, k], cycles.frequency[b, k], cycles.kinetic[b, k], level[b, k], cycles.time[b, k])
+            (
+                branch,
+                *given[k],
+                cycles.fate[b, k],
+                cycles.frequency[b, k],
+                cycles.kinetic[b, k],
+                level[b, k],
+                cycles.time[b, k],
+            )
             for b, branch in enumerate(cycles.branch)
             for k in range(count)
         ]
@@ -188,7 +227,8 @@ def complex_rows(result: Result, table: ComplexModes, unstable: bool) -> list[Ro
     places = table.unstable if unstable else range(len(table.eigenvalue))
     columns = (table.frequency, table.growth_rate, table.damping_ratio, table.grows, table.oscillates)
     return [
-        (int(k), *(c[k].item() for c in columns), table.source[k], names.made_of(table, int(k)), table.made_of(int(k))) for k in places
+        (int(k), *(c[k].item() for c in columns), table.source[k], names.made_of(table, int(k)), table.made_of(int(k)))
+        for k in places
     ]
 
 
@@ -238,5 +278,3 @@ def receptance_rows(table: Receptances) -> list[Row]:
     """Receptances, real and imaginary parts."""
     parts = [np.stack([h.real, h.imag], axis=-1).reshape(len(h), -1) for h in table.bodies.values()]
     return [list(map(float, row)) for row in np.column_stack([table.frequency, *parts])]
-
-

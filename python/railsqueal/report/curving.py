@@ -25,6 +25,7 @@ CURVING_COLUMNS = (
     ("utilisation", "utilisation", 1, "{:.3f}"),
 )
 
+
 def section(result: Result, drawn: list[str]) -> list[str]:
     """Axles and places of contact of a bogie in a curve, radii without equilibrium, and the pictures of both."""
     if not Curving.present(result):

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from ..labels import body_words
 from ..result import Result
 
 Row = Sequence[Any]
@@ -15,38 +16,10 @@ Row = Sequence[Any]
 ROWS = 30
 # Dots per inch of the pictures on the page.
 RESOLUTION = 110
+# Style, viewer and its library.
+WEB = Path(__file__).parent / "web"
 # CSV files up to this many bytes are in the page as well; larger ones are only beside it.
 EMBEDDED = 300_000
-STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #1a1a1a; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2.2rem; border-bottom: 1px solid #ccc; } h3 { font-size: 1rem; }
-table { border-collapse: collapse; margin: .6rem 0; }
-th, td { padding: .15rem .7rem; text-align: right; border-bottom: 1px solid #e4e4e4; vertical-align: top; }
-th { font-weight: 600; } th:first-child, td:first-child { text-align: left; } table.words td, table.words th, td.word, th.word { text-align: left; }
-tr.unstable td { color: #b03a00; font-weight: 600; } tr.sum td { font-weight: 600; border-top: 1px solid #888; }
-.wide { overflow-x: auto; }
-figure { margin: 1.2rem 0; } figure img { max-width: 100%; } figcaption { color: #666; }
-.verdict { font-size: 1.1rem; border-left: 6px solid #0072B2; background: #eef6fb; padding: .7rem 1rem; margin: 1rem 0; }
-.verdict.squeal, .verdict.relaxation { border-color: #D55E00; background: #fff3e6; }
-.verdict.none { border-color: #888; background: #f4f4f4; } .verdict p { margin: .2rem 0; } .verdict .note { font-size: .95rem; }
-nav { font-size: .92rem; } nav a { margin-right: 1rem; white-space: nowrap; }
-.warning { background: #fff3e6; border-left: 4px solid #D55E00; padding: .5rem .8rem; margin: .5rem 0; }
-.note { color: #555; } .download { font-size: .9rem; }
-.bar { display: inline-block; height: .7em; background: #0072B2; }
-pre { background: #f5f5f5; padding: .8rem; overflow-x: auto; font-size: 13px; } code { overflow-wrap: anywhere; }
-.controls { display: flex; flex-wrap: wrap; gap: .4rem 1rem; align-items: center; margin-bottom: .4rem; }
-.controls select { max-width: 30rem; } .controls input { vertical-align: middle; width: 7rem; }
-.stage { position: relative; height: 30rem; border: 1px solid #ddd; } .stage canvas { width: 100%; height: 100%; display: block; }
-.stage svg { position: absolute; left: .4rem; bottom: .4rem; width: 5.6rem; height: 5.6rem; pointer-events: none; }
-.scale { height: .6rem; max-width: 26rem; } .ends { display: flex; justify-content: space-between; max-width: 26rem; color: #666; font-size: .85rem; }
-audio { width: 100%; max-width: 32rem; }
-@media print {
-  body { max-width: none; margin: 0; font-size: 11px; } nav, .controls, .download, audio { display: none; }
-  figure, tr { break-inside: avoid; } h2, h3 { break-after: avoid; } .stage { height: 22rem; }
-  .wide { overflow: visible; } .wide table { font-size: 8px; } .wide th, .wide td { padding: .1rem .25rem; }
-  * { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
-}
-"""
 CAPTIONS = {
     "contact-line": "Pressure and traction along y = 0",
     "contact-map": "Stick and slip, traction and pressure",
@@ -78,18 +51,21 @@ CAPTIONS = {
 def table(head: Row, rows: Sequence[Row], marked: Sequence[bool] = (), kind: str = "") -> str:
     """A table of HTML; marked rows stand out, and columns with words are aligned to the left."""
     lines = [f'<table class="{kind}">' if kind else "<table>"]
-    worded = [any(re.search(r"[^\W\d_]{3}", str(cell)) for cell in column) for column in zip(*rows)] or [False] * len(head)
+    worded = [any(re.search(r"[^\W\d_]{3}", str(cell)) for cell in column) for column in zip(*rows)] or [False] * len(
+        head
+    )
 
     def cells(row: Row, tag: str) -> str:
         left = (f'<{tag} class="word">' if word and k and not kind else f"<{tag}>" for k, word in enumerate(worded))
         return "".join(f"{opening}{escape(str(cell))}</{tag}>" for opening, cell in zip(left, row))
 
     if any(head):
-        lines.append(f"<tr>{cells(head, 'th')}</tr>")
+        lines.append(f"<thead><tr>{cells(head, 'th')}</tr></thead>")
+    lines.append("<tbody>")
     for k, row in enumerate(rows):
         mark = ' class="unstable"' if k < len(marked) and marked[k] else ""
         lines.append(f"<tr{mark}>{cells(row, 'td')}</tr>")
-    return "\n".join([*lines, "</table>"])
+    return "\n".join([*lines, "</tbody></table>"])
 
 
 def cut(rows: Sequence[Row]) -> tuple[Sequence[Row], str]:
@@ -111,16 +87,24 @@ def pictures(result: Result) -> dict[str, str]:
     from ..pictures import Canvas, draw  # matplotlib takes a second, which the other commands need not wait
 
     parts: dict[str, str] = {}
+    names = body_words(result.job)
     with tempfile.TemporaryDirectory() as folder:
         canvas = Canvas(Path(folder), result.stem, resolution=RESOLUTION)
         for path in draw(result, canvas):
             if path.suffix == ".png":
                 name = path.stem.removeprefix(f"{result.stem}-")
-                caption = escape(CAPTIONS.get(name, name))
+                caption = escape(named(CAPTIONS.get(name, name), names))
                 data = base64.b64encode(path.read_bytes()).decode()
                 image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
                 parts[name] = f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
     return parts
+
+
+def named(caption: str, names: dict[str, str]) -> str:
+    """A caption with the names of the bodies."""
+    for body, word in names.items():
+        caption = caption.replace(f"{body} body", word)
+    return caption
 
 
 def digits(value: float, form: str) -> str:

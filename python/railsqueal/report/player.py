@@ -23,7 +23,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     points = History.of(result).points[:1]
     bodies = [b for b in BODIES.values() if f"transient/sound_power/{b}/mode_resistance" in result]
     parts, missing = [], []
-    for name in (bodies or points):
+    for name in bodies or points:
         try:
             data, said = recording(result, name)
         except ResultError as error:
@@ -52,5 +52,7 @@ def recording(result: Result, name: str) -> tuple[bytes, str]:
         said = sound.write(result, name, path, LONGEST)
         said = said.replace(f"{path}: ", "").replace("\n", "; ")
         for body, word in body_words(result.job).items():
-            said = said.replace(f"{body} body at", f"modes of the {word}, heard at" if word != f"{body} body" else f"{body} body at")
+            said = said.replace(
+                f"{body} body at", f"modes of the {word}, heard at" if word != f"{body} body" else f"{body} body at"
+            )
         return path.read_bytes(), said

@@ -26,7 +26,9 @@ def section(result: Result) -> list[str]:
         parts.append(table(heads, bodies, kind="words"))
     rows = [row for path in ("curve", "vehicle", "contact") for row in given(lookup(job, path), path)]
     rows = [row for row in rows if not placed_creepage(job, row)]
-    analyses = [name.replace("_", " ") for name, inner in (lookup(job, "analyses", {}) or {}).items() if inner is not None]
+    analyses = [
+        name.replace("_", " ") for name, inner in (lookup(job, "analyses", {}) or {}).items() if inner is not None
+    ]
     rows.append(("analyses", ", ".join(analyses)))
     limit = lookup(job, "analyses.stability.max_frequency") or lookup(job, "analyses.modes.max_frequency")
     if isinstance(limit, (int, float)):
@@ -50,7 +52,9 @@ def bodies_table(result: Result) -> list[Row]:
             for name in [n for n in cells if n.startswith(("loss factors", "Rayleigh"))]:
                 cells[name].pop(body, None)
             cells.setdefault("damping", {})[body] = said[body]
-    return [(name, *(texts.get(b, "") for b in BODIES.values())) for name, texts in cells.items() if any(texts.values())]
+    return [
+        (name, *(texts.get(b, "") for b in BODIES.values())) for name, texts in cells.items() if any(texts.values())
+    ]
 
 
 def damping_in_words(result: Result) -> dict[str, str]:
@@ -71,7 +75,9 @@ def body_rows(body: str, about: dict[str, Any]) -> list[tuple[str, str]]:
         named = inner.get("section") if isinstance(inner, dict) else None
         label = words(named) if isinstance(named, str) else (" ".join(named) if isinstance(named, dict) else "")
         path = inner.get("path") if isinstance(inner, dict) else inner
-        rows.append(("body", f"{SECTIONS.get(kind, kind)} {label or (path if kind == 'file' and path else '')}".strip()))
+        rows.append(
+            ("body", f"{SECTIONS.get(kind, kind)} {label or (path if kind == 'file' and path else '')}".strip())
+        )
     elif "matrices" in about:
         rows.append(("body", "matrices from files"))
     elif about.get("profile") is not None:
@@ -81,7 +87,9 @@ def body_rows(body: str, about: dict[str, Any]) -> list[tuple[str, str]]:
     # A short rail of 14 m and its ends are of the model, the pads of the track.
     for path, value in leaves({k: v for k, v in about.items() if k != "profile"}, f"bodies.{body}"):
         key = plain(path)
-        if key.endswith((".section", ".transform")) or (isinstance(value, (int, float)) and value == 0 and "damping" in key):
+        if key.endswith((".section", ".transform")) or (
+            isinstance(value, (int, float)) and value == 0 and "damping" in key
+        ):
             continue
         if key.endswith("rotation"):
             rows.append(("rotation", words(value) if isinstance(value, str) else f"{value:g} rad/s"))

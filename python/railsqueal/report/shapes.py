@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
+from string import Template
 from typing import Any
 
 import numpy as np
@@ -18,9 +18,9 @@ from ..pictures.style import LATERAL, LONGITUDINAL, NORMAL
 from ..result import Floats, Result
 from ..tables import BODIES, ComplexModes
 from ..verdict import hertz, percent, rate
+from .markup import WEB
 
-WEB = Path(__file__).parent / "web"
-# Free modes of each body that are shown at most, and bytes that all surfaces and motions together may take up in the page.
+# Free modes of each body that are shown at most, and bytes that all surfaces and motions may take up in the page.
 FREE_MODES, BUDGET = 40, 9_000_000
 # Colours of the map from no displacement to the largest one.
 COLOURS = 17
@@ -53,7 +53,9 @@ class Shapes:
         motions: list[Motion] = []
         left_out, used = 0, 0
         for motion in (*complex_motions(result, surfaces), *free_motions(result, surfaces)):
-            size = cost(motion, surfaces[motion.surface] if motion.surface not in {m.surface for m in motions} else None)
+            size = cost(
+                motion, surfaces[motion.surface] if motion.surface not in {m.surface for m in motions} else None
+            )
             if used + size > budget:
                 left_out += 1
                 continue
@@ -96,11 +98,15 @@ def complex_motions(result: Result, surfaces: list[Surface]) -> Iterator[Motion]
         first = np.flatnonzero(phase == 0)
         for start in first[np.argsort(-table.growth_rate[place[first]], kind="stable")]:
             steps, at = np.flatnonzero(place == place[start]), int(place[start])
-            real, later = (fields.field("motion", int(k)).astype(float)[points] for k in (steps[0], steps[len(steps) // 4]))
+            real, later = (
+                fields.field("motion", int(k)).astype(float)[points] for k in (steps[0], steps[len(steps) // 4])
+            )
             title = f"{hertz(table.frequency[at])}: {names.dominant(table, at) or 'complex mode'}"
             state = "unstable" if table.grows[at] else "stable"
             note = f"{title}; growth rate {rate(table, at)}, damping ratio {percent(table.damping_ratio[at])}, {state}"
-            yield Motion(len(surfaces) - 1, "Complex modes of steady rolling or sliding", title, note, *scaled(real, later))
+            yield Motion(
+                len(surfaces) - 1, "Complex modes of steady rolling or sliding", title, note, *scaled(real, later)
+            )
 
 
 def free_motions(result: Result, surfaces: list[Surface]) -> Iterator[Motion]:
@@ -121,7 +127,9 @@ def free_motions(result: Result, surfaces: list[Surface]) -> Iterator[Motion]:
                 title = f"{hertz(frequency[step])}: {name}"
                 real = fields.field("shape", int(step)).astype(float)[points]
                 group = f"Free modes of the {names.bodies[word]}"
-                yield Motion(len(surfaces) - 1, group, title, f"{title}; free of contact, undamped", *scaled(real, None))
+                yield Motion(
+                    len(surfaces) - 1, group, title, f"{title}; free of contact, undamped", *scaled(real, None)
+                )
 
 
 def packed(values: NDArray[Any], kind: str) -> str:
@@ -150,7 +158,8 @@ def payload(shapes: Shapes, colours: Floats) -> str:
         numbers = {"points": packed(surface.points, "<f4"), "triangles": packed(triangles(surface), "<u4")}
         meshes.append({**numbers, "size": surface.size})
     motions = [
-        {"mesh": kept.index(m.surface), "note": m.note, "re": quantised(m.real), "im": quantised(m.later)} for m in shapes.motions
+        {"mesh": kept.index(m.surface), "note": m.note, "re": quantised(m.real), "im": quantised(m.later)}
+        for m in shapes.motions
     ]
     return json.dumps({"colours": np.round(colours, 4).tolist(), "meshes": meshes, "motions": motions})
 
@@ -166,34 +175,35 @@ def section(result: Result) -> list[str]:
     gradient = ", ".join("rgb({:.0f} {:.0f} {:.0f})".format(*(255 * c)) for c in colours)
     options = []
     for group in dict.fromkeys(m.group for m in shapes.motions):
-        inner = [f'<option value="{k}">{escape(m.title)}</option>' for k, m in enumerate(shapes.motions) if m.group == group]
+        inner = [
+            f'<option value="{k}">{escape(m.title)}</option>' for k, m in enumerate(shapes.motions) if m.group == group
+        ]
         options.append(f'<optgroup label="{escape(group)}">{"".join(inner)}</optgroup>')
     axes = "".join(
         f'<line data-part="axis-{a}" x1="0" y1="0" x2="0" y2="0" stroke="{c}" stroke-width="2"></line>'
         f'<text data-part="label-{a}" fill="{c}" text-anchor="middle" dominant-baseline="middle">{a}</text>'
         for a, c in (("x", LONGITUDINAL), ("y", LATERAL), ("z", NORMAL))
     )
-    missing = f"<p>{shapes.left_out} more modes are in the sequences beside the result, for ParaView.</p>" if shapes.left_out else ""
+    missing = (
+        f"<p>{shapes.left_out} more modes are in the sequences beside the result, for ParaView.</p>"
+        if shapes.left_out
+        else ""
+    )
     # Text of a script element must not end it.
     data = payload(shapes, colours).replace("</", "<\\/")
-    scripts = "".join(f"<script>{(WEB / name).read_text(encoding='utf-8')}</script>" for name in ("three.min.js", "viewer.js"))
+    scripts = "".join(
+        f"<script>{(WEB / name).read_text(encoding='utf-8')}</script>" for name in ("three.min.js", "viewer.js")
+    )
+    page = Template((WEB / "viewer.html").read_text(encoding="utf-8")).substitute(
+        options="".join(options),
+        most=f"{3 * AMPLITUDE:g}",
+        amplitude=f"{AMPLITUDE:g}",
+        axes=axes,
+        gradient=gradient,
+        missing=missing,
+    )
     return [
-        "<h2 id=\"shapes\">Modes in motion</h2>",
-        "<p>Drag to turn, scroll to zoom, drag with the right button to shift. Deformations are exaggerated; the colour is the "
-        "displacement at the moment, relative to the largest amplitude of the mode. x points along the rail, y along the axle, z up.</p>",
-        '<figure id="viewer" data-state="loading"><div class="controls">'
-        f'<label>mode <select data-part="motion">{"".join(options)}</select></label>'
-        '<button type="button" data-part="play">pause</button>'
-        '<label>view <select data-part="view"><option value="oblique">oblique</option><option value="side">along the axle</option>'
-        '<option value="along">along the rail</option><option value="above">from above</option></select></label>'
-        '<label>periods per second <input data-part="speed" type="range" min="0.1" max="2" step="0.1" value="0.5"></label>'
-        f'<label>exaggeration <input data-part="amplitude" type="range" min="0" max="{3 * AMPLITUDE:g}" step="0.005" value="{AMPLITUDE:g}"></label>'
-        '</div><div class="stage" data-part="stage"><canvas data-part="canvas"></canvas>'
-        f'<svg viewBox="-45 -45 90 90" aria-hidden="true">{axes}</svg></div>'
-        '<p class="warning" data-part="missing" hidden>This browser has no WebGL: see the pictures of the modes below.</p>'
-        '<figcaption><span data-part="title"></span>, <span data-part="phase"></span></figcaption>'
-        f'<div class="scale" style="background: linear-gradient(to right, {gradient})"></div>'
-        '<div class="ends"><span>0</span><span>displacement over the largest amplitude of the mode</span><span>1</span></div>'
-        "</figure>" + missing,
+        '<h2 id="shapes">Modes in motion</h2>',
+        page,
         f'<script type="application/json" id="viewer-data">{data}</script>{scripts}',
     ]

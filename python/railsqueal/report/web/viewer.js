@@ -1,5 +1,5 @@
-// Modes as moving surfaces: x + a (cos θ re + sin θ im), θ running. `#motion=K&phase=P` in the address shows motion K
-// (from 0) at the part P of its period and holds it there.
+// Modes as moving surfaces: x + a (cos θ re + sin θ im), θ running. `#motion=K&phase=P` shows motion K (from 0) at the
+// part P of its period and holds it there.
 "use strict";
 (function () {
     const figure = document.getElementById("viewer");
@@ -158,7 +158,8 @@
         }
         uniforms.cosine.value = Math.cos(theta);
         uniforms.sine.value = Math.sin(theta);
-        uniforms.amplitude.value = shown ? Number(part("amplitude").value) * data.meshes[data.motions[motion].mesh].size : 0;
+        const size = data.meshes[data.motions[motion].mesh].size;
+        uniforms.amplitude.value = Number(part("amplitude").value) * size;
         controls.update();
         renderer.render(scene, camera);
         axes();
