@@ -74,6 +74,7 @@ NAMES: dict[str, tuple[str, str, str, str, float]] = {
     "crown_radius": ("transversal radius of the running surface", "", "m", "mm", 1e3),
     "contact_offset": ("contact offset", "", "m", "mm", 1e3),
     "element_size": ("element size at the contact", "", "m", "mm", 1e3),
+    "cylinder.growth": ("largest ratio of neighbouring element sizes", "", "1", "", 1),
     "max_element_size": ("largest element size", "", "m", "mm", 1e3),
     "wheel.web": ("shape of the web", "", "-", "", 1),
     "wheel.diameter": ("diameter of the running circle", "", "m", "mm", 1e3),

@@ -63,7 +63,8 @@ def by_stability(result: Result) -> tuple[str, str]:
     apart = ""
     if len(growing):
         count = "one eigenvalue grows" if len(growing) == 1 else f"{len(growing)} eigenvalues grow"
-        apart = f"{count} without oscillation (stick–slip relaxation), at {rate(table, int(growing[0]))}"
+        fastest = f"{'at' if len(growing) == 1 else 'the fastest at'} {rate(table, int(growing[0]))}"
+        apart = f"{count} without oscillation (stick–slip relaxation), {fastest}"
     if len(unstable):
         first = int(unstable[0])
         parts = [f"Squeals at {hertz(table.frequency[first])}: " + described(table, names, first)]

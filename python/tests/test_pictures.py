@@ -11,7 +11,7 @@ import pytest
 from conftest import dataset
 
 from railsqueal import Result, ResultError, compare, figures, report, tables
-from railsqueal.pictures import Canvas, draw, sweep, transient as drawn
+from railsqueal.pictures import Canvas, draw, receptance, style, sweep, transient as drawn
 from railsqueal.tables import Sweep
 
 # Per inch: coarse pictures are quick.
@@ -44,6 +44,23 @@ def test_names_and_formats(cylinders: Path, tmp_path: Path) -> None:
         assert {p.stem for p in made} == {f"two-cylinders-{name}" for name in ("contact-line", "contact-map", "frequencies")}
         with pytest.raises(ResultError, match="gif.*png, pdf, svg"):
             Canvas(tmp_path, "a", ["gif"])
+
+
+def test_a_direction_has_one_colour(cylinders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept: dict[str, Any] = {}
+    keep = lambda canvas, figure, name: kept.update({name: figure}) or [canvas.path(name, "png")]  # noqa: E731
+    monkeypatch.setattr(Canvas, "save", keep)
+    with Result(cylinders) as result:
+        draw(result, Canvas(tmp_path, result.stem, resolution=DOTS))
+    colours = {
+        str(line.get_label()).split(",")[0]: line.get_color() for axes in kept["contact-line"].axes for line in axes.lines
+    }
+    assert colours["pressure"] == style.NORMAL and colours["traction $t_y$"] == style.LATERAL
+    assert {label.split()[0]: colour for *_, label, colour in receptance.CURVES} == {
+        "normal": style.NORMAL,
+        "lateral": style.LATERAL,
+        "longitudinal": style.LONGITUDINAL,
+    }
 
 
 def test_a_stopped_run_is_drawn(transient: Callable[..., Path], tmp_path: Path) -> None:

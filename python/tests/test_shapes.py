@@ -120,6 +120,24 @@ def test_motions_without_room_are_counted(tmp_path: Path) -> None:
         assert (len(few.motions), few.left_out) == (1, 3)
 
 
+def test_a_page_has_a_largest_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, *_ = moving(tmp_path / "a.h5")
+    rooms: list[int] = []
+    section = shapes.section
+    monkeypatch.setattr(shapes, "section", lambda result, room: rooms.append(room) or section(result, room))
+    with Result(path) as result:
+        whole = report.page(result, [])
+        # Two of four modes find room: the first one with its surface, and one more.
+        every = shapes.Shapes.of(result)
+        two = shapes.cost(every.motions[0], every.surfaces[0]) + shapes.cost(every.motions[1], None)
+        monkeypatch.setattr(report, "LARGEST", report.LARGEST - rooms[0] + shapes.OVERHEAD + two)
+        text = report.page(result, [])
+    # The room and the other parts are the page.
+    assert len(text.encode()) < report.LARGEST + 10_000
+    assert len(decoded(text)["motions"]) == 2 and "2 more modes are in the sequences beside the result" in text
+    assert len(whole.encode()) < 15_000_000
+
+
 def test_the_library_is_in_the_page_once_and_small(tmp_path: Path) -> None:
     path, *_ = moving(tmp_path / "a.h5")
     with Result(path) as result:

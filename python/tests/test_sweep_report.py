@@ -198,3 +198,14 @@ def test_friction_laws_are_told_apart(tmp_path: Path) -> None:
         ticks == [f"exponential: static 0.4, kinetic {k}, decay velocity 0.5 m/s" for k in (0.3, 0.2)]
         and key.label == "coefficient of friction μ"
     )
+
+
+def test_a_stopped_run_has_a_report(transient: Callable[..., Path], tmp_path: Path) -> None:
+    with Result(transient(segments=2)) as result:
+        page, *tables = report.write(result, tmp_path / "out")
+    text = page.read_text(encoding="utf-8")
+    assert "The run was stopped before its end" in text and "Squeals: the motion grows at" in text
+    rows = list(csv.DictReader((tmp_path / "out/run-transient.csv").open(encoding="utf-8")))
+    # Too long for the page, it stays beside it.
+    assert len(rows) == 30000 and "run-transient.csv, beside this file" in text
+    assert float(rows[-1]["force_y_N"]) == -3.0 and "velocity_y_of_rim_m/s" in rows[0]

@@ -16,6 +16,8 @@ from .csv_tables import csv_tables, save
 from .markup import CAPTIONS, WEB, Row, download, pictures, table
 
 __all__ = ["CAPTIONS", "csv_tables", "page", "write"]
+# Largest size of a page, bytes: mail and browsers take it.
+LARGEST = 14_500_000
 # Pictures that stand in sections of their own.
 CURVING = ("curving-bogie", "curving-contacts", "curving-radius")
 ELSEWHERE = (*CURVING, *sweeps.PICTURES, "growth-budget", "sound-power")
@@ -73,7 +75,7 @@ def page(result: Result, tables: Sequence[Path]) -> str:
     origin = Provenance.of(result)
     title = str(lookup(result.job, "title") or result.stem)
     drawn = pictures(result)
-    sections = setup.section(result) + shapes.section(result) + stability.section(result, drawn)
+    sections = stability.section(result, drawn)
     sections += sweeps.section(result, drawn) + player.section(result, drawn)
     sections += curving.section(result, [text for name, text in drawn.items() if name in CURVING])
     sections += stability.modes_section(result)
@@ -91,6 +93,10 @@ def page(result: Result, tables: Sequence[Path]) -> str:
     sections += ['<h2 id="provenance">Where it comes from</h2>', provenance(origin)]
     job = escape(json.dumps(result.job, indent=2, ensure_ascii=False))
     sections.append(f"<details><summary>The resolved job; it can be run again</summary><pre>{job}</pre></details>")
+    first = setup.section(result)
+    # The modes get what room the other parts leave.
+    room = LARGEST - sum(len(part.encode()) for part in (*first, *sections))
+    sections = [*first, *shapes.section(result, room), *sections]
     body = "\n".join([*opening(result, origin, title), contents(sections), *sections])
     style = (WEB / "report.css").read_text(encoding="utf-8")
     head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width">'

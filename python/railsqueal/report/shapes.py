@@ -24,6 +24,8 @@ from .markup import WEB
 FREE_MODES, BUDGET = 40, 9_000_000
 # Colours of the map from no displacement to the largest one.
 COLOURS = 17
+# Bytes of library, viewer and text beside the data.
+OVERHEAD = 700_000
 
 
 @dataclass(frozen=True)
@@ -164,11 +166,11 @@ def payload(shapes: Shapes, colours: Floats) -> str:
     return json.dumps({"colours": np.round(colours, 4).tolist(), "meshes": meshes, "motions": motions})
 
 
-def section(result: Result) -> list[str]:
-    """The viewer with its data and its library; nothing where no shapes were written."""
+def section(result: Result, room: int) -> list[str]:
+    """The viewer with its data and its library in this many bytes; nothing where no shapes were written."""
     import matplotlib.pyplot as plt
 
-    shapes = Shapes.of(result)
+    shapes = Shapes.of(result, min(BUDGET, room - OVERHEAD))
     if not shapes.motions:
         return []
     colours = np.asarray(plt.get_cmap("viridis")(np.linspace(0, 1, COLOURS)))[:, :3]

@@ -153,8 +153,8 @@ def modes_section(result: Result) -> list[str]:
     names = ModeNames.of(result)
     parts = ['<h2 id="modes">Free modes</h2>']
     parts.append(
-        "<p>Undamped modes of each body without contact. n is the number of nodal diameters; a number after the kind of "
-        "motion counts, from 0, the modes of this kind with the same n.</p>"
+        "<p>Undamped modes of each body without contact. n is the number of nodal diameters; a number after the kind "
+        "of motion counts, from 0, the modes of this kind with the same n.</p>"
     )
     for body in sorted(bodies, key=lambda b: names.bodies[b] != "wheel"):
         rows, more = cut(list(mode_rows(Modes.of(result, body), names.free[body])))

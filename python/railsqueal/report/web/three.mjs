@@ -2,6 +2,7 @@
 //   npm install three@0.187.0 esbuild
 //   npx esbuild three.mjs --bundle --minify --format=iife --global-name=THREE --legal-comments=eof --outfile=three.min.js
 export {
-    BufferAttribute, BufferGeometry, Color, DoubleSide, Mesh, PerspectiveCamera, Scene, ShaderMaterial, Vector3, WebGLRenderer,
+    BufferAttribute, BufferGeometry, DataTexture, DoubleSide, LinearFilter, Mesh, PerspectiveCamera, Scene,
+    ShaderMaterial, Vector3, WebGLRenderer,
 } from "three";
 export { OrbitControls } from "three/addons/controls/OrbitControls.js";

@@ -25,18 +25,15 @@
         }`;
     // The normal of the deformed facet follows from the derivatives of its place on the screen.
     const fragment = `
-        uniform vec3 colours[17];
+        uniform sampler2D colours;
         varying vec3 seen;
         varying float size;
         void main() {
             vec3 normal = normalize(cross(dFdx(seen), dFdy(seen)));
             float light = 0.62 + 0.38 * abs(dot(normal, normalize(vec3(-0.35, 0.55, 0.76))));
-            float at = clamp(size, 0.0, 1.0) * 16.0;
-            vec3 colour = colours[16];
-            for (int k = 0; k < 16; k++) {
-                if (at >= float(k) && at < float(k + 1)) { colour = mix(colours[k], colours[k + 1], at - float(k)); }
-            }
-            gl_FragColor = vec4(colour * light, 1.0);
+            // The first and the last colour are in the middle of the first and the last texel.
+            float at = (clamp(size, 0.0, 1.0) * ${data.colours.length - 1}.0 + 0.5) / ${data.colours.length}.0;
+            gl_FragColor = vec4(texture2D(colours, vec2(at, 0.5)).rgb * light, 1.0);
         }`;
 
     let renderer;
@@ -56,9 +53,13 @@
     const camera = new THREE.PerspectiveCamera(28, 1, 0.01, 1000);
     camera.up.set(0, 0, 1);
     const controls = new THREE.OrbitControls(camera, part("canvas"));
+    const texels = new Uint8Array(data.colours.flatMap((c) => [...c.map((v) => Math.round(255 * v)), 255]));
+    const colours = new THREE.DataTexture(texels, data.colours.length, 1);
+    colours.minFilter = colours.magFilter = THREE.LinearFilter;
+    colours.needsUpdate = true;
     const uniforms = {
         cosine: { value: 1 }, sine: { value: 0 }, amplitude: { value: 0 },
-        colours: { value: data.colours.map((c) => new THREE.Vector3(...c)) },
+        colours: { value: colours },
     };
     const material = new THREE.ShaderMaterial({
         vertexShader: vertex, fragmentShader: fragment, uniforms, side: THREE.DoubleSide,
@@ -109,7 +110,7 @@
     }
 
     const VIEWS = { oblique: [-58, 20], side: [-90, 0], along: [0.001, 0], above: [-90, 89.9] };
-    let theta = 0, running = true, before = null, motion = 0;
+    let theta = 0, running = true, visible = true, before = null, motion = 0;
 
     function show(k) {
         motion = k;
@@ -172,7 +173,7 @@
             theta = (theta + ((now - before) / 1000) * 2 * Math.PI * Number(part("speed").value)) % (2 * Math.PI);
         }
         before = now;
-        draw();
+        if (visible) { draw(); }
         window.requestAnimationFrame(step);
     }
 
@@ -199,6 +200,8 @@
     part("play").addEventListener("click", () => hold(running));
     part("view").addEventListener("change", (event) => look(shown, ...VIEWS[event.target.value]));
     window.addEventListener("beforeprint", draw);
+    // Out of sight nothing is drawn.
+    new IntersectionObserver((entries) => { visible = entries.at(-1).isIntersecting; }).observe(part("stage"));
     window.addEventListener("hashchange", address);
     show(0);
     // Readers who ask for less motion start it themselves.
