@@ -88,7 +88,7 @@ def of_kind(table: Modes, k: int, word: str) -> str:
     if kind:
         return f"{word} mode n = {table.diameters[k]:.0f} {kind}"
     # Rails have hundreds of modes between their ends, which stand for its waves together.
-    return word if word == "rail" else f"{word} mode n = {table.diameters[k]:.0f}, number {k + 1}"
+    return word if word == "rail" else f"{word} mode n = {table.diameters[k]:.0f} of {table.frequency[k]:.0f} Hz"
 
 
 def one(table: Modes, k: int, word: str) -> str:

@@ -41,6 +41,9 @@ def verdict(result: Result) -> Verdict:
             NONE,
             "No stability analysis and no transient in this result: it does not say whether the wheel squeals.",
         )
+    if kind != SQUEAL and Sweep.present(result) and (Sweep.of(result).unstable > 0).any():
+        # The point of the job itself may be quiet where others of the sweep are not.
+        return Verdict(SQUEAL, notes[0], [f"The point of the job itself: {sentence}", *notes[1:]])
     return Verdict(kind, sentence, notes)
 
 

@@ -251,3 +251,34 @@ def test_units_are_those_of_the_job_page() -> None:
             compared += 1
             assert si in known, f"{suffix}: {si} here, {known} in docs/job.md"
     assert compared > 60
+
+
+def test_a_quiet_job_of_a_sweep_that_squeals_is_no_quiet_one(tmp_path: Path) -> None:
+    path = spectrum(tmp_path / "a.h5", [at(965, -1.0)])
+    with h5py.File(path, "a") as file:
+        dataset(file, "sweep/keys", ["contact.from.wheel"], "-")
+        dataset(file, "sweep/shape", [2])
+        dataset(file, "sweep/values/contact.from.wheel", ["leading inner", "trailing outer"], "-")
+        for name, values in (
+            ("status", [0, 0]),
+            ("growth_rate", [-1.0, 8.39]),
+            ("unstable", [0, 1]),
+            ("sticking", [0, 0]),
+        ):
+            dataset(file, f"sweep/{name}", np.array(values))
+        dataset(file, "sweep/frequency", [965.0, 4400.6], "Hz")
+        dataset(file, "sweep/eigenvalue", [at(965, -1.0), at(4400.6, 8.39)], "1/s")
+        dataset(file, "sweep/offset", [0, 1, 2])
+    with Result(path) as result:
+        said = verdict(result)
+    assert said.kind == "squeal"
+    assert said.sentence == "Sweep: growth at 1 of 2 points; fastest 8.4 1/s at 4401 Hz, with wheel: trailing outer."
+    assert said.notes[0].startswith("The point of the job itself: No squeal found up to 6 kHz; least damped: 965 Hz")
+
+
+def test_modes_of_meshes_are_named_by_diameters_and_frequency(tmp_path: Path) -> None:
+    path = spectrum(tmp_path / "a.h5", [at(965, 4.0)])
+    with h5py.File(path, "a") as file:
+        del file["modes/upper/family"]
+    with Result(path) as result:
+        assert ModeNames.of(result).made_of(ComplexModes.of(result), 0) == "98 % wheel mode n = 3 of 975 Hz"
