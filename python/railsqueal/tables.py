@@ -15,6 +15,8 @@ from .result import Complexes, Floats, Integers, Result
 
 BODIES = {1: "lower", 2: "upper"}
 OPEN, STICK, SLIP = 0, 1, 2
+# Imaginary part of an eigenvalue over its modulus from which it oscillates; below it is rounding.
+OSCILLATION = 1e-6
 
 
 class Table:
@@ -128,7 +130,7 @@ class ComplexModes(Table):
     @property
     def oscillates(self) -> NDArray[np.bool_]:
         """[e]: eigenvalues with a frequency; the others grow or decay without oscillation."""
-        return np.asarray(np.abs(self.eigenvalue.imag) > 1e-6 * np.maximum(np.abs(self.eigenvalue), 1e-300))
+        return np.asarray(np.abs(self.eigenvalue.imag) > OSCILLATION * np.maximum(np.abs(self.eigenvalue), 1e-300))
 
     @property
     def distinct(self) -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ from . import growth
 from .labels import number, quantity
 from .mode_names import ModeNames
 from .result import Floats, Integers, Result, lookup
-from .tables import BODIES, ComplexModes, History, Modes, Sweep
+from .tables import BODIES, OSCILLATION, ComplexModes, Cycles, History, Modes, Sweep, growing
 
 SQUEAL, RELAXATION, QUIET, NONE = "squeal", "relaxation", "quiet", "none"
 # Other squealing frequencies that the sentence names.
@@ -28,20 +28,19 @@ class Verdict:
 
 def verdict(result: Result) -> Verdict:
     """The verdict on a result, by its stability, else by its transient, else by its sweep."""
-    notes = [text for text in (swept(result), left_out(result)) if text]
+    notes = [text for text in (swept(result), loudest_cycle(result), left_out(result)) if text]
     if ComplexModes.present(result):
         kind, sentence = by_stability(result)
     elif History.present(result):
         kind, sentence = by_transient(result)
     elif Sweep.present(result):
-        kind = SQUEAL if (Sweep.of(result).unstable > 0).any() else QUIET
-        return Verdict(kind, notes[0], notes[1:])
+        return Verdict(sweep_kind(result), notes[0], notes[1:])
     else:
         kind, sentence = (
             NONE,
             "No stability analysis and no transient in this result: it does not say whether the wheel squeals.",
         )
-    if kind != SQUEAL and Sweep.present(result) and (Sweep.of(result).unstable > 0).any():
+    if kind != SQUEAL and Sweep.present(result) and sweep_kind(result) == SQUEAL:
         # The point of the job itself may be quiet where others of the sweep are not.
         return Verdict(SQUEAL, notes[0], [f"The point of the job itself: {sentence}", *notes[1:]])
     return Verdict(kind, sentence, notes)
@@ -62,11 +61,11 @@ def relaxing(table: ComplexModes) -> Integers:
 def by_stability(result: Result) -> tuple[str, str]:
     """Kind and sentence of an examination of stability."""
     table, names = ComplexModes.of(result), ModeNames.of(result)
-    unstable, growing = squealing(table), relaxing(table)
+    unstable, relaxation = squealing(table), relaxing(table)
     apart = ""
-    if len(growing):
-        count = "one eigenvalue grows" if len(growing) == 1 else f"{len(growing)} eigenvalues grow"
-        fastest = f"{'at' if len(growing) == 1 else 'the fastest at'} {rate(table, int(growing[0]))}"
+    if len(relaxation):
+        count = "one eigenvalue grows" if len(relaxation) == 1 else f"{len(relaxation)} eigenvalues grow"
+        fastest = f"{'at' if len(relaxation) == 1 else 'the fastest at'} {rate(table, int(relaxation[0]))}"
         apart = f"{count} without oscillation (stick–slip relaxation), {fastest}"
     if len(unstable):
         first = int(unstable[0])
@@ -228,6 +227,16 @@ def by_transient(result: Result) -> tuple[str, str]:
     return SQUEAL, f"{sentence}{'; ' + heard if heard else ''}."
 
 
+def sweep_kind(result: Result) -> str:
+    """Squeal where an eigenvalue of any point grows and oscillates, relaxation where one grows without oscillation."""
+    table = Sweep.of(result)
+    grows = growing(table.eigenvalue)
+    oscillates = np.abs(table.eigenvalue.imag) > OSCILLATION * np.abs(table.eigenvalue)
+    if (grows & oscillates).any():
+        return SQUEAL
+    return RELAXATION if grows.any() or (table.unstable > 0).any() else QUIET
+
+
 def swept(result: Result) -> str:
     """Points of a sweep that squeal, and the one with the fastest growth; empty without a sweep."""
     if not Sweep.present(result):
@@ -243,15 +252,33 @@ def swept(result: Result) -> str:
     said = f"Sweep: growth at {unstable} of {computed} points{missing}"
     if place < 0:
         return said + "."
-    at = ", ".join(
-        quantity(key, result.units(f"sweep/values/{key}")).statement(value(table, key, place)) for key in table.keys
-    )
+    at = point(result, table, place)
     kind = (
         f"at {hertz(table.frequency[place])}"
         if table.frequency[place] > 1e-3
         else "without oscillation (stick–slip relaxation)"
     )
     return f"{said}; fastest {rounded(float(growth_rate[place]))} 1/s {kind}, with {at}."
+
+
+def loudest_cycle(result: Result) -> str:
+    """The loudest limit cycle of a sweep, by the sound power of its louder body; empty without sound power."""
+    if not Cycles.present(result):
+        return ""
+    levels = Cycles.of(result).loudest()
+    if levels is None or not np.isfinite(levels).any():
+        return ""
+    cycles, table = Cycles.of(result), Sweep.of(result)
+    branch, place = np.unravel_index(int(np.argmax(np.where(np.isfinite(levels), levels, -np.inf))), levels.shape)
+    level, frequency = levels[branch, place], hertz(float(cycles.frequency[branch, place]))
+    at = point(result, table, int(place))
+    return f"Limit cycles: the loudest has {level:.0f} dB(A) of sound power at {frequency}, with {at}."
+
+
+def point(result: Result, table: Sweep, place: int) -> str:
+    """Values of the swept keys at a point, by name."""
+    units = {key: result.units(f"sweep/values/{key}") for key in table.keys}
+    return ", ".join(quantity(key, units[key]).statement(value(table, key, place)) for key in table.keys)
 
 
 def value(table: Sweep, key: str, place: int) -> float | str:

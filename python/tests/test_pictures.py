@@ -13,6 +13,7 @@ from conftest import dataset
 from railsqueal import Result, ResultError, compare, figures, report, tables
 from railsqueal.pictures import Canvas, draw, receptance, style, sweep, transient as drawn
 from railsqueal.tables import Sweep
+from railsqueal.verdict import verdict
 
 # Per inch: coarse pictures are quick.
 DOTS = 40
@@ -108,6 +109,10 @@ def test_limit_cycles_are_drawn_branch_by_branch(tmp_path: Path) -> None:
         made = [p.name for p in draw(result, Canvas(tmp_path, "c", resolution=DOTS))]
         assert made == ["c-sweep-map.png", "c-limit-cycles.png", "c-limit-cycles-map.png"]
         named = {(f.group, f.name): f.value for f in figures.cycles(result)}
+        notes = verdict(result).notes
+    assert notes == [
+        "Limit cycles: the loudest has 95 dB(A) of sound power at 420 Hz, with coefficient of friction μ = 0.4, normal load N = 40 kN."
+    ]
     # The irregular one squeals too, and the largest energy is the fifth point's.
     assert [named[(f"limit cycles, {b}", "points that squeal")] for b in ("up", "down")] == [2, 3]
     assert named[("limit cycles, up", "largest kinetic energy")] == pytest.approx(4.1)

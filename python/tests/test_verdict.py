@@ -271,6 +271,10 @@ def test_a_quiet_job_of_a_sweep_that_squeals_is_no_quiet_one(tmp_path: Path) -> 
         dataset(file, "sweep/offset", [0, 1, 2])
     with Result(path) as result:
         said = verdict(result)
+    with h5py.File(path, "a") as file:
+        file["sweep/eigenvalue"][1] = 8.39
+    with Result(path) as result:
+        assert verdict(result).kind == "quiet" and verdict(result).notes[0].startswith("Sweep: growth at 1 of 2 points")
     assert said.kind == "squeal"
     assert said.sentence == "Sweep: growth at 1 of 2 points; fastest 8.4 1/s at 4401 Hz, with wheel: trailing outer."
     assert said.notes[0].startswith("The point of the job itself: No squeal found up to 6 kHz; least damped: 965 Hz")

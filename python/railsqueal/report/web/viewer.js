@@ -1,5 +1,5 @@
 // Modes as moving surfaces: x + a (cos θ re + sin θ im), θ running. `#motion=K&phase=P` shows motion K (from 0) at the
-// part P of its period and holds it there.
+// part P of its period and holds it there; with `&alone` nothing else is on the page.
 "use strict";
 (function () {
     const figure = document.getElementById("viewer");
@@ -185,7 +185,11 @@
     function address() {
         const given = new URLSearchParams(window.location.hash.slice(1));
         const wanted = Number(given.get("motion"));
-        if (given.has("motion") && wanted >= 0 && wanted < data.motions.length) { show(wanted); }
+        document.body.classList.toggle("alone", given.has("alone"));
+        if (given.has("motion") && wanted >= 0 && wanted < data.motions.length) {
+            show(wanted);
+            if (!given.has("alone")) { figure.scrollIntoView(); }
+        }
         if (given.has("view") && VIEWS[given.get("view")]) {
             part("view").value = given.get("view");
             look(shown, ...VIEWS[given.get("view")]);
