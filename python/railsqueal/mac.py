@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .errors import ResultError
 from .mesh import Fields
 from .mode_names import ModeNames
 from .result import Complexes, Floats, Integers, Result
@@ -19,6 +20,8 @@ from .verdict import hertz
 MODES, EQUAL = 40, 1e-6
 # Points of two meshes that are one, relative to the size of the mesh, and MAC below which no mode is alike.
 SAME, ALIKE = 1e-3, 0.1
+# Bytes that the shapes of one result take up at most; of large meshes fewer modes are compared, the first ones.
+MEMORY = 400_000_000
 # MAC from which a mode is the same one.
 SURE = 0.999
 
@@ -65,6 +68,11 @@ def in_file_order(fields: Fields) -> Integers:
     return np.asarray(np.argsort(fields.mesh.first, kind="stable"), dtype=np.int64)
 
 
+def fitting(points: int) -> int:
+    """Number of shapes of a mesh of so many points that have room in memory, at least one."""
+    return max(1, MEMORY // (3 * 16 * max(points, 1)))
+
+
 def free_shapes(result: Result, body: str) -> Shapes | None:
     """Free modes of a body of `FILE.free_modes.vtkhdf`, or None without them."""
     path = result.companion("free_modes.vtkhdf")
@@ -79,6 +87,7 @@ def free_shapes(result: Result, body: str) -> Shapes | None:
         inside = inside[fields.mesh.body[inside] == which]
         if not len(steps) or not len(inside):
             return None
+        steps = steps[: fitting(len(inside))]
         known = names.free.get(body, [])
         named = [known[int(n) - 1] if int(n) <= len(known) else f"{names.bodies[body]} mode {n}" for n in number[steps]]
         shape = np.array(
@@ -95,7 +104,7 @@ def complex_shapes(result: Result) -> Shapes | None:
     table, names = ComplexModes.of(result), ModeNames.of(result)
     with Fields(path) as fields:
         place, points = np.asarray(fields.table("modes/eigenvalue"), dtype=np.int64), in_file_order(fields)
-        shapes, order = [], list(dict.fromkeys(place.tolist()))
+        shapes, order = [], list(dict.fromkeys(place.tolist()))[: fitting(len(points))]
         for at in order:
             steps = np.flatnonzero(place == at)
             real, later = (
@@ -126,6 +135,15 @@ def aligned(one: Shapes, other: Shapes) -> Shapes | None:
 
 def lines(one: Result, other: Result) -> list[str]:
     """The comparison of all mode shapes that both results have, in words."""
+    try:
+        return compared(one, other)
+    except ResultError as error:
+        # Figures and tables are compared all the same.
+        return ["", f"modal assurance criterion (MAC): {error}"]
+
+
+def compared(one: Result, other: Result) -> list[str]:
+    """The lines of the comparison; `ResultError` where a sequence cannot be read."""
     made: list[str] = []
     sets = [
         (f"free modes of the {ModeNames.of(one).bodies[b]}", free_shapes(one, b), free_shapes(other, b))

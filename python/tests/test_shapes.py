@@ -179,7 +179,7 @@ def test_mac_of_known_shapes() -> None:
     assert mac.with_plane(np.array([1, 1, 2], complex), np.array([[0, 0, 1]], complex)) == pytest.approx(4 / 6)
 
 
-def test_shapes_of_two_results_are_compared(tmp_path: Path) -> None:
+def test_shapes_of_two_results_are_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, real, later, free = moving(tmp_path / "a.h5")
     other, *_ = moving(tmp_path / "b.h5")
     # The complex mode a third of a period later is the same one; the pair of free modes is turned in its plane.
@@ -207,7 +207,16 @@ def test_shapes_of_two_results_are_compared(tmp_path: Path) -> None:
         # Each is in the plane of the two, which have one frequency; alone they are not alike.
         assert moved and mac.partners(moved, free_b)[1] == pytest.approx([1, 1], abs=1e-6)
         assert mac.criterion(moved.shape, free_b.shape).max() < 0.95
+    monkeypatch.setattr(mac, "MEMORY", 16 * 3 * 16)
+    with Result(path) as one:
+        few = mac.complex_shapes(one)
+        assert few and few.shape.shape == (1, 48) and mac.fitting(10**9) == 1
+    monkeypatch.undo()
     with h5py.File(tmp_path / "b.free_modes.vtkhdf", "a") as file:
         file["VTKHDF/Points"][10, 0] += 0.1
     with Result(path) as one, Result(other) as two:
         assert "the display meshes differ: no MAC" in compare.text(one, two, 1e-6)[0]
+    (tmp_path / "b.modes.vtkhdf").write_bytes(b"no HDF5")
+    with Result(path) as one, Result(other) as two:
+        text, same = compare.text(one, two, 1e-6)
+        assert same and "modal assurance criterion (MAC): cannot read" in text and "b.modes.vtkhdf" in text
