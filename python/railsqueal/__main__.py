@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from . import compare, export, report, sound
+from . import compare, export, sound
 from .section import command as section
 from .errors import INPUT, USAGE, ResultError
 from .result import Result
@@ -90,6 +90,8 @@ def plot(given: argparse.Namespace) -> int:
 
 def reported(given: argparse.Namespace) -> int:
     """The report."""
+    from . import report  # with matplotlib, which takes a second
+
     with Result(given.file) as result:
         return said(report.write(result, given.out or given.file.parent))
 

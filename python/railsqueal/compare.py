@@ -1,11 +1,11 @@
-"""Two results: keys of the job that differ, figures side by side, and the tables whose values differ."""
+"""Two results: keys of the job that differ, figures side by side, tables that differ, and likeness of mode shapes."""
 
 import json
 from typing import Any
 
 import numpy as np
 
-from . import figures
+from . import figures, mac
 from .figures import Figure
 from .result import Result
 
@@ -82,6 +82,8 @@ def text(one: Result, other: Result, tolerance: float) -> tuple[str, bool]:
     lines += ["", f"tables that differ by more than {tolerance:g}, relative to their largest value: {len(found)}", *found]
     if not rows and not any(name in one and name in other for name in TABLES):
         return "\n".join([*lines, "", "the two results have nothing in common that could be compared"]), False
+    # Shapes are told for readers; where frequencies are close they turn by small changes, so they do not decide.
+    lines += mac.lines(one, other)
     agree = same and tables_same
     return "\n".join([*lines, "", "the results agree" if agree else "the results differ"]), agree
 

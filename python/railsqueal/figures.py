@@ -6,6 +6,7 @@ import numpy as np
 
 from . import growth
 from .curving import AXLES, WHEELS, Curving
+from .labels import body_words, quantity, words
 from .result import Result
 from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Receptances, Sweep, growing
 
@@ -204,11 +205,12 @@ def sweep(result: Result) -> list[Figure]:
         made.append(Figure(name, "largest growth rate", float(table.growth_rate[at]), "1/s", 1e-3 * 2 * np.pi * float(table.frequency[at])))
         made.append(Figure(name, "its frequency", float(table.frequency[at]), "Hz"))
         for key in table.keys:
+            found = quantity(key, result.units(f"sweep/values/{key}"), body_words(result.job))
+            value = table.values[key][at]
             if table.values[key].dtype.kind != "f":
-                made.append(Figure(name, f"its {key}", float("nan"), word=str(table.values[key][at])))
+                made.append(Figure(name, f"its {found.name}", float("nan"), word=words(str(value))))
             else:
-                units = result.units(f"sweep/values/{key}")
-                made.append(Figure(name, f"its {key}", float(table.values[key][at]), "" if units == "1" else units))
+                made.append(Figure(name, f"its {found.name}", found.factor * float(value), found.unit))
     return made
 
 

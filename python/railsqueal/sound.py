@@ -29,8 +29,11 @@ class Heard(NamedTuple):
     level: str  # what its level refers to
 
 
-def write(result: Result, point: str | None = None, out: Path | None = None) -> str:
-    """Writes the sound of a point, by its name or the first one, or, without points, of the modes of a body; what was written, and how loud it is."""
+def write(result: Result, point: str | None = None, out: Path | None = None, longest: float | None = None) -> str:
+    """Writes the sound of a point, by its name or the first one, or, without points, of the modes of a body.
+
+    Of a record that takes more than `longest` seconds the end is written. Returns what was written, and how loud it is.
+    """
     history = History.of(result)
     bodies = [name for name in ("lower", "upper") if f"transient/sound_power/{name}/mode_resistance" in result]
     if point and point not in history.points + bodies:
@@ -43,6 +46,8 @@ def write(result: Result, point: str | None = None, out: Path | None = None) -> 
         heard = Heard(moving.name, moving.value - moving.value.mean(), moving.step, "m/s", 1e-9, "1 nm/s")
     else:
         heard = pressure(result, point or loudest(result, bodies))
+    if longest is not None and longest < len(heard.value) * heard.step:
+        heard = heard._replace(value=heard.value[-round(longest / heard.step) :])
     return saved(heard, out or result.path.with_suffix(".wav"), result)
 
 

@@ -15,6 +15,8 @@ from .result import Complexes, Floats, Integers, Result
 
 BODIES = {1: "lower", 2: "upper"}
 OPEN, STICK, SLIP = 0, 1, 2
+# Imaginary part of an eigenvalue over its modulus from which it oscillates; below it is rounding.
+OSCILLATION = 1e-6
 
 
 class Table:
@@ -44,6 +46,7 @@ class Modes:
     residual: Floats  # [m]
     angular_velocity: float  # rad/s; 0 of a body that does not rotate
     diameters: Floats | None  # [m], nodal diameters at rest; of bodies that rotate
+    family: list[str]  # [m], kind of motion such as `axial 0`; empty where it is not known
     wave_frequency: Floats | None  # [m], Hz
     wave_diameters: Floats | None  # [m], positive where the wave travels with the rotation
 
@@ -62,6 +65,7 @@ class Modes:
             np.full(len(frequency), np.nan) if residual is None else residual,
             speed,
             result.optional(f"{path}/diameters"),
+            result.texts(f"{path}/family") if f"{path}/family" in result else [""] * len(frequency),
             result.optional(f"{path}/wave_frequency"),
             result.optional(f"{path}/wave_diameters"),
         )
@@ -95,6 +99,7 @@ class ComplexModes(Table):
     mode_frequency: Floats | None  # [m], Hz
     diameters: Floats | None  # [e, 2], nodal diameters of the motion of both bodies; where one rotates
     grows: NDArray[np.bool_]  # [e], by the rule of the program
+    partner: Integers | None  # [e], place of the same eigenvalue from the other source, -1 without one
 
     @classmethod
     def of(cls, result: Result) -> Self:
@@ -114,12 +119,25 @@ class ComplexModes(Table):
             result.optional("stability/mode_frequency"),
             result.optional("stability/diameters"),
             result.integers("stability/unstable") > 0 if "stability/unstable" in result else growing(value),
+            result.integers("stability/partner") if "stability/partner" in result else None,
         )
 
     @property
     def unstable(self) -> Integers:
         """Places of the eigenvalues that grow."""
         return np.flatnonzero(self.grows)
+
+    @property
+    def oscillates(self) -> NDArray[np.bool_]:
+        """[e]: eigenvalues with a frequency; the others grow or decay without oscillation."""
+        return np.asarray(np.abs(self.eigenvalue.imag) > OSCILLATION * np.maximum(np.abs(self.eigenvalue), 1e-300))
+
+    @property
+    def distinct(self) -> NDArray[np.bool_]:
+        """[e]: eigenvalues without those of the reduced model that the full system has as well."""
+        if self.partner is None:
+            return np.ones(len(self.eigenvalue), dtype=bool)
+        return np.asarray(~((np.array(self.source) == "reduced") & (self.partner >= 0)))
 
     def name(self, place: int) -> str:
         """Frequency, nodal diameters where the bodies rotate, and the free modes that make most of it."""
@@ -416,7 +434,7 @@ class Provenance:
     versions: dict[str, str]
     ranks: int
     inputs: dict[str, str]  # name of the input file: SHA-256
-    stages: dict[str, float]  # name: s
+    stages: dict[str, float]  # name: s, all times that a stage was entered together
     date: str
     warnings: list[str]
     damping: list[str]  # of each body with modes, in words
@@ -428,12 +446,16 @@ class Provenance:
             return result.texts(f"provenance/{name}") if f"provenance/{name}" in result else []
 
         times = result.array("provenance/stage_times").tolist() if "provenance/stage_times" in result else []
+        # A stage that is entered several times, as for each point of a sweep, has one sum.
+        stages: dict[str, float] = {}
+        for name, seconds in zip(texts("stage_names"), times):
+            stages[name] = stages.get(name, 0.0) + seconds
         return cls(
             texts("command"),
             dict(zip(texts("version_names"), texts("versions"))),
             int(result.number("provenance/ranks")) if "provenance/ranks" in result else 0,
             dict(zip(texts("input_files"), texts("input_sha256"))),
-            dict(zip(texts("stage_names"), times)),
+            stages,
             (texts("date") or [""])[0],
             texts("warnings"),
             texts("damping"),

@@ -11,8 +11,9 @@ import pytest
 from conftest import dataset
 
 from railsqueal import Result, ResultError, compare, figures, report, tables
-from railsqueal.pictures import Canvas, draw, sweep, transient as drawn
+from railsqueal.pictures import Canvas, draw, receptance, style, sweep, transient as drawn
 from railsqueal.tables import Sweep
+from railsqueal.verdict import verdict
 
 # Per inch: coarse pictures are quick.
 DOTS = 40
@@ -44,6 +45,23 @@ def test_names_and_formats(cylinders: Path, tmp_path: Path) -> None:
         assert {p.stem for p in made} == {f"two-cylinders-{name}" for name in ("contact-line", "contact-map", "frequencies")}
         with pytest.raises(ResultError, match="gif.*png, pdf, svg"):
             Canvas(tmp_path, "a", ["gif"])
+
+
+def test_a_direction_has_one_colour(cylinders: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept: dict[str, Any] = {}
+    keep = lambda canvas, figure, name: kept.update({name: figure}) or [canvas.path(name, "png")]  # noqa: E731
+    monkeypatch.setattr(Canvas, "save", keep)
+    with Result(cylinders) as result:
+        draw(result, Canvas(tmp_path, result.stem, resolution=DOTS))
+    colours = {
+        str(line.get_label()).split(",")[0]: line.get_color() for axes in kept["contact-line"].axes for line in axes.lines
+    }
+    assert colours["pressure"] == style.NORMAL and colours["traction $t_y$"] == style.LATERAL
+    assert {label.split()[0]: colour for *_, label, colour in receptance.CURVES} == {
+        "normal": style.NORMAL,
+        "lateral": style.LATERAL,
+        "longitudinal": style.LONGITUDINAL,
+    }
 
 
 def test_a_stopped_run_is_drawn(transient: Callable[..., Path], tmp_path: Path) -> None:
@@ -91,6 +109,10 @@ def test_limit_cycles_are_drawn_branch_by_branch(tmp_path: Path) -> None:
         made = [p.name for p in draw(result, Canvas(tmp_path, "c", resolution=DOTS))]
         assert made == ["c-sweep-map.png", "c-limit-cycles.png", "c-limit-cycles-map.png"]
         named = {(f.group, f.name): f.value for f in figures.cycles(result)}
+        notes = verdict(result).notes
+    assert notes == [
+        "Limit cycles: the loudest has 95 dB(A) of sound power at 420 Hz, with coefficient of friction μ = 0.4, normal load N = 40 kN."
+    ]
     # The irregular one squeals too, and the largest energy is the fifth point's.
     assert [named[(f"limit cycles, {b}", "points that squeal")] for b in ("up", "down")] == [2, 3]
     assert named[("limit cycles, up", "largest kinetic energy")] == pytest.approx(4.1)
@@ -162,9 +184,10 @@ def test_a_key_of_words_has_an_axis_of_words(tmp_path: Path, monkeypatch: pytest
             axes = kept[f"sweep-{name}"].axes[1 if name == "loci" else 0]
             assert [t.get_text() for t in axes.get_xticklabels()] == WHEELS and axes.get_xlabel() == "wheel"
             named = {f.name: f for f in figures.sweep(result)}
-            assert named["its contact.from.wheel"].text == "leading inner"
+            assert named["its wheel"].text == "leading inner"
             text = report.page(result, [])
-            assert "<td>its contact.from.wheel</td><td>leading inner</td>" in text
+            assert re.search(r"<td>its wheel</td><td[^>]*>leading inner</td>", text)
+            assert "contact.from.wheel" not in text.split("<pre>")[0]
             assert re.search(r"<tr><td>trailing outer</td>.*</tr>", text)
     # Wheels are no steps of a curve: each mode is a point, and the unstable one tells its frequency.
     lower = kept["sweep-loci"].axes[1]
@@ -185,7 +208,8 @@ def test_words_of_a_third_key_have_a_map_each(tmp_path: Path, monkeypatch: pytes
     kept = []
     monkeypatch.setattr(Canvas, "save", lambda canvas, figure, name: kept.append(figure) or [canvas.path(name, "png")])
     with Result(path) as result:
-        assert [p.name for p in draw(result, Canvas(tmp_path, "s", resolution=DOTS))] == ["s-sweep-map.png"]
+        made = draw(result, Canvas(tmp_path, "s", resolution=DOTS))
+        assert [p.name for p in made] == ["s-sweep-map.png", "s-sweep-parallel.png"]
     maps = kept[0].axes[:4]
     assert [axes.get_title() for axes in maps] == WHEELS
     # Four cells each, and numbers in those of the wheel that is unstable.

@@ -1,5 +1,6 @@
 """The report, its tables, and the comparison of two results."""
 
+import base64
 import csv
 import re
 import shutil
@@ -9,7 +10,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from railsqueal import Result, compare, figures, report
+from railsqueal import Result, compare, figures, report, tables
 from railsqueal.__main__ import main
 
 
@@ -23,7 +24,7 @@ class Reader(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.loaded += [value or "" for name, value in attrs if name == "src" or (tag == "link" and name == "href")]
-        if tag not in ("meta", "img", "br"):
+        if tag not in ("meta", "img", "br", "input"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -42,15 +43,41 @@ def test_the_report_is_one_page_that_loads_nothing(cylinders: Path, tmp_path: Pa
         reader = Reader()
         reader.feed(text)
         assert reader.open == [] and len(reader.loaded) == 2 and all(s.startswith("data:image/png;base64,") for s in reader.loaded)
+        assert 'src="http' not in text and 'href="http' not in text
         assert "a &lt; b &amp; c" in text and "the contact is &lt;coarse&gt;" in text
         force = next(f for f in figures.of(result) if f.name == "force y on body 1")
         assert force.text in text and force.value == result.array("contact/force")[1]
-        assert [t.name for t in tables] == ["two-modes.csv", "two-unstable.csv", "two-forces.csv"]
+        written = ("figures", "modes", "eigenvalues", "unstable", "forces")
+        assert [t.name for t in tables] == [f"two-{name}.csv" for name in written]
         rows = {t.stem.split("-")[1]: list(csv.DictReader(t.open(encoding="utf-8"))) for t in tables}
+        # The page has each table as well, byte for byte.
+        embedded = dict(re.findall(r'download="([^"]+)" href="data:text/csv;base64,([^"]+)"', text))
+        contents = {name: base64.b64decode(data) for name, data in embedded.items()}
+        assert contents == {t.name: t.read_bytes() for t in tables}
         # To the last bit.
         assert [float(r["frequency_Hz"]) for r in rows["modes"] if r["body"] == "upper"] == result["modes/upper/frequency"].tolist()
         assert float(rows["forces"][0]["force_y_N"]) == result["contact/force"][1]
         assert len(rows["unstable"]) == (result["stability/growth_rate"] > 0).sum()
+        assert [float(r["growth_rate_1/s"]) for r in rows["eigenvalues"]] == result["stability/growth_rate"].tolist()
+        # The verdict comes first.
+        assert text.index('<div class="verdict') < text.index("<h2")
+
+
+def test_times_by_stage_add_up(cylinders: Path, tmp_path: Path) -> None:
+    timed = tmp_path / "timed.h5"
+    shutil.copy(cylinders, timed)
+    with h5py.File(timed, "a") as file:
+        for name in ("stage_names", "stage_times"):
+            if f"provenance/{name}" in file:
+                del file[f"provenance/{name}"]
+        # A sweep enters the same stage for each of its bodies.
+        file["provenance/stage_names"] = ["modes", "points", "modes", "points"]
+        file["provenance/stage_times"] = [1.0, 2.0, 0.25, 4.5]
+    with Result(timed) as result:
+        assert tables.Provenance.of(result).stages == {"modes": 1.25, "points": 6.5}
+        text = report.times(tables.Provenance.of(result).stages)
+    assert "<td>modes</td><td>1.25</td><td>16.1</td>" in text
+    assert "<td>all stages</td><td>7.75</td><td>100.0</td>" in text
 
 
 def changed(path: Path, to: Path, name: str, factor: float) -> Path:

@@ -6,6 +6,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
+from ..labels import body_words
 from ..result import Floats, Result
 from ..tables import Modes
 from .style import Canvas
@@ -47,10 +48,10 @@ def diagram(axes: Any, result: Result, body: str) -> None:
         for axis, rest in zip(axes, (0.0, lines[0, k])):
             axis.plot(speeds, lines[:, k] - rest, color=COLOURS(n % 10), linewidth=1, label=label)
             axis.plot(speed, run[k] - rest, "o", color="0.25", markersize=3)
-    axes[0].set_ylabel("frequency, Hz")
-    axes[0].set_title(f"{body} body, undamped; dots: this run")
-    axes[1].set_xlabel("angular velocity, rad/s")
-    axes[1].set_ylabel("frequency less that at rest, Hz")
+    axes[0].set_ylabel("frequency f / Hz")
+    axes[0].set_title(f"{body_words(result.job)[body]}, undamped; dots: this run")
+    axes[1].set_xlabel("angular velocity Ω / (rad/s)")
+    axes[1].set_ylabel("frequency less that at rest / Hz")
     handles, labels = axes[1].get_legend_handles_labels()
     order = np.argsort(labels)
     axes[1].legend([handles[i] for i in order], [labels[i] for i in order], ncols=5, loc="upper center", bbox_to_anchor=(0.5, -0.16))

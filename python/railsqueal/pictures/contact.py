@@ -16,7 +16,9 @@ from matplotlib.patches import Patch
 from ..errors import ResultError
 from ..result import Floats, Result, lookup
 from ..tables import SLIP, STICK, ContactGrid
-from .style import BLUE, GREEN, GREY, ORANGE, SKY, Canvas, heading, legend
+from .style import GREY, LATERAL, LONGITUDINAL, NORMAL, Canvas, heading, legend
+from .style import SLIP as SLIP_COLOUR
+from .style import STICK as STICK_COLOUR
 
 # What other programs computed for some of the jobs; beside the pictures where the package lies in its checkout.
 REFERENCES = Path(__file__).parents[3] / "docs/reference"
@@ -133,7 +135,8 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
 
     figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(6.4, 7.0), height_ratios=[1, 1.5], layout="constrained")
     figure.suptitle(case(result, drawn.grid.force), fontsize=10)
-    upper.plot(x, drawn.along_axis(drawn.pressure), color=BLUE, marker="o", markersize=3, label=f"pressure, {compliance}")
+    pressure = drawn.along_axis(drawn.pressure)
+    upper.plot(x, pressure, color=NORMAL, marker="o", markersize=3, label=f"pressure, {compliance}")
     if compared:
         upper.plot(compared[0], compared[1], "k--", linewidth=1.1, label="CONTACT (half-space)")
     upper.set_ylabel("pressure p / MPa")
@@ -149,7 +152,7 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
     for c in (0, 1):
         if np.abs(traction[c]).max() <= 1e-2 * largest:
             continue
-        color = (GREEN, BLUE)[c]
+        color = (LONGITUDINAL, LATERAL)[c]
         lower.plot(x, traction[c], color=color, label=f"traction $t_{'xy'[c]}$, {compliance}")
         for code, face in ((STICK, color), (SLIP, "white")):
             at = state == code
@@ -190,7 +193,7 @@ def stick_slip_map(drawn: Drawn, canvas: Canvas) -> list[Path]:
     figure.suptitle(case(drawn.result, drawn.grid.force), fontsize=10)
 
     x, y = edges(drawn.x), edges(drawn.y)
-    colours = ListedColormap(["white", SKY, ORANGE])
+    colours = ListedColormap(["white", STICK_COLOUR, SLIP_COLOUR])
     left.pcolormesh(x, y, drawn.grid.state, cmap=colours, vmin=-0.5, vmax=2.5, edgecolors="white", linewidth=0.15)
     # Some 14 arrows across the patch, whatever the grid.
     step = max(1, math.ceil(columns.sum() / 14))
@@ -214,7 +217,7 @@ def stick_slip_map(drawn: Drawn, canvas: Canvas) -> list[Path]:
             pivot="tail",
         )
     left.set_title(f"stick and slip; traction on the lower body, at most {largest:.4g} MPa")
-    legend(figure, [], [Patch(facecolor=SKY, label="stick"), Patch(facecolor=ORANGE, label="slip")])
+    legend(figure, [], [Patch(facecolor=STICK_COLOUR, label="stick"), Patch(facecolor=SLIP_COLOUR, label="slip")])
 
     pressure = np.where(closed, drawn.pressure, np.nan)
     image = right.pcolormesh(x, y, pressure, cmap="cividis", vmin=0)

@@ -8,7 +8,7 @@ import numpy as np
 from ..result import Floats, Result, lookup
 from ..tables import CreepCurve
 from .contact import REFERENCES
-from .style import BLUE, GREEN, GREY, ORANGE, RED, Canvas, heading, legend
+from .style import BLUE, GREY, LATERAL, LONGITUDINAL, RED, STICK, Canvas, heading, legend
 
 NAMES = {
     "longitudinal": ("longitudinal creepage ξ / %", 100),
@@ -57,7 +57,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     rows = 2 + stable
     figure, axes = plt.subplots(rows, 1, sharex=True, figsize=(6.8, 7 + 1.8 * stable), layout="constrained", height_ratios=[2] + [1] * (rows - 1))
     unit, rubs = limit(result, force)
-    for component, color, text in ((0, ORANGE, "F$_x$"), (1, BLUE, "F$_y$")):
+    for component, color, text in ((0, LONGITUDINAL, "F$_x$"), (1, LATERAL, "F$_y$")):
         axes[0].plot(x, force[:, component] / unit, color=color, label=f"{text} on body 1", marker=".", markersize=4)
     # Of the laws, the direction in which most happens; the linear theory leaves the picture.
     main = int(np.nanmax(np.abs(force[:, 1])) > np.nanmax(np.abs(force[:, 0])))
@@ -71,7 +71,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     axes[0].axhline(0, color=GREY, linewidth=0.6)
     axes[0].set_ylabel(f"friction over {'μN' if rubs else 'N'}")
     axes[0].set_title(heading(result) + "creep curve")
-    axes[1].plot(x, curve.stick_share[order], color=GREEN, marker=".", markersize=4)
+    axes[1].plot(x, curve.stick_share[order], color=STICK, marker=".", markersize=4)
     axes[1].set_ylabel("share of the\ncontact in stick")
     axes[1].set_ylim(-0.03, 1.03)
     if curve.eigenvalue is not None:

@@ -37,7 +37,7 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
     squeals, loudest = cycles.fate > 0, cycles.loudest()
     shown = [(cycles.kinetic, "mean kinetic energy / J"), (cycles.frequency, "frequency / Hz")]
     if loudest is not None:
-        shown.insert(1, (loudest, "louder body / dB(A)"))
+        shown.insert(1, (loudest, "sound power level,\nlouder body / dB(A)"))
     figure, panels = plt.subplots(len(shown), 1, sharex=True, figsize=(7.2, 1.4 + 2.8 * len(shown)), layout="constrained")
     upper, lower = panels[0], panels[-1]
     for b, name in enumerate(cycles.branch):

@@ -13,6 +13,7 @@ from matplotlib.colors import Normalize
 
 from ..errors import WRITING, ResultError
 from ..mesh import Fields
+from ..mode_names import ModeNames
 from ..result import Floats, Integers, Result
 from ..tables import BODIES, ComplexModes, Modes, growing
 from .style import Canvas
@@ -31,7 +32,7 @@ def pictures(result: Result, canvas: Canvas, count: int) -> list[Path]:
     made = [table(result, canvas)]
     shapes = result.companion("free_modes.vtkhdf")
     if shapes.exists():
-        made += shape_pictures(shapes, canvas, count)
+        made += shape_pictures(result, shapes, canvas, count)
     motions = result.companion("modes.vtkhdf")
     if motions.exists():
         made += complex_picture(result, motions, canvas)
@@ -73,9 +74,9 @@ class Surface:
         return Surface(self.points, self.faces[kept]) if kept.any() else self
 
 
-def shape_pictures(path: Path, canvas: Canvas, count: int) -> list[Path]:
+def shape_pictures(result: Result, path: Path, canvas: Canvas, count: int) -> list[Path]:
     """Real modes of each body."""
-    made = []
+    made, names = [], ModeNames.of(result)
     with Fields(path) as fields:
         frequency, body, number = (fields.table(f"modes/{name}") for name in ("frequency", "body", "number"))
         for which in np.unique(body):
@@ -90,18 +91,26 @@ def shape_pictures(path: Path, canvas: Canvas, count: int) -> list[Path]:
                 axis.axis("off")
             for axis, step in zip(axes.flat, steps):
                 image = draw(axis, surface, fields.field("shape", int(step)))
-                axis.set_title(f"mode {number[step]}: {frequency[step]:.1f} Hz")
+                axis.set_title(f"{kind(names, BODIES[int(which)], int(number[step]))}{frequency[step]:.1f} Hz")
             bar = figure.colorbar(image, ax=axes, orientation="horizontal", shrink=0.4, aspect=40, pad=0.02)
             bar.set_label("displacement, relative to the largest of the mode")
             name = BODIES[int(which)]
-            figure.suptitle(f"modes of the {name} body, deformation exaggerated", fontsize=11)
+            figure.suptitle(f"modes of the {names.bodies[name]}, deformation exaggerated", fontsize=11)
             made += canvas.save(figure, f"modes-{name}")
     return made
 
 
+def kind(names: ModeNames, body: str, number: int) -> str:
+    """Number of a mode, and its kind where that is known: `7, n = 3 axial: `."""
+    known = names.free.get(body, [])
+    name = known[number - 1] if number <= len(known) else ""
+    words = name.partition("(")[2].removesuffix(")")
+    return f"{number}, {words}: " if words else f"mode {number}: "
+
+
 def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
     """Complex modes over half a period, the most unstable first: a wave travels round a body where its parts move one after the other."""
-    table = ComplexModes.of(result) if ComplexModes.present(result) else None
+    table, names = ComplexModes.of(result) if ComplexModes.present(result) else None, ModeNames.of(result)
     with Fields(path) as fields:
         frequency, growth, phase, place = (fields.table(f"modes/{name}") for name in ("frequency", "growth_rate", "phase", "eigenvalue"))
         surface = Surface(fields.mesh.points, fields.mesh.surface()).near_contact()
@@ -122,7 +131,7 @@ def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
                 axis.axis("off")
                 image = draw(axis, surface, np.cos(2 * np.pi * turn) * real + np.sin(2 * np.pi * turn) * later, largest)
                 axis.set_title(f"{turn:g} of the period", fontsize=9)
-            made_of = table.made_of(int(place[start])) if table else ""
+            made_of = names.dominant(table, int(place[start])) if table else ""
             label = "unstable" if growing(np.array([growth[start] + 2j * np.pi * frequency[start]]))[0] else "stable"
             part.suptitle(f"{frequency[start]:.1f} Hz, {growth[start]:+.2f} 1/s, {label}" + (f": {made_of}" if made_of else ""), fontsize=10)
         bar = parts[-1].colorbar(image, cax=parts[-1].add_axes((0.3, 0.6, 0.4, 0.2)), orientation="horizontal")

@@ -5,11 +5,16 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from ..labels import body_words
 from ..result import Result, lookup
 from ..tables import Receptances
-from .style import BLUE, GREEN, ORANGE, PURPLE, Canvas, heading, legend
+from .style import LATERAL, LONGITUDINAL, NORMAL, PURPLE, Canvas, heading, legend
 
-CURVES = [(2, 2, "normal n by n", BLUE), (1, 1, "lateral y by y", ORANGE), (0, 0, "longitudinal x by x", GREEN)]
+CURVES = [
+    (2, 2, "normal n by n", NORMAL),
+    (1, 1, "lateral y by y", LATERAL),
+    (0, 0, "longitudinal x by x", LONGITUDINAL),
+]
 CROSS = (1, 2, "lateral y by normal n", PURPLE)
 SPREAD = {"uniform": ", force spread evenly", "pressure": ", force spread as the pressure"}
 
@@ -34,7 +39,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
             upper.plot(table.frequency, 1e9 * np.abs(value), label=label, color=color, linewidth=1.2, linestyle=dashes)
             lower.plot(table.frequency, np.degrees(np.angle(value)), color=color, linewidth=1.2, linestyle=dashes)
         upper.set_yscale("log")
-        upper.set_title(f"{name} body")
+        upper.set_title(body_words(result.job).get(name, f"{name} body"))
         lower.set_xlabel("frequency f / Hz")
         lower.set_yticks([-180, -90, 0, 90, 180])
         lower.set_ylim(-195, 195)

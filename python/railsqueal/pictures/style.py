@@ -14,6 +14,10 @@ from ..result import Result, lookup
 
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
 GREY = "#666666"
+# One colour for one quantity in all pictures: directions, states of the contact, parts of a growth rate.
+LONGITUDINAL, LATERAL, NORMAL = GREEN, ORANGE, BLUE
+STICK, SLIP = SKY, ORANGE
+PARTS = {"damping": GREY, "friction": RED, "creep": SKY, "tilting": PURPLE}
 FORMATS = ("png", "pdf", "svg")
 # Place of a legend below the figure. `apply` makes pictures as large as what is drawn; "outside lower center" would do the
 # same from matplotlib 3.7 on, Debian 12 has 3.6.

@@ -1,6 +1,7 @@
-"""Sweeps: stability map over two keys, loci of frequency and growth rate over one."""
+"""Sweeps: stability map over two keys, loci of frequency and growth rate over one; over more keys see `slices`."""
 
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -14,25 +15,10 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from ..errors import ResultError
+from ..labels import body_words, number, quantity, words
 from ..result import Complexes, Floats, Integers, Result
 from ..tables import Sweep, growing
 from .style import BLUE, GREY, RED, Canvas, heading, legend
-
-NAMES = {
-    "contact.friction": ("coefficient of friction μ", 1),
-    "contact.normal_load": ("normal load N / kN", 1e-3),
-    "contact.from.wheel": ("wheel", 1),
-    "curve.radius": ("radius of the curve R / m", 1),
-    "curve.speed": ("speed V / (m/s)", 1),
-    "contact.approach": ("approach δ / µm", 1e6),
-    "contact.speed": ("rolling speed V / (m/s)", 1),
-    "contact.creepage.longitudinal": ("longitudinal creepage ξ / %", 100),
-    "contact.creepage.lateral": ("lateral creepage η / %", 100),
-    "contact.creepage.spin": ("spin φ / (1/m)", 1),
-    "bodies.lower.mesh.cylinder.contact_offset": ("contact offset of the lower body / mm", 1e3),
-    "bodies.upper.mesh.cylinder.contact_offset": ("contact offset of the upper body / mm", 1e3),
-}
-
 
 # Part of the way between two values that a cell of a map takes up where they are not evenly spaced.
 CELL = 0.86
@@ -43,25 +29,33 @@ class Key:
 
     def __init__(self, result: Result, sweep: Sweep, key: str) -> None:
         self.key = key
-        units = result.units(f"sweep/values/{key}")
-        plain = key if units in ("1", "-") else f"{key} / {units}"
-        self.label, factor = NAMES.get(key, (plain, 1))
+        self.quantity = quantity(key, result.units(f"sweep/values/{key}"), body_words(result.job))
+        self.label = self.quantity.axis
         given = sweep.values[key]
         self.words: list[str] = []
         if given.dtype.kind == "f":
-            self.values: Floats = factor * given
+            self.values: Floats = self.quantity.factor * given
         else:
             self.words = list(dict.fromkeys(given))
             self.values = np.array([self.words.index(w) for w in given], float)
-            self.label = NAMES.get(key, (key, 1))[0]
+            self.label = f"{self.quantity.name} {self.quantity.symbol}".strip()
         self.levels: Floats = np.unique(self.values)
         gaps = np.diff(self.levels)
         self.even = len(gaps) == 0 or bool(np.ptp(gaps) <= 1e-6 * gaps.max())
 
     def tick(self, level: float) -> str:
         """What stands at a value."""
-        text = self.words[int(level)] if self.words else f"{level:g}"
-        return text if len(text) < 25 else text[:24] + "…"
+        if not self.words:
+            return number(level)
+        text = words(self.words[int(level)])
+        return "\n".join(wrap(text, 20)[:4]) if len(text) > 20 else text
+
+    def statement(self, level: float) -> str:
+        """Name and value with unit, as the title of a map."""
+        if self.words:
+            return f"{self.quantity.name}: {words(self.words[int(level)])}"
+        name = f"{self.quantity.name} {self.quantity.symbol}".strip()
+        return f"{name} = {number(level)} {self.quantity.unit}".rstrip()
 
     def label_axis(self, axis: Axis) -> None:
         """Of a picture whose axis is to scale."""
@@ -96,12 +90,20 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         return stability_map(result, sweep, [Key(result, sweep, sweep.keys[i]) for i in moving], canvas)
     if len(moving) == 1 or len(sweep.shape) != len(sweep.keys) or len(sweep.status) == 1:
         return loci(result, sweep, Key(result, sweep, sweep.keys[moving[0] if moving else 0]), canvas)
-    # More than two keys: a map for each pair would hide the others, but for words, of which each has a map.
+    # More keys than a map has axes: see `slices`, but for words of a third one, of which each has a map.
     keys = [Key(result, sweep, sweep.keys[i]) for i in moving]
     panels = [key for key in keys if key.words]
     if len(keys) == 3 and len(panels) == 1:
         return stability_map(result, sweep, [key for key in keys if not key.words], canvas, panels[0])
     return []
+
+
+def growth_colours(sweep: Sweep) -> ScalarMappable:
+    """Colours of growth rates: blue is stable, red grows, white is between; the scale reaches to the largest one."""
+    known = sweep.growth_rate[np.isfinite(sweep.growth_rate)]
+    reach = float(np.abs(known).max()) if known.size else 1.0
+    limit = max(float(known.max()) if known.size else 1.0, 0.05 * reach, 1e-12)
+    return ScalarMappable(TwoSlopeNorm(0, vmin=-limit, vmax=limit), "RdBu_r")
 
 
 def stability_map(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas, by: Key | None = None) -> list[Path]:
@@ -112,10 +114,7 @@ def stability_map(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas,
     size = (6.8, 5.6) if count == 1 else (4.9 * columns + 1, 4.1 * rows)
     share: dict[str, Any] = {"sharex": True, "sharey": True, "squeeze": False}
     figure, grid = plt.subplots(rows, columns, figsize=size, layout="constrained", **share)
-    known = sweep.growth_rate[np.isfinite(sweep.growth_rate)]
-    reach = float(np.abs(known).max()) if known.size else 1.0
-    limit = max(float(known.max()) if known.size else 1.0, 0.05 * reach, 1e-12)
-    colours = ScalarMappable(TwoSlopeNorm(0, vmin=-limit, vmax=limit), "RdBu_r")
+    colours = growth_colours(sweep)
     handles: dict[str, Any] = {"border": Line2D([], [], color="black", label="between stable and unstable points")}
     for place, axes in enumerate(grid.flat):
         if place >= count:
@@ -124,7 +123,7 @@ def stability_map(result: Result, sweep: Sweep, keys: list[Key], canvas: Canvas,
         points = np.arange(len(sweep.status)) if by is None else np.flatnonzero(by.values == place)
         handles |= one_map(axes, sweep, keys, points, colours)
         if by:
-            axes.set_title(by.words[place])
+            axes.set_title(by.tick(place))
         if place + columns >= count:  # nothing below
             keys[0].label_map(axes.xaxis)
             axes.tick_params(labelbottom=True)

@@ -9,12 +9,13 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 
 from .. import growth as growing
+from ..labels import body_words
 from ..result import Floats, Result
 from ..tables import History
 from .contact import edges
-from .style import BLUE, GREY, ORANGE, RED, SKY, Canvas, heading, legend
+from .style import BLUE, GREY, LATERAL, ORANGE, RED, SLIP, STICK, Canvas, heading, legend
 
-STATES = ListedColormap(["#eeeeee", SKY, ORANGE])
+STATES = ListedColormap(["#eeeeee", STICK, SLIP])
 # Phases shown of a cycle; with fewer samples in a period a picture says so.
 PHASES = 8
 
@@ -65,12 +66,12 @@ def growth(result: Result, history: History, moving: growing.Signal, span: float
             line = phase.line(middle, rate)
             seen = (line < 1.5 * peak.max()) & (line > 0.5 * peak[peak > 0].min())
             log.semilogy(middle[seen], factor * line[seen], color=RED, linestyle="--", label=f"linear analysis: {rate:.3f} 1/s")
-    log.set_ylabel("its envelope")
+    log.set_ylabel(f"its envelope / {name.partition(' / ')[2]}")
     # Powers of ten alone would leave an axis of less than a decade without numbers.
     for set_formatter in (log.yaxis.set_major_formatter, log.yaxis.set_minor_formatter):
         set_formatter("{x:g}")
     log.yaxis.set_minor_locator(LogLocator(subs=(2, 5)))
-    sticking.plot(t, history.stick_share, color=GREY, linewidth=0.3, rasterized=True)
+    sticking.plot(t, history.stick_share, color=STICK, linewidth=0.3, rasterized=True)
     sticking.set_ylabel("share of nodes\nin stick")
     sticking.set_xlabel("time / s")
     legend(figure, [log])
@@ -100,7 +101,7 @@ def spectrogram(result: Result, moving: growing.Signal, canvas: Canvas) -> list[
     if amplitude.any():
         line.set_xlim(amplitude.max() * 1e-5, amplitude.max() * 2)
     line.set_ylim(0, min(5000, 0.5 / moving.step))
-    line.set_xlabel("amplitude, last quarter")
+    line.set_xlabel(f"amplitude, last quarter / {name.partition(' / ')[2]}")
     return canvas.save(figure, "spectrogram")
 
 
@@ -144,7 +145,7 @@ def cycle(result: Result, span: float, canvas: Canvas) -> list[Path]:
         axis.set_xlabel("x / mm")
     for axis in axes[:, 0]:
         axis.set_ylabel("y / mm")
-    names = (("open", "#eeeeee"), ("stick", SKY), ("slip", ORANGE))
+    names = (("open", "#eeeeee"), ("stick", STICK), ("slip", SLIP))
     legend(figure, [], [Patch(facecolor=colour, label=label) for label, colour in names])
     return canvas.save(figure, "cycle")
 
@@ -161,10 +162,10 @@ def loops(result: Result, span: float, canvas: Canvas) -> list[Path]:
     force, normal, pressure = force[touching], normal[touching], pressure[touching]
     creep = (result["transient/contact_creep"][late][touching][:, :, 1] * pressure).sum(axis=1) / normal
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
-    left.plot(1e3 * creep, force / 1e3, ".", color=BLUE, markersize=2)
+    left.plot(1e3 * creep, force / 1e3, ".", color=LATERAL, markersize=2)
     left.set_xlabel("lateral creep, mean weighted by pressure / (mm/s)")
     left.set_ylabel("lateral force on body 1 / kN")
-    right.plot(normal / 1e3, force / normal, ".", color=BLUE, markersize=2)
+    right.plot(normal / 1e3, force / normal, ".", color=LATERAL, markersize=2)
     right.set_xlabel("normal force / kN")
     right.set_ylabel("lateral over normal force")
     figure.suptitle("the last 20 periods" + coarse(when, span, time[1] - time[0]), fontsize=11)
@@ -195,7 +196,7 @@ def sound_power(result: Result, canvas: Canvas) -> list[Path]:
         bars.set_xticks(place, labels, rotation=60)
         bars.set_ylim(floor, top + 3)
         bars.set_xlabel("third octave / Hz")
-        bars.set_title(f"sound power of the {body} body")
+        bars.set_title(f"sound power of the {body_words(result.job)[body]}")
         bars.legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=2)
         line.semilogy(result.array(f"{group}/frequency"), np.maximum(density[body], peak * 1e-12), color=BLUE, linewidth=0.7)
         line.set_xlabel("frequency / Hz")

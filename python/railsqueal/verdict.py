@@ -1,0 +1,296 @@
+"""The verdict on a result in a sentence: what squeals and what would end it, or what is least damped."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import growth
+from .labels import number, quantity
+from .mode_names import ModeNames
+from .result import Floats, Integers, Result, lookup
+from .tables import BODIES, OSCILLATION, ComplexModes, Cycles, History, Modes, Sweep, growing
+
+SQUEAL, RELAXATION, QUIET, NONE = "squeal", "relaxation", "quiet", "none"
+# Other squealing frequencies that the sentence names.
+OTHERS = 5
+# Largest shift of the contact, m, and largest loss factor that are proposed.
+SHIFT, LOSS_FACTOR = 10e-3, 0.1
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One sentence, and further ones on sweeps and motions in time."""
+
+    kind: str  # squeal, relaxation, quiet, or none where the result cannot tell
+    sentence: str
+    notes: list[str] = field(default_factory=list)
+
+
+def verdict(result: Result) -> Verdict:
+    """The verdict on a result, by its stability, else by its transient, else by its sweep."""
+    notes = [text for text in (swept(result), loudest_cycle(result), left_out(result)) if text]
+    if ComplexModes.present(result):
+        kind, sentence = by_stability(result)
+    elif History.present(result):
+        kind, sentence = by_transient(result)
+    elif Sweep.present(result):
+        return Verdict(sweep_kind(result), notes[0], notes[1:])
+    else:
+        kind, sentence = (
+            NONE,
+            "No stability analysis and no transient in this result: it does not say whether the wheel squeals.",
+        )
+    if kind != SQUEAL and Sweep.present(result) and sweep_kind(result) == SQUEAL:
+        # The point of the job itself may be quiet where others of the sweep are not.
+        return Verdict(SQUEAL, notes[0], [f"The point of the job itself: {sentence}", *notes[1:]])
+    return Verdict(kind, sentence, notes)
+
+
+def squealing(table: ComplexModes) -> Integers:
+    """Places of the eigenvalues that grow and oscillate, the fastest growth first."""
+    places = np.flatnonzero(table.grows & table.oscillates & table.distinct)
+    return np.asarray(places[np.argsort(-table.growth_rate[places], kind="stable")])
+
+
+def relaxing(table: ComplexModes) -> Integers:
+    """Places of the eigenvalues that grow without oscillation, the fastest growth first."""
+    places = np.flatnonzero(table.grows & ~table.oscillates & table.distinct)
+    return np.asarray(places[np.argsort(-table.growth_rate[places], kind="stable")])
+
+
+def by_stability(result: Result) -> tuple[str, str]:
+    """Kind and sentence of an examination of stability."""
+    table, names = ComplexModes.of(result), ModeNames.of(result)
+    unstable, relaxation = squealing(table), relaxing(table)
+    apart = ""
+    if len(relaxation):
+        count = "one eigenvalue grows" if len(relaxation) == 1 else f"{len(relaxation)} eigenvalues grow"
+        fastest = f"{'at' if len(relaxation) == 1 else 'the fastest at'} {rate(table, int(relaxation[0]))}"
+        apart = f"{count} without oscillation (stick–slip relaxation), {fastest}"
+    if len(unstable):
+        first = int(unstable[0])
+        parts = [f"Squeals at {hertz(table.frequency[first])}: " + described(table, names, first)]
+        if len(unstable) > 1:
+            parts.append(f"also at {listed(table.frequency[unstable[1:]])}")
+        heard = loudness(result, names)
+        if heard:
+            parts.append(heard)
+        cure = cures(result, table, names, unstable)
+        if cure:
+            parts.append(cure)
+        if apart:
+            parts.append(f"apart from these, {apart}")
+        return SQUEAL, "; ".join(parts) + "."
+    limit = searched(result, table)
+    damped = least_damped(table, names)
+    if apart:
+        return RELAXATION, f"No squealing mode found{limit}, but {apart}{'; ' + damped if damped else ''}."
+    return QUIET, f"No squeal found{limit}{'; ' + damped if damped else ''}."
+
+
+def listed(frequency: Floats) -> str:
+    """Frequencies as `985, 358 and 344 Hz`, at most `OTHERS` of them."""
+    words = [hertz(f).removesuffix(" Hz") for f in frequency[:OTHERS]]
+    if len(frequency) > OTHERS:
+        return f"{', '.join(words)} Hz and {len(frequency) - OTHERS} more frequencies"
+    return f"{', '.join(words[:-1])} and {words[-1]} Hz" if len(words) > 1 else f"{words[0]} Hz"
+
+
+def described(table: ComplexModes, names: ModeNames, place: int) -> str:
+    """Name, growth rate and damping ratio of a mode."""
+    name = names.dominant(table, place)
+    said = f"growth rate {rate(table, place)} (damping ratio {percent(table.damping_ratio[place])})"
+    return f"{name}, {said}" if name else said
+
+
+def least_damped(table: ComplexModes, names: ModeNames) -> str:
+    """The oscillating mode with the smallest damping ratio, in words."""
+    places = np.flatnonzero(table.oscillates & table.distinct & ~table.grows & (table.frequency > 0.1))
+    if not len(places):
+        return ""
+    place = int(places[np.argmin(table.damping_ratio[places])])
+    name = names.dominant(table, place)
+    named = f"{hertz(table.frequency[place])}{', ' + name if name else ''}"
+    return f"least damped: {named}, damping ratio {percent(table.damping_ratio[place])}"
+
+
+def searched(result: Result, table: ComplexModes) -> str:
+    """Frequency up to which eigenvalues were looked for."""
+    for path in (
+        "analyses.stability.full.max_frequency",
+        "analyses.stability.max_frequency",
+        "analyses.modes.max_frequency",
+    ):
+        limit = lookup(result.job, path)
+        if isinstance(limit, (int, float)) and limit > 0:
+            return f" up to {limit / 1000:g} kHz"
+    highest = float(table.frequency.max(initial=0.0))
+    return f" up to {highest / 1000:.2g} kHz" if highest > 0 else ""
+
+
+def rate(table: ComplexModes, place: int) -> str:
+    """A growth rate to two digits."""
+    return f"{rounded(table.growth_rate[place])} 1/s"
+
+
+def rounded(value: float) -> str:
+    """A number to two digits, the last one shown if it is 0, with a true minus sign."""
+    text = f"{value:#.2g}" if 1e-4 <= abs(value) < 10 else f"{float(f'{value:.2g}'):g}"
+    return text.rstrip(".").replace("-", "−")
+
+
+def percent(ratio: float) -> str:
+    """A damping ratio in per cent to two digits."""
+    return f"{rounded(100 * ratio)} %"
+
+
+def hertz(value: float) -> str:
+    """A frequency without digits that do not matter."""
+    return f"{value:.0f} Hz" if value >= 100 else f"{value:.3g} Hz"
+
+
+def extra_loss_factor(table: ComplexModes, names: ModeNames, place: int) -> tuple[str, float] | None:
+    """Body with most of a mode's energy, and the additional loss factor that its modes need: 2|ζ| over its share."""
+    per_body: dict[str, float] = {}
+    for body, _, share in names.shares(table, place):
+        per_body[body] = per_body.get(body, 0.0) + share
+    if not per_body:
+        return None
+    body = max(per_body, key=lambda b: per_body[b])
+    return (body, -2 * float(table.damping_ratio[place]) / per_body[body]) if per_body[body] > 0.5 else None
+
+
+def cures(result: Result, table: ComplexModes, names: ModeNames, unstable: Integers) -> str:
+    """Least changes that would end all growth, by linear estimates: loss factor of one body, shift of the contact."""
+    wanted = [extra_loss_factor(table, names, int(k)) for k in unstable]
+    parts = []
+    if all(wanted) and len({w[0] for w in wanted if w}) == 1:
+        body, most = max((w for w in wanted if w), key=lambda w: w[1])
+        if most <= LOSS_FACTOR:
+            parts.append(f"with a loss factor of the {names.bodies[body]} that is higher by {rounded(most)}")
+    shift = needed_shift(result, table, unstable)
+    if shift:
+        parts.append(shift)
+    return f"quiet {' or '.join(parts)} (linear estimate)" if parts else ""
+
+
+def needed_shift(result: Result, table: ComplexModes, unstable: Integers) -> str:
+    """Shift of the contact on the upper body that would end all growth; empty without one within `SHIFT`."""
+    slope = (
+        result.complexes("stability/sensitivity/upper_position").real
+        if "stability/sensitivity/upper_position" in result
+        else None
+    )
+    if slope is None or any(int(k) >= len(slope) or not np.isfinite(slope[k]) or slope[k] == 0 for k in unstable):
+        return ""
+    shifts: Floats = np.array([-table.growth_rate[k] / slope[k] for k in unstable])
+    if len(set(np.sign(shifts))) != 1:
+        return ""
+    most = float(shifts[np.argmax(np.abs(shifts))])
+    return (
+        f"with the contact on the upper body {number(round(1e3 * most, 1))} mm further in y"
+        if abs(most) <= SHIFT
+        else ""
+    )
+
+
+def loudness(result: Result, names: ModeNames) -> str:
+    """Frequency and sound power of the motion in time, of the louder body; empty without sound power."""
+    path = "transient/sound_power"
+    levels = {
+        b: result.number(f"{path}/{b}/total_level_a") for b in BODIES.values() if f"{path}/{b}/total_level_a" in result
+    }
+    if not levels:
+        return ""
+    body = max(levels, key=lambda b: levels[b])
+    if not np.isfinite(levels[body]):
+        return ""
+    return f"about {levels[body]:.0f} dB(A) of sound power, most from the {names.bodies[body]}"
+
+
+def by_transient(result: Result) -> tuple[str, str]:
+    """Kind and sentence of a motion in time without an examination of stability."""
+    history, names = History.of(result), ModeNames.of(result)
+    moving = growth.signal(history)
+    span = growth.period(moving)
+    phase = growth.exponential(*growth.envelope(moving, 2 * span))
+    if phase is None:
+        return (
+            NONE,
+            f"The motion in time shows no exponential growth; its strongest periodic part is at {hertz(1 / span)}.",
+        )
+    heard = loudness(result, names)
+    at = growth.frequency(moving, phase.begin, phase.end)
+    sentence = (
+        f"Squeals: the motion grows at {rounded(phase.rate)} 1/s at {hertz(at)} and is at {hertz(1 / span)} in the end"
+    )
+    return SQUEAL, f"{sentence}{'; ' + heard if heard else ''}."
+
+
+def sweep_kind(result: Result) -> str:
+    """Squeal where an eigenvalue of any point grows and oscillates, relaxation where one grows without oscillation."""
+    table = Sweep.of(result)
+    grows = growing(table.eigenvalue)
+    oscillates = np.abs(table.eigenvalue.imag) > OSCILLATION * np.abs(table.eigenvalue)
+    if (grows & oscillates).any():
+        return SQUEAL
+    return RELAXATION if grows.any() or (table.unstable > 0).any() else QUIET
+
+
+def swept(result: Result) -> str:
+    """Points of a sweep that squeal, and the one with the fastest growth; empty without a sweep."""
+    if not Sweep.present(result):
+        return ""
+    table = Sweep.of(result)
+    computed, failed = int((table.status == 0).sum()), int((table.status != 0).sum())
+    missing = f"; {failed} {'point' if failed == 1 else 'points'} failed" if failed else ""
+    unstable = int((table.unstable > 0).sum())
+    if not unstable:
+        return f"Sweep: no growth at any of {computed} points{missing}."
+    growth_rate = np.where(table.unstable > 0, table.growth_rate, np.nan)
+    place = int(np.nanargmax(growth_rate)) if np.isfinite(growth_rate).any() else -1
+    said = f"Sweep: growth at {unstable} of {computed} points{missing}"
+    if place < 0:
+        return said + "."
+    at = point(result, table, place)
+    kind = (
+        f"at {hertz(table.frequency[place])}"
+        if table.frequency[place] > 1e-3
+        else "without oscillation (stick–slip relaxation)"
+    )
+    return f"{said}; fastest {rounded(float(growth_rate[place]))} 1/s {kind}, with {at}."
+
+
+def loudest_cycle(result: Result) -> str:
+    """The loudest limit cycle of a sweep, by the sound power of its louder body; empty without sound power."""
+    if not Cycles.present(result):
+        return ""
+    levels = Cycles.of(result).loudest()
+    if levels is None or not np.isfinite(levels).any():
+        return ""
+    cycles, table = Cycles.of(result), Sweep.of(result)
+    branch, place = np.unravel_index(int(np.argmax(np.where(np.isfinite(levels), levels, -np.inf))), levels.shape)
+    level, frequency = levels[branch, place], hertz(float(cycles.frequency[branch, place]))
+    at = point(result, table, int(place))
+    return f"Limit cycles: the loudest has {level:.0f} dB(A) of sound power at {frequency}, with {at}."
+
+
+def point(result: Result, table: Sweep, place: int) -> str:
+    """Values of the swept keys at a point, by name."""
+    units = {key: result.units(f"sweep/values/{key}") for key in table.keys}
+    return ", ".join(quantity(key, units[key]).statement(value(table, key, place)) for key in table.keys)
+
+
+def value(table: Sweep, key: str, place: int) -> float | str:
+    """Value of a swept key at a point: a number or a word."""
+    given = table.values[key]
+    return float(given[place]) if given.dtype.kind == "f" else str(given[place])
+
+
+def left_out(result: Result) -> str:
+    """Bodies without modes, which the verdict says nothing about."""
+    if not ComplexModes.present(result) or not Modes.bodies(result):
+        return ""
+    names = ModeNames.of(result).bodies
+    still = [names[b] for b in BODIES.values() if f"modes/{b}/frequency" not in result]
+    return f"The {still[0]} has no modes in this result." if len(still) == 1 else ""
