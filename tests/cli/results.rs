@@ -56,7 +56,8 @@ fn a_report_is_one_page_with_tables_beside_it() {
     let out = folder.text("out");
     let ran = program(&["report", GOLDEN, "--out", &out]);
     ran.good();
-    let names = ["report.html", "modes.csv", "unstable.csv", "forces.csv"].map(|n| format!("two-cylinders-{n}"));
+    let names = ["report.html", "figures.csv", "modes.csv", "eigenvalues.csv", "unstable.csv", "forces.csv"]
+        .map(|n| format!("two-cylinders-{n}"));
     assert_eq!(ran.out.lines().filter_map(|l| l.rsplit('/').next()).collect::<Vec<_>>(), names);
     let page = std::fs::read_to_string(folder.path("out").join(&names[0])).expect("page");
     assert!(page.starts_with("<!DOCTYPE html>") && page.matches("data:image/png;base64,").count() == 2);
