@@ -47,11 +47,13 @@ pub struct Chunk {
     pub generated: Vec<[u32; 3]>,
     /// Other sets.
     pub names: Vec<String>,
+    /// Of a set of nodes: the set of elements whose nodes they are, of `*NSET` with `ELSET`.
+    pub nodes_of: Option<String>,
 }
 
 impl Chunk {
     pub fn new(at: Place, instance: Option<String>) -> Self {
-        Chunk { at, instance, runs: Vec::new(), generated: Vec::new(), names: Vec::new() }
+        Chunk { at, instance, runs: Vec::new(), generated: Vec::new(), names: Vec::new(), nodes_of: None }
     }
 
     /// Adds a number.

@@ -70,6 +70,7 @@ fn placed(instance: &Instance, part: &Part) -> Part {
         runs: c.runs.clone(),
         generated: c.generated.clone(),
         names: c.names.clone(),
+        nodes_of: c.nodes_of.clone(),
     };
     let surface = |s: &Surface| Surface { nodes: s.nodes, members: s.members.clone() };
     let mut all = Part::default();
@@ -290,6 +291,19 @@ impl Flat<'_> {
             }
             for name in &chunk.names {
                 all.extend(self.named(parts, i, what, (name, chunk.at), depth)?);
+            }
+            if let Some(name) = &chunk.nodes_of {
+                for element in self.named(parts, i, What::Elements, (name, chunk.at), depth)? {
+                    if element as usize >= self.listed.cells.len() {
+                        let text = format!(
+                            "*NSET with ELSET={}, a set with shells or membranes; expected one of solid elements, or \
+                             the nodes of the set",
+                            name
+                        );
+                        return Err(self.files.error(chunk.at, text));
+                    }
+                    all.extend(self.listed.cells.get(element as usize).nodes);
+                }
             }
         }
         all.sort_unstable();

@@ -261,13 +261,17 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
 
 fn set(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Result<()> {
     let name = title(lines, at, keyword, &keyword.name)?;
-    if keyword.name == "NSET" && keyword.has("ELSET") {
-        return Err(lines.error(at, "*NSET with ELSET is not understood; expected the nodes of the set"));
-    }
     let generate = keyword.has("GENERATE");
     let mut chunk = Chunk::new(at, keyword.title("INSTANCE"));
+    if keyword.name == "NSET" && keyword.has("ELSET") {
+        chunk.nodes_of = Some(title(lines, at, keyword, "ELSET")?);
+    }
     while lines.data()? {
         let text = lines.text();
+        if chunk.nodes_of.is_some() {
+            let text = format!("found {}; expected no data below *NSET with ELSET", quote(text));
+            return Err(lines.wrong(text));
+        }
         if generate {
             let values: Vec<Option<u32>> = text.trim_end_matches(',').split(',').map(|f| whole(Some(f))).collect();
             let [Some(first), Some(last), step] = [0, 1, 2].map(|i| values.get(i).copied().unwrap_or(Some(1))) else {

@@ -82,6 +82,31 @@ fn sets_and_surfaces_are_groups() {
     assert_eq!(crlf, mesh);
 }
 
+/// `*NSET` with `ELSET` has the nodes of the elements of the set, of a part or of an instance.
+#[test]
+fn node_sets_of_element_sets() {
+    let deck = format!("{NODES}{ELEMENTS}*NSET, NSET=Above, ELSET=Upper\n");
+    let (mesh, _) = of(&deck).unwrap_or_else(|e| panic!("{e}"));
+    let f = |cell, face| Facet { cell, face };
+    assert_eq!(facets(&mesh, "above"), vec![f(1, 1), f(1, 2), f(1, 3), f(1, 4), f(1, 5)]);
+    let part = format!(
+        "*PART, NAME=P\n{NODES}{ELEMENTS}*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=P-1, PART=P\n*END INSTANCE\n\
+         *NSET, NSET=Above, ELSET=P-1.Upper\n*END ASSEMBLY\n"
+    );
+    assert_eq!(of(&part).unwrap_or_else(|e| panic!("{e}")).0.groups["above"].len(), 5);
+    for (text, says) in [
+        (format!("{NODES}{ELEMENTS}*NSET, NSET=Above, ELSET=None\n"), "no element set \"none\""),
+        (format!("{deck}1, 2\n"), "expected no data below *NSET with ELSET"),
+        (
+            format!("{NODES}{ELEMENTS}*ELEMENT, TYPE=S4, ELSET=Skin\n9, 11, 12, 13, 14\n*NSET, NSET=A, ELSET=Skin\n"),
+            "a set with shells or membranes",
+        ),
+    ] {
+        let error = of(&text).err().expect("an error");
+        assert!(error.message().contains(says), "{error}");
+    }
+}
+
 /// A part, moved by (10, 0, 0) first and turned by a quarter about the axis from (10, 0, 0) along z then: from x = 10 … 11 to y = 0 … 1.
 #[test]
 fn an_instance_is_moved_and_turned() {
