@@ -64,6 +64,15 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     );
     let read =
         |name: &str| whole.dataset(&format!("sweep/cycles/{name}")).and_then(|d| d.read_raw::<f64>()).expect("numbers");
+    // One rule for both: what comes back is periodic, what does not is irregular.
+    let crossings: Vec<i64> =
+        whole.dataset("sweep/cycles/crossings").and_then(|d| d.read_raw()).expect("numbers of crossings");
+    let agree = |(fate, crossings): (&i8, &i64)| match fate {
+        1 => *crossings > 0,
+        2 => *crossings == 0,
+        _ => true,
+    };
+    assert!(fate.iter().zip(&crossings).all(agree), "{fate:?}, {crossings:?}");
     let (force, lines, energy) = (read("force"), read("force_harmonics"), read("kinetic"));
     assert!(force.chunks(3).all(|f| (f[2] / -70e3 - 1.0).abs() < 0.05), "{force:?}");
     assert!(lines.len() == 6 * 3 * 3 && energy[0] == 0.0, "{energy:?}");
