@@ -2,12 +2,13 @@
 //!
 //! Modes are little damped, so a cycle is approached slowly: after ten thousands of periods as a rule. The way there is shortened. Between windows of some
 //! periods the deviation from rest is multiplied by a factor that leads to the amplitude at which, by what has been seen, nothing grows nor decays
-//! (`trail`). What is told of the cycle is then measured on a motion that has been left to itself (`alone`), after its return to a section has been looked at
-//! (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
+//! (`trail`). What is told of the cycle is then measured on a motion that has been left to itself (`alone`), after its
+//! return to a section has been looked at (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied
+//! Nonlinear Dynamics, 1995).
 //!
 //! One rule gives the verdict ([`Fate::of`]): a motion that has stopped changing is a cycle if it comes back to the
-//! section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is followed
-//! until it is gone or the time is over.
+//! section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is
+//! followed until it is gone or the time is over.
 
 mod alone;
 mod record;
@@ -245,8 +246,8 @@ impl Walk<'_, '_, '_> {
 
     /// Lets fast parts of the motion go for a window and looks at two more, and at the crossings of the section in the
     /// last one. None where the motion has become another one.
-    /// From the look `number` on windows are let go that differ in length: a beat would look the same each time if looks
-    /// were as long as some of its periods.
+    /// From the look `number` on windows are let go that differ in length: a beat would look the same each time if
+    /// looks were as long as some of its periods.
     fn look(&mut self, number: usize) -> Result<Option<Seen>> {
         let part = if number < LOOKS { 1.0 } else { 0.5 + (number as f64 * GOLDEN).fract() };
         for _ in 0..(part * self.window() as f64).round() as usize {

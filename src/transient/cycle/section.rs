@@ -37,8 +37,8 @@ impl Burst {
     }
 }
 
-/// Measures of a motion: its direction in the modal velocities, of length 1, the angular frequencies of the modes, rad/s,
-/// and the time step, s.
+/// Measures of a motion: its direction in the modal velocities, of length 1, the angular frequencies of the modes,
+/// rad/s, and the time step, s.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Measures<'a> {
     pub(super) along: &'a [f64],
@@ -115,8 +115,8 @@ impl Section {
         burst
     }
 
-    /// Returns for each period of 1 to [`LONGEST`] crossings the largest distance of two states of the last bursts whose
-    /// crossings are any number of such periods apart, of the amplitude. Infinite where no two crossings are.
+    /// Returns for each period of 1 to [`LONGEST`] crossings the largest distance of two states of the last bursts
+    /// whose crossings are any number of such periods apart, of the amplitude. Infinite where no two crossings are.
     pub(super) fn distances(&self) -> [f64; LONGEST] {
         let all: Vec<&Crossing> = self.bursts.iter().flat_map(|b| &b.crossings).collect();
         let scale = self.bursts.iter().map(Burst::amplitude).fold(0.0, f64::max);

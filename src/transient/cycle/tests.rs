@@ -141,9 +141,9 @@ fn the_way_to_a_cycle_does_not_matter() {
     assert!((small / large - 1.0).abs() < 4e-3, "{small} J, {large} J");
 }
 
-/// Beside the stick–slip cycle another mode rings, 3.3 % above its frequency: damped, its beat dies out and the cycle is
-/// what it is alone; undamped, it stays and the motion never repeats itself. States one period apart are close to each
-/// other in either case.
+/// Beside the stick–slip cycle another mode rings, 3.3 % above its frequency: damped, its beat dies out and the cycle
+/// is what it is alone; undamped, it stays and the motion never repeats itself. States one period apart are close to
+/// each other in either case.
 #[test]
 fn a_beat_that_dies_out_leaves_a_cycle_and_one_that_stays_is_irregular() {
     let v = 0.4;
