@@ -247,3 +247,23 @@ fn what_cannot_be_followed_is_refused() {
     job["contact"]["roughness"] = json!({ "lower": [{ "spectrum": { "levels": "ISO3095", "seed": 1 } }] });
     Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &["cycles", "no motion repeats itself"]);
 }
+
+/// At 1 % creepage the wave of the pair of modes that is not on the cycle dies out beside it, over some seconds: the motion
+/// is periodic, with energy and lateral force of a run that nothing shortens.
+#[test]
+#[ignore = "long: scripts/validate cli"]
+fn a_beat_that_dies_out_is_no_irregular_motion() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/limit-cycles.json");
+    let mut job: Value = serde_json::from_slice(&std::fs::read(path).expect("the job")).expect("JSON");
+    let cycles = json!({ "duration": 8, "branches": ["mode"], "harmonics": 3 });
+    job["analyses"]["sweep"] = json!({ "keys": { "contact.creepage.lateral": [0.01] }, "cycles": cycles });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &["--output", &folder.text("one.h5")]).good();
+    let file = open(folder.path("one.h5"));
+    let read = |name: &str| -> Vec<f64> {
+        file.dataset(&format!("sweep/cycles/{name}")).and_then(|d| d.read_raw()).expect("numbers")
+    };
+    assert_eq!((read("fate"), read("crossings")), (vec![1.0], vec![1.0]), "apart {:?}", read("apart"));
+    let (energy, lateral) = (read("kinetic")[0] / 0.1690, read("force_rms")[1] / 153.5);
+    assert!((energy - 1.0).abs() < 2e-3 && (lateral - 1.0).abs() < 5e-3, "energy {energy}, lateral force {lateral}");
+}

@@ -50,10 +50,11 @@ impl Alone {
                 return Known::Settled;
             }
         }
-        // A beat that has become so small has settled as well.
+        // A beat that has become so small has settled as well, unless the states still say that it shrinks.
         if self.levels.len() >= 2 * LOOKS {
             let (range, drift) = (self.range(2 * LOOKS), (self.mean(0) - self.mean(1)).abs());
-            if range <= 2.0 * settled && drift <= 0.25 * range {
+            let small = spread <= 4.0 * settled || self.spreads_as_before(LOOKS);
+            if range <= 2.0 * settled && drift <= 0.25 * range && small {
                 return Known::Settled;
             }
         }
