@@ -248,8 +248,8 @@ fn what_cannot_be_followed_is_refused() {
     Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &["cycles", "no motion repeats itself"]);
 }
 
-/// At 1 % creepage the wave of the pair of modes that is not on the cycle dies out beside it, over some seconds: the motion
-/// is periodic, with energy and lateral force of a run that nothing shortens.
+/// At 1 % creepage the wave of the pair of modes that is not on the cycle dies out beside it, over some seconds: the
+/// motion is periodic, with energy and lateral force of a run that nothing shortens.
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn a_beat_that_dies_out_is_no_irregular_motion() {
