@@ -28,6 +28,7 @@ from program import KEPT
 
 STUDIES = {
     "half_space": steady.half_space,
+    "spin": steady.spin,
     "finite_elements": steady.finite_elements,
     "modes": modes.annulus,
     "meshes": meshes.rings,

@@ -46,5 +46,29 @@ def half_space():
     return sweep("half_space", (70e3, 10e3), (6, 9, 13))
 
 
+def spin():
+    """Lateral force of spin alone over the size of elements; fails where it is too small by more than 3 h²/a²."""
+    load, radius = 70e3, HERTZ[70e3][0]
+    rows = []
+    for size in (1e-3, 0.7e-3, 0.5e-3, 0.35e-3, 0.25e-3, 0.18e-3, 0.15e-3):
+        half = round((int(radius / size) + 3) * size, 9)
+        sets = both("mesh.cylinder.element_size", size) | {
+            "contact.compliance": "half_space",
+            "contact.normal_load": load,
+            "contact.creepage.lateral": 0,
+            "contact.creepage.spin": 0.4,
+            "contact.patch.half_length": half,
+            "contact.patch.half_width": half,
+            "output.fields": "false",
+        }
+        tables, _ = run("two-cylinders.json", sets, only="steady")
+        rows.append({"size": size, "radius": radius, "force": float(tables["contact/force"][1]) / (MU * load)})
+    limit = extrapolated([r["size"] for r in rows], [r["force"] for r in rows])
+    for r in rows:
+        r["off"] = r["force"] / limit - 1
+        assert abs(r["off"]) < 3 * (r["size"] / radius) ** 2 + 1e-3, r
+    return rows
+
+
 def finite_elements():
     return sweep("fe", (70e3,), (5, 7, 10))

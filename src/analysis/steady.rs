@@ -63,7 +63,7 @@ pub fn run(
         if let Some((field, area)) = &between {
             run.file.tables(consistent(field, *area));
         }
-        summarise(contact, solution, &mut run.summary);
+        summarise(contact, (s, solution), &mut run.summary);
         if let Some([x, y, n]) = model.on_root().and_then(|r| deflection(&r.interface, &r.pair, solution)) {
             let text = format!("x {:.1}, y {:.1}, n {:.1} µm, part of the placement", 1e6 * x, 1e6 * y, 1e6 * n);
             run.summary.value("bodies give way by", text);
@@ -153,7 +153,7 @@ fn fields(
     file.fields_and_grid(&bodies.parts(), &all, &patches)
 }
 
-fn summarise(contact: &job::Contact, r: &SteadySolution, summary: &mut Summary) {
+fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summary: &mut Summary) {
     let [fx, fy, fz] = r.force;
     let closed = r.state.iter().filter(|&&s| s > 0).count();
     let stick = r.state.iter().filter(|&&s| s == 1).count();
@@ -162,6 +162,8 @@ fn summarise(contact: &job::Contact, r: &SteadySolution, summary: &mut Summary) 
     summary.value("normal force", format!("{:.6e} N", -fz));
     summary.value("approach", format!("{:.4} µm", 1e6 * r.approach));
     summary.value("largest pressure", format!("{:.2} MPa", 1e-6 * peak));
+    let [x, y] = r.centre(s).map(|x| 1e3 * x);
+    summary.value("centre of the pressure (x, y)", format!("{x:+.3}, {y:+.3} mm"));
     summary.value("force on body 1 (x, y)", format!("{fx:.6e}, {fy:.6e} N"));
     let limit = -fz * contact.friction.coefficient(0.0);
     if limit > 0.0 {

@@ -7,6 +7,7 @@ use super::standing::{axle, standing, Standing};
 use super::surfaces::beside_nodes;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
+use crate::contact::{Creepage, SPIN_SPACINGS};
 use crate::fem::rotation::Axis;
 use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, Job, Load, MeshSource, Profile};
@@ -16,7 +17,7 @@ use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
-    self, builtin, grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
+    self, builtin, finer_grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
 };
 use crate::progress::Progress;
 use crate::summary::Summary;
@@ -81,8 +82,11 @@ impl Placed {
         };
         let creepages = placed.creepages(&frame, &motion).map_err(named)?;
         let mut extent = placed.extent(&frame, &ellipse).map_err(named)?;
+        let creepage =
+            Creepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
+        let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
         for _ in 0..GROWN {
-            let [x, y] = grid_lines(extent);
+            let [x, y] = finer_grid_lines(extent, spacings);
             let gap = placed.gap(&frame, &x, &y).map_err(named)?;
             let beside = overlap(&gap, ellipse.approach);
             if beside == [false; 2] {

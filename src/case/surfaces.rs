@@ -1,9 +1,11 @@
 //! How the meshes of two bodies meet: on the grid that both have, or on a common one that neither needs to have.
 
+use super::interface::creepage;
 use super::meshes::{Meshed, Meshes};
 use super::standing::{seen, tilted};
 use crate::body::half_space::HalfSpace;
 use crate::body::hybrid::{CIRCLE, WIDER};
+use crate::contact::SPIN_SPACINGS;
 use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
 use crate::job::{self, Compliance, Job, Load, MeshSource, MOST_NODES};
 use crate::mesh::Mesh;
@@ -115,7 +117,8 @@ fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Resul
     let half =
         |key: &str, given: Option<f64>, c: usize| given.or(extent.map(|e| MARGIN * e[c])).ok_or_else(|| missing(key));
     let (length, width) = (half("half_length", given.half_length, 0)?, half("half_width", given.half_width, 1)?);
-    let spacing = given.spacing.or(extent.map(|e| e[0].min(e[1]) / SPACINGS)).ok_or_else(|| missing("spacing"))?;
+    let spacings = |e: [f64; 2]| if creepage(contact).is_ruled_by_spin(e) { SPIN_SPACINGS } else { SPACINGS };
+    let spacing = given.spacing.or(extent.map(|e| e[0].min(e[1]) / spacings(e))).ok_or_else(|| missing("spacing"))?;
     let line = |key: &str, half: f64| -> Result<Vec<f64>> {
         // Rounding does not make a line more.
         let n = (half / spacing - 1e-9).ceil().max(2.0);

@@ -33,7 +33,7 @@ pub mod steady;
 pub use continuation::Continuation;
 pub use deferred::DeferredSteady;
 pub use influence::Influence;
-pub use interface::{Creepage, Stencil, Upstream};
+pub use interface::{Creepage, Stencil, Upstream, SPIN_SPACINGS};
 pub use law::{LinearContact, LinearEdge, LinearNode, Slip, Status, Tangent};
 pub use memory::LinearMemory;
 pub use points::SlidingPoint;

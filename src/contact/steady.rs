@@ -388,6 +388,17 @@ impl Reached {
 }
 
 impl SteadySolution {
+    /// Centre of the pressure on the nodes of `s`, (x, y), m; the origin without pressure.
+    pub fn centre(&self, s: &Interface) -> [f64; 2] {
+        let (mut sum, mut moments) = (0.0, [0.0; 2]);
+        for (i, p) in self.pressure.iter().enumerate() {
+            let force = p * s.weight[i];
+            sum += force;
+            s.point(i).iter().zip(&mut moments).for_each(|(x, m)| *m += x * force);
+        }
+        moments.map(|m| if sum > 0.0 { m / sum } else { 0.0 })
+    }
+
     /// Stresses (tx, ty, p), Pa, `[3n]`.
     pub(super) fn stresses(&self) -> Vec<f64> {
         self.traction.iter().zip(&self.pressure).flat_map(|(t, &p)| [t[0], t[1], p]).collect()

@@ -46,7 +46,12 @@ impl Gap {
 /// Lines of a grid for an ellipse with the semi-extents `extent` along x and y, m: over ±1.7 of them, equally spaced with an eighth of the
 /// smaller one or as far apart as 97 lines are, a line through the origin.
 pub fn grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
-    let spacing = extent[0].min(extent[1]) / SPACINGS;
+    finer_grid_lines(extent, SPACINGS)
+}
+
+/// The same with at least so many `spacings` in the smaller extent.
+pub fn finer_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
+    let spacing = extent[0].min(extent[1]) / spacings.max(SPACINGS);
     extent.map(|half| {
         let n = (MARGIN * half / spacing).ceil() as i64;
         let (n, spacing) = if n > LINES { (LINES, MARGIN * half / LINES as f64) } else { (n, spacing) };

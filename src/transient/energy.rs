@@ -21,7 +21,7 @@ pub struct Energy {
     pub drive: f64,
     /// The part of it that the rolling moment does.
     pub rolling: f64,
-    /// Kinetic and elastic energy at the start.
+    /// Kinetic and elastic energy at the start; of a start that has settled, so that its first step is balanced.
     pub start: f64,
 }
 

@@ -110,6 +110,8 @@ pub struct Stepper<'a> {
     /// What they remembered of friction before it, `[core]`.
     before: Vec<Remembered>,
     report: Report,
+    /// The start has settled and no step has followed: the reactions are those of a step later.
+    settled: bool,
 }
 
 impl<'a> Stepper<'a> {
@@ -206,6 +208,7 @@ impl<'a> Stepper<'a> {
             posed: Vec::new(),
             before: Vec::new(),
             report: Report::default(),
+            settled: false,
         };
         new.reset()?;
         let (kinetic, elastic) = new.stored();
@@ -243,6 +246,7 @@ impl<'a> Stepper<'a> {
     /// Goes on from another state.
     pub fn put(&mut self, state: State) -> Result<()> {
         self.state = state;
+        self.settled = false;
         self.reset()
     }
 
@@ -257,7 +261,9 @@ impl<'a> Stepper<'a> {
     }
 
     /// The reactions that hold at the present displacements: those at the end of a first step, taken from here. To be called at
-    /// a start whose modes were perturbed and whose reactions were not. The state stays where it is in time.
+    /// a start whose modes were perturbed and whose reactions were not. The state stays where it is in time. These
+    /// reactions are a step ahead of the displacements, and the work of closing what they leave open, p·v h, is that
+    /// of the start: the balance of energy is counted from the end of the first step.
     pub fn settle(&mut self) -> Result<()> {
         let kept = self.state.clone();
         for _ in 0..2 {
@@ -269,6 +275,7 @@ impl<'a> Stepper<'a> {
         }
         let (kinetic, elastic) = self.stored();
         self.state.energy = Energy { kinetic, elastic, start: kinetic + elastic, ..Energy::default() };
+        self.settled = true;
         Ok(())
     }
 
@@ -528,8 +535,11 @@ impl<'a> Stepper<'a> {
         self.met.status = solution.status;
         self.report = report;
         let (kinetic, elastic) = self.stored();
-        self.state.energy.kinetic = kinetic;
-        self.state.energy.elastic = elastic;
+        let e = &mut self.state.energy;
+        (e.kinetic, e.elastic) = (kinetic, elastic);
+        if std::mem::take(&mut self.settled) {
+            e.start += e.residual();
+        }
     }
 
     /// Kinetic and elastic energy of the present state, J.

@@ -64,6 +64,15 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     );
     let read =
         |name: &str| whole.dataset(&format!("sweep/cycles/{name}")).and_then(|d| d.read_raw::<f64>()).expect("numbers");
+    // One rule for both: what comes back is periodic, what does not is irregular.
+    let crossings: Vec<i64> =
+        whole.dataset("sweep/cycles/crossings").and_then(|d| d.read_raw()).expect("numbers of crossings");
+    let agree = |(fate, crossings): (&i8, &i64)| match fate {
+        1 => *crossings > 0,
+        2 => *crossings == 0,
+        _ => true,
+    };
+    assert!(fate.iter().zip(&crossings).all(agree), "{fate:?}, {crossings:?}");
     let (force, lines, energy) = (read("force"), read("force_harmonics"), read("kinetic"));
     assert!(force.chunks(3).all(|f| (f[2] / -70e3 - 1.0).abs() < 0.05), "{force:?}");
     assert!(lines.len() == 6 * 3 * 3 && energy[0] == 0.0, "{energy:?}");
@@ -237,4 +246,24 @@ fn what_cannot_be_followed_is_refused() {
     let mut job = swept(json!({}));
     job["contact"]["roughness"] = json!({ "lower": [{ "spectrum": { "levels": "ISO3095", "seed": 1 } }] });
     Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &["cycles", "no motion repeats itself"]);
+}
+
+/// At 1 % creepage the wave of the pair of modes that is not on the cycle dies out beside it, over some seconds: the
+/// motion is periodic, with energy and lateral force of a run that nothing shortens.
+#[test]
+#[ignore = "long: scripts/validate cli"]
+fn a_beat_that_dies_out_is_no_irregular_motion() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/limit-cycles.json");
+    let mut job: Value = serde_json::from_slice(&std::fs::read(path).expect("the job")).expect("JSON");
+    let cycles = json!({ "duration": 8, "branches": ["mode"], "harmonics": 3 });
+    job["analyses"]["sweep"] = json!({ "keys": { "contact.creepage.lateral": [0.01] }, "cycles": cycles });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &["--output", &folder.text("one.h5")]).good();
+    let file = open(folder.path("one.h5"));
+    let read = |name: &str| -> Vec<f64> {
+        file.dataset(&format!("sweep/cycles/{name}")).and_then(|d| d.read_raw()).expect("numbers")
+    };
+    assert_eq!((read("fate"), read("crossings")), (vec![1.0], vec![1.0]), "apart {:?}", read("apart"));
+    let (energy, lateral) = (read("kinetic")[0] / 0.1690, read("force_rms")[1] / 153.5);
+    assert!((energy - 1.0).abs() < 2e-3 && (lateral - 1.0).abs() < 5e-3, "energy {energy}, lateral force {lateral}");
 }

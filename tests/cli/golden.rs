@@ -111,7 +111,8 @@ fn measure(path: &str, kept: &BTreeMap<String, Dataset>) -> Option<f64> {
 }
 
 /// What has come since the results were kept.
-const SINCE: [&str; 3] = ["/stability/criterion/", "/stability/confirmation/", "/stability/unstable"];
+const SINCE: [&str; 4] =
+    ["/stability/criterion/", "/stability/confirmation/", "/stability/unstable", "/contact/centre"];
 
 fn compare(name: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

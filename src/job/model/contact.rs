@@ -222,7 +222,8 @@ pub struct CommonGrid {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub half_width: Option<f64>,
-    /// Distance of the nodes, m. Default: a tenth of the smaller half axis of Hertz' ellipse.
+    /// Distance of the nodes, m. Default: a tenth of the smaller half axis of Hertz' ellipse, a fourteenth where the
+    /// rigid slip of the spin at the edge is more than that of the other creepages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub spacing: Option<f64>,

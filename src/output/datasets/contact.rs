@@ -44,6 +44,7 @@ pub fn tables(s: &Interface, r: &SteadySolution, varying: bool) -> Vec<Table> {
             "Moment of the tractions on body 1 about the common normal.",
             r.moment_z,
         ),
+        Table::list("/contact/centre", "m", "Centre of the pressure (x, y).", r.centre(s).to_vec()),
         Table::scalar("/contact/approach", "m", "Rigid approach of the bodies from first touch.", r.approach),
         Table::scalar("/contact/residual", "1", "Residual of the contact laws, relative.", r.residual),
     ];

@@ -13,7 +13,7 @@ pub struct Cycle {
     pub frequency: f64,
     /// Crossings of the section in a period.
     pub crossings: usize,
-    /// Distance of states a period apart, of the amplitude.
+    /// Distance of states any number of periods apart, of the amplitude.
     pub apart: f64,
     /// 1/s.
     pub back: f64,
@@ -170,13 +170,14 @@ pub fn tables(branches: &[Branch], along: &str, points: usize, all: &[Cycle]) ->
         Table::new(
             "/sweep/cycles/fate",
             "-",
-            "-1 not computed, 0 at rest, 1 periodic, 2 irregular: its amplitude stays but it does not repeat itself, 3 unsettled at the end of the time.",
+            "-1 not computed, 0 at rest, 1 periodic, 2 irregular: neither its amplitude nor its beat changes but it does \
+             not repeat itself, 3 unsettled at the end of the time.",
             &shape,
             all.iter().map(|c| c.fate).collect::<Vec<i8>>(),
         ),
         numbers("frequency", "Hz", "One over the period; of what does not repeat itself the mean.", &|c| c.frequency),
         counts("crossings", "Crossings of the section in a period; 0 where it does not repeat itself.", &|c| c.crossings),
-        numbers("apart", "1", "Largest distance of two states a period apart, of the amplitude.", &|c| c.apart),
+        numbers("apart", "1", "Largest distance of states any number of periods apart, of the amplitude.", &|c| c.apart),
         numbers("back", "1/s", "Rate at which small deviations of the amplitude go back.", &|c| c.back),
         numbers("time", "s", "Time that was simulated.", &|c| c.time),
         numbers("kinetic", "J", "Mean kinetic energy.", &|c| c.kinetic),

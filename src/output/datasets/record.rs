@@ -123,7 +123,13 @@ impl<'a> Recorder<'a> {
             number("impact_loss", "J", &[], "Energy lost in impacts since the start."),
             number("drive_work", "J", &[], "Work of the drive since the start."),
             number("rolling_work", "J", &[], "Part of the work of the drive that is the rolling moment's."),
-            number("balance", "J", &[], "Energy gained by the discretisation since the start."),
+            number(
+                "balance",
+                "J",
+                &[],
+                "Energy gained by the discretisation since the start; after a perturbed start, since the end of the \
+                 first step.",
+            ),
             number("residual", "N", &[], "Residual of the contact laws."),
             count("closed", "Closed contact nodes."),
             count("stick", "Those of them that stick."),

@@ -2,25 +2,35 @@
 //!
 //! Modes are little damped, so a cycle is approached slowly: after ten thousands of periods as a rule. The way there is shortened. Between windows of some
 //! periods the deviation from rest is multiplied by a factor that leads to the amplitude at which, by what has been seen, nothing grows nor decays
-//! (`trail`). What is told of the cycle is then measured on a motion that has been left to itself, after its return to a section has been looked at
-//! (H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
+//! (`trail`). What is told of the cycle is then measured on a motion that has been left to itself (`alone`), after its
+//! return to a section has been looked at (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied
+//! Nonlinear Dynamics, 1995).
+//!
+//! One rule gives the verdict ([`Fate::of`]): a motion that has stopped changing is a cycle if it comes back to the
+//! section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is
+//! followed until it is gone or the time is over.
 
 mod alone;
 mod record;
+mod section;
 mod trail;
 
 pub use record::{Record, Returns};
 
 use super::stepper::{State, Stepper};
 use crate::Result;
-use alone::{Alone, Known};
+use alone::{Alone, Known, LOOKS};
 use faer::Mat;
+use section::{Measures, Section};
 use trail::{Next, Seen, Trail};
 
 /// Periods of a window over which amplitudes are averaged.
 const WINDOW: f64 = 16.0;
 /// Of the mean square of the velocities, the least share along the direction that is looked at: below it the motion has become another one.
 const SHARE: f64 = 0.2;
+
+/// The golden section: its multiples are spread evenly between whole numbers.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// What is looked for.
 #[derive(Debug, Clone)]
@@ -63,10 +73,21 @@ pub enum Fate {
     Rest,
     /// It repeats itself.
     Cycle,
-    /// Its amplitude stays, but it does not repeat itself.
+    /// Neither its amplitude nor its beat changes any more, but it does not repeat itself.
     Irregular,
-    /// Its amplitude still changes at the end of the time.
+    /// Its amplitude still changes at the end of the time, or its beat still shrinks.
     Unsettled,
+}
+
+impl Fate {
+    /// Verdict on a motion that goes on: `stays` is true if it has stopped changing.
+    fn of(stays: bool, returns: &Returns) -> Self {
+        match (stays, returns.crossings > 0) {
+            (true, true) => Self::Cycle,
+            (true, false) => Self::Irregular,
+            (false, _) => Self::Unsettled,
+        }
+    }
 }
 
 /// A motion that was followed to its end.
@@ -89,14 +110,16 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
     let omega = stepper.omega().to_vec();
     let first = stepper.state().step;
     let along = vec![0.0; omega.len()];
-    let mut walk = Walk { stepper, rest, settings, omega, along, step: settings.step, first };
+    let section = Section::default();
+    let mut walk = Walk { stepper, rest, settings, omega, along, step: settings.step, first, section };
     let mut trail = walk.trail();
     let mut alone: Option<Alone> = None;
     let mut back = f64::NAN;
-    let mut fate = Fate::Unsettled;
+    // Neither amplitude nor beat has changed of late.
+    let mut stays = false;
     walk.aim()?;
-    while walk.time() < settings.longest {
-        let Some(seen) = walk.look()? else {
+    while walk.time() < settings.longest && !stays {
+        let Some(seen) = walk.look(alone.as_ref().map_or(0, Alone::looks))? else {
             // The motion has become another one.
             (trail, alone) = (walk.trail(), None);
             walk.aim()?;
@@ -110,31 +133,33 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
             match trail.next(seen) {
                 Next::Scale(factor) => walk.scale(factor)?,
                 Next::Wait => {}
-                Next::Near(rate) => (alone, back) = (Some(Alone::default()), rate),
+                Next::Near(rate) => {
+                    (alone, back) = (Some(Alone::default()), rate);
+                    walk.section = Section::default();
+                }
             }
             continue;
         };
-        match own.next(seen, settings.settled) {
+        match own.next(seen, walk.section.spread(), settings.settled) {
             Known::Nothing => {}
             Known::Gone => (trail, alone) = (walk.trail(), None),
-            Known::Wanders => {
-                fate = Fate::Irregular;
-                break;
-            }
+            Known::Sustained => stays = true,
             Known::Settled => {
                 let returns = walk.returns()?;
                 let (record, level) = walk.record(returns.period)?;
-                let stays = (level.ln() - seen.level).abs() <= settings.settled;
-                if stays && returns.crossings > 0 {
+                let settled = (level.ln() - seen.level).abs() <= settings.settled;
+                if settled && returns.crossings > 0 {
                     let (motion, state) = (Some((returns, record)), walk.stepper.state().clone());
                     return Ok(Followed { fate: Fate::Cycle, motion, back, time: walk.time(), state });
                 }
                 // What was brought in on the way may have to decay.
-                fate = Fate::Irregular;
+                stays = settled && own.keeps_its_spread();
             }
         }
     }
+    let stays = stays || alone.is_some_and(|own| own.is_stationary());
     let returns = walk.returns()?;
+    let fate = Fate::of(stays, &returns);
     let period = if returns.period > 0.0 { returns.period } else { settings.period };
     let (record, _) = walk.record(period)?;
     let state = walk.stepper.state().clone();
@@ -154,6 +179,7 @@ struct Walk<'w, 'a, 's> {
     step: f64,
     /// Number of the first step.
     first: u64,
+    section: Section,
 }
 
 impl Walk<'_, '_, '_> {
@@ -162,7 +188,13 @@ impl Walk<'_, '_, '_> {
     }
 
     fn step(&mut self) -> Result<()> {
-        self.stepper.advance()
+        let state = self.stepper.state();
+        self.section.before(state.step, [&state.q, &state.v]);
+        self.stepper.advance()?;
+        let state = self.stepper.state();
+        let measures = Measures { along: &self.along, omega: &self.omega, step: self.step };
+        self.section.after([&state.q, &state.v], measures);
+        Ok(())
     }
 
     /// Along the direction of the motion.
@@ -212,11 +244,19 @@ impl Walk<'_, '_, '_> {
         Ok(((along / weights).sqrt(), along / all.max(f64::MIN_POSITIVE), linear))
     }
 
-    /// Lets fast parts of the motion go for a window and looks at two more. None where the motion has become another one.
-    fn look(&mut self) -> Result<Option<Seen>> {
-        self.mean()?;
+    /// Lets fast parts of the motion go for a window and looks at two more, and at the crossings of the section in the
+    /// last one. None where the motion has become another one.
+    /// From the look `number` on windows are let go that differ in length: a beat would look the same each time if
+    /// looks were as long as some of its periods.
+    fn look(&mut self, number: usize) -> Result<Option<Seen>> {
+        let part = if number < LOOKS { 1.0 } else { 0.5 + (number as f64 * GOLDEN).fract() };
+        for _ in 0..(part * self.window() as f64).round() as usize {
+            self.step()?;
+        }
         let one = self.mean()?;
+        self.section.begin();
         let two = self.mean()?;
+        self.section.end();
         if two.1 < SHARE && two.0 > 0.0 {
             return Ok(None);
         }

@@ -1,19 +1,18 @@
 //! What repeats itself in a motion, and of what it is made.
 
+use super::section::LONGEST;
 use super::{Settings, Walk};
 use crate::Result;
 use faer::Mat;
 use num_complex::Complex;
-use std::collections::VecDeque;
 
 type C = Complex<f64>;
 
-/// Crossings of the section that are compared.
+/// Crossings of the section that a period is measured over.
 const CROSSINGS: usize = 24;
-/// Longest period, in crossings.
-const LONGEST: usize = 8;
-/// Largest distance of two states a period apart, of the amplitude of the motion.
-const PERIODIC: f64 = 0.02;
+/// Largest distance of two states a period apart, of the amplitude of the motion; twice the wanted error of the
+/// amplitude where that is more.
+pub(super) const PERIODIC: f64 = 0.02;
 /// Periods that are measured, at least.
 const MEASURED: f64 = 16.0;
 
@@ -24,7 +23,8 @@ pub struct Returns {
     pub period: f64,
     /// Crossings of the section in a period; 0 where the motion does not repeat itself within 8.
     pub crossings: usize,
-    /// Largest distance of states a period apart, of the amplitude of the motion.
+    /// Largest distance of states any number of periods apart, of those at the end and in the looks before, of the
+    /// amplitude of the motion.
     pub apart: f64,
 }
 
@@ -53,55 +53,33 @@ pub struct Record {
 }
 
 impl Walk<'_, '_, '_> {
-    /// Follows the motion through the section.
+    /// Follows the motion through the section, and compares its states with those of the last looks.
     pub(super) fn returns(&mut self) -> Result<Returns> {
-        let mut found: VecDeque<(f64, Vec<f64>)> = VecDeque::new();
         let longest = self.settings.crossing_limit();
-        let (mut square, mut steps) = (0.0, 0);
-        while found.len() < CROSSINGS && steps < longest {
-            let before = self.stepper.state().clone();
+        let mut steps = 0;
+        self.section.begin();
+        while self.section.recorded() < CROSSINGS && steps < longest {
             self.step()?;
             steps += 1;
-            let after = self.stepper.state();
-            square += self.along.iter().zip(&after.v).fold(0.0, |s, (_, v)| s + v * v);
-            let [a, b] = [&before.v, &after.v].map(|v| self.project(v));
-            if a < 0.0 && b >= 0.0 {
-                let part = a / (a - b);
-                let h = self.step;
-                let between = |k: usize| {
-                    // Cubic of displacements and velocities at both ends: those at the crossing.
-                    let (q, v) = ([before.q[k], after.q[k]], [before.v[k], after.v[k]]);
-                    let (t, u) = (part, 1.0 - part);
-                    let place = q[0] * u * u * (1.0 + 2.0 * t)
-                        + q[1] * t * t * (1.0 + 2.0 * u)
-                        + h * t * u * (u * v[0] - t * v[1]);
-                    let speed = u * v[0] + t * v[1];
-                    [self.omega[k] * place, speed]
-                };
-                let state = (0..before.q.len()).flat_map(between).collect();
-                found.push_back(((before.step as f64 + part) * h, state));
-            }
         }
-        let scale = (2.0 * square / f64::from(steps.max(1))).sqrt();
-        let (Some(first), Some(last), true) = (found.front(), found.back(), found.len() > LONGEST && scale > 0.0)
-        else {
+        let found = self.section.end().crossings;
+        let (Some(first), Some(last), true) = (found.first(), found.last(), found.len() > LONGEST) else {
             return Ok(Returns { period: f64::NAN, crossings: 0, apart: f64::INFINITY });
         };
         let count = found.len();
-        let apart = |p: usize| {
-            let pairs = found.iter().zip(found.iter().skip(p));
-            pairs.map(|(a, b)| distance(&a.1, &b.1)).fold(0.0, f64::max) / scale
-        };
-        let all: Vec<f64> = (1..=LONGEST).map(apart).collect();
-        let mean = (last.0 - first.0) / (count - 1) as f64;
-        Ok(match all.iter().position(|d| *d <= PERIODIC) {
+        let apart = self.section.distances();
+        let most = PERIODIC.max(2.0 * self.settings.settled);
+        Ok(match apart.iter().position(|d| *d <= most) {
             Some(k) => {
                 let p = k + 1;
                 let whole = (count - 1) / p;
-                let period = (found[p * whole].0 - first.0) / whole as f64;
-                Returns { period, crossings: p, apart: all[k] }
+                let period = (found[p * whole].time - first.time) / whole as f64;
+                Returns { period, crossings: p, apart: apart[k] }
             }
-            None => Returns { period: mean, crossings: 0, apart: all.into_iter().fold(f64::INFINITY, f64::min) },
+            None => {
+                let period = (last.time - first.time) / (count - 1) as f64;
+                Returns { period, crossings: 0, apart: apart.into_iter().fold(f64::INFINITY, f64::min) }
+            }
         })
     }
 
@@ -180,8 +158,4 @@ pub(super) fn hann(step: usize, steps: usize) -> f64 {
 
 fn watched<'a>(watch: &'a Mat<f64>, v: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     (0..watch.nrows()).map(move |i| v.iter().enumerate().map(|(k, v)| watch[(i, k)] * v).sum())
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

@@ -48,17 +48,23 @@ fn fate(v: f64, a: f64) -> Followed {
 
 /// What becomes of the motion that `start` makes of rest on a belt of the velocity `v`, m/s, and where it was at the end.
 fn followed(v: f64, start: impl FnOnce(State) -> State) -> (Followed, State) {
+    beside(v, None, start)
+}
+
+/// The same with another mode that has nothing to do with the contact: its angular frequency, rad/s, and damping, 1/s.
+fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -> (Followed, State) {
+    let m = 1 + usize::from(other.is_some());
     let points = Interface::points(vec![0.0], vec![[0.0; 2]]).unwrap();
     let residual = Mat::from_fn(3, 3, |i, j| if i == j { [0.0, SOFT, SOFT][i] } else { 0.0 });
-    let modes = Mat::from_fn(3, 1, |i, _| if i == 0 { 1.0 } else { 0.0 });
-    let omega = [OMEGA];
+    let modes = Mat::from_fn(3, m, |i, k| if i == 0 && k == 0 { 1.0 } else { 0.0 });
+    let omega = &[OMEGA, other.map_or(0.0, |o| o[0])][..m];
     let model = Model {
         interface: &points,
         residual: residual.as_ref(),
         modes: modes.as_ref(),
-        omega: &omega,
-        stiffness: ModalMatrix::squares(&omega),
-        damping: vec![DAMPING].into(),
+        omega,
+        stiffness: ModalMatrix::squares(omega),
+        damping: [DAMPING, other.map_or(0.0, |o| o[1])][..m].to_vec().into(),
         turning: None,
         load: &[],
     };
@@ -85,7 +91,7 @@ fn followed(v: f64, start: impl FnOnce(State) -> State) -> (Followed, State) {
         stable: growth(v, 1e-9) < 0.0,
         nodes: [1, 0],
         harmonics: 3,
-        watch: Mat::from_fn(1, 1, |_, _| 1.0),
+        watch: Mat::from_fn(1, m, |_, k| if k == 0 { 1.0 } else { 0.0 }),
         heard: None,
     };
     let followed = follow(&mut stepper, &rest, &search).unwrap();
@@ -133,6 +139,29 @@ fn the_way_to_a_cycle_does_not_matter() {
     };
     let (small, large) = (kinetic(1e-4), kinetic(3.0 * v));
     assert!((small / large - 1.0).abs() < 4e-3, "{small} J, {large} J");
+}
+
+/// Beside the stick–slip cycle another mode rings, 3.3 % above its frequency: damped, its beat dies out and the cycle
+/// is what it is alone; undamped, it stays and the motion never repeats itself. States one period apart are close to
+/// each other in either case.
+#[test]
+fn a_beat_that_dies_out_leaves_a_cycle_and_one_that_stays_is_irregular() {
+    let v = 0.4;
+    let ringing = |damping: f64| {
+        let start = |mut rest: State| {
+            (rest.v[0], rest.v[1]) = (v, 0.3 * v);
+            rest
+        };
+        beside(v, Some([1.033 * OMEGA, damping]), start).0
+    };
+    let alone = fate(v, v).motion.unwrap().1;
+    let (dying, lasting) = (ringing(1.0), ringing(0.0));
+    let (returns, record) = dying.motion.unwrap();
+    assert_eq!((dying.fate, returns.crossings), (Fate::Cycle, 1), "{returns:?}");
+    assert!((record.kinetic / alone.kinetic - 1.0).abs() < 4e-3, "{} J, {} J", record.kinetic, alone.kinetic);
+    let (returns, _) = lasting.motion.unwrap();
+    assert_eq!((lasting.fate, returns.crossings), (Fate::Irregular, 0), "{returns:?}");
+    assert!(returns.apart > 0.2 && lasting.time < 0.5 * dying.time + 20.0, "{returns:?} {} s", lasting.time);
 }
 
 /// Beyond the fold nothing remains, however large the motion.

@@ -45,6 +45,8 @@ pub(super) struct Trail {
     seen: Vec<Seen>,
     /// The last way in ln a.
     way: f64,
+    /// The last way wanted had this sign: those down are not gone where the motion is not linear.
+    sign: f64,
     /// How often it has been turned.
     turns: usize,
 }
@@ -52,7 +54,7 @@ pub(super) struct Trail {
 impl Trail {
     /// Nothing seen; `span` is the time from a change of the amplitude to what is seen of it, s.
     pub(super) fn new(span: f64) -> Self {
-        Self { span, seen: Vec::new(), way: 0.0, turns: 0 }
+        Self { span, seen: Vec::new(), way: 0.0, sign: 0.0, turns: 0 }
     }
 
     /// The rate, 1/s, at which the motion came back from where the last change had put it, if it did: a cycle that sticks is reached within a few periods.
@@ -96,14 +98,16 @@ impl Trail {
             _ => most.copysign(now.rate),
         };
         let way = way.clamp(-most, most);
+        // A beat turns it again and again, and would be fed by the steps up.
+        self.turns += usize::from(way * self.sign < 0.0);
+        self.sign = way.signum();
+        if self.turns >= TURNS {
+            return Next::Near(f64::NAN);
+        }
         if way < 0.0 && !now.linear {
             // A step down could lead beyond a cycle and the threshold below it, which lie close to each other near a fold.
             self.way = 0.0;
             return Next::Wait;
-        }
-        self.turns += usize::from(way * self.way < 0.0);
-        if self.turns >= TURNS {
-            return Next::Near(f64::NAN);
         }
         self.way = way;
         Next::Scale(self.way.exp())

@@ -4,6 +4,7 @@ use crate::rails::R60E1;
 use crate::sound::Radiation;
 use crate::swept::infinite::Making;
 use crate::swept::{BuiltRail, Element, Layer, Patch, Section, SectionCell, Sleeper, Track};
+use faer::linalg::solvers::Solve;
 use std::collections::BTreeMap;
 
 const AIR: Air = Air { density: 1.2, speed: 343.0 };
@@ -189,6 +190,61 @@ fn powers_are_interpolated() {
         efficiency(150.0, 2),
         efficiency(3000.0, 2)
     );
+}
+
+/// The two translations and the turn of a rigid section at the nodes of the outline, `[2 · nodes, 3]`, and the length
+/// of the outline that belongs to each node, m.
+fn rigid_motions(rail: &Infinite) -> (Mat<f64>, Vec<f64>) {
+    let outline = rail.outline();
+    let (mut at, mut length) = (vec![[0.0; 2]; outline.nodes.len()], vec![0.0; outline.nodes.len()]);
+    for edge in &outline.edges {
+        let [a, b, _] = edge.points;
+        let whole = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let nodes = edge.nodes.expect("a free edge").into_iter().zip(edge.points);
+        for ((node, point), part) in nodes.zip([1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]) {
+            at[node] = point;
+            length[node] += part * whole;
+        }
+    }
+    let rigid = Mat::from_fn(2 * at.len(), 3, |i, j| match (i % 2, j) {
+        (0, 0) | (1, 1) => 1.0,
+        (0, 2) => -at[i / 2][1],
+        (1, 2) => at[i / 2][0],
+        _ => 0.0,
+    });
+    (rigid, length)
+}
+
+/// The rail whose motions radiate by these alone, at the nodes of the outline, `[2 · nodes, q]`.
+fn moving<'a>(rail: &'a Infinite, bands: &Bands, motion: &Mat<f64>) -> Radiators<'a> {
+    let mut radiators = Radiators::new(rail, AIR, bands);
+    radiators.normal = radiators.meshed.normal(motion.as_ref());
+    let all = radiators.far(0, 1).expect("far fields");
+    radiators.complete(&all)
+}
+
+/// The sound of a rail beside that of the rigid part of its sections' motion alone, by least squares over the outline:
+/// they deform little below 1 kHz.
+#[test]
+fn sections_that_deform_are_heard_above_a_kilohertz() {
+    let rail = rail(2600.0);
+    let bands = Bands::of(100.0, 2000.0);
+    let (motions, length) = rigid_motions(&rail);
+    let weighted = Mat::from_fn(motions.nrows(), 3, |i, j| length[i / 2] * motions[(i, j)]);
+    let amplitudes = (weighted.transpose() * &motions).partial_piv_lu().solve(weighted.transpose() * rail.motion());
+    let whole = complete(&rail, &bands);
+    let part = moving(&rail, &bands, &(&motions * amplitudes));
+    let level = |a: f64, b: f64| 10.0 * (a / b).log10();
+    let beyond = |f: f64| {
+        let [a, b] = [&whole, &part].map(|r| r.at(f).expect("powers")[0]);
+        [level(a[1], b[1]), level(a[2], b[2])]
+    };
+    for (f, most) in [(125.0, [0.05, 0.05]), (500.0, [0.15, 0.1]), (800.0, [0.3, 0.1]), (1250.0, [0.6, 0.1])] {
+        let [lateral, vertical] = beyond(f);
+        assert!(lateral.abs() < most[0] && vertical.abs() < most[1], "{f} Hz: {lateral:+.2} and {vertical:+.2} dB");
+    }
+    let [lateral, vertical] = beyond(2000.0);
+    assert!((1.5..2.0).contains(&lateral) && (0.2..0.5).contains(&vertical), "{lateral:+.2} and {vertical:+.2} dB");
 }
 
 #[test]
