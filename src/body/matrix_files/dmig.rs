@@ -22,7 +22,8 @@ struct Card {
 /// A matrix while its entries are read.
 struct Matrix {
     name: String,
-    listing: Listing,
+    /// What it lists, or why it is not taken: others in the file may be.
+    listing: Parsed<Listing>,
     labels: Labels,
 }
 
@@ -40,6 +41,7 @@ pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<Labelled> {
     let names: Vec<String> = matrices.iter().map(|m| m.name.clone()).collect();
     let chosen = select(&names, name)?;
     let Matrix { name, listing, labels } = matrices.swap_remove(chosen);
+    let listing = listing?;
     if labels.entries.is_empty() {
         return Err(Fault::new(0, format!("found no columns of the matrix {name}; the file is truncated")));
     }
@@ -141,7 +143,7 @@ fn take(card: &Card, matrices: &mut Vec<Matrix>) -> Parsed<()> {
         if known.is_some() {
             return Err(fault(format!("found a second header of the matrix {name}, expected one")));
         }
-        let listing = header(card, &name).map_err(fault)?;
+        let listing = header(card, &name).map_err(fault);
         matrices.push(Matrix { name, listing, labels: Labels::default() });
         return Ok(());
     }
@@ -150,6 +152,9 @@ fn take(card: &Card, matrices: &mut Vec<Matrix>) -> Parsed<()> {
             "found a column of the matrix {name}, expected its header in front (DMIG, {name}, 0, …)"
         )));
     };
+    if matrix.listing.is_err() {
+        return Ok(());
+    }
     let col = dof(field(1), field(2)).map_err(fault)?;
     for quadruple in card.fields.get(4..).unwrap_or_default().chunks(4) {
         let line = quadruple[0].0;

@@ -59,14 +59,14 @@ impl Header {
     }
 }
 
-/// Length of a string in values, and its first row, 0-based, from what stands in front of it.
-pub(super) fn string(header: &Header, words: &[i64]) -> Result<(i64, i64, i64), String> {
+/// Length of a string in values of `per` words, its first row, 0-based, and the words that it takes, from what stands in
+/// front of it.
+pub(super) fn string(per: i64, words: &[i64]) -> Result<(i64, i64, i64), String> {
     let (length, row, used) = match words {
         [length, row] => (length - 1, *row, length + 1),
         [both] => ((both >> 16) - 1, both & 0xffff, both >> 16),
         _ => return Err(format!("found {} numbers in front of a string, expected 1 or 2", words.len())),
     };
-    let per = header.words();
     if length < 1 || length % per != 0 || row < 1 {
         return Err(format!(
             "found a string of {length} words at row {row}, expected a positive multiple of {per} words"
@@ -160,6 +160,11 @@ fn head(cursor: &mut Cursor) -> Parsed<(Header, (usize, usize))> {
     if !line.is_ascii() {
         return Err(fault("found letters that are not ASCII, expected the header of a matrix".into()));
     }
+    if line.trim_end().ends_with("|I16") {
+        return Err(fault(
+            "found a matrix with sizes of 16 columns (I16), expected 8; write a matrix of fewer rows".into(),
+        ));
+    }
     let count = |k: usize, what: &str| whole(columns(line, 8 * k, 8), what).map_err(fault);
     let header = Header {
         columns: count(0, "the number of columns")?,
@@ -229,7 +234,7 @@ fn body(cursor: &mut Cursor, header: &Header, layout: (usize, usize), wanted: bo
             .into_iter()
             .map(|w| whole(w, "the place of a string").map_err(fault))
             .collect::<Parsed<_>>()?;
-            let (length, first, used) = string(header, &head).map_err(fault)?;
+            let (length, first, used) = string(header.words(), &head).map_err(fault)?;
             words -= used;
             if words < 0 {
                 return Err(fault(format!("found a string of {length} values, longer than its column")));

@@ -1,5 +1,5 @@
-//! Matrices of Nastran's OUTPUT4 in binary: Fortran records of numbers of four bytes, of either byte order, as pyYeti
-//! reads them.
+//! Matrices of Nastran's OUTPUT4 in binary: Fortran records of numbers of four or eight bytes, of either byte order, as
+//! pyYeti reads them.
 
 use super::entries::Entry;
 use super::op4::{finish, string, Header};
@@ -16,6 +16,8 @@ struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
     big: bool,
+    /// Whether whole numbers, and words, have eight bytes.
+    wide: bool,
 }
 
 impl<'a> Cursor<'a> {
@@ -28,13 +30,22 @@ impl<'a> Cursor<'a> {
     }
 
     fn number(&mut self) -> Parsed<i64> {
+        if self.wide {
+            let bytes: [u8; 8] = self.take(8)?.try_into().unwrap_or_default();
+            return Ok(if self.big { i64::from_be_bytes(bytes) } else { i64::from_le_bytes(bytes) });
+        }
+        self.mark()
+    }
+
+    /// Length of a record, of four bytes in any case.
+    fn mark(&mut self) -> Parsed<i64> {
         let bytes: [u8; 4] = self.take(4)?.try_into().unwrap_or_default();
         Ok(i64::from(if self.big { i32::from_be_bytes(bytes) } else { i32::from_le_bytes(bytes) }))
     }
 
-    fn value(&mut self, words: i64) -> Parsed<f64> {
+    fn value(&mut self, double: bool) -> Parsed<f64> {
         let at = self.at;
-        let value = if words == 2 {
+        let value = if double || self.wide {
             let bytes: [u8; 8] = self.take(8)?.try_into().unwrap_or_default();
             if self.big {
                 f64::from_be_bytes(bytes)
@@ -54,10 +65,10 @@ impl<'a> Cursor<'a> {
     /// A record: its length in front and behind, and a cursor over its content.
     fn record(&mut self) -> Parsed<Cursor<'a>> {
         let at = self.at;
-        let length = self.number()?;
+        let length = self.mark()?;
         let bytes = self.take(usize::try_from(length).map_err(|_| wrong(at, length))?)?;
-        match self.number()? {
-            end if end == length => Ok(Cursor { bytes, at: 0, big: self.big }),
+        match self.mark()? {
+            end if end == length => Ok(Cursor { bytes, at: 0, ..*self }),
             end => Err(wrong(at, end)),
         }
     }
@@ -75,12 +86,8 @@ fn wrong(at: usize, length: i64) -> Fault {
 
 pub(super) fn parse(bytes: &[u8], name: Option<&str>) -> Parsed<Labelled> {
     let first: [u8; 4] = bytes.first_chunk().copied().unwrap_or_default();
-    if i32::from_le_bytes(first) == 48 || i32::from_be_bytes(first) == 48 {
-        let what =
-            "found a binary OUTPUT4 file with numbers of eight bytes, expected four; write it as text (FORMATTED)";
-        return Err(Fault::new(0, what));
-    }
-    let mut cursor = Cursor { bytes, at: 0, big: i32::from_be_bytes(first) == 24 };
+    let both = [i32::from_le_bytes(first), i32::from_be_bytes(first)];
+    let mut cursor = Cursor { bytes, at: 0, big: [24, 48].contains(&both[1]), wide: both.contains(&48) };
     let (mut names, mut found) = (Vec::new(), None);
     while cursor.at < bytes.len() {
         let mut head = cursor.record()?;
@@ -89,7 +96,9 @@ pub(super) fn parse(bytes: &[u8], name: Option<&str>) -> Parsed<Labelled> {
             rows: head.number()?,
             form: head.number()?,
             kind: head.number()?,
-            name: String::from_utf8_lossy(head.take(8)?).trim_matches(['\0', ' ']).to_owned(),
+            name: String::from_utf8_lossy(head.take(if head.wide { 16 } else { 8 })?)
+                .trim_matches(['\0', ' '])
+                .to_owned(),
         };
         let wanted = name.is_none_or(|n| header.name.eq_ignore_ascii_case(n));
         names.push(header.name.clone());
@@ -126,13 +135,13 @@ fn columns(cursor: &mut Cursor, header: &Header, wanted: bool) -> Parsed<Vec<Ent
         if !wanted {
             continue;
         }
-        let per = header.words();
+        let per = if record.wide { 1 } else { header.words() };
         let mut put = |record: &mut Cursor, first: i64, length: i64| -> Parsed<()> {
             if first + length > order {
                 return Err(fault(format!("found row {}, expected at most {order}", first + length)));
             }
             for row in first..first + length {
-                let value = record.value(per)?;
+                let value = record.value(header.words() == 2)?;
                 entries.push(Entry { row: row as u32, col: column as u32 - 1, value, line: 0 });
             }
             Ok(())
@@ -149,7 +158,7 @@ fn columns(cursor: &mut Cursor, header: &Header, wanted: bool) -> Parsed<Vec<Ent
             if header.long_strings() {
                 head.push(record.number()?);
             }
-            let (length, first, used) = string(header, &head).map_err(fault)?;
+            let (length, first, used) = string(per, &head).map_err(fault)?;
             // In binary files the length counts itself, not the row.
             words -= used;
             if words < 0 {

@@ -142,6 +142,11 @@ fn dmig_entries_by_hand() {
     is_hand(&good(&two, Format::Dmig, Some("KAAX")), true);
     assert_eq!(good(&two, Format::Dmig, Some("maax")).dofs, Some(vec![dof(3, 0)]));
     refused(&two, Format::Dmig, 0, &["KAAX, MAAX", "name it"]);
+    // A matrix that is not taken does not stand in the way of others.
+    let other = format!("DMIG,QHH,0,9,3,,,,2\nDMIG,QHH,1,0,,1,1,2.,3.\n{free}");
+    is_hand(&good(&other, Format::Dmig, Some("kaax")), true);
+    let fault = parse(other.as_bytes(), Format::Dmig, Some("QHH")).unwrap_err();
+    assert!(fault.line == 1 && fault.what.contains("TIN \"3\""), "{}", fault.what);
 }
 
 #[test]
@@ -237,13 +242,22 @@ fn record(content: &[u8], big: bool) -> Vec<u8> {
     [&length[..], content, &length[..]].concat()
 }
 
-/// A binary OUTPUT4 file: dense (0), strings (1), long strings (2).
-fn op4_binary(name: &str, matrix: &[Vec<f64>], way: u8, big: bool) -> Vec<u8> {
-    let int = |v: i64| if big { (v as i32).to_be_bytes() } else { (v as i32).to_le_bytes() }.to_vec();
+/// A binary OUTPUT4 file: dense (0), strings (1), long strings (2), of numbers of four bytes or of eight.
+fn op4_binary(name: &str, matrix: &[Vec<f64>], way: u8, (big, wide): (bool, bool)) -> Vec<u8> {
+    let int = |v: i64| {
+        let bytes = if big { v.to_be_bytes() } else { v.to_le_bytes() }.to_vec();
+        match (wide, big) {
+            (true, _) => bytes,
+            (false, true) => bytes[4..].to_vec(),
+            (false, false) => bytes[..4].to_vec(),
+        }
+    };
+    let per = if wide { 1 } else { 2 };
     let real = |v: f64| if big { v.to_be_bytes() } else { v.to_le_bytes() }.to_vec();
     let n = matrix.len() as i64;
     let head = [n, if way == 2 { -n } else { n }, 1, 2].map(int).concat();
-    let mut all = record(&[head, format!("{name:8}").into_bytes()].concat(), big);
+    let mut all =
+        record(&[head, if wide { format!("{name:16}") } else { format!("{name:8}") }.into_bytes()].concat(), big);
     for j in 0..matrix.len() {
         let column: Vec<f64> = matrix.iter().map(|row| row[j]).collect();
         let mut strings: Vec<(usize, Vec<f64>)> = Vec::new();
@@ -256,12 +270,12 @@ fn op4_binary(name: &str, matrix: &[Vec<f64>], way: u8, big: bool) -> Vec<u8> {
         let Some(first) = strings.first().map(|s| s.0) else { continue };
         let content = if way == 0 {
             let values: Vec<u8> = column[first..].iter().flat_map(|v| real(*v)).collect();
-            [[j as i64 + 1, first as i64 + 1, 2 * (n - first as i64)].map(int).concat(), values].concat()
+            [[j as i64 + 1, first as i64 + 1, per * (n - first as i64)].map(int).concat(), values].concat()
         } else {
             let mut data = Vec::new();
             let mut words = 0;
             for (first, s) in &strings {
-                let length = 2 * s.len() as i64;
+                let length = per * s.len() as i64;
                 let place = if way == 2 {
                     vec![length + 1, *first as i64 + 1]
                 } else {
@@ -275,7 +289,7 @@ fn op4_binary(name: &str, matrix: &[Vec<f64>], way: u8, big: bool) -> Vec<u8> {
         };
         all.extend(record(&content, big));
     }
-    all.extend(record(&[[n + 1, 1, 2].map(int).concat(), real(1.0)].concat(), big));
+    all.extend(record(&[[n + 1, 1, per].map(int).concat(), real(1.0)].concat(), big));
     all
 }
 
@@ -392,7 +406,8 @@ fn files(matrix: &[Vec<f64>], dofs: &[Dof]) -> Vec<(Format, Vec<u8>, bool)> {
     op4 += &format!("{:8}{:8}{:8}\n{}\n", n + 1, 1, 1, e(1.0, 24));
     all.push((Format::Op4, op4.into_bytes(), false));
     for way in 0..3 {
-        all.push((Format::Op4, op4_binary("K", matrix, way, way == 1), false));
+        all.push((Format::Op4, op4_binary("K", matrix, way, (way == 1, false)), false));
+        all.push((Format::Op4, op4_binary("K", matrix, way, (way == 2, true)), false));
     }
     let entries: Vec<(usize, usize)> = pairs(true).collect();
     let mut pointers = vec![1];
@@ -463,8 +478,8 @@ fn round_trips_give_the_matrix_back() {
 #[test]
 fn binary_files_that_are_damaged_are_refused() {
     let matrix = HAND.map(|r| r.to_vec());
-    for (way, big) in [(0, false), (1, true), (2, false)] {
-        let bytes = op4_binary("K", &matrix, way, big);
+    for (way, kind) in [(0, (false, false)), (1, (true, false)), (2, (false, true)), (1, (true, true))] {
+        let bytes = op4_binary("K", &matrix, way, kind);
         is_hand(&parse(&bytes, Format::Op4, None).unwrap(), false);
         is_hand(&parse(&bytes, Format::Op4, Some("k")).unwrap(), false);
         for end in 4..bytes.len() {
@@ -477,7 +492,7 @@ fn binary_files_that_are_damaged_are_refused() {
     }
     let mut nan = matrix.clone();
     nan[1][1] = f64::NAN;
-    let fault = parse(&op4_binary("K", &nan, 0, false), Format::Op4, None).unwrap_err();
+    let fault = parse(&op4_binary("K", &nan, 0, (false, false)), Format::Op4, None).unwrap_err();
     assert!(fault.what.contains("finite"), "{}", fault.what);
 }
 
