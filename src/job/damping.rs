@@ -99,6 +99,9 @@ fn sources(body: &Body) -> Vec<String> {
             let times = if m.damping_factor == 1.0 { String::new() } else { format!("{} times ", m.damping_factor) };
             all.push(format!("{times}the matrix {}", file.path().display()));
         }
+        if m.damping_factor > 0.0 && m.supports.iter().any(|s| s.damping.is_some_and(|d| d.iter().any(|c| *c > 0.0))) {
+            all.push("dashpots of supports".into());
+        }
     }
     if let (Some(MeshSource::Extruded(_)), Some(track)) = (&body.mesh, &body.track) {
         all.extend(of_track(track));

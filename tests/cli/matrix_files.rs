@@ -8,20 +8,21 @@ use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 
 /// Frequencies (Hz) and growth rates (1/s) of the least stable eigenvalues below 12 kHz: the contacts as constraints,
-/// eliminated by their null space (numpy, `scripts/studies/disc_brake.py solve`).
+/// eliminated by their null space (numpy, `scripts/studies/disc_brake.py solve`). With 38 modes of each body the rest of
+/// the pads is static and without its dashpots, which moves them by up to 3e-6.
 const BRAKE: [(f64, f64); 12] = [
-    (3664.170, 55.43724),
-    (4012.800, 23.36184),
-    (2739.519, -17.28344),
-    (2779.648, -17.49893),
-    (3031.811, -19.28366),
-    (2879.269, -21.06103),
-    (4708.210, -38.91583),
-    (6287.844, -39.10729),
-    (9008.816, -43.20263),
-    (4795.014, -44.55426),
-    (8437.766, -48.66371),
-    (11156.551, -66.64372),
+    (3664.1695826, 55.43724475),
+    (4012.8001522, 23.36184427),
+    (2739.5194256, -17.28344195),
+    (2779.6480074, -17.49893365),
+    (3031.8109571, -19.28365534),
+    (2879.2685151, -21.06103361),
+    (4708.2095407, -38.91582623),
+    (6287.8440283, -39.10728518),
+    (9008.8158692, -43.20263491),
+    (4795.0135883, -44.55426439),
+    (8437.7656422, -48.66370651),
+    (11156.5511516, -66.64371860),
 ];
 
 fn data(name: &str) -> PathBuf {
@@ -178,7 +179,7 @@ fn brake_has_the_eigenvalues_of_an_independent_program() {
         let folder = brake(|_| ());
         let ran = folder.call(ranks, "check", &[]);
         ran.good();
-        agree(&eigenvalues(&folder, ranks), &BRAKE, 2e-6);
+        agree(&eigenvalues(&folder, ranks), &BRAKE, 3e-6);
     }
 }
 
@@ -199,7 +200,7 @@ fn every_format_gives_the_eigenvalues_of_matrix_market() {
         }
         std::fs::write(folder.path("job.json"), job.to_string()).unwrap();
         let found = eigenvalues(&folder, 1);
-        agree(&found, &BRAKE, 2e-6);
+        agree(&found, &BRAKE, 3e-6);
         if of_market.is_empty() {
             of_market = found;
             continue;
@@ -246,7 +247,7 @@ fn contacts_within_one_set_of_matrices() {
     let folder = Folder::with("");
     rewrite(&folder, &mut job, ("lower", &both), "op4");
     std::fs::write(folder.path("job.json"), job.to_string()).unwrap();
-    agree(&eigenvalues(&folder, 1), &BRAKE, 1e-6);
+    agree(&eigenvalues(&folder, 1), &BRAKE, 1e-9);
 }
 
 /// Matrices in mm, N, t and s, and clamped nodes, beside matrices in SI units whose rows the test takes out.
