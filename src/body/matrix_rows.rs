@@ -159,6 +159,7 @@ impl Matrices {
                 "bodies.{name}.matrices.supports: all rows are clamped, expected some that move"
             )));
         }
+        refuse_penalties(&rows, path_k, &k, &held)?;
         let [mass, stiffness] = [&m, &k].map(|a| without(a, &held));
         Ok(Self { mass, damping: c.map(|c| without(&c, &held)), stiffness, contacts })
     }
@@ -221,6 +222,30 @@ fn indefinite(m: &Csr) -> Option<(usize, usize)> {
         row.into_iter().find(large).map(|k| (i, m.cols[k] as usize))
     })
 }
+
+/// Refuses entries on the diagonal of K by which another program holds degrees of freedom: so large that nothing of the
+/// others is left in double precision.
+fn refuse_penalties(rows: &Rows, path: &Path, k: &Csr, held: &BTreeSet<usize>) -> Result<()> {
+    let free = (0..k.n).filter(|i| !held.contains(i)).map(|i| (k.get(i, i), i)).filter(|d| d.0 > 0.0);
+    let mut diagonal: Vec<(f64, usize)> = free.collect();
+    diagonal.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let Some(&(usual, _)) = diagonal.get(diagonal.len() / 2) else { return Ok(()) };
+    let large: Vec<&(f64, usize)> = diagonal.iter().filter(|d| d.0 > PENALTY * usual).collect();
+    match large.iter().min_by_key(|d| d.1) {
+        Some((value, row)) => Err(Error::Input(format!(
+            "{}: found {value:e} on the diagonal of row {}, where {usual:.1e} is usual, and so in {} rows: the other \
+             program holds them. Clamp their nodes in the job (matrices.supports, clamped), or write the matrices \
+             without boundary conditions",
+            path.display(),
+            rows.name(*row),
+            large.len()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Entries on the diagonal of K that are so many times the median hold degrees of freedom.
+const PENALTY: f64 = 1e15;
 
 /// Rows that supports clamp.
 fn held(name: &str, given: &job::Matrices, rows: &Rows) -> Result<BTreeSet<usize>> {

@@ -8,8 +8,7 @@ use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 
 /// Frequencies (Hz) and growth rates (1/s) of the least stable eigenvalues below 12 kHz: the contacts as constraints,
-/// eliminated by their null space (numpy, `scripts/studies/disc_brake.py solve`). With 38 modes of each body the rest of
-/// the pads is static and without its dashpots, which moves them by up to 3e-6.
+/// eliminated by their null space (numpy, `scripts/studies/disc_brake.py solve`).
 const BRAKE: [(f64, f64); 12] = [
     (3664.1695826, 55.43724475),
     (4012.8001522, 23.36184427),
@@ -179,7 +178,11 @@ fn brake_has_the_eigenvalues_of_an_independent_program() {
         let folder = brake(|_| ());
         let ran = folder.call(ranks, "check", &[]);
         ran.good();
-        agree(&eigenvalues(&folder, ranks), &BRAKE, 3e-6);
+        let all = eigenvalues(&folder, ranks);
+        let (reduced, full) = all.split_at(all.len() / 2);
+        agree(full, &BRAKE, 1e-10);
+        // What modes beyond the 38th of the pads add is static, and without its damping.
+        agree(reduced, full, 1e-5);
     }
 }
 
@@ -200,7 +203,7 @@ fn every_format_gives_the_eigenvalues_of_matrix_market() {
         }
         std::fs::write(folder.path("job.json"), job.to_string()).unwrap();
         let found = eigenvalues(&folder, 1);
-        agree(&found, &BRAKE, 3e-6);
+        agree(&found[found.len() / 2..], &BRAKE, 1e-10);
         if of_market.is_empty() {
             of_market = found;
             continue;
@@ -210,8 +213,7 @@ fn every_format_gives_the_eigenvalues_of_matrix_market() {
     }
 }
 
-/// Both bodies in one set of matrices: contacts of a node against another one. All modes are kept, so that the
-/// eigenvalues are those of the constrained system but for rounding.
+/// Both bodies in one set of matrices: contacts of a node against another one.
 #[test]
 fn contacts_within_one_set_of_matrices() {
     let (disc, pads) = (disc(), pads());
@@ -243,11 +245,12 @@ fn contacts_within_one_set_of_matrices() {
         *node = json!(node.as_i64().unwrap() + 100_000);
     }
     lower["supports"] = supports;
-    job["analyses"]["modes"]["count"] = json!(order);
+    job["analyses"]["modes"]["count"] = json!(80);
     let folder = Folder::with("");
     rewrite(&folder, &mut job, ("lower", &both), "op4");
     std::fs::write(folder.path("job.json"), job.to_string()).unwrap();
-    agree(&eigenvalues(&folder, 1), &BRAKE, 1e-9);
+    let all = eigenvalues(&folder, 1);
+    agree(&all[all.len() / 2..], &BRAKE, 1e-10);
 }
 
 /// Matrices in mm, N, t and s, and clamped nodes, beside matrices in SI units whose rows the test takes out.
@@ -286,13 +289,14 @@ fn units_and_clamped_nodes() {
             if !supported {
                 job["bodies"]["lower"]["matrices"]["contacts"][1]["tangential"] = json!([0, 0]);
             }
-            job["analyses"]["modes"]["count"] = json!(rest.len());
+            job["analyses"]["modes"]["count"] = json!(30);
+            job["analyses"]["stability"] = json!({});
             std::fs::write(folder.path("job.json"), job.to_string()).unwrap();
             eigenvalues(&folder, 1)
         })
         .collect();
     assert!(all[0].len() > 5, "{all:?}");
-    agree(&all[1], &all[0], 1e-10);
+    agree(&all[1], &all[0], 1e-9);
 }
 
 #[test]
@@ -338,6 +342,19 @@ fn faults_are_named() {
         3,
         &["disc.pch", "line 1", "number of columns"],
     );
+    // Abaqus holds degrees of freedom by 1e36 on the diagonal.
+    let folder = brake(|job| {
+        job["bodies"]["upper"]["matrices"]["stiffness"] = json!("disc-brake/pads.mtx");
+        job["bodies"]["upper"]["matrices"]["dofs"] = json!("disc-brake/pads.dof");
+    });
+    let Given { dofs, mut matrices } = pads();
+    let k = &mut matrices[0].1;
+    let entries = listed(k, true).into_iter().map(|(i, j, v)| (i, j, if i == j && i < 2 { 1e36 } else { v }));
+    *k = Csr::from_entries(k.n, entries.collect());
+    std::fs::write(folder.path("disc-brake/pads.mtx"), written("mtx", k, &dofs)).unwrap();
+    folder.call(1, "check", &[]).failed(3, &["pads.mtx", "1e36", "row node 1 x", "in 2 rows", "clamped"]);
+    let support = "bodies.upper.matrices.supports=[{\"nodes\": [1], \"clamped\": [\"x\", \"y\"]}]";
+    folder.call(1, "run", &["--set", support]).good();
     let folder = brake(|_| ());
     std::fs::remove_file(folder.path("disc-brake/pads.dof")).unwrap();
     folder.call(1, "check", &[]).failed(3, &["pads.dof", "cannot read the degrees of freedom"]);
