@@ -2,6 +2,7 @@
 //! returned with all defaults filled in; nothing is computed here.
 
 mod compare;
+mod contact_frames;
 mod cycles;
 mod damping;
 #[cfg(test)]
