@@ -1,7 +1,7 @@
 //! Everything that reads files, as a library, on files that are harmed at random with fixed seeds: an answer or an error with the right code, in time,
 //! without more memory than the file is worth, and never a panic. `RAILSQUEAL_FUZZ` says how many (`scripts/validate readers`).
 
-use railsqueal::body::matrix_market;
+use railsqueal::body::matrix_files::{self, dofs, Format, Source};
 use railsqueal::grid::ContactGrid;
 use railsqueal::job::{range, Job};
 use railsqueal::mesh::{inp, msh, CellKind, Facet, Mesh};
@@ -334,21 +334,70 @@ fn matrices() {
     for folder in ["jobs/hulten", "jobs/belt"] {
         seeds.extend(files(folder, &["mtx"]).into_iter().map(|(_, bytes)| bytes));
     }
+    let mut seeds: Vec<(Format, Vec<u8>)> = seeds.into_iter().map(|bytes| (Format::MatrixMarket, bytes)).collect();
+    seeds.extend(MATRICES.map(|(format, text)| (format, text.as_bytes().to_vec())));
     let folder = scratch();
     let path = folder.path().join("harmed.mtx");
     let (mut dice, mut count) = (Dice(5), Count::default());
-    for round in 0..rounds(1000, 1) {
-        let mut bytes = seeds[round % seeds.len()].clone();
+    for round in 0..rounds(3000, 1) {
+        let (format, mut bytes) = seeds[round % seeds.len()].clone();
         dice.harm(&mut bytes, 0);
         std::fs::write(&path, &bytes).expect("write");
         let show = || String::from_utf8_lossy(&bytes).into_owned();
-        if let Ok(m) = count.take(bytes.len(), &[3, 7], show, || matrix_market::read(&path)) {
+        let source = Source { path: &path, name: None, format: Some(format) };
+        if let Ok(read) = count.take(bytes.len(), &[3, 7], show, || matrix_files::read(&source)) {
+            let m = &read.matrix;
             let good = |i| m.row(i).0.iter().all(|&c| (c as usize) < m.n) && m.row(i).1.iter().all(|v| v.is_finite());
             assert!((0..m.n).all(good));
+            assert!(read.dofs.is_none_or(|d| d.len() == m.n));
         }
     }
     count.say("matrices");
+    let mut count = Count::default();
+    for round in 0..rounds(1000, 1) {
+        let mut bytes =
+            [&b"1.1\n1.2\n1.3\n12.1\n12.6\n"[..], b"Eqn Node DOF\n2 7 UX\n1 7 UY\n3 8 ROTZ\n"][round % 2].to_vec();
+        dice.harm(&mut bytes, 0);
+        std::fs::write(&path, &bytes).expect("write");
+        let show = || String::from_utf8_lossy(&bytes).into_owned();
+        if let Ok(mut read) = count.take(bytes.len(), &[3, 7], show, || dofs::read(&path)) {
+            let rows = read.len();
+            read.sort();
+            read.dedup();
+            assert_eq!(rows, read.len());
+        }
+    }
+    count.say("degrees of freedom");
 }
+
+/// Small matrices in the formats of other programs.
+const MATRICES: [(Format, &str); 7] = [
+    (Format::Abaqus, "** K\n3,1, 3,1, 4.0\n3,2, 3,1, -1.0\n3,2, 3,2, 3.0\n7,1, 3,1, 0.5\n7,1, 7,1, 2.5D+05\n"),
+    (Format::Abaqus, "1 1 4.0\n1 2 -1\n2 1 -1\n2 2 3\n"),
+    (Format::CalculiX, "1 1  4.0e+00\n1 2 -1.0e+00\n2 2 3.0e+00\n1 3 5.0e-01\n2 3 0.0e+00\n3 3 2.5e+05\n"),
+    (
+        Format::Dmig,
+        "DMIG    KAAX           0       6       2       0\n\
+         DMIG*   KAAX                           3               1\n\
+         *                      3               1 4.000000000D+00\n\
+         *                      7               1 5.000000000D-01\n\
+         DMIG    KAAX           7       1               7       1   2.5+5\n",
+    ),
+    (Format::Dmig, "DMIG,KAAX,0,1,2,0\nDMIG,KAAX,3,1,,3,1,4.,0.\n,3,2,-1.,,7,1,.5\nDMIG,KAAX,3,2,,3,1,-1.\n"),
+    (
+        Format::Op4,
+        "       2       2       1       2K       1P,3E12.4\n       1       1       2\n  4.0000E+00 -1.0000E+00\n\
+         \x20      2       0       3\n  196610\n  3.0000E+00\n       3       1       1\n  1.0000E+00\n",
+    ),
+    (
+        Format::HarwellBoeing,
+        "title                                                                   KEY     \n\
+         \x20            4             1             1             2             0\n\
+         RSA                        2             2             3             0\n\
+         (4I4)           (3I4)           (2E12.4)            \n\
+         \x20  1   3   4\n   1   2   2\n  4.0000E+00 -1.0000E+00\n  3.0000E+00\n",
+    ),
+];
 
 /// A stopped run with one of its files harmed is refused, or has steps that were written.
 #[test]

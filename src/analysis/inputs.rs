@@ -29,11 +29,7 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
                 all.push((format!("bodies.{name}.profile.file"), file.path.clone()));
             }
             if let Some(m) = &body.matrices {
-                for (key, file) in
-                    [("mass", Some(&m.mass)), ("damping", m.damping.as_ref()), ("stiffness", Some(&m.stiffness))]
-                {
-                    all.extend(file.map(|f| (format!("bodies.{name}.matrices.{key}"), f.clone())));
-                }
+                all.extend(m.files().into_iter().map(|(key, f)| (format!("bodies.{name}.matrices.{key}"), f)));
             }
         }
         let rough = job.contact.as_ref().and_then(|c| c.roughness.as_ref());

@@ -5,7 +5,7 @@
 //! which the kept modes are subtracted, so that rigid-body modes enter as modes and the rest as residual compliance.
 
 use super::clusters;
-use super::matrix_market::{self, Csr};
+use super::matrix_market::Csr;
 use super::modes::Extent;
 use super::{Trace, TraceModes};
 use crate::dense::symmetric_eigen;
@@ -18,20 +18,19 @@ use crate::{Error, Result};
 use faer::linalg::solvers::Llt;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, MatRef, Par, Side};
-use std::path::Path;
 
 /// Bodies up to this order are treated densely.
 pub const DENSE: usize = 800;
 /// Largest |a_ij − a_ji| of M and K over their largest entry: rounding of printed figures.
-const ASYMMETRY: f64 = 1e-9;
+pub(super) const ASYMMETRY: f64 = 1e-9;
 /// Eigenvalues smaller than this part of the shift of a free body are its rigid-body motions.
 const RIGID: f64 = 1e-6;
 /// Pivots of the scaled stiffness below this mean rigid-body motions.
 const SINGULAR: f64 = 1e-11;
 
-/// A signed row: the displacement in one direction of a contact is `sign` times degree of freedom `dof` (0-based); `None`
-/// where the body does not move in that direction.
-pub type SignedRow = Option<(usize, f64)>;
+/// A contact row: degrees of freedom (0-based) and coefficients whose sum of products is the displacement in one
+/// direction of a contact; empty where the body does not move in that direction.
+pub type ContactRow = Vec<(usize, f64)>;
 
 /// M, C, K and the contact rows of a body, whole, on rank 0.
 #[derive(Debug, Clone)]
@@ -43,86 +42,20 @@ pub struct Matrices {
     /// Stiffness matrix, symmetric, positive semidefinite.
     pub stiffness: Csr,
     /// Rows (x, y, n into the body) of each contact.
-    pub contacts: Vec<[SignedRow; 3]>,
+    pub contacts: Vec<[ContactRow; 3]>,
 }
 
 impl Matrices {
-    /// Reads the files of the body `name` and checks that they fit each other and the contact rows.
-    pub fn read(
-        name: &str,
-        mass: &Path,
-        damping: Option<&Path>,
-        stiffness: &Path,
-        contacts: Vec<[SignedRow; 3]>,
-    ) -> Result<Self> {
-        let (m, k) = (matrix_market::read(mass)?, matrix_market::read(stiffness)?);
-        let c = damping.map(matrix_market::read).transpose()?;
-        for (path, matrix) in [(mass, Some(&m)), (damping.unwrap_or(mass), c.as_ref())] {
-            if let Some(other) = matrix.filter(|x| x.n != k.n) {
-                return Err(Error::Input(format!(
-                    "{}: a matrix of order {}, but {} is of order {}; the matrices of bodies.{name} must have the same order",
-                    path.display(),
-                    other.n,
-                    stiffness.display(),
-                    k.n
-                )));
-            }
-        }
-        for (path, matrix) in [(mass, &m), (stiffness, &k)] {
-            if let Some((i, j, d)) = matrix.asymmetry().filter(|a| a.2 > ASYMMETRY) {
-                return Err(Error::Input(format!(
-                    "{}: not symmetric: entries ({}, {}) and ({}, {}) differ by {d:.1e} of the largest entry",
-                    path.display(),
-                    i + 1,
-                    j + 1,
-                    j + 1,
-                    i + 1
-                )));
-            }
-        }
-        if let Some((i, j)) = indefinite(&m) {
-            return Err(Error::Input(format!(
-                "{}: the mass is negative for some motion: found {:e} in row {}, column {}, with {:e} and {:e} on the diagonal; \
-                 expected a matrix that is positive semidefinite. Look for a wrong sign",
-                mass.display(),
-                m.get(i, j),
-                i + 1,
-                j + 1,
-                m.get(i, i),
-                m.get(j, j)
-            )));
-        }
-        for (i, row) in contacts.iter().enumerate() {
-            for (direction, signed) in ["tangential.0", "tangential.1", "normal"].iter().zip(row) {
-                if let Some((dof, _)) = signed.filter(|(dof, _)| *dof >= k.n) {
-                    return Err(Error::Job(format!(
-                        "bodies.{name}.matrices.contacts.{i}.{direction}: found row {}, but the matrices have the rows 1 to {}",
-                        dof + 1,
-                        k.n
-                    )));
-                }
-            }
-        }
-        if let Some(i) = (0..k.n).find(|&i| m.get(i, i) == 0.0 && k.get(i, i) == 0.0) {
-            return Err(Error::Input(format!(
-                "{}: row {} has neither stiffness nor mass on its diagonal",
-                stiffness.display(),
-                i + 1
-            )));
-        }
-        Ok(Self { mass: m, damping: c, stiffness: k, contacts })
-    }
-
     /// The contact rows as degrees of freedom and coefficients.
     pub fn rows(&self) -> Vec<Vec<(u64, f64)>> {
-        let row = |signed: &SignedRow| signed.map(|(dof, sign)| (dof as u64, sign)).into_iter().collect();
+        let row = |row: &ContactRow| row.iter().map(|&(dof, c)| (dof as u64, c)).collect();
         self.contacts.iter().flatten().map(row).collect()
     }
 
     /// `[3k, columns]` values at the contact rows of a field of all degrees of freedom, `value(dof, column)`.
     fn at_contacts(&self, columns: usize, value: impl Fn(usize, usize) -> f64) -> Mat<f64> {
         Mat::from_fn(3 * self.contacts.len(), columns, |row, j| {
-            self.contacts[row / 3][row % 3].map_or(0.0, |(dof, sign)| sign * value(dof, j))
+            self.contacts[row / 3][row % 3].iter().map(|&(dof, c)| c * value(dof, j)).sum()
         })
     }
 }
@@ -164,26 +97,6 @@ fn mean_shift(m: &Matrices) -> f64 {
     let massive = (0..m.mass.n).filter(|&i| m.mass.get(i, i) > 0.0);
     let stiffness: f64 = massive.map(|i| m.stiffness.get(i, i)).sum();
     -1e-4 * stiffness / trace(&m.mass)
-}
-
-/// An entry by which a symmetric matrix is not positive semidefinite: one below 0 on the diagonal, or one that is
-/// larger than the geometric
-/// mean of those on the diagonal.
-fn indefinite(m: &Csr) -> Option<(usize, usize)> {
-    let diagonal: Vec<f64> = (0..m.n).map(|i| m.get(i, i)).collect();
-    let scale = diagonal.iter().fold(0.0, |s: f64, d| s.max(d.abs()));
-    let tiny = ASYMMETRY * scale;
-    if let Some(i) = (0..m.n).find(|&i| diagonal[i] < -tiny) {
-        return Some((i, i));
-    }
-    (0..m.n).find_map(|i| {
-        let row = m.indptr[i]..m.indptr[i + 1];
-        let large = |&k: &usize| {
-            let j = m.cols[k] as usize;
-            j > i && m.values[k].abs() > (diagonal[i].max(0.0) * diagonal[j].max(0.0)).sqrt() * (1.0 + ASYMMETRY) + tiny
-        };
-        row.into_iter().find(large).map(|k| (i, m.cols[k] as usize))
-    })
 }
 
 /// Whether K has rigid-body motions, from the pivots of its Cholesky factor after scaling to a unit diagonal.
@@ -241,9 +154,9 @@ fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
     let modes = m.at_contacts(finite, |dof, j| vectors[(dof, j)]);
     // (K − σM)⁻¹ Pᵀ at the contact rows.
     let mut columns = Mat::zeros(n, 3 * m.contacts.len());
-    for (row, signed) in m.contacts.iter().flatten().enumerate() {
-        if let Some((dof, sign)) = signed {
-            columns[(*dof, row)] = *sign;
+    for (row, terms) in m.contacts.iter().flatten().enumerate() {
+        for &(dof, c) in terms {
+            columns[(dof, row)] += c;
         }
     }
     solve_lower_triangular_in_place(l, columns.as_mut(), Par::Seq);

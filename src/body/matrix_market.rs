@@ -1,8 +1,5 @@
 //! Reader of Matrix Market files (<https://math.nist.gov/MatrixMarket/formats.html>): real square matrices, coordinate or array.
 
-use crate::{Error, Result};
-use std::path::Path;
-
 /// A real square matrix in compressed rows, whole, duplicate entries added up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Csr {
@@ -84,20 +81,11 @@ const MAX_ORDER: usize = 100_000_000;
 /// memory without end.
 const UNCHECKED: usize = 4_000_000;
 
-/// Reads a real square matrix. Errors name the file, the line, what was found and what was expected.
-pub fn read(path: &Path) -> Result<Csr> {
-    let name = path.display();
-    let fail = |e: String| Error::Input(format!("{name}: cannot read the matrix: {e}"));
-    let bytes = crate::input::read(path).map_err(|e| fail(e.to_string()))?;
-    let text =
-        String::from_utf8(bytes).map_err(|e| fail(format!("{e}; expected a Matrix Market file, which is text")))?;
-    parse(&text).map_err(|(line, what)| Error::Input(format!("{name}: line {line}: {what}")))
-}
-
 /// Line number and fault.
 type Fault = (usize, String);
 
-fn parse(text: &str) -> std::result::Result<Csr, Fault> {
+/// Parses a real square matrix.
+pub(super) fn parse(text: &str) -> std::result::Result<Csr, Fault> {
     let text = text.trim_start_matches('\u{feff}');
     let mut lines = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim()));
     let (_, banner) = lines.next().ok_or((1, "the file is empty; expected a Matrix Market file".to_string()))?;

@@ -5,7 +5,7 @@ use super::standing::seen;
 use super::surfaces;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
-use crate::body::matrices::{Matrices, SignedRow};
+use crate::body::matrices::Matrices;
 use crate::body::matrix_body::MatrixBody;
 use crate::body::rigid::Rigid;
 use crate::body::{Body, Fields, FullSystem, Side};
@@ -266,8 +266,8 @@ impl<'p> Bodies<'p> {
         let mut sums = Vec::new();
         for (name, body) in job.bodies() {
             if let Some(m) = &body.matrices {
-                for path in [Some(&m.mass), m.damping.as_ref(), Some(&m.stiffness)].into_iter().flatten() {
-                    sums.push((path.display().to_string(), sha256(path)?));
+                for (_, path) in m.files() {
+                    sums.push((path.display().to_string(), sha256(&path)?));
                 }
                 continue;
             }
@@ -353,15 +353,7 @@ pub(super) fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
     let Some(given) = &body.matrices else {
         return Err(Error::Defect(format!("body {name} has no matrices")));
     };
-    let signed = |row: i64| -> SignedRow {
-        (row != 0).then(|| (row.unsigned_abs() as usize - 1, if row < 0 { -1.0 } else { 1.0 }))
-    };
-    let rows = |c: &job::MatrixContact| {
-        let along = |k: usize| c.tangential.get(k).and_then(|&row| signed(row));
-        [along(0), along(1), signed(c.normal)]
-    };
-    let contacts = given.contacts.iter().map(rows).collect();
-    Matrices::read(name, &given.mass, given.damping.as_deref(), &given.stiffness, contacts)
+    Matrices::read(name, given)
 }
 
 pub(crate) fn material_of(body: &job::Body) -> Result<Material> {

@@ -97,7 +97,10 @@ fn sources(body: &Body) -> Vec<String> {
     if let Some(m) = &body.matrices {
         if let Some(file) = m.damping.as_ref().filter(|_| m.damping_factor > 0.0) {
             let times = if m.damping_factor == 1.0 { String::new() } else { format!("{} times ", m.damping_factor) };
-            all.push(format!("{times}the matrix {}", file.display()));
+            all.push(format!("{times}the matrix {}", file.path().display()));
+        }
+        if m.damping_factor > 0.0 && m.supports.iter().any(|s| s.damping.is_some_and(|d| d.iter().any(|c| *c > 0.0))) {
+            all.push("dashpots of supports".into());
         }
     }
     if let (Some(MeshSource::Extruded(_)), Some(track)) = (&body.mesh, &body.track) {

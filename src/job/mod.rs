@@ -2,6 +2,7 @@
 //! returned with all defaults filled in; nothing is computed here.
 
 mod compare;
+mod contact_frames;
 mod cycles;
 mod damping;
 #[cfg(test)]
@@ -157,10 +158,7 @@ impl Job {
         }
         for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
             if let Some(m) = &mut body.matrices {
-                [Some(&mut m.mass), m.damping.as_mut(), Some(&mut m.stiffness)]
-                    .into_iter()
-                    .flatten()
-                    .for_each(absolute);
+                m.paths_mut().into_iter().for_each(absolute);
             }
             if let Some(Profile::File(file)) = &mut body.profile {
                 absolute(&mut file.path);

@@ -6,6 +6,7 @@
 //! where a run ends with an error these
 //! warnings come with it, since they may be the reason.
 
+use super::contact_frames::contact_frames;
 use super::model::*;
 use super::schema::Checker;
 use serde_json::Value;
@@ -145,6 +146,7 @@ pub fn plausible(job: &Job) -> Vec<String> {
     found.extend(fast_in_a_curve(job).filter(|_| resolved.get("curve").is_none()));
     found.extend(few_modes(job).filter(|_| rail));
     found.extend(tuned_beyond_modes(job));
+    found.extend(contact_frames(job));
     found
 }
 

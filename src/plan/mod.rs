@@ -4,7 +4,7 @@
 mod memory;
 mod text;
 
-use crate::body::matrix_market;
+use crate::body::matrices::Matrices;
 use crate::case::meshes::{cylinder_spec, Meshes};
 use crate::case::surfaces;
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
@@ -69,7 +69,7 @@ pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
 fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Result<BodySize> {
     let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
     if let Some(m) = &body.matrices {
-        let dofs = matrix_market::read(&m.stiffness)?.n as u64;
+        let dofs = Matrices::order(name, m)? as u64;
         return Ok(BodySize {
             name,
             nodes: 0,

@@ -15,6 +15,7 @@ mod full_transient;
 mod golden;
 mod interrupted;
 mod matrices;
+mod matrix_files;
 mod one_point;
 mod out_of_core;
 mod placement;

@@ -27,7 +27,7 @@ fn chain(n: usize, free: bool) -> Matrices {
     let mass = Csr::from_entries(n, (0..n).map(|i| (i, i, 1.0)).collect());
     // A dashpot on the first mass alone couples the modes.
     let damping = Csr::from_entries(n, vec![(0, 0, 0.5)]);
-    let contacts = vec![[Some((10, -1.0)), None, Some((0, 1.0))], [None, None, Some((n - 1, 1.0))]];
+    let contacts = vec![[vec![(10, -1.0)], vec![], vec![(0, 1.0)]], [vec![], vec![], vec![(n - 1, 1.0)]]];
     Matrices { mass, damping: Some(damping), stiffness, contacts }
 }
 

@@ -35,7 +35,7 @@ fn both<'p>(world: &World, petsc: &'p Petsc<'p>, layers: usize) -> (Elements<'p>
     let dofs = fe.trace.dofs();
     let given = world.is_root().then(|| {
         // Rows of the block are single degrees of freedom, none of them held.
-        let contacts = dofs.chunks_exact(3).map(|d| [0, 1, 2].map(|c| Some((d[c] as usize, fe_sign(c))))).collect();
+        let contacts = dofs.chunks_exact(3).map(|d| [0, 1, 2].map(|c| vec![(d[c] as usize, fe_sign(c))])).collect();
         Matrices { mass: csr(&mass), damping: Some(csr(&(0.5 * &mass))), stiffness: csr(&stiffness), contacts }
     });
     let matrices = MatrixBody::new(petsc, "matrices", given).unwrap();

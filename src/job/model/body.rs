@@ -20,7 +20,7 @@ pub struct Body {
     pub profile: Option<super::Profile>,
     /// Mass, damping and stiffness matrices from another program, instead of mesh, material, damping and supports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub matrices: Option<Matrices>,
+    pub matrices: Option<super::Matrices>,
     /// Damping: Rayleigh's, or loss factors of the modes. Default: none; of wheels loss factors by nodal diameters,
     /// 0.002, 0.02 and 0.0002 for n = 0, 1 and more. Wheels are bodies with a built-in wheel section (W920S, `wheel`),
     /// and
@@ -154,39 +154,8 @@ impl Body {
     }
 }
 
-/// A body by its matrices, real Matrix Market files relative to the job file. Degrees of freedom without mass and rigid-body
-/// motions are allowed. Such a body may be alone: its counter-body is then rigid.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Matrices {
-    /// File of the mass matrix M, symmetric, kg.
-    pub mass: PathBuf,
-    /// File of the damping matrix C, N·s/m. Without it there is no damping.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub damping: Option<PathBuf>,
-    /// Factor of the damping matrix.
-    #[serde(default = "one")]
-    #[schemars(range(min = 0.0), extend("unit" = "1"))]
-    pub damping_factor: f64,
-    /// File of the stiffness matrix K, symmetric, N/m.
-    pub stiffness: PathBuf,
-    /// Where the body touches: one entry for each of `contact.points`, in their order.
-    pub contacts: Vec<MatrixContact>,
-}
-
 fn one() -> f64 {
     1.0
-}
-
-/// The degrees of freedom of a body at one contact, by their 1-based row in the matrices. A minus sign turns the direction
-/// round; 0 means that the body does not move in that direction.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MatrixContact {
-    /// Row of the displacement along the normal, into the body.
-    pub normal: i64,
-    /// Rows of the displacements along x and y; y may be left out.
-    pub tangential: Vec<i64>,
 }
 
 /// A built-in shape or a file.

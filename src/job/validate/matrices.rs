@@ -19,12 +19,78 @@ pub(super) fn check_body(path: &str, body: &Body, matrices: &Matrices, faults: &
             "{path}.{key}: given beside {path}.matrices, which say everything of the body; leave one of the two out"
         ));
     }
+    if !(matrices.scale > 0.0 && matrices.scale.is_finite()) {
+        faults.push(format!("{path}.matrices.scale: found {}, expected a length above 0, m", matrices.scale));
+    }
+    for (i, support) in matrices.supports.iter().enumerate() {
+        check_support(&format!("{path}.matrices.supports.{i}"), support, faults);
+    }
     for (i, contact) in matrices.contacts.iter().enumerate() {
-        if !(1..=2).contains(&contact.tangential.len()) {
-            faults.push(format!(
-                "{path}.matrices.contacts.{i}.tangential: found {} rows, expected one (x) or two (x, y)",
-                contact.tangential.len()
-            ));
+        check_directions(&format!("{path}.matrices.contacts.{i}"), contact, faults);
+    }
+}
+
+/// Rules of a support.
+fn check_support(key: &str, support: &MatrixSupport, faults: &mut Vec<String>) {
+    if support.nodes.is_empty() {
+        faults.push(format!("{key}.nodes: empty; give at least one node"));
+    }
+    let mut sorted = support.nodes.clone();
+    sorted.sort_unstable();
+    if let Some(w) = sorted.windows(2).find(|w| w[0] == w[1]) {
+        faults.push(format!("{key}.nodes: found node {} twice, expected every node once", w[0]));
+    }
+    if support.clamped.is_empty() && support.stiffness.is_none() && support.damping.is_none() {
+        faults.push(format!("{key}: does nothing; give clamped, stiffness or damping"));
+    }
+    for (what, values) in [("stiffness", support.stiffness), ("damping", support.damping)] {
+        let both = |(component, value): (&Component, f64)| support.clamped.contains(component) && value > 0.0;
+        let components = [Component::X, Component::Y, Component::Z];
+        if values.is_some_and(|v| components.iter().zip(v).any(both)) {
+            faults.push(format!("{key}.{what}: given along a component that is clamped; leave one of the two out"));
+        }
+    }
+}
+
+/// Rules of the directions of a contact.
+fn check_directions(key: &str, contact: &MatrixContact, faults: &mut Vec<String>) {
+    if !(1..=2).contains(&contact.tangential.len()) {
+        faults
+            .push(format!("{key}.tangential: found {} rows, expected one (x) or two (x, y)", contact.tangential.len()));
+    }
+    if contact.against.is_some() && contact.node.is_none() {
+        faults.push(format!("{key}.node: missing; against is the node that this one moves relative to"));
+    }
+    if contact.node.is_some() && contact.node == contact.against {
+        faults.push(format!("{key}.against: found the node itself, expected the node of the counter-body"));
+    }
+    let names = ["tangential.0", "tangential.1"].into_iter().zip(&contact.tangential);
+    let mut all = vec![("normal", &contact.normal)];
+    all.extend(names);
+    let mut vectors: Vec<(&str, [f64; 3])> = Vec::new();
+    for (what, direction) in all {
+        match (direction.vector(), contact.node) {
+            (None, Some(_)) if *direction != MatrixDirection::Row(0) => faults.push(format!(
+                "{key}.{what}: found a row beside a node, expected a direction as \"z\" or [0, 0, 1]; leave node out for rows"
+            )),
+            (Some(_), None) => faults.push(format!(
+                "{key}.node: missing; {key}.{what} is a direction at a node, not a row"
+            )),
+            (Some(v), _) if v.iter().any(|c| !c.is_finite()) => {
+                faults.push(format!("{key}.{what}: found a vector without direction, expected one that is not 0"));
+            }
+            (Some(v), _) => vectors.push((what, v)),
+            (None, _) => {}
+        }
+    }
+    for (i, (a, u)) in vectors.iter().enumerate() {
+        for (b, v) in &vectors[i + 1..] {
+            let cosine: f64 = u.iter().zip(v).map(|(p, q)| p * q).sum();
+            if cosine.abs() > 1e-6 {
+                faults.push(format!(
+                    "{key}.{b}: found a direction that is not perpendicular to {a} (cosine {cosine:.2e}); give one that is"
+                ));
+            }
         }
     }
 }
