@@ -428,12 +428,16 @@ class Provenance:
             return result.texts(f"provenance/{name}") if f"provenance/{name}" in result else []
 
         times = result.array("provenance/stage_times").tolist() if "provenance/stage_times" in result else []
+        stages: dict[str, float] = {}
+        # Files of earlier versions have a stage as often as it came.
+        for name, time in zip(texts("stage_names"), times):
+            stages[name] = stages.get(name, 0.0) + time
         return cls(
             texts("command"),
             dict(zip(texts("version_names"), texts("versions"))),
             int(result.number("provenance/ranks")) if "provenance/ranks" in result else 0,
             dict(zip(texts("input_files"), texts("input_sha256"))),
-            dict(zip(texts("stage_names"), times)),
+            stages,
             (texts("date") or [""])[0],
             texts("warnings"),
             texts("damping"),
