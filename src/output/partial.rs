@@ -196,8 +196,16 @@ pub(super) fn clear(target: &Path, lock: bool, found: &mut Leftovers) {
     let name = target.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     for entry in entries.flatten() {
         let file = entry.file_name().to_string_lossy().into_owned();
-        let owner = file.strip_prefix(&format!(".{name}.")).and_then(|r| r.strip_suffix(".partial"));
-        let Some((owner, pid)) = owner.and_then(|owner| owner.rsplit_once('-')) else { continue };
+        let Some((owner, rest)) = file.strip_prefix(&format!(".{name}.")).and_then(|r| r.rsplit_once(".partial"))
+        else {
+            continue;
+        };
+        // MPI-IO has a file of its own beside each that it writes.
+        let lock_file = rest.starts_with('-') && rest.ends_with(".lock");
+        if !rest.is_empty() && !lock_file {
+            continue;
+        }
+        let Some((owner, pid)) = owner.rsplit_once('-') else { continue };
         let Some(pid) = pid.parse::<i32>().ok().and_then(rustix::process::Pid::from_raw) else { continue };
         if owner != host() {
             found.elsewhere.push(entry.path());
@@ -228,12 +236,15 @@ mod tests {
         let living = made("run.h5", &host(), std::process::id());
         let other = made("other.h5", &host(), ended.id());
         let elsewhere = made("run.h5", "node-17.cluster", ended.id());
-        for (lock, gone) in [(false, made("run.h5", &host(), ended.id())), (true, living.clone())] {
+        let beside = folder.path().join(format!(".run.h5.{}-{}.partial-1-{1}.lock", host(), std::process::id()));
+        fs::write(&beside, "").expect("write");
+        for (lock, gone) in [(false, vec![made("run.h5", &host(), ended.id())]), (true, vec![living.clone(), beside])] {
             let mut found = Leftovers::default();
             clear(&target, lock, &mut found);
-            assert_eq!(found.removed, [gone.clone()]);
+            found.removed.sort();
+            assert_eq!(found.removed, gone);
             assert_eq!(found.elsewhere, [elsewhere.clone()]);
-            assert!(!gone.exists() && elsewhere.exists() && other.exists());
+            assert!(gone.iter().all(|path| !path.exists()) && elsewhere.exists() && other.exists());
             assert_eq!(living.exists(), !lock);
         }
     }
