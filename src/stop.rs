@@ -22,10 +22,10 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// From now on SIGUSR1, SIGTERM and SIGINT (Ctrl-C) no longer end the process: they are asked for between steps of the
-    /// run and between segments, and a process that is `loud` says at once that they came. A second SIGTERM or SIGINT ends
-    /// the process with exit code 5. `wall_time` s after `begun` the run has to be over. To be called before other threads
-    /// are started: signals are blocked in the calling thread and in those it starts.
+    /// From now on SIGUSR1, SIGTERM and SIGINT (Ctrl-C) no longer end the process: they are asked for between steps of
+    /// the run and between segments, and a process that is `loud` says at once that they came. A second SIGTERM or
+    /// SIGINT ends the process with exit code 5. `wall_time` s after `begun` the run has to be over. To be called
+    /// before other threads are started: signals are blocked in the calling thread and in those it starts.
     pub fn listen(begun: Instant, wall_time: Option<f64>, loud: bool) -> Self {
         let signal = Arc::new(AtomicBool::new(false));
         for number in ending() {

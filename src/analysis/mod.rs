@@ -263,8 +263,8 @@ fn earlier(run: &Run) -> Earlier {
     Earlier { reuse: reuse.is_some(), resume: *resume, alone: at(0), shapes: at(1), own: at(2), left: at(3) }
 }
 
-/// Collective: the examination that `railsqueal check` makes, before anything is factorised; with the meshes of the bodies if
-/// they are `made`.
+/// Collective: the examination that `railsqueal check` makes, before anything is factorised; with the meshes of the
+/// bodies if they are `made`.
 fn examine(run: &mut Run, made: bool) -> Result<()> {
     run.progress.stage("examining the job");
     let found = run.world().on_root(|| foresee::of_run(run.job, run.meshes, made))?;

@@ -84,8 +84,9 @@ pub fn is_heard(job: &Job) -> bool {
     cycles.is_some_and(|c| c.sound_power.is_some())
 }
 
-/// True if the modes of bodies swept from a section are found again, which takes seconds, for a run that takes up one that
-/// did not come to its end: their shapes are written or sound and were not kept; or the compliance is made beside them.
+/// True if the modes of bodies swept from a section are found again, which takes seconds, for a run that takes up one
+/// that did not come to its end: their shapes are written or sound and were not kept; or the compliance is made beside
+/// them.
 fn finds_again(job: &Job, earlier: Earlier) -> bool {
     let bodies = job.bodies();
     let swept = job.is_swept() && !bodies.iter().any(|(_, b)| b.is_meshed());

@@ -31,8 +31,8 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
-/// Lines and warnings about a `job` for a run, before anything is factorised: the examination of [`of_job`]. The meshes of
-/// bodies that the run does not make, as `made` tells, are not made for it. For rank 0.
+/// Lines and warnings about a `job` for a run, before anything is factorised: the examination of [`of_job`]. The meshes
+/// of bodies that the run does not make, as `made` tells, are not made for it. For rank 0.
 ///
 /// # Errors
 /// As [`of_job`].
@@ -45,8 +45,8 @@ pub fn of_run(job: &Job, meshes: &Meshes, made: bool) -> Result<Report> {
 /// together. For rank 0.
 ///
 /// # Errors
-/// Meshes with elements that are inverted, or that are beside the contact point; contacts that cannot be computed; files
-/// that cannot be read.
+/// Meshes with elements that are inverted, or that are beside the contact point; contacts that cannot be computed;
+/// files that cannot be read.
 pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
     let report = match nodes > NODES && !job.by_matrices() {
         true => {

@@ -292,8 +292,8 @@ fn unsmoothed(job: &Job) -> Option<String> {
     })
 }
 
-/// Smoothing that shows whether noise rules the contact of profiles that are not smoothed, m; and the part by which Hertz'
-/// pressure may differ with it.
+/// Smoothing that shows whether noise rules the contact of profiles that are not smoothed, m; and the part by which
+/// Hertz' pressure may differ with it.
 const SMOOTHED: f64 = 0.005;
 const NOISY: f64 = 0.25;
 

@@ -28,8 +28,8 @@ fn seconds(file: &Path) -> u64 {
     LEAST + std::fs::metadata(file).map_or(0, |m| m.len() / SLOW)
 }
 
-/// Ends this process by SIGXCPU once it has used so many seconds of processor time from its start on; a lower limit that
-/// there is already stays. It leaves no core file.
+/// Ends this process by SIGXCPU once it has used so many seconds of processor time from its start on; a lower limit
+/// that there is already stays. It leaves no core file.
 fn limit_processor(seconds: u64) {
     let Rlimit { current, maximum } = getrlimit(Resource::Cpu);
     let least = [current, maximum].into_iter().flatten().fold(seconds, u64::min);
@@ -92,8 +92,8 @@ fn end_of(mut command: Command, patience: Duration) -> Option<End> {
     }
 }
 
-/// `Error::Input` if a process that reads the file dies of it or uses up its processor time; `Error::Io` if it does not come
-/// to its end although it has time left.
+/// `Error::Input` if a process that reads the file dies of it or uses up its processor time; `Error::Io` if it does not
+/// come to its end although it has time left.
 fn survives(file: &Path, head: bool) -> Result<()> {
     let Ok(program) = std::env::current_exe() else { return Ok(()) };
     let mut command = Command::new(program);
@@ -107,8 +107,8 @@ fn survives(file: &Path, head: bool) -> Result<()> {
     }
 }
 
-/// The end of a process that reads `file`, as an error where it is not the right one. It had so many `seconds` of processor
-/// time.
+/// The end of a process that reads `file`, as an error where it is not the right one. It had so many `seconds` of
+/// processor time.
 fn judged(file: &Path, seconds: u64, end: &End) -> Result<()> {
     let name = file.display();
     let damaged = |how: String| {
@@ -130,8 +130,9 @@ fn judged(file: &Path, seconds: u64, end: &End) -> Result<()> {
         },
         End::Status(status) => damaged(format!("libhdf5 crashed ({status})")),
         End::Waited(time) => Err(Error::Io(format!(
-            "{name}: reading it has not come to its end after {:.0} s, with less than {seconds} s of processor time: the \
-             file system does not answer, or the machine is too busy; copy the file to another disk, or try again later",
+            "{name}: reading it has not come to its end after {:.0} s, with less than {seconds} s of processor time: \
+             the file system does not answer, or the machine is too busy; copy the file to another disk, or try \
+             again later",
             time.as_secs_f64()
         ))),
     }

@@ -189,8 +189,8 @@ pub(super) fn sweep(target: &Path) {
     clear(target, false, &mut Leftovers::default());
 }
 
-/// Removes what runs on this host have left of `target` whose processes are gone; with a `lock` on the target, whose own
-/// runs are gone, also where their number is that of another process now. Adds all to `found`.
+/// Removes what runs on this host have left of `target` whose processes are gone; with a `lock` on the target, whose
+/// own runs are gone, also where their number is that of another process now. Adds all to `found`.
 pub(super) fn clear(target: &Path, lock: bool, found: &mut Leftovers) {
     let Ok(entries) = fs::read_dir(directory(target)) else { return };
     let name = target.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -243,7 +243,7 @@ mod tests {
             clear(&target, lock, &mut found);
             found.removed.sort();
             assert_eq!(found.removed, gone);
-            assert_eq!(found.elsewhere, [elsewhere.clone()]);
+            assert_eq!(found.elsewhere, std::slice::from_ref(&elsewhere));
             assert!(gone.iter().all(|path| !path.exists()) && elsewhere.exists() && other.exists());
             assert_eq!(living.exists(), !lock);
         }

@@ -35,8 +35,8 @@ fn numbers(values: &Values) -> Option<Vec<f64>> {
     }
 }
 
-/// Both files have the same datasets, the numbers to `tolerance` of the largest of each and all else exactly. Residuals and
-/// backward errors are what rounding leaves.
+/// Both files have the same datasets, the numbers to `tolerance` of the largest of each and all else exactly. Residuals
+/// and backward errors are what rounding leaves.
 #[track_caller]
 fn alike(one: &Path, other: &Path, tolerance: f64) {
     let (a, b) = (datasets(one), datasets(other));
@@ -85,8 +85,8 @@ fn swept() -> Value {
     job
 }
 
-/// The complex modes of swept bodies and the shapes of their modes are those of the unbroken run, whether the run is killed
-/// when its modes are on the disk or when its compliance is.
+/// The complex modes of swept bodies and the shapes of their modes are those of the unbroken run, whether the run is
+/// killed when its modes are on the disk or when its compliance is.
 #[test]
 fn swept_bodies_have_their_complex_modes_after_a_kill() {
     let folder = Folder::with(swept().to_string());
@@ -165,8 +165,8 @@ fn unfinished_files_of_a_killed_run_are_removed_by_the_next() {
     assert!(folder.listing().iter().all(|name| !name.contains(".partial")), "{:?}", folder.listing());
 }
 
-/// Ctrl-C is answered as SIGTERM is: at once with a line, at the end of the step with what goes on, by exit code 5; a second
-/// one ends the run at once.
+/// Ctrl-C is answered as SIGTERM is: at once with a line, at the end of the step with what goes on, by exit code 5; a
+/// second one ends the run at once.
 #[test]
 fn ctrl_c_is_answered_as_sigterm_is() {
     let mut job = small();
@@ -238,8 +238,8 @@ fn ctrl_c_to_the_launcher_leaves_a_state() {
     assert!(segments(&place).len() > left);
 }
 
-/// A job of finite elements with these analyses, killed when its modes and compliance are on the disk and the stage `at`
-/// begins, and taken up with `--reuse`: the results of the unbroken run.
+/// A job of finite elements with these analyses, killed when its modes and compliance are on the disk and the stage
+/// `at` begins, and taken up with `--reuse`: the results of the unbroken run.
 #[track_caller]
 fn survives_a_kill(job: &Value, at: &str) {
     let folder = Folder::with(job.to_string());

@@ -126,8 +126,8 @@ impl Folder {
         railsqueal(ranks, &[&[command, job.as_str()], args].concat())
     }
 
-    /// The job is refused like this by `check` and, by the same code and before anything is factorised, by `run`; nothing is
-    /// left behind.
+    /// The job is refused like this by `check` and, by the same code and before anything is factorised, by `run`;
+    /// nothing is left behind.
     #[track_caller]
     pub fn refused(&self, ranks: usize, args: &[&str], code: i32, parts: &[&str]) {
         let (before, output) = (self.listing(), self.text("refused.h5"));

@@ -33,8 +33,8 @@ pub fn is_left(file: &Path) -> bool {
     Reader::open(file).is_ok_and(|file| file.has("/reduced/version") && !file.has("/provenance/job"))
 }
 
-/// Part of the largest component by which a mode that was found again may differ from the one that was kept, and part of
-/// its frequency.
+/// Part of the largest component by which a mode that was found again may differ from the one that was kept, and part
+/// of its frequency.
 const SAME: f64 = 1e-6;
 
 /// On rank 0: `Error::Input` unless the modes `found` again are those `kept` by an earlier run.
@@ -56,8 +56,8 @@ pub fn same(found: &[TraceModes], kept: &[TraceModes]) -> Result<()> {
     match found.len() == kept.len() && found.iter().zip(kept).all(|(a, b)| alike(a, b)) {
         true => Ok(()),
         false => Err(Error::Input(
-            "the modes found again are not those that the earlier run has left: it was of another version of the program or \
-             of its libraries. Run without --reuse, or with output.swept_modes = false"
+            "the modes found again are not those that the earlier run has left: it was of another version of the \
+             program or of its libraries. Run without --reuse, or with output.swept_modes = false"
                 .into(),
         )),
     }
