@@ -1,5 +1,6 @@
 //! The one error type of the library. Its variants are the program's exit codes.
 
+use std::borrow::Cow;
 use std::fmt;
 
 /// Every failure, by what the user can do about it. [`Error::exit_code`] maps it to the exit code of the process.
@@ -100,9 +101,35 @@ impl Error {
     }
 }
 
+/// The `text` with characters that steer a terminal, or the order in which text is read, written as escapes
+/// (`\\u{1b}`); lines and tabs stay. For everything that may quote a file and goes to stdout or stderr.
+pub fn printable(text: &str) -> Cow<'_, str> {
+    let steers = |c: char| {
+        (c.is_control() && !matches!(c, '\n' | '\t'))
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(steers) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        match steers(c) {
+            true => shown.extend(c.escape_unicode()),
+            false => shown.push(c),
+        }
+    }
+    Cow::Owned(shown)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn characters_that_steer_a_terminal_are_escaped() {
+        assert!(matches!(printable("a µm\n\tb"), Cow::Borrowed(_)));
+        assert_eq!(printable("\u{1b}[31mred\r\u{9b}\u{7f}\u{202e}"), r"\u{1b}[31mred\u{d}\u{9b}\u{7f}\u{202e}");
+    }
 
     #[test]
     fn errors_come_together_each_once() {

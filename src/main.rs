@@ -12,6 +12,7 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::{self, RunOptions};
 use railsqueal::case::{curving, foresee, own_contact, shown, Meshes};
+use railsqueal::error::printable;
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::memory::Limit;
 use railsqueal::output::job_of_run;
@@ -120,7 +121,7 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
         Ok(Command::Run { wall_time, .. }) => Some(Stop::listen(Instant::now(), *wall_time, speaks)),
         _ => None,
     };
-    if let Err(error) = launch::enough_descriptors() {
+    if let Err(error) = launch::enough_descriptors().and_then(|()| launch::enough_address_space()) {
         return refuse_apart(&error, speaks);
     }
     // Threads of the dense algebra exist beside the one that calls MPI.
@@ -334,7 +335,13 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
             path.display()
         )));
     }
+    // The examination of `check`, but for the memory: no bodies are made here.
+    analysis::check(&job)?;
+    let meshes = Meshes::default();
+    let (_, plan) = plan_of(world, &job, &meshes)?;
     world.on_root(|| {
+        let nodes = plan.map_or(0, |p| p.bodies.iter().map(|b| b.nodes).sum());
+        foresee::of_job(&job, &meshes, nodes)?;
         let found = curving::Curving::of(&job)?;
         let mut lines = found.lines();
         lines.extend(found.warnings(&job).into_iter().map(|w| format!("warning: {w}")));
@@ -350,7 +357,7 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
 /// Prints on stdout. A reader that has seen enough (`| head`) is no error.
 fn print(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(printable(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Io(format!("cannot write to stdout: {e}"))),
         _ => Ok(()),
     }
@@ -358,7 +365,7 @@ fn print(text: &str) -> Result<()> {
 
 /// Says what is wrong, and returns the exit code. A message that cannot be written is lost; the code is not.
 fn report(error: &Error) -> i32 {
-    let _ = writeln!(std::io::stderr(), "railsqueal: error: {error}");
+    let _ = writeln!(std::io::stderr(), "railsqueal: error: {}", printable(&error.to_string()));
     error.exit_code()
 }
 

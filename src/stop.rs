@@ -4,7 +4,7 @@ use crate::parallel::World;
 use nix::poll::{poll, PollFd, PollFlags};
 use nix::sys::signal::{SigSet, Signal};
 use nix::sys::signalfd::{SfdFlags, SignalFd};
-use signal_hook::consts::{SIGTERM, SIGUSR1};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use std::io::Write;
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,14 +22,17 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// From now on SIGUSR1 and SIGTERM no longer end the process: they are asked for between steps of the run and between segments, and a
-    /// process that is `loud` says at once that they came. A second SIGTERM ends the process with exit code 5. `wall_time` s after `begun` the
-    /// run has to be over. To be called before other threads are started: signals are blocked in the calling thread and in those it starts.
+    /// From now on SIGUSR1, SIGTERM and SIGINT (Ctrl-C) no longer end the process: they are asked for between steps of
+    /// the run and between segments, and a process that is `loud` says at once that they came. A second SIGTERM or
+    /// SIGINT ends the process with exit code 5. `wall_time` s after `begun` the run has to be over. To be called
+    /// before other threads are started: signals are blocked in the calling thread and in those it starts.
     pub fn listen(begun: Instant, wall_time: Option<f64>, loud: bool) -> Self {
         let signal = Arc::new(AtomicBool::new(false));
-        // Before the other one: it looks whether a signal came before.
-        let _ = signal_hook::flag::register_conditional_shutdown(SIGTERM, ENDED, Arc::clone(&signal));
-        for number in [SIGUSR1, SIGTERM] {
+        for number in ending() {
+            // Before the other one: it looks whether a signal came before.
+            let _ = signal_hook::flag::register_conditional_shutdown(number, ENDED, Arc::clone(&signal));
+        }
+        for number in ending().into_iter().chain([SIGUSR1]) {
             // Where a handler cannot be set the signal ends the run, and the segments stay.
             let _ = signal_hook::flag::register(number, Arc::clone(&signal));
         }
@@ -63,13 +66,34 @@ impl Stop {
     }
 }
 
+/// Signals of which a second one ends the process at once. A shell lets the programs that it starts in the background
+/// ignore SIGINT, which is meant for the one in front: it stays so.
+fn ending() -> Vec<i32> {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    match ignores(&status, SIGINT) {
+        true => vec![SIGTERM],
+        false => vec![SIGTERM, SIGINT],
+    }
+}
+
+/// True if the process of a `/proc/PID/status` ignores the signal.
+fn ignores(status: &str, signal: i32) -> bool {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    mask >> (signal - 1) & 1 == 1
+}
+
 /// Time between two looks at what else may have been told, ms.
 const LOOK: u16 = 100;
 
 /// A thread takes the signals, which are blocked in all others, and says so where it is `loud`. Handlers are not enough: METIS puts its own for SIGTERM in
 /// their place, takes one that comes while it works for an error of its own, and leaves handlers behind that serve once.
 fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
-    let set = SigSet::from_iter([Signal::SIGTERM, Signal::SIGUSR1]);
+    let ending = ending();
+    let mut set = SigSet::from_iter([Signal::SIGTERM, Signal::SIGUSR1]);
+    if ending.contains(&SIGINT) {
+        set.add(Signal::SIGINT);
+    }
     let queue = SignalFd::with_flags(&set, SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC).ok();
     let queue = queue.filter(|_| set.thread_block().is_ok());
     let came = Arc::clone(signal);
@@ -78,13 +102,21 @@ fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
         let mut said = !loud;
         loop {
             while let Some(taken) = queue.as_ref().and_then(|q| q.read_signal().ok().flatten()) {
-                if came.swap(true, Ordering::Relaxed) && taken.ssi_signo == SIGTERM as u32 {
+                if came.swap(true, Ordering::Relaxed) && ending.iter().any(|&s| taken.ssi_signo == s as u32) {
+                    if loud {
+                        let text =
+                            "railsqueal: error: ended at once by a second signal; what was kept can be taken up \
+                                    (--resume, --reuse)";
+                        let _ = writeln!(std::io::stderr(), "{text}");
+                    }
                     signal_hook::low_level::exit(ENDED);
                 }
             }
             // Also where a handler, or another rank, was told.
             if !said && came.load(Ordering::Relaxed) {
-                let text = "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a segment";
+                let text =
+                    "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a \
+                            segment; a second SIGTERM or Ctrl-C ends it at once";
                 let _ = writeln!(std::io::stderr(), "{text}");
                 said = true;
             }
@@ -104,6 +136,12 @@ fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ignored_signals_are_known() {
+        let status = "Name:\ta\nSigIgn:\t0000000000001002\nSigCgt:\t00000001000044ff\n";
+        assert!(ignores(status, SIGINT) && !ignores(status, SIGTERM) && !ignores("", SIGINT));
+    }
 
     #[test]
     fn stops_before_the_limit_is_passed() {

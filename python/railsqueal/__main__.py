@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import unicodedata
 from pathlib import Path
 
 from . import compare, export, sound
@@ -16,12 +17,20 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         return int(given.run(given))
     except ResultError as error:
-        print(f"railsqueal: error: {error}", file=sys.stderr)
+        print(f"railsqueal: error: {printable(str(error))}", file=sys.stderr)
         return error.code
     except BrokenPipeError:
         # A reader that has seen enough (`| head`) is no error.
         sys.stderr.close()
         return 0
+
+
+def printable(text: str) -> str:
+    """The text with characters that steer a terminal as escapes; lines and tabs stay."""
+    def steers(c: str) -> bool:
+        return c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cf", "Zl", "Zp")
+
+    return "".join(f"\\u{{{ord(c):x}}}" if steers(c) else c for c in text)
 
 
 def parser() -> argparse.ArgumentParser:

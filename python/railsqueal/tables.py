@@ -446,10 +446,10 @@ class Provenance:
             return result.texts(f"provenance/{name}") if f"provenance/{name}" in result else []
 
         times = result.array("provenance/stage_times").tolist() if "provenance/stage_times" in result else []
-        # A stage that is entered several times, as for each point of a sweep, has one sum.
         stages: dict[str, float] = {}
-        for name, seconds in zip(texts("stage_names"), times):
-            stages[name] = stages.get(name, 0.0) + seconds
+        # Files of earlier versions have a stage as often as it came, as for each point of a sweep.
+        for name, time in zip(texts("stage_names"), times):
+            stages[name] = stages.get(name, 0.0) + time
         return cls(
             texts("command"),
             dict(zip(texts("version_names"), texts("versions"))),

@@ -111,20 +111,20 @@ fn chosen(found: Option<&Found>, least: usize) -> Vec<(usize, &Eigenpair)> {
     oscillating.into_iter().take(count).collect()
 }
 
-/// Collective: writes the selected complex modes of bodies that are swept from a section, on the meshes that show their modes: what the contact yields by
-/// itself is not seen there.
+/// Collective: writes the selected complex modes of bodies that are swept from a section, on the meshes that show their
+/// modes: what the contact yields by itself is not seen there. False where there are such modes and no meshes.
 pub(super) fn draw(
     run: &mut Run,
     stability: &job::Stability,
     bodies: &Bodies,
     reduced: Option<(&Found, &ModalPair)>,
-) -> Result<()> {
+) -> Result<bool> {
     let world = run.world();
     let pictures = Pictures::of(world, bodies, |_| true);
     let chosen = chosen(reduced.map(|r| r.0), stability.shapes as usize);
     let values = world.broadcast(chosen.iter().map(|(_, e)| e.value).collect::<Vec<C>>());
     if pictures.is_empty() || values.is_empty() {
-        return Ok(());
+        return Ok(values.is_empty());
     }
     let places = world.broadcast(chosen.iter().map(|(place, _)| *place as u64).collect::<Vec<u64>>());
     let shown: Vec<(C, usize)> = values.into_iter().zip(places.into_iter().map(|p| p as usize)).collect();
@@ -136,7 +136,8 @@ pub(super) fn draw(
     let list: Vec<i64> = shown.iter().map(|s| s.1 as i64).collect();
     run.file.tables([Table::list("/stability/shape", "1", text, list)]);
     let sequence = write(world, stability.phases as usize, &pictures.parts(), &shown, at_nodes, run.options)?;
-    run.file.attach(sequence)
+    run.file.attach(sequence)?;
+    Ok(true)
 }
 
 /// Motion from the modal amplitudes and, statically, the residual compliance under the reactions: u = Φq + (I − ΦΦᵀM) K⁻¹BᵀR.

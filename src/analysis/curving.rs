@@ -18,10 +18,7 @@ pub fn run(run: &mut Run) -> Result<()> {
     })?;
     if let Some((curving, tables)) = found {
         curving.lines().into_iter().for_each(|line| run.summary.line(line));
-        for warning in curving.warnings(job) {
-            run.progress.note(format!("warning: {warning}"));
-            run.summary.warn(warning);
-        }
+        run.warn(curving.warnings(job));
         run.file.tables(tables);
     }
     Ok(())

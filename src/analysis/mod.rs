@@ -22,7 +22,7 @@ mod sweep;
 mod transient;
 
 use crate::body::{Capability, Kind};
-use crate::case::{placed, Meshes};
+use crate::case::{foresee, placed, Meshes};
 use crate::job::{damping_lines, Compliance, Job, TransientModel};
 use crate::output::datasets::reduced::of_modes_alone;
 use crate::output::{companion, Provenance, Reader, ResultFile, Segments, MODEL};
@@ -32,7 +32,7 @@ use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use std::path::PathBuf;
-use steps::{is_heard, steps, Earlier};
+use steps::{is_heard, steps, Earlier, Step};
 use stock::Stock;
 
 pub use run::Run;
@@ -164,6 +164,15 @@ pub fn run(
     world.on_root(|| inputs::stay(job, options))?;
     let segments = world.on_root(|| segments(job, options, progress))?.flatten();
     let file = ResultFile::create(world, &options.output, options.force || options.resume)?;
+    for (files, what) in [
+        (&file.left().removed, "unfinished files of a run that was killed are removed"),
+        (&file.left().elsewhere, "unfinished files are of a run on another machine; remove them unless it is at work"),
+    ] {
+        let names: Vec<_> = files.iter().map(|path| path.display().to_string()).collect();
+        if !names.is_empty() {
+            progress.note(format!("{what}: {}", names.join(", ")));
+        }
+    }
     let model = companion(&options.output, MODEL);
     if options.reuse.is_none() && !options.resume && world.is_root() && model.is_file() {
         let (name, what) = (model.display(), reuse::held(&model));
@@ -244,37 +253,55 @@ fn earlier(run: &Run) -> Earlier {
     let found = match run.world().is_root() {
         true => {
             let given = |of: &dyn Fn(&PathBuf) -> bool| reuse.as_ref().is_some_and(of);
-            vec![given(&alone), shapes(), given(&same) && !resume].into_iter().map(u8::from).collect()
+            let flags = [given(&alone), shapes(), given(&same) && !resume, given(&|p| reuse::is_left(p))];
+            flags.into_iter().map(u8::from).collect()
         }
         false => Vec::new(),
     };
     let found: Vec<bool> = run.world().broadcast(found).into_iter().map(|flag| flag == 1).collect();
     let at = |k: usize| found.get(k).copied().unwrap_or(false);
-    Earlier { reuse: reuse.is_some(), resume: *resume, alone: at(0), shapes: at(1), own: at(2) }
+    Earlier { reuse: reuse.is_some(), resume: *resume, alone: at(0), shapes: at(1), own: at(2), left: at(3) }
+}
+
+/// Collective: the examination that `railsqueal check` makes, before anything is factorised; with the meshes of the
+/// bodies if they are `made`.
+fn examine(run: &mut Run, made: bool) -> Result<()> {
+    run.progress.stage("examining the job");
+    let found = run.world().on_root(|| foresee::of_run(run.job, run.meshes, made))?;
+    run.warn(found.map(|report| report.warnings).unwrap_or_default());
+    Ok(())
 }
 
 /// Collective: the steps of the job and the points of its sweep; returns name and checksum of every input on rank 0.
 fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = earlier(run);
-    if is_heard(run.job) && earlier.reuse && !earlier.shapes {
+    let all = steps(run.job, earlier);
+    if is_heard(run.job) && earlier.reuse && !earlier.shapes && !all.contains(&Step::Modes) {
         return Err(Error::Job(format!(
             "{}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse",
             sweep::SOUND
         )));
     }
+    let examined = examine(run, all.contains(&Step::Bodies));
+    if run.job.sweep.is_none() {
+        examined.clone()?;
+    }
     curving::run(run)?;
     let mut stock = Stock::new(earlier);
-    let all = steps(run.job, earlier);
-    let own = all.iter().enumerate().try_for_each(|(number, &step)| {
-        stock.perform(step, run)?;
-        match number + 1 < all.len() && run.stop.wanted(run.world()) {
-            true => Err(Error::Stopped(match run.options.resume {
-                true => format!("stopped on request; continue with --resume {}", run.options.output.display()),
-                false => "stopped on request before the end of the run".into(),
-            })),
-            false => Ok(()),
-        }
-    });
+    let mut each = || {
+        all.iter().enumerate().try_for_each(|(number, &step)| {
+            stock.perform(step, run)?;
+            match number + 1 < all.len() && run.stop.wanted(run.world()) {
+                true => Err(Error::Stopped(match run.options.resume {
+                    true => format!("stopped on request; continue with --resume {}", run.options.output.display()),
+                    false => "stopped on request before the end of the run".into(),
+                })),
+                false => Ok(()),
+            }
+        })
+    };
+    // Points of a sweep are examined each for itself.
+    let own = examined.and_then(|()| each());
     match &run.job.sweep {
         Some(plan) if own.as_ref().err().is_none_or(sweep::goes_on) => {
             sweep::run(run, plan, stock.base(), own.as_ref().err())?;

@@ -46,6 +46,14 @@ impl<'r> Run<'r> {
         self.segments.as_ref().ok_or_else(|| Error::Defect("a transient without segments".into()))
     }
 
+    /// Adds warnings to the summary, and says them at once.
+    pub fn warn(&mut self, warnings: impl IntoIterator<Item = String>) {
+        for text in warnings {
+            self.progress.note(format!("warning: {text}"));
+            self.summary.warn(text);
+        }
+    }
+
     /// Whether files beside the result file are replaced where they exist: with `--force`, and by a run that is continued.
     pub fn replaces(&self) -> bool {
         self.options.force || self.options.resume

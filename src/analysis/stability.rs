@@ -97,7 +97,10 @@ pub(super) fn run(
     match shapes {
         _ if run.job.output.swept_modes == Some(true) => {
             let reduced = found.as_ref().zip(model.on_root()).map(|(f, root)| (f, &root.pair));
-            complex_modes::draw(run, stability, bodies, reduced)?;
+            if !complex_modes::draw(run, stability, bodies, reduced)? && run.options.reuse.is_some() {
+                let text = "not written: the file of --reuse has no shapes of the modes of swept bodies";
+                run.summary.value("complex modes", text);
+            }
         }
         _ if !writes_shapes(run.job) => {}
         Ok(()) => {

@@ -62,6 +62,8 @@ pub struct Earlier {
     pub shapes: bool,
     /// The file of `--reuse` is what an earlier run to the same output has left.
     pub own: bool,
+    /// The file of `--reuse` is what an earlier run has left that did not come to its end.
+    pub left: bool,
 }
 
 impl Earlier {
@@ -80,6 +82,18 @@ fn on_meshes(job: &Job) -> bool {
 pub fn is_heard(job: &Job) -> bool {
     let cycles = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     cycles.is_some_and(|c| c.sound_power.is_some())
+}
+
+/// True if the modes of bodies swept from a section are found again, which takes seconds, for a run that takes up one
+/// that did not come to its end: their shapes are written or sound and were not kept; or the compliance is made beside
+/// them.
+fn finds_again(job: &Job, earlier: Earlier) -> bool {
+    let bodies = job.bodies();
+    let swept = job.is_swept() && !bodies.iter().any(|(_, b)| b.is_meshed());
+    let sounds = job.analyses.transient.as_ref().is_some_and(|t| t.sound_power.is_some());
+    let seen = job.output.swept_modes == Some(true) || is_heard(job) || (earlier.reuse && sounds);
+    let unfinished = earlier.resume || earlier.left;
+    swept && job.analyses.modes.is_some() && unfinished && (seen || (earlier.reuse && earlier.alone))
 }
 
 /// What the analyses of the job need of the bodies.
@@ -110,7 +124,8 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     // again.
     let sought = seeks_shapes(job, earlier.resume);
     let kept = earlier.reuse || (earlier.resume && !job.by_matrices());
-    let again = kept && !earlier.reuse && sought && !earlier.shapes;
+    let swept = kept && finds_again(job, earlier);
+    let again = swept || (kept && !earlier.reuse && sought && !earlier.shapes);
     let given = kept && !again;
     // The shapes that a finished run wrote for ParaView are those of stability alone.
     let shown = earlier.reuse && stability::writes_shapes(job);
@@ -140,7 +155,8 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     add(Step::Solvers, Needs::default());
     match wanted.modes {
         Some(_) if given => add(Step::EarlierModes, Needs { solvers: false, shapes: from_file && earlier.shapes }),
-        Some(_) => add(Step::Modes, Needs { solvers: true, shapes: false }),
+        // Orders of Fourier have their modes without static solves.
+        Some(_) => add(Step::Modes, Needs { solvers: !swept, shapes: false }),
         None => {}
     }
     if wanted.steady.is_none() && job.output.fields {
@@ -250,6 +266,28 @@ mod tests {
         let left = Before { reuse: true, own: true, shapes: true, ..Before::default() };
         let again = [Earlier, Bodies, EarlierShapes, EarlierModes, Model, Stability];
         assert_eq!(of(&sets, left), again);
+    }
+
+    /// Modes of swept bodies are found again where they are shown, beside the compliance that was kept.
+    #[test]
+    fn swept_bodies_find_their_modes_again() {
+        let bytes = include_bytes!("../../jobs/swept-curve.json");
+        let of = |sets: &[&str], earlier: Before| {
+            let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+            let job = Job::from_bytes(bytes, std::path::Path::new("job.json"), &sets, None).expect("a job");
+            steps(&job, earlier)
+        };
+        let left = Before { reuse: true, own: true, left: true, ..Before::default() };
+        let again = of(&[], left);
+        assert!(again.starts_with(&[Earlier, Bodies, Modes, Model]), "{again:?}");
+        assert!(!again.contains(&Solvers) && !again.contains(&EarlierModes), "{again:?}");
+        assert!(of(&[], Before { alone: true, ..left }).starts_with(&[Earlier, Bodies, Solvers, Modes, Model]));
+        // Nothing shows them, and the file of a finished run.
+        let hidden = ["output.swept_modes=false"];
+        assert!(!of(&hidden, left).contains(&Modes) && of(&hidden, left).contains(&EarlierModes));
+        assert!(!of(&[], Before { left: false, own: false, ..left }).contains(&Modes));
+        // Modes alone: the compliance is made with them.
+        assert!(of(&hidden, Before { alone: true, ..left }).contains(&Modes));
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct Stock<'s> {
     modes: Vec<TraceModes>,
     /// Whether the mode shapes that an earlier run wrote could be read, where they were wanted.
     shapes: Option<Result<()>>,
+    /// Whether this run has computed the modes.
+    computed: bool,
     /// The model of `--reuse`.
     reused: Earlier,
     /// The model that a run that is continued was begun with.
@@ -46,6 +48,7 @@ impl<'s> Stock<'s> {
             bodies: Bodies::none(),
             modes: Vec::new(),
             shapes: None,
+            computed: false,
             reused: None,
             kept: None,
             origin: None,
@@ -69,12 +72,6 @@ impl<'s> Stock<'s> {
                 // Points of a sweep take the same files.
                 if run.job.sweep.is_none() {
                     run.meshes.forget();
-                }
-                // What the contact does not allow is found before modes and compliance are made.
-                let foreseen = run.world().on_root(|| foresee::of_run(run.job, &self.bodies))?;
-                for text in foreseen.into_iter().flat_map(|report| report.warnings) {
-                    run.progress.note(format!("warning: {text}"));
-                    run.summary.warn(text);
                 }
                 Ok(())
             }
@@ -114,7 +111,15 @@ impl<'s> Stock<'s> {
     /// Collective: computes the modes, which then are on the disk.
     fn make_modes(&mut self, run: &mut Run) -> Result<()> {
         let all = modes::compute_all(run.job, &mut self.bodies, run.progress)?;
-        if !run.options.resume && keeps(run.job) {
+        self.computed = true;
+        // Those of finite elements are turned to the ones of the model instead.
+        if run.job.is_swept() {
+            run.world().on_root(|| self.made_earlier().map_or(Ok(()), |kept| reuse::same(&all, &kept.modes)))?;
+        }
+        if self.earlier.compliance() {
+            run.summary.value("compliance", "from the earlier run; the modes are found again");
+        }
+        if !run.options.resume && run.options.reuse.is_none() && keeps(run.job) {
             let shapes = match seeks_shapes(run.job, false) && self.bodies.on_meshes() {
                 true => Some(modes::kept_shapes(run, &self.bodies, &all)?),
                 false => None,
@@ -213,6 +218,14 @@ impl<'s> Stock<'s> {
             Some(there) => there.and_then(|r| r.model).map_or_else(Reduction::elsewhere, Reduction::of),
             None => Reduction::build(world, job, contact, &self.bodies, &self.modes, run.progress)?,
         };
+        // Of bodies that were made the contact was examined before.
+        if self.bodies.places.is_empty() {
+            let found = world.on_root(|| match model.on_root() {
+                Some(root) => foresee::of_interface(job, &root.interface),
+                None => Ok(foresee::Report::default()),
+            })?;
+            run.warn(found.map(|report| report.warnings).unwrap_or_default());
+        }
         // Shapes that were kept are those of the model.
         if options.resume && self.shapes.is_none() {
             transient::kept::align(world, &mut self.bodies, &model)?;
@@ -277,7 +290,7 @@ impl<'s> Stock<'s> {
             bodies: &self.bodies,
             places: &self.places(),
             modes: &self.modes,
-            shapes: options.reuse.is_none() || self.earlier.shapes,
+            shapes: options.reuse.is_none() || self.earlier.shapes || self.computed,
             model,
             found: self.found.as_ref(),
             beside: self.beside.as_ref(),

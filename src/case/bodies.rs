@@ -80,7 +80,8 @@ impl<'p> Bodies<'p> {
         Self { places: Vec::new(), unique: Vec::new() }
     }
 
-    /// Collective: meshes, distributes and assembles the bodies of the job.
+    /// Collective: meshes, distributes and assembles the bodies of the job. Warnings about them are those of
+    /// [`foresee`](super::foresee).
     pub fn build(
         petsc: &'p Petsc<'p>,
         job: &Job,
@@ -102,9 +103,6 @@ impl<'p> Bodies<'p> {
         let given = job.bodies();
         let meshed = world
             .on_root(|| given.iter().map(|(name, body)| meshes.of(job, name, body)).collect::<Result<Vec<_>>>())?;
-        for remark in meshed.iter().flatten().flat_map(|m| &m.remarks) {
-            progress.note(remark);
-        }
         // Two bodies that are mirror images are one in lower form: same mesh, material and supports.
         let same = given.len() == 2 && {
             let described = given[0].1.material == given[1].1.material
@@ -121,10 +119,6 @@ impl<'p> Bodies<'p> {
         })?;
         for line in meeting.iter().flat_map(|m| &m.lines) {
             summary.line(line.clone());
-        }
-        for warning in meeting.iter().flat_map(|m| &m.warnings) {
-            progress.note(format!("warning: {warning}"));
-            summary.warn(warning.clone());
         }
         let mut places = Vec::new();
         for (i, (name, body)) in given.iter().enumerate() {

@@ -1,8 +1,13 @@
 //! What is known of the contact before anything is factorised: whether the bodies overlap, how large the contact will be on half-spaces of their
 //! materials, whether the patch holds it, and whether the grid resolves it.
 
+<<<<<<< HEAD
 use super::bodies::{matrices_of, Bodies};
 use super::interface::{creepage, interface_between, interface_of};
+=======
+use super::bodies::matrices_of;
+use super::interface::interface_between;
+>>>>>>> h-run
 use super::meshes::{Meshed, Meshes};
 use super::standing::axle;
 use super::surfaces;
@@ -20,7 +25,7 @@ use std::rc::Rc;
 const FEW: f64 = 40.0;
 /// At most so many grid lines in each direction are taken: the contact is to be foreseen, not computed.
 const LINES: usize = 40;
-/// Meshes of more nodes are not made for `railsqueal check`.
+/// Meshes of more nodes are not made for `railsqueal check`; a run makes them in any case.
 const NODES: u64 = 3_000_000;
 
 /// Lines and warnings about a contact.
@@ -32,33 +37,59 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
-/// On rank 0, before modes and compliance are made: an error if the contact of the `job` on its `bodies` cannot be computed.
-pub(crate) fn of_run(job: &Job, bodies: &Bodies) -> Result<Report> {
-    match job.contact.as_ref().filter(|_| wanted(job)) {
-        Some(contact) => foreseen(job, &interface_of(contact, bodies)?),
-        None => Ok(Report::default()),
+/// Lines and warnings about a `job` for a run, before anything is factorised: the examination of [`of_job`]. The meshes
+/// of bodies that the run does not make, as `made` tells, are not made for it. For rank 0.
+///
+/// # Errors
+/// As [`of_job`].
+pub fn of_run(job: &Job, meshes: &Meshes, made: bool) -> Result<Report> {
+    let report = if made { of_bodies(job, meshes)? } else { Report::default() };
+    with_files(job, report)
+}
+
+/// Lines and warnings about a `job` for `railsqueal check`, on meshes made for it unless they have too many `nodes`
+/// together. For rank 0.
+///
+/// # Errors
+/// Meshes with elements that are inverted, or that are beside the contact point; contacts that cannot be computed;
+/// files that cannot be read.
+pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
+    let report = match nodes > NODES && !job.by_matrices() {
+        true => {
+            let text = format!("meshes of {nodes} nodes are not made for a check; run examines them");
+            Report { lines: vec![text], warnings: Vec::new() }
+        }
+        false => of_bodies(job, meshes)?,
+    };
+    with_files(job, report)
+}
+
+/// Warnings about the contact of a `job` on the `interface` of an earlier run, whose bodies are not made.
+///
+/// # Errors
+/// A contact that cannot be computed.
+pub(crate) fn of_interface(job: &Job, interface: &Interface) -> Result<Report> {
+    if wanted(job) {
+        foreseen(job, interface)
+    } else {
+        Ok(Report::default())
     }
 }
 
-/// For `railsqueal check`, on rank 0: the same on meshes made for it, and what the meshes themselves are like; they have so many `nodes` together.
-pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
-    let mut report = of_bodies(job, meshes, nodes)?;
+/// The `report` with what the sections of rails and the files of roughness were understood as.
+fn with_files(job: &Job, mut report: Report) -> Result<Report> {
     report.lines.splice(0..0, super::rail::measured(job)?);
     report.lines.extend(super::roughness::described(job)?);
     Ok(report)
 }
 
 /// Lines and warnings about the bodies and their contact.
-fn of_bodies(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
+fn of_bodies(job: &Job, meshes: &Meshes) -> Result<Report> {
     let mut report = Report::default();
     if job.by_matrices() {
         // They are read whole: whether they fit each other and the contacts is not to be seen in their heads.
         let read = |(name, body)| matrices_of(name, body).map(drop);
         return Error::all(job.bodies().into_iter().map(read)).map(|()| report);
-    }
-    if nodes > NODES {
-        report.lines.push(format!("meshes of {nodes} nodes are not made for a check; run looks at them"));
-        return Ok(report);
     }
     if job.placement().is_some() {
         let placed = super::placed::Placed::of(job)?;
@@ -79,7 +110,7 @@ fn of_bodies(job: &Job, meshes: &Meshes, nodes: u64) -> Result<Report> {
         let carried = super::absorbers::of_job(job)?;
         report.lines.splice(0..0, super::swept::inertia(job)?.into_iter().chain(carried.lines));
         report.warnings.extend(carried.warnings);
-        report.warnings.splice(0..0, placed.warnings());
+        report.warnings.splice(0..0, placed.warnings().into_iter().chain(super::placed::noise(job, &placed)));
         return Ok(report);
     }
     if job.is_swept() {

@@ -22,10 +22,15 @@ pub struct Meshed {
 /// A mesh file as a job takes it, whether it is the upper body, whether there is a contact.
 type Key = (MeshFile, bool, bool);
 
-/// Reads each mesh file once: what was read to plan a run is there when its bodies are built. For rank 0.
+/// Cylinders that are kept: those of the two bodies of a job.
+const CYLINDERS: usize = 2;
+
+/// Reads each mesh file once: what was read to plan a run is there when its bodies are built, and so are the cylinders
+/// that were made last. For rank 0.
 #[derive(Debug, Default)]
 pub struct Meshes {
     files: RefCell<Vec<(Key, Rc<Meshed>)>>,
+    cylinders: RefCell<Vec<(CylinderSpec, Rc<Meshed>)>>,
 }
 
 impl Meshes {
@@ -38,9 +43,19 @@ impl Meshes {
         };
         match body.elements()?.0 {
             MeshSource::Cylinder(c) => {
-                let mesh = cylinder_mesh(&cylinder_spec(c, job.contact.as_ref())).map_err(named)?;
+                let spec = cylinder_spec(c, job.contact.as_ref());
+                if let Some((_, made)) = self.cylinders.borrow().iter().find(|(s, _)| *s == spec) {
+                    return Ok(made.clone());
+                }
+                let mesh = cylinder_mesh(&spec).map_err(named)?;
                 let contact = mesh.groups.contains_key("contact");
-                Ok(on_grid(mesh, contact, Vec::new()))
+                let made = on_grid(mesh, contact, Vec::new());
+                let mut all = self.cylinders.borrow_mut();
+                if all.len() == CYLINDERS {
+                    all.remove(0);
+                }
+                all.push((spec, made.clone()));
+                Ok(made)
             }
             MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
                 Err(Error::Defect("a mesh is asked for of a body that is swept".into()))
@@ -81,6 +96,7 @@ impl Meshes {
     /// Gives back the memory of what was read.
     pub fn forget(&self) {
         self.files.borrow_mut().clear();
+        self.cylinders.borrow_mut().clear();
     }
 }
 

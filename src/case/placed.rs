@@ -3,7 +3,7 @@
 use super::bodies::{material_of, of_elements, Bodies, Place};
 use super::meshes::Meshes;
 use super::rail;
-use super::standing::{axle, standing, Standing};
+use super::standing::{standing, Standing};
 use super::surfaces::beside_nodes;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
@@ -296,6 +296,32 @@ fn unsmoothed(job: &Job) -> Option<String> {
     })
 }
 
+/// Smoothing that shows whether noise rules the contact of profiles that are not smoothed, m; and the part by which
+/// Hertz' pressure may differ with it.
+const SMOOTHED: f64 = 0.005;
+const NOISY: f64 = 0.25;
+
+/// Warning of measured profiles that are not smoothed, where the contact depends on it.
+pub(super) fn noise(job: &Job, placed: &Placed) -> Option<String> {
+    let hint = unsmoothed(job)?;
+    let mut job = job.clone();
+    for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
+        match &mut body.profile {
+            Some(Profile::File(file)) if file.smoothing == 0.0 => file.smoothing = SMOOTHED,
+            _ => {}
+        }
+    }
+    let smoothed = Placed::resolve(&job).ok()?.ellipse.pressure;
+    let pressure = placed.ellipse.pressure;
+    ((pressure / smoothed).ln().abs() > NOISY).then(|| {
+        format!(
+            "{hint}. Hertz' pressure is {:.0} MPa as it is, and {:.0} MPa with {SMOOTHED} m",
+            1e-6 * pressure,
+            1e-6 * smoothed
+        )
+    })
+}
+
 /// Young's modulus, Pa, and Poisson's ratio of a body.
 pub(super) fn material(body: &job::Body) -> Result<(f64, f64)> {
     let m = body.elastic()?;
@@ -374,10 +400,6 @@ pub(crate) fn build<'p>(
     for line in placed.iter().flat_map(Placed::lines) {
         summary.line(line);
     }
-    for warning in placed.iter().flat_map(Placed::warnings) {
-        progress.note(format!("warning: {warning}"));
-        summary.warn(warning);
-    }
     let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
     let lines = |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.as_ref().map_or(Vec::new(), |p| of(&p.gap).clone()));
     let (x, y) = (lines(|g| &g.x), lines(|g| &g.y));
@@ -396,10 +418,6 @@ pub(crate) fn build<'p>(
             let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
             if let Some(stands) = &stands {
                 summary.line(format!("body {name}: {}", stands.text));
-                if let Some(text) = axle(body, stands) {
-                    progress.note(format!("warning: bodies.{name}.mesh: {text}"));
-                    summary.warn(format!("bodies.{name}.mesh: {text}"));
-                }
             }
             progress.stage(format!("distribution and assembly, body {name}"));
             let mesh = (stands.as_ref().map(|s| &s.mesh), on_grid.as_ref());

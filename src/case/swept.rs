@@ -170,7 +170,6 @@ fn made<'p>(
     let inertia = in_words(swept.inertia());
     summary.line(format!("body {name}: swept, {unknowns} unknowns of each order, {inertia}"));
     carried.lines.into_iter().for_each(|line| summary.line(line));
-    carried.warnings.into_iter().for_each(|warning| summary.warn(warning));
     Ok(swept)
 }
 

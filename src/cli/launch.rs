@@ -1,5 +1,6 @@
 //! The launcher: which rank this process is before MPI starts, and whether MPI and the launcher agree.
 
+use railsqueal::memory::Limit;
 use railsqueal::{Error, Result};
 
 /// Variables by which launchers tell a process how many ranks they started. The first that is set decides: `mpirun`
@@ -157,6 +158,24 @@ pub fn enough_descriptors() -> Result<()> {
         ))),
         _ => Ok(()),
     }
+}
+
+/// Address space that MPI and the libraries take for their start, MB, and more than they need.
+const START: f64 = 128.0;
+
+/// An error if the address space of this process (`ulimit -v`) leaves too little for MPI and the libraries, which then
+/// crash or wait for ever. Below some 160 MB the libraries cannot be loaded, and no line of this program runs.
+pub fn enough_address_space() -> Result<()> {
+    let limit = Limit::of_process();
+    if limit.bytes < 1e6 * START {
+        return Err(Error::Memory(format!(
+            "{} leaves {:.0} MB, expected {START:.0} MB or more for the start of MPI and the libraries; raise it \
+             (ulimit -v unlimited)",
+            limit.source,
+            1e-6 * limit.bytes
+        )));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

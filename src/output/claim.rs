@@ -20,6 +20,8 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) struct Claim {
     path: PathBuf,
     _held: File,
+    /// False where the file system has no locks.
+    pub(super) locked: bool,
     /// The file under the name when the claim was made.
     found: Option<Stamp>,
 }
@@ -66,7 +68,7 @@ impl Claim {
                         target.display()
                     )))
                 }
-                _ => return Ok(Self { path, _held: held, found: Stamp::of(target) }),
+                lock => return Ok(Self { path, _held: held, locked: lock.is_ok(), found: Stamp::of(target) }),
             }
         }
     }

@@ -29,6 +29,7 @@ mod vtkhdf;
 
 pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;
+pub use partial::Leftovers;
 pub use patch::{averaged, GridPatch};
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::{survey, Reader};

@@ -24,7 +24,6 @@ pub(super) fn check_target(world: &World, target: &Path, overwrite: bool) -> Res
     ignore_file_size_signal();
     let check = || {
         replaceable(target, overwrite)?;
-        sweep(target);
         let probe = temporary_name(target);
         let made = fs::OpenOptions::new().write(true).create_new(true).open(&probe);
         made.map_err(|e| failure(target, &e))?;
@@ -176,17 +175,77 @@ fn temporary_name(target: &Path) -> PathBuf {
     directory(target).join(format!("{}{}.partial", prefix(target), std::process::id()))
 }
 
+/// Unfinished files of a target that earlier runs have left.
+#[derive(Debug, Default)]
+pub struct Leftovers {
+    /// Those that were removed.
+    pub removed: Vec<PathBuf>,
+    /// Those of other hosts, where a run may be at work.
+    pub elsewhere: Vec<PathBuf>,
+}
+
 /// Removes what killed runs on this host have left of the same target.
 pub(super) fn sweep(target: &Path) {
+    clear(target, false, &mut Leftovers::default());
+}
+
+/// Removes what runs on this host have left of `target` whose processes are gone; with a `lock` on the target, whose
+/// own runs are gone, also where their number is that of another process now. Adds all to `found`.
+pub(super) fn clear(target: &Path, lock: bool, found: &mut Leftovers) {
     let Ok(entries) = fs::read_dir(directory(target)) else { return };
-    let prefix = prefix(target);
+    let name = target.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     for entry in entries.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let pid =
-            name.strip_prefix(&prefix).and_then(|r| r.strip_suffix(".partial")).and_then(|p| p.parse::<i32>().ok());
-        let Some(pid) = pid.and_then(rustix::process::Pid::from_raw) else { continue };
-        if rustix::process::test_kill_process(pid) == Err(Errno::SRCH) {
-            let _ = fs::remove_file(entry.path());
+        let file = entry.file_name().to_string_lossy().into_owned();
+        let Some((owner, rest)) = file.strip_prefix(&format!(".{name}.")).and_then(|r| r.rsplit_once(".partial"))
+        else {
+            continue;
+        };
+        // MPI-IO has a file of its own beside each that it writes.
+        let lock_file = rest.starts_with('-') && rest.ends_with(".lock");
+        if !rest.is_empty() && !lock_file {
+            continue;
+        }
+        let Some((owner, pid)) = owner.rsplit_once('-') else { continue };
+        let Some(pid) = pid.parse::<i32>().ok().and_then(rustix::process::Pid::from_raw) else { continue };
+        if owner != host() {
+            found.elsewhere.push(entry.path());
+        } else if (lock || rustix::process::test_kill_process(pid) == Err(Errno::SRCH))
+            && fs::remove_file(entry.path()).is_ok()
+        {
+            found.removed.push(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Files of dead processes go, of living ones only with a lock, of other hosts and other targets never.
+    #[test]
+    fn what_dead_runs_left_is_removed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let target = folder.path().join("run.h5");
+        let made = |name: &str, host: &str, pid: u32| {
+            let path = folder.path().join(format!(".{name}.{host}-{pid}.partial"));
+            fs::write(&path, "unfinished").expect("write");
+            path
+        };
+        let mut ended = std::process::Command::new("true").spawn().expect("a process");
+        ended.wait().expect("its end");
+        let living = made("run.h5", &host(), std::process::id());
+        let other = made("other.h5", &host(), ended.id());
+        let elsewhere = made("run.h5", "node-17.cluster", ended.id());
+        let beside = folder.path().join(format!(".run.h5.{}-{}.partial-1-{1}.lock", host(), std::process::id()));
+        fs::write(&beside, "").expect("write");
+        for (lock, gone) in [(false, vec![made("run.h5", &host(), ended.id())]), (true, vec![living.clone(), beside])] {
+            let mut found = Leftovers::default();
+            clear(&target, lock, &mut found);
+            found.removed.sort();
+            assert_eq!(found.removed, gone);
+            assert_eq!(found.elsewhere, std::slice::from_ref(&elsewhere));
+            assert!(gone.iter().all(|path| !path.exists()) && elsewhere.exists() && other.exists());
+            assert_eq!(living.exists(), !lock);
         }
     }
 }

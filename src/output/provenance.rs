@@ -57,8 +57,13 @@ impl Provenance {
                 column(&self.inputs, false),
             ),
             Table::list("/provenance/input_sha256", "-", "SHA-256 of each of input_files.", column(&self.inputs, true)),
-            Table::list("/provenance/stage_names", "-", "Stages of the run, in order.", stages.0),
-            Table::list("/provenance/stage_times", "s", "Wall time of each of stage_names.", stages.1),
+            Table::list(
+                "/provenance/stage_names",
+                "-",
+                "Stages of the run, in the order of their beginnings.",
+                stages.0,
+            ),
+            Table::list("/provenance/stage_times", "s", "Wall time of all that each of stage_names took.", stages.1),
             Table::scalar("/provenance/date", "-", "Start of the run, UTC, ISO 8601.", self.date.as_str()),
         ];
         if !self.warnings.is_empty() {

@@ -2,7 +2,7 @@
 
 use super::claim::Claim;
 use super::fields::{BodyPart, PointField};
-use super::partial::{check_target, sweep, Partial};
+use super::partial::{check_target, clear, Leftovers, Partial};
 use super::patch::GridPatch;
 use super::replace::replaceable;
 use super::segments::{append_to, Segments};
@@ -32,6 +32,8 @@ pub struct ResultFile<'w> {
     target: PathBuf,
     /// On rank 0.
     claim: Option<Claim>,
+    /// On rank 0: unfinished files of earlier runs.
+    left: Leftovers,
     partial: Option<Partial>,
     /// Whether it has fields.
     fields: bool,
@@ -57,10 +59,15 @@ impl<'w> ResultFile<'w> {
         // What another run wrote while this one waited for its claim.
         world.on_root(|| replaceable(path, overwrite))?;
         world.on_root(|| COMPANIONS.iter().try_for_each(|c| replaceable(&companion(path, c), overwrite)))?;
+        let mut left = Leftovers::default();
+        if let Some(claim) = &claim {
+            outputs(path).0.iter().for_each(|target| clear(target, claim.locked, &mut left));
+        }
         Ok(Self {
             world,
             target: path.to_owned(),
             claim,
+            left,
             partial: None,
             fields: false,
             tables: Vec::new(),
@@ -71,6 +78,11 @@ impl<'w> ResultFile<'w> {
             leftovers: Vec::new(),
             discarded: None,
         })
+    }
+
+    /// On rank 0: unfinished files of earlier runs to the same output.
+    pub fn left(&self) -> &Leftovers {
+        &self.left
     }
 
     /// Collective: writes the static fields, once: both bodies, the fields at their points, the body and the rank of each
@@ -124,7 +136,6 @@ impl<'w> ResultFile<'w> {
         let target = companion(&self.target, MODEL);
         self.world.on_root(|| {
             replaceable(&target, true)?;
-            sweep(&target);
             let mut partial = Partial::alone(&target);
             skeleton(&partial, None, &[], tables, None)?;
             partial.publish()

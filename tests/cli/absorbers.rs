@@ -121,11 +121,11 @@ fn absorbers_that_do_not_fit_are_refused_by_their_keys() {
         job["bodies"]["upper"]["ring_dampers"] = ring.clone();
         let folder = Folder::with(job.to_string());
         let set = format!("bodies.upper.{key}={value}");
-        folder.call(1, "check", &["--set", &set]).failed(2, words);
+        folder.refused(1, &["--set", &set], 2, words);
     }
     let mut meshed = job("curve.json");
     meshed["bodies"]["upper"]["absorbers"] = with_absorbers()["bodies"]["upper"]["absorbers"].clone();
-    Folder::with(meshed.to_string()).call(1, "check", &[]).failed(2, &["bodies.upper.absorbers", "mesh.revolved"]);
+    Folder::with(meshed.to_string()).refused(1, &[], 2, &["bodies.upper.absorbers", "mesh.revolved"]);
     // Six of them near modes with three diameters.
     let folder = Folder::with(with_absorbers().to_string());
     let few = ["--set", "bodies.upper.absorbers.0.count=6"];

@@ -241,11 +241,11 @@ fn what_cannot_be_followed_is_refused() {
         (json!({ "sound_power": { "from": 1 } }), ["cycles.sound_power.from", "expected none"]),
         (json!({ "sound_power": { "bodies": [] } }), ["cycles.sound_power.bodies", "\"lower\""]),
     ] {
-        Folder::with(swept(cycles).to_string()).call(1, "check", &[]).failed(2, &parts);
+        Folder::with(swept(cycles).to_string()).refused(1, &[], 2, &parts);
     }
     let mut job = swept(json!({}));
     job["contact"]["roughness"] = json!({ "lower": [{ "spectrum": { "levels": "ISO3095", "seed": 1 } }] });
-    Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &["cycles", "no motion repeats itself"]);
+    Folder::with(job.to_string()).refused(1, &[], 2, &["cycles", "no motion repeats itself"]);
 }
 
 /// At 1 % creepage the wave of the pair of modes that is not on the cycle dies out beside it, over some seconds: the

@@ -146,8 +146,8 @@ fn a_drawn_wheel_has_layers() {
     // The crown takes half a per cent of the moment of inertia away.
     assert!(found.iter().any(|f| (f / wanted - 1.0).abs() < 0.01), "{wanted} Hz: {found:?}");
     let key = "bodies.lower.mesh.revolved.section.file.layers.0.group";
-    folder.call(1, "check", &["--set", &format!("{key}=tyre")]).failed(2, &["layers.0.group", "tyre", "\"rubber\""]);
-    folder.call(1, "check", &["--set", &format!("{key}=steel")]).failed(2, &["section.file.layers", "running line"]);
+    folder.refused(1, &["--set", &format!("{key}=tyre")], 2, &["layers.0.group", "tyre", "\"rubber\""]);
+    folder.refused(1, &["--set", &format!("{key}=steel")], 2, &["section.file.layers", "running line"]);
 }
 
 #[test]
@@ -235,7 +235,7 @@ fn what_a_drawn_rail_lacks_is_said() {
         let mut job = worn();
         job["bodies"]["lower"]["mesh"]["extruded"]["section"]["file"][key] = value;
         std::fs::write(folder.path("job.json"), job.to_string()).expect("a job");
-        folder.call(2, "check", &[]).failed(code, says);
+        folder.refused(2, &[], code, says);
     };
     fails("foot", json!("base"), 3, &["no physical curve \"base\"", "foot"]);
     fails("running", json!("head"), 3, &["no physical curve \"head\"", "foot, running"]);

@@ -321,6 +321,26 @@ fn too_few_open_files_are_said() {
     folder.untouched();
 }
 
+/// Where the address space does not hold MPI it would crash, or wait for ever.
+#[test]
+fn too_little_address_space_is_said() {
+    let folder = Folder::with(small().to_string());
+    for kilobytes in [170_000, 200_000] {
+        let line = format!("ulimit -v {kilobytes}; exec \"$0\" run \"$1\"");
+        let ran = finish(Command::new("bash").env("OPENBLAS_NUM_THREADS", "1").args([
+            "-c",
+            &line,
+            PROGRAM,
+            &folder.text("job.json"),
+        ]));
+        // The dynamic linker itself may have no room for the libraries.
+        if ran.code != Some(127) {
+            ran.failed(7, &["ulimit -v", "expected 128 MB or more"]);
+        }
+        folder.untouched();
+    }
+}
+
 /// A file system that fails when HDF5 closes a file: HDF5 would close it again at the end of MPI, and crash.
 #[test]
 fn a_file_that_cannot_be_closed_ends_with_its_message() {

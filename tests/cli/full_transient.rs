@@ -145,8 +145,8 @@ fn what_the_full_model_has_not_is_refused() {
     let folder = Folder::with(short("full").to_string());
     for (sets, named) in cases {
         let args: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
-        folder.call(1, "check", &args).failed(2, &[named, "\"full\"", "reduced"]);
+        folder.refused(1, &args, 2, &[named, "\"full\"", "reduced"]);
     }
     let missing = ["--set", "solver.linear=gamg"];
-    folder.call(1, "check", &missing).failed(2, &["solver.linear", "mumps"]);
+    folder.refused(1, &missing, 2, &["solver.linear", "mumps"]);
 }

@@ -181,7 +181,7 @@ fn sections_on_a_placement_are_checked() {
     for (change, words) in cases {
         let mut job = wheel_on_a_stiff_rail();
         change(&mut job);
-        Folder::with(job.to_string()).call(1, "check", &[]).failed(2, words);
+        Folder::with(job.to_string()).refused(1, &[], 2, words);
     }
     // The rail is touched on its face, the wheel on its flange.
     let mut flange = job("wheel-at-given-yaw.json");

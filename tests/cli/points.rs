@@ -261,7 +261,7 @@ fn what_matrices_cannot_give_is_refused() {
     let refused = |change: &dyn Fn(&mut Value), parts: &[&str]| {
         let folder = with_matrices("belt", |job| change(job));
         std::fs::remove_file(folder.path("belt/mass.mtx")).unwrap();
-        folder.call(1, "check", &[]).failed(2, parts);
+        folder.refused(1, &[], 2, parts);
         folder.call(2, "run", &[]).failed(2, parts);
     };
     let upper = "which bodies.upper does not have: it is given by matrices";

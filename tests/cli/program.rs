@@ -126,6 +126,19 @@ impl Folder {
         railsqueal(ranks, &[&[command, job.as_str()], args].concat())
     }
 
+    /// The job is refused like this by `check` and, by the same code and before anything is factorised, by `run`;
+    /// nothing is left behind.
+    #[track_caller]
+    pub fn refused(&self, ranks: usize, args: &[&str], code: i32, parts: &[&str]) {
+        let (before, output) = (self.listing(), self.text("refused.h5"));
+        for (command, more) in [("check", &[][..]), ("run", &["--output", output.as_str()][..])] {
+            let ran = self.call(ranks, command, &[args, more].concat());
+            ran.failed(code, parts);
+            assert!(!ran.err.contains("] factorisation") && !ran.err.contains("] modes,"), "{command}: {}", ran.err);
+            assert_eq!(self.listing(), before, "{command}");
+        }
+    }
+
     /// [`call`](Self::call) with no other run beside it.
     pub fn call_alone(&self, ranks: usize, command: &str, args: &[&str]) -> Ran {
         let job = self.text("job.json");

@@ -101,7 +101,7 @@ fn check_says_the_measures_of_rails() {
     // A head is no profile of a wheel.
     let mut wrong = job("wheel-at-given-yaw.json");
     wrong["bodies"]["upper"]["profile"] = json!("54E1");
-    Folder::with(wrong.to_string()).call(1, "check", &[]).failed(2, &["bodies.upper.profile", "profile of a rail"]);
+    Folder::with(wrong.to_string()).refused(1, &[], 2, &["bodies.upper.profile", "profile of a rail"]);
 }
 
 #[test]
@@ -123,12 +123,12 @@ fn what_a_rail_cannot_be_is_refused() {
         let mut job = rail(json!([300]));
         job["bodies"]["lower"][key] = value;
         let folder = Folder::with(job.to_string());
-        folder.call(1, "check", &[]).failed(2, &[says]);
+        folder.refused(1, &[], 2, &[says]);
     }
     let mut wheel = rail(json!([300]));
     wheel["bodies"]["upper"]["track"] = json!({});
     let folder = Folder::with(wheel.to_string());
-    folder.call(1, "check", &[]).failed(2, &["bodies.upper.track"]);
+    folder.refused(1, &[], 2, &["bodies.upper.track"]);
 }
 
 /// The sound of a rail under the forces of a wheel: the same to the last bit of a run that is continued, as loud on two ranks as on one, and without mode

@@ -104,7 +104,7 @@ fn sound_that_cannot_be_found_is_refused() {
     };
     let key = "analyses.transient.sound_power";
     refused(&[], &[key, "100 Hz", "after 0.17", "longer `duration`"]);
-    folder.call(1, "check", &[]).failed(2, &[key, "after 0.17"]);
+    folder.refused(1, &[], 2, &[key, "after 0.17"]);
     refused(&[&format!("{key}.from=0.4")], &[key, "0.4 s to 0.3 s"]);
     refused(&[&format!("{key}.air_density=-1.2")], &["air_density", "-1.2"]);
     refused(&[&format!("{key}.sound_speed=0")], &["sound_speed"]);

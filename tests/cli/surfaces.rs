@@ -337,7 +337,7 @@ fn elements_of_a_placed_wheel_yield_as_a_half_space_and_the_rest_do() {
     }
     let refused = |set: &str, words: &[&str]| {
         let before = folder.listing();
-        folder.call(1, "check", &["--set", set]).failed(2, words);
+        folder.refused(1, &["--set", set], 2, words);
         assert_eq!(folder.listing(), before);
     };
     refused("contact.placement.loaded=true", &["contact.compliance", "contact.placement.loaded = false", "\"hybrid\""]);

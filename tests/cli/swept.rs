@@ -162,7 +162,7 @@ fn keys_that_do_not_go_together_are_named() {
     ];
     for (change, words) in cases {
         let folder = with(change);
-        folder.call(1, "check", &[]).failed(2, words);
+        folder.refused(1, &[], 2, words);
     }
 }
 

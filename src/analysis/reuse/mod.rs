@@ -28,10 +28,52 @@ pub fn held(file: &Path) -> &'static str {
     }
 }
 
+/// True if the file is what a run has left that did not come to its end.
+pub fn is_left(file: &Path) -> bool {
+    Reader::open(file).is_ok_and(|file| file.has("/reduced/version") && !file.has("/provenance/job"))
+}
+
+/// Part of the largest component by which a mode that was found again may differ from the one that was kept, and part
+/// of its frequency.
+const SAME: f64 = 1e-6;
+
+/// On rank 0: `Error::Input` unless the modes `found` again are those `kept` by an earlier run.
+pub fn same(found: &[TraceModes], kept: &[TraceModes]) -> Result<()> {
+    let close = |a: &[f64], b: &[f64]| {
+        let largest = b.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * largest)
+    };
+    let alike = |a: &TraceModes, b: &TraceModes| {
+        let columns = match (&a.rows, &b.rows) {
+            (Some(a), Some(b)) if a.shape() == b.shape() => {
+                let of = |m: &faer::Mat<f64>, k: usize| (0..m.nrows()).map(|i| m[(i, k)]).collect::<Vec<f64>>();
+                (0..a.ncols()).all(|k| close(&of(a, k), &of(b, k)))
+            }
+            _ => false,
+        };
+        columns && close(&a.omega, &b.omega)
+    };
+    match found.len() == kept.len() && found.iter().zip(kept).all(|(a, b)| alike(a, b)) {
+        true => Ok(()),
+        false => Err(Error::Input(
+            "the modes found again are not those that the earlier run has left: it was of another version of the \
+             program or of its libraries. Run without --reuse, or with output.swept_modes = false"
+                .into(),
+        )),
+    }
+}
+
 /// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if it is not.
 pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     let name = file.display();
     let refuse = |text: &str| Err(Error::Job(format!("--reuse {name}: {text}")));
+    if !file.exists() {
+        let named = file.with_file_name(format!("{}.h5", file.file_name().unwrap_or_default().to_string_lossy()));
+        let near = if named.exists() { format!("; did you mean {}?", named.display()) } else { String::new() };
+        return Err(Error::Input(format!(
+            "--reuse: cannot read {name}: there is no such file, expected a result file (.h5) of an earlier run{near}"
+        )));
+    }
     match &job.contact {
         Some(c) if job.analyses.on_contact().is_empty() || c.points.is_some() => {
             return refuse("no analysis of the job works on a reduced model of finite elements");

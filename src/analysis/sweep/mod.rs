@@ -13,6 +13,7 @@ use crate::body::elsewhere::Elsewhere;
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::examined::Examined;
+use crate::case::foresee;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
 use crate::case::placed;
@@ -238,6 +239,7 @@ fn build<'p>(
         body.damping = Default::default();
     }
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
+    world.on_root(|| foresee::of_run(&job, meshes, true).map(drop))?;
     let mut bodies = Bodies::build(petsc, &job, meshes, progress, &mut quiet)?;
     bodies.factorise(&job, progress, &mut quiet)?;
     bodies.unique.iter_mut().zip(&*earlier).for_each(|(body, found)| found.iter().for_each(|f| body.take(f)));

@@ -191,7 +191,10 @@ fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progr
     for e in pairs.iter().filter(|e| grows(e.value, e.backward_error) && e.frequency() > 0.0) {
         let own = scheme.own_damping(e.value.im.abs());
         let share = own / e.growth_rate();
-        let text = format!("{own:.3e} 1/s, {:.2} % of the growth rate {:.4} 1/s", 100.0 * share, e.growth_rate());
+        let text = match share <= 1.0 {
+            true => format!("{own:.3e} 1/s, {:.2} % of the growth rate {:.4e} 1/s", 100.0 * share, e.growth_rate()),
+            false => format!("{own:.3e} 1/s, more than its growth rate {:.4e} 1/s: it dies away", e.growth_rate()),
+        };
         summary.value(&format!("damping by the scheme, {:.2} Hz", e.frequency()), &text);
         if share > 0.02 {
             progress.note(format!(

@@ -1,6 +1,7 @@
 //! The group `/sweep`.
 
 use super::super::Table;
+use crate::error::printable;
 use crate::job::SweepPlan;
 use crate::stability::grows;
 use crate::Error;
@@ -34,7 +35,7 @@ impl Outcome {
     pub fn failed(error: &Error) -> Self {
         Self {
             status: error.exit_code(),
-            message: error.to_string(),
+            message: printable(&error.to_string()).into_owned(),
             eigenvalues: Vec::new(),
             backward_error: f64::NAN,
             closed: 0,
