@@ -1,13 +1,8 @@
 //! What is known of the contact before anything is factorised: whether the bodies overlap, how large the contact will be on half-spaces of their
 //! materials, whether the patch holds it, and whether the grid resolves it.
 
-<<<<<<< HEAD
-use super::bodies::{matrices_of, Bodies};
-use super::interface::{creepage, interface_between, interface_of};
-=======
 use super::bodies::matrices_of;
-use super::interface::interface_between;
->>>>>>> h-run
+use super::interface::{creepage, interface_between};
 use super::meshes::{Meshed, Meshes};
 use super::standing::axle;
 use super::surfaces;

@@ -102,7 +102,7 @@ fn node_sets_of_element_sets() {
             "a set with shells or membranes",
         ),
     ] {
-        let error = of(&text).err().expect("an error");
+        let Err(error) = of(&text) else { panic!("{text}") };
         assert!(error.message().contains(says), "{error}");
     }
 }
