@@ -6,7 +6,7 @@
 //! return to a section has been looked at (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied
 //! Nonlinear Dynamics, 1995).
 //!
-//! One rule gives the verdict ([`Fate::of`]): a motion that has stopped changing is a cycle if it comes back to the
+//! One rule gives the verdict (`Fate::of`): a motion that has stopped changing is a cycle if it comes back to the
 //! section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is
 //! followed until it is gone or the time is over.
 
