@@ -14,7 +14,7 @@ const BATCHES: [usize; 4] = [LOOKS, 2 * LOOKS, 4 * LOOKS, 8 * LOOKS];
 const TREND: f64 = 0.02;
 /// A motion whose amplitude has gone so far, in ln a, was not near to its end.
 const GONE: f64 = 0.5;
-/// A spread that is no less than this part of what it was two batches before does not shrink.
+/// A spread that is no less than this part of what it was two batches before, nor that is of it, stays.
 const SHRINKS: f64 = 0.8;
 
 /// What is known of it.
@@ -110,10 +110,11 @@ impl Alone {
     fn spreads_as_before(&self, batch: usize) -> bool {
         let Some(first) = self.spreads.len().checked_sub(3 * batch) else { return false };
         let largest = |b: usize| self.spreads[first + b * batch..][..batch].iter().copied().fold(0.0, f64::max);
-        largest(2) >= SHRINKS * largest(0)
+        // A beat that grows leads to another motion.
+        largest(2) >= SHRINKS * largest(0) && largest(0) >= SHRINKS * largest(2)
     }
 
-    /// Returns true if the spread does not shrink, whatever the amplitude does.
+    /// Returns true if the spread neither shrinks nor grows, whatever the amplitude does.
     pub(super) fn keeps_its_spread(&self) -> bool {
         self.spreads_as_before(LOOKS)
     }
@@ -149,6 +150,18 @@ mod tests {
         assert_eq!(end(|k| -0.06 * k, |_| 0.1).0, Known::Gone);
         assert_eq!(end(|k| if k < 2.0 { k } else { 1.0 }, |_| 0.1).0, Known::Gone);
         assert_eq!(end(|_| 0.3, |_| 0.1), (Known::Settled, 3));
+    }
+
+    /// A beat that grows is on its way to another motion.
+    #[test]
+    fn a_beat_that_grows_is_not_sustained() {
+        let beat = |k: f64| 0.01 * 1.04f64.powf(k);
+        let mut alone = Alone::default();
+        for k in (0..60).map(f64::from) {
+            let seen = Seen { level: beat(k) * (1.3 * k).sin(), rate: 0.0, linear: false };
+            let known = alone.next(seen, 2.0 * beat(k), 1e-3);
+            assert!(known == Known::Nothing, "{k}: {known:?}");
+        }
     }
 
     /// A beat of 20 % that loses 7 % at each look stands no chance to settle within 16 looks, and is given the time to.
