@@ -71,6 +71,27 @@ fn every_spelling_of_a_profile_touches_at_the_same_place() {
     }
 }
 
+/// Numbers are read and written with a decimal point whatever the locale of the process, and messages keep their signs.
+#[test]
+fn the_locale_changes_nothing() {
+    let folder = with_profile("y [mm];z [mm]\n-70,5;1,0\n", json!({}));
+    let of = |locale: &str, command: &str, path: &str| {
+        let mut process = std::process::Command::new(PROGRAM);
+        process.env("LC_ALL", locale).env("LANGUAGE", "de").env("OPENBLAS_NUM_THREADS", "1");
+        let ran = finish(process.args([command, path]));
+        // Without the lines of progress, which have times.
+        let messages: Vec<String> = ran.err.lines().filter(|l| !l.starts_with('[')).map(str::to_owned).collect();
+        (ran.code, ran.out, messages)
+    };
+    let job = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/wheel-on-rail-contact.json");
+    for (command, path) in [("check", job), ("check", &folder.text("job.json"))] {
+        let plain = of("C.UTF-8", command, path);
+        for locale in ["C", "POSIX", "de_DE.UTF-8", "tr_TR.UTF-8", "no such locale"] {
+            assert_eq!(of(locale, command, path), plain, "{locale}");
+        }
+    }
+}
+
 /// A tread without its flange does not show which way z points: the job says it.
 #[test]
 fn a_tread_without_flange_needs_the_direction_of_z() {
