@@ -154,8 +154,8 @@ mod tests {
         let patience = Duration::from_secs(600);
         let judged = |end: Option<End>| judged(Path::new("a.h5"), 30, &end.expect("a shell"));
         assert!(judged(end_of(shell("exit 0"), patience)).is_ok());
-        // The limit of the shell stands for that of the reader.
-        let error = judged(end_of(shell("ulimit -t 1; while :; do :; done"), patience)).expect_err("it works");
+        // The limit of the shell stands for that of the reader, whose hard limit stays where it was.
+        let error = judged(end_of(shell("ulimit -S -t 1; while :; do :; done"), patience)).expect_err("it works");
         assert_eq!(error.exit_code(), 3);
         assert!(error.message().contains("within 30 s of processor time"), "{error}");
         let error = judged(end_of(shell("exec sleep 1000"), Duration::from_millis(50))).expect_err("it waits");

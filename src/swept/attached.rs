@@ -246,25 +246,22 @@ pub struct NearestPlace {
 const STEPS: usize = 20;
 
 impl Section {
-    /// Place of the section that is nearest to `place`, (r, y), m; beside the section about that.
+    /// Place of the section that is nearest to `place`, (r, y), m.
     pub fn nearest(&self, place: [f64; 2]) -> Option<NearestPlace> {
         let apart = |x: [f64; 2]| (x[0] - place[0]).hypot(x[1] - place[1]);
         let mut best: Option<NearestPlace> = None;
-        let mut take = |found: NearestPlace| {
-            if best.as_ref().is_none_or(|b| found.distance < b.distance) {
-                best = Some(found);
-            }
-        };
+        let nearer = |best: &Option<NearestPlace>, distance: f64| best.as_ref().is_none_or(|b| distance < b.distance);
         for element in &self.elements {
             let corners = element.nodes.iter().map(|&k| self.nodes[k]);
             let size = corners
                 .clone()
                 .map(|x| (x[0] - self.nodes[element.nodes[0]][0]).hypot(x[1] - self.nodes[element.nodes[0]][1]));
             let (size, near) = (size.fold(0.0, f64::max), corners.map(apart).fold(f64::INFINITY, f64::min));
-            for &node in element.nodes.iter().filter(|&&k| apart(self.nodes[k]) == near) {
-                take(NearestPlace { place: self.nodes[node], distance: near, shares: vec![(node, 1.0)] });
+            let nearest = element.nodes.iter().find(|&&k| apart(self.nodes[k]) == near);
+            if let Some(&node) = nearest.filter(|_| nearer(&best, near)) {
+                best = Some(NearestPlace { place: self.nodes[node], distance: near, shares: vec![(node, 1.0)] });
             }
-            if near > size {
+            if !nearer(&best, near - size) {
                 continue;
             }
             let mut local = element.kind.middle();
@@ -280,8 +277,11 @@ impl Section {
             }
             let values = element.kind.shape(element.kind.inside(local), 0.0).value;
             let found = self.interpolated(element, &values);
-            let shares = element.nodes.iter().copied().zip(values).collect();
-            take(NearestPlace { place: found, distance: apart(found), shares });
+            let distance = apart(found);
+            if nearer(&best, distance) {
+                let shares = element.nodes.iter().copied().zip(values).collect();
+                best = Some(NearestPlace { place: found, distance, shares });
+            }
         }
         best
     }
