@@ -542,6 +542,13 @@ impl<'a> Stepper<'a> {
         }
     }
 
+    /// The state is that of a start after [`Self::settle`], as a stopped run has kept it: the balance of energy is counted
+    /// from the end of the first step.
+    pub fn after_settling(mut self) -> Self {
+        self.settled = true;
+        self
+    }
+
     /// Kinetic and elastic energy of the present state, J.
     fn stored(&self) -> (f64, f64) {
         let mut elastic = self.motion.elastic(&self.state.q);

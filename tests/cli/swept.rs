@@ -89,8 +89,9 @@ fn every_analysis_of_the_reduced_model_takes_swept_bodies() {
     let folder = Folder::with(alone.to_string());
     folder.call(2, "run", &[]).good();
     let found = numbers(&folder, "job.h5", "modes/lower/frequency");
-    for (f, w) in found.iter().zip([100.0, 100.0, 150.6, 350.6, 350.6]) {
-        assert!((f / w - 1.0).abs() < 2e-3, "{f} Hz, expected {w} Hz");
+    // Of a mesh with edges of 10 mm, and of 0.3 mm and less around the corners of the web.
+    for (f, w) in found.iter().zip([99.65, 99.65, 150.05, 350.50, 350.50]) {
+        assert!((f / w - 1.0).abs() < 5e-4, "{f} Hz, expected {w} Hz");
     }
 
     let mut all = coarse();

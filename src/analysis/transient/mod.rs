@@ -239,7 +239,11 @@ fn advance(
     let (mut stepper, begun);
     match resumed {
         Some(found) => {
+            let at_start = found.state.step == 0 && is_perturbed(inputs);
             stepper = begin(found.state)?;
+            if at_start {
+                stepper = stepper.after_settling();
+            }
             begun = Some(found.identity);
         }
         None => {
@@ -264,7 +268,13 @@ fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Resu
     if let Some(random) = start.random {
         state = state.shaken(u64::from(random.seed), random.energy);
     }
-    Ok((state, start.mode.is_some() || start.random.is_some()))
+    Ok((state, is_perturbed(inputs)))
+}
+
+/// True if the start has perturbations.
+fn is_perturbed(inputs: &Inputs<'_>) -> bool {
+    let start = &inputs.wanted.start;
+    start.mode.is_some() || start.random.is_some()
 }
 
 /// What can be refused before anything is meshed.
