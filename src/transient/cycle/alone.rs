@@ -16,6 +16,8 @@ const TREND: f64 = 0.02;
 const GONE: f64 = 0.5;
 /// A spread that is no less than this part of what it was two batches before, nor that is of it, stays.
 const SHRINKS: f64 = 0.8;
+/// A spread that goes one way over three batches has a trend, unless it is by less than this part.
+const STEADY: f64 = 0.95;
 
 /// What is known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,12 +108,14 @@ impl Alone {
         trend <= TREND.min(0.5 * self.range(3 * batch)) && self.spreads_as_before(batch)
     }
 
-    /// Returns true if the spread of the last `batch` looks is about what it was two batches before.
+    /// Returns true if the spread of the last `batch` looks is about what it was two batches before, and is not on its
+    /// way slowly: a beat may grow by a fifth in a second, and leads to another motion then.
     fn spreads_as_before(&self, batch: usize) -> bool {
         let Some(first) = self.spreads.len().checked_sub(3 * batch) else { return false };
         let largest = |b: usize| self.spreads[first + b * batch..][..batch].iter().copied().fold(0.0, f64::max);
-        // A beat that grows leads to another motion.
-        largest(2) >= SHRINKS * largest(0) && largest(0) >= SHRINKS * largest(2)
+        let [a, b, c] = [0, 1, 2].map(largest);
+        let one_way = (a < b && b < c && a < STEADY * c) || (a > b && b > c && c < STEADY * a);
+        c >= SHRINKS * a && a >= SHRINKS * c && !one_way
     }
 
     /// Returns true if the spread neither shrinks nor grows, whatever the amplitude does.
@@ -162,6 +166,17 @@ mod tests {
             let known = alone.next(seen, 2.0 * beat(k), 1e-3);
             assert!(known == Known::Nothing, "{k}: {known:?}");
         }
+    }
+
+    /// So is one that grows by 1 % at each look, which is less than a fifth over three batches of four.
+    #[test]
+    fn a_beat_that_grows_slowly_is_not_sustained() {
+        let beat = |k: f64| 0.02 * 1.01f64.powf(k);
+        let (known, looks) = end(|k| beat(k) * (1.3 * k).sin(), |k| 2.0 * beat(k));
+        assert_eq!((known, looks), (Known::Nothing, 100));
+        // One that stays, with spreads that differ by a tenth from look to look.
+        let (known, looks) = end(|k| 0.05 * (1.3 * k).sin(), |k| 0.1 + 0.005 * (2.1 * k).sin());
+        assert!(known == Known::Sustained && looks < 24, "{known:?} {looks}");
     }
 
     /// A beat of 20 % that loses 7 % at each look stands no chance to settle within 16 looks, and is given the time to.
