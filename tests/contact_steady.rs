@@ -100,7 +100,7 @@ fn normal_contact_is_hertz() {
     }
 }
 
-/// Of a gap whose lowest place lies beside the origin the centre of the pressure is there; of one in the middle it is
+/// The centre of the pressure lies at the lowest place of the gap, beside the origin; of one in the middle it is
 /// the origin, with friction, too: of equal bodies the pressure does not know of it.
 #[test]
 fn centre_of_the_pressure_follows_the_gap() {

@@ -255,7 +255,8 @@ fn check(conf: &str, found: &Found) {
     }
     if defined(conf, "PETSC_HAVE_64BIT_BLAS_INDICES") {
         fail(&format!(
-            "the PETSc of {} calls a BLAS with integers of 64 bits, but MUMPS is called with those of 32 bits beside it. \
+            "the PETSc of {} calls a BLAS with integers of 64 bits, but MUMPS is called with those of 32 bits \
+             beside it. \
              Configure it with a BLAS of 32 bits (without --with-64-bit-blas-indices; OpenBLAS, not its ILP64 build).",
             found.origin
         ));

@@ -77,7 +77,10 @@ class Modes:
 
 
 def growing(eigenvalue: Complexes) -> NDArray[np.bool_]:
-    """Eigenvalues (1/s) that grow, of files that do not say it: by more than rounding, and not rigid motions of less than 0.01 1/s."""
+    """Return true for eigenvalues (1/s) that grow by more than rounding and are no rigid motions (below 0.01 1/s).
+
+    For files that do not say it themselves.
+    """
     size = np.abs(eigenvalue)
     return (size >= 0.01) & (eigenvalue.real > 1e-10 * np.maximum(size, 100.0))
 

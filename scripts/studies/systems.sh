@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Tests railsqueal on a bare Debian of a release, in a folder: scripts/validate systems [RELEASE...], as root, half an hour
-# a release on two idle cores (bookworm and trixie, Debian 12 and 13, unless others are named). The two commands of the
-# README set up, build and run; then come the tests of the library, those of MPI on 1 to 3 ranks, and those of the command
-# line that the launcher may spoil: wrong usage, failures, signals. Last it makes the package, and a user of another bare
-# system, where nothing but the package is installed, runs the job of the README.
-# TRY_FOLDER=DIR keeps the system of one release in DIR.
+# Tests railsqueal on a bare Debian of a release, in a folder: scripts/validate systems [RELEASE...], as root, half an
+# hour a release on two idle cores (bookworm and trixie, Debian 12 and 13, unless others are named). The two commands
+# of the README set up, build and run; then come the tests of the library, those of MPI on 1 to 3 ranks, and those of
+# the command line that the launcher may spoil: wrong usage, failures, signals. Last it makes the package, and a user
+# of another bare system, where nothing but the package is installed, runs the job of the README. TRY_FOLDER=DIR keeps
+# the system of one release in DIR.
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/../../containers/bare"
 

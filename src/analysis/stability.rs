@@ -151,8 +151,8 @@ fn listed(spectrum: &Spectrum) -> &[Eigenpair] {
 /// Unstable pairs that SLEPc is asked about, those that grow fastest.
 const CONFIRMED: usize = 20;
 
-/// Places of the unstable pairs that SLEPc is asked about: of motions that oscillate. Growth without oscillation comes in
-/// clusters of hundreds, one for each node.
+/// Places of the unstable pairs that SLEPc is asked about: of motions that oscillate. Growth without oscillation
+/// comes in clusters of hundreds, one for each node.
 fn asked_places(spectrum: &Spectrum) -> Vec<usize> {
     unstable_places(spectrum).filter(|&i| spectrum.eigenpairs[i].value.im != 0.0).take(CONFIRMED).collect()
 }

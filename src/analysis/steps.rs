@@ -172,7 +172,8 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     freed(steps, [elements, elements && !heard])
 }
 
-/// The steps, without solvers that nothing asks for, and with the moments when solvers and shapes are freed, if they are.
+/// The steps, without solvers that nothing asks for, and with the moments when solvers and shapes are freed, if they
+/// are.
 fn freed(steps: Vec<(Step, Needs)>, [solvers, shapes]: [bool; 2]) -> Vec<Step> {
     let last = |of: fn(&Needs) -> bool| steps.iter().rposition(|(_, n)| of(n));
     let solvers = last(|n| n.solvers).filter(|_| solvers);

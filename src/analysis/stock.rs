@@ -26,7 +26,7 @@ pub struct Stock<'s> {
     modes: Vec<TraceModes>,
     /// Whether the mode shapes that an earlier run wrote could be read, where they were wanted.
     shapes: Option<Result<()>>,
-    /// Whether this run has computed the modes.
+    /// True if this run has computed the modes.
     computed: bool,
     /// The model of `--reuse`.
     reused: Earlier,

@@ -293,7 +293,8 @@ fn coarse_for_spin(creepage: Creepage, s: &Interface, lowest: usize, half: [f64;
     (creepage.is_ruled_by_spin(half) && spacing > 1.1 * fine).then(|| {
         format!(
             "spin rules the rigid slip ({:.2e} at the edge of the contact, {others:.2e} by the other creepages), and \
-             the nodes are {:.2} mm apart along x: the lateral force that it makes can be too small by {:.0} %; a spacing \
+             the nodes are {:.2} mm apart along x: the lateral force that it makes can be too small by {:.0} %; \
+             a spacing \
              of {:.2} mm makes it good to 1 %",
             creepage.spin.abs() * edge,
             1e3 * spacing,

@@ -44,9 +44,9 @@ pub fn alone(env: Lookup) -> bool {
 /// Variables of Open MPI for its start, as far as nobody has set them; to be set before MPI starts.
 ///
 /// Libraries for networks take up to half of the start; ranks that are all on one machine have shared memory. TCP stays
-/// for systems that leave none: asked for its routes the kernel says none to the machine itself but through the loopback
-/// device, and Open MPI 5 complains on every rank, so routes are told by the addresses. A process that no launcher started
-/// has nobody to speak to: see [`ALONE`].
+/// for systems that leave none: asked for its routes the kernel says none to the machine itself but through the
+/// loopback device, and Open MPI 5 complains on every rank, so routes are told by the addresses. A process that no
+/// launcher started has nobody to speak to: see [`ALONE`].
 pub fn variables(env: Lookup) -> Vec<(&'static str, &'static str)> {
     const MESSAGES: (&str, &str) = ("OMPI_MCA_pml", "ob1");
     const ROUTES: (&str, &str) = ("OMPI_MCA_reachable", "weighted");
@@ -59,11 +59,11 @@ pub fn variables(env: Lookup) -> Vec<(&'static str, &'static str)> {
     wanted.into_iter().filter(|(name, _)| env(name).is_none()).collect()
 }
 
-/// For a process that no launcher started. Open MPI 4 puts a daemon beside it, for others that it might spawn, which takes
-/// a third of the start. Without the daemon all such processes of a user share one directory for their files, and the first
-/// that ends removes it while others start or open a file of results: so none is made, and what would lie there, memory
-/// shared with other processes and the place of shared file pointers, is not asked for. Open MPI 5 has neither daemon nor
-/// shared directory, and does not know the first two names.
+/// For a process that no launcher started. Open MPI 4 puts a daemon beside it, for others that it might spawn, which
+/// takes a third of the start. Without the daemon all such processes of a user share one directory for their files,
+/// and the first that ends removes it while others start or open a file of results: so none is made, and what would
+/// lie there, memory shared with other processes and the place of shared file pointers, is not asked for. Open MPI 5
+/// has neither daemon nor shared directory, and does not know the first two names.
 const ALONE: [(&str, &str); 4] = [
     ("OMPI_MCA_ess_singleton_isolated", "1"),
     ("OMPI_MCA_orte_create_session_dirs", "0"),
@@ -154,7 +154,8 @@ const DESCRIPTORS: u64 = 32;
 pub fn enough_descriptors() -> Result<()> {
     match rustix::process::getrlimit(rustix::process::Resource::Nofile).current {
         Some(limit) if limit < DESCRIPTORS => Err(Error::Io(format!(
-            "the limit of open files (ulimit -n) is {limit}, expected {DESCRIPTORS} or more; raise it, e.g. ulimit -n 1024"
+            "the limit of open files (ulimit -n) is {limit}, expected {DESCRIPTORS} or more; raise it, e.g. \
+             ulimit -n 1024"
         ))),
         _ => Ok(()),
     }

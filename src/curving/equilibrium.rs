@@ -149,7 +149,8 @@ impl CurvingProblem {
         starts
     }
 
-    /// The equilibrium by continuation from a coefficient of friction of [`SLIPPERY`], where the starts are nearer to it.
+    /// The equilibrium by continuation from a coefficient of friction of [`SLIPPERY`], where the starts are nearer to
+    /// it.
     fn with_friction_raised(&self, starts: &[[f64; 3]]) -> Result<CurvingSolution> {
         let part = SLIPPERY / self.friction.largest();
         let at = |part: f64| CurvingProblem { friction: self.friction.scaled(part), ..self.clone() };

@@ -16,7 +16,8 @@ pub fn contact_frames(job: &Job) -> Vec<String> {
 
 fn warning(contact: usize, what: &str) -> String {
     format!(
-        "bodies.*.matrices.contacts.{contact}: found {what}; expected opposite normals, each into its own body, and the \
+        "bodies.*.matrices.contacts.{contact}: found {what}; expected opposite normals, each into its own body, \
+         and the \
          same directions x and y, unless the two models have different frames"
     )
 }

@@ -91,15 +91,16 @@ impl Partial {
         Ok(())
     }
 
-    /// On rank 0: leaves the file under a name of its own where another run has written under its name; returns the error
-    /// that says so.
+    /// On rank 0: leaves the file under a name of its own where another run has written under its name; returns the
+    /// error that says so.
     pub(super) fn aside(&mut self) -> Error {
         let name = self.target.display().to_string();
         self.target = super::companion(&self.target, &format!("{}.h5", std::process::id()));
         match self.publish() {
             Err(e) => e,
             Ok(()) => Error::Io(format!(
-                "{name} was written by another run since this one began, and is not replaced; the results of this one are in {}, without \
+                "{name} was written by another run since this one began, and is not replaced; the results of \
+                 this one are in {}, without \
                  the files beside it. Name an --output for each run",
                 self.target.display()
             )),
@@ -178,9 +179,9 @@ fn temporary_name(target: &Path) -> PathBuf {
 /// Unfinished files of a target that earlier runs have left.
 #[derive(Debug, Default)]
 pub struct Leftovers {
-    /// Those that were removed.
+    /// Files that were removed.
     pub removed: Vec<PathBuf>,
-    /// Those of other hosts, where a run may be at work.
+    /// Files of other hosts, where a run may be at work.
     pub elsewhere: Vec<PathBuf>,
 }
 

@@ -256,7 +256,8 @@ fn solve(
         }
         let Some((value, i)) = best else {
             return Err(Error::NotConverged(format!(
-                "SLEPc's two-sided method found no eigenvalue in {iterations} restarts (reason {reason}); give it larger \
+                "SLEPc's two-sided method found no eigenvalue in {iterations} restarts (reason {reason}); give \
+                 it larger \
                  spaces with the PETSc option -{}eps_ncv",
                 options.prefix
             )));

@@ -1,5 +1,5 @@
-//! SLEPc's confirmation of unstable eigenvalues: each is computed once more by its two-sided Krylov–Schur method, with its
-//! right and its left vector, near the value that was found.
+//! SLEPc's confirmation of unstable eigenvalues: each is computed once more by its two-sided Krylov–Schur method,
+//! with its right and its left vector, near the value that was found.
 //!
 //! On the reduced model SLEPc begins with random vectors at a shift just beside the value. On the full system it
 //! begins with the vectors found, at the shift whose factors are at hand. With both vectors the first-order bound of
@@ -86,7 +86,8 @@ impl Problem<'_> {
         }
     }
 
-    /// Collective over the span: SLEPc's pair beside the one that was found; none where SLEPc's method does not converge.
+    /// Collective over the span: SLEPc's pair beside the one that was found; none where SLEPc's method does not
+    /// converge.
     ///
     /// # Errors
     /// [`Error::NotConverged`] where the two are not the same.
@@ -119,8 +120,10 @@ impl Problem<'_> {
         let limit = LIMIT.0.max(LIMIT.1 * bound);
         if !(difference <= limit && value.re > 0.0) {
             return Err(Error::NotConverged(format!(
-                "{}: SLEPc does not confirm the unstable eigenvalue at {:.6} Hz, growth rate {:+.6} 1/s: the one that it finds \
-                 there is at {:.6} Hz, growth rate {:+.6} 1/s, a relative difference of {difference:.1e} (limit {limit:.0e})",
+                "{}: SLEPc does not confirm the unstable eigenvalue at {:.6} Hz, growth rate {:+.6} 1/s: the \
+                 one that it finds \
+                 there is at {:.6} Hz, growth rate {:+.6} 1/s, a relative difference of {difference:.1e} (limit \
+                 {limit:.0e})",
                 self.system,
                 hertz(asked.value),
                 asked.value.re,

@@ -25,8 +25,8 @@ const ROUNDING: [f64; 2] = [1e-10, 100.0];
 /// Smallest size that an eigenvalue is measured by, 1/s: motions that only drift have none of their own.
 const DRIFT: f64 = 100.0;
 
-/// Eigenvalues smaller than this, 1/s, are rigid motions: free bodies, and slides against a friction that does not change,
-/// have zeros in pairs, which rounding moves by √ε times the highest frequency.
+/// Eigenvalues smaller than this, 1/s, are rigid motions: free bodies, and slides against a friction that does not
+/// change, have zeros in pairs, which rounding moves by √ε times the highest frequency.
 const RIGID: f64 = 0.01;
 
 /// True for a rigid motion, whose eigenvalue is zero but for rounding.

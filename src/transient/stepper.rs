@@ -542,8 +542,8 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    /// The state is that of a start after [`Self::settle`], as a stopped run has kept it: the balance of energy is counted
-    /// from the end of the first step.
+    /// The state is that of a start after [`Self::settle`], as a stopped run has kept it: the balance of energy is
+    /// counted from the end of the first step.
     pub fn after_settling(mut self) -> Self {
         self.settled = true;
         self

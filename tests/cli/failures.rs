@@ -321,7 +321,7 @@ fn too_few_open_files_are_said() {
     folder.untouched();
 }
 
-/// Where the address space does not hold MPI it would crash, or wait for ever.
+/// An address space that does not hold MPI is refused: it would crash, or wait for ever.
 #[test]
 fn too_little_address_space_is_said() {
     let folder = Folder::with(small().to_string());

@@ -110,7 +110,7 @@ fn measure(path: &str, kept: &BTreeMap<String, Dataset>) -> Option<f64> {
     }
 }
 
-/// What has come since the results were kept.
+/// Datasets that have come since the results were kept.
 const SINCE: [&str; 4] =
     ["/stability/criterion/", "/stability/confirmation/", "/stability/unstable", "/contact/centre"];
 

@@ -64,8 +64,8 @@ pub fn start(mut command: Command, args: &[&str]) -> Child {
     command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("start")
 }
 
-/// Waits until `there` says yes; the run must still be going then. It looks every millisecond. A run that hangs is given up
-/// after ten minutes, more than any of them takes on a slow machine.
+/// Waits until `there` says yes; the run must still be going then. It looks every millisecond. A run that hangs is
+/// given up after ten minutes, more than any of them takes on a slow machine.
 #[track_caller]
 pub fn wait_until(what: &str, child: &mut Child, there: impl Fn() -> bool) {
     const LOOKS: usize = 600_000;
@@ -400,9 +400,19 @@ fn a_second_signal_ends_a_run_at_once() {
     assert!(left.iter().all(|path| path.ends_with("000000000000.h5")), "{left:?}");
 }
 
-/// Open MPI answers SIGTERM by ending the ranks, gently first, and itself with 1: the state is there all the same.
+/// Open MPI answers SIGTERM and SIGINT by ending the ranks, gently first, and itself with 1: the state is there all the
+/// same.
 #[test]
 fn a_terminated_launcher_leaves_a_state() {
+    launcher_leaves_a_state("TERM");
+}
+
+#[test]
+fn ctrl_c_to_the_launcher_leaves_a_state() {
+    launcher_leaves_a_state("INT");
+}
+
+fn launcher_leaves_a_state(name: &str) {
     let (folder, model) = prepared();
     let (job, output) = (folder.text("job.json"), folder.text("run.h5"));
     let place = folder.path("run.transient");
@@ -411,7 +421,7 @@ fn a_terminated_launcher_leaves_a_state() {
     command.args(["-n", "2", PROGRAM]);
     let mut child = start(command, &[&["run", &job], &sets[..], &["--output", &output]].concat());
     wait_for(&place, 3, &mut child);
-    signal("TERM", child.id());
+    signal(name, child.id());
     assert_eq!(child.wait().expect("wait").code(), Some(1));
     let left = segments(&place).len();
     assert!(left >= 3, "{left} segments");

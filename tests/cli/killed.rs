@@ -1,6 +1,6 @@
 //! Runs of every kind that are killed, or ended by Ctrl-C, and taken up: the results of the unbroken run.
 
-use super::interrupted::{segments, signal, start, wait_for, wait_until};
+use super::interrupted::{signal, start, wait_for, wait_until};
 use super::program::*;
 use railsqueal::output::{Reader, Values};
 use serde_json::{json, Value};
@@ -142,7 +142,7 @@ fn swept_bodies_have_their_complex_modes_after_a_continued_transient() {
     }
 }
 
-/// What a killed run was writing is removed by the next one to the same name, which says so, and by no other.
+/// Files that a killed run was writing are removed by the next one to the same name, which says so, and by no other.
 #[test]
 fn unfinished_files_of_a_killed_run_are_removed_by_the_next() {
     let mut job = small();
@@ -216,26 +216,6 @@ fn a_second_ctrl_c_ends_a_run_at_once() {
     let rest: Vec<String> = lines.collect();
     assert_eq!(child.wait().expect("wait").code(), Some(5), "{rest:?}");
     assert!(rest.iter().any(|line| line.contains("ended at once") && line.contains("--resume")), "{rest:?}");
-}
-
-/// Ctrl-C under `mpirun` goes to the launcher, which ends the ranks by SIGTERM and itself with 1: the state is there.
-#[test]
-fn ctrl_c_to_the_launcher_leaves_a_state() {
-    let (folder, model) = super::interrupted::prepared();
-    let (job, output) = (folder.text("job.json"), folder.text("run.h5"));
-    let place = folder.path("run.transient");
-    let sets = ["--set", "analyses.transient.duration=20", "--reuse", &model];
-    let mut command = mpirun();
-    command.args(["-n", "2", PROGRAM]);
-    let mut child = start(command, &[&["run", &job], &sets[..], &["--output", &output]].concat());
-    wait_for(&place, 3, &mut child);
-    signal("INT", child.id());
-    assert_eq!(child.wait().expect("wait").code(), Some(1));
-    let left = segments(&place).len();
-    assert!(left >= 3, "{left} segments");
-    let ran = folder.call(2, "run", &[&sets[..], &["--resume", &output, "--wall-time", "1"]].concat());
-    ran.failed(5, &["limit of wall time", "--resume"]);
-    assert!(segments(&place).len() > left);
 }
 
 /// A job of finite elements with these analyses, killed when its modes and compliance are on the disk and the stage

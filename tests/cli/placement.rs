@@ -128,7 +128,8 @@ fn a_wheel_on_a_stiff_rail_is_stable() {
     let ran = folder.call(1, "run", &[]);
     assert!(ran.good().out.contains("0 unstable of") && ran.out.contains("(2, axial 0)"), "{}", ran.out);
     let right = ["growth_rate", "frequency"].map(|name| numbers(&folder, &format!("stability/{name}")));
-    // W920S: n = 0, 1, 2, 3 axial at 150.1, 99.7, 350.6, 975.5 Hz; waves at 10 m/s on 460 mm turn with the wheel or against it.
+    // W920S: n = 0, 1, 2, 3 axial at 150.1, 99.7, 350.6, 975.5 Hz; waves at 10 m/s on 460 mm turn with the wheel or
+    // against it.
     let waves = numbers(&folder, "modes/upper/wave_frequency");
     let omega = 10.0 / 0.46;
     assert!((numbers(&folder, "modes/upper/angular_velocity")[0] - omega).abs() < 1e-12);

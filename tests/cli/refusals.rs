@@ -1,4 +1,4 @@
-//! What `check` refuses `run` refuses, by the same code; warnings of it come once; what wrong files say cannot steer a
+//! Refusals of `check` are refusals of `run`, by the same code; warnings of it come once; what wrong files say cannot steer a
 //! terminal.
 
 use super::program::*;
@@ -62,7 +62,7 @@ fn points_of_a_sweep_are_examined_like_the_job() {
     assert_eq!(status, [0, 3]);
 }
 
-/// What makes results doubtful is said by both, once each.
+/// Warnings about doubtful results come from both, once each.
 #[test]
 fn warnings_of_check_come_once_in_run() {
     let mut job = small();

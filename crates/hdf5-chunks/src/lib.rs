@@ -13,7 +13,8 @@ use std::os::unix::fs::FileExt;
 
 /// True if this process has open HDF5 files: those that could not be closed stay open.
 pub fn has_open_files() -> bool {
-    // SAFETY: a query of the library's own table, which takes no pointers. The library is not entered elsewhere meanwhile.
+    // SAFETY: a query of the library's own table, which takes no pointers. The library is not entered elsewhere
+    // meanwhile.
     hdf5::sync::sync(|| unsafe { H5Fget_obj_count(H5F_OBJ_ALL as i64, H5F_OBJ_FILE) }) > 0
 }
 

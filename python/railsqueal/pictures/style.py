@@ -19,8 +19,8 @@ LONGITUDINAL, LATERAL, NORMAL = GREEN, ORANGE, BLUE
 STICK, SLIP = SKY, ORANGE
 PARTS = {"damping": GREY, "friction": RED, "creep": SKY, "tilting": PURPLE}
 FORMATS = ("png", "pdf", "svg")
-# Place of a legend below the figure. `apply` makes pictures as large as what is drawn; "outside lower center" would do the
-# same from matplotlib 3.7 on, Debian 12 has 3.6.
+# Place of a legend below the figure. `apply` makes pictures as large as what is drawn; "outside lower center" would
+# do the same from matplotlib 3.7 on, Debian 12 has 3.6.
 BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
 
 

@@ -59,7 +59,7 @@ def divide(curves: list[Curve], size: Callable[[str], float]) -> list[Edge]:
 
 
 def _reentrant(one: Curve, other: Curve) -> bool:
-    """Whether the outline turns into the section from the end of a curve to the start of the next one."""
+    """Return true if the outline turns into the section from the end of a curve to the start of the next one."""
     before, after = one.tangents(np.array([1.0]))[0], other.tangents(np.array([0.0]))[0]
     return _turn(before, after) < -_REENTRANT
 

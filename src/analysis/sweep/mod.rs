@@ -48,8 +48,9 @@ pub struct Base<'a, 's> {
     pub modes: &'a [TraceModes],
 }
 
-/// Collective: every point of `plan`, tables under `/sweep`. `base` is there if its model could be made; `own` is what went wrong at the job's own
-/// point. Points that fail are in the table with what went wrong, and in the summary as the failure of the run.
+/// Collective: every point of `plan`, tables under `/sweep`. `base` is there if its model could be made; `own` is
+/// what went wrong at the job's own point. Points that fail are in the table with what went wrong, and in the summary
+/// as the failure of the run.
 pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
@@ -224,7 +225,8 @@ impl<'a, 's: 'a> Sources<'a, 's> {
     }
 }
 
-/// Collective: the reduced model of a point, on every rank, its bodies and their modes. Modes that bodies elsewhere have found are `earlier`.
+/// Collective: the reduced model of a point, on every rank, its bodies and their modes. Modes that bodies elsewhere
+/// have found are `earlier`.
 fn build<'p>(
     petsc: &'p Petsc,
     point: &Job,

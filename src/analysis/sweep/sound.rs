@@ -44,13 +44,15 @@ impl Heard {
         all.max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _, text)| (i, text))
     }
 
-    /// The A-weighted level of the louder body, dB re 1 pW, and what the summary says of it; none where it was not computed.
+    /// The A-weighted level of the louder body, dB re 1 pW, and what the summary says of it; none where it was not
+    /// computed.
     pub(super) fn of(&self, cycle: &Cycle) -> Option<(f64, String)> {
         let levels = (0..self.bodies.len()).map(|b| (b, self.levels(b, cycle))).filter(|l| l.1[1].is_finite());
         let (body, [linear, weighted]) = levels.max_by(|x, y| x.1[1].total_cmp(&y.1[1]))?;
         let (name, far) = (self.bodies[body], pressure_level(self.air, weighted));
         let text = format!(
-            "{weighted:.1} dB(A), {linear:.1} dB re 1 pW from the {name} body; at 7.5 m {far:.1} dB(A) of sound pressure"
+            "{weighted:.1} dB(A), {linear:.1} dB re 1 pW from the {name} body; at 7.5 m {far:.1} dB(A) of sound \
+             pressure"
         );
         Some((weighted, text))
     }

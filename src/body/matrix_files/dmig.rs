@@ -22,7 +22,7 @@ struct Card {
 /// A matrix while its entries are read.
 struct Matrix {
     name: String,
-    /// What it lists, or why it is not taken: others in the file may be.
+    /// The entries, or the reason why the matrix is not taken: others in the file may be.
     listing: Parsed<Listing>,
     labels: Labels,
 }

@@ -75,7 +75,7 @@ impl Data<'_> {
     }
 }
 
-/// What the header says.
+/// Content of the header.
 struct Header {
     cards: [usize; 3],
     kind: char,

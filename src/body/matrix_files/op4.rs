@@ -53,14 +53,14 @@ impl Header {
         }
     }
 
-    /// Whether strings give length and row in two numbers.
+    /// True if strings give length and row in two numbers.
     pub fn long_strings(&self) -> bool {
         self.rows < 0 || self.rows >= LONG
     }
 }
 
-/// Length of a string in values of `per` words, its first row, 0-based, and the words that it takes, from what stands in
-/// front of it.
+/// Length of a string in values of `per` words, its first row, 0-based, and the words that it takes, from what stands
+/// in front of it.
 pub(super) fn string(per: i64, words: &[i64]) -> Result<(i64, i64, i64), String> {
     let (length, row, used) = match words {
         [length, row] => (length - 1, *row, length + 1),

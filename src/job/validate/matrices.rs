@@ -71,11 +71,12 @@ fn check_directions(key: &str, contact: &MatrixContact, faults: &mut Vec<String>
     for (what, direction) in all {
         match (direction.vector(), contact.node) {
             (None, Some(_)) if *direction != MatrixDirection::Row(0) => faults.push(format!(
-                "{key}.{what}: found a row beside a node, expected a direction as \"z\" or [0, 0, 1]; leave node out for rows"
+                "{key}.{what}: found a row beside a node, expected a direction as \"z\" or [0, 0, 1]; leave \
+                 node out for rows"
             )),
-            (Some(_), None) => faults.push(format!(
-                "{key}.node: missing; {key}.{what} is a direction at a node, not a row"
-            )),
+            (Some(_), None) => {
+                faults.push(format!("{key}.node: missing; {key}.{what} is a direction at a node, not a row"))
+            }
             (Some(v), _) if v.iter().any(|c| !c.is_finite()) => {
                 faults.push(format!("{key}.{what}: found a vector without direction, expected one that is not 0"));
             }
@@ -88,7 +89,8 @@ fn check_directions(key: &str, contact: &MatrixContact, faults: &mut Vec<String>
             let cosine: f64 = u.iter().zip(v).map(|(p, q)| p * q).sum();
             if cosine.abs() > 1e-6 {
                 faults.push(format!(
-                    "{key}.{b}: found a direction that is not perpendicular to {a} (cosine {cosine:.2e}); give one that is"
+                    "{key}.{b}: found a direction that is not perpendicular to {a} (cosine {cosine:.2e}); give \
+                     one that is"
                 ));
             }
         }

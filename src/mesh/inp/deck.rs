@@ -47,7 +47,7 @@ pub struct Chunk {
     pub generated: Vec<[u32; 3]>,
     /// Other sets.
     pub names: Vec<String>,
-    /// Of a set of nodes: the set of elements whose nodes they are, of `*NSET` with `ELSET`.
+    /// Set of elements whose nodes form this set of nodes (`*NSET` with `ELSET`).
     pub nodes_of: Option<String>,
 }
 

@@ -170,7 +170,8 @@ pub fn tables(branches: &[Branch], along: &str, points: usize, all: &[Cycle]) ->
         Table::new(
             "/sweep/cycles/fate",
             "-",
-            "-1 not computed, 0 at rest, 1 periodic, 2 irregular: neither its amplitude nor its beat changes but it does \
+            "-1 not computed, 0 at rest, 1 periodic, 2 irregular: neither its amplitude nor its beat changes \
+             but it does \
              not repeat itself, 3 unsettled at the end of the time.",
             &shape,
             all.iter().map(|c| c.fate).collect::<Vec<i8>>(),

@@ -150,8 +150,8 @@ pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullR
     tables
 }
 
-/// The group `/stability/confirmation`: SLEPc's confirmation of the unstable eigenvalues of the reduced model, each with its
-/// place in the list, and on those of the full one, which come after `reduced` others.
+/// The group `/stability/confirmation`: SLEPc's confirmation of the unstable eigenvalues of the reduced model, each
+/// with its place in the list, and on those of the full one, which come after `reduced` others.
 pub fn confirmations(of_reduced: Vec<(usize, Confirmation)>, reduced: usize, full: Option<&FullResult>) -> Vec<Table> {
     let of_full = full.iter().flat_map(|f| f.spectrum.pairs.iter().enumerate());
     let of_full = of_full.filter_map(|(i, p)| Some((reduced + i, p.confirmation?)));
@@ -165,7 +165,8 @@ pub fn confirmations(of_reduced: Vec<(usize, Confirmation)>, reduced: usize, ful
         Table::list(
             &path("place"),
             "1",
-            "Place in /stability/eigenvalue, from 0, of each unstable eigenvalue that SLEPc's two-sided method has confirmed.",
+            "Place in /stability/eigenvalue, from 0, of each unstable eigenvalue that SLEPc's two-sided method \
+             has confirmed.",
             all.iter().map(|(i, _)| *i as i64).collect::<Vec<i64>>(),
         ),
         Table::list(
@@ -183,7 +184,8 @@ pub fn confirmations(of_reduced: Vec<(usize, Confirmation)>, reduced: usize, ful
         Table::list(
             &path("condition"),
             "1",
-            "Condition number of the eigenvalue, by its right and its left vector: times a backward error it bounds the relative error.",
+            "Condition number of the eigenvalue, by its right and its left vector: times a backward error it \
+             bounds the relative error.",
             all.iter().map(|(_, c)| c.condition).collect::<Vec<f64>>(),
         ),
         Table::new(

@@ -255,7 +255,7 @@ pub struct TransposedRows {
 }
 
 impl CouplingMatrices {
-    /// Those of a contact.
+    /// Coupling terms of a contact.
     pub fn new(coupling: &Coupling) -> Self {
         let (m, k, s) = (3 * coupling.nodes.len(), coupling.closed(), coupling.remembering());
         let (still, same) = (vec![C::default(); m], vec![C::default(); s]);

@@ -218,8 +218,8 @@ fn around(
     Ok((pairs, report))
 }
 
-/// Collective: SLEPc's confirmation of each of the pairs `found` around the shift that grows and is promised, where SLEPc
-/// is asked for. Systems that turn are left out: each of many single solutions is corrected there.
+/// Collective: SLEPc's confirmation of each of the pairs `found` around the shift that grows and is promised, where
+/// SLEPc is asked for. Systems that turn are left out: each of many single solutions is corrected there.
 fn confirm(
     petsc: &Petsc,
     system: &mut System,

@@ -4,7 +4,8 @@ use super::{strains, stress, Forms};
 use crate::Result;
 use faer::Mat;
 
-/// ∫σ0 : ∇N_a ⊗ ∇N_b r dr dy of a prestress that is the same all round: along the section, and along the angle with 1/r² and its σ_θθ; at each pair.
+/// ∫σ0 : ∇N_a ⊗ ∇N_b r dr dy of a prestress that is the same all round: along the section, and along the angle with
+/// 1/r² and its σ_θθ; at each pair.
 #[derive(Debug, Clone)]
 pub struct Prestress {
     pub(super) along_section: Vec<f64>,
@@ -35,7 +36,8 @@ impl Forms {
                 load[(k, 0)] += self.path.whole(0) * mass * self.section.nodes[node][0];
             }
         }
-        // Motions of a free body as a whole cost next to nothing, so that they neither come nor make the stiffness singular.
+        // Motions of a free body as a whole cost next to nothing, so that they neither come nor make the stiffness
+        // singular.
         let still = self.factor(0, ALMOST_FREE * self.shift())?.positive("the section under centrifugal forces")?;
         let u = still.solve(load.as_ref());
         Ok(self.prestress(u.col(0).iter().copied().collect::<Vec<f64>>().as_slice()))

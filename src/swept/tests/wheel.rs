@@ -65,8 +65,8 @@ fn frequencies_of_a_wheel_by_dimensions_are_those_of_its_drawing() {
     }
 }
 
-/// A resilient wheel by its dimensions has the frequencies and strain energies of the same wheel drawn, with its ring of
-/// rubber as a physical surface.
+/// A resilient wheel by its dimensions has the frequencies and strain energies of the same wheel drawn, with its ring
+/// of rubber as a physical surface.
 #[test]
 fn a_resilient_wheel_is_its_drawing() {
     let material = Material { young: 20e6, poisson: 0.45, density: 1150.0 };

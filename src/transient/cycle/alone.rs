@@ -10,7 +10,7 @@ use super::trail::Seen;
 pub(super) const LOOKS: usize = 4;
 /// Looks of the batches that are compared.
 const BATCHES: [usize; 4] = [LOOKS, 2 * LOOKS, 4 * LOOKS, 8 * LOOKS];
-/// What the means of batches may differ by, in ln a.
+/// Largest difference of the means of batches without a trend, in ln a.
 const TREND: f64 = 0.02;
 /// A motion whose amplitude has gone so far, in ln a, was not near to its end.
 const GONE: f64 = 0.5;

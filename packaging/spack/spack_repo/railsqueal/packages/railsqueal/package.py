@@ -48,7 +48,7 @@ class Railsqueal(CargoPackage):
     conflicts("^openblas+ilp64", msg="BLAS with integers of 64 bit is not supported")
 
     def setup_build_environment(self, env):
-        """Where the build scripts of the crates look."""
+        """Environment in which the build scripts of the crates find the libraries."""
         spec = self.spec
         env.set("PETSC_DIR", spec["petsc"].prefix)
         env.unset("PETSC_ARCH")
@@ -65,7 +65,7 @@ class Railsqueal(CargoPackage):
         cargo("build", "--release", "--locked", "--bin", "railsqueal", f"-j{make_jobs}")
 
     def install(self, spec, prefix):
-        """What `scripts/install` puts beneath a folder, and the Python package by Spack's Python."""
+        """Installs what `scripts/install` puts beneath a folder, and the Python package by Spack's Python."""
         env = {"RAILSQUEAL_PROGRAM": join_path(self.stage.source_path, "target", "release", "railsqueal")}
         Executable(join_path("scripts", "install"))("--files", str(prefix), extra_env=env)
         if spec.satisfies("+python"):
