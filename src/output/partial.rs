@@ -7,6 +7,7 @@ use rustix::fs::FallocateFlags;
 use rustix::io::Errno;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// A file being written. Dropping it without [`Partial::publish`] removes it.
 #[derive(Debug)]
@@ -190,8 +191,12 @@ pub(super) fn sweep(target: &Path) {
     clear(target, false, &mut Leftovers::default());
 }
 
-/// Removes what runs on this host have left of `target` whose processes are gone; with a `lock` on the target, whose
-/// own runs are gone, also where their number is that of another process now. Adds all to `found`.
+/// Age from which a file of a process that lives is one of an earlier process of the same number, under a lock on the
+/// target. A run that has no lock yet has such a file for a moment, to see that it can write.
+const OLD: Duration = Duration::from_secs(60);
+
+/// Removes what runs on this host have left of `target` whose processes are gone; with a `lock` on the target also what
+/// is older than [`OLD`], where their number is that of another process now. Adds all to `found`.
 pub(super) fn clear(target: &Path, lock: bool, found: &mut Leftovers) {
     let Ok(entries) = fs::read_dir(directory(target)) else { return };
     let name = target.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -208,9 +213,11 @@ pub(super) fn clear(target: &Path, lock: bool, found: &mut Leftovers) {
         }
         let Some((owner, pid)) = owner.rsplit_once('-') else { continue };
         let Some(pid) = pid.parse::<i32>().ok().and_then(rustix::process::Pid::from_raw) else { continue };
+        let written = entry.metadata().and_then(|m| m.modified()).ok();
+        let old = written.and_then(|w| w.elapsed().ok()).is_some_and(|age| age > OLD);
         if owner != host() {
             found.elsewhere.push(entry.path());
-        } else if (lock || rustix::process::test_kill_process(pid) == Err(Errno::SRCH))
+        } else if ((lock && old) || rustix::process::test_kill_process(pid) == Err(Errno::SRCH))
             && fs::remove_file(entry.path()).is_ok()
         {
             found.removed.push(entry.path());
@@ -221,8 +228,10 @@ pub(super) fn clear(target: &Path, lock: bool, found: &mut Leftovers) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::SystemTime;
 
-    /// Files of dead processes go, of living ones only with a lock, of other hosts and other targets never.
+    /// Files of dead processes go, of living ones only with a lock and where they are old, of other hosts and other
+    /// targets never.
     #[test]
     fn what_dead_runs_left_is_removed() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -239,6 +248,15 @@ mod tests {
         let elsewhere = made("run.h5", "node-17.cluster", ended.id());
         let beside = folder.path().join(format!(".run.h5.{}-{}.partial-1-{1}.lock", host(), std::process::id()));
         fs::write(&beside, "").expect("write");
+        let age = |path: &Path, seconds: u64| {
+            let file = fs::OpenOptions::new().write(true).open(path).expect("open");
+            file.set_modified(SystemTime::now() - Duration::from_secs(seconds)).expect("a time");
+        };
+        // A run that is about to claim the target sees whether it can write: its file stays.
+        let mut found = Leftovers::default();
+        clear(&target, true, &mut found);
+        assert!(found.removed.is_empty() && living.exists() && beside.exists(), "{found:?}");
+        [&living, &beside].iter().for_each(|path| age(path, 3600));
         for (lock, gone) in [(false, vec![made("run.h5", &host(), ended.id())]), (true, vec![living.clone(), beside])] {
             let mut found = Leftovers::default();
             clear(&target, lock, &mut found);
