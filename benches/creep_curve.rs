@@ -1,7 +1,8 @@
-//! A creep curve of 50 points by continuation, to the residuals 1e-6 and 1e-8, beside single solutions from nothing to 1e-8: unlike bodies, some 500 contact
-//! nodes.
+//! A creep curve of 50 points by continuation, to the residuals 1e-6 and 1e-8, beside single solutions from nothing
+//! to 1e-8: unlike bodies, some 500 contact nodes.
 //!
-//! Half-space influence (made outside the timing), as a dense matrix and as a convolution. Prints the processor time of the curve, the times of every tenth point from nothing, and their ratio.
+//! Half-space influence (made outside the timing), as a dense matrix and as a convolution. Prints the processor time
+//! of the curve, the times of every tenth point from nothing, and their ratio.
 
 use std::time::Instant;
 

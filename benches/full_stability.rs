@@ -1,9 +1,11 @@
-//! Stability of the full finite-element system of `jobs/curve.json` on some 100 thousand degrees of freedom: 20 eigenvalues about
-//! 2 kHz, one shift. Prints wall and CPU time of the inverse and of the eigensolver, the largest memory, and the eigenvalues.
+//! Stability of the full finite-element system of `jobs/curve.json` on some 100 thousand degrees of freedom: 20
+//! eigenvalues about 2 kHz, one shift. Prints wall and CPU time of the inverse and of the eigensolver, the largest
+//! memory, and the eigenvalues.
 //!
-//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--speed Ω] [--slepc] [--export FILE]`; `--speed` turns the wheels, rad/s; `--slepc` takes SLEPc's method of single vectors; with `--export` the matrices K, C and M of the same problem, multipliers
-//! in units of the largest stiffness, are written one after the other in PETSc's binary format (complex scalars, 32-bit indices) for
-//! `benches/peers/slepc4py_pep.py`. Runs on one rank.
+//! `cargo bench --bench full_stability -- [--size ELEMENT_SIZE] [--speed Ω] [--slepc] [--export FILE]`; `--speed`
+//! turns the wheels, rad/s; `--slepc` takes SLEPc's method of single vectors; with `--export` the matrices K, C and M
+//! of the same problem, multipliers in units of the largest stiffness, are written one after the other in PETSc's
+//! binary format (complex scalars, 32-bit indices) for `benches/peers/slepc4py_pep.py`. Runs on one rank.
 
 use std::io::Write;
 use std::rc::Rc;
@@ -91,7 +93,11 @@ fn main() {
         );
         println!("inverse      {ready:8.2} s wall {ready_cpu:8.2} s cpu");
         println!("eigensolver  {:8.2} s wall {:8.2} s cpu, {} solves", done - ready, done_cpu - ready_cpu, solves);
-        println!("in all       {done:8.2} s wall {done_cpu:8.2} s cpu, backward error {worst:.1e}, correction {changed:.1e}, {}", memory());
+        println!(
+            "in all       {done:8.2} s wall {done_cpu:8.2} s cpu, backward error {worst:.1e}, correction \
+         {changed:.1e}, {}",
+            memory()
+        );
         lines.iter().take(COUNT).for_each(|l| println!("{l}"));
     }
 }

@@ -3,8 +3,10 @@
 //! `mpirun -n 2 linear_algebra [--size METRES] [--graded 0|1] [--modes N] [-- PETSC OPTIONS]`
 //!
 //! With `--graded 1` the cylinder is crowned and `--size` is that of the elements in a contact patch of 14 mm by 14 mm.
-//! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver, `MODES_ONLY=1` skips solves and inverse, `SIZES=1` finds the modes with several
-//! blocks and bases, `COUNTS=parts` takes a run of modes apart, `COUNTS=once` counts what its ranks do, `SLEPC=1` with SLEPc as well. Lines that begin with `row:` are for tables: what, wall time in s, processor time in s, peak memory in GB.
+//! `ORDERINGS=1` compares the elimination orders, `GAMG=1` runs the iterative solver, `MODES_ONLY=1` skips solves and
+//! inverse, `SIZES=1` finds the modes with several blocks and bases, `COUNTS=parts` takes a run of modes apart,
+//! `COUNTS=once` counts what its ranks do, `SLEPC=1` with SLEPc as well. Lines that begin with `row:` are for tables:
+//! what, wall time in s, processor time in s, peak memory in GB.
 
 use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions};
 use railsqueal::eigen::{nearest_by, Shifted, Sizes};
@@ -236,7 +238,8 @@ impl Shifted for Timed<'_, '_> {
     }
 }
 
-/// What a run of modes consists of, one part after the other: what is done on one rank, and what is shared. With `once` nothing is done twice.
+/// What a run of modes consists of, one part after the other: what is done on one rank, and what is shared. With
+/// `once` nothing is done twice.
 fn counts(
     world: &World,
     petsc: &Petsc,

@@ -1,15 +1,16 @@
-//! Cost of a time step, in products W·r on the closed contacts timed in turn with the steps in the same process: products that read all of
-//! W, as a library for dense matrices does them (faer), and the solver's own, which read half of it.
+//! Cost of a time step, in products W·r on the closed contacts timed in turn with the steps in the same process:
+//! products that read all of W, as a library for dense matrices does them (faer), and the solver's own, which read
+//! half of it.
 //!
 //!     cargo bench --bench transient
 //!     cargo bench --bench transient -- --model squeal.h5 [--until SECONDS] [--export problems.h5]
 //!     cargo bench --bench transient -- --problems problems.h5
 //!
-//! The first takes two half-spaces with invented modes. The second takes the reduced model, the friction and the creepage from a result file
-//! of `jobs/squeal.json` or a job like it (creepages, normal load and constant friction), starts from full sliding with a large
-//! share of the most unstable mode, and measures from `until` on (0.4 s), when stick and slip have ended the growth. With `--export` step
-//! problems with open nodes, stick and slip are solved again, cold and warm, and written for `benches/peers/siconos_nsgs.py`; the
-//! third solves such a file again.
+//! The first takes two half-spaces with invented modes. The second takes the reduced model, the friction and the
+//! creepage from a result file of `jobs/squeal.json` or a job like it (creepages, normal load and constant friction),
+//! starts from full sliding with a large share of the most unstable mode, and measures from `until` on (0.4 s), when
+//! stick and slip have ended the growth. With `--export` step problems with open nodes, stick and slip are solved
+//! again, cold and warm, and written for `benches/peers/siconos_nsgs.py`; the third solves such a file again.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -138,8 +139,10 @@ fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
     }
     let per = |v: usize| v as f64 / (TURNS * each) as f64;
     println!(
-        "{name}: {:.1} closed ({} to {}), {:.1} in stick ({} to {})\n  step {:.1} µs by processor time ({:.1} by the clock) = {:.1} products \
-         of {:.1} µs, or {:.1} of the own ones of {:.1} µs\n  {:.2} products, {:.2} iterations, {:.2} inner ones, {:.2} solutions, {:.4} \
+        "{name}: {:.1} closed ({} to {}), {:.1} in stick ({} to {})\n  step {:.1} µs by processor time ({:.1} \
+         by the clock) = {:.1} products \
+         of {:.1} µs, or {:.1} of the own ones of {:.1} µs\n  {:.2} products, {:.2} iterations, {:.2} inner \
+         ones, {:.2} solutions, {:.4} \
          factorisations, {:.4} sweeps a step",
         per(closed[0]),
         closed[1],
@@ -330,8 +333,8 @@ fn squeal(path: &str) {
     }
     measure(&mut stepper, 20_000, "limit cycle");
     if let Some(path) = argument("--export") {
-        // Stick and loss of contact fall into different parts of a cycle. All neighbours of closed nodes become candidates: a
-        // pressure that is not quite 0 brings them in.
+        // Stick and loss of contact fall into different parts of a cycle. All neighbours of closed nodes become
+        // candidates: a pressure that is not quite 0 brings them in.
         let mut start = stepper.state().clone();
         let nx = s.x.len();
         for i in (0..s.len()).filter(|&i| stepper.state().reaction[3 * i + 2] > 0.0) {
@@ -346,8 +349,8 @@ fn squeal(path: &str) {
 
 /// Residuals relative to the normal force at which step problems are solved again.
 const RESIDUALS: [f64; 2] = [1e-6, 1e-10];
-/// Starts: without reactions and without anything known of W; without reactions; from the reactions of the step before, whose response W R
-/// that step computed.
+/// Starts: without reactions and without anything known of W; without reactions; from the reactions of the step
+/// before, whose response W R that step computed.
 const STARTS: [&str; 3] = ["cold", "cold, W known", "warm"];
 
 /// Solves step problems with open nodes, stick and slip again and writes them.
@@ -414,8 +417,8 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
     report(&mut times);
 }
 
-/// The best time of twenty solutions from the start with this index, s, and what the last one took. `free` and `before` are those of the step
-/// before.
+/// The best time of twenty solutions from the start with this index, s, and what the last one took. `free` and
+/// `before` are those of the step before.
 fn again(problem: &StepProblem<'_>, start: usize, free: &[f64], before: &[f64]) -> (f64, Effort) {
     let (zero, mut response) = (vec![0.0; before.len()], vec![0.0; before.len()]);
     problem.matrix.times(before, &mut response);

@@ -1,6 +1,6 @@
 //! Convergence of the total tangential force over the grid for the upstream operators, half-space, two spheres of
-//! R = 0.5 m, E = 205 GPa, ν = 0.3, μ = 0.3. Prints one table per case: grid size, then F_x/μN and F_y/μN for each stencil.
-//! Grids by argument (nodes per contact radius), default 6 8 10 12 16 20 24.
+//! R = 0.5 m, E = 205 GPa, ν = 0.3, μ = 0.3. Prints one table per case: grid size, then F_x/μN and F_y/μN for each
+//! stencil. Grids by argument (nodes per contact radius), default 6 8 10 12 16 20 24.
 
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};

@@ -1,5 +1,6 @@
-//! Products of dense columns with vectors, in the widest vector instructions of the processor at hand: a program compiled for all processors
-//! of a family uses none but the oldest by itself. And the eigenvectors of dense symmetric matrices.
+//! Products of dense columns with vectors, in the widest vector instructions of the processor at hand: a program
+//! compiled for all processors of a family uses none but the oldest by itself. And the eigenvectors of dense
+//! symmetric matrices.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
@@ -31,9 +32,10 @@ pub(crate) fn product(a: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Eigenvalues, ascending, `[n]`, and orthonormal eigenvectors, columns of `[n, n]`, of the symmetric matrix whose lower triangle `a` holds; by QR
-/// iterations, accurate to rounding in the norm of the matrix. The library's divide and conquer, which it takes by itself from order 128 on, leaves up to
-/// 1e-8 of it on matrices whose eigenvalues span several powers of ten. `None` where the iterations do not end.
+/// Eigenvalues, ascending, `[n]`, and orthonormal eigenvectors, columns of `[n, n]`, of the symmetric matrix whose
+/// lower triangle `a` holds; by QR iterations, accurate to rounding in the norm of the matrix. The library's divide
+/// and conquer, which it takes by itself from order 128 on, leaves up to 1e-8 of it on matrices whose eigenvalues
+/// span several powers of ten. `None` where the iterations do not end.
 pub(crate) fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = a.nrows();
     let params =
@@ -89,7 +91,8 @@ impl<T: Real> WithSimd for Dot<'_, T> {
     }
 }
 
-/// out += A x for the leading rows of the columns in `a`, which are `stride` apart; runs of columns whose factors are 0 cost nothing.
+/// out += A x for the leading rows of the columns in `a`, which are `stride` apart; runs of columns whose factors are
+/// 0 cost nothing.
 pub(crate) fn add_columns<T: Real>(a: &[T], stride: usize, x: &[T], out: &mut [T]) {
     T::add_columns(a, stride, x, out);
 }
@@ -244,8 +247,8 @@ macro_rules! real {
 real!(f64, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_f64s, mul_add_e_f64s, add_f64s, reduce_sum_f64s);
 real!(f32, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_f32s, mul_add_e_f32s, add_f32s, reduce_sum_f32s);
 
-/// out += A x for a symmetric matrix, of whose columns, `stride` apart, only the entries on and below the diagonal are read: large
-/// products take as long as their matrix takes from memory.
+/// out += A x for a symmetric matrix, of whose columns, `stride` apart, only the entries on and below the diagonal
+/// are read: large products take as long as their matrix takes from memory.
 pub(crate) fn add_symmetric(a: &[f64], stride: usize, x: &[f64], out: &mut [f64]) {
     Arch::new().dispatch(Symmetric { a, stride, x, out });
 }
@@ -341,7 +344,8 @@ mod tests {
         assert!(rest < 1e-13 && skew < 1e-13, "residual {rest:.1e}, orthogonality {skew:.1e}");
     }
 
-    /// Sizes that leave all kinds of remainders, in columns longer than what is meant of them; what is above the diagonal is not read.
+    /// Sizes that leave all kinds of remainders, in columns longer than what is meant of them; what is above the
+    /// diagonal is not read.
     #[test]
     fn products_are_those_of_the_plain_sums() {
         for n in [0, 1, 5, 6, 7, 12, 31, 64, 99] {

@@ -181,8 +181,8 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
     }
 }
 
-/// Whether the other ranks come to the same end. They do where errors were agreed upon; where one rank alone failed, the
-/// others wait in a collective call for ever, and it must end them.
+/// Whether the other ranks come to the same end. They do where errors were agreed upon; where one rank alone failed,
+/// the others wait in a collective call for ever, and it must end them.
 fn all_arrive(farewell: &SimpleCommunicator) -> bool {
     let begun = Instant::now();
     let mut request = farewell.immediate_barrier();
@@ -206,7 +206,9 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
     }
     if options.wall_time.is_some() && job.analyses.transient.is_none() {
         return Err(Error::Job(
-            "--wall-time: only a transient stops by itself and saves its state; the job has no analyses.transient: leave the option out".into(),
+            "--wall-time: only a transient stops by itself and saves its state; the job has no \
+             analyses.transient: leave the option out"
+                .into(),
         ));
     }
     let meshes = Meshes::default();
@@ -281,8 +283,8 @@ fn with_remarks(job: &Job, error: Error) -> Error {
     }
 }
 
-/// Collective: an error if the job, or a point of its sweep, needs more memory than there is. Of a `reduced` job the finite
-/// elements themselves need none.
+/// Collective: an error if the job, or a point of its sweep, needs more memory than there is. Of a `reduced` job the
+/// finite elements themselves need none.
 fn refuse_what_does_not_fit(world: &World, job: &Job, meshes: &Meshes, reduced: bool) -> Result<()> {
     let (here, plan) = plan_of(world, job, meshes)?;
     let plan = plan.filter(|_| !reduced);
@@ -330,7 +332,8 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
     let job = read(world, path, changes, || job::read_file(path))?;
     if job.curve.is_none() {
         return Err(Error::Job(format!(
-            "{}: the job has no curve and no vehicle; give both, e.g. \"curve\": {{\"radius\": 150, \"speed\": 10, \"rail_cant\": 0.025}}, \
+            "{}: the job has no curve and no vehicle; give both, e.g. \"curve\": {{\"radius\": 150, \"speed\": \
+             10, \"rail_cant\": 0.025}}, \
              \"vehicle\": \"metro_bogie\"",
             path.display()
         )));

@@ -1,4 +1,5 @@
-//! Memory that may be used, from the kernel, the control groups and the limits of the process, and whether there is so much of it now.
+//! Memory that may be used, from the kernel, the control groups and the limits of the process, and whether there is
+//! so much of it now.
 
 /// Memory that may be used, and who says so.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +33,8 @@ impl Limit {
         std::fs::read_to_string("/proc/meminfo").ok().as_deref().and_then(|t| kibibytes(t, "SwapFree:")).unwrap_or(0.0)
     }
 
-    /// The least of the memory the kernel calls available and what is left in the control group of this process and those above it.
+    /// The least of the memory the kernel calls available and what is left in the control group of this process and
+    /// those above it.
     pub fn of_system() -> Limit {
         let read = |path: &str| std::fs::read_to_string(path).ok();
         let mut limit = Limit { bytes: f64::INFINITY, source: "the system".into() };
@@ -53,8 +55,9 @@ impl Limit {
     }
 }
 
-/// From here on this process gets no more than so many bytes beside the memory that it can write to now; more is refused as if there were none. Its next call
-/// counts anew. Where the system does not say what the process has, nothing is limited.
+/// From here on this process gets no more than so many bytes beside the memory that it can write to now; more is
+/// refused as if there were none. Its next call counts anew. Where the system does not say what the process has,
+/// nothing is limited.
 pub fn confine(bytes: u64) {
     use rustix::process::{getrlimit, setrlimit, Resource, Rlimit};
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -99,7 +102,8 @@ fn kibibytes(text: &str, name: &str) -> Option<f64> {
     Some(kib * 1024.0)
 }
 
-/// Files with the limit and the use of the memory control groups of this process, from its own upwards (versions 1 and 2).
+/// Files with the limit and the use of the memory control groups of this process, from its own upwards (versions 1
+/// and 2).
 fn control_groups(text: &str) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for line in text.lines() {

@@ -40,8 +40,9 @@ impl World {
         self.rank == 0
     }
 
-    /// Collective: `Ok` if `local` is `Ok` on every rank; otherwise the error of the lowest failing rank, on every rank.
-    /// Every fallible local step ends in one, so that no rank goes on into a collective call the others never reach.
+    /// Collective: `Ok` if `local` is `Ok` on every rank; otherwise the error of the lowest failing rank, on every
+    /// rank. Every fallible local step ends in one, so that no rank goes on into a collective call the others never
+    /// reach.
     pub fn agree<T>(&self, local: Result<T>) -> Result<T> {
         let mine = if local.is_err() { self.rank as i32 } else { i32::MAX };
         let mut first = 0i32;
@@ -88,8 +89,8 @@ impl World {
         }
     }
 
-    /// Collective: as [`World::on_root`] for work that takes long: the other ranks sleep instead of waiting busily, and where
-    /// `wish` becomes true on one of them, `work` learns it from the function that it is given.
+    /// Collective: as [`World::on_root`] for work that takes long: the other ranks sleep instead of waiting busily,
+    /// and where `wish` becomes true on one of them, `work` learns it from the function that it is given.
     pub fn on_root_heeding<T>(
         &self,
         wish: impl Fn() -> bool,
@@ -219,8 +220,8 @@ impl World {
     }
 }
 
-/// A receive buffer of `n` values. It has memory even if empty: the pointer of an empty byte vector without memory is 1, which OpenMPI takes for
-/// MPI_IN_PLACE.
+/// A receive buffer of `n` values. It has memory even if empty: the pointer of an empty byte vector without memory is
+/// 1, which OpenMPI takes for MPI_IN_PLACE.
 fn buffer<T: Clone + Default>(n: usize) -> Vec<T> {
     let mut out = Vec::with_capacity(n.max(1));
     out.resize(n, T::default());

@@ -1,4 +1,5 @@
-//! Progress on stderr: stage, count, time. Plain lines from rank 0 only; counts once a second at the most on a terminal, once in half a minute in a log.
+//! Progress on stderr: stage, count, time. Plain lines from rank 0 only; counts once a second at the most on a
+//! terminal, once in half a minute in a log.
 
 use crate::error::printable;
 use std::io::{IsTerminal, Write};

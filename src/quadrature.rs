@@ -12,7 +12,8 @@ pub const GAUSS_3: [(f64, f64); 3] = [
     (0.774_596_669_241_483_4, 0.555_555_555_555_555_6),
 ];
 
-/// Points of Gauss and Legendre, ascending, and weights on [−1, 1], `[count]`, exact to degree 2·count − 1: roots of the Legendre polynomial by Newton's method.
+/// Points of Gauss and Legendre, ascending, and weights on [−1, 1], `[count]`, exact to degree 2·count − 1: roots of
+/// the Legendre polynomial by Newton's method.
 pub fn legendre(count: usize) -> Vec<(f64, f64)> {
     let root = |i: usize| {
         let mut x = -(PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos();
@@ -27,8 +28,8 @@ pub fn legendre(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(root).collect()
 }
 
-/// Six points in the triangle (0, 0), (1, 0), (0, 1) and their weights, exact to degree 4. G. R. Cowper, Int. J. Numer. Meth. Engng 7 (1973)
-/// 405–408, in closed form.
+/// Six points in the triangle (0, 0), (1, 0), (0, 1) and their weights, exact to degree 4. G. R. Cowper, Int. J.
+/// Numer. Meth. Engng 7 (1973) 405–408, in closed form.
 pub fn triangle_6() -> Vec<([f64; 2], f64)> {
     let root = 10f64.sqrt();
     let spread = (38.0 - 44.0 * 0.4f64.sqrt()).sqrt();
@@ -43,7 +44,8 @@ pub fn triangle_6() -> Vec<([f64; 2], f64)> {
     points
 }
 
-/// Seven points in that triangle and their weights, exact to degree 5 (J. Radon, Monatshefte für Mathematik und Physik 52 (1948) 286).
+/// Seven points in that triangle and their weights, exact to degree 5 (J. Radon, Monatshefte für Mathematik und
+/// Physik 52 (1948) 286).
 pub fn triangle_7() -> Vec<([f64; 2], f64)> {
     let root = 15f64.sqrt();
     let mut points = vec![([1.0 / 3.0; 2], 9.0 / 80.0)];

@@ -1,6 +1,7 @@
 //! A folder of this process on a disk, for what is not to stay in memory.
 //!
-//! It goes with its owner. What a killed process has left is removed by the next one that is given the same place: a lock beside the folder dies with its process.
+//! It goes with its owner. What a killed process has left is removed by the next one that is given the same place: a
+//! lock beside the folder dies with its process.
 
 use crate::{Error, Result};
 use rustix::fs::{flock, FlockOperation};
@@ -25,7 +26,8 @@ impl Scratch {
     pub fn new(place: &Path) -> Result<Self> {
         let fail = |e: io::Error| {
             Error::Io(format!(
-                "solver.out_of_core: cannot make a folder in {}: {e}; name a folder that exists, on a disk of the machine itself, and may be written",
+                "solver.out_of_core: cannot make a folder in {}: {e}; name a folder that exists, on a disk of \
+                 the machine itself, and may be written",
                 place.display()
             ))
         };

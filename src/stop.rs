@@ -86,8 +86,9 @@ fn ignores(status: &str, signal: i32) -> bool {
 /// Time between two looks at what else may have been told, ms.
 const LOOK: u16 = 100;
 
-/// A thread takes the signals, which are blocked in all others, and says so where it is `loud`. Handlers are not enough: METIS puts its own for SIGTERM in
-/// their place, takes one that comes while it works for an error of its own, and leaves handlers behind that serve once.
+/// A thread takes the signals, which are blocked in all others, and says so where it is `loud`. Handlers are not
+/// enough: METIS puts its own for SIGTERM in their place, takes one that comes while it works for an error of its
+/// own, and leaves handlers behind that serve once.
 fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
     let ending = ending();
     let mut set = SigSet::from_iter([Signal::SIGTERM, Signal::SIGUSR1]);

@@ -43,7 +43,8 @@ impl Summary {
         self.lines.push(text.into());
     }
 
-    /// Notes that part of the work failed although there are results: the run writes them and then ends with this error.
+    /// Notes that part of the work failed although there are results: the run writes them and then ends with this
+    /// error.
     pub fn fail(&mut self, error: Error) {
         self.failure.get_or_insert(error);
     }

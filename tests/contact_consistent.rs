@@ -1,4 +1,5 @@
-//! Contact laws at points of quadrature, in steady rolling and in time, against closed forms, CONTACT, the nodal laws and the paper's fixed point.
+//! Contact laws at points of quadrature, in steady rolling and in time, against closed forms, CONTACT, the nodal laws
+//! and the paper's fixed point.
 
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
@@ -134,7 +135,8 @@ fn all_of_it_slides_at_large_creepage() {
     }
 }
 
-/// The equations are exact where their points are all closed or all open; ρ is seen in the cells of the border alone, less on a finer grid.
+/// The equations are exact where their points are all closed or all open; ρ is seen in the cells of the border alone,
+/// less on a finer grid.
 #[test]
 fn what_depends_on_the_augmentation_vanishes_with_the_grid() {
     let spread = [1e-3, 0.5e-3].map(|h| {
@@ -227,7 +229,8 @@ fn projected(s: &Interface, surface: &Surface, forces: &[f64], u: &[f64], rho: [
     out
 }
 
-/// Rolls from the steady state, whose approach is kept, with a step in which the material goes half the distance of the nodes.
+/// Rolls from the steady state, whose approach is kept, with a step in which the material goes half the distance of
+/// the nodes.
 fn rolling(
     pair: &Pair,
     load: NormalLoad,
@@ -265,8 +268,9 @@ fn rolling(
     with(&mut stepper, &found);
 }
 
-/// A run that begins with full sliding or with no creepage, where w along the material is the same for every step, stays there; one in partial slip comes
-/// to a state near the steady one: the first-order difference over the way of a step is not the derivative.
+/// A run that begins with full sliding or with no creepage, where w along the material is the same for every step,
+/// stays there; one in partial slip comes to a state near the steady one: the first-order difference over the way of
+/// a step is not the derivative.
 #[test]
 fn steady_rolling_goes_on() {
     let pair = Pair::new(1e-3);

@@ -63,8 +63,8 @@ impl Pair {
     }
 }
 
-/// Value at h = 0 of f = f0 + c h² through the points (1/k, f(k)) in the sense of least squares: the order that the default
-/// upstream difference shows.
+/// Value at h = 0 of f = f0 + c h² through the points (1/k, f(k)) in the sense of least squares: the order that the
+/// default upstream difference shows.
 fn extrapolate(grids: &[usize], f: impl Fn(usize) -> f64) -> f64 {
     let points: Vec<(f64, f64)> = grids.iter().map(|&k| (1.0 / (k * k) as f64, f(k))).collect();
     let n = points.len() as f64;
@@ -186,8 +186,8 @@ fn traction_along_the_rolling_direction_is_that_of_contact() {
 }
 
 /// Kalker's creepage coefficients of a circular contact at ν = 1/4: C11 = 4.12, C22 = 3.67, C23 = 1.47 (J. J. Kalker,
-/// Three-Dimensional Elastic Bodies in Rolling Contact, 1990, appendix E), and C22 = 3.729 at ν = 0.3. In the frame where the
-/// contact rolls towards −x: F_x = −C11 G a² ξ, F_y = −C22 G a² η + C23 G a³ φ.
+/// Three-Dimensional Elastic Bodies in Rolling Contact, 1990, appendix E), and C22 = 3.729 at ν = 0.3. In the frame
+/// where the contact rolls towards −x: F_x = −C11 G a² ξ, F_y = −C22 G a² η + C23 G a³ φ.
 #[test]
 fn forces_without_slip_are_those_of_the_linear_theory() {
     let quarter = HalfSpace { young: 205e9, poisson: 0.25 };
@@ -284,8 +284,8 @@ fn sliding_longitudinally_sticks_at_the_leading_edge_too() {
     }
 }
 
-/// A law that falls with the velocity: every sliding node has the coefficient at its own creep velocity, which is not the
-/// rigid one, and every sticking node stays below the coefficient at rest.
+/// A law that falls with the velocity: every sliding node has the coefficient at its own creep velocity, which is not
+/// the rigid one, and every sticking node stays below the coefficient at rest.
 #[test]
 fn falling_friction_takes_the_coefficient_at_the_local_creep() {
     let pair = Pair::new(STEEL, SOFT, 70e3, 8);
@@ -331,7 +331,8 @@ fn falling_friction_takes_the_coefficient_at_the_local_creep() {
     assert!(spread > 0.01, "local and rigid creep give coefficients that differ by {spread} at the most");
 }
 
-/// A memory that is short against the elements leaves each node the coefficient at its own creep velocity, a long one that at rest.
+/// A memory that is short against the elements leaves each node the coefficient at its own creep velocity, a long one
+/// that at rest.
 #[test]
 fn short_and_long_memories() {
     let pair = Pair::new(STEEL, SOFT, 70e3, 8);
@@ -414,8 +415,9 @@ fn approach_given_equals_load_given_and_speed_only_scales_the_creep() {
     assert!(open.state.iter().all(|&v| v == 0) && open.gap.iter().all(|&g| g >= 1e-6));
 }
 
-/// Independent of the solver: rolling marched in time as Kalker does, a node per step, w_i(t) − w_{i−1}(t − h), each step by
-/// projected Gauss–Seidel on pressures and tractions, until nothing moves. Its steady state is that of the two-point difference.
+/// Independent of the solver: rolling marched in time as Kalker does, a node per step, w_i(t) − w_{i−1}(t − h), each
+/// step by projected Gauss–Seidel on pressures and tractions, until nothing moves. Its steady state is that of the
+/// two-point difference.
 #[test]
 fn unlike_bodies_agree_with_marching_in_time() {
     let pair = Pair::new(STEEL, SOFT, 70e3, 4);
@@ -516,7 +518,8 @@ fn bad_problems_are_refused_with_a_reason() {
     assert!(matches!(fails(SteadyProblem { compliance: zero.as_ref().into(), ..good.clone() }), Some(Error::Input(_))));
 }
 
-/// A curve gone through point by point, up from rest, down again and with a jump, has at every point the solution that there is from nothing.
+/// A curve gone through point by point, up from rest, down again and with a jump, has at every point the solution
+/// that there is from nothing.
 #[test]
 fn a_curve_by_continuation_is_made_of_single_solutions() {
     let c = Pair::new(STEEL, SOFT, 70e3, 8);
@@ -538,7 +541,8 @@ fn a_curve_by_continuation_is_made_of_single_solutions() {
     }
 }
 
-/// Points accepted at the residual that a curve has by default have their forces to 1e-6 of the load, whichever way the curve is gone.
+/// Points accepted at the residual that a curve has by default have their forces to 1e-6 of the load, whichever way
+/// the curve is gone.
 #[test]
 fn a_curve_at_its_own_residual_has_the_forces() {
     let c = Pair::new(STEEL, SOFT, 70e3, 8);

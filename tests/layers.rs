@@ -1,5 +1,5 @@
-//! The rooms of the program stand one above the other: each uses only those that its line of the table names, all of them further up in the
-//! table. What knows no PETSc stays so.
+//! The rooms of the program stand one above the other: each uses only those that its line of the table names, all of
+//! them further up in the table. What knows no PETSc stays so.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -147,7 +147,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The text without its comments, whose links may lead anywhere, and without the tests at its end, which may look at what is made of it.
+/// The text without its comments, whose links may lead anywhere, and without the tests at its end, which may look at
+/// what is made of it.
 fn code(text: &str) -> String {
     let end = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
     text[..end].lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
@@ -187,7 +188,8 @@ fn heads(after: &str) -> Vec<&str> {
     heads
 }
 
-/// Names at the root of the crate that a file uses, by `crate::` anywhere in its code or by `super::` as often as it leads out of the room.
+/// Names at the root of the crate that a file uses, by `crate::` anywhere in its code or by `super::` as often as it
+/// leads out of the room.
 fn used(path: &Path, text: &str) -> BTreeSet<String> {
     let mut found: BTreeSet<String> = BTreeSet::new();
     for (at, _) in text.match_indices("crate::") {

@@ -1,6 +1,7 @@
 //! The layer on PETSc, SLEPc and MUMPS against closed forms, on one, two and three ranks.
 //!
-//! Without arguments this program starts itself under `mpirun`; a word as argument runs only the checks whose names hold it.
+//! Without arguments this program starts itself under `mpirun`; a word as argument runs only the checks whose names
+//! hold it.
 
 mod dense;
 #[path = "linear_algebra/direct.rs"]
@@ -49,7 +50,8 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Runs this program on one, two and three ranks, or as many as `RAILSQUEAL_RANKS` says: some MPI libraries do not get on with more ranks than cores.
+/// Runs this program on one, two and three ranks, or as many as `RAILSQUEAL_RANKS` says: some MPI libraries do not
+/// get on with more ranks than cores.
 fn start() -> ExitCode {
     let me = std::env::current_exe().expect("path of the test");
     let ranks = std::env::var("RAILSQUEAL_RANKS").unwrap_or_else(|_| "1 2 3".into());

@@ -166,7 +166,8 @@ impl File {
 
     fn text(&self) -> String {
         format!(
-            "$MeshFormat\n{}\n$EndMeshFormat\n$Comments\nanything $ here\n$EndComments\n$PhysicalNames\n{}$EndPhysicalNames\n\
+            "$MeshFormat\n{}\n$EndMeshFormat\n$Comments\nanything $ \
+             here\n$EndComments\n$PhysicalNames\n{}$EndPhysicalNames\n\
              $Entities\n{}$EndEntities\n$Nodes\n{}$EndNodes\n$Elements\n{}$EndElements\n",
             self.format, self.names, self.entities, self.nodes, self.elements
         )
@@ -322,7 +323,8 @@ fn wrong_files_are_refused_with_the_place() {
     refused(File { elements: "1 1 1 1\n2 7 3 1\n1 10 20 30 40\n".into(), ..f() }, &["no cells"]);
     let left = ELEMENTS.replace("10 20 30 40 50 60 70 5000000000", "50 60 70 5000000000 10 20 30 40");
     refused(File { elements: left, ..f() }, &["hexahedron 2 is inverted", "-1.250e-1", "left-handed"]);
-    let two = "2 17 1 17\n3 1 0 9\n10\n20\n30\n40\n50\n60\n70\n5000000000\n77\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n9 9 9\n\
+    let two = "2 17 1 17\n3 1 0 9\n10\n20\n30\n40\n50\n60\n70\n5000000000\n77\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 \
+     1\n1 0 1\n1 1 1\n0 1 1\n9 9 9\n\
         3 1 0 8\n1\n2\n3\n4\n5\n6\n7\n8\n";
     let both = "2 3 1 3\n2 7 3 1\n1 10 20 30 40\n3 1 5 2\n2 10 20 30 40 50 60 70 5000000000\n3 1 2 3 4 5 6 7 8\n";
     let apart = "0 0 2\n1 0 2\n1 1 2\n0 1 2\n0 0 3\n1 0 3\n1 1 3\n0 1 3\n";

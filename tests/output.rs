@@ -1,4 +1,5 @@
-//! Result files written on 1, 2 and 3 ranks, and read back by h5py, by VTK and by the program itself; writing that fails.
+//! Result files written on 1, 2 and 3 ranks, and read back by h5py, by VTK and by the program itself; writing that
+//! fails.
 //!
 //! Without arguments this program is the test; it starts itself under mpirun as the ranks that write.
 

@@ -1,5 +1,6 @@
-//! Everything that reads files, as a library, on files that are harmed at random with fixed seeds: an answer or an error with the right code, in time,
-//! without more memory than the file is worth, and never a panic. `RAILSQUEAL_FUZZ` says how many (`scripts/validate readers`).
+//! Everything that reads files, as a library, on files that are harmed at random with fixed seeds: an answer or an
+//! error with the right code, in time, without more memory than the file is worth, and never a panic.
+//! `RAILSQUEAL_FUZZ` says how many (`scripts/validate readers`).
 
 use railsqueal::body::matrix_files::{self, dofs, Format, Source};
 use railsqueal::grid::ContactGrid;
@@ -45,8 +46,8 @@ impl Dice {
         (self.0 >> 33) as usize % n.max(1)
     }
 
-    /// One to four faults: bits, bytes, pieces less or twice, ends cut off, numbers in place of others. Half of them in the first `head` bytes, where counts
-    /// and names may be.
+    /// One to four faults: bits, bytes, pieces less or twice, ends cut off, numbers in place of others. Half of them
+    /// in the first `head` bytes, where counts and names may be.
     fn harm(&mut self, bytes: &mut Vec<u8>, head: usize) {
         const NUMBERS: [&[u8]; 10] =
             [b"1e308", b"-1", b"0", b"1e-300", b"17", b"99999999999", b"1e9", b"null", b"nan", b"\"x\""];
@@ -273,7 +274,8 @@ fn msh_meshes() {
 
 #[test]
 fn inp_meshes() {
-    let sets = "*PART, NAME=P\n*NODE, NSET=All\n1, 0, 0, 0\n2, 1., 0.\n3, 1.0E0, 1.D0, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
+    let sets = "*PART, NAME=P\n*NODE, NSET=All\n1, 0, 0, 0\n2, 1., 0.\n3, 1.0E0, 1.D0, 0\n4, 0, 1, 0\n5, 0, 0, \
+     1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
         *ELEMENT, TYPE=C3D8R, ELSET=Lower\n1, 1, 2, 3, 4,\n5, 6, 7, 8\n*NSET, NSET=Foot, GENERATE\n1, 4, 1\n*END PART\n\
         *INSTANCE, NAME=I, PART=P\n1, 2, 3\n0, 0, 0, 0, 1, 0, 30\n*END INSTANCE\n*ELSET, ELSET=E, INSTANCE=I\n1\n\
         *SURFACE, NAME=S\nE, S1\n*SURFACE, NAME=N, TYPE=NODE\nI.Foot\n*STEP\n*END STEP\n";
@@ -291,7 +293,8 @@ fn profiles_and_heights() {
     let miniprof =
         format!("\"ProgramName\"=\"MiniProf\"\n\"XYPOINTS\"=\"{}\"\n\n{}\n", numbers.len(), numbers.join("\n"));
     let simpack = format!(
-        "header.begin\n version = 1\n type = 0\nheader.end\nspline.begin\n units.len.f = 1000.\n point.begin\n{}\n point.end\nspline.end\n",
+        "header.begin\n version = 1\n type = 0\nheader.end\nspline.begin\n units.len.f = 1000.\n \
+         point.begin\n{}\n point.end\nspline.end\n",
         numbers.join("\n")
     );
     let mut seeds = worn.clone();
@@ -327,7 +330,9 @@ fn profiles_and_heights() {
 #[test]
 fn matrices() {
     let mut seeds = vec![
-        b"%%MatrixMarket matrix coordinate real symmetric\n% a comment\n3 3 5\n1 1 2.0\n2 2 3.5e0\n3 3 1\n2 1 -0.5\n3 2 1e-3\n".to_vec(),
+        b"%%MatrixMarket matrix coordinate real symmetric\n% a comment\n3 3 5\n1 1 2.0\n2 2 3.5e0\n3 3 1\n2 1 \
+         -0.5\n3 2 1e-3\n"
+            .to_vec(),
         b"%%MatrixMarket matrix coordinate real general\n2 2 3\n1 1 1\n1 2 4\n2 2 0.25\n".to_vec(),
         b"%%MatrixMarket matrix array real general\n2 2\n1\n2\n3\n4\n".to_vec(),
     ];
@@ -483,8 +488,8 @@ fn a_dataset_is_not_larger_than_its_file() {
 fn a_process_that_reads() {
     let Some(files) = std::env::var_os("RAILSQUEAL_READ") else { return };
     let files = files.into_string().expect("names");
-    // What the process has used at most, and uses, byte: libhdf5 takes memory past Rust, whose own is counted. It gets no more than the limit that the
-    // process gives itself; what goes beyond is refused, as in the program.
+    // What the process has used at most, and uses, byte: libhdf5 takes memory past Rust, whose own is counted. It
+    // gets no more than the limit that the process gives itself; what goes beyond is refused, as in the program.
     let taken = || -> Option<[usize; 2]> {
         let status = std::fs::read_to_string("/proc/self/status").ok()?;
         let of = |key| Some(1024 * status.split(key).nth(1)?.split_whitespace().next()?.parse::<usize>().ok()?);
@@ -503,8 +508,8 @@ fn a_process_that_reads() {
     }
 }
 
-/// Result files that a later run takes up are read by a process of its own: it may be ended by libhdf5, and must come to its end. One process reads
-/// some of them; where it is ended each gets one of its own.
+/// Result files that a later run takes up are read by a process of its own: it may be ended by libhdf5, and must come
+/// to its end. One process reads some of them; where it is ended each gets one of its own.
 #[test]
 fn results() {
     const TOGETHER: usize = 40;
@@ -546,7 +551,8 @@ fn results() {
         crashed += some.len() - good;
     }
     println!(
-        "results: {ended} read or refused, {crashed} ended by libhdf5 or for want of memory, {TOGETHER} in a process took {:.3} s at most",
+        "results: {ended} read or refused, {crashed} ended by libhdf5 or for want of memory, {TOGETHER} in a \
+         process took {:.3} s at most",
         slowest.as_secs_f64()
     );
     assert!(ended > crashed, "{ended} read or refused, {crashed} ended by libhdf5");

@@ -49,8 +49,8 @@ fn single(omega: Vec<f64>, damping: Vec<f64>, contact_modes: Mat<f64>, residual:
     ModalPair::new(&ReducedBody::new(omega, damping, contact_modes, c), &rigid(n)).unwrap()
 }
 
-/// Hultén's oscillator: two masses, each pressed through a spring on a belt that rubs the other one: contact 1 has the massless
-/// normal dof a1 and the tangent x2, contact 2 has a2 and x1.
+/// Hultén's oscillator: two masses, each pressed through a spring on a belt that rubs the other one: contact 1 has
+/// the massless normal dof a1 and the tangent x2, contact 2 has a2 and x1.
 fn hulten(mu: f64, damping: f64) -> Vec<Eigenpair> {
     let w = [2.0 * PI * 100.0, 2.0 * PI * 75.0];
     let mut modes = Mat::zeros(6, 2);
@@ -137,8 +137,8 @@ fn sliding_damps_the_motion_across() {
     }
 }
 
-/// Where the contact sticks the residual compliance s holds the mass, λ² + cλ + ω² + φ²/s = 0, along either axis; sliding that comes to rest
-/// has the same limit across it. Two more eigenvalues are 0: where it sticks is arbitrary.
+/// Where the contact sticks the residual compliance s holds the mass, λ² + cλ + ω² + φ²/s = 0, along either axis;
+/// sliding that comes to rest has the same limit across it. Two more eigenvalues are 0: where it sticks is arbitrary.
 #[test]
 fn a_stuck_contact_is_a_spring() {
     let (omega, c, phi, s) = (2.0 * PI * 500.0, 3.0, 0.2, 1e-7);
@@ -181,9 +181,9 @@ fn falling_friction_destabilises_at_its_closed_form_limit() {
     }
 }
 
-/// A mass that moves along the sliding on a belt, whose friction remembers: with the residual compliance s, r = v/d and g = μ′ p0,
-/// λ² + cλ + ω² + φ² g r λ/(λ + r + s g r λ) = 0. Without s it is unstable where r² + cr + cω²/(c + gφ²) > 0: for short memories, if
-/// the law falls steeply enough.
+/// A mass that moves along the sliding on a belt, whose friction remembers: with the residual compliance s, r = v/d
+/// and g = μ′ p0, λ² + cλ + ω² + φ² g r λ/(λ + r + s g r λ) = 0. Without s it is unstable where r² + cr + cω²/(c +
+/// gφ²) > 0: for short memories, if the law falls steeply enough.
 #[test]
 fn a_mass_on_a_belt_that_remembers() {
     let (omega, c, phi, p0, v) = (2.0 * PI * 300.0, 4.0, 0.1, 5e3, 0.5);
@@ -234,8 +234,9 @@ fn a_mass_on_a_belt_that_remembers() {
     near(vibration.growth_rate(), -0.5 * c, 1e-4, "growth with a long memory");
 }
 
-/// At the smallest sound length the fastest eigenvalue, which is real, goes through infinity: a longer memory has it at minus, a shorter one at plus
-/// infinity. It is the largest eigenvalue of diag(−gain d) S_ττ diag(p0), as the contact has it across what is held.
+/// At the smallest sound length the fastest eigenvalue, which is real, goes through infinity: a longer memory has it
+/// at minus, a shorter one at plus infinity. It is the largest eigenvalue of diag(−gain d) S_ττ diag(p0), as the
+/// contact has it across what is held.
 #[test]
 fn the_fastest_eigenvalue_changes_its_sign_at_the_smallest_length() {
     let s = interface(4);
@@ -263,7 +264,8 @@ fn the_fastest_eigenvalue_changes_its_sign_at_the_smallest_length() {
     }
 }
 
-/// A law that remembers but does not change is Coulomb's: the same eigenvalues, and one more at each node, which nothing feels.
+/// A law that remembers but does not change is Coulomb's: the same eigenvalues, and one more at each node, which
+/// nothing feels.
 #[test]
 fn the_memory_of_a_constant_coefficient_changes_nothing() {
     let s = interface(4);
@@ -280,8 +282,8 @@ fn the_memory_of_a_constant_coefficient_changes_nothing() {
     }
 }
 
-/// A body with half-space contact compliance and modes that move the contact as a rigid piece, normal and tangential motion
-/// coupled by `offset`.
+/// A body with half-space contact compliance and modes that move the contact as a rigid piece, normal and tangential
+/// motion coupled by `offset`.
 fn body(material: HalfSpace, s: &Interface, frequencies: &[f64], offset: f64) -> ReducedBody {
     let n = s.len();
     let m = frequencies.len();
@@ -403,8 +405,8 @@ fn convection_is_the_speed_times_the_slope() {
     }
 }
 
-/// The eigenpairs satisfy the equations they come from: contact forces solved for directly at each λ and put into the modal
-/// equations.
+/// The eigenpairs satisfy the equations they come from: contact forces solved for directly at each λ and put into the
+/// modal equations.
 #[test]
 fn eigenpairs_satisfy_the_original_equations() {
     let s = interface(3);
@@ -421,8 +423,8 @@ fn eigenpairs_satisfy_the_original_equations() {
     let mut checked = 0;
     for pair in pairs.iter().filter(|p| p.value.im > 0.0) {
         let l = pair.value;
-        // Unknown forces R of the closed nodes and changes of their friction; rows: y_n = 0, t + μτ r + p0 τ δμ + D (λ + V∂x) w = 0 with D across
-        // the sliding, and the rate of δμ.
+        // Unknown forces R of the closed nodes and changes of their friction; rows: y_n = 0, t + μτ r + p0 τ δμ + D
+        // (λ + V∂x) w = 0 with D across the sliding, and the rate of δμ.
         let (mut a, mut rhs) = (Mat::<Complex<f64>>::zeros(4 * k, 4 * k), Mat::<Complex<f64>>::zeros(4 * k, 1));
         for i in 0..k {
             let (node, t, v) = (sliding.closed[i], sliding.direction[i], sliding.velocity[i]);
@@ -552,7 +554,8 @@ fn exchange_of_the_bodies_leaves_the_spectrum() {
     assert!((c[0].value - a[0].value).norm() > 1e-3 * a[0].value.norm(), "{} {}", c[0].value, a[0].value);
 }
 
-/// The convective term across longitudinal sliding depends on the upstream difference; refining the grid must settle it.
+/// The convective term across longitudinal sliding depends on the upstream difference; refining the grid must settle
+/// it.
 #[test]
 fn longitudinal_sliding_converges_with_the_grid() {
     let bodies = |k: usize, stencil| {
@@ -577,8 +580,9 @@ fn longitudinal_sliding_converges_with_the_grid() {
     assert!(two < 0.15, "two-point difference at a/11: {two}");
 }
 
-/// One mode on everything else, with the motion over the contact condensed to its linear course, which is all that these modes have: of every eigenvalue that
-/// oscillates, growing or not, whatever the sliding and the law of friction.
+/// One mode on everything else, with the motion over the contact condensed to its linear course, which is all that
+/// these modes have: of every eigenvalue that oscillates, growing or not, whatever the sliding and the law of
+/// friction.
 #[test]
 fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
     let s = interface(4);
@@ -674,7 +678,8 @@ fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f6
     SteadyProblem { interface, compliance, friction, speed, creepage, load, stencil, tolerance, max_iterations }
 }
 
-/// Where nothing sticks the steady state is that of sliding along the actual creep, with constant friction and with friction that falls.
+/// Where nothing sticks the steady state is that of sliding along the actual creep, with constant friction and with
+/// friction that falls.
 #[test]
 fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
     let s = interface(4);
@@ -694,8 +699,9 @@ fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
     }
 }
 
-/// Where part of the contact sticks, two relaxations a node in stick and one a node in slip come to the modes, and none of them grows. Modes
-/// of the bodies converge with the grid; what goes with the speed over the spacing of the nodes is damped too much to be listed.
+/// Where part of the contact sticks, two relaxations a node in stick and one a node in slip come to the modes, and
+/// none of them grows. Modes of the bodies converge with the grid; what goes with the speed over the spacing of the
+/// nodes is damped too much to be listed.
 #[test]
 fn contacts_that_stick_in_part_have_modes_and_relaxations() {
     let about = |k: usize, eta: f64| {
@@ -723,7 +729,8 @@ fn contacts_that_stick_in_part_have_modes_and_relaxations() {
     }
 }
 
-/// A node that sticks hands on what friction remembers of slip ahead of it; the eigenvalues are those of the bodies exchanged and reflected.
+/// A node that sticks hands on what friction remembers of slip ahead of it; the eigenvalues are those of the bodies
+/// exchanged and reflected.
 #[test]
 fn partial_slip_with_memory_has_the_symmetry_of_the_exchanged_bodies() {
     let s = interface(4);
@@ -754,8 +761,8 @@ fn growth_means_more_than_rounding() {
     assert!(!grows(1e-3, 3e3, 1e-8) && grows(1e-2, 3e3, 1e-8));
 }
 
-/// Derivative of the eigenvalue nearest to `from` by a difference of fourth order between spectra at two steps ahead, one ahead, one behind and two
-/// behind.
+/// Derivative of the eigenvalue nearest to `from` by a difference of fourth order between spectra at two steps ahead,
+/// one ahead, one behind and two behind.
 fn difference(from: Complex<f64>, spectra: &[Vec<Eigenpair>; 4], step: f64) -> Complex<f64> {
     let near = |all: &Vec<Eigenpair>| {
         let apart = |p: &&Eigenpair| (p.value - from).norm();
@@ -765,8 +772,8 @@ fn difference(from: Complex<f64>, spectra: &[Vec<Eigenpair>; 4], step: f64) -> C
     (8.0 * (b - c) - (a - d)) / (12.0 * step)
 }
 
-/// One mass that can move across the sliding, F(λ) = λ² + cλ + ω² + φ² dλ/(1 + d s λ) = 0: its derivatives by ζ and by the friction, which is
-/// in d = μp0/v alone, are −F_ζ/F_λ and −d F_d/F_λ.
+/// One mass that can move across the sliding, F(λ) = λ² + cλ + ω² + φ² dλ/(1 + d s λ) = 0: its derivatives by ζ and
+/// by the friction, which is in d = μp0/v alone, are −F_ζ/F_λ and −d F_d/F_λ.
 #[test]
 fn derivatives_of_one_mass_in_closed_form() {
     let (omega, c, phi, mu, p0, v, s) = (2.0 * PI * 500.0, 3.0, 0.2, 0.3, 7e3, 0.4, 1e-8);
@@ -794,7 +801,8 @@ fn derivatives_of_one_mass_in_closed_form() {
     assert_eq!(pairs.len(), 2);
 }
 
-/// Two like modes, neither of which the contact feels, share their eigenvalue: what damping of either does to both together is its own.
+/// Two like modes, neither of which the contact feels, share their eigenvalue: what damping of either does to both
+/// together is its own.
 #[test]
 fn eigenvalues_that_lie_together_move_together() {
     let (omega, c) = (2.0 * PI * 400.0, 5.0);
@@ -815,8 +823,8 @@ fn eigenvalues_that_lie_together_move_together() {
     assert!(found.iter().all(|d| d[2].norm() < 1e-9 * want.norm()));
 }
 
-/// Derivatives with the state of rest against differences of the eigenvalues, with stick and slip and friction that remembers: by load, speed, creepage,
-/// friction, the place of the contact and the damping of a mode.
+/// Derivatives with the state of rest against differences of the eigenvalues, with stick and slip and friction that
+/// remembers: by load, speed, creepage, friction, the place of the contact and the damping of a mode.
 #[test]
 fn derivatives_equal_differences_of_the_eigenvalues() {
     let s = interface(4);
@@ -841,7 +849,8 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
         let compare = |what: &str, step: f64, found: &[Complex<f64>], spectra: [Vec<Eigenpair>; 4]| {
             for (f, p) in found.iter().zip(&pairs) {
                 let w = difference(p.value, &spectra, step);
-                // Most modes hardly feel the damping of another one: there the difference is of the size of its rounding.
+                // Most modes hardly feel the damping of another one: there the difference is of the size of its
+                // rounding.
                 let rounding = if what == "damping" { 1e-14 * p.value.norm() / step } else { 0.0 };
                 assert!(
                     (f - w).norm() < 1e-5 * w.norm() + rounding,

@@ -86,9 +86,9 @@ fn a_rigid_mass_thrown_on_a_rigid_plane_sticks_and_loses_its_kinetic_energy() {
     }
 }
 
-/// An elastic bar of unit mass, length and wave speed flies against a rigid wall: it presses with ρcAv for 2L/c and leaves as fast
-/// as it came (St. Venant). With a velocity law on its modes alone, and with a position law on the compliance of the modes
-/// left out.
+/// An elastic bar of unit mass, length and wave speed flies against a rigid wall: it presses with ρcAv for 2L/c and
+/// leaves as fast as it came (St. Venant). With a velocity law on its modes alone, and with a position law on the
+/// compliance of the modes left out.
 #[test]
 fn an_elastic_bar_rebounds_after_two_passages_of_the_wave() {
     let (count, velocity, gap) = (120, 0.01, 0.001);
@@ -190,8 +190,8 @@ fn quasi_static<'a>(s: &'a Interface, w: &'a Mat<f64>, none: &'a Mat<f64>) -> Mo
     }
 }
 
-/// CONTACT's example of Cattaneo's shift that turns into Carter's rolling (mm, unit shear modulus): ν = 0.28, N = 0.4705, μ = 0.4013,
-/// a = 3.5.
+/// CONTACT's example of Cattaneo's shift that turns into Carter's rolling (mm, unit shear modulus): ν = 0.28, N =
+/// 0.4705, μ = 0.4013, a = 3.5.
 struct Carter {
     material: HalfSpace,
     load: f64,
@@ -242,8 +242,9 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
     stepper.state().clone()
 }
 
-/// Mindlin and Cattaneo: the shift is 3μN(2 − ν)/(8Ga) (1 − (1 − Q/μN)^(2/3)) for equal bodies (K. L. Johnson, Contact Mechanics,
-/// equation (7.42)), with adhesion inside c = a (1 − Q/μN)^(1/3). The discrete contact converges to it with the grid.
+/// Mindlin and Cattaneo: the shift is 3μN(2 − ν)/(8Ga) (1 − (1 − Q/μN)^(2/3)) for equal bodies (K. L. Johnson,
+/// Contact Mechanics, equation (7.42)), with adhesion inside c = a (1 − Q/μN)^(1/3). The discrete contact converges
+/// to it with the grid.
 #[test]
 fn cattaneo_mindlin_shift() {
     let c = CARTER;
@@ -255,7 +256,8 @@ fn cattaneo_mindlin_shift() {
         let s = grid(spacing, 4.5);
         let (w, none) = (half_spaces(c.material, &s), none_of(&s));
         let state = shifted(&s, &w, &none, 4);
-        // The load is applied in steps: the shift is the sum of their rigid slips, here from the displacements in the stick area.
+        // The load is applied in steps: the shift is the sum of their rigid slips, here from the displacements in the
+        // stick area.
         let centre = s.len() / 2;
         let moved: f64 = (0..3 * s.len()).map(|k| w[(3 * centre, k)] * state.reaction[k]).sum();
         errors.push(moved / want - 1.0);
@@ -304,8 +306,8 @@ fn cattaneo_becomes_carter() {
     near(creepage[119], 3.101e-3, 5e-4, "settled creepage");
 }
 
-/// A wheel and a rail of a kind: half-spaces under the contact, and below them three modes of one body that move the contact as a
-/// whole, two of them near each other, which friction couples.
+/// A wheel and a rail of a kind: half-spaces under the contact, and below them three modes of one body that move the
+/// contact as a whole, two of them near each other, which friction couples.
 struct Squeal {
     interface: Interface,
     pair: ModalPair,
@@ -390,8 +392,8 @@ impl Squeal {
     }
 }
 
-/// Growth rate and frequency of the difference between a perturbed and an unperturbed run, from its modal amplitudes: the pair of
-/// (q, v/ω) is projected on its course by least squares, x(t + T) = r x(t).
+/// Growth rate and frequency of the difference between a perturbed and an unperturbed run, from its modal amplitudes:
+/// the pair of (q, v/ω) is projected on its course by least squares, x(t + T) = r x(t).
 fn growth(samples: &[Vec<f64>], interval: f64, about: f64) -> (f64, f64) {
     // Prony for one oscillation: x_{j+1} + x_{j−1}·b = a x_j with a = 2 r cos ωT, b = r².
     let (mut m, mut rhs) = ([[0.0; 2]; 2], [0.0; 2]);
@@ -463,8 +465,9 @@ fn perturbations_grow_and_decay_as_the_linear_analysis_says() {
     }
 }
 
-/// With part of the contact in stick as well, while no node changes its status: each run begins along the eigenvector of one mode, at the
-/// state of rest that the scheme itself has. The distance from the eigenvalue falls with the step.
+/// With part of the contact in stick as well, while no node changes its status: each run begins along the eigenvector
+/// of one mode, at the state of rest that the scheme itself has. The distance from the eigenvalue falls with the
+/// step.
 #[test]
 fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
     let constant = FrictionLaw::Constant;
@@ -489,7 +492,8 @@ fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
             let load = NormalLoad::Approach(solution.approach);
             let mut settings = squeal.settings(along, load, h, ContactSolver::Newton);
             settings.tolerance = 1e-13;
-            // The state of rest of the scheme: what is left of the start has decayed where the modes are damped by hand.
+            // The state of rest of the scheme: what is left of the start has decayed where the modes are damped by
+            // hand.
             let mut rest =
                 Stepper::new(squeal.model(), settings.clone(), start.remembering(&solution.friction)).unwrap();
             for _ in 0..(0.04 / h) as usize {
@@ -526,15 +530,16 @@ fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
     }
 }
 
-/// Halving the step must halve the error: the order seen, log2 of the ratio of two errors, is nearer to 1 than to any other.
+/// Halving the step must halve the error: the order seen, log2 of the ratio of two errors, is nearer to 1 than to any
+/// other.
 #[track_caller]
 fn first_order(errors: &[f64], what: &str) {
     let orders: Vec<f64> = errors.windows(2).map(|w| (w[0] / w[1]).log2()).collect();
     assert!(orders.iter().all(|o| (0.5..1.5).contains(o)), "{what}: orders {orders:.2?} of the errors {errors:?}");
 }
 
-/// The difference along the particle is that of the steady analysis but for the first order in Vh: the transient stays where the
-/// steady analysis puts it, and the difference falls with the step to nothing, on every grid.
+/// The difference along the particle is that of the steady analysis but for the first order in Vh: the transient
+/// stays where the steady analysis puts it, and the difference falls with the step to nothing, on every grid.
 #[test]
 fn at_rest_the_transient_is_the_steady_analysis() {
     for nodes in [15, 29] {
@@ -569,9 +574,9 @@ fn at_rest_the_transient_is_the_steady_analysis() {
     }
 }
 
-/// Steps that carry the material from node to node have the steady analysis with the two-point difference as their state of rest, with
-/// stick and slip and with friction that falls: nothing moves, and what is moved comes back to it. With shorter steps the coefficient has the same
-/// course at the same creep.
+/// Steps that carry the material from node to node have the steady analysis with the two-point difference as their
+/// state of rest, with stick and slip and with friction that falls: nothing moves, and what is moved comes back to
+/// it. With shorter steps the coefficient has the same course at the same creep.
 #[test]
 fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
     let steel = HalfSpace { young: 205e9, poisson: 0.3 };
@@ -648,8 +653,8 @@ fn both_solvers_find_the_same_reactions_with_friction_that_falls() {
     both_solvers(&Squeal::new(11, 6.0).with(Exponential::new(0.4, 0.25, 0.1)));
 }
 
-/// Friction that falls takes no factorisation of the whole, whatever the load, from stick to full sliding, at rest and shaken; and the fixed point
-/// makes the same of the last step.
+/// Friction that falls takes no factorisation of the whole, whatever the load, from stick to full sliding, at rest
+/// and shaken; and the fixed point makes the same of the last step.
 #[test]
 fn falling_friction_goes_the_fast_way_under_any_load() {
     for load in [2e3, 10e3, 30e3, 70e3] {
@@ -711,8 +716,9 @@ fn both_solvers(squeal: &Squeal) {
     }
 }
 
-/// Bodies pressed together and rubbed to and fro without rolling, from rest: all of stick, slip, loss of contact and damping, and no
-/// error of interpolation. Returns modal displacements and the energy balance at the end, relative to what friction took.
+/// Bodies pressed together and rubbed to and fro without rolling, from rest: all of stick, slip, loss of contact and
+/// damping, and no error of interpolation. Returns modal displacements and the energy balance at the end, relative to
+/// what friction took.
 fn rubbed(squeal: &Squeal, step: f64, theta: f64, swing: f64) -> (Vec<f64>, f64) {
     let end = 4e-3;
     let pressed =
@@ -749,8 +755,8 @@ fn error_falls_with_the_step() {
     assert!(errors.windows(2).all(|w| w[0] / w[1] > 1.7), "errors {errors:?} do not fall with the first order");
 }
 
-/// Rolling with stick and slip, shaken: nodes change between stick and slip, and enter and leave. The sum over some seeds, since
-/// an error also depends on where in a step such a change falls.
+/// Rolling with stick and slip, shaken: nodes change between stick and slip, and enter and leave. The sum over some
+/// seeds, since an error also depends on where in a step such a change falls.
 #[test]
 fn error_falls_with_the_step_in_rolling_too() {
     let squeal = Squeal::new(9, 6.0);

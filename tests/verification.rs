@@ -1,5 +1,6 @@
-//! The program against solutions that are known otherwise: modes of plain and crowned cylinders (Fourier series in the angle,
-//! high order in the section), Hertz, and CONTACT's steady rolling. Sizes are moderate; `scripts/validate` goes further.
+//! The program against solutions that are known otherwise: modes of plain and crowned cylinders (Fourier series in
+//! the angle, high order in the section), Hertz, and CONTACT's steady rolling. Sizes are moderate; `scripts/validate`
+//! goes further.
 
 #[path = "cli/program.rs"]
 #[allow(dead_code)] // Shared with the tests of the command line, which use all of it.
@@ -74,8 +75,8 @@ fn modes_of_the_free_annulus() {
     assert!(elastic.iter().all(|(e, _)| e.abs() < 0.005), "relative error, nodal diameters: {elastic:?}");
 }
 
-/// Linear displacements give second order in the frequencies of smooth modes. The free cylinder has them: a clamped bore
-/// has a singular stress along its edges, which lowers the order of the modes that strain it.
+/// Linear displacements give second order in the frequencies of smooth modes. The free cylinder has them: a clamped
+/// bore has a singular stress along its edges, which lowers the order of the modes that strain it.
 #[test]
 fn frequencies_converge_at_the_order_of_the_element() {
     let [coarse, fine] = [0.05, 0.025].map(|h| annulus("free", Some(h)));
@@ -91,8 +92,9 @@ fn frequencies_converge_at_the_order_of_the_element() {
     assert_eq!(seen, [true; 6]);
 }
 
-/// Two wheels that differ only by the place of the contact on their crowns: the small distance between their frequencies, on which the growth of
-/// squeal depends, is far better than the frequencies themselves, because far from the contacts both have the same mesh.
+/// Two wheels that differ only by the place of the contact on their crowns: the small distance between their
+/// frequencies, on which the growth of squeal depends, is far better than the frequencies themselves, because far
+/// from the contacts both have the same mesh.
 #[test]
 fn the_distance_between_the_frequencies_of_two_wheels() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/crowned_modes.csv");
@@ -126,7 +128,8 @@ fn the_distance_between_the_frequencies_of_two_wheels() {
 
 // ---- Steady rolling ----
 
-/// Hertz for N = 70 kN, two steel bodies of R = 0.5 m both ways: radius of the contact (m), pressure (Pa), approach (m).
+/// Hertz for N = 70 kN, two steel bodies of R = 0.5 m both ways: radius of the contact (m), pressure (Pa), approach
+/// (m).
 const HERTZ: (f64, f64, f64) = (4.884e-3, 1401.0e6, 95.43e-6);
 /// CONTACT, half-space, N = 70 kN, η = 0.3 %, μ = 0.3, extrapolated to zero grid size: F_y/μN.
 const CONTACT: f64 = -0.7177;
@@ -234,13 +237,13 @@ fn lateral_force_of_the_cylinders_is_that_of_contact() {
     assert!((row[last].0 - 0.22 * a).abs() < 1.5 * h, "stick ends near {:e}: {row:?}", 0.22 * a);
 }
 
-/// Three elements and more from a loaded node, the influence function of one clamped cylinder is that of Boussinesq's half-space
-/// and a constant, the compliance of the disc, m/N.
+/// Three elements and more from a loaded node, the influence function of one clamped cylinder is that of Boussinesq's
+/// half-space and a constant, the compliance of the disc, m/N.
 const DISC: f64 = 0.04e-9;
 
-/// On one grid the finite-element bodies differ from half-spaces by a uniform motion of the contact, proportional to the
-/// load, which does nothing to a steady state, and by what elements cannot represent within two or three of their lengths
-/// from a loaded node. The latter goes away with the grid.
+/// On one grid the finite-element bodies differ from half-spaces by a uniform motion of the contact, proportional to
+/// the load, which does nothing to a steady state, and by what elements cannot represent within two or three of their
+/// lengths from a loaded node. The latter goes away with the grid.
 #[test]
 fn cylinders_are_half_spaces_near_the_contact() {
     // Element size, load, bounds of the differences of force and of approach.

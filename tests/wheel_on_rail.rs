@@ -1,4 +1,5 @@
-//! A wheel on a rail from its profiles to the forces: placement, gap and creepages of `placement` on half-spaces, beside CONTACT.
+//! A wheel on a rail from its profiles to the forces: placement, gap and creepages of `placement` on half-spaces,
+//! beside CONTACT.
 
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
@@ -11,7 +12,8 @@ use std::collections::HashMap;
 
 type Row = HashMap<String, f64>;
 
-/// Cases of the Manchester benchmark, computed with CONTACT (github eve70a/CONTACT, Apache-2.0); lengths in mm, forces in N, pressures in MPa.
+/// Cases of the Manchester benchmark, computed with CONTACT (github eve70a/CONTACT, Apache-2.0); lengths in mm,
+/// forces in N, pressures in MPa.
 fn rows() -> Vec<(TrackSide, Row)> {
     let mut lines = include_str!("../src/placement/tests/manchester_a22_sample.csv").lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -64,9 +66,9 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     (solution, interface.x[1] - interface.x[0])
 }
 
-/// Approach and pressures at the same normal force, and forces. CONTACT's have the error of its operator of first order on its grid of 0.2 mm,
-/// up to 0.8 % where a part sticks and nothing where all slips: they are compared with what the operators of first and of second order give,
-/// taken to that grid.
+/// Approach and pressures at the same normal force, and forces. CONTACT's have the error of its operator of first
+/// order on its grid of 0.2 mm, up to 0.8 % where a part sticks and nothing where all slips: they are compared with
+/// what the operators of first and of second order give, taken to that grid.
 #[test]
 fn forces_are_those_of_contact() {
     for (side, row) in rows() {
@@ -79,7 +81,8 @@ fn forces_are_those_of_contact() {
         let part = 0.2e-3 / spacing;
         let limit = 0.3 * row["fn"];
         let grid = |c: usize| found.force[c] + part * (first.force[c] - found.force[c]);
-        // In CONTACT's axes, its own figures in brackets: the row of the table in docs/placement.md, which a study writes.
+        // In CONTACT's axes, its own figures in brackets: the row of the table in docs/placement.md, which a study
+        // writes.
         println!(
             "row: {} {} mm | {:.2} ({:.2}) | {:.1} ({:.1}) | {:.0}; {:.0} ({:.0}) | {:.0}; {:.0} ({:.0})",
             format!("{side:?}").to_lowercase(),

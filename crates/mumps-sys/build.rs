@@ -52,7 +52,8 @@ fn find() -> (PathBuf, Option<PathBuf>) {
         tried.push(dir);
     }
     fail(&format!(
-        "dmumps_c.h was not found in {tried:?}. Install MUMPS with its headers (Debian: libmumps-dev), or set MUMPS_DIR \
+        "dmumps_c.h was not found in {tried:?}. Install MUMPS with its headers (Debian: libmumps-dev), or set \
+         MUMPS_DIR \
          to the directory that holds include/dmumps_c.h and lib/."
     ))
 }
@@ -117,7 +118,10 @@ fn generate(include: &Path) {
         .generate_comments(false)
         .generate()
         .unwrap_or_else(|error| {
-            fail(&format!("bindgen failed on dmumps_c.h: {error}\nIt needs libclang and clang's own headers (Debian: libclang1-14 libclang-common-14-dev)."))
+            fail(&format!(
+                "bindgen failed on dmumps_c.h: {error}\nIt needs libclang and clang's own headers \
+             (Debian: libclang1-14 libclang-common-14-dev)."
+            ))
         });
     // MUMPS_INT is a macro, which bindgen resolves away; code built on these bindings needs its name.
     let wide = ["mumps_int_def.h", "mumps_c_types.h"]

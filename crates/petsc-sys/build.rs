@@ -167,7 +167,8 @@ fn find() -> Found {
         let pkgconfig = base.join("lib/pkgconfig");
         if !pkgconfig.is_dir() {
             fail(&format!(
-                "{origin}: {} does not exist. PETSC_DIR (with PETSC_ARCH for a build in the source tree, without for an \
+                "{origin}: {} does not exist. PETSC_DIR (with PETSC_ARCH for a build in the source tree, \
+                 without for an \
                  installed one) must lead to a configured and built PETSc.",
                 pkgconfig.display()
             ));
@@ -214,7 +215,8 @@ fn probe(pkgconfig: Option<PathBuf>, origin: String) -> Found {
         Ok(library) => Found { pkgconfig, includes: library.include_paths, lib_dirs: library.link_paths, origin },
         Err(error) => fail(&format!(
             "PETSc was not found in {origin}: {error}\n\
-             Install the complex build (Debian: libslepc-complex-dev, which brings libpetsc-complex-dev, and pkg-config), \
+             Install the complex build (Debian: libslepc-complex-dev, which brings libpetsc-complex-dev, and \
+             pkg-config), \
              or set PETSC_DIR (and PETSC_ARCH) to a PETSc configured with --with-scalar-type=complex."
         )),
     }
@@ -228,7 +230,10 @@ fn header(includes: &[PathBuf], name: &str) -> String {
             return text;
         }
     }
-    fail(&format!("{name} is in none of PETSc's include directories {includes:?}. Install PETSc's development files (Debian: libpetsc-complex-dev)."))
+    fail(&format!(
+        "{name} is in none of PETSc's include directories {includes:?}. Install PETSc's development \
+     files (Debian: libpetsc-complex-dev)."
+    ))
 }
 
 fn defined(conf: &str, name: &str) -> bool {
@@ -281,7 +286,10 @@ fn version(text: &str) -> String {
 
 fn generate(includes: &[PathBuf]) {
     let mpi = build_probe_mpi::probe().unwrap_or_else(|errors| {
-        fail(&format!("MPI was not found ({errors:?}). Install an MPI with mpicc (Debian: libopenmpi-dev), the one PETSc was built with."))
+        fail(&format!(
+            "MPI was not found ({errors:?}). Install an MPI with mpicc (Debian: libopenmpi-dev), the \
+         one PETSc was built with."
+        ))
     });
     let mut builder = bindgen::Builder::default()
         .header("wrapper.h")
@@ -299,7 +307,10 @@ fn generate(includes: &[PathBuf]) {
         builder = builder.allowlist_type(name);
     }
     let bindings = builder.generate().unwrap_or_else(|error| {
-        fail(&format!("bindgen failed on PETSc's headers: {error}\nIt needs libclang and clang's own headers (Debian: libclang1-14 libclang-common-14-dev)."))
+        fail(&format!(
+            "bindgen failed on PETSc's headers: {error}\nIt needs libclang and clang's own headers \
+         (Debian: libclang1-14 libclang-common-14-dev)."
+        ))
     });
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join("bindings.rs");
     // An enumeration up to 3.23, then C's own.
@@ -309,7 +320,8 @@ fn generate(includes: &[PathBuf]) {
         false => ["true", "false"],
     };
     let booleans = format!(
-        "/// `PETSC_TRUE` of `petscsystypes.h`.\npub const PETSC_TRUE: PetscBool = {yes};\n/// `PETSC_FALSE` of `petscsystypes.h`.\npub const PETSC_FALSE: PetscBool = {no};\n"
+        "/// `PETSC_TRUE` of `petscsystypes.h`.\npub const PETSC_TRUE: PetscBool = {yes};\n/// `PETSC_FALSE` of \
+         `petscsystypes.h`.\npub const PETSC_FALSE: PetscBool = {no};\n"
     );
     if let Err(error) = std::fs::write(&out, text + &booleans) {
         fail(&format!("{}: {error}", out.display()));

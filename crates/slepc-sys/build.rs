@@ -48,13 +48,15 @@ fn main() {
     let library = attempt("slepc").or_else(|first| attempt("SLEPc").map_err(|_| first)).unwrap_or_else(|error| {
         fail(&format!(
             "SLEPc was not found in {origin}: {error}\n\
-             Install its complex build (Debian: libslepc-complex-dev), or set SLEPC_DIR to one built on the PETSc of PETSC_DIR."
+             Install its complex build (Debian: libslepc-complex-dev), or set SLEPC_DIR to one built on the \
+             PETSc of PETSC_DIR."
         ))
     });
     let release = |v: &str| v.split('.').take(2).map(str::to_owned).collect::<Vec<_>>();
     if release(&library.version) != release(&petsc_version) {
         fail(&format!(
-            "SLEPc {} ({origin}) does not belong to PETSc {petsc_version}: the first two numbers must be equal. Set SLEPC_DIR to the SLEPc built on that PETSc.",
+            "SLEPc {} ({origin}) does not belong to PETSc {petsc_version}: the first two numbers must be equal. \
+             Set SLEPC_DIR to the SLEPc built on that PETSc.",
             library.version
         ));
     }
@@ -101,7 +103,10 @@ fn generate(includes: &[PathBuf], petsc_includes: &[PathBuf]) {
         builder = builder.allowlist_function(name);
     }
     let bindings = builder.generate().unwrap_or_else(|error| {
-        fail(&format!("bindgen failed on SLEPc's headers: {error}\nIt needs libclang and clang's own headers (Debian: libclang1-14 libclang-common-14-dev)."))
+        fail(&format!(
+            "bindgen failed on SLEPc's headers: {error}\nIt needs libclang and clang's own headers \
+         (Debian: libclang1-14 libclang-common-14-dev)."
+        ))
     });
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join("bindings.rs");
     if let Err(error) = bindings.write_to_file(&out) {

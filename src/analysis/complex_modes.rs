@@ -1,5 +1,5 @@
-//! Complex modes as motions of the bodies: recovered from the reduced model or taken from the full one, their energies, and the
-//! file that shows them over a period.
+//! Complex modes as motions of the bodies: recovered from the reduced model or taken from the full one, their
+//! energies, and the file that shows them over a period.
 
 use super::{run::Run, RunOptions};
 use crate::body::{Fields, FullSystem};
@@ -140,7 +140,8 @@ pub(super) fn draw(
     Ok(true)
 }
 
-/// Motion from the modal amplitudes and, statically, the residual compliance under the reactions: u = Φq + (I − ΦΦᵀM) K⁻¹BᵀR.
+/// Motion from the modal amplitudes and, statically, the residual compliance under the reactions: u = Φq + (I − ΦΦᵀM)
+/// K⁻¹BᵀR.
 fn of_reduced(
     world: &World,
     bodies: &Bodies,
@@ -198,8 +199,8 @@ fn of_reduced(
     Ok(shapes)
 }
 
-/// Collective: the motion of the body with this index in [`Bodies::unique`] from its modal amplitudes, `[m]` on every rank, and the real and the imaginary part of
-/// the forces on its contact rows in lower form, N, `[3n]` on rank 0.
+/// Collective: the motion of the body with this index in [`Bodies::unique`] from its modal amplitudes, `[m]` on every
+/// rank, and the real and the imaginary part of the forces on its contact rows in lower form, N, `[3n]` on rank 0.
 pub(super) fn recovered(
     world: &World,
     bodies: &Bodies,
@@ -237,8 +238,8 @@ fn forms(world: &World, body: &dyn FullSystem, u: &[C]) -> (f64, f64) {
 }
 
 /// Collective. Multiplying the equation of motion with conj(λ) uᴴ gives, exactly,
-/// σ Σ (|λ|² uᴴMu + uᴴKu) = Re(conj(λ) yᴴR) − |λ|² Σ uᴴCu: what the growth rate is made of. Where a body rotates, K has the stiffness that this
-/// adds, and C the work of the damping on what only turns.
+/// σ Σ (|λ|² uᴴMu + uᴴKu) = Re(conj(λ) yᴴR) − |λ|² Σ uᴴCu: what the growth rate is made of. Where a body rotates, K
+/// has the stiffness that this adds, and C the work of the damping on what only turns.
 fn energy(world: &World, bodies: &Bodies, nodes: &[u64], shape: &Shape) -> Result<Energy> {
     let square = shape.value.norm_sqr();
     let mut sizes = [0.0; 2];
@@ -292,23 +293,26 @@ fn tables(shapes: &[Shape], energies: &[Energy]) -> Vec<Table> {
         Table::new(
             "/stability/contact_motion",
             "1",
-            "Share of the lower and of the upper body, normal and tangential, in the squared motion of the closed nodes.",
+            "Share of the lower and of the upper body, normal and tangential, in the squared motion of the \
+             closed nodes.",
             &[n, 2, 2],
             flat(&|e| e.contact.as_flattened().to_vec()),
         ),
         Table::new(
             "/stability/growth_parts",
             "1/s",
-            "What the growth rate is made of: damping of the lower body, of the upper body, work of the contact forces.",
+            "What the growth rate is made of: damping of the lower body, of the upper body, work of the contact \
+             forces.",
             &[n, 3],
             flat(&|e| e.growth.to_vec()),
         ),
     ]
 }
 
-/// Collective: the file with every mode over its period, without growth. At the first phase the largest displacement is real, a quarter period on
-/// minus the imaginary part is shown. `shapes` are the eigenvalues, 1/s, with their places in the list; `at_nodes(shape, part)`, collective, gives real and
-/// imaginary parts of one at this rank's local nodes of a part.
+/// Collective: the file with every mode over its period, without growth. At the first phase the largest displacement
+/// is real, a quarter period on minus the imaginary part is shown. `shapes` are the eigenvalues, 1/s, with their
+/// places in the list; `at_nodes(shape, part)`, collective, gives real and imaginary parts of one at this rank's
+/// local nodes of a part.
 fn write<'w>(
     world: &'w World,
     phases: usize,
@@ -341,7 +345,8 @@ fn write<'w>(
             (0..steps).map(|i| (i % phases) as f64 / phases as f64).collect::<Vec<_>>(),
         ),
     ];
-    let text = "Motion of a complex mode at one moment of its period, growth left out; the largest displacement of the mode is 1.";
+    let text = "Motion of a complex mode at one moment of its period, growth left out; the largest displacement \
+     of the mode is 1.";
     let spec = FieldSpec::new("motion", "1", text, FieldKind::Vector);
     let description = "Periods shown so far: mode k of the file, from 0, takes k to k + 1.";
     let sequence = Sequence {
@@ -370,8 +375,8 @@ fn write<'w>(
     Ok(file)
 }
 
-/// The factor that makes the largest component of a motion 1, the same on all ranks and in every run: of components that are equal up to rounding, as those
-/// of a mode of a symmetric body are, the one at the last place.
+/// The factor that makes the largest component of a motion 1, the same on all ranks and in every run: of components
+/// that are equal up to rounding, as those of a mode of a symmetric body are, the one at the last place.
 fn unit(world: &World, parts: &[BodyPart], at_nodes: &[[Vec<f64>; 2]]) -> C {
     let components = || at_nodes.iter().flat_map(|[re, im]| re.iter().zip(im).map(|(re, im)| C::new(*re, *im)));
     let largest = world.max(components().map(|v| v.norm()).fold(0.0, f64::max));

@@ -15,7 +15,8 @@ use crate::stability::{grows, least_stable};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
-/// Collective: the creep curve, tables under `/creep_curve`. A point that fails has its exit code and message there, the others go on.
+/// Collective: the creep curve, tables under `/creep_curve`. A point that fails has its exit code and message there,
+/// the others go on.
 pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, model: &Reduction) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     run.progress.stage("creep curve");
@@ -86,8 +87,9 @@ impl<'a> Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// What laws of point contact have for the solution `r` under `contact`, on half-spaces of the bodies' materials, with the coefficient of
-    /// friction at the rigid creep of the centre. None where there is no ellipse in the range of their table.
+    /// What laws of point contact have for the solution `r` under `contact`, on half-spaces of the bodies' materials,
+    /// with the coefficient of friction at the rigid creep of the centre. None where there is no ellipse in the range
+    /// of their table.
     fn baseline(&self, contact: &job::Contact, r: &SteadySolution) -> Result<Option<Baseline>> {
         let c = creepage(contact);
         let of = |e: Ellipse| Baseline {

@@ -1,4 +1,5 @@
-//! Steady rolling of finite-element bodies whose compliance is not made: a static solve of the bodies for each set of reactions.
+//! Steady rolling of finite-element bodies whose compliance is not made: a static solve of the bodies for each set of
+//! reactions.
 
 use super::run::Run;
 use crate::body::Fields;
@@ -10,10 +11,11 @@ use crate::{Error, Result};
 
 /// Sets of reactions after which the correction counts as not converging.
 const MAX_CORRECTIONS: usize = 40;
-/// Error of a static solve, in the energy norm, against the residual of the contact laws before it. A residual of the laws came out
-/// some forty times as large as the error: at this value that does not slow the correction.
+/// Error of a static solve, in the energy norm, against the residual of the contact laws before it. A residual of the
+/// laws came out some forty times as large as the error: at this value that does not slow the correction.
 const FORCING: f64 = 3e-3;
-/// Error of the first static solves, which probe the bodies and displace them under reactions that are a thousandth off.
+/// Error of the first static solves, which probe the bodies and displace them under reactions that are a thousandth
+/// off.
 const FIRST: f64 = 1e-4;
 
 /// A steady state and the displacements that belong to it.
@@ -24,8 +26,9 @@ pub struct Found {
     pub displacements: Vec<Vec<f64>>,
 }
 
-/// Collective: solves `problem`, which rank 0 holds with a compliance near that of the bodies, for the bodies themselves.
-/// The residual of the solution is that of their displacement, from static solves whose error is [`FORCING`] of `tolerance`.
+/// Collective: solves `problem`, which rank 0 holds with a compliance near that of the bodies, for the bodies
+/// themselves. The residual of the solution is that of their displacement, from static solves whose error is
+/// [`FORCING`] of `tolerance`.
 pub fn solve(run: &mut Run, problem: Option<&SteadyProblem>, tolerance: f64, bodies: &Bodies) -> Result<Found> {
     let world = run.world();
     let all = (0..bodies.unique.len()).map(|b| bodies.fields(b)).collect::<Result<Vec<&dyn Fields>>>()?;
@@ -64,7 +67,8 @@ pub fn solve(run: &mut Run, problem: Option<&SteadyProblem>, tolerance: f64, bod
         }
     }
     Err(Error::NotConverged(format!(
-        "steady contact: the reactions did not settle within analyses.steady.tolerance = {tolerance:e} in {MAX_CORRECTIONS} corrections of the \
+        "steady contact: the reactions did not settle within analyses.steady.tolerance = {tolerance:e} in \
+         {MAX_CORRECTIONS} corrections of the \
          approximate compliance; residuals: {}. Use solver.linear \"mumps\", which takes the bodies' own compliance",
         residuals.join(" ")
     )))
@@ -74,8 +78,8 @@ fn held<'a, 'p>(deferred: &'a mut Option<DeferredSteady<'p>>) -> Result<&'a mut 
     deferred.as_mut().ok_or_else(|| Error::Defect("no contact on rank 0".into()))
 }
 
-/// Collective: displacement of the contact rows (x, y, n), m/N, `[3][3n]` on rank 0, under unit forces (x, y, n) on the middle node
-/// of the contact `grid`, which rank 0 has.
+/// Collective: displacement of the contact rows (x, y, n), m/N, `[3][3n]` on rank 0, under unit forces (x, y, n) on
+/// the middle node of the contact `grid`, which rank 0 has.
 pub fn probe(body: &dyn Fields, grid: Option<&ContactGrid>) -> Result<[Vec<f64>; 3]> {
     let forces = grid.map_or(Vec::new(), |g| {
         let (rows, middle) = (3 * g.len(), kernel::middle(&g.x, &g.y));
@@ -89,8 +93,9 @@ pub fn probe(body: &dyn Fields, grid: Option<&ContactGrid>) -> Result<[Vec<f64>;
     Ok([0, 1, 2].map(|k| body.at_contact(&u[k * n..(k + 1) * n])))
 }
 
-/// Collective: (w_x, w_y, change of gap) of the contact nodes, m, `[3n]` on rank 0, under the reactions (N, `[3n]` on rank 0).
-/// `u` holds the displacements of the places before and after. Two places are one solve if their bodies, `all` that differ, are one.
+/// Collective: (w_x, w_y, change of gap) of the contact nodes, m, `[3n]` on rank 0, under the reactions (N, `[3n]` on
+/// rank 0). `u` holds the displacements of the places before and after. Two places are one solve if their bodies,
+/// `all` that differ, are one.
 fn displaced(
     bodies: &Bodies,
     all: &[&dyn Fields],

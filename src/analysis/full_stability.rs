@@ -24,7 +24,8 @@ use std::rc::Rc;
 
 type C = Complex<f64>;
 
-/// Collective: the full spectrum about a sliding contact; rank 0 gives the contact, the model and the spectrum of the `reduced` analysis.
+/// Collective: the full spectrum about a sliding contact; rank 0 gives the contact, the model and the spectrum of the
+/// `reduced` analysis.
 pub fn run(
     run: &mut Run,
     wanted: &job::FullStability,
@@ -35,7 +36,8 @@ pub fn run(
     run.progress.stage("stability of the full system");
     world.on_root(|| match reduced {
         Some((f, ..)) if wanted.max_frequency > f.limit * (1.0 + 1e-12) => Err(Error::Job(format!(
-            "analyses.stability.full.max_frequency is {} Hz, but the reduced model, which it is compared with, reaches {:.1} Hz; ask for more \
+            "analyses.stability.full.max_frequency is {} Hz, but the reduced model, which it is compared with, \
+             reaches {:.1} Hz; ask for more \
              modes in analyses.modes or for a lower limit",
             wanted.max_frequency, f.limit
         ))),
@@ -78,15 +80,18 @@ pub struct Beside {
 }
 
 impl Beside {
-    /// Collective: of what was `found` that which agrees with the reduced eigenvalue of this number, from 1: a transient of all degrees of freedom begins along it.
+    /// Collective: of what was `found` that which agrees with the reduced eigenvalue of this number, from 1: a
+    /// transient of all degrees of freedom begins along it.
     pub fn of(world: &World, found: FullResult, number: u32) -> Result<Self> {
         let FullResult { spectrum, mut amplitudes, partners, .. } = found;
         let place = world.on_root(|| {
             let partner = (number as usize).checked_sub(1);
             partners.iter().position(|p| p.is_some() && *p == partner).ok_or_else(|| {
                 Error::Job(format!(
-                    "analyses.transient.start.mode is {number}: the full system has no eigenvalue that agrees with this one of the reduced model; take another \
-                     mode, a higher analyses.stability.full.max_frequency or more modes, or leave analyses.stability.full out"
+                    "analyses.transient.start.mode is {number}: the full system has no eigenvalue that agrees \
+                     with this one of the reduced model; take another \
+                     mode, a higher analyses.stability.full.max_frequency or more modes, or leave \
+                     analyses.stability.full out"
                 ))
             })
         })?;
@@ -153,7 +158,8 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
     let order: u64 = systems.iter().flatten().map(|s| s.stiffness().order()).sum();
     if order > dense::LARGEST as u64 {
         return Err(Error::Job(format!(
-            "analyses.stability.full: bodies given by matrices are treated densely there, up to {} degrees of freedom; found {order}. \
+            "analyses.stability.full: bodies given by matrices are treated densely there, up to {} degrees of \
+             freedom; found {order}. \
              Leave it out: the reduced analysis takes larger bodies",
             dense::LARGEST
         )));

@@ -55,7 +55,8 @@ pub fn stay(job: &Job, options: &RunOptions) -> Result<()> {
         let clash = clash.or_else(|| inside().then(|| folder.display()));
         if let Some(target) = clash {
             return Err(Error::Job(format!(
-                "--output: {target} would be replaced, but it is an input of this run, {what} ({}); name another --output",
+                "--output: {target} would be replaced, but it is an input of this run, {what} ({}); name \
+                 another --output",
                 input.display()
             )));
         }

@@ -96,7 +96,8 @@ fn capable(job: &Job) -> Result<()> {
     for (key, what) in wanted(job) {
         if by_means && what == Capability::FullSystem {
             return Err(Error::Job(format!(
-                "analyses.{key}: takes the contact from the finite elements themselves, which contact.compliance \"hybrid\" does not; expected \"fe\". Change one \
+                "analyses.{key}: takes the contact from the finite elements themselves, which \
+                 contact.compliance \"hybrid\" does not; expected \"fe\". Change one \
                  of the two"
             )));
         }
@@ -126,7 +127,8 @@ fn capable(job: &Job) -> Result<()> {
             };
             if !kind.can(what) {
                 return Err(Error::Job(format!(
-                    "analyses.{key}: needs {needed}, which bodies.{name} does not have: it {is}; leave one of the two out"
+                    "analyses.{key}: needs {needed}, which bodies.{name} does not have: it {is}; leave one of \
+                     the two out"
                 )));
             }
         }
@@ -217,8 +219,8 @@ pub fn run(
     Ok(summary)
 }
 
-/// On rank 0: the segments of the transient of `job`, where it has one: those of a run to be continued, every one of them as it was written, or
-/// the right to make them.
+/// On rank 0: the segments of the transient of `job`, where it has one: those of a run to be continued, every one of
+/// them as it was written, or the right to make them.
 fn segments(job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<Option<Segments>> {
     if options.resume && job.analyses.transient.is_none() {
         return Err(Error::Job("--resume: only a transient can be continued; the job has none".into()));

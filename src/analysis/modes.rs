@@ -53,7 +53,8 @@ pub fn list(run: &mut Run, places: &[(&'static str, usize)], modes: &[TraceModes
     Ok(())
 }
 
-/// Collective: the shapes of the `modes` of the bodies that differ as a sequence that goes with the result file, where fields are wanted.
+/// Collective: the shapes of the `modes` of the bodies that differ as a sequence that goes with the result file,
+/// where fields are wanted.
 pub fn show(run: &mut Run, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
     let path = companion(&run.options.output, "free_modes.vtkhdf");
     if run.job.output.swept_modes == Some(true) {
@@ -83,7 +84,8 @@ fn show_swept(run: &mut Run, path: &Path, bodies: &Bodies, modes: &[TraceModes])
     run.file.attach(shapes)
 }
 
-/// Collective: the shapes of the bodies that differ in double precision, for a run that takes them up where this one does not come to its end.
+/// Collective: the shapes of the bodies that differ in double precision, for a run that takes them up where this one
+/// does not come to its end.
 pub fn kept_shapes<'w>(run: &Run<'w>, bodies: &Bodies, modes: &[TraceModes]) -> Result<SequenceFile<'w>> {
     let first = |body: usize| bodies.places.iter().position(|p| p.body == body);
     let (parts, all) = (bodies.parts(), 0..bodies.unique.len());

@@ -10,8 +10,9 @@ use crate::stability::{grows, kept, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
-/// The ellipse of the contact under `pressure` (Pa, `[n]`) on half-spaces of the bodies' materials, with the coefficient of friction at the rigid creep
-/// of the centre. None where there is no ellipse in the range of the table of Kalker's coefficients.
+/// The ellipse of the contact under `pressure` (Pa, `[n]`) on half-spaces of the bodies' materials, with the
+/// coefficient of friction at the rigid creep of the centre. None where there is no ellipse in the range of the table
+/// of Kalker's coefficients.
 pub(super) fn ellipse(job: &Job, contact: &job::Contact, s: &Interface, pressure: &[f64]) -> Result<Option<Ellipse>> {
     let mut materials = [(0.0, 0.0); 2];
     for ((_, body), m) in job.bodies().into_iter().zip(&mut materials) {
@@ -24,7 +25,8 @@ pub(super) fn ellipse(job: &Job, contact: &job::Contact, s: &Interface, pressure
     Ok(Ellipse::of_pressure(nodes, friction, materials))
 }
 
-/// On rank 0: the eigenvalues with one point in place of the contact that was `found`, by each law; none where the job does not ask.
+/// On rank 0: the eigenvalues with one point in place of the contact that was `found`, by each law; none where the
+/// job does not ask.
 pub(super) fn wanted(examined: &Examined, found: &Found) -> Result<Option<Comparison>> {
     let Examined { job, stability, contact, model: (interface, pair) } = *examined;
     let Some(state) = found.state.as_ref().filter(|_| stability.contact == StabilityContact::Point) else {
@@ -32,7 +34,8 @@ pub(super) fn wanted(examined: &Examined, found: &Found) -> Result<Option<Compar
     };
     let ellipse = ellipse(job, contact, interface, &state.pressure)?.ok_or_else(|| {
         Error::Job(
-            "analyses.stability.contact: found \"point\", but the pressure is not that of an ellipse whose half-axes Kalker's table has \
+            "analyses.stability.contact: found \"point\", but the pressure is not that of an ellipse whose \
+             half-axes Kalker's table has \
              (ratios of 0.1 to 10); leave it out"
                 .into(),
         )

@@ -13,8 +13,8 @@ use num_complex::Complex64;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Samples in the period of the highest frequency wanted, at least: what aliasing brings from beyond half the sampling rate is then
-/// damped by the mean over the interval to a fifth of what it is there.
+/// Samples in the period of the highest frequency wanted, at least: what aliasing brings from beyond half the
+/// sampling rate is then damped by the mean over the interval to a fifth of what it is there.
 pub(super) const SAMPLES: f64 = 6.0;
 /// Patches are at most this part of the size of the body, whatever the frequency.
 const COARSEST: f64 = 0.03;
@@ -30,7 +30,8 @@ pub(super) struct Given {
 }
 
 impl Given {
-    /// Collective: that of the body with the index `b` in [`Bodies::unique`], whose mode shapes are there. Each rank takes some of the frequencies.
+    /// Collective: that of the body with the index `b` in [`Bodies::unique`], whose mode shapes are there. Each rank
+    /// takes some of the frequencies.
     pub(super) fn of(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
         if let Some(body) = bodies.unique.get(b) {
             if let Some(rail) = world.agree(body.infinite(2.0 * PI * bands.end()))? {
@@ -75,8 +76,8 @@ impl Given {
     }
 }
 
-/// By what of a sample a body radiates: by the amplitudes of its modes, or, a rail, by the force at the contact. A sample has the amplitudes of all modes
-/// and then the impulse of the force on body 1 (x, y, z).
+/// By what of a sample a body radiates: by the amplitudes of its modes, or, a rail, by the force at the contact. A
+/// sample has the amplitudes of all modes and then the impulse of the force on body 1 (x, y, z).
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
     pub(super) columns: Range<usize>,
@@ -118,7 +119,8 @@ pub(super) fn air(wanted: &SoundPower) -> Air {
 pub(super) fn bands_within(key: &str, wanted: &SoundPower, reach: f64) -> Result<Bands> {
     if let Some(f) = wanted.max_frequency.filter(|f| *f > reach) {
         return Err(Error::Job(format!(
-            "{key}.max_frequency: found {f} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in analyses.modes"
+            "{key}.max_frequency: found {f} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in \
+             analyses.modes"
         )));
     }
     Bands::between(wanted.min_frequency, wanted.max_frequency.unwrap_or(reach)).map_err(|e| e.context(key))
@@ -136,7 +138,8 @@ pub(super) fn stride(bands: Bands, step: f64) -> u64 {
     (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0) as u64
 }
 
-/// Sizes of the patches of a body of so large a diameter, m: of the finest ones, and of the largest to which they are taken together.
+/// Sizes of the patches of a body of so large a diameter, m: of the finest ones, and of the largest to which they are
+/// taken together.
 pub(super) fn patch_sizes((bands, air): (Bands, Air), diameter: f64) -> [f64; 2] {
     let coarsest = COARSEST * diameter;
     [Radiation::patch_size(&bands, air).min(coarsest), coarsest]
@@ -153,8 +156,8 @@ pub struct Sounding {
 }
 
 impl Sounding {
-    /// Collective: of the sound that is `wanted` under `key`, of motions in steps of length `step`, s. The `bodies` in the places have their mode shapes,
-    /// and `modes` are those of each that differs.
+    /// Collective: of the sound that is `wanted` under `key`, of motions in steps of length `step`, s. The `bodies`
+    /// in the places have their mode shapes, and `modes` are those of each that differs.
     pub fn new(
         world: &World,
         (key, wanted): (&str, &SoundPower),
@@ -207,8 +210,8 @@ impl Sounding {
         self.bands
     }
 
-    /// Power in each third octave, W, `[bodies × bands]`, of modal displacements and impulses of the contact as they were to be kept, `[samples][m + 3]`; of none,
-    /// rest, it is 0. The estimate is that of a transient.
+    /// Power in each third octave, W, `[bodies × bands]`, of modal displacements and impulses of the contact as they
+    /// were to be kept, `[samples][m + 3]`; of none, rest, it is 0. The estimate is that of a transient.
     pub fn powers(&self, samples: &[Vec<f64>]) -> Result<Vec<f64>> {
         let bands = self.bands.centres().len();
         if samples.is_empty() {

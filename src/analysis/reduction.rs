@@ -1,5 +1,5 @@
-//! The reduced model of a job's bodies: modes and compliance come from the finite elements (or the compliance from half-spaces, which
-//! have no modes); everything after this works on it alone.
+//! The reduced model of a job's bodies: modes and compliance come from the finite elements (or the compliance from
+//! half-spaces, which have no modes); everything after this works on it alone.
 
 use super::deferred;
 use super::steps::Needs;
@@ -23,8 +23,8 @@ pub struct Reduction {
 }
 
 impl Reduction {
-    /// Collective: the reduced model of the job's bodies with the `modes` of each of `Bodies::unique` (none of them, where
-    /// the job asks for none: the compliance is then all there is).
+    /// Collective: the reduced model of the job's bodies with the `modes` of each of `Bodies::unique` (none of them,
+    /// where the job asks for none: the compliance is then all there is).
     pub fn build(
         world: &World,
         job: &Job,
@@ -85,8 +85,9 @@ impl Reduction {
         Ok(Self { root: root.map(looked_through), approximate })
     }
 
-    /// Collective: the model that the points of a sweep share, on every rank, where both bodies need few numbers at the contact and a state of rest sees half-spaces alone:
-    /// what [`Reduction::build`] makes on rank 0 and [`SharedModel::broadcast`] brings to the others, but by every rank itself. None of other bodies.
+    /// Collective: the model that the points of a sweep share, on every rank, where both bodies need few numbers at
+    /// the contact and a state of rest sees half-spaces alone: what [`Reduction::build`] makes on rank 0 and
+    /// [`SharedModel::broadcast`] brings to the others, but by every rank itself. None of other bodies.
     pub fn shared(
         world: &World,
         job: &Job,
@@ -137,7 +138,8 @@ fn looked_through(mut model: ReducedModel) -> ReducedModel {
     model
 }
 
-/// An error where bodies meet on a grid that is not of their nodes, and it sees more of the modes than the compliance has.
+/// An error where bodies meet on a grid that is not of their nodes, and it sees more of the modes than the compliance
+/// has.
 fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
     let averaged = |p: &crate::case::bodies::Place| {
         p.grid.as_ref().is_some_and(|g| matches!(g.transfer, Some(Transfer::Averages { .. })))
@@ -146,8 +148,10 @@ fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
         return Ok(());
     }
     Err(Error::Job(
-        "contact.compliance: the residual compliance of the finite elements on the contact grid is not positive: the grid is finer than what their faces show. \
-         Take \"hybrid\", a finer mesh at the contact, or a larger contact.grid.spacing (not with a contact.placement, whose grid follows from the profiles)"
+        "contact.compliance: the residual compliance of the finite elements on the contact grid is not \
+         positive: the grid is finer than what their faces show. \
+         Take \"hybrid\", a finer mesh at the contact, or a larger contact.grid.spacing (not with a \
+         contact.placement, whose grid follows from the profiles)"
             .into(),
     ))
 }
@@ -158,8 +162,8 @@ pub(super) fn needs(job: &Job) -> Needs {
     Needs { solvers: elements, shapes: elements && job.analyses.modes.is_some() }
 }
 
-/// Whether the compliance of the bodies is left unmade: an iterative solver gives one displacement at a time, which is enough for
-/// steady rolling where nothing else asks for the compliance.
+/// Whether the compliance of the bodies is left unmade: an iterative solver gives one displacement at a time, which
+/// is enough for steady rolling where nothing else asks for the compliance.
 pub(super) fn by_products(job: &Job) -> bool {
     let analyses = &job.analyses;
     job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe)

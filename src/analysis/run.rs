@@ -17,7 +17,8 @@ pub struct Run<'r> {
     pub petsc: &'r Petsc<'r>,
     /// The resolved job.
     pub job: &'r Job,
-    /// The job as it was given: without what its placement fills in. What is written and what a run is known by is this one.
+    /// The job as it was given: without what its placement fills in. What is written and what a run is known by is
+    /// this one.
     pub given: &'r Job,
     /// What the command line adds to it.
     pub options: &'r RunOptions,
@@ -54,7 +55,8 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// Whether files beside the result file are replaced where they exist: with `--force`, and by a run that is continued.
+    /// Whether files beside the result file are replaced where they exist: with `--force`, and by a run that is
+    /// continued.
     pub fn replaces(&self) -> bool {
         self.options.force || self.options.resume
     }

@@ -1,4 +1,5 @@
-//! What would move the eigenvalues of `stability`: their derivatives by what the job gives, the state of rest following it.
+//! What would move the eigenvalues of `stability`: their derivatives by what the job gives, the state of rest
+//! following it.
 
 use super::stability::mode_name;
 use crate::body::Side;
@@ -12,12 +13,14 @@ use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
 
-/// Steps of the differences between states of rest, over the size of the parameter: the largest one between whose ends no node changes its status.
+/// Steps of the differences between states of rest, over the size of the parameter: the largest one between whose
+/// ends no node changes its status.
 const STEPS: [f64; 3] = [1e-5, 3e-6, 1e-6];
 /// Creepages are measured by no less than this.
 const CREEPAGE: f64 = 1e-4;
 
-/// The derivatives of the eigenvalues `found` by all that the job has one number for. `examined` is what they were found of, on `model`.
+/// The derivatives of the eigenvalues `found` by all that the job has one number for. `examined` is what they were
+/// found of, on `model`.
 pub(super) fn analyse(examined: &Examined, found: &Found, model: &ReducedModel) -> Result<Sensitivities> {
     let study = Study { examined, model };
     let here =
@@ -69,8 +72,8 @@ impl Study<'_> {
         all
     }
 
-    /// Derivatives by a parameter of the size `size`, about the contact given with its linearisation. None where nodes change their status however
-    /// small the step.
+    /// Derivatives by a parameter of the size `size`, about the contact given with its linearisation. None where
+    /// nodes change their status however small the step.
     fn derivative(
         &self,
         parameter: Parameter,
@@ -131,7 +134,8 @@ fn total_force(contact: &job::Contact) -> Option<f64> {
 /// Changes of a mode that would end its growth, at the most so many.
 const CURES: usize = 4;
 
-/// What would end the growth of the eigenvalue `index`, `pair`, by its derivatives alone, the smallest changes first; `model` has its modes.
+/// What would end the growth of the eigenvalue `index`, `pair`, by its derivatives alone, the smallest changes first;
+/// `model` has its modes.
 pub(super) fn cures(all: &Sensitivities, index: usize, pair: &Eigenpair, model: &ModalPair) -> String {
     let growth = pair.growth_rate();
     // Changes with their sizes over what would be a large one.
@@ -182,7 +186,8 @@ pub(super) fn warn(all: &Sensitivities, summary: &mut Summary) {
     for Derivative { parameter, by, .. } in &all.parameters {
         if !by.is_empty() && by.iter().all(|d| d.re.is_nan()) {
             summary.warn(format!(
-                "analyses.stability.sensitivities: none by the {}: a node of the contact changes its status with the smallest change of it, or every \
+                "analyses.stability.sensitivities: none by the {}: a node of the contact changes its status \
+                 with the smallest change of it, or every \
                  eigenvalue is multiple",
                 parameter.name()
             ));

@@ -19,7 +19,8 @@ use crate::stability::{grows, is_rigid, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
-/// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under `/stability`. What was found, on rank 0 and of the full system.
+/// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under
+/// `/stability`. What was found, on rank 0 and of the full system.
 pub(super) fn run(
     run: &mut Run,
     stability: &job::Stability,
@@ -140,7 +141,8 @@ pub(super) struct Parts<'a> {
     pub(super) model: &'a Reduction,
 }
 
-/// Eigenvalues that the summary lists: all that grow, and at least so many; what makes them is told of no more than so many.
+/// Eigenvalues that the summary lists: all that grow, and at least so many; what makes them is told of no more than
+/// so many.
 const LISTED: [usize; 2] = [3, 50];
 
 /// The eigenvalues of which it is told what makes them.
@@ -169,7 +171,8 @@ fn told(spectrum: &Spectrum) -> usize {
     unstable.max(LISTED[0]).min(spectrum.eigenpairs.len())
 }
 
-/// What the summary says of a contact that moves as `moves` says, of bodies with their modes and what would move the eigenvalues.
+/// What the summary says of a contact that moves as `moves` says, of bodies with their modes and what would move the
+/// eigenvalues.
 pub(super) fn summarise(
     spectrum: &Spectrum,
     moves: &str,
@@ -209,7 +212,8 @@ pub(super) fn summarise(
 /// A criterion in words.
 fn cause(c: &Criterion) -> String {
     format!(
-        "damping {:+.3}, friction {:+.3}, creep {:+.3}, tilting {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
+        "damping {:+.3}, friction {:+.3}, creep {:+.3}, tilting {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, \
+         H {:.1} pm/N at {:+.1} degrees",
         c.damping,
         c.friction(),
         c.across,

@@ -67,7 +67,8 @@ pub fn run(
         if let Some([x, y, n]) = model.on_root().and_then(|r| deflection(&r.interface, &r.pair, solution)) {
             let text = format!("x {:.1}, y {:.1}, n {:.1} µm, part of the placement", 1e6 * x, 1e6 * y, 1e6 * n);
             run.summary.value("bodies give way by", text);
-            let text = "What the bodies give way by under the load at the middle of the contact (x, y, n), upper against lower; the placement has it already.";
+            let text = "What the bodies give way by under the load at the middle of the contact (x, y, n), \
+             upper against lower; the placement has it already.";
             run.file.tables([Table::list("/contact/deflection", "m", text, vec![x, y, n])]);
         }
     }
@@ -90,7 +91,8 @@ pub fn run(
     Ok(())
 }
 
-/// Collective: displacements of the places' bodies, this rank's degrees of freedom, m, under the reactions of the solution.
+/// Collective: displacements of the places' bodies, this rank's degrees of freedom, m, under the reactions of the
+/// solution.
 fn loaded(bodies: &Bodies, solved: Option<(&Interface, &SteadySolution)>) -> Result<Vec<Vec<f64>>> {
     let reactions: Vec<f64> = solved.map_or(Vec::new(), |(s, r)| {
         (0..s.len())
@@ -101,8 +103,8 @@ fn loaded(bodies: &Bodies, solved: Option<(&Interface, &SteadySolution)>) -> Res
     bodies.places.iter().map(of).collect()
 }
 
-/// Collective: the contact fields, at the nodes of the meshes or on cells of a common grid, into `/VTKHDF`; with displacement and stress of both bodies
-/// where their `displacements` are known.
+/// Collective: the contact fields, at the nodes of the meshes or on cells of a common grid, into `/VTKHDF`; with
+/// displacement and stress of both bodies where their `displacements` are known.
 fn fields(
     world: &World,
     bodies: &Bodies,

@@ -1,5 +1,5 @@
-//! The steps of a run. Every analysis says what it needs; this decides what is made, in which order, and when it is freed.
-//! `railsqueal check` prints the same steps.
+//! The steps of a run. Every analysis says what it needs; this decides what is made, in which order, and when it is
+//! freed. `railsqueal check` prints the same steps.
 
 use super::{reduction, stability, steady, transient};
 use crate::case::bodies::needs_elements;
@@ -120,8 +120,8 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     let wanted = &job.analyses;
     let analyses = analyses(job, earlier.resume);
     let contact = job.contact.is_some() && !analyses.is_empty();
-    // Bodies of matrices are reduced anew in each run. One that is continued has its reduced model; shapes that are wanted and were not kept are made
-    // again.
+    // Bodies of matrices are reduced anew in each run. One that is continued has its reduced model; shapes that are
+    // wanted and were not kept are made again.
     let sought = seeks_shapes(job, earlier.resume);
     let kept = earlier.reuse || (earlier.resume && !job.by_matrices());
     let swept = kept && finds_again(job, earlier);
@@ -257,7 +257,8 @@ mod tests {
         assert_eq!(fields, [Earlier, Bodies, EarlierShapes, EarlierModes, FreeModes, Geometry, Model, Transient]);
     }
 
-    /// The sound of limit cycles takes the shapes of the modes, which a run that is stopped leaves; those of a finished run have none.
+    /// The sound of limit cycles takes the shapes of the modes, which a run that is stopped leaves; those of a
+    /// finished run have none.
     #[test]
     fn limit_cycles_that_are_heard_keep_the_shapes() {
         let sweep = "analyses.sweep={\"keys\": {\"contact.friction\": [0.2, 0.3]}, \"cycles\": {\"sound_power\": {}}}";

@@ -171,7 +171,8 @@ impl<'s> Stock<'s> {
             run.progress.stage("reading the reduced model of an earlier run");
             self.reused = Some(world.on_root(|| reuse::read(path, job))?);
         }
-        // A run that is continued goes on with the model that it was begun with; what is made of matrices is the same again.
+        // A run that is continued goes on with the model that it was begun with; what is made of matrices is the same
+        // again.
         if options.resume && !job.by_matrices() {
             self.kept = Some(world.on_root(|| transient::kept::read(run.segments()?, job))?);
         }

@@ -1,5 +1,6 @@
-//! Modes computed again: other signs, and other directions within a cluster of equal frequencies. They are turned back by the orthogonal
-//! matrix that brings their motion of the contact nearest to the one kept (P. H. Schönemann, *Psychometrika* 31 (1966)).
+//! Modes computed again: other signs, and other directions within a cluster of equal frequencies. They are turned
+//! back by the orthogonal matrix that brings their motion of the contact nearest to the one kept (P. H. Schönemann,
+//! *Psychometrika* 31 (1966)).
 
 use super::clusters::CLUSTER_GAP;
 use faer::{Mat, MatRef};
@@ -76,8 +77,8 @@ mod tests {
         assert!(turn(other.as_ref(), kept.as_ref(), &omega).unwrap_err().contains("at 1.59 Hz"));
     }
 
-    /// A pair of equal frequencies whose plane comes out turned, the motion of the contact being only a part of the shapes: the shapes that
-    /// were kept come back, and not those turned twice as far.
+    /// A pair of equal frequencies whose plane comes out turned, the motion of the contact being only a part of the
+    /// shapes: the shapes that were kept come back, and not those turned twice as far.
     #[test]
     fn shapes_of_a_pair_are_turned_back_not_further() {
         let shapes = Mat::from_fn(9, 3, |i, k| ((2 * i + 5 * k) as f64).cos());

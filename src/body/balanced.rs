@@ -1,6 +1,7 @@
-//! Statics of a body that nothing holds, by inertia relief: loads are balanced by the inertia of the rigid motion that they cause, and the displacement is
-//! the one without a rigid part, QᵀK_c⁻¹Q f with Q = I − MΦ_rΦ_rᵀ. K_c is the stiffness held at as few degrees of freedom as determine the body: they
-//! bear nothing under a balanced load, so that it does not matter which they are.
+//! Statics of a body that nothing holds, by inertia relief: loads are balanced by the inertia of the rigid motion
+//! that they cause, and the displacement is the one without a rigid part, QᵀK_c⁻¹Q f with Q = I − MΦ_rΦ_rᵀ. K_c is
+//! the stiffness held at as few degrees of freedom as determine the body: they bear nothing under a balanced load, so
+//! that it does not matter which they are.
 
 use super::rigid_motions::{products, RigidMotions};
 use crate::eigen::Shifted;
@@ -59,8 +60,8 @@ impl<'p> Balanced<'p> {
         }
     }
 
-    /// Collective: entries of QᵀK_c⁻¹Q at `rows` × `rows` (the same on every rank), m/N, on rank 0: with Z = K_c⁻¹MΦ_r it is
-    /// K_c⁻¹ − ZΦ_rᵀ − Φ_rZᵀ + Φ_r(Φ_rᵀMZ)Φ_rᵀ.
+    /// Collective: entries of QᵀK_c⁻¹Q at `rows` × `rows` (the same on every rank), m/N, on rank 0: with Z =
+    /// K_c⁻¹MΦ_r it is K_c⁻¹ − ZΦ_rᵀ − Φ_rZᵀ + Φ_r(Φ_rᵀMZ)Φ_rᵀ.
     pub fn inverse_block(&mut self, rows: &[u64]) -> Result<Mat<f64>> {
         let world = self.world;
         let (r, n) = (self.rigid.len(), self.rigid.shapes.first().map_or(0, Vec::len));
@@ -110,8 +111,8 @@ impl Shifted for Balanced<'_> {
     }
 }
 
-/// Collective: one degree of freedom for each rigid motion, so that a motion that vanishes at all of them vanishes: by elimination with the largest
-/// remaining entry as pivot.
+/// Collective: one degree of freedom for each rigid motion, so that a motion that vanishes at all of them vanishes:
+/// by elimination with the largest remaining entry as pivot.
 fn determining(world: &World, ranges: &[u64], rigid: &RigidMotions) -> Vec<u64> {
     let mut rest = rigid.shapes.clone();
     let first = ranges[world.rank];

@@ -1,12 +1,13 @@
-//! Clusters of equal frequencies. A body of revolution has its modes in pairs; a basis that keeps one of a pair and drops
-//! the other is not the body's, so a cut never goes through a cluster.
+//! Clusters of equal frequencies. A body of revolution has its modes in pairs; a basis that keeps one of a pair and
+//! drops the other is not the body's, so a cut never goes through a cluster.
 
 /// Neighbouring frequencies closer than this, relatively, belong to one cluster. A mesh that is refined at the contact
 /// splits the pairs of a body of revolution by a few 1e-4 of their frequency.
 pub const CLUSTER_GAP: f64 = 2e-3;
 
 /// Length of the shortest complete list that holds at least `count` of the ascending `values`, or `None` when the last
-/// cluster may go on beyond the list, so more values are needed to tell. `values` are frequencies (Hz) or eigenvalues' roots.
+/// cluster may go on beyond the list, so more values are needed to tell. `values` are frequencies (Hz) or
+/// eigenvalues' roots.
 pub fn cut(values: &[f64], count: usize) -> Option<usize> {
     let mut end = count;
     while end < values.len() {

@@ -1,6 +1,7 @@
-//! Influence of the nodes of a uniform grid on each other where it depends on their offset alone, as that of a half-space does, and beside it a motion of
-//! all nodes that is constant or goes with x and y, as the rest of a body adds it. Such a matrix needs the memory of its first rows, and its products are
-//! convolutions: fast Fourier transforms on a grid of twice the size (as in J. J. Kalker's CONTACT; E. A. H. Vollebregt, J. Tribol. 136 (2014)).
+//! Influence of the nodes of a uniform grid on each other where it depends on their offset alone, as that of a
+//! half-space does, and beside it a motion of all nodes that is constant or goes with x and y, as the rest of a body
+//! adds it. Such a matrix needs the memory of its first rows, and its products are convolutions: fast Fourier
+//! transforms on a grid of twice the size (as in J. J. Kalker's CONTACT; E. A. H. Vollebregt, J. Tribol. 136 (2014)).
 
 use std::fmt;
 use std::sync::{Arc, OnceLock};
@@ -17,13 +18,14 @@ use product::Transformed;
 
 /// Forces and moments that a motion of the whole answers: (1, x, y) times (x, y, n).
 const LOADS: usize = 9;
-/// What rounding may leave between a matrix and the convolution that stands for it, as a part of the matrix's largest entry.
+/// What rounding may leave between a matrix and the convolution that stands for it, as a part of the matrix's largest
+/// entry.
 const ALIKE: f64 = 2e-14;
 
 type Block = [[f64; 3]; 3];
 
-/// An influence matrix on a uniform grid of nx × ny nodes, m/N, `[3n, 3n]`, rows and columns `3*i + (x, y, n)`, i = ix + nx·iy: k(x_i − x_j) + π_i A π_jᵀ with
-/// π = (1, x, y). Nothing of the order n² is ever made.
+/// An influence matrix on a uniform grid of nx × ny nodes, m/N, `[3n, 3n]`, rows and columns `3*i + (x, y, n)`, i =
+/// ix + nx·iy: k(x_i − x_j) + π_i A π_jᵀ with π = (1, x, y). Nothing of the order n² is ever made.
 #[derive(Clone)]
 pub struct Convolution {
     x: Vec<f64>,
@@ -46,7 +48,8 @@ impl fmt::Debug for Convolution {
 }
 
 impl Convolution {
-    /// The compliance of a half-space at the nodes of the grid `x` × `y`, m, as [`HalfSpace::compliance`] has it; none where the grid is not uniform.
+    /// The compliance of a half-space at the nodes of the grid `x` × `y`, m, as [`HalfSpace::compliance`] has it;
+    /// none where the grid is not uniform.
     pub fn of_half_space(material: &HalfSpace, x: &[f64], y: &[f64]) -> Result<Option<Self>> {
         if !(is_uniform(x) && is_uniform(y)) {
             return Ok(None);
@@ -73,7 +76,8 @@ impl Convolution {
         }
     }
 
-    /// The influence matrix of an interface, C1 + E C2 E, E = diag(−1, −1, 1) at each node, of the lower and the upper body, both in lower form.
+    /// The influence matrix of an interface, C1 + E C2 E, E = diag(−1, −1, 1) at each node, of the lower and the
+    /// upper body, both in lower form.
     pub fn combined(lower: &Self, upper: &Self) -> Result<Self> {
         if [&lower.x, &lower.y] != [&upper.x, &upper.y] {
             return Err(Error::Defect("convolutions on two grids cannot be combined on one interface".into()));
@@ -106,7 +110,8 @@ impl Convolution {
         let largest = (0..w.nrows()).map(|k| w[(k, k)].abs()).fold(0.0, f64::max);
         let whole = whole_of(at, x, y)?;
         let found = Self::new(x, y, Vec::new(), Some(whole));
-        // Each offset from a pair of nodes as near to the middle as there is one: what the whole adds is the least there.
+        // Each offset from a pair of nodes as near to the middle as there is one: what the whole adds is the least
+        // there.
         let pair = |d: isize, n: usize| {
             let low = (n as isize - 1 - d).div_euclid(2).clamp(0.max(-d), n as isize - 1 - 0.max(d));
             ((low + d) as usize, low as usize)
@@ -129,7 +134,8 @@ impl Convolution {
         Self::new(&self.x, &self.y, self.kernel.clone(), self.whole)
     }
 
-    /// The convolution that another matrix `w` on the same grid is; some columns alone are looked at to see whether it is one.
+    /// The convolution that another matrix `w` on the same grid is; some columns alone are looked at to see whether
+    /// it is one.
     pub fn found_again(&self, w: MatRef<'_, f64>) -> Option<Self> {
         Self::found(w, &self.x, &self.y, 37)
     }
@@ -155,7 +161,8 @@ impl Convolution {
         Some(Self::new(x, y, kernel.chunks_exact(9).map(block).collect(), whole))
     }
 
-    /// Whether no entry of `w` is farther than `allowed` from that of the convolution, in one column of nodes in `every`.
+    /// Whether no entry of `w` is farther than `allowed` from that of the convolution, in one column of nodes in
+    /// `every`.
     fn stands_for(&self, w: MatRef<'_, f64>, allowed: f64, every: usize) -> bool {
         let n = self.x.len() * self.y.len();
         let columns = w.try_as_col_major().is_some();
@@ -229,7 +236,8 @@ impl Convolution {
         out
     }
 
-    /// Displacements (x, y) of the nodes of a grid line under a force along `c` on its node `j`, but for what there is beside k, m/N, `[nx]`.
+    /// Displacements (x, y) of the nodes of a grid line under a force along `c` on its node `j`, but for what there
+    /// is beside k, m/N, `[nx]`.
     pub fn along(&self, c: usize, j: usize) -> &[[f64; 2]] {
         let nx = self.x.len();
         let make = || {
@@ -254,8 +262,8 @@ impl Convolution {
         }
     }
 
-    /// The influence on a grid of every second line along x and y, on which a force is spread over as much more: the mean of that of the nodes about it. None
-    /// where that would leave too few lines.
+    /// The influence on a grid of every second line along x and y, on which a force is spread over as much more: the
+    /// mean of that of the nodes about it. None where that would leave too few lines.
     pub fn coarsened(&self) -> Option<Self> {
         let every = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
         let (x, y) = (every(&self.x), every(&self.y));
@@ -333,8 +341,9 @@ impl Convolution {
         Product::new(self, self.single(), None)
     }
 
-    /// Approximate inverse of the part of the kernel that is normal to the surface, for products of the component 2 alone: by the inverse of its spectrum
-    /// (E. A. H. Vollebregt, J. Tribol. 136 (2014)). Displacements of some nodes, 0 elsewhere, give about the forces on them.
+    /// Approximate inverse of the part of the kernel that is normal to the surface, for products of the component 2
+    /// alone: by the inverse of its spectrum (E. A. H. Vollebregt, J. Tribol. 136 (2014)). Displacements of some
+    /// nodes, 0 elsewhere, give about the forces on them.
     pub fn inverse_normal(&self) -> Product<'_, f32> {
         let make = || Arc::new(self.single().inverse_normal());
         Product::new(self, self.inverse.get_or_init(make), None)
@@ -350,8 +359,8 @@ fn size(x: &[f64], y: &[f64]) -> f64 {
     [x, y].into_iter().flatten().fold(1.0, |m: f64, v| m.max(v * v))
 }
 
-/// What of A the entries `at` of a matrix on the grid tell: of pairs of nodes at the same offset all but A differ by nothing. What of A depends on the
-/// offset alone belongs to k as well, and is left there.
+/// What of A the entries `at` of a matrix on the grid tell: of pairs of nodes at the same offset all but A differ by
+/// nothing. What of A depends on the offset alone belongs to k as well, and is left there.
 fn whole_of(at: impl Fn(usize, usize) -> Block, x: &[f64], y: &[f64]) -> Option<[[f64; LOADS]; LOADS]> {
     let (nx, ny) = (x.len(), y.len());
     let unit = [x, y].into_iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));

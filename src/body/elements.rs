@@ -77,13 +77,15 @@ impl<'p> Elements<'p> {
         Self { eigen, ..self }
     }
 
-    /// Collective: the same body rotating about `axis`, whose modes say what that adds; an error unless it is one of revolution.
+    /// Collective: the same body rotating about `axis`, whose modes say what that adds; an error unless it is one of
+    /// revolution.
     pub fn rotating(self, axis: Axis) -> Result<Self> {
         rotation::of_revolution(self.petsc.world(), &self.fe, axis)?;
         Ok(Self { axis: Some(axis), ..self })
     }
 
-    /// The same body rotating about `axis`, about which it is one of revolution by the way it is made, however coarse its facets.
+    /// The same body rotating about `axis`, about which it is one of revolution by the way it is made, however coarse
+    /// its facets.
     pub fn made_round(self, axis: Axis) -> Self {
         Self { axis: Some(axis), ..self }
     }
@@ -107,8 +109,8 @@ impl<'p> Elements<'p> {
         self.shapes.as_ref().ok_or_else(missing)
     }
 
-    /// Collective: `count` sets of forces on the contact rows, N, `[3n, count]` column by column on rank 0, as loads on this rank's degrees of
-    /// freedom, `[owned, count]`.
+    /// Collective: `count` sets of forces on the contact rows, N, `[3n, count]` column by column on rank 0, as loads
+    /// on this rank's degrees of freedom, `[owned, count]`.
     fn loads(&self, forces: &[f64], count: usize) -> Vec<f64> {
         let world = self.petsc.world();
         let rows = self.fe.trace.rows();

@@ -1,4 +1,5 @@
-//! Modes that a body has found serve another one of the same section that is touched elsewhere on it: a sweep over places finds them once.
+//! Modes that a body has found serve another one of the same section that is touched elsewhere on it: a sweep over
+//! places finds them once.
 
 use super::{rail, swept};
 use crate::parallel::World;
@@ -14,7 +15,8 @@ pub enum Elsewhere {
     Swept(Rc<swept::Found>),
 }
 
-/// Collective: what the contact sees of the modes of each of as many orders as there are `counts` of modes; `of` tells it of one of them, which one rank does.
+/// Collective: what the contact sees of the modes of each of as many orders as there are `counts` of modes; `of`
+/// tells it of one of them, which one rank does.
 pub(super) fn by_ranks(
     world: &World,
     counts: &[usize],

@@ -56,8 +56,8 @@ pub struct BodyModes {
 }
 
 impl FeBody {
-    /// Collective: distributes the mesh that rank 0 holds, with the contact nodes of a `grid` where there is contact, and assembles the body.
-    /// `fixed` names the supported groups.
+    /// Collective: distributes the mesh that rank 0 holds, with the contact nodes of a `grid` where there is contact,
+    /// and assembles the body. `fixed` names the supported groups.
     pub fn new(
         world: &World,
         name: &str,
@@ -100,7 +100,8 @@ impl FeBody {
         Ok(Self { name, part, dofs, material, operators, trace, means, effect, rigid, supported, ghosts, node_ghosts })
     }
 
-    /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
+    /// Collective: compliance P K⁻¹ Pᵀ of the contact rows (x, y, n into the body), m/N, `[3n, 3n]` on rank 0, `None`
+    /// elsewhere.
     pub fn compliance(
         &self,
         world: &World,
@@ -111,7 +112,8 @@ impl FeBody {
         Ok(world.is_root().then(|| self.trace.enclose(block.as_ref())))
     }
 
-    /// Collective: forces on the contact rows (x, y, n), N, `[3n]` on rank 0, as a load on this rank's degrees of freedom.
+    /// Collective: forces on the contact rows (x, y, n), N, `[3n]` on rank 0, as a load on this rank's degrees of
+    /// freedom.
     pub fn load(&self, world: &World, forces: &[f64]) -> Vec<f64> {
         let mut load = vec![0.0; self.dofs.owned()];
         self.trace.spread(world, forces, &mut load);
@@ -131,16 +133,16 @@ impl FeBody {
         (first != FIXED).then(|| (first - self.dofs.begin()) as usize)
     }
 
-    /// Collective: a vector of this rank's degrees of freedom at an owned node, given on the rank that owns it; (x, y, z) on every
-    /// rank, 0 at a support.
+    /// Collective: a vector of this rank's degrees of freedom at an owned node, given on the rank that owns it; (x,
+    /// y, z) on every rank, 0 at a support.
     pub fn at_node(&self, world: &World, u: &[f64], node: Option<usize>) -> [f64; 3] {
         let first = node.and_then(|node| self.first_of(node));
         let here: [f64; 3] = first.map_or([0.0; 3], |f| std::array::from_fn(|c| u[f + c]));
         here.map(|v| world.sum(v))
     }
 
-    /// Collective: contact rows (x, y, n) under unit forces (x, y, z) at an owned node, given on the rank that owns it, m/N, `[3][3n]`
-    /// on rank 0, empty elsewhere; 0 at a support.
+    /// Collective: contact rows (x, y, n) under unit forces (x, y, z) at an owned node, given on the rank that owns
+    /// it, m/N, `[3][3n]` on rank 0, empty elsewhere; 0 at a support.
     pub fn transfer(&self, world: &World, statics: &mut Statics, node: Option<usize>) -> Result<[Vec<f64>; 3]> {
         let owned = self.dofs.owned();
         let first = node.and_then(|node| self.first_of(node));
@@ -154,7 +156,8 @@ impl FeBody {
         Ok([0, 1, 2].map(|c| rows.as_ref().map_or(Vec::new(), |rows| rows.col(c).iter().copied().collect())))
     }
 
-    /// Collective: a vector of this rank's degrees of freedom as values at the local nodes (ghosts included), 0 at supports.
+    /// Collective: a vector of this rank's degrees of freedom as values at the local nodes (ghosts included), 0 at
+    /// supports.
     pub fn at_nodes(&self, world: &World, u: &[f64]) -> Vec<[f64; 3]> {
         let fetched = self.ghosts.fetch(world, u);
         let begin = self.dofs.begin();
@@ -194,7 +197,8 @@ impl FeBody {
 fn contact_is_free(name: &str, trace: &Trace, effect: &Effect) -> Result<()> {
     match trace.dofs().iter().any(|d| effect.held.binary_search(d).is_ok()) {
         true => Err(Error::Job(format!(
-            "bodies.{name}.supports: a clamp or a plane of symmetry holds a node of the contact surface; their groups must not touch the contact patch"
+            "bodies.{name}.supports: a clamp or a plane of symmetry holds a node of the contact surface; their \
+             groups must not touch the contact patch"
         ))),
         false => Ok(()),
     }
@@ -204,7 +208,8 @@ fn contact_is_free(name: &str, trace: &Trace, effect: &Effect) -> Result<()> {
 fn first_at(name: &str, node: u32, part: &MeshPart, dofs: &DofMap) -> Result<u64> {
     match dofs.all[part.renumbered[node as usize] as usize] {
         FIXED => Err(Error::Job(format!(
-            "bodies.{name}.fixed: a support holds node {node} of the contact surface; the groups in `fixed` must not touch the contact patch"
+            "bodies.{name}.fixed: a support holds node {node} of the contact surface; the groups in `fixed` \
+             must not touch the contact patch"
         ))),
         first => Ok(first),
     }

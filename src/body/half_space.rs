@@ -3,7 +3,8 @@
 //! Point forces on a half-space, surface displacements at the offset (X, Y) with r² = X² + Y², n into the body
 //! (K. L. Johnson, Contact Mechanics, 1985, equations (3.18) and (3.75) at the surface):
 //! a normal force P gives u_n = P(1−ν)/(2πG r), u_x = −P(1−2ν) X/(4πG r²), u_y likewise with Y;
-//! a tangential force Q along x gives u_x = Q/(2πG)·((1−ν)/r + ν X²/r³), u_y = Q ν X Y/(2πG r³), u_n = Q(1−2ν) X/(4πG r²).
+//! a tangential force Q along x gives u_x = Q/(2πG)·((1−ν)/r + ν X²/r³), u_y = Q ν X Y/(2πG r³), u_n = Q(1−2ν) X/(4πG
+//! r²).
 
 use super::hybrid::Compact;
 use super::modes::Extent;
@@ -33,11 +34,12 @@ impl HalfSpace {
         self.young / (1.0 - self.poisson * self.poisson)
     }
 
-    /// Surface displacement (x, y, n) at the offset `at` (m) from the centre of a rectangle of sides `sides` (m), under a
-    /// unit force spread evenly over the rectangle: column c is for the force along c of (x, y, n). m/N, `[row][column]`.
+    /// Surface displacement (x, y, n) at the offset `at` (m) from the centre of a rectangle of sides `sides` (m),
+    /// under a unit force spread evenly over the rectangle: column c is for the force along c of (x, y, n). m/N,
+    /// `[row][column]`.
     pub fn influence(&self, at: [f64; 2], sides: [f64; 2]) -> [[f64; 3]; 3] {
-        // Antiderivatives of 1/r, X²/r³, Y²/r³, XY/r³, X/r², Y/r² over both coordinates, summed with alternate signs over
-        // the four corners.
+        // Antiderivatives of 1/r, X²/r³, Y²/r³, XY/r³, X/r², Y/r² over both coordinates, summed with alternate signs
+        // over the four corners.
         let mut s = [0.0; 6];
         for (sx, sy, sign) in [(0.5, 0.5, 1.0), (-0.5, 0.5, -1.0), (0.5, -0.5, -1.0), (-0.5, -0.5, 1.0)] {
             let f = corner(at[0] + sx * sides[0], at[1] + sy * sides[1]);
@@ -58,9 +60,9 @@ impl HalfSpace {
 
     /// Compliance of the nodes of a rectilinear grid, m/N, `[3n, 3n]`, rows and columns `3*i + (x, y, n)`, node
     /// i = ix + nx·iy: each nodal force is spread evenly over the node's dual rectangle (reaching half-way to its
-    /// neighbours, symmetric about the node at the border of the grid), displacements are taken at the nodes. On uniform
-    /// grids it is symmetric and depends on the offset only; on graded ones, where taking displacements at nodes breaks
-    /// reciprocity by a little, it is the mean of the matrix and its transpose.
+    /// neighbours, symmetric about the node at the border of the grid), displacements are taken at the nodes. On
+    /// uniform grids it is symmetric and depends on the offset only; on graded ones, where taking displacements at
+    /// nodes breaks reciprocity by a little, it is the mean of the matrix and its transpose.
     pub fn compliance(&self, x: &[f64], y: &[f64]) -> Result<Mat<f64>> {
         let (nx, ny) = (x.len(), y.len());
         let (dx, dy) = (dual_sides(x)?, dual_sides(y)?);
@@ -216,7 +218,8 @@ pub(crate) fn is_uniform(x: &[f64]) -> bool {
 mod tests {
     use super::*;
 
-    /// Displacement (x, y, z into the body) under a unit normal force at the origin, inside the half-space, Johnson (3.18).
+    /// Displacement (x, y, z into the body) under a unit normal force at the origin, inside the half-space, Johnson
+    /// (3.18).
     fn boussinesq(m: &HalfSpace, p: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = p;
         let rho = (x * x + y * y + z * z).sqrt();
@@ -243,8 +246,9 @@ mod tests {
         [m.shear() * (g[0][2] + g[2][0]), m.shear() * (g[1][2] + g[2][1]), lambda * tr + 2.0 * m.shear() * g[2][2]]
     }
 
-    /// The point-load solution that fixes the sign of the coupling must satisfy elasticity: with the opposite sign of its
-    /// (1−2ν) term in u_x the surface z = 0 would not be free of shear, and the force on z = const would not be one.
+    /// The point-load solution that fixes the sign of the coupling must satisfy elasticity: with the opposite sign of
+    /// its (1−2ν) term in u_x the surface z = 0 would not be free of shear, and the force on z = const would not be
+    /// one.
     #[test]
     fn point_load_solution_leaves_the_surface_free_and_carries_the_force() {
         let m = HalfSpace { young: 2.6, poisson: 0.25 };

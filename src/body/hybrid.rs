@@ -1,4 +1,5 @@
-//! The contact of a body whose compliance is that of a half-space and a motion of the contact that is constant or goes with x and y ("hybrid").
+//! The contact of a body whose compliance is that of a half-space and a motion of the contact that is constant or
+//! goes with x and y ("hybrid").
 
 use super::convolution::{Convolution, Product};
 use super::half_space::HalfSpace;
@@ -12,14 +13,16 @@ use faer::{Accum, Mat, Par};
 
 pub use crate::swept::{Square, LOADS};
 
-/// Part of the smaller half side of the grid that the circle of the loads has as its radius: about a contact that the grid holds with room to spare.
+/// Part of the smaller half side of the grid that the circle of the loads has as its radius: about a contact that the
+/// grid holds with room to spare.
 pub const CIRCLE: f64 = 2.0 / 3.0;
 /// A second, wider circle shows how little the constant depends on it.
 pub const WIDER: f64 = 1.5;
 /// A difference between both circles of more than this part of the contact's own compliance is called large.
 const LARGE: f64 = 0.01;
 
-/// Residual of the forces that move a grid as its functions do, over what is wanted, and steps to get there at the most.
+/// Residual of the forces that move a grid as its functions do, over what is wanted, and steps to get there at the
+/// most.
 const PRECISE: f64 = 1e-10;
 const STEPS: usize = 1000;
 /// An eigenvalue this near to 0 tells nothing of its sign.
@@ -47,7 +50,8 @@ pub fn expansion([x, y]: &[Vec<f64>; 2]) -> Mat<f64> {
     pi
 }
 
-/// What the contact rows of a body need: it yields as a half-space does and by motions that are constant or go with x and y, as its modes move.
+/// What the contact rows of a body need: it yields as a half-space does and by motions that are constant or go with x
+/// and y, as its modes move.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compact {
     /// The half-space.
@@ -125,7 +129,8 @@ impl Hybrid {
         )))
     }
 
-    /// What `yielding`, Γ⁻¹BΓ⁻¹ of loads on the discs `circles`, leaves beside the half-space is kept; said in words, for the summary.
+    /// What `yielding`, Γ⁻¹BΓ⁻¹ of loads on the discs `circles`, leaves beside the half-space is kept; said in words,
+    /// for the summary.
     pub fn complete(&mut self, yielding: &[Square], circles: &[Patch]) -> Result<String> {
         let beside = |(b, &patch): (&Square, &Patch)| -> Square {
             let load = HalfSpaceLoad { patch, shear: self.half_space.shear(), poisson: self.half_space.poisson };
@@ -137,7 +142,8 @@ impl Hybrid {
         Ok(format!("means over a disc of {:.2} mm; {}", 1e3 * circle.radius, self.take(&made, circle)?))
     }
 
-    /// Keeps the first of `made`, what is added to the half-space by loads on the `circle` and on a wider one; in words.
+    /// Keeps the first of `made`, what is added to the half-space by loads on the `circle` and on a wider one; in
+    /// words.
     fn take(&mut self, made: &[Square], circle: Patch) -> Result<String> {
         let Some(&a) = made.first() else { return Err(Error::Defect("no compliance beside the half-space".into())) };
         self.constant = Some(a);
@@ -156,7 +162,8 @@ impl Hybrid {
             let (normal, along) = (largest(&[(0, 2), (1, 2), (2, 2)]), largest(&[(0, 0), (0, 1), (1, 1)]));
             let own = 0.6 / (self.half_space.plane() * circle.radius);
             text += &format!(
-                ", good to {:.1} pm/N along n or by forces along it, {:.2} % of the contact's own compliance, {:.1} pm/N along x and y{}",
+                ", good to {:.1} pm/N along n or by forces along it, {:.2} % of the contact's own compliance, \
+                 {:.1} pm/N along x and y{}",
                 pico(normal),
                 100.0 * normal / own,
                 pico(along),
@@ -166,8 +173,8 @@ impl Hybrid {
         Ok(text)
     }
 
-    /// The modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, at the contact rows, 1/√kg, `[3n, m]`. What of the compliance is theirs
-    /// is kept.
+    /// The modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, at the contact rows, 1/√kg, `[3n, m]`.
+    /// What of the compliance is theirs is kept.
     pub fn of_modes(&mut self, omega: &[f64], seen: &[[f64; LOADS]]) -> Mat<f64> {
         self.modal = statics(omega, seen);
         self.seen = seen.to_vec();
@@ -177,7 +184,8 @@ impl Hybrid {
         })
     }
 
-    /// What the body yields at its contact beside what the forms of its section say, m/N and so on; the last one given counts.
+    /// What the body yields at its contact beside what the forms of its section say, m/N and so on; the last one
+    /// given counts.
     pub fn add(&mut self, beside: Square) {
         self.beside = beside;
     }
@@ -195,15 +203,16 @@ impl Hybrid {
         Ok(Compact { half_space: self.half_space, beside, seen: self.seen.clone() })
     }
 
-    /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left of it without the modes has to
-    /// be positive.
+    /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left
+    /// of it without the modes has to be positive.
     pub fn compliance(&self, world: &World, name: &str) -> Result<Option<Mat<f64>>> {
         let constant = self.constant(name)?;
         refuse_negative(world, &[(name, &self.compact(name)?)], &self.grid)?;
         world.on_root(|| matrix(&self.half_space, &constant, &self.grid))
     }
 
-    /// Collective: static displacement of the contact rows of the body `name`, m, `[3n]` on rank 0, under forces on them, N.
+    /// Collective: static displacement of the contact rows of the body `name`, m, `[3n]` on rank 0, under forces on
+    /// them, N.
     pub fn response(&self, world: &World, name: &str, forces: &[f64]) -> Result<Vec<f64>> {
         let constant = self.constant(name)?;
         let found = world.on_root(|| {
@@ -224,8 +233,8 @@ fn matrix(half_space: &HalfSpace, beside: &Square, grid: &[Vec<f64>; 2]) -> Resu
     Ok(c)
 }
 
-/// Collective: an error where what is left of the compliance of a body without its modes is not positive definite, of `bodies` with their names on one grid. What counts is
-/// what rank 0 knows.
+/// Collective: an error where what is left of the compliance of a body without its modes is not positive definite, of
+/// `bodies` with their names on one grid. What counts is what rank 0 knows.
 ///
 /// C + π D πᵀ with a positive C is positive just where 1 + LᵀDL is, LLᵀ = πᵀC⁻¹π.
 pub fn refuse_negative(world: &World, bodies: &[(&str, &Compact)], grid: &[Vec<f64>; 2]) -> Result<()> {
@@ -252,7 +261,8 @@ pub fn refuse_negative(world: &World, bodies: &[(&str, &Compact)], grid: &[Vec<f
         };
         if !positive {
             return Err(Error::NotConverged(format!(
-                "compliance of body \"{name}\": what is left of it without its modes is not positive definite; ask for fewer modes, or make the contact grid smaller (contact.patch, contact.grid)"
+                "compliance of body \"{name}\": what is left of it without its modes is not positive definite; \
+                 ask for fewer modes, or make the contact grid smaller (contact.patch, contact.grid)"
             )));
         }
     }
@@ -265,8 +275,8 @@ pub fn add_functions(c: &mut Mat<f64>, pi: &Mat<f64>, beside: &Square) {
     matmul(c.as_mut(), Accum::Add, half.as_ref(), pi.transpose(), 1.0, Par::Seq);
 }
 
-/// Collective: πᵀC⁻¹π of a half-space of 1 Pa and of a Poisson's ratio on a grid, m and so on: by the forces that move all nodes as the functions π do; none where the grid
-/// is not uniform, or they are not found.
+/// Collective: πᵀC⁻¹π of a half-space of 1 Pa and of a Poisson's ratio on a grid, m and so on: by the forces that
+/// move all nodes as the functions π do; none where the grid is not uniform, or they are not found.
 fn punch(world: &World, poisson: f64, grid: &[Vec<f64>; 2]) -> Result<Option<Square>> {
     let half_space = HalfSpace { young: 1.0, poisson };
     let Some(c) = Convolution::of_half_space(&half_space, &grid[0], &grid[1])? else { return Ok(None) };
@@ -320,8 +330,8 @@ fn stays_positive(punch: &Square, left: &Square) -> Option<bool> {
 mod tests {
     use super::*;
 
-    /// The forces that hold a grid as the functions do are those of the dense inverse; the sign of what is left is that of its Cholesky factor, on either side of where
-    /// it changes.
+    /// The forces that hold a grid as the functions do are those of the dense inverse; the sign of what is left is
+    /// that of its Cholesky factor, on either side of where it changes.
     #[test]
     fn what_is_left_is_positive_where_its_factor_is() {
         let line = |n: i32, h: f64| (-n..=n).map(|i| f64::from(i) * h).collect::<Vec<f64>>();

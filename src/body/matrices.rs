@@ -1,8 +1,9 @@
 //! A body given by its matrices instead of a mesh: M, C, K from files and the rows that touch the contacts.
 //!
 //! Small bodies are reduced densely, with their complete spectrum; large ones by the same distributed solvers as finite
-//! elements. A body without supports has a singular K: everything is then taken from K − σM with a negative shift σ, from
-//! which the kept modes are subtracted, so that rigid-body modes enter as modes and the rest as residual compliance.
+//! elements. A body without supports has a singular K: everything is then taken from K − σM with a negative shift σ,
+//! from which the kept modes are subtracted, so that rigid-body modes enter as modes and the rest as residual
+//! compliance.
 
 use super::clusters;
 use super::matrix_market::Csr;
@@ -70,7 +71,8 @@ pub struct Reduced {
     pub vectors: Option<Mat<f64>>,
 }
 
-/// Collective: modes, computed by `method` if the body is large, and compliance of the body `name`, whose matrices rank 0 holds; the result is on rank 0.
+/// Collective: modes, computed by `method` if the body is large, and compliance of the body `name`, whose matrices
+/// rank 0 holds; the result is on rank 0.
 pub fn reduce(
     petsc: &Petsc,
     name: &str,
@@ -161,7 +163,8 @@ fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
     }
     solve_lower_triangular_in_place(l, columns.as_mut(), Par::Seq);
     let whole = columns.transpose() * &columns;
-    // Without all modes of finite frequency what is left is massless; the modes beyond the kept ones come back statically.
+    // Without all modes of finite frequency what is left is massless; the modes beyond the kept ones come back
+    // statically.
     let compliance = recombine(whole, &modes, &squares, &omega, shift);
     let modal = m.damping.as_ref().map(|c| {
         let phi = vectors.subcols(0, kept);
@@ -184,8 +187,8 @@ fn frequencies(squares: &[f64], shift: f64) -> Result<Vec<f64>> {
         .collect()
 }
 
-/// From (K − σM)⁻¹ at the contact rows to the static compliance without rigid-body motions: every known mode is exchanged
-/// from 1/(ω² − σ) to 1/ω².
+/// From (K − σM)⁻¹ at the contact rows to the static compliance without rigid-body motions: every known mode is
+/// exchanged from 1/(ω² − σ) to 1/ω².
 fn recombine(mut whole: Mat<f64>, modes: &Mat<f64>, squares: &[f64], omega: &[f64], shift: f64) -> Mat<f64> {
     if shift == 0.0 {
         return whole;
@@ -201,7 +204,8 @@ fn recombine(mut whole: Mat<f64>, modes: &Mat<f64>, squares: &[f64], omega: &[f6
     whole
 }
 
-/// The first `kept` of the modes of angular frequencies `omega` that are `rows` at the contact rows; `complete` if these are all there are.
+/// The first `kept` of the modes of angular frequencies `omega` that are `rows` at the contact rows; `complete` if
+/// these are all there are.
 fn kept_modes(
     omega: &[f64],
     kept: usize,

@@ -1,4 +1,5 @@
-//! Reader of Matrix Market files (<https://math.nist.gov/MatrixMarket/formats.html>): real square matrices, coordinate or array.
+//! Reader of Matrix Market files (<https://math.nist.gov/MatrixMarket/formats.html>): real square matrices,
+//! coordinate or array.
 
 /// A real square matrix in compressed rows, whole, duplicate entries added up.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,8 +78,8 @@ enum Symmetry {
 /// Largest order: MUMPS numbers rows with 32 bits, and a torn header must not ask for memory without end.
 const MAX_ORDER: usize = 100_000_000;
 
-/// Matrices of up to so many rows may have empty ones, as a damping matrix of a few dashpots has: a file of a few bytes must not ask for
-/// memory without end.
+/// Matrices of up to so many rows may have empty ones, as a damping matrix of a few dashpots has: a file of a few
+/// bytes must not ask for memory without end.
 const UNCHECKED: usize = 4_000_000;
 
 /// Line number and fault.
@@ -157,7 +158,13 @@ pub(super) fn parse(text: &str) -> std::result::Result<Csr, Fault> {
     }
     if n > entries.len().max(UNCHECKED) {
         let found = entries.len();
-        return Err((at, format!("found a matrix of {n} rows with {found} entries, expected at least one in each row; the file is incomplete, or the order wrong")));
+        return Err((
+            at,
+            format!(
+                "found a matrix of {n} rows with {found} entries, expected at least one in each \
+         row; the file is incomplete, or the order wrong"
+            ),
+        ));
     }
     Ok(Csr::from_entries(n, entries))
 }

@@ -1,4 +1,5 @@
-//! The contact rows of a body of finite elements: at nodes of its mesh, as means about the nodes of a grid, or from nine means over a disc.
+//! The contact rows of a body of finite elements: at nodes of its mesh, as means about the nodes of a grid, or from
+//! nine means over a disc.
 
 use super::hybrid::expansion;
 use super::statics::Statics;
@@ -9,7 +10,8 @@ use crate::swept::{Patch, Square, LOADS};
 use crate::Result;
 use faer::Mat;
 
-/// The means ⟨ω π_m, u_c⟩ over discs as rows 3m + c, π = (1, x, y), c = (x, y, n into the body), and the grid whose rows follow from the first ones.
+/// The means ⟨ω π_m, u_c⟩ over discs as rows 3m + c, π = (1, x, y), c = (x, y, n into the body), and the grid whose
+/// rows follow from the first ones.
 #[derive(Debug, Clone)]
 pub struct MeanTraces {
     /// Lines of the grid along x and y, m.
@@ -18,7 +20,8 @@ pub struct MeanTraces {
     pub discs: Vec<(Patch, Trace)>,
 }
 
-/// Rows 3i + c, each the weighted sum of the component c of nodes in a frame that is turned against that of the degrees of freedom by `tilt`, rad.
+/// Rows 3i + c, each the weighted sum of the component c of nodes in a frame that is turned against that of the
+/// degrees of freedom by `tilt`, rad.
 fn weighted(of_nodes: &[Weights], tilt: f64, first: &dyn Fn(u32) -> Result<u64>) -> Result<Vec<Vec<(u64, f64)>>> {
     let (sin, cos) = tilt.sin_cos();
     // x, y and z of the frame, in components of the degrees of freedom.
@@ -38,8 +41,9 @@ fn weighted(of_nodes: &[Weights], tilt: f64, first: &dyn Fn(u32) -> Result<u64>)
     Ok(rows)
 }
 
-/// Collective: the contact rows on the `grid` that rank 0 has, none without one, and the means that they are made of. `ranges` are the first degrees of
-/// freedom of the ranks, `first` is on rank 0 the first degree of freedom of a node.
+/// Collective: the contact rows on the `grid` that rank 0 has, none without one, and the means that they are made of.
+/// `ranges` are the first degrees of freedom of the ranks, `first` is on rank 0 the first degree of freedom of a
+/// node.
 pub(super) fn trace(
     world: &World,
     ranges: &[u64],
@@ -77,7 +81,8 @@ pub(super) fn trace(
 }
 
 impl MeanTraces {
-    /// Collective: Γ⁻¹BΓ⁻¹ of each disc, B the means under unit loads of them, m/N and so on; `owned` degrees of freedom are this rank's.
+    /// Collective: Γ⁻¹BΓ⁻¹ of each disc, B the means under unit loads of them, m/N and so on; `owned` degrees of
+    /// freedom are this rank's.
     pub fn yielding(&self, world: &World, statics: &mut Statics, owned: usize) -> Result<Vec<Square>> {
         let mut all = Vec::new();
         for (patch, trace) in &self.discs {

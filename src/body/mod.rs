@@ -50,8 +50,8 @@ use residual::NodeMotion;
 use rotation::{ModalRotation, RotationForms, Turning};
 
 /// A body as the interface sees it, dense, on rank 0. Contact rows are interleaved `3*i + c` over the nodes `i` of the
-/// contact grid; component `c` is x, y, and n = into the body (-z in lower form), so that pressure acts as `+p` on row n
-/// of either body. All in lower form; [`Side`] has what turns round above.
+/// contact grid; component `c` is x, y, and n = into the body (-z in lower form), so that pressure acts as `+p` on
+/// row n of either body. All in lower form; [`Side`] has what turns round above.
 #[derive(Debug, Clone)]
 pub struct ReducedBody {
     /// Angular frequencies of the kept free-interface modes, rad/s, ascending, `[m]`; 0 for rigid-body modes.
@@ -97,7 +97,8 @@ pub struct TraceModes {
     pub rows: Option<Mat<f64>>,
     /// ΦᵀCΦ of a body that brings its own damping matrix, 1/s, `[m, m]`; on rank 0.
     pub damping: Option<Mat<f64>>,
-    /// φᵀKφ of each mode in springs that have a loss factor of their own, 1/s², `[m]`; empty where there are none. On every rank.
+    /// φᵀKφ of each mode in springs that have a loss factor of their own, 1/s², `[m]`; empty where there are none. On
+    /// every rank.
     pub springs: Vec<f64>,
     /// Angular frequency up to which all modes are known, rad/s; infinite where these are all there are.
     pub reach: f64,
@@ -156,14 +157,16 @@ impl Kind {
             Kind::Elements => true,
             Kind::Swept | Kind::Rail => matches!(what, Capability::Modes | Capability::Grid | Capability::Surface),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
-            // A rigid body and a half-space have all their modes, none; a rigid body touches wherever the other one does.
+            // A rigid body and a half-space have all their modes, none; a rigid body touches wherever the other one
+            // does.
             Kind::Rigid | Kind::HalfSpace => matches!(what, Capability::Modes | Capability::Grid),
         }
     }
 }
 
-/// A body in contact. Every method but the plainest is collective: all ranks call it, in the same order; what is asked of the contact rows is
-/// given and returned on rank 0; an error of one rank is one of all. All is in lower form.
+/// A body in contact. Every method but the plainest is collective: all ranks call it, in the same order; what is
+/// asked of the contact rows is given and returned on rank 0; an error of one rank is one of all. All is in lower
+/// form.
 pub trait Body {
     /// Name in messages and results.
     fn name(&self) -> &str;
@@ -174,7 +177,8 @@ pub trait Body {
     /// Number of contact rows, 3n, on every rank.
     fn rows(&self) -> usize;
 
-    /// Collective: gets ready for what follows, and says what was made, for the summary, where that takes a factorisation.
+    /// Collective: gets ready for what follows, and says what was made, for the summary, where that takes a
+    /// factorisation.
     fn factorise(&mut self) -> Result<Option<String>> {
         Ok(None)
     }
@@ -184,10 +188,12 @@ pub trait Body {
         Ok(())
     }
 
-    /// Collective: static compliance P K⁻¹ Pᵀ of the contact rows without rigid-body motions, m/N, `[3n, 3n]` on rank 0.
+    /// Collective: static compliance P K⁻¹ Pᵀ of the contact rows without rigid-body motions, m/N, `[3n, 3n]` on rank
+    /// 0.
     fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>>;
 
-    /// What its contact rows need, where that is few numbers, the same on every rank, after [`Body::factorise`] and [`Body::modes`].
+    /// What its contact rows need, where that is few numbers, the same on every rank, after [`Body::factorise`] and
+    /// [`Body::modes`].
     fn compact(&self) -> Result<Option<Compact>> {
         Ok(None)
     }
@@ -203,7 +209,8 @@ pub trait Body {
     /// Takes modes that another body has found, for [`Body::modes`] to look whether they serve it.
     fn take(&mut self, _found: &Elsewhere) {}
 
-    /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on rank 0.
+    /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on
+    /// rank 0.
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>>;
 
     /// The modes at all degrees of freedom, after [`Body::modes`] or [`Fields::replace_shapes`], where they are kept.
@@ -211,19 +218,20 @@ pub trait Body {
         None
     }
 
-    /// What the air sees of its modes, after [`Body::modes`], of a body that is swept from a section. An error where the section has no outline that
-    /// could radiate.
+    /// What the air sees of its modes, after [`Body::modes`], of a body that is swept from a section. An error where
+    /// the section has no outline that could radiate.
     fn outline(&self) -> Result<Option<&OutlineModes>> {
         Ok(None)
     }
 
-    /// The rail without ends that it stands for, for angular frequencies up to `reach`, rad/s, of a rail: what it radiates does not depend on where the
-    /// piece that is modelled ends.
+    /// The rail without ends that it stands for, for angular frequencies up to `reach`, rad/s, of a rail: what it
+    /// radiates does not depend on where the piece that is modelled ends.
     fn infinite(&self, _reach: f64) -> Result<Option<Infinite>> {
         Ok(None)
     }
 
-    /// Its modes on a mesh that shows them, after [`Body::modes`], of a body that is swept from a section; the same on every rank.
+    /// Its modes on a mesh that shows them, after [`Body::modes`], of a body that is swept from a section; the same
+    /// on every rank.
     fn picture(&self) -> Option<&PictureModes> {
         None
     }
@@ -244,8 +252,8 @@ pub trait Body {
     }
 }
 
-/// A body that can be shown on a mesh. A motion is a vector of this rank's degrees of freedom, m, in lower form; its length is that of
-/// [`Fields::len`].
+/// A body that can be shown on a mesh. A motion is a vector of this rank's degrees of freedom, m, in lower form; its
+/// length is that of [`Fields::len`].
 pub trait Fields {
     /// This rank's share of the mesh.
     fn mesh(&self) -> &MeshPart;
@@ -270,7 +278,8 @@ pub trait Fields {
     /// Collective: von Mises stress of a motion, Pa, at the nodes of this rank, ghosts included.
     fn von_mises(&self, motion: &[f64]) -> Vec<f64>;
 
-    /// The motion that has this value at each owned node; `None` where a value is missing at a node that is free to move.
+    /// The motion that has this value at each owned node; `None` where a value is missing at a node that is free to
+    /// move.
     fn of_nodes(&self, value: &dyn Fn(usize) -> Option<[f64; 3]>) -> Option<Vec<f64>>;
 
     /// Takes modes from elsewhere as those of [`Body::shapes`], or none; returns those there were.
@@ -279,11 +288,12 @@ pub trait Fields {
     /// Collective: the modes at the contact rows, 1/√kg, `[3n, m]` on rank 0.
     fn contact_modes(&self) -> Result<Option<Mat<f64>>>;
 
-    /// Collective: static motions under `count` sets of forces on the contact rows, N, `[3n, count]` column by column on rank 0;
-    /// `[len, count]`.
+    /// Collective: static motions under `count` sets of forces on the contact rows, N, `[3n, count]` column by column
+    /// on rank 0; `[len, count]`.
     fn statics(&self, forces: &[f64], count: usize) -> Result<Vec<f64>>;
 
-    /// Collective: improves approximate static motions, `[len, count]`, until the residual is `accuracy` of the forces, `[3n, count]` on rank 0.
+    /// Collective: improves approximate static motions, `[len, count]`, until the residual is `accuracy` of the
+    /// forces, `[3n, count]` on rank 0.
     fn improve(&self, motions: &mut [f64], forces: &[f64], count: usize, accuracy: f64) -> Result<()>;
 
     /// Iterations of its static solver so far.
@@ -292,8 +302,8 @@ pub trait Fields {
     /// Collective: a motion at the contact rows, m, `[3n]` on rank 0, empty elsewhere.
     fn at_contact(&self, motion: &[f64]) -> Vec<f64>;
 
-    /// Collective: what modes and contact forces do to an owned node, given on the rank that owns it. `contact_modes` are the modes at the
-    /// contact rows, `[3n, m]`, on rank 0.
+    /// Collective: what modes and contact forces do to an owned node, given on the rank that owns it. `contact_modes`
+    /// are the modes at the contact rows, `[3n, m]`, on rank 0.
     fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeMotion>;
 }
 

@@ -221,7 +221,8 @@ impl ModalMatrix {
         ModalMatrix::Blocks(orders.into_iter().map(block).collect())
     }
 
-    /// The static amplitudes K⁻¹ f under modal forces, columns of `[m, k]`, with this matrix as stiffness. Modes without stiffness stay at 0.
+    /// The static amplitudes K⁻¹ f under modal forces, columns of `[m, k]`, with this matrix as stiffness. Modes
+    /// without stiffness stay at 0.
     pub fn statics(&self, forces: MatRef<'_, f64>) -> Mat<f64> {
         let blocks = match self {
             ModalMatrix::Diagonal(d) => {

@@ -22,7 +22,8 @@ pub enum Extent {
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
 const BEYOND: usize = 3;
 
-/// Collective: the modes of `body`, computed by `method`. `statics` holds its factorisation. Rigid motions that are free come first, exactly at 0.
+/// Collective: the modes of `body`, computed by `method`. `statics` holds its factorisation. Rigid motions that are
+/// free come first, exactly at 0.
 pub fn compute(
     petsc: &Petsc,
     body: &FeBody,
@@ -76,7 +77,8 @@ pub fn compute(
         let below = found.lambda.iter().filter(|&&l| l <= limit).count();
         if limit.is_finite() && below != count {
             return Err(Error::NotConverged(format!(
-                "modes of body \"{}\": {count} eigenvalues lie below the frequency limit by the inertia of the shifted matrix, but {below} were found",
+                "modes of body \"{}\": {count} eigenvalues lie below the frequency limit by the inertia of the \
+                 shifted matrix, but {below} were found",
                 body.name
             )));
         }
@@ -86,7 +88,8 @@ pub fn compute(
     }
 }
 
-/// Collective: puts the rigid motions before the elastic modes, which are freed of what rounding has left of them, and clears what is clamped.
+/// Collective: puts the rigid motions before the elastic modes, which are freed of what rounding has left of them,
+/// and clears what is clamped.
 fn complete(world: &World, body: &FeBody, found: &mut Modes) {
     for vector in &mut found.vectors {
         body.rigid.deform(world, vector, 1);

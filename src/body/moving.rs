@@ -1,10 +1,12 @@
-//! A body in time on all its degrees of freedom: the θ-method of M. Jean (Comput. Methods Appl. Mech. Engrg. 177, 1999) with one factorisation.
+//! A body in time on all its degrees of freedom: the θ-method of M. Jean (Comput. Methods Appl. Mech. Engrg. 177,
+//! 1999) with one factorisation.
 //!
 //! Over a step h the velocities change by Δ, u⁺ = u + h (v + θΔ), and
 //!
 //! A Δ = h (Pᵀ R − C v − K (u + θh v)),   A = M + hθC + h²θ²K,   C = αM + βK + the matrix of its supports,
 //!
-//! with the mean contact forces R of the step. It is the scheme of the modes (`transient::scheme`) before any of them is left out.
+//! with the mean contact forces R of the step. It is the scheme of the modes (`transient::scheme`) before any of them
+//! is left out.
 
 use super::trace::Trace;
 use super::FullSystem;
@@ -69,7 +71,8 @@ pub struct Moving<'a> {
 }
 
 impl<'a> Moving<'a> {
-    /// Collective: the body at rest without deformation. The factorisation is that of `twin` where it is given: the same body, that moves by itself elsewhere.
+    /// Collective: the body at rest without deformation. The factorisation is that of `twin` where it is given: the
+    /// same body, that moves by itself elsewhere.
     pub fn new(world: &'a World, body: &'a dyn FullSystem, march: March, twin: Option<&Self>) -> Result<Self> {
         let factor = match twin.filter(|t| t.march == march) {
             Some(twin) => Rc::clone(&twin.factor),
@@ -145,14 +148,16 @@ impl<'a> Moving<'a> {
         Energies { kinetic: all[0], elastic: all[1], damped: all[2] }
     }
 
-    /// Collective: θh² P A⁻¹ Pᵀ, displacements of the contact rows at the end of a step by forces on them, m/N, `[3n, 3n]` on rank 0, `None` elsewhere.
+    /// Collective: θh² P A⁻¹ Pᵀ, displacements of the contact rows at the end of a step by forces on them, m/N, `[3n,
+    /// 3n]` on rank 0, `None` elsewhere.
     pub fn influence(&self) -> Result<Option<Mat<f64>>> {
         let block = self.factor.borrow_mut().inverse_block(&self.trace.dofs())?;
         let March { step, theta, .. } = self.march;
         Ok(self.world.is_root().then(|| Scale(theta * step * step) * self.trace.enclose(block.as_ref())))
     }
 
-    /// Collective: begins a step; returns displacements and velocities of the contact rows at its end without forces on them, m and m/s, `[3n]` on rank 0.
+    /// Collective: begins a step; returns displacements and velocities of the contact rows at its end without forces
+    /// on them, m and m/s, `[3n]` on rank 0.
     pub fn free(&mut self) -> Result<[Vec<f64>; 2]> {
         let (h, now) = (self.march.step, &self.now);
         let lead = self.march.theta * h;
@@ -171,7 +176,8 @@ impl<'a> Moving<'a> {
         (moved, v.iter().zip(change).map(|(v, d)| v + d).collect())
     }
 
-    /// Collective: ends the step that was begun, under the mean `forces` on the contact rows, N, `[3n]` on rank 0; returns the energies after it.
+    /// Collective: ends the step that was begun, under the mean `forces` on the contact rows, N, `[3n]` on rank 0;
+    /// returns the energies after it.
     pub fn push(&mut self, forces: &[f64]) -> Result<Energies> {
         let March { step: h, theta, .. } = self.march;
         let mut change = vec![0.0; self.change.len()];
@@ -192,8 +198,8 @@ impl<'a> Moving<'a> {
         Ok(self.energies(damped))
     }
 
-    /// Collective: the shares ΦᵀMu and ΦᵀMv that the mass-normalised `modes` (this rank's degrees of freedom) have in displacements and velocities, m √kg and m √kg/s,
-    /// `[modes]` on every rank.
+    /// Collective: the shares ΦᵀMu and ΦᵀMv that the mass-normalised `modes` (this rank's degrees of freedom) have in
+    /// displacements and velocities, m √kg and m √kg/s, `[modes]` on every rank.
     pub fn amplitudes(&self, modes: &[Vec<f64>]) -> [Vec<f64>; 2] {
         let mut mu = vec![0.0; self.now.u.len()];
         self.mass.apply(self.world, &self.now.u, &mut mu);

@@ -7,7 +7,8 @@ use crate::parallel::World;
 pub struct ModeName {
     /// Nodal diameters of a body of revolution; waves on the length of a rail.
     pub order: u32,
-    /// What moves most and how many modes of its kind lie below, such as "axial 0"; empty where only the order is known.
+    /// What moves most and how many modes of its kind lie below, such as "axial 0"; empty where only the order is
+    /// known.
     pub family: String,
 }
 

@@ -1,5 +1,6 @@
-//! A check of the order of collective calls: ranks that call different methods of a body would wait for each other for ever, or take each
-//! other's messages. In builds with debug assertions, and where the variable [`CHECK`] is set, each call is compared before it begins.
+//! A check of the order of collective calls: ranks that call different methods of a body would wait for each other
+//! for ever, or take each other's messages. In builds with debug assertions, and where the variable [`CHECK`] is set,
+//! each call is compared before it begins.
 
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -35,8 +36,8 @@ impl Order {
         Self { body: body.into(), calls: Cell::new(0) }
     }
 
-    /// Collective, where the check is on: notes that `call` begins. An error on every rank if they do not all begin the same call after the
-    /// same calls.
+    /// Collective, where the check is on: notes that `call` begins. An error on every rank if they do not all begin
+    /// the same call after the same calls.
     pub fn enter(&self, world: &World, call: &'static str) -> Result<()> {
         if !checked() {
             return Ok(());
@@ -48,7 +49,8 @@ impl Order {
             return Ok(());
         }
         Err(Error::Defect(format!(
-            "collective calls out of step: rank {} is in `{call}` of body \"{}\", others are not, or came there another way",
+            "collective calls out of step: rank {} is in `{call}` of body \"{}\", others are not, or came there \
+             another way",
             world.rank, self.body
         )))
     }

@@ -1,5 +1,5 @@
-//! A rail: a section swept along x, on pads, with absorbing ends. Modes and statics come order by order of its period, the orders spread over the
-//! ranks; damping couples all modes of a family.
+//! A rail: a section swept along x, on pads, with absorbing ends. Modes and statics come order by order of its
+//! period, the orders spread over the ranks; damping couples all modes of a family.
 
 use super::clusters;
 use super::elsewhere::{by_ranks, Elsewhere};
@@ -36,7 +36,8 @@ pub struct Making<'a> {
     pub bays: Option<Bays>,
     /// Its damping beside that of the track.
     pub damping: Damping,
-    /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface at the contact point.
+    /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface at the
+    /// contact point.
     pub tilt: Option<f64>,
     /// Lines of the contact grid along x and y, m, where there is a contact.
     pub grid: Option<[&'a [f64]; 2]>,
@@ -56,7 +57,8 @@ pub struct Rail<'w> {
     /// Angle of the contact's frame against that of the surface, rad.
     tilt: f64,
     contact: Hybrid,
-    /// Its modes on a mesh that shows them, once they are known; not those of pads that stand apart, which are waves of many orders each.
+    /// Its modes on a mesh that shows them, once they are known; not those of pads that stand apart, which are waves
+    /// of many orders each.
     picture: Option<PictureModes>,
     /// Modes that it has found itself, or taken from elsewhere.
     found: Option<Rc<Found>>,
@@ -116,8 +118,8 @@ impl<'w> Rail<'w> {
         self.period / (2.0 * PI)
     }
 
-    /// Modes of an order that are motions of the track alone: sleepers that are spread evenly have their three at every order, however short its
-    /// waves. Orders without others end the list.
+    /// Modes of an order that are motions of the track alone: sleepers that are spread evenly have their three at
+    /// every order, however short its waves. Orders without others end the list.
     fn idle(&self) -> usize {
         self.track.motions()
     }
@@ -214,7 +216,8 @@ impl<'w> Rail<'w> {
         turned(own, self.tilt)
     }
 
-    /// Collective: the modes of the rail on its bays, from those on even pads, and what its compliance has beside that on even pads.
+    /// Collective: the modes of the rail on its bays, from those on even pads, and what its compliance has beside
+    /// that on even pads.
     fn on_bays(&mut self, bays: &Bays, all: &[Wave], list: &[Member], seen: &[[f64; LOADS]]) -> Result<OnBays> {
         let world = self.world;
         let angle = self.section.contact().angle;

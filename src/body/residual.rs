@@ -11,14 +11,14 @@ use faer::MatRef;
 pub struct NodeMotion {
     /// Modes at the node, (x, y, z), 1/√kg, `[3][m]`; on every rank.
     pub modes: [Vec<f64>; 3],
-    /// Displacement (x, y, z) of the node by forces on the contact rows (x, y, n) without the part in the modes kept, m/N, `[3][3n]`;
-    /// on rank 0, empty elsewhere.
+    /// Displacement (x, y, z) of the node by forces on the contact rows (x, y, n) without the part in the modes kept,
+    /// m/N, `[3][3n]`; on rank 0, empty elsewhere.
     pub residual: [Vec<f64>; 3],
 }
 
-/// Collective: the motion of an owned node, given on the rank that owns it. `contact_modes` are the modes at the contact rows,
-/// 1/√kg, `[3n, m]`, on rank 0. Three static solves: K⁻¹ is symmetric, so what contact forces move at the node is what unit forces at
-/// the node move in the contact.
+/// Collective: the motion of an owned node, given on the rank that owns it. `contact_modes` are the modes at the
+/// contact rows, 1/√kg, `[3n, m]`, on rank 0. Three static solves: K⁻¹ is symmetric, so what contact forces move at
+/// the node is what unit forces at the node move in the contact.
 pub fn at_node(
     world: &World,
     body: &FeBody,

@@ -10,13 +10,14 @@ use crate::petsc::csr::DistCsr;
 use crate::{Error, Result};
 use faer::Mat;
 
-/// A motion is free where what holds the body resists it by less than this part of what it resists most: rounding against the square of a small
-/// support's size over the body's.
+/// A motion is free where what holds the body resists it by less than this part of what it resists most: rounding
+/// against the square of a small support's size over the body's.
 const FREE: f64 = 1e-12;
 /// Largest force by a rigid motion, over the norm of the stiffness times the motion.
 const FORCE: f64 = 1e-10;
 
-/// The free rigid motions Φ_r of a body, orthonormal in its mass, this rank's degrees of freedom, 1/√kg; none of a body that is held.
+/// The free rigid motions Φ_r of a body, orthonormal in its mass, this rank's degrees of freedom, 1/√kg; none of a
+/// body that is held.
 #[derive(Debug, Clone, Default)]
 pub struct RigidMotions {
     /// Φ_r, `[r][owned]`.
@@ -74,7 +75,8 @@ impl RigidMotions {
             let (force, motion) = (size(&force), size(shape));
             if force > FORCE * norm * motion {
                 return Err(Error::Input(format!(
-                    "a rigid motion of {motion:e} makes a force of {force:e} in a stiffness of the norm {norm:e}, expected none; \
+                    "a rigid motion of {motion:e} makes a force of {force:e} in a stiffness of the norm \
+                     {norm:e}, expected none; \
                      are there springs so weak (or the coordinates so large) that rounding hides them?"
                 )));
             }
@@ -92,7 +94,8 @@ impl RigidMotions {
         self.shapes.is_empty()
     }
 
-    /// Collective: Q f = f − MΦ_r Φ_rᵀ f of `count` loads, N, `[owned, count]`: what of them does not accelerate the body.
+    /// Collective: Q f = f − MΦ_r Φ_rᵀ f of `count` loads, N, `[owned, count]`: what of them does not accelerate the
+    /// body.
     pub fn balance(&self, world: &World, loads: &mut [f64], count: usize) {
         project(world, loads, count, &self.shapes, &self.loads);
     }
@@ -117,7 +120,8 @@ fn project(world: &World, x: &mut [f64], count: usize, a: &[Vec<f64>], b: &[Vec<
     }
 }
 
-/// Collective: the six motions at the nodes of this rank: translations, rotations about the middle of the nodes over the size of the body.
+/// Collective: the six motions at the nodes of this rank: translations, rotations about the middle of the nodes over
+/// the size of the body.
 fn candidates(world: &World, part: &MeshPart) -> [Vec<[f64; 3]>; 6] {
     let own = &part.coords[..part.owned];
     let mut sums = [0.0; 4];

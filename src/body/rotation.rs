@@ -12,12 +12,13 @@ use crate::{Error, Result};
 use faer::{Mat, MatRef};
 use std::rc::Rc;
 
-/// Largest velocity of the material through the surface, over that of its fastest point, of a body that passes as one of revolution: a mesh
-/// has flat facets.
+/// Largest velocity of the material through the surface, over that of its fastest point, of a body that passes as one
+/// of revolution: a mesh has flat facets.
 const THROUGH: f64 = 0.05;
 /// Largest share of a support that varies with the angle, likewise.
 const UNEVEN: f64 = 0.05;
-/// Rounds in which the stress of a free body that rotates is found at the most, and change of what is left of the forces, over them, after which it is known.
+/// Rounds in which the stress of a free body that rotates is found at the most, and change of what is left of the
+/// forces, over them, after which it is known.
 const ROUNDS: usize = 60;
 const BALANCED: f64 = 1e-11;
 /// Harmonics of the angle that a support is examined for.
@@ -35,7 +36,8 @@ pub struct ModalRotation {
 }
 
 impl ModalRotation {
-    /// Number of nodal diameters of each mode, `[m]`: the norm of its derivative along the angle, which is n for cos nθ and sin nθ.
+    /// Number of nodal diameters of each mode, `[m]`: the norm of its derivative along the angle, which is n for cos
+    /// nθ and sin nθ.
     pub fn diameters(&self) -> Vec<f64> {
         self.derivative.col_iter().map(|c| c.norm_l2()).collect()
     }
@@ -95,7 +97,8 @@ pub struct RotationForms {
 }
 
 impl RotationForms {
-    /// Collective: those of `body` about `axis`; `displacement` is what the centrifugal forces do to its nodes at 1 rad/s ([`centrifugal`]), m, `[nodes]`.
+    /// Collective: those of `body` about `axis`; `displacement` is what the centrifugal forces do to its nodes at 1
+    /// rad/s ([`centrifugal`]), m, `[nodes]`.
     pub fn assemble(world: &World, body: &FeBody, axis: Axis, displacement: &[[f64; 3]]) -> Result<Self> {
         let assembly = Assembly::new(world, &body.part, &body.dofs)?;
         let (density, material) = (body.material.density, body.material);
@@ -128,8 +131,9 @@ impl RotationForms {
     }
 }
 
-/// Collective: the displacement of the nodes of `body` by the centrifugal forces about `axis` at 1 rad/s, m, `[nodes]`. `statics` holds the factorisation of
-/// its stiffness, of a free body that of K − σM. The forces on a free body balance; its displacement is known but for motions as a whole, which cause no stress.
+/// Collective: the displacement of the nodes of `body` by the centrifugal forces about `axis` at 1 rad/s, m,
+/// `[nodes]`. `statics` holds the factorisation of its stiffness, of a free body that of K − σM. The forces on a free
+/// body balance; its displacement is known but for motions as a whole, which cause no stress.
 pub fn centrifugal(world: &World, body: &FeBody, statics: &mut Statics, axis: Axis) -> Result<Vec<[f64; 3]>> {
     let density = body.material.density;
     let load = Assembly::new(world, &body.part, &body.dofs)?.load(|x| axis.outward(x).map(|r| density * r));
@@ -138,7 +142,8 @@ pub fn centrifugal(world: &World, body: &FeBody, statics: &mut Statics, axis: Ax
     if body.supported {
         return Ok(body.at_nodes(world, &u));
     }
-    // f − K u loses σ/(σ − ω²) of its elastic part with each round; what stays is what does not balance, by the facets of the mesh.
+    // f − K u loses σ/(σ − ω²) of its elastic part with each round; what stays is what does not balance, by the
+    // facets of the mesh.
     let stiffness = body.operators.stiffness.operator(world);
     let size = |v: &[f64]| world.sum(v.iter().map(|v| v * v).sum()).sqrt();
     let mut rest = load.clone();
@@ -238,7 +243,8 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
             if first_of == crate::fem::dofs::FIXED {
                 continue;
             }
-            // What a unit displacement of all nodes along x, y and z would make there: the stiffness that stands on the node.
+            // What a unit displacement of all nodes along x, y and z would make there: the stiffness that stands on
+            // the node.
             let stands = |c: u64| {
                 let (columns, values) = springs.row((first_of + c - first_dof) as usize);
                 let alike =
@@ -257,7 +263,8 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
     let (uneven, loose) = (unevenness(&held), unevenness(&sprung));
     let refused = |what: &str, measure: f64, most: f64| {
         Err(Error::Job(format!(
-            "bodies.{}.rotation: the {what} is not of revolution about the axis through {:?} m along {:?}: found {measure:.3}, expected at most {most}; \
+            "bodies.{}.rotation: the {what} is not of revolution about the axis through {:?} m along {:?}: \
+             found {measure:.3}, expected at most {most}; \
              correct the axis, or set rotation to \"none\"",
             body.name, axis.centre, axis.direction
         )))

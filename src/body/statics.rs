@@ -41,7 +41,8 @@ impl<'p> Statics<'p> {
     pub fn iterative(petsc: &'p Petsc<'p>, body: &FeBody) -> Result<Self> {
         if !body.rigid.is_empty() {
             return Err(Error::Job(format!(
-                "solver.linear: found \"gamg\", but the supports of body \"{}\" leave {} rigid motions free; hold the body, or take \"mumps\"",
+                "solver.linear: found \"gamg\", but the supports of body \"{}\" leave {} rigid motions free; \
+                 hold the body, or take \"mumps\"",
                 body.name,
                 body.rigid.len()
             )));
@@ -62,8 +63,8 @@ impl<'p> Statics<'p> {
         )?))
     }
 
-    /// Collective: solves for `count` loads in place; `f` holds this rank's degrees of freedom, `[owned, count]` column by column, N in,
-    /// m out.
+    /// Collective: solves for `count` loads in place; `f` holds this rank's degrees of freedom, `[owned, count]`
+    /// column by column, N in, m out.
     pub fn solve(&mut self, f: &mut [f64], count: usize) -> Result<()> {
         match self {
             Statics::Direct(factor) => factor.solve(f, count),
@@ -72,8 +73,9 @@ impl<'p> Statics<'p> {
         }
     }
 
-    /// Collective: improves the approximate solutions `u` (m) of `count` loads (N) until |f − K u| ≤ `tolerance`·|f| for each; this
-    /// rank's degrees of freedom, `[owned, count]` column by column. A factorisation needs no start and keeps to no tolerance.
+    /// Collective: improves the approximate solutions `u` (m) of `count` loads (N) until |f − K u| ≤ `tolerance`·|f|
+    /// for each; this rank's degrees of freedom, `[owned, count]` column by column. A factorisation needs no start
+    /// and keeps to no tolerance.
     pub fn improve(&mut self, u: &mut [f64], loads: &[f64], count: usize, tolerance: f64) -> Result<()> {
         match self {
             Statics::Direct(_) | Statics::Balanced(_) => {

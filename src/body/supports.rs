@@ -1,7 +1,8 @@
 //! What supports do to the matrices of a body of finite elements.
 //!
-//! A component that is clamped alone stays among the degrees of freedom, so that each node has three: its row and column couple with nothing, its stiffness
-//! is kept and its mass almost taken away. It is an oscillator of its own far above all that a mesh can show, and no motion has a part in it.
+//! A component that is clamped alone stays among the degrees of freedom, so that each node has three: its row and
+//! column couple with nothing, its stiffness is kept and its mass almost taken away. It is an oscillator of its own
+//! far above all that a mesh can show, and no motion has a part in it.
 
 use crate::fem::assembly::{Assembly, Operators};
 use crate::fem::dofs::{DofMap, FIXED};
@@ -151,6 +152,7 @@ fn refuse_curved(key: &str, what: &str, apart: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::Input(format!(
-        "{key}.{what}: the group is not plane: normals are up to {apart:.2e} rad off their mean, expected at most {PLANE:e}; name a plane group"
+        "{key}.{what}: the group is not plane: normals are up to {apart:.2e} rad off their mean, expected at \
+         most {PLANE:e}; name a plane group"
     )))
 }

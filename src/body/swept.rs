@@ -1,6 +1,6 @@
-//! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the ranks; at its contact the
-//! compliance of a
-//! half-space and, beside it, a motion of the contact that is constant or goes with x and y ("hybrid").
+//! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the
+//! ranks; at its contact the compliance of a half-space and, beside it, a motion of the contact that is constant or
+//! goes with x and y ("hybrid").
 
 mod damping;
 
@@ -436,7 +436,8 @@ mod tests {
         }
     }
 
-    /// What the air sees of the modes that are kept, by orders, with their places in the list; and the way between ranks.
+    /// What the air sees of the modes that are kept, by orders, with their places in the list; and the way between
+    /// ranks.
     #[test]
     fn modes_on_the_outline_know_their_places() {
         let all = [seen(0, &[5.0, 9.0]), seen(2, &[4.0, 9.0])];
@@ -452,9 +453,8 @@ mod tests {
         assert_eq!(on_outline(&members(&all))[1].motion[(1, 1)], 23.0);
     }
 
-    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along x; G and D′ are skew and couple
-    /// the two
-    /// families of an order, order 0 within itself.
+    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along
+    /// x; G and D′ are skew and couple the two families of an order, order 0 within itself.
     #[test]
     fn pairs_at_the_contact_and_in_rotation() {
         let all = [seen(0, &[5.0, 9.0]), seen(2, &[4.0, 9.0])];

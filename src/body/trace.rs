@@ -1,5 +1,5 @@
-//! What of a body the contact sees: its contact rows as combinations of its degrees of freedom, and the side on which it stands. The
-//! signs of contact rows are made here and nowhere else.
+//! What of a body the contact sees: its contact rows as combinations of its degrees of freedom, and the side on which
+//! it stands. The signs of contact rows are made here and nowhere else.
 
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -37,9 +37,9 @@ impl Side {
         self as usize
     }
 
-    /// E: the factor between row `row` = 3i + c of the contact (tx, ty, p) and that of the body on this side, (x, y, n into the body): the
-    /// traction on body 1 acts on body 2 with the opposite sign, the pressure into either. Displacements of the rows become the body's part
-    /// of (w_x, w_y, change of gap) by the same factor.
+    /// E: the factor between row `row` = 3i + c of the contact (tx, ty, p) and that of the body on this side, (x, y,
+    /// n into the body): the traction on body 1 acts on body 2 with the opposite sign, the pressure into either.
+    /// Displacements of the rows become the body's part of (w_x, w_y, change of gap) by the same factor.
     pub fn sign(self, row: usize) -> f64 {
         if self == Side::Upper && row % 3 < 2 {
             -1.0
@@ -92,8 +92,8 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Collective: the trace whose rows rank 0 gives as (degree of freedom, coefficient); `ranges` are the first degrees of freedom of the
-    /// ranks, `[size + 1]`.
+    /// Collective: the trace whose rows rank 0 gives as (degree of freedom, coefficient); `ranges` are the first
+    /// degrees of freedom of the ranks, `[size + 1]`.
     pub fn new(world: &World, ranges: &[u64], rows: Option<&[Vec<(u64, f64)>]>) -> Result<Self> {
         let of_rows = rows.unwrap_or_default();
         let counts = world.broadcast(of_rows.iter().map(|r| r.len() as u64).collect::<Vec<_>>());
@@ -175,7 +175,8 @@ impl Trace {
         }
     }
 
-    /// Collective: P u of `count` vectors of this rank's degrees of freedom, `vector(k)`, `[3n, count]` on rank 0, `None` elsewhere.
+    /// Collective: P u of `count` vectors of this rank's degrees of freedom, `vector(k)`, `[3n, count]` on rank 0,
+    /// `None` elsewhere.
     pub fn gather<'v>(&self, world: &World, count: usize, vector: impl Fn(usize) -> &'v [f64]) -> Option<Mat<f64>> {
         let mut values = Vec::with_capacity(count * self.own.len());
         for k in 0..count {
@@ -218,7 +219,8 @@ impl Trace {
         (0..factors.nrows()).map(row).collect()
     }
 
-    /// Collective: Pᵀ f of forces on the contact rows, N, `[3n]` on rank 0, added to this rank's degrees of freedom `load`.
+    /// Collective: Pᵀ f of forces on the contact rows, N, `[3n]` on rank 0, added to this rank's degrees of freedom
+    /// `load`.
     pub fn spread(&self, world: &World, forces: &[f64], load: &mut [f64]) {
         let forces = world.broadcast(forces.to_vec());
         let forces = match &self.factors {

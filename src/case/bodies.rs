@@ -40,7 +40,8 @@ pub struct Place {
     pub body: usize,
     /// Contact grid of the body's mesh, on rank 0.
     pub grid: Option<ContactGrid>,
-    /// Nodes of a contact grid that are no nodes of the body's mesh as they lie on its surface, in the frame of the mesh in lower form, m, `[nx*ny]`, on rank 0.
+    /// Nodes of a contact grid that are no nodes of the body's mesh as they lie on its surface, in the frame of the
+    /// mesh in lower form, m, `[nx*ny]`, on rank 0.
     pub laid: Vec<[f64; 3]>,
     /// Material of finite elements.
     pub material: Option<Material>,
@@ -49,7 +50,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// Vectors in the plane of the contact as the mesh of the body has them in lower form, from their components along x and y of the contact.
+    /// Vectors in the plane of the contact as the mesh of the body has them in lower form, from their components
+    /// along x and y of the contact.
     pub fn on_mesh(&self, vectors: &[[f64; 2]]) -> Vec<[f64; 3]> {
         let tilt = self.grid.as_ref().and_then(|g| g.transfer.as_ref()).map_or(0.0, Transfer::tilt);
         vectors.iter().map(|&[x, y]| seen([x, y, 0.0], -tilt)).collect()
@@ -288,7 +290,8 @@ impl<'p> Bodies<'p> {
     }
 }
 
-/// Collective: the body `name` of finite elements of a mesh in lower form with its contact grid, both on rank 0, that turns about `axis`, if any.
+/// Collective: the body `name` of finite elements of a mesh in lower form with its contact grid, both on rank 0, that
+/// turns about `axis`, if any.
 pub(super) fn of_elements<'p>(
     (petsc, summary): (&'p Petsc<'p>, &mut Summary),
     job: &Job,
@@ -329,7 +332,8 @@ pub(crate) fn needs_elements(job: &Job) -> bool {
 fn refuse_unborne(job: &Job, body: &FeBody) -> Result<()> {
     match job.static_load().filter(|_| !body.supported) {
         Some(what) => Err(Error::Job(format!(
-            "bodies.{0}.supports: rigid motions left free: {1}, but {what} is a static problem whose load nothing bears; clamp a group \
+            "bodies.{0}.supports: rigid motions left free: {1}, but {what} is a static problem whose load \
+             nothing bears; clamp a group \
              (bodies.{0}.fixed), or add springs in the directions that are missing",
             body.name,
             body.rigid.len()

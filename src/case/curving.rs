@@ -138,7 +138,8 @@ impl Curving {
     pub fn lines(&self) -> Vec<String> {
         let (curve, bogie) = (&self.problem.curve, &self.problem.bogie);
         let mut lines = vec![format!(
-            "steady curving: radius {:.6} m to the {}, {:.4} m/s, cant deficiency {:.1} mm, wheelbase {:.6} m, axle load {:.6} kN",
+            "steady curving: radius {:.6} m to the {}, {:.4} m/s, cant deficiency {:.1} mm, wheelbase {:.6} m, \
+             axle load {:.6} kN",
             1.0 / curve.curvature.abs(),
             if curve.curvature > 0.0 { "right" } else { "left" },
             curve.speed,
@@ -149,7 +150,8 @@ impl Curving {
         for (axle, name) in self.solution.axles.iter().zip(["leading", "trailing"]) {
             let m = &axle.motion;
             lines.push(format!(
-                "  {name} axle   shift {:+.3} mm, yaw (angle of attack) {:+.3} mrad, roll {:+.3} mrad, {:.4} rad/s; suspension {:+.2} kN, {:+.2} kN m",
+                "  {name} axle   shift {:+.3} mm, yaw (angle of attack) {:+.3} mrad, roll {:+.3} mrad, {:.4} \
+                 rad/s; suspension {:+.2} kN, {:+.2} kN m",
                 1e3 * m.lateral,
                 1e3 * m.yaw,
                 1e3 * m.roll,
@@ -159,7 +161,9 @@ impl Curving {
             ));
         }
         lines.push(
-            "  wheel            y, mm  angle, mrad  radius, mm    N, kN   xi, %  eta, %  spin, 1/m  Fx, kN   T, kN  lateral, kN  T/(mu N)".into(),
+            "  wheel            y, mm  angle, mrad  radius, mm    N, kN   xi, %  eta, %  spin, 1/m  Fx, kN   T, \
+             kN  lateral, kN  T/(mu N)"
+                .into(),
         );
         for wheel in WHEELS {
             for contact in self.solution.wheel(&self.problem, wheel) {
@@ -182,7 +186,8 @@ impl Curving {
             }
         }
         lines.push(
-            "  y of the wheel's profile to the field side; angle positive where the rail falls to the right; creepages of rail over wheel; forces on the wheel, \
+            "  y of the wheel's profile to the field side; angle positive where the rail falls to the right; \
+             creepages of rail over wheel; forces on the wheel, \
              Fx forwards, T and lateral to the right"
                 .into(),
         );
@@ -198,7 +203,8 @@ impl Curving {
         let heaviest = places.iter().max_by(|a, b| a.normal.total_cmp(&b.normal))?;
         let other = places.iter().find(|c| c.place.wheel != heaviest.place.wheel && c.normal > NO_SHARE * total)?;
         Some(format!(
-            "the {} wheel touches at two places: y = {:.1} mm of its profile with {:.2} kN, which is examined, and y = {:.1} mm with {:.2} kN, which is left \
+            "the {} wheel touches at two places: y = {:.1} mm of its profile with {:.2} kN, which is examined, \
+             and y = {:.1} mm with {:.2} kN, which is left \
              out ({:.0} % of the normal forces)",
             wheel.name(),
             1e3 * heaviest.place.wheel,

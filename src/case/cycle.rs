@@ -137,7 +137,8 @@ impl Attempt<'_> {
     }
 }
 
-/// Velocities of the lower and the upper body along x, y and n at the closed node nearest to the middle of the contact, over the modal ones, `[6, m]`.
+/// Velocities of the lower and the upper body along x, y and n at the closed node nearest to the middle of the
+/// contact, over the modal ones, `[6, m]`.
 fn watch((interface, pair): (&Interface, &ModalPair), rest: &State) -> Mat<f64> {
     let weight = |i: usize| rest.reaction[3 * i + 2];
     let total: f64 = (0..interface.len()).map(weight).sum();

@@ -1,5 +1,5 @@
-//! What is known of the contact before anything is factorised: whether the bodies overlap, how large the contact will be on half-spaces of their
-//! materials, whether the patch holds it, and whether the grid resolves it.
+//! What is known of the contact before anything is factorised: whether the bodies overlap, how large the contact will
+//! be on half-spaces of their materials, whether the patch holds it, and whether the grid resolves it.
 
 use super::bodies::matrices_of;
 use super::interface::{creepage, interface_between};
@@ -158,7 +158,8 @@ fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> R
     }
     if !(worst.0 > 0.0) {
         return Err(Error::Input(format!(
-            "bodies.{name}.mesh: element {} is inverted or degenerate: its smallest Jacobian is {:.3} of its largest, expected more than 0; \
+            "bodies.{name}.mesh: element {} is inverted or degenerate: its smallest Jacobian is {:.3} of its \
+             largest, expected more than 0; \
              repair the mesh",
             worst.1 + 1,
             worst.0
@@ -187,8 +188,9 @@ fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> R
 /// More modes than this are warned of.
 const MANY: f64 = 1000.0;
 
-/// How many modes are asked for of a body of this volume (m³) on its mesh, whether it has so many, and what they take. Up to a frequency there are, for short waves,
-/// V ω³ (1/c_L³ + 2/c_T³)/6π² of them (P. Debye, *Ann. Phys.* 39 (1912)); the surface, and bending where the body is thin, add to that.
+/// How many modes are asked for of a body of this volume (m³) on its mesh, whether it has so many, and what they
+/// take. Up to a frequency there are, for short waves, V ω³ (1/c_L³ + 2/c_T³)/6π² of them (P. Debye, *Ann. Phys.* 39
+/// (1912)); the surface, and bending where the body is thin, add to that.
 fn modes(
     job: &Job,
     name: &str,
@@ -226,7 +228,8 @@ fn modes(
     if count > MANY {
         let bytes = 2.0 * 8.0 * 3.0 * nodes as f64 * count;
         report.warnings.push(format!(
-            "analyses.modes.{key}: about {count:.0} modes of body {name} take {:.1} GB while they are computed, each some solves with the factor, and each step of \
+            "analyses.modes.{key}: about {count:.0} modes of body {name} take {:.1} GB while they are computed, \
+             each some solves with the factor, and each step of \
              stability grows with the third power of their number: hundreds are usual",
             bytes / 1e9
         ));
@@ -266,7 +269,8 @@ pub(crate) fn contact(job: &Job, s: &Interface) -> Result<Report> {
     let closed = found.area / cell;
     let mut report = Report::default();
     report.lines.push(format!(
-        "contact on half-spaces: about {closed:.0} closed nodes, half lengths {:.2} mm and {:.2} mm, largest pressure {:.0} MPa, local approach {:.1} µm",
+        "contact on half-spaces: about {closed:.0} closed nodes, half lengths {:.2} mm and {:.2} mm, largest \
+         pressure {:.0} MPa, local approach {:.1} µm",
         1e3 * found.half[0],
         1e3 * found.half[1],
         1e-6 * found.pressure,
@@ -275,7 +279,8 @@ pub(crate) fn contact(job: &Job, s: &Interface) -> Result<Report> {
     if closed < FEW {
         let size = cell.sqrt() * (closed / FEW).sqrt();
         report.warnings.push(format!(
-            "the contact will have about {closed:.0} closed nodes, fewer than {FEW}: friction forces, growth rates and pressures can be wrong by several percent; \
+            "the contact will have about {closed:.0} closed nodes, fewer than {FEW}: friction forces, growth \
+             rates and pressures can be wrong by several percent; \
              elements of {size:.1e} m at the contact would do"
         ));
     }

@@ -112,7 +112,8 @@ pub(crate) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<In
     interface_between(lower, upper)
 }
 
-/// The grid that both bodies share and the gap between them. Bodies that overlap are an error: the approach counts from first touch.
+/// The grid that both bodies share and the gap between them. Bodies that overlap are an error: the approach counts
+/// from first touch.
 pub(crate) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Result<Interface> {
     // A thousandth of an element: much less than the grid error, much more than rounding in a mesh file.
     let spacing = super::surfaces::spacing(lower);
@@ -122,7 +123,8 @@ pub(crate) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Res
     if let Some(i) = lowest.filter(|&i| gap[i] < -1e-3 * spacing) {
         let nx = lower.x.len();
         return Err(Error::Input(format!(
-            "contact: the bodies overlap by {:.3e} m at x = {:.4e} m, y = {:.4e} m, where the lower one reaches up to z = {:.3e} m and the upper one down to z = {:.3e} m; \
+            "contact: the bodies overlap by {:.3e} m at x = {:.4e} m, y = {:.4e} m, where the lower one reaches \
+             up to z = {:.3e} m and the upper one down to z = {:.3e} m; \
              expected first touch at the origin: move the meshes along z until both end at 0 there",
             -gap[i],
             lower.x[i % nx],
@@ -154,8 +156,8 @@ pub(crate) fn half_space(place: &Place) -> Result<HalfSpace> {
     Ok(HalfSpace { young, poisson })
 }
 
-/// On rank 0: compliances near those of the finite-element bodies in both places, m/N, `[3n, 3n]` each: of half-spaces, completed
-/// by the responses `probed` of each of [`Bodies::unique`] to forces on one node.
+/// On rank 0: compliances near those of the finite-element bodies in both places, m/N, `[3n, 3n]` each: of
+/// half-spaces, completed by the responses `probed` of each of [`Bodies::unique`] to forces on one node.
 pub(crate) fn near(bodies: &Bodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
     let mut both = half_spaces(bodies, s)?;
     for (c, place) in both.iter_mut().zip(&bodies.places) {

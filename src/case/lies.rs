@@ -1,4 +1,5 @@
-//! How the mesh of a body lies in its frame: what `railsqueal check` says of axis, contact point and what was read, and what cannot be.
+//! How the mesh of a body lies in its frame: what `railsqueal check` says of axis, contact point and what was read,
+//! and what cannot be.
 
 use super::foresee::Report;
 use super::meshes::Meshed;
@@ -13,7 +14,8 @@ const BESIDE: f64 = 0.05;
 const AXLE: f64 = 0.01;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// Lines and warnings about the body `name`, whose mesh in lower form lies as `attitude` says; an error if its surface does not pass the contact point.
+/// Lines and warnings about the body `name`, whose mesh in lower form lies as `attitude` says; an error if its
+/// surface does not pass the contact point.
 pub(crate) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attitude: &Attitude) -> Result<Report> {
     let mut report = Report { lines: Vec::new(), warnings: meshed.remarks.clone() };
     // On a placement another point than the origin is touched.
@@ -50,7 +52,8 @@ pub(crate) fn of(job: &Job, name: &str, body: &job::Body, meshed: &Meshed, attit
     if job.contact.is_some() && attitude.centre[2] > 0.0 {
         let centre = height(attitude.centre[2]);
         return Err(Error::Input(format!(
-            "{at}: the centre of mass is at z = {centre:.4} m, on the other side of the contact plane; expected the {name} body {side} z = 0. Turn or move it \
+            "{at}: the centre of mass is at z = {centre:.4} m, on the other side of the contact plane; expected \
+             the {name} body {side} z = 0. Turn or move it \
              with mesh.file.transform, or name it as the other body"
         )));
     }
@@ -71,8 +74,8 @@ fn on_grid(grid: &ContactGrid, at: &str, height: impl Fn(f64) -> f64) -> Result<
     beside([ends(&grid.x), ends(&grid.y)], Some(z), at, height)
 }
 
-/// Height of the surface at the contact point, `surface`, m, where the group has the `ends` along x and y, m; an error if the contact point is beside it or
-/// far from it.
+/// Height of the surface at the contact point, `surface`, m, where the group has the `ends` along x and y, m; an
+/// error if the contact point is beside it or far from it.
 fn beside(
     [[x0, x1], [y0, y1]]: [[f64; 2]; 2],
     surface: Option<f64>,
@@ -83,7 +86,8 @@ fn beside(
         "expected the contact point at the origin. Move the mesh with mesh.file.transform, or look at mesh.file.scale";
     if x0 > 0.0 || x1 < 0.0 || y0 > 0.0 || y1 < 0.0 {
         return Err(Error::Input(format!(
-            "{at}: the contact point is not on the group \"contact\", which reaches from x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m; {hint}"
+            "{at}: the contact point is not on the group \"contact\", which reaches from x = {x0:.4} to {x1:.4} \
+             m and from y = {y0:.4} to {y1:.4} m; {hint}"
         )));
     }
     let Some(z) = surface else {

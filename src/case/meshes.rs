@@ -100,7 +100,8 @@ impl Meshes {
     }
 }
 
-/// The mesh of a cylinder, or `Error::Job` where its elements fold: it is not the mesh then that is to be repaired, but what it is made from.
+/// The mesh of a cylinder, or `Error::Job` where its elements fold: it is not the mesh then that is to be repaired,
+/// but what it is made from.
 fn cylinder_mesh(spec: &CylinderSpec) -> Result<Mesh> {
     let mesh = cylinder::build(spec)?;
     let Some(place) = folded(&mesh) else { return Ok(mesh) };
@@ -113,7 +114,8 @@ fn cylinder_mesh(spec: &CylinderSpec) -> Result<Mesh> {
         None => "take a smaller patch, a smaller growth or a smaller max_element_size".into(),
     };
     Err(Error::Job(format!(
-        "cylinder: elements fold at ({}) m: a patch of half_length {} m and half_width {} m (contact.patch), growth {} and max_element_size {} m do not go \
+        "cylinder: elements fold at ({}) m: a patch of half_length {} m and half_width {} m (contact.patch), \
+         growth {} and max_element_size {} m do not go \
          together; {advice}",
         place.map(|v| format!("{v:.3}")).join(", "),
         spec.patch_half_length,
@@ -139,8 +141,10 @@ fn read(file: &MeshFile) -> Result<(Mesh, Vec<String>)> {
     let linear = mesh.cells.iter().filter(|c| c.kind == CellKind::Tet4).count();
     if linear > 0 && !file.linear_tetrahedra() {
         return Err(Error::Input(format!(
-            "{}: {linear} of {} cells are 4-node tetrahedra, which lock: they are far too stiff in bending, frequencies and contact are wrong; \
-             expected tetrahedra of 10 nodes (gmsh -order 2), or mesh.file = {{\"path\": …, \"linear_tetrahedra\": true}} to take them all the same",
+            "{}: {linear} of {} cells are 4-node tetrahedra, which lock: they are far too stiff in bending, \
+             frequencies and contact are wrong; \
+             expected tetrahedra of 10 nodes (gmsh -order 2), or mesh.file = {{\"path\": …, \
+             \"linear_tetrahedra\": true}} to take them all the same",
             file.path().display(),
             mesh.cells.len()
         )));
@@ -159,7 +163,8 @@ fn read(file: &MeshFile) -> Result<(Mesh, Vec<String>)> {
     let longest = (0..3).map(length).fold(0.0, f64::max);
     if longest > LONGEST {
         return Err(Error::Input(format!(
-            "{}: the mesh is {longest:.4} m long, with the file's unit taken for {scale} m; expected less than {LONGEST} m. Is it in millimetres? Give \
+            "{}: the mesh is {longest:.4} m long, with the file's unit taken for {scale} m; expected less than \
+             {LONGEST} m. Is it in millimetres? Give \
              mesh.file = {{\"path\": …, \"scale\": 0.001}}",
             file.path().display()
         )));

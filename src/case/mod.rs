@@ -1,4 +1,5 @@
-//! The case that a job describes: its two bodies, made from meshes, sections, profiles or matrices, and the contact between them.
+//! The case that a job describes: its two bodies, made from meshes, sections, profiles or matrices, and the contact
+//! between them.
 
 mod absorbers;
 pub mod bodies;

@@ -55,7 +55,8 @@ impl<'a> Pictures<'a> {
         modes.motion(k).into_flattened()
     }
 
-    /// Real and imaginary part of the motion of one of them with these amplitudes of the modes of both bodies, at this rank's nodes, `[3 · nodes]`.
+    /// Real and imaginary part of the motion of one of them with these amplitudes of the modes of both bodies, at
+    /// this rank's nodes, `[3 · nodes]`.
     pub fn moved(&self, picture: usize, amplitudes: &[Complex<f64>]) -> [Vec<f64>; 2] {
         let (place, modes, part) = &self.all[picture];
         let mut sum = [0, 1].map(|_| vec![0.0; 3 * part.owned]);

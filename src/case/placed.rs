@@ -96,7 +96,8 @@ impl Placed {
             extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
         }
         Err(Error::Job(format!(
-            "contact.placement: wheel and rail lie near each other over more than {:.1} by {:.1} mm around the point of contact: found no place where a grid could end, expected a contact of \
+            "contact.placement: wheel and rail lie near each other over more than {:.1} by {:.1} mm around the \
+             point of contact: found no place where a grid could end, expected a contact of \
              finite size; move the wheel, or check the profiles",
             1e3 * extent[0],
             1e3 * extent[1]
@@ -189,14 +190,16 @@ impl Placed {
         let [a, b] = self.ellipse.semi_axes;
         let mut lines = vec![
             format!(
-                "wheel on rail: touch at y = {:.2} mm of the wheel's profile and {:.2} mm of the rail's, contact angle {:.2} mrad, rolling radius {:.3} mm",
+                "wheel on rail: touch at y = {:.2} mm of the wheel's profile and {:.2} mm of the rail's, \
+                 contact angle {:.2} mrad, rolling radius {:.3} mm",
                 1e3 * touch.wheel,
                 1e3 * touch.rail,
                 1e3 * touch.angle,
                 1e3 * touch.radius
             ),
             format!(
-                "curvatures, 1/m: wheel {:.4} along and {:.4} across, rail {:.4} across; Hertz: {:.2} by {:.2} mm, {:.0} MPa, approach {:.2} µm",
+                "curvatures, 1/m: wheel {:.4} along and {:.4} across, rail {:.4} across; Hertz: {:.2} by {:.2} \
+                 mm, {:.0} MPa, approach {:.2} µm",
                 curvatures.wheel_rolling,
                 curvatures.wheel_across,
                 curvatures.rail_across,
@@ -206,7 +209,8 @@ impl Placed {
                 1e6 * self.ellipse.approach
             ),
             format!(
-                "creepages of rail over wheel: longitudinal {:.6}, lateral {:.6}, spin {:.5} 1/m at {:.4} m/s; frame tilted by {:.2} mrad, grid of {} x {} nodes",
+                "creepages of rail over wheel: longitudinal {:.6}, lateral {:.6}, spin {:.5} 1/m at {:.4} m/s; \
+                 frame tilted by {:.2} mrad, grid of {} x {} nodes",
                 c.longitudinal,
                 c.lateral,
                 c.spin,
@@ -229,8 +233,10 @@ impl Placed {
         let (at, change) = (SHARP, across.abs() / SHARP);
         (curvature == 0.0 && yaw != 0.0).then(|| {
             format!(
-                "these creepages are those of straight track at this yaw: in a curve of {at} m the longitudinal creepage of an inner wheel at this angular \
-                 speed is {change:.4} less, of an outer one as much more, and free rolling of the axle takes part of it back (curve and vehicle in the job)"
+                "these creepages are those of straight track at this yaw: in a curve of {at} m the longitudinal \
+                 creepage of an inner wheel at this angular \
+                 speed is {change:.4} less, of an outer one as much more, and free rolling of the axle takes \
+                 part of it back (curve and vehicle in the job)"
             )
         })
     }
@@ -241,11 +247,16 @@ impl Placed {
         let second = others.into_iter().filter(|t| t.separate);
         second
             .map(|t| {
-                let place = format!("wheel and rail have a second contact at y = {:.2} mm of the wheel's profile", 1e3 * t.wheel);
+                let place = format!(
+                    "wheel and rail have a second contact at y = {:.2} mm of the wheel's \
+                 profile",
+                    1e3 * t.wheel
+                );
                 match t.gap < 0.0 {
                     true => format!("{place}, which carries load beside this one and is left out"),
                     false => format!(
-                        "{place}, {:.1} µm open at first touch, within the approach of {:.1} µm: it would take a part of the load, and is left out",
+                        "{place}, {:.1} µm open at first touch, within the approach of {:.1} µm: it would take \
+                         a part of the load, and is left out",
                         1e6 * t.gap,
                         1e6 * self.ellipse.approach
                     ),
@@ -272,8 +283,8 @@ impl Placed {
     }
 }
 
-/// Whether undeformed bodies that have approached each other by `approach` (m) overlap on the border of the grid, where x ends and where y ends: the contact is smaller
-/// than the overlap.
+/// Whether undeformed bodies that have approached each other by `approach` (m) overlap on the border of the grid,
+/// where x ends and where y ends: the contact is smaller than the overlap.
 fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
     let (nx, ny) = (gap.x.len(), gap.y.len());
     let closed = |ix: usize, iy: usize| gap.gap[ix + nx * iy] < approach;
@@ -479,7 +490,8 @@ fn seats(world: &World, placed: Option<&Placed>) -> Result<[Seat; 2]> {
     Ok([seat(0), seat(1)])
 }
 
-/// On rank 0: the tables of the placement of `job`, after the contact was found not to reach the end of a profile: `closed` tells its nodes.
+/// On rank 0: the tables of the placement of `job`, after the contact was found not to reach the end of a profile:
+/// `closed` tells its nodes.
 pub(crate) fn tables(job: &Job, closed: impl Fn(usize) -> bool) -> Result<Vec<Table>> {
     let placed = Placed::of(job)?;
     placed.refuse_edge(closed)?;

@@ -23,8 +23,8 @@ const ORDERS: f64 = 8.0;
 const LONGER: f64 = 1.25;
 const LONGEST: f64 = 120.0;
 
-/// Part by which a rail may differ along itself from one without ends, for which it is told from where on it does not; where that search begins, Hz, and
-/// the ratio of its steps.
+/// Part by which a rail may differ along itself from one without ends, for which it is told from where on it does
+/// not; where that search begins, Hz, and the ratio of its steps.
 const ENDLESS: f64 = 0.1;
 const HIGHEST: f64 = 5000.0;
 const NEXT: f64 = 1.01;
@@ -68,7 +68,8 @@ fn section(extruded: &Extruded, at: At) -> Result<Rail> {
     let angle = section.contact().angle;
     match at.tilt {
         Some(tilt) if !((tilt - angle).abs() <= ASKEW) => Err(Error::Job(format!(
-            "the contact on the rail: found the profile tilted by {:.1} degrees and the section by {:.1} degrees there, expected at most {:.0} degrees \
+            "the contact on the rail: found the profile tilted by {:.1} degrees and the section by {:.1} \
+             degrees there, expected at most {:.0} degrees \
              between them; give the section that the profile is of, or the profile of the section",
             tilt.to_degrees(),
             angle.to_degrees(),
@@ -124,7 +125,8 @@ pub fn measured(job: &Job) -> Result<Vec<String>> {
         let measures = section(extruded, given(extruded)).and_then(|s| s.measures()).map_err(named)?;
         let [vertical, lateral] = measures.inertia.map(|i| 1e8 * i);
         Ok(format!(
-            "body {name}: rail {}, {:.2} cm², {:.2} kg/m, second moments {vertical:.1} cm⁴ vertically and {lateral:.1} cm⁴ \
+            "body {name}: rail {}, {:.2} cm², {:.2} kg/m, second moments {vertical:.1} cm⁴ vertically and \
+             {lateral:.1} cm⁴ \
              laterally, centroid {:.1} mm above the underside",
             extruded.section.built().map_or("of a drawing", |rail| rail.name),
             1e4 * measures.area,
@@ -217,7 +219,8 @@ fn planned<'a>(
     Ok(Planned { making, beam, laid })
 }
 
-/// The rail `name` with the contact at a place of its head, or where the job says, on the lines `grid` of the contact, m.
+/// The rail `name` with the contact at a place of its head, or where the job says, on the lines `grid` of the
+/// contact, m.
 pub fn make<'w>(
     world: &'w World,
     job: &Job,
@@ -258,7 +261,8 @@ fn lowest(job: &Job) -> Option<f64> {
     frequencies.into_iter().filter(|f| *f > 0.0).min_by(f64::total_cmp)
 }
 
-/// Largest part by which the point receptances of beams like the rail are off those of infinite ones from the frequency `lowest`, Hz, on.
+/// Largest part by which the point receptances of beams like the rail are off those of infinite ones from the
+/// frequency `lowest`, Hz, on.
 fn off(beams: &[(usize, Beam)], track: &Track, ends: &Ends, lowest: f64) -> f64 {
     let mut worst = 0.0_f64;
     for omega in LOOKED_AT.map(|part| 2.0 * PI * lowest * part) {
@@ -272,8 +276,8 @@ fn off(beams: &[(usize, Beam)], track: &Track, ends: &Ends, lowest: f64) -> f64 
     worst
 }
 
-/// The lowest frequency from which on the point receptance of a bar like the rail, along itself, is that of one without ends within [`ENDLESS`], Hz; none
-/// where it is not even so at [`HIGHEST`]. The ends have dashpots.
+/// The lowest frequency from which on the point receptance of a bar like the rail, along itself, is that of one
+/// without ends within [`ENDLESS`], Hz; none where it is not even so at [`HIGHEST`]. The ends have dashpots.
 fn endless_along(bar: &Beam, track: &Track, ends: &Ends) -> Option<f64> {
     let off = |f: f64| {
         let omega = 2.0 * PI * f;
@@ -296,7 +300,8 @@ fn long_enough(beams: &[(usize, Beam)], track: &Track, ends: Ends, lowest: f64) 
         [&mut longer.period, &mut longer.length].into_iter().for_each(|l| *l = (10.0 * LONGER * *l).ceil() / 10.0);
         if off(beams, track, &longer, lowest) <= OFF {
             return Err(Error::Job(format!(
-                "found {} m, too short for motions at {lowest} Hz: the receptance of a beam like the rail is {:.0} % off that of an infinite one; \
+                "found {} m, too short for motions at {lowest} Hz: the receptance of a beam like the rail is \
+                 {:.0} % off that of an infinite one; \
                  expected {:.1} m with track.ends.length {:.1} m, or higher frequencies",
                 ends.period,
                 100.0 * found,
@@ -306,7 +311,8 @@ fn long_enough(beams: &[(usize, Beam)], track: &Track, ends: Ends, lowest: f64) 
         }
     }
     Err(Error::Job(format!(
-        "found {} m, too short for motions at {lowest} Hz: the receptance of a beam like the rail is {:.0} % off that of an infinite one, and no length up to \
+        "found {} m, too short for motions at {lowest} Hz: the receptance of a beam like the rail is {:.0} % \
+         off that of an infinite one, and no length up to \
          {LONGEST} m with ends that grow alike will do; ask for higher frequencies, or change track.ends",
         ends.period,
         100.0 * found

@@ -167,7 +167,8 @@ fn at_rest(rolling: &Rolling<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> {
     if let Some(n) = at_start(&histories.normal_load, "normal_load")? {
         if n == 0.0 {
             return Err(Error::Job(
-                "analyses.transient.histories.normal_load: begins with 0 N, but the run begins with rolling under load; let it \
+                "analyses.transient.histories.normal_load: begins with 0 N, but the run begins with rolling \
+                 under load; let it \
                  begin with a load above 0 (a small one, such as 1 N, will do)"
                     .into(),
             ));
@@ -226,7 +227,8 @@ fn at_points(rolling: &Rolling<'_>) -> Result<Option<PointModel>> {
     Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.approach, span)))
 }
 
-/// What is prescribed in time; `deflected` are the derivatives along x of a deflection that is part of the placement: its material passes too.
+/// What is prescribed in time; `deflected` are the derivatives along x of a deflection that is part of the placement:
+/// its material passes too.
 pub(crate) fn drive(
     wanted: &job::Transient,
     contact: &job::Contact,
@@ -270,19 +272,21 @@ pub(crate) fn moved(state: State, pair: &ModalPair, mode: &Eigenpair, amplitude:
     state.perturbed(&modal, mode.value, 1.0)
 }
 
-/// What a complex mode with the amplitudes `modal` of the free modes is multiplied by for the largest displacement of a contact node to be `amplitude`, m, and to be now: an eigenvector has neither phase
-/// nor sign of its own, and those of the modes come from the solver.
+/// What a complex mode with the amplitudes `modal` of the free modes is multiplied by for the largest displacement of
+/// a contact node to be `amplitude`, m, and to be now: an eigenvector has neither phase nor sign of its own, and
+/// those of the modes come from the solver.
 pub(crate) fn scale(pair: &ModalPair, modal: &[Complex64], amplitude: f64) -> Complex64 {
     let largest = largest_displacement(pair.modes.as_ref(), modal);
     largest.conj() * (amplitude / largest.norm_sqr())
 }
 
-/// Displacements that differ by less than this share are taken for equally large, and the first of them is taken: nodes beside a plane of symmetry differ by
-/// rounding alone.
+/// Displacements that differ by less than this share are taken for equally large, and the first of them is taken:
+/// nodes beside a plane of symmetry differ by rounding alone.
 const ALIKE: f64 = 1e-6;
 
-/// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square root of the sum of
-/// the squared amplitudes along x, y and n, with the phase of the largest of them. Rows of `psi` are 3i + c.
+/// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square
+/// root of the sum of the squared amplitudes along x, y and n, with the phase of the largest of them. Rows of `psi`
+/// are 3i + c.
 fn largest_displacement(psi: MatRef<'_, f64>, modal: &[Complex64]) -> Complex64 {
     let component = |row: usize| psi.row(row).iter().zip(modal).map(|(p, z)| z * p).sum::<Complex64>();
     let node = |i: usize| {

@@ -16,7 +16,8 @@ const WRITTEN: usize = 200_000;
 /// Distance of these places, m, where there are not more.
 const SPACING: f64 = 5e-4;
 
-/// The surfaces of `job`, whose contact has the grid (`x`, `y`), m; none of smooth bodies. For one rank: it reads files.
+/// The surfaces of `job`, whose contact has the grid (`x`, `y`), m; none of smooth bodies. For one rank: it reads
+/// files.
 pub fn surface(job: &Job, [x, y]: [&[f64]; 2]) -> Result<Option<Surface>> {
     let (Some(contact), Some(wanted)) = (&job.contact, &job.analyses.transient) else { return Ok(None) };
     let Some(rough) = &contact.roughness else { return Ok(None) };
@@ -63,7 +64,8 @@ pub fn identity(model: String, surface: Option<&Surface>) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// The heights that pass the middle of the contact, over the run of `duration`, s; of an area those of the lateral place nearest to y = 0.
+/// The heights that pass the middle of the contact, over the run of `duration`, s; of an area those of the lateral
+/// place nearest to y = 0.
 pub fn tables(surface: &Surface, y: &[f64], duration: f64) -> Vec<Table> {
     let middle = (0..y.len()).min_by(|&a, &b| y[a].abs().total_cmp(&y[b].abs())).unwrap_or(0);
     let way = surface.speed * duration;
@@ -122,13 +124,15 @@ impl Way<'_> {
         let period = file.period.or(turn.filter(|t| length + 1.5 * step >= *t));
         if let Some(period) = period.filter(|p| length + 1.5 * step < *p) {
             return Err(Error::Input(format!(
-                "{name}: found {length:.4} m, expected as much as what repeats itself, file.period, {period:.4} m; give a shorter period, or a longer file"
+                "{name}: found {length:.4} m, expected as much as what repeats itself, file.period, {period:.4} \
+                 m; give a shorter period, or a longer file"
             )));
         }
         if period.is_none() && length < self.to - self.from {
             let turn = turn.map_or(String::new(), |t| format!(" (the wheel's circumference is {t:.4} m)"));
             return Err(Error::Input(format!(
-                "{name}: found {length:.4} m, expected the {:.4} m that pass the contact in this run; give a longer file or a shorter analyses.transient.duration, or say in file.period \
+                "{name}: found {length:.4} m, expected the {:.4} m that pass the contact in this run; give a \
+                 longer file or a shorter analyses.transient.duration, or say in file.period \
                  after which way it repeats itself{turn}",
                 self.to - self.from
             )));

@@ -58,7 +58,8 @@ pub fn surfaces(job: &Job, meshes: &Meshes) -> Result<Surfaces> {
     }
     match all.faces.is_empty() {
         true => Err(Error::Job(
-            "--mesh: no body of the job has a mesh of three dimensions (mesh.cylinder or mesh.file): sections and profiles are drawn from the results of a run"
+            "--mesh: no body of the job has a mesh of three dimensions (mesh.cylinder or mesh.file): sections \
+             and profiles are drawn from the results of a run"
                 .into(),
         )),
         false => Ok(all),
@@ -172,7 +173,8 @@ mod tests {
         }
     }
 
-    /// Cylinders of unlike elements: the nodes of the common grid on both surfaces, which are round towards each other, and those beyond a patch of 12 mm.
+    /// Cylinders of unlike elements: the nodes of the common grid on both surfaces, which are round towards each
+    /// other, and those beyond a patch of 12 mm.
     #[test]
     fn a_common_grid_lies_on_both_surfaces_and_is_told_where_it_leaves_them() {
         let shown = |half: &str| {

@@ -11,7 +11,8 @@ use crate::{Error, Result};
 /// The axle may lie beside where the placement has it by this part of the radius.
 const AXLE: f64 = 0.01;
 
-/// A mesh in lower form with the contact point at the origin. It stands upright: y is along its axle, or across its track, and not in the plane of the contact.
+/// A mesh in lower form with the contact point at the origin. It stands upright: y is along its axle, or across its
+/// track, and not in the plane of the contact.
 #[derive(Debug)]
 pub(crate) struct Standing {
     /// The mesh.
@@ -24,7 +25,8 @@ pub(crate) struct Standing {
     pub text: String,
 }
 
-/// The vector `x` of an upright body, seen in the frame of the contact, which is turned against it by `tilt`, rad, about x.
+/// The vector `x` of an upright body, seen in the frame of the contact, which is turned against it by `tilt`, rad,
+/// about x.
 pub(crate) fn seen([x, y, z]: [f64; 3], tilt: f64) -> [f64; 3] {
     let (s, c) = tilt.sin_cos();
     [x, c * y + s * z, c * z - s * y]
@@ -37,8 +39,9 @@ pub(crate) fn tilted(mesh: &Mesh, tilt: f64) -> Mesh {
     mesh
 }
 
-/// A `mesh` in lower form that has the origin of its profile at the origin, moved so that the place where it is touched, at a seat on a side of the track, is
-/// there; and the height of that place in the frame of the profile, m. Meshes are as on the left side; on the right they are turned about z.
+/// A `mesh` in lower form that has the origin of its profile at the origin, moved so that the place where it is
+/// touched, at a seat on a side of the track, is there; and the height of that place in the frame of the profile, m.
+/// Meshes are as on the left side; on the right they are turned about z.
 ///
 /// # Errors
 /// No surface at the contact point.
@@ -53,8 +56,10 @@ pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide) -> Result<(Mesh,
     let height = faces.height([0.0; 2]).ok_or_else(|| {
         let [[x0, x1], [y0, y1]] = faces.ends();
         Error::Input(format!(
-            "group \"contact\": no face at the contact point, which is at y = {:.5} m of the profile; the group reaches from x = {x0:.4} to {x1:.4} m and from \
-             y = {:.4} to {:.4} m. Expected the origin of the profile at the origin of the mesh, and a group that holds the contact",
+            "group \"contact\": no face at the contact point, which is at y = {:.5} m of the profile; the group \
+             reaches from x = {x0:.4} to {x1:.4} m and from \
+             y = {:.4} to {:.4} m. Expected the origin of the profile at the origin of the mesh, and a group \
+             that holds the contact",
             turn * seat.y,
             (turn * (y0 + seat.y)).min(turn * (y1 + seat.y)),
             (turn * (y0 + seat.y)).max(turn * (y1 + seat.y))
@@ -64,8 +69,9 @@ pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide) -> Result<(Mesh,
     Ok((mesh, height))
 }
 
-/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of the track by a contact on the grid of the
-/// `lines`, m. `radius` is that of the running circle of a wheel, m. With the compliance "fe" the surface moves as the means about the nodes of the grid, else as those over discs.
+/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of
+/// the track by a contact on the grid of the `lines`, m. `radius` is that of the running circle of a wheel, m. With
+/// the compliance "fe" the surface moves as the means about the nodes of the grid, else as those over discs.
 ///
 /// # Errors
 /// See [`upright`], [`surfaces::discs`] and [`averages`]; a grid finer than the mesh.
@@ -100,7 +106,8 @@ pub(crate) fn axle(body: &Body, standing: &Standing) -> Option<String> {
         _ if !body.rotates() => None,
         Some(1) if x.abs() < AXLE * wanted && (z + wanted).abs() < AXLE * wanted => None,
         Some(1) => Some(format!(
-            "the axis of revolution is at x = {x:.4} m, {:.4} m from the contact point, and by contact.placement.radius it is at x = 0, {wanted:.4} m from there",
+            "the axis of revolution is at x = {x:.4} m, {:.4} m from the contact point, and by \
+             contact.placement.radius it is at x = 0, {wanted:.4} m from there",
             z.abs()
         )),
         _ => Some("the body turns, and is no body of revolution about an axis along y: is it in its place?".into()),
@@ -114,7 +121,8 @@ mod tests {
     use crate::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
     use crate::placement::builtin;
 
-    /// A ring whose surface is the head of a 60E1 along y, its crown at the origin: round along x, so that it can stand for a rail.
+    /// A ring whose surface is the head of a 60E1 along y, its crown at the origin: round along x, so that it can
+    /// stand for a rail.
     fn head() -> Mesh {
         let spec = CylinderSpec {
             inner_radius: 0.1,
@@ -137,8 +145,8 @@ mod tests {
     /// The lines of a grid, m.
     const LINE: [f64; 9] = [-8e-3, -6e-3, -4e-3, -2e-3, 0.0, 2e-3, 4e-3, 6e-3, 8e-3];
 
-    /// Means about the nodes of a grid that is tilted with the surface: they add up to one each, and are about the places of the nodes in the plane of the
-    /// contact. A grid that is finer than the mesh is refused.
+    /// Means about the nodes of a grid that is tilted with the surface: they add up to one each, and are about the
+    /// places of the nodes in the plane of the contact. A grid that is finer than the mesh is refused.
     #[test]
     fn a_surface_moves_as_its_means_about_the_nodes_of_a_tilted_grid() {
         let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));
@@ -169,7 +177,8 @@ mod tests {
         assert!(error.contains("1.000 mm spacing") && error.contains("Take \"hybrid\", or a finer mesh"), "{error}");
     }
 
-    /// Where a placement says that a rail is touched, its mesh touches the plane of the contact: on both sides of the track, which are mirror images.
+    /// Where a placement says that a rail is touched, its mesh touches the plane of the contact: on both sides of the
+    /// track, which are mirror images.
     #[test]
     fn a_rail_touches_the_plane_of_the_contact() {
         let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));

@@ -20,8 +20,8 @@ const SPACINGS: f64 = 10.0;
 const FACES: f64 = 2.5;
 /// An error of the gap of more than this part of the approach is warned of.
 const GAP: f64 = 0.02;
-/// Distances of nodes in the smaller half axis of the contact from which on their own compliance is nearer to the truth than that of a half-space with
-/// what the rest adds: docs/meshes.md has the study.
+/// Distances of nodes in the smaller half axis of the contact from which on their own compliance is nearer to the
+/// truth than that of a half-space with what the rest adds: docs/meshes.md has the study.
 const FINE: f64 = 7.0;
 /// By how much the spacing of a grid may fall short of the size of the faces.
 const SHORT: f64 = 1e-6;
@@ -110,7 +110,8 @@ fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Resul
     let extent = ellipse.as_ref().map(Ellipse::extent);
     let missing = |key: &str| {
         Error::Job(format!(
-            "contact.grid.{key}: missing; the curvatures at the contact make no ellipse of Hertz from which it could follow. Give half_length, half_width and \
+            "contact.grid.{key}: missing; the curvatures at the contact make no ellipse of Hertz from which it \
+             could follow. Give half_length, half_width and \
              spacing (m), or curvatures (1/m)"
         ))
     };
@@ -125,7 +126,8 @@ fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Resul
         // Either may have followed from the ellipse, so that this is seen only here.
         if !(2.0 * n <= MOST_NODES) {
             return Err(Error::Job(format!(
-                "contact.grid.{key}: {half:.4e} m with a spacing of {spacing:.4e} m is {n:.0} spacings; expected at most {}. Give a smaller contact.grid.{key}, or a \
+                "contact.grid.{key}: {half:.4e} m with a spacing of {spacing:.4e} m is {n:.0} spacings; \
+                 expected at most {}. Give a smaller contact.grid.{key}, or a \
                  larger contact.grid.spacing",
                 0.5 * MOST_NODES
             )));
@@ -136,7 +138,8 @@ fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Resul
     Ok(Lines { x: line("half_length", length)?, y: line("half_width", width)?, ellipse })
 }
 
-/// The grid that the meshes of the job, the lower one first, share, or a common one where they have none or the job asks for it.
+/// The grid that the meshes of the job, the lower one first, share, or a common one where they have none or the job
+/// asks for it.
 pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
     let Some(contact) = &job.contact else { return Ok(Meeting::default()) };
     let why = asked(contact).map(str::to_owned).or_else(|| differ(meshed));
@@ -179,8 +182,10 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
         let given = contact.grid.is_some_and(|g| g.curvatures.is_some());
         if !given && faces.are_flat(half) && off > GAP * approach {
             meeting.warnings.push(format!(
-                "bodies.{name}.mesh: the flat faces at the contact are {:.1} µm off the round surface between their nodes (size² times curvature / 8), where the \
-                 bodies approach each other by about {:.1} µm: give contact.grid.curvatures, or take cells of second order",
+                "bodies.{name}.mesh: the flat faces at the contact are {:.1} µm off the round surface between \
+                 their nodes (size² times curvature / 8), where the \
+                 bodies approach each other by about {:.1} µm: give contact.grid.curvatures, or take cells of \
+                 second order",
                 1e6 * off,
                 1e6 * approach
             ));
@@ -199,7 +204,8 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
     Ok(meeting)
 }
 
-/// Lines of the common grid on which the meshes of the job, the lower one first, meet, m; none where they meet on nodes of their own.
+/// Lines of the common grid on which the meshes of the job, the lower one first, meet, m; none where they meet on
+/// nodes of their own.
 ///
 /// # Errors
 /// As [`meet`], but for what is wrong with the grid on the surfaces.
@@ -213,8 +219,9 @@ pub(super) fn common(job: &Job, meshed: [&Meshed; 2]) -> Result<Option<[Vec<f64>
     Ok(Some([x, y]))
 }
 
-/// The nodes of the grid of the lines `x` and `y`, m, on the group `contact` of a mesh in lower form, which the frame of the grid is turned against by
-/// `tilt`, rad, about x: their places in the frame of the mesh, m, `[nx*ny]`, and whether there is a face. Where there is none they are in the plane of the contact.
+/// The nodes of the grid of the lines `x` and `y`, m, on the group `contact` of a mesh in lower form, which the frame
+/// of the grid is turned against by `tilt`, rad, about x: their places in the frame of the mesh, m, `[nx*ny]`, and
+/// whether there is a face. Where there is none they are in the plane of the contact.
 pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([f64; 3], bool)>> {
     let faces = match tilt == 0.0 {
         true => Faces::of(mesh, "contact")?,
@@ -227,7 +234,8 @@ pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([
     Ok(y.iter().flat_map(|&b| x.iter().map(move |&a| (a, b))).map(|(a, b)| node(a, b)).collect())
 }
 
-/// Where the nodes of a contact `grid` are on the surface of a mesh, as [`laid`] has it, m; none where they are nodes of the mesh.
+/// Where the nodes of a contact `grid` are on the surface of a mesh, as [`laid`] has it, m; none where they are nodes
+/// of the mesh.
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {
         Some(Transfer::Averages { .. } | Transfer::Means { .. }) => {
@@ -249,7 +257,8 @@ fn recommended(contact: &job::Contact, ellipse: Option<&Ellipse>, size: f64) -> 
     let better = if count < FINE { "hybrid" } else { "fe" };
     let relation = if count < FINE { "fewer than" } else { "at least" };
     Some(format!(
-        "compliance of the contact: \"{taken}\"; recommended: \"{better}\", as there are {count:.1} distances of nodes of the meshes in its smaller half axis, \
+        "compliance of the contact: \"{taken}\"; recommended: \"{better}\", as there are {count:.1} distances \
+         of nodes of the meshes in its smaller half axis, \
          {relation} {FINE}"
     ))
 }
@@ -268,8 +277,8 @@ pub(crate) fn foot(contact: &job::Contact, faces: &Faces, (x, y): (&[f64], &[f64
     Ok((grid(Transfer::Means { discs, tilt: 0.0 }), text))
 }
 
-/// An error where the nodes of a grid of the half sides `half`, m, are nearer to each other, by `spacing`, m, than those of the `faces`; `remedy` says what
-/// else to do than to take a finer mesh. What is there, in words.
+/// An error where the nodes of a grid of the half sides `half`, m, are nearer to each other, by `spacing`, m, than
+/// those of the `faces`; `remedy` says what else to do than to take a finer mesh. What is there, in words.
 pub(crate) fn refuse_finer(
     faces: &Faces,
     half: [f64; 2],
@@ -279,7 +288,8 @@ pub(crate) fn refuse_finer(
     let size = faces.size(half);
     if spacing < (1.0 - SHORT) * size {
         return Err(Error::Job(format!(
-            "contact.compliance: \"fe\" on a contact grid of {:.3} mm spacing, where the nodes of the faces at the contact are {:.3} mm apart: the compliance \
+            "contact.compliance: \"fe\" on a contact grid of {:.3} mm spacing, where the nodes of the faces at \
+             the contact are {:.3} mm apart: the compliance \
              would be singular. Take \"hybrid\"{}, or a finer mesh",
             1e3 * spacing,
             1e3 * size,

@@ -85,7 +85,8 @@ fn layers<'d>(file: &SectionFile, drawing: &'d Plane) -> Result<Vec<(SectionLaye
     file.layers.iter().enumerate().map(of).collect()
 }
 
-/// The drawing in a file, x along the axle and y away from it, with the rolling radius that the job says at y = `offset`, m.
+/// The drawing in a file, x along the axle and y away from it, with the rolling radius that the job says at y =
+/// `offset`, m.
 fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
     let name = file.path.display();
     let drawing = plane::read(&file.path)?;
@@ -106,7 +107,8 @@ fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
     };
     match drawn.running(offset) {
         Some([radius, _]) if (radius - file.radius).abs() > RADIUS * file.radius => Err(Error::Job(format!(
-            "section.file.radius: found {} m, but the running line of {name} has the radius {radius:.6} m at y = {offset} m; give that, or the unit of the \
+            "section.file.radius: found {} m, but the running line of {name} has the radius {radius:.6} m at y \
+             = {offset} m; give that, or the unit of the \
              drawing (section.file.scale)",
             file.radius
         ))),

@@ -1,4 +1,5 @@
-//! How long the memory of friction must be for a contact to be well-posed: said where it is long enough, refused where it is not.
+//! How long the memory of friction must be for a contact to be well-posed: said where it is long enough, refused
+//! where it is not.
 
 use crate::contact::{SlidingProblem, SteadyProblem};
 use crate::friction::FrictionLaw;
@@ -13,9 +14,9 @@ const PATH: &str = "contact.friction";
 /// Relative accuracy of the smallest sound length.
 const ACCURACY: f64 = 1e-8;
 
-/// The smallest sound length of the memory of `law`, m: where `sharpness`, which a contact has with the law it is given, is 1. 0 where every
-/// length is sound. The sharpness falls with the length at least as fast as its inverse but for what a longer memory adds, the coefficient at rest
-/// carried farther into the contact.
+/// The smallest sound length of the memory of `law`, m: where `sharpness`, which a contact has with the law it is
+/// given, is 1. 0 where every length is sound. The sharpness falls with the length at least as fast as its inverse
+/// but for what a longer memory adds, the coefficient at rest carried farther into the contact.
 pub(crate) fn smallest(law: &FrictionLaw, mut sharpness: impl FnMut(&FrictionLaw) -> Result<f64>) -> Result<f64> {
     let Some(memory) = law.memory() else { return Ok(0.0) };
     // Lengths with the ones that they would need: a memory is sound where it is longer than it needs.
@@ -51,7 +52,8 @@ pub(crate) fn refuse_short(law: &FrictionLaw, mut sharpness: impl FnMut(&Frictio
     }
     let smallest = smallest(law, sharpness)?;
     Err(Error::Job(format!(
-        "{}: found {} m, expected more than {smallest:.4e} m: over a shorter length of sliding this contact, which is {law}, runs away \
+        "{}: found {} m, expected more than {smallest:.4e} m: over a shorter length of sliding this contact, \
+         which is {law}, runs away \
          from any state at once, which is no squeal; give a longer memory",
         law.memory_key(PATH),
         memory.length

@@ -105,7 +105,8 @@ pub enum Command {
         #[arg(long, value_name = "LIST")]
         format: Option<String>,
     },
-    /// Write one HTML file with figures, tables, pictures, warnings and provenance of a result, and tables as CSV beside it
+    /// Write one HTML file with figures, tables, pictures, warnings and provenance of a result, and tables as CSV
+    /// beside it
     Report {
         /// Result file
         #[arg(value_name = "FILE.h5")]
@@ -298,7 +299,8 @@ pub fn default_output(job: &Path) -> PathBuf {
     job.with_extension("h5")
 }
 
-/// `Error::Job` if beside the job there is no place for results: it came through a shell (`< JOB`, `<(...)`), not by its name.
+/// `Error::Job` if beside the job there is no place for results: it came through a shell (`< JOB`, `<(...)`), not by
+/// its name.
 pub fn beside(job: &Path) -> Result<PathBuf> {
     let places = ["/dev/stdin", "/dev/fd", "/proc"];
     if std::path::absolute(job).is_ok_and(|p| places.iter().any(|place| p.starts_with(place))) {

@@ -48,8 +48,8 @@ fn with_schema(job: &str) -> String {
     job.replacen('{', &format!("{{\n  \"$schema\": \"{SCHEMA}\","), 1)
 }
 
-/// Writes the example to `job`, with its schema beside it, and says what was written and what to do with it. Files that are there stay: `Error::Job`
-/// but for the schema, which is the same for all jobs.
+/// Writes the example to `job`, with its schema beside it, and says what was written and what to do with it. Files
+/// that are there stay: `Error::Job` but for the schema, which is the same for all jobs.
 pub fn write(example: Example, job: &Path) -> Result<String> {
     let (text, companions) = files(example);
     let folder = job.parent().unwrap_or(Path::new(""));

@@ -76,21 +76,24 @@ pub fn no_common_world(env: Lookup) -> Option<String> {
     mute(env).or_else(|| deaf(env, &plugins()))
 }
 
-/// `Some` message if srun started several processes and gave them nothing by which they find each other: MPI_Init would abort.
+/// `Some` message if srun started several processes and gave them nothing by which they find each other: MPI_Init
+/// would abort.
 fn mute(env: Lookup) -> Option<String> {
     let size = number(env, "SLURM_STEP_NUM_TASKS").filter(|n| *n > 1)?;
     if INTERFACES.iter().any(|name| env(name).is_some()) {
         return None;
     }
     Some(format!(
-        "srun started {size} processes (SLURM_STEP_NUM_TASKS={size}) without a PMI by which they could find each other.\n  \
-         Choose the interface that the MPI library of this program speaks: `srun --mpi=list` shows those there are, e.g. srun --mpi=pmix; or use the \
+        "srun started {size} processes (SLURM_STEP_NUM_TASKS={size}) without a PMI by which they could find \
+         each other.\n  \
+         Choose the interface that the MPI library of this program speaks: `srun --mpi=list` shows those there \
+         are, e.g. srun --mpi=pmix; or use the \
          mpirun of that library"
     ))
 }
 
-/// `Some` message if srun offers PMI-1 or PMI-2 to an Open MPI whose plugins speak neither: MPI_Init would end the processes in its own words.
-/// `plugins` are the names of its interfaces, none if they are not known.
+/// `Some` message if srun offers PMI-1 or PMI-2 to an Open MPI whose plugins speak neither: MPI_Init would end the
+/// processes in its own words. `plugins` are the names of its interfaces, none if they are not known.
 fn deaf(env: Lookup, plugins: &[String]) -> Option<String> {
     env("SLURM_STEP_ID")?;
     let offered = ["PMI_FD", "PMI_RANK"].iter().find(|name| env(name).is_some())?;
@@ -99,12 +102,14 @@ fn deaf(env: Lookup, plugins: &[String]) -> Option<String> {
         return None;
     }
     Some(format!(
-        "srun offers PMI-1 or PMI-2 ({offered} is set), and the Open MPI of this program speaks neither.\n  Choose PMIx, srun --mpi=pmix (`srun --mpi=list` \
+        "srun offers PMI-1 or PMI-2 ({offered} is set), and the Open MPI of this program speaks neither.\n  \
+         Choose PMIx, srun --mpi=pmix (`srun --mpi=list` \
          shows what there is), or the mpirun of that library"
     ))
 }
 
-/// Interfaces that the Open MPI of this process has as plugins: `ext3x`, `s2`, …; none where they are built in, or where it is another MPI.
+/// Interfaces that the Open MPI of this process has as plugins: `ext3x`, `s2`, …; none where they are built in, or
+/// where it is another MPI.
 fn plugins() -> Vec<String> {
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap_or_default();
     let library = maps.lines().filter_map(|l| Some(&l[l.find('/')?..])).find(|path| path.contains("/libmpi.so"));
@@ -136,9 +141,11 @@ pub fn singletons(world_size: usize, env: Lookup) -> Option<String> {
         return None;
     }
     Some(format!(
-        "the launcher started {size} processes ({name}={size}), but MPI made {size} separate worlds of one rank instead of one world.\n  \
+        "the launcher started {size} processes ({name}={size}), but MPI made {size} separate worlds of one rank \
+         instead of one world.\n  \
          The launcher and the MPI library of this program do not speak the same PMI. Use the mpirun of the MPI library \
-         that `railsqueal --version` names, or under SLURM choose the matching interface: `srun --mpi=list` shows those there \
+         that `railsqueal --version` names, or under SLURM choose the matching interface: `srun --mpi=list` \
+         shows those there \
          are, e.g. srun --mpi=pmix (or pmi2)."
     ))
 }

@@ -1,4 +1,5 @@
-//! Ranks that are killed or stopped: the others would wait for them in a collective call for ever. On each node every rank looks after the next one.
+//! Ranks that are killed or stopped: the others would wait for them in a collective call for ever. On each node every
+//! rank looks after the next one.
 
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::parallel::World;
@@ -12,8 +13,8 @@ const LOOK: Duration = Duration::from_millis(500);
 /// Exit code of ranks that lost another one: as where reading or writing fails.
 const LOST: i32 = 6;
 
-/// Collective: from now on the run ends, with the reason, where a rank on this node is killed or stopped while the others go on. A node with one rank
-/// has nobody to look.
+/// Collective: from now on the run ends, with the reason, where a rank on this node is killed or stopped while the
+/// others go on. A node with one rank has nobody to look.
 pub fn watch(world: &World) {
     let node = world.comm.split_shared(world.rank as i32);
     let size = node.size() as usize;
@@ -44,7 +45,8 @@ pub fn watch(world: &World) {
             } else if begun.elapsed() > PATIENCE {
                 let _ = writeln!(
                     std::io::stderr(),
-                    "railsqueal: error: rank {rank} (process {process}) {how} for {} s while the others wait for it: the run ends; what was kept can be \
+                    "railsqueal: error: rank {rank} (process {process}) {how} for {} s while the others wait \
+                     for it: the run ends; what was kept can be \
                      taken up (--resume, --reuse)",
                     PATIENCE.as_secs()
                 );

@@ -46,7 +46,8 @@ pub fn child(file: &Path, head: bool) -> i32 {
     }
 }
 
-/// On the process that speaks, before MPI starts: an error if a file that the command takes up, or would replace, cannot be read without harm.
+/// On the process that speaks, before MPI starts: an error if a file that the command takes up, or would replace,
+/// cannot be read without harm.
 pub fn files(command: &Given) -> Result<()> {
     let Given::Run { job, output, force, reuse, resume, .. } = command else { return Ok(()) };
     let mut all: Vec<(PathBuf, bool)> = Vec::new();

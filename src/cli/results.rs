@@ -10,12 +10,14 @@ use std::process::{Command, Stdio};
 /// Names the Python to take, and no other.
 const CHOSEN: &str = "RAILSQUEAL_PYTHON";
 
-/// Where a Python for the package lies beneath a folder above the program: that of `scripts/setup`, and that of `scripts/install`.
+/// Where a Python for the package lies beneath a folder above the program: that of `scripts/setup`, and that of
+/// `scripts/install`.
 const PLACES: [&str; 2] = [".venv/bin/python", "lib/railsqueal/bin/python"];
 
 /// Exit code 0 where the package and what it needs can be found; nothing is imported, which would take a second.
 const PROBE: &str = "import sys, importlib.util as u\n\
-    sys.exit(sys.version_info < (3, 11) or any(u.find_spec(m) is None for m in ('railsqueal', 'h5py', 'matplotlib', 'numpy')))";
+    sys.exit(sys.version_info < (3, 11) or any(u.find_spec(m) is None for m in ('railsqueal', 'h5py', \
+    'matplotlib', 'numpy')))";
 
 /// Becomes the package, called with the arguments of this process; returns only the error where that cannot be.
 pub fn hand_over() -> Error {
@@ -29,7 +31,8 @@ pub fn hand_over() -> Error {
     }
 }
 
-/// A Python that has the package; the folder `python` of a checkout that the program lies in is put before what is installed.
+/// A Python that has the package; the folder `python` of a checkout that the program lies in is put before what is
+/// installed.
 fn python(program: &Path, chosen: Option<OsString>) -> Result<Command> {
     let above: Vec<&Path> = program.ancestors().skip(1).collect();
     let candidates: Vec<PathBuf> = match chosen {
@@ -63,7 +66,8 @@ fn python(program: &Path, chosen: Option<OsString>) -> Result<Command> {
         let looked: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
         Error::Job(format!(
             "found no Python 3.11 or later with the package railsqueal, h5py, matplotlib and numpy (looked at {}).\n  \
-             Run scripts/setup in the checkout, or pip install its folder python into a Python of your own and name that in {CHOSEN}",
+             Run scripts/setup in the checkout, or pip install its folder python into a Python of your own and \
+             name that in {CHOSEN}",
             looked.join(", ")
         ))
     })

@@ -1,6 +1,6 @@
-//! The primal–dual active set for Signorini's law (M. Hintermüller, K. Ito and K. Kunisch, SIAM J. Optim. 13 (2002)): the pressures that close the
-//! gaps of a set of nodes say which of them pull, the gaps of the others which of those penetrate; the next set leaves the first out
-//! and takes the second in.
+//! The primal–dual active set for Signorini's law (M. Hintermüller, K. Ito and K. Kunisch, SIAM J. Optim. 13 (2002)):
+//! the pressures that close the gaps of a set of nodes say which of them pull, the gaps of the others which of those
+//! penetrate; the next set leaves the first out and takes the second in.
 
 use faer::Mat;
 
@@ -9,8 +9,8 @@ use super::steady::NormalLoad;
 /// The closed nodes and what was found for them; or, where they do not settle, how many changed each time.
 pub(crate) type Settled<T> = Result<(Vec<usize>, T), Vec<usize>>;
 
-/// Repeats `press` until the set of closed nodes (ascending) settles, at most `limit` times. `press` is given the set, may amend it, and returns
-/// the next one, ascending, with what it found.
+/// Repeats `press` until the set of closed nodes (ascending) settles, at most `limit` times. `press` is given the
+/// set, may amend it, and returns the next one, ascending, with what it found.
 pub(crate) fn settle<T, E>(
     mut closed: Vec<usize>,
     limit: usize,

@@ -10,8 +10,9 @@ use crate::dense::add_scattered;
 use crate::model::Convolution;
 use crate::{Error, Result};
 
-/// The candidate nodes. The unknowns are their scaled stresses x, `[3m]`; what these do is the displacement u per unit of stress at the nodes that the laws
-/// of the candidates see: these themselves, and those upstream of them, `[3q]`.
+/// The candidate nodes. The unknowns are their scaled stresses x, `[3m]`; what these do is the displacement u per
+/// unit of stress at the nodes that the laws of the candidates see: these themselves, and those upstream of them,
+/// `[3q]`.
 pub(super) struct Candidates<'a> {
     /// Node numbers, ascending, `[m]`.
     pub nodes: Vec<usize>,
@@ -47,8 +48,8 @@ pub(super) struct Candidates<'a> {
     pub factors: Factors<'a>,
 }
 
-/// How displacements follow from the stresses, in single precision: products are bound by memory, and a step of Newton's method needs no more digits. What the
-/// rounding leaves is removed by exact products.
+/// How displacements follow from the stresses, in single precision: products are bound by memory, and a step of
+/// Newton's method needs no more digits. What the rounding leaves is removed by exact products.
 enum Products<'a> {
     /// Columns of the influence matrix, in pieces of those that came together.
     Columns(Columns<'a>),
@@ -67,7 +68,8 @@ struct Columns<'a> {
     matrix: faer::MatRef<'a, f64>,
     /// Column after column, `[3q]` each, less its mean motion.
     values: Vec<f32>,
-    /// The mean motion (x, y, n) of each column: what bodies yield as wholes may be much more than what moves the nodes against each other.
+    /// The mean motion (x, y, n) of each column: what bodies yield as wholes may be much more than what moves the
+    /// nodes against each other.
     mean: Vec<[f64; 3]>,
     /// Where the three of each candidate begin, in columns, `[m]`.
     first: Vec<Option<usize>>,
@@ -212,8 +214,8 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Displacements, `[3q]`, under the stresses `x`, `[3k]`, on the candidates `pressed`, `[k]`, for which [`press`](Self::press) was called; in single
-    /// precision.
+    /// Displacements, `[3q]`, under the stresses `x`, `[3k]`, on the candidates `pressed`, `[k]`, for which
+    /// [`press`](Self::press) was called; in single precision.
     pub fn displaced(&self, pressed: &[usize], x: &[f64]) -> Vec<f64> {
         match &self.products {
             Products::Columns(columns) => {
@@ -276,8 +278,8 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Scaled creep (x, y) of each of the candidates `line` on one grid line, which are pressed, under a stress on `b`, one of them, along `c`; but for what
-    /// bodies yield as wholes.
+    /// Scaled creep (x, y) of each of the candidates `line` on one grid line, which are pressed, under a stress on
+    /// `b`, one of them, along `c`; but for what bodies yield as wholes.
     pub fn creep_on_line(&self, line: &[usize], b: usize, c: usize, out: &mut Vec<[f64; 2]>) {
         out.clear();
         match &self.products {
@@ -328,7 +330,8 @@ impl<'a> Candidates<'a> {
         [creep(0), creep(1), self.rho[a] * u[3 * self.place(a) + 2]]
     }
 
-    /// Scaled creep and gap of all candidates, `[3m]`, with the displacements `u`, the scaled `approach`, and part of the creepage.
+    /// Scaled creep and gap of all candidates, `[3m]`, with the displacements `u`, the scaled `approach`, and part of
+    /// the creepage.
     pub fn response(&self, u: &[f64], approach: f64, creep_factor: f64) -> Vec<f64> {
         let mut y = Vec::with_capacity(3 * self.nodes.len());
         for a in 0..self.nodes.len() {
@@ -347,10 +350,11 @@ impl<'a> Candidates<'a> {
         s.edge_upstream(problem.stencil, &stress, deformed)
     }
 
-    /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified theory of
-    /// rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from the leading edge on
-    /// t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction proportional to the pressure
-    /// has on average the gradient of w that it has in truth (`friction`: μ of each candidate, `[m]`): with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
+    /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified
+    /// theory of rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from
+    /// the leading edge on t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction
+    /// proportional to the pressure has on average the gradient of w that it has in truth (`friction`: μ of each
+    /// candidate, `[m]`): with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
     pub fn guess_tractions(&self, problem: &SteadyProblem<'_>, friction: &[f64], x: &mut [f64], y: &[f64]) {
         let m = self.nodes.len();
         let closed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] > 0.0).collect();

@@ -1,8 +1,8 @@
 //! Steady rolling at one creepage after the other: each solution is the start of the next one.
 //!
-//! The stresses are taken on along the parabola through the last three solutions where these lie in one direction and a node has the same status in all of
-//! them, else along the straight line through the last two, and cut at the bound of friction. The influence matrix of the candidates is kept: it does not depend on
-//! the creepage.
+//! The stresses are taken on along the parabola through the last three solutions where these lie in one direction and
+//! a node has the same status in all of them, else along the straight line through the last two, and cut at the bound
+//! of friction. The influence matrix of the candidates is kept: it does not depend on the creepage.
 
 use super::candidates::Candidates;
 use super::interface::Creepage;

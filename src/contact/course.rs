@@ -1,12 +1,13 @@
-//! How the displacement w runs upstream of a node: what ∂x of the steady and linear analyses and the foot of a particle in time both
-//! take it from.
+//! How the displacement w runs upstream of a node: what ∂x of the steady and linear analyses and the foot of a
+//! particle in time both take it from.
 //!
-//! From the node i on, w departs from its tangent, by e_{i−1} at the upstream neighbour and by e_{i−2} = b e_{i−1} at the next one. Inside the
-//! contact the departure is that of a parabola (R. M. Beam and R. F. Warming, J. Comput. Phys. 22 (1976)). At the leading edge x_e w is
-//! not smooth: ahead of it both the gap and the departure of w from its course inside grow like (x_e − x)^{3/2}, and the gaps at the
-//! two open nodes say where x_e lies. A straight line is diffusive where a particle travels much less than the distance of the nodes. A cubic limited
-//! to be monotone is not better: where w has an extremum inside the contact its slope there becomes zero, however short the step, and
-//! the stress in the stick area drifts away from the steady one, in another way for every step.
+//! From the node i on, w departs from its tangent, by e_{i−1} at the upstream neighbour and by e_{i−2} = b e_{i−1} at
+//! the next one. Inside the contact the departure is that of a parabola (R. M. Beam and R. F. Warming, J. Comput.
+//! Phys. 22 (1976)). At the leading edge x_e w is not smooth: ahead of it both the gap and the departure of w from
+//! its course inside grow like (x_e − x)^{3/2}, and the gaps at the two open nodes say where x_e lies. A straight
+//! line is diffusive where a particle travels much less than the distance of the nodes. A cubic limited to be
+//! monotone is not better: where w has an extremum inside the contact its slope there becomes zero, however short the
+//! step, and the stress in the stick area drifts away from the steady one, in another way for every step.
 
 /// The course of w from a node to its two upstream neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +16,8 @@ pub enum Course {
     Line,
     /// A parabola through all three.
     Parabola,
-    /// The node is the first closed one of its line: a straight line up to the edge, and what grows from there with the gap.
+    /// The node is the first closed one of its line: a straight line up to the edge, and what grows from there with
+    /// the gap.
     Edge {
         /// b, the ratio of the departures.
         ratio: f64,
@@ -23,7 +25,8 @@ pub enum Course {
 }
 
 impl Course {
-    /// The course at the leading edge for the `gap` at the two open nodes at the distances `h`; none where they tell nothing.
+    /// The course at the leading edge for the `gap` at the two open nodes at the distances `h`; none where they tell
+    /// nothing.
     pub fn edge(h: [f64; 2], gap: [f64; 2]) -> Option<Self> {
         // Less than this no edge between the nodes would give; a corner of the surface might.
         let least = (1.0 + 1.2 * (h[1] - h[0]) / h[0]).powf(1.2);
@@ -50,8 +53,8 @@ impl Course {
         [(ratio - 1.0) * scale, -ratio * scale, scale]
     }
 
-    /// Change of the course at the leading edge with the gaps at the two open nodes: the derivatives by these of ∂w/∂x at the node, as coefficients of w
-    /// at the three nodes. None where the course does not follow the gaps.
+    /// Change of the course at the leading edge with the gaps at the two open nodes: the derivatives by these of
+    /// ∂w/∂x at the node, as coefficients of w at the three nodes. None where the course does not follow the gaps.
     pub fn derivative_by_gap(self, h: [f64; 2], gap: [f64; 2]) -> Option<[[f64; 3]; 2]> {
         let Course::Edge { ratio } = self else { return None };
         // At the least ratio the gaps say nothing.

@@ -1,11 +1,12 @@
 //! Steady rolling with an influence matrix W that is known by its products alone: too large, or too dear, to be made.
 //!
-//! An approximate matrix W₀ stands in for it, and what it leaves out of the displacement, d = (W − W₀) R, is taken from the
-//! reactions of the step before: d is an additional gap and an additional tangential displacement of the problem of W₀ (deferred
-//! correction). A uniform d has no part in the reactions at given load, and elsewhere W₀ is good to some per cent, so that
-//! the steps contract. Anderson's method makes them faster and lets soft bodies converge too (D. G. Anderson, J. ACM 12 (1965); H. F.
-//! Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011)): the next d is the combination of the last ones for which, in a linear
-//! problem, the least would be missing. W₀ stays as it is, so each problem solved is as benign as the first.
+//! An approximate matrix W₀ stands in for it, and what it leaves out of the displacement, d = (W − W₀) R, is taken
+//! from the reactions of the step before: d is an additional gap and an additional tangential displacement of the
+//! problem of W₀ (deferred correction). A uniform d has no part in the reactions at given load, and elsewhere W₀ is
+//! good to some per cent, so that the steps contract. Anderson's method makes them faster and lets soft bodies
+//! converge too (D. G. Anderson, J. ACM 12 (1965); H. F. Walker and P. Ni, SIAM J. Numer. Anal. 49 (2011)): the next
+//! d is the combination of the last ones for which, in a linear problem, the least would be missing. W₀ stays as it
+//! is, so each problem solved is as benign as the first.
 
 use super::newton::Effort;
 use super::steady::{SteadyProblem, SteadySolution};
@@ -64,8 +65,8 @@ impl<'a> DeferredSteady<'a> {
         Ok(reactions)
     }
 
-    /// Takes W R of the proposed reactions, m, `[3n]`, and returns what they are as a solution of the problem itself: the residual is
-    /// that of the laws with the displacement W R. May be called again with a better product.
+    /// Takes W R of the proposed reactions, m, `[3n]`, and returns what they are as a solution of the problem itself:
+    /// the residual is that of the laws with the displacement W R. May be called again with a better product.
     pub fn judge(&mut self, product: Vec<f64>) -> Result<SteadySolution> {
         let s = self.problem.interface;
         let (Some(proposed), Some(step)) = (&self.proposed, self.history.len().checked_sub(1)) else {
@@ -196,7 +197,8 @@ mod tests {
         panic!("no solution in 40 steps");
     }
 
-    /// `w` with what a body adds whose contact moves as a whole: a displacement in each direction (m/N), a turn about the normal (1/(N m)).
+    /// `w` with what a body adds whose contact moves as a whole: a displacement in each direction (m/N), a turn about
+    /// the normal (1/(N m)).
     fn soft(w: &Mat<f64>, s: &Interface, along: f64, turn: f64) -> Mat<f64> {
         let motion = |k: usize| {
             let [x, y] = s.point(k / 3);
@@ -215,8 +217,8 @@ mod tests {
         let force = NormalLoad::Force(40e3);
         let few = steps(&soft(&near, &s, 3e-9, 0.0), &w0, &s, force);
         assert!(few <= 7, "{few} steps for a matrix 2 % off and a uniform displacement");
-        // At given approach the uniform displacement counts, here an eighth of it; and a body that turns feeds back its creepage, here
-        // several parts in ten of it.
+        // At given approach the uniform displacement counts, here an eighth of it; and a body that turns feeds back
+        // its creepage, here several parts in ten of it.
         steps(&soft(&near, &s, 3e-10, 0.0), &w0, &s, NormalLoad::Approach(1e-4));
         steps(&soft(&near, &s, 0.0, 1e-4), &w0, &s, force);
     }

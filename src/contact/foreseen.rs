@@ -8,8 +8,9 @@ use super::steady::NormalLoad;
 use crate::grid::Interface;
 use crate::Result;
 
-/// Part of the load under which a contact that reaches the border of the patch does so for certain: the contact of finite bodies is not
-/// just that of half-spaces, but its size follows from what is near it, and grows with the cube root of the load.
+/// Part of the load under which a contact that reaches the border of the patch does so for certain: the contact of
+/// finite bodies is not just that of half-spaces, but its size follows from what is near it, and grows with the cube
+/// root of the load.
 const CERTAIN: f64 = 0.8;
 
 /// A contact as half-spaces make it.
@@ -26,8 +27,8 @@ pub struct Foreseen {
 }
 
 impl Foreseen {
-    /// Under the normal force `load` (N), `w` being the influence matrix of half-spaces on the grid, m/N, `[3n, 3n]`. A contact that reaches the
-    /// border of the patch is an error, as it is in the analyses.
+    /// Under the normal force `load` (N), `w` being the influence matrix of half-spaces on the grid, m/N, `[3n, 3n]`.
+    /// A contact that reaches the border of the patch is an error, as it is in the analyses.
     pub fn new(w: MatRef<'_, f64>, s: &Interface, load: f64) -> Result<Self> {
         let certain = solve_normal(w.into(), s, NormalLoad::Force(CERTAIN * load))?;
         refuse_border(w.into(), s, NormalLoad::Force(load), &certain.closed)?;

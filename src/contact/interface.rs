@@ -7,14 +7,15 @@ use crate::grid::Interface;
 /// How ∂w/∂x is taken at a node from the node itself and its upstream neighbours (those with smaller x).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stencil {
-    /// (w_i − w_{i−1})/Δx, as in Kalker's CONTACT with V·δt = Δx. First order; on equal grids it gives CONTACT's figures.
+    /// (w_i − w_{i−1})/Δx, as in Kalker's CONTACT with V·δt = Δx. First order; on equal grids it gives CONTACT's
+    /// figures.
     Upwind1,
     /// Three-point backward difference, second order where w is smooth.
     Upwind2,
-    /// Second order inside the contact, and aware of its leading edge, where w is not smooth (`Course`). At the first closed node the
-    /// difference is exact for straight lines plus anything proportional to the gap upstream (which says where
-    /// between the nodes the edge lies); at the second one, whose second upstream neighbour is outside, it is the two-point
-    /// one. It removes most of the grid error of the others, which act as if the edge lay on a node.
+    /// Second order inside the contact, and aware of its leading edge, where w is not smooth (`Course`). At the first
+    /// closed node the difference is exact for straight lines plus anything proportional to the gap upstream (which
+    /// says where between the nodes the edge lies); at the second one, whose second upstream neighbour is outside, it
+    /// is the two-point one. It removes most of the grid error of the others, which act as if the edge lay on a node.
     #[default]
     Edge,
 }
@@ -56,8 +57,9 @@ impl Creepage {
 }
 
 impl Interface {
-    /// How V ∂w/∂x at the closed nodes `closed` (ascending) follows the gaps ahead of the leading edge, with the operator of [`Stencil::Edge`] for the deformed
-    /// `gap` (m, `[n]`), the displacement `w` (m, `[n]`) and the speed V, m/s.
+    /// How V ∂w/∂x at the closed nodes `closed` (ascending) follows the gaps ahead of the leading edge, with the
+    /// operator of [`Stencil::Edge`] for the deformed `gap` (m, `[n]`), the displacement `w` (m, `[n]`) and the speed
+    /// V, m/s.
     pub(super) fn edges(&self, closed: &[usize], gap: &[f64], w: &[[f64; 2]], speed: f64) -> Vec<LinearEdge> {
         let nx = self.x.len();
         let mut inside = vec![false; self.len()];
@@ -77,13 +79,13 @@ impl Interface {
         closed.iter().enumerate().filter_map(edge).collect()
     }
 
-    /// The operator ∂/∂x of `stencil`. [`Stencil::Edge`] needs the contact it is for: the gap of the deformed bodies (m, `[n]`)
-    /// and which nodes are closed (`[n]`); where it is not given there is no edge, and the operator is that of
-    /// [`Stencil::Upwind2`].
+    /// The operator ∂/∂x of `stencil`. [`Stencil::Edge`] needs the contact it is for: the gap of the deformed bodies
+    /// (m, `[n]`) and which nodes are closed (`[n]`); where it is not given there is no edge, and the operator is
+    /// that of [`Stencil::Upwind2`].
     ///
-    /// At the leading grid column, which has nothing upstream, the derivative is that of the cell behind it (zero second
-    /// difference). A node there is always open, since a contact that reaches the border is refused, so that its value
-    /// serves the written creep alone. The second column has the two-point difference.
+    /// At the leading grid column, which has nothing upstream, the derivative is that of the cell behind it (zero
+    /// second difference). A node there is always open, since a contact that reaches the border is refused, so that
+    /// its value serves the written creep alone. The second column has the two-point difference.
     pub fn upstream(&self, stencil: Stencil, contact: Option<(&[f64], &[bool])>) -> Upstream {
         let nx = self.x.len();
         let row = |i: usize| -> [(usize, f64); 3] {
@@ -113,8 +115,8 @@ impl Interface {
         Upstream { rows: (0..self.len()).map(row).collect() }
     }
 
-    /// The upstream operator of the contact that holds the given stresses (tx, ty, p), Pa, `[3n]`; `deformed` is the gap of the
-    /// deformed bodies at a node, m.
+    /// The upstream operator of the contact that holds the given stresses (tx, ty, p), Pa, `[3n]`; `deformed` is the
+    /// gap of the deformed bodies at a node, m.
     pub(super) fn edge_upstream(&self, stencil: Stencil, stress: &[f64], deformed: impl Fn(usize) -> f64) -> Upstream {
         let nx = self.x.len();
         let closed: Vec<bool> = (0..self.len()).map(|i| stress[3 * i + 2] > 0.0).collect();

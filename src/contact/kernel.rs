@@ -1,17 +1,18 @@
 //! An approximate compliance of a finite-element body: that of the half-space, made right for a load on one node.
 //!
-//! Under a load spread over some elements a half-space and finite elements move alike, up to the rigid motion of the contact that
-//! comes from the rest of the body; under a load on one node they do not. But on equal elements the difference depends on the
-//! offset between the nodes alone, so the response to loads on one node in the middle gives all of it.
+//! Under a load spread over some elements a half-space and finite elements move alike, up to the rigid motion of the
+//! contact that comes from the rest of the body; under a load on one node they do not. But on equal elements the
+//! difference depends on the offset between the nodes alone, so the response to loads on one node in the middle gives
+//! all of it.
 
 use faer::Mat;
 
 use crate::{Error, Result};
 
-/// Adds to the compliance `c` of a half-space on the grid `x` × `y` (m/N, `[3n, 3n]`) what it lacks against `columns`, the
-/// responses of the body to unit forces (x, y, n) on the node [`middle`] (m/N, `[3][3n]`). Pairs of nodes farther apart than
-/// the middle and the border get the difference at the border. Where the elements differ in size, the difference goes with the inverse
-/// of their length. The result is symmetric.
+/// Adds to the compliance `c` of a half-space on the grid `x` × `y` (m/N, `[3n, 3n]`) what it lacks against
+/// `columns`, the responses of the body to unit forces (x, y, n) on the node [`middle`] (m/N, `[3][3n]`). Pairs of
+/// nodes farther apart than the middle and the border get the difference at the border. Where the elements differ in
+/// size, the difference goes with the inverse of their length. The result is symmetric.
 pub fn complete(c: &mut Mat<f64>, x: &[f64], y: &[f64], columns: &[Vec<f64>; 3]) -> Result<()> {
     let (nx, ny) = (x.len(), y.len());
     let n = nx * ny;
@@ -25,7 +26,8 @@ pub fn complete(c: &mut Mat<f64>, x: &[f64], y: &[f64], columns: &[Vec<f64>; 3])
     let m = middle(x, y);
     let difference: Vec<Vec<f64>> =
         (0..3).map(|k| columns[k].iter().enumerate().map(|(i, v)| v - c[(i, 3 * m + k)]).collect()).collect();
-    // What the rest of the body adds is the same at the border of the grid as in it and does not go with the elements' size.
+    // What the rest of the body adds is the same at the border of the grid as in it and does not go with the
+    // elements' size.
     let border: Vec<usize> =
         (0..n).filter(|i| i % nx == 0 || i % nx + 1 == nx || i / nx == 0 || i / nx + 1 == ny).collect();
     let bulk: [f64; 3] =
@@ -71,8 +73,8 @@ mod tests {
     use super::*;
     use crate::body::half_space::HalfSpace;
 
-    /// Another material and a displacement of the whole are made good for: exactly on equal elements as far as the middle reaches,
-    /// nearly beyond it and on unequal ones.
+    /// Another material and a displacement of the whole are made good for: exactly on equal elements as far as the
+    /// middle reaches, nearly beyond it and on unequal ones.
     #[test]
     fn one_node_tells_of_all() {
         let [stiff, soft] = [HalfSpace { young: 2e11, poisson: 0.3 }, HalfSpace { young: 1.5e11, poisson: 0.2 }];

@@ -1,5 +1,6 @@
-//! Right-preconditioned GMRES (Y. Saad and M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986)) for the small dense systems of
-//! contact, without restarts. It also returns the operator's images, so that no product is spent on what is known already.
+//! Right-preconditioned GMRES (Y. Saad and M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986)) for the small dense
+//! systems of contact, without restarts. It also returns the operator's images, so that no product is spent on what
+//! is known already.
 
 use crate::dense::dot;
 
@@ -15,8 +16,9 @@ pub(crate) struct Solved {
     pub products: usize,
 }
 
-/// Solves A x = b from zero to ‖b − A x‖ ≤ tolerance·‖b‖ or `limit` products. `precondition` maps a vector to an approximate
-/// solution; `apply` returns (A v, image of v), the image being any linear function of v that the caller wants of x as well.
+/// Solves A x = b from zero to ‖b − A x‖ ≤ tolerance·‖b‖ or `limit` products. `precondition` maps a vector to an
+/// approximate solution; `apply` returns (A v, image of v), the image being any linear function of v that the caller
+/// wants of x as well.
 pub(crate) fn gmres(
     b: &[f64],
     tolerance: f64,

@@ -1,8 +1,9 @@
 //! The laws of Signorini and Coulomb at a node, as projections, with their derivative (`docs/theory.md`).
 //!
-//! From the pressure p and the traction t of a node, its gap and its creep there follow the projections q = max(0, p − ρ_n g) and
-//! Proj(z), z = t − ρ_t ṡ, on the disc of radius μ q; the status; the natural map, which is zero where the laws hold; and its
-//! [`Tangent`] in rows that stay regular where a node begins to slide: no law is ever divided by the velocity of sliding.
+//! From the pressure p and the traction t of a node, its gap and its creep there follow the projections q = max(0, p
+//! − ρ_n g) and Proj(z), z = t − ρ_t ṡ, on the disc of radius μ q; the status; the natural map, which is zero where
+//! the laws hold; and its [`Tangent`] in rows that stay regular where a node begins to slide: no law is ever divided
+//! by the velocity of sliding.
 
 use super::memory::LinearMemory;
 
@@ -56,7 +57,8 @@ pub struct Augmentation {
     pub tangential: f64,
 }
 
-/// What the laws are about at a node. Stresses and nodal forces serve alike, and so do velocities and displacements over a step.
+/// What the laws are about at a node. Stresses and nodal forces serve alike, and so do velocities and displacements
+/// over a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Node {
     /// Pressure p.
@@ -114,8 +116,8 @@ impl Projected {
         [t[0], t[1], node.pressure - self.pressure]
     }
 
-    /// The derivative of the projected (traction x, y, pressure) by what is projected, (t − ρ_t ṡ, p − ρ_n g), at a coefficient of friction that does not
-    /// change: rows and columns (x, y, n).
+    /// The derivative of the projected (traction x, y, pressure) by what is projected, (t − ρ_t ṡ, p − ρ_n g), at a
+    /// coefficient of friction that does not change: rows and columns (x, y, n).
     pub fn derivative(&self) -> [[f64; 3]; 3] {
         match self.status {
             Status::Open => [[0.0; 3]; 3],
@@ -162,8 +164,8 @@ impl Projected {
     }
 }
 
-/// The linearised laws of a node: rows on the changes of its traction, pressure, creep and gap. A closed node keeps δg = 0,
-/// an open one δp = 0; what is said of the traction depends on the status.
+/// The linearised laws of a node: rows on the changes of its traction, pressure, creep and gap. A closed node keeps
+/// δg = 0, an open one δp = 0; what is said of the traction depends on the status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tangent {
     /// δt = 0.
@@ -184,15 +186,16 @@ pub struct Slip {
     pub direction: [f64; 2],
     /// Coefficient of friction μ: τ·δt + μ δp + `falling`·δṡ = 0.
     pub friction: f64,
-    /// Coefficients of δt and δṡ across τ: (1 − a, a ρ) with a = μ q/|z|, or any multiple of both, as (|ṡ|, μ p) where the laws hold.
+    /// Coefficients of δt and δṡ across τ: (1 − a, a ρ) with a = μ q/|z|, or any multiple of both, as (|ṡ|, μ p)
+    /// where the laws hold.
     pub across: [f64; 2],
     /// p dμ/d|ṡ| in the direction of the creep.
     pub falling: [f64; 2],
 }
 
 impl Slip {
-    /// Where the laws hold: sliding along `direction` (a unit vector) at `velocity` ≥ 0 under the pressure or force `pressure`, with
-    /// the coefficient of friction `friction` and its slope there.
+    /// Where the laws hold: sliding along `direction` (a unit vector) at `velocity` ≥ 0 under the pressure or force
+    /// `pressure`, with the coefficient of friction `friction` and its slope there.
     pub fn steady(pressure: f64, direction: [f64; 2], velocity: f64, friction: f64, slope: f64) -> Self {
         let falling = direction.map(|t| pressure * slope * t);
         Self { direction, friction, across: [velocity, friction * pressure], falling }
@@ -200,8 +203,8 @@ impl Slip {
 }
 
 impl Tangent {
-    /// The two rows about the traction for changes of traction, pressure and creep: along and across the sliding; where nothing
-    /// slides, along x and y.
+    /// The two rows about the traction for changes of traction, pressure and creep: along and across the sliding;
+    /// where nothing slides, along x and y.
     #[inline(always)]
     pub fn rows(&self, traction: [f64; 2], pressure: f64, creep: [f64; 2]) -> [f64; 2] {
         match self {
@@ -239,8 +242,9 @@ impl Tangent {
         }
     }
 
-    /// The tractions that the creep makes, δt = −μ τ δp + Σ b f: their directions b, across the sliding first, and the coefficient c in c f + b·δṡ = 0. It is 0 where a node
-    /// sticks, and directions in which the creep makes no traction are left out.
+    /// The tractions that the creep makes, δt = −μ τ δp + Σ b f: their directions b, across the sliding first, and
+    /// the coefficient c in c f + b·δṡ = 0. It is 0 where a node sticks, and directions in which the creep makes no
+    /// traction are left out.
     pub fn yielding(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
         let pairs = match self {
             Tangent::Open => [None, None],
@@ -280,7 +284,8 @@ pub struct LinearContact {
     pub nodes: Vec<LinearNode>,
     /// How the creep at the leading edge follows the gaps ahead of it.
     pub edges: Vec<LinearEdge>,
-    /// The coefficients of friction of those nodes that remember theirs, from the leading edge on; empty where none changes.
+    /// The coefficients of friction of those nodes that remember theirs, from the leading edge on; empty where none
+    /// changes.
     pub memory: Vec<LinearMemory>,
 }
 
@@ -300,7 +305,8 @@ pub struct LinearNode {
     pub node: usize,
     /// The linearised laws, N, m/s.
     pub tangent: Tangent,
-    /// V ∂/∂x at the node, which with λ makes the creep of a displacement: pairs (node, coefficient in 1/s); empty where nothing rolls.
+    /// V ∂/∂x at the node, which with λ makes the creep of a displacement: pairs (node, coefficient in 1/s); empty
+    /// where nothing rolls.
     pub convection: Vec<(usize, f64)>,
 }
 
@@ -511,7 +517,8 @@ mod tests {
         assert!(seen.iter().all(|&s| s >= 2), "{seen:?}");
     }
 
-    /// Where the laws hold the rows are those of steady sliding, and they have a limit as the sliding ends: that of stick across it.
+    /// Where the laws hold the rows are those of steady sliding, and they have a limit as the sliding ends: that of
+    /// stick across it.
     #[test]
     fn rows_of_steady_sliding_end_in_stick() {
         let (p, mu, direction) = (3.0, 0.3, [0.6, -0.8]);

@@ -1,4 +1,5 @@
-//! The linear systems of Newton's method: the linearised map on the closed nodes, its preconditioner, and their solution.
+//! The linear systems of Newton's method: the linearised map on the closed nodes, its preconditioner, and their
+//! solution.
 
 use std::cell::RefCell;
 
@@ -16,7 +17,8 @@ use crate::Result;
 
 /// Closed nodes from which on the normal block of a convolution is not factored.
 pub(super) const LARGE: usize = 1500;
-/// The normal block is factored anew where more than one in so many of the closed nodes differ from those that it was factored for.
+/// The normal block is factored anew where more than one in so many of the closed nodes differ from those that it was
+/// factored for.
 const STALE: usize = 20;
 
 /// Approximate inverse of the normal compliance W_nn of some nodes.

@@ -1,11 +1,13 @@
-//! What the material remembers on its way through a steady contact: the coefficient of friction at each node, and how small motions change it.
+//! What the material remembers on its way through a steady contact: the coefficient of friction at each node, and how
+//! small motions change it.
 
 use super::law::size;
 use crate::friction::{FrictionLaw, Relaxation};
 use crate::grid::Interface;
 
-/// The coefficient of friction at the nodes of an interface, `[n]`: along each line of the grid from the leading edge on, at the rolling speed
-/// `speed` (m/s), where `velocity` (m/s) is that of the sliding at the `closed` nodes. Open nodes have the coefficient at rest.
+/// The coefficient of friction at the nodes of an interface, `[n]`: along each line of the grid from the leading edge
+/// on, at the rolling speed `speed` (m/s), where `velocity` (m/s) is that of the sliding at the `closed` nodes. Open
+/// nodes have the coefficient at rest.
 pub(super) fn coefficients(
     law: &FrictionLaw,
     s: &Interface,
@@ -31,8 +33,8 @@ fn passage(s: &Interface, speed: f64, i: usize) -> f64 {
     (s.x[ix] - s.x[ix - 1]) / speed
 }
 
-/// The coefficient at a closed node about a steady state: λ δμ = −decay δμ + upstream δμ(upstream) + gain τ·(λ + V ∂x) δw, which changes
-/// the traction by −p τ δμ.
+/// The coefficient at a closed node about a steady state: λ δμ = −decay δμ + upstream δμ(upstream) + gain τ·(λ + V
+/// ∂x) δw, which changes the traction by −p τ δμ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearMemory {
     /// Place of the node in the list of closed ones.
@@ -60,8 +62,8 @@ pub(super) struct Sliding {
     pub friction: f64,
 }
 
-/// The memories of the closed `nodes`, ascending, of an interface that rolls at `speed`. Nodes in stick take part where nodes upstream of them
-/// slide: they hand on what these have changed.
+/// The memories of the closed `nodes`, ascending, of an interface that rolls at `speed`. Nodes in stick take part
+/// where nodes upstream of them slide: they hand on what these have changed.
 pub(super) fn linear(law: &FrictionLaw, s: &Interface, speed: f64, nodes: &[Sliding]) -> Vec<LinearMemory> {
     let mut memories: Vec<LinearMemory> = Vec::new();
     for (at, n) in nodes.iter().enumerate() {
@@ -85,8 +87,8 @@ pub(super) fn linear(law: &FrictionLaw, s: &Interface, speed: f64, nodes: &[Slid
 }
 
 impl LinearMemory {
-    /// That of a contact that does not roll: a body that slides along `direction` at `velocity` (m/s) under `force` (N) with the place `at` in the list
-    /// of contacts. None where the law has no memory.
+    /// That of a contact that does not roll: a body that slides along `direction` at `velocity` (m/s) under `force`
+    /// (N) with the place `at` in the list of contacts. None where the law has no memory.
     pub fn at_a_point(law: &FrictionLaw, at: usize, direction: [f64; 2], force: f64, velocity: f64) -> Option<Self> {
         let relaxation = law.relaxation(law.coefficient(velocity), velocity, f64::INFINITY)?;
         Some(Self { at, direction, force, relaxation, upstream: None })

@@ -1,4 +1,5 @@
-//! A start for many contact nodes from the solution on a coarser grid: from far away Newton's method takes the more steps, or fails, the finer the grid.
+//! A start for many contact nodes from the solution on a coarser grid: from far away Newton's method takes the more
+//! steps, or fails, the finer the grid.
 
 use super::influence::Influence;
 use super::law::project_disc;
@@ -11,8 +12,8 @@ const FROM: usize = 700;
 /// Residual on the coarser grid: its own error is larger.
 const TOLERANCE: f64 = 1e-3;
 
-/// The solution of `problem`, whose contact holds `closed` nodes, on every second grid line, and that grid; none where there is no coarser one that would do, or no
-/// solution on it.
+/// The solution of `problem`, whose contact holds `closed` nodes, on every second grid line, and that grid; none
+/// where there is no coarser one that would do, or no solution on it.
 pub(super) fn solution(problem: &SteadyProblem<'_>, closed: usize) -> Option<(Interface, SteadySolution)> {
     let Influence::Convolution(fine) = problem.compliance else { return None };
     if closed < FROM || problem.interface.are_points() {
@@ -26,7 +27,8 @@ pub(super) fn solution(problem: &SteadyProblem<'_>, closed: usize) -> Option<(In
     Some((interface, found))
 }
 
-/// Tractions in `stress` (Pa, `[3n]`), which holds the pressures alone: in the same proportion to these as in the `solution` on the grid `coarse`.
+/// Tractions in `stress` (Pa, `[3n]`), which holds the pressures alone: in the same proportion to these as in the
+/// `solution` on the grid `coarse`.
 pub(super) fn tractions(
     problem: &SteadyProblem<'_>,
     (coarse, solution): (&Interface, &SteadySolution),

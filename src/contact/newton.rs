@@ -1,13 +1,15 @@
 //! Semi-smooth Newton method on the coupled natural map of a steady rolling contact.
 //!
-//! Unknowns are the scaled stresses x = (tx, ty, p)/p̄ of the candidate nodes and the approach. With the scaled influence
-//! matrix K, whose rows are the creep per unit speed times ρ_t and the gap times ρ_n, the map needs the values
-//! y = (s, g) = constant + K x − δ; its generalised derivative follows P. Alart and A. Curnier, Comput. Methods Appl.
-//! Mech. Engrg. 92 (1991): at a sliding node the traction is linearised about the direction ẑ of z = t − s.
+//! Unknowns are the scaled stresses x = (tx, ty, p)/p̄ of the candidate nodes and the approach. With the scaled
+//! influence matrix K, whose rows are the creep per unit speed times ρ_t and the gap times ρ_n, the map needs the
+//! values y = (s, g) = constant + K x − δ; its generalised derivative follows P. Alart and A. Curnier, Comput.
+//! Methods Appl. Mech. Engrg. 92 (1991): at a sliding node the traction is linearised about the direction ẑ of z = t
+//! − s.
 //!
-//! Each linear system is solved by GMRES to what the Newton step can use. Its preconditioner solves the normal block (Cholesky, or by the inverse of the
-//! spectrum where the block is large and a convolution) and the tangential one line by line along the rolling direction, where the upstream difference
-//! couples most. Displacements are linear in x and GMRES returns those of what it found, so a step, its line search included, needs no product of its own; a
+//! Each linear system is solved by GMRES to what the Newton step can use. Its preconditioner solves the normal block
+//! (Cholesky, or by the inverse of the spectrum where the block is large and a convolution) and the tangential one
+//! line by line along the rolling direction, where the upstream difference couples most. Displacements are linear in
+//! x and GMRES returns those of what it found, so a step, its line search included, needs no product of its own; a
 //! product in full precision is made once near the solution and once at it.
 
 use super::candidates::Candidates;
@@ -24,7 +26,8 @@ pub(super) fn node(x: &[f64], y: &[f64]) -> Node {
     Node { pressure: x[2], traction: [x[0], x[1]], gap: y[2], creep: [y[0], y[1]] }
 }
 
-/// What a product in single precision leaves, as a part of the stresses that it is of: creep is a difference of displacements that are almost the same.
+/// What a product in single precision leaves, as a part of the stresses that it is of: creep is a difference of
+/// displacements that are almost the same.
 const ROUNDING: f64 = 1e-6;
 /// Residual below which the rounding of products is removed.
 const NEAR: f64 = 1e-3;
@@ -82,7 +85,8 @@ pub(super) struct Law<'a> {
     pub force_given: bool,
 }
 
-/// What was made of the closed nodes for the linear systems; of use as long as these nodes stay, from one solution to the next.
+/// What was made of the closed nodes for the linear systems; of use as long as these nodes stay, from one solution to
+/// the next.
 #[derive(Default)]
 pub(super) struct Factors<'a> {
     pub normal: NormalBlock<'a>,
@@ -107,9 +111,9 @@ pub(super) struct Effort {
     pub products: usize,
 }
 
-/// Solves on the candidates with the coefficients of friction `friction` (of all nodes, `[n]`) to the residual `target`, from
-/// and into `at`, counting in `effort`. Tractions that are all zero are replaced by a guess first. What rounding has left in the residual is for the caller to
-/// see, who takes the displacement of all nodes.
+/// Solves on the candidates with the coefficients of friction `friction` (of all nodes, `[n]`) to the residual
+/// `target`, from and into `at`, counting in `effort`. Tractions that are all zero are replaced by a guess first.
+/// What rounding has left in the residual is for the caller to see, who takes the displacement of all nodes.
 pub(super) fn solve<'p>(
     problem: &SteadyProblem<'p>,
     c: &mut Candidates<'p>,
@@ -264,8 +268,8 @@ impl<'p> Run<'_, 'p> {
             if renewed {
                 now = Iterate::new(c, (self.law, self.factor), now.x, now.d, now.u);
             }
-            // Solve as exactly as the quadratic model deserves (Eisenstat and Walker's second choice), and no further than
-            // the target or the moving edge need.
+            // Solve as exactly as the quadratic model deserves (Eisenstat and Walker's second choice), and no further
+            // than the target or the moving edge need.
             let ratio = before.map_or(1.0, |b| now.norm / b);
             before = Some(now.norm);
             let forcing = (0.5f64 * ratio * ratio).clamp(0.01, 0.05).max(0.2 * self.target / now.largest).min(0.3);
@@ -307,7 +311,8 @@ fn size(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m, v| m.max(v.abs()))
 }
 
-/// Sets the stresses of all candidates but `closed` (ascending) to zero; those that had one, and what it takes to be rid of it.
+/// Sets the stresses of all candidates but `closed` (ascending) to zero; those that had one, and what it takes to be
+/// rid of it.
 fn open_others(x: &mut [f64], closed: &[usize]) -> Option<(Vec<usize>, Vec<f64>)> {
     let (mut dropped, mut change) = (Vec::new(), Vec::new());
     let mut next = closed.iter().copied().peekable();

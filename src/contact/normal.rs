@@ -25,7 +25,8 @@ pub(super) struct NormalSolution {
 pub(super) fn solve_normal(w: Influence<'_>, s: &Interface, load: NormalLoad) -> Result<NormalSolution> {
     let n = s.len();
     let wnn = |i: usize, j: usize| w.get(3 * i + 2, 3 * j + 2);
-    // An ordinary contact settles in some five passes, and a pass moves the border of the contact by one node at the least.
+    // An ordinary contact settles in some five passes, and a pass moves the border of the contact by one node at the
+    // least.
     let limit = 30 + s.x.len() + s.y.len();
     let mut inside = vec![false; n];
     let settled = settle(first_guess(w, s, load), limit, |closed| {
@@ -46,9 +47,9 @@ pub(super) fn solve_normal(w: Influence<'_>, s: &Interface, load: NormalLoad) ->
         let mut next: Vec<usize> = closed.iter().zip(&force).filter(|(_, &f)| f > 0.0).map(|(&i, _)| i).collect();
         let scale = s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs())) + approach.abs();
         for i in (0..n).filter(|&i| !inside[i]) {
-            // Only nodes whose undeformed surfaces overlap can be pressed: deformation opens the rest, and skipping them
-            // spares most of the products; points may be the ends of a lever. (Influence entries of unlike sign would break this; the full map of the laws is
-            // checked on every node at the end.)
+            // Only nodes whose undeformed surfaces overlap can be pressed: deformation opens the rest, and skipping
+            // them spares most of the products; points may be the ends of a lever. (Influence entries of unlike sign
+            // would break this; the full map of the laws is checked on every node at the end.)
             if !s.are_points() && s.gap[i] >= approach && wnn(i, closed[0]) >= 0.0 {
                 continue;
             }

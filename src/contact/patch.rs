@@ -19,15 +19,19 @@ pub(super) fn refuse_border(w: Influence<'_>, s: &Interface, load: NormalLoad, c
     let flat = [("x", flat(a, half(&s.x))), ("y", flat(b, half(&s.y)))];
     if let Some((axis, _)) = flat.iter().find(|(_, is)| *is) {
         return Err(Error::Job(format!(
-            "contact.patch: the contact reaches the border of the patch at x = {x:.4e} m, y = {y:.4e} m, and the surfaces are flat on \
-             each other along {axis}: their contact ends at an edge of the bodies, not within a patch. Give one of them a curvature there \
+            "contact.patch: the contact reaches the border of the patch at x = {x:.4e} m, y = {y:.4e} m, and \
+             the surfaces are flat on \
+             each other along {axis}: their contact ends at an edge of the bodies, not within a patch. Give one \
+             of them a curvature there \
              (for cylinders crown_radius)"
         )));
     }
     Err(Error::Job(format!(
         "contact.patch: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch has \
-         half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and half_width {:.4e} m: \
-         enlarge contact.patch.half_length and contact.patch.half_width to these, or the groups \"contact\" of mesh files",
+         half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and \
+         half_width {:.4e} m: \
+         enlarge contact.patch.half_length and contact.patch.half_width to these, or the groups \"contact\" of \
+         mesh files",
         x,
         y,
         half(&s.x),

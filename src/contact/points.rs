@@ -1,4 +1,5 @@
-//! Contact points that stand alone: their steady sliding under given forces, and what a load on all of them asks of the bodies.
+//! Contact points that stand alone: their steady sliding under given forces, and what a load on all of them asks of
+//! the bodies.
 
 use super::law::{LinearContact, LinearNode, Slip, Tangent};
 use super::memory::LinearMemory;
@@ -70,7 +71,8 @@ pub fn yield_to_load(pair: &ModalPair) -> Result<()> {
     match (0..pair.compliance.nrows() / 3).find(rigid) {
         None => Ok(()),
         Some(i) => Err(Error::Job(format!(
-            "contact.normal_load: neither body moves along the normal of contact {}, so that its share of the load is not determined; give \
+            "contact.normal_load: neither body moves along the normal of contact {}, so that its share of the \
+             load is not determined; give \
              contact.points.N.force instead",
             i + 1
         ))),
@@ -89,7 +91,8 @@ pub fn bear_load(pair: &ModalPair, reaction: &[f64]) -> Result<()> {
         if force.abs() > 1e-9 * size {
             let side = if k < pair.lower_modes { "lower" } else { "upper" };
             return Err(Error::Job(format!(
-                "contact.normal_load: the {side} body is free to move under it, nothing holds it; give the force of each contact in \
+                "contact.normal_load: the {side} body is free to move under it, nothing holds it; give the \
+                 force of each contact in \
                  contact.points.N.force, which is then balanced from outside"
             )));
         }

@@ -1,5 +1,6 @@
-//! The frictionless normal problem to some digits, as a start: conjugate gradients on the closed nodes, which change in between (I. A. Polonsky and L. M. Keer,
-//! Wear 231 (1999); E. A. H. Vollebregt, J. Tribol. 136 (2014)), preconditioned by the factor of a first guess of the contact or by the inverse of the spectrum.
+//! The frictionless normal problem to some digits, as a start: conjugate gradients on the closed nodes, which change
+//! in between (I. A. Polonsky and L. M. Keer, Wear 231 (1999); E. A. H. Vollebregt, J. Tribol. 136 (2014)),
+//! preconditioned by the factor of a first guess of the contact or by the inverse of the spectrum.
 
 use super::influence::Influence;
 use super::linear::{NormalBlock, NormalFactor, OfAll, LARGE};
@@ -105,7 +106,8 @@ impl<'a, 's> Pressed<'a, 's> {
         NormalBlock::of(self.factor, self.guess)
     }
 
-    /// The solution, from the one before where there was one; none where it does not settle, or reaches nodes that were left out.
+    /// The solution, from the one before where there was one; none where it does not settle, or reaches nodes that
+    /// were left out.
     pub fn settle(&mut self) -> Option<NormalSolution> {
         let m = self.nodes.len();
         self.products = 0;
@@ -195,7 +197,8 @@ impl<'a, 's> Pressed<'a, 's> {
         self.moved = moved.iter().map(|v| v * factor).collect();
     }
 
-    /// Conjugate gradients on the closed nodes, their sum of forces kept where it is given; the residual left, as a part of the approach.
+    /// Conjugate gradients on the closed nodes, their sum of forces kept where it is given; the residual left, as a
+    /// part of the approach.
     fn descend(&mut self) -> Option<f64> {
         let closed: Vec<usize> = (0..self.nodes.len()).filter(|&k| self.closed[k]).collect();
         if closed.is_empty() {

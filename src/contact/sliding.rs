@@ -126,7 +126,8 @@ impl SlidingProblem<'_> {
                 if ahead <= 0.0 || ahead.is_nan() {
                     let [x, y] = s.point(i);
                     return Err(Error::Job(format!(
-                        "contact.creepage: the node at x = {x:.4e} m, y = {y:.4e} m would stick, not slide: the deformation \
+                        "contact.creepage: the node at x = {x:.4e} m, y = {y:.4e} m would stick, not slide: the \
+                         deformation \
                          takes up its whole creep. Full sliding needs a larger creepage, less load or less friction"
                     )));
                 }
@@ -144,8 +145,8 @@ impl SlidingProblem<'_> {
         )))
     }
 
-    /// The state with direction and velocity of sliding given by `creep` (m/s, `[n][2]`); `closed` is a guess and becomes
-    /// the closed set.
+    /// The state with direction and velocity of sliding given by `creep` (m/s, `[n][2]`); `closed` is a guess and
+    /// becomes the closed set.
     fn with_creep(&self, creep: &[[f64; 2]], closed: &mut Vec<usize>) -> Result<SlidingSolution> {
         let s = self.interface;
         let n = s.len();
@@ -210,7 +211,8 @@ impl SlidingProblem<'_> {
         })?;
         let (found, (reaction, gap, approach)) = settled.map_err(|history| {
             Error::NotConverged(format!(
-                "steady sliding: the set of closed nodes did not settle in {limit} iterations; nodes changed per iteration: {history:?}"
+                "steady sliding: the set of closed nodes did not settle in {limit} iterations; nodes changed \
+                 per iteration: {history:?}"
             ))
         })?;
         *closed = found;
@@ -238,7 +240,8 @@ impl SlidingProblem<'_> {
             if v <= 1e-12 * self.speed || v.is_nan() {
                 let [x, y] = s.point(i);
                 return Err(Error::Job(format!(
-                    "contact.creepage: no creep at the closed node x = {x:.4e} m, y = {y:.4e} m, so the direction of sliding is \
+                    "contact.creepage: no creep at the closed node x = {x:.4e} m, y = {y:.4e} m, so the \
+                     direction of sliding is \
                      undefined; give a longitudinal or lateral creepage (spin alone has a pole inside the contact)"
                 )));
             }

@@ -1,4 +1,5 @@
-//! Where Newton's method begins: pressures without friction, tractions for these, and the pressures that the tractions leave.
+//! Where Newton's method begins: pressures without friction, tractions for these, and the pressures that the
+//! tractions leave.
 
 use super::candidates::Candidates;
 use super::interface::Stencil;

@@ -26,12 +26,14 @@ pub enum NormalLoad {
 pub struct SteadyProblem<'a> {
     /// The interface.
     pub interface: &'a Interface,
-    /// Influence matrix W of the interface (see [`crate::model::ModalPair::influence`]), m/N, `[3n, 3n]`, rows (x, y, n): dense, symmetric or kept by rows; or a
-    /// convolution.
+    /// Influence matrix W of the interface (see [`crate::model::ModalPair::influence`]), m/N, `[3n, 3n]`, rows (x, y,
+    /// n): dense, symmetric or kept by rows; or a convolution.
     pub compliance: Influence<'a>,
-    /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it remembers.
+    /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it
+    /// remembers.
     pub friction: FrictionLaw,
-    /// Rolling speed V > 0, m/s. With constant friction steady stresses do not depend on it; the creep velocity is proportional to it.
+    /// Rolling speed V > 0, m/s. With constant friction steady stresses do not depend on it; the creep velocity is
+    /// proportional to it.
     pub speed: f64,
     /// Creepages ξ, η (1), φ (1/m).
     pub creepage: Creepage,
@@ -64,8 +66,8 @@ pub struct SteadySolution {
     pub moment_z: f64,
     /// Approach δ, m: the gap is g0 − δ + deformation.
     pub approach: f64,
-    /// Largest component over all nodes of the natural map (p − max(0, p − ρ_n g), and t − Proj(t − ρ_t ṡ) divided by μ),
-    /// relative to the largest pressure; ρ is the inverse of a node's own compliance.
+    /// Largest component over all nodes of the natural map (p − max(0, p − ρ_n g), and t − Proj(t − ρ_t ṡ) divided by
+    /// μ), relative to the largest pressure; ρ is the inverse of a node's own compliance.
     pub residual: f64,
     /// Newton iterations spent, all stages together.
     pub iterations: usize,
@@ -92,9 +94,10 @@ pub(super) struct Start {
 impl<'a> SteadyProblem<'a> {
     /// Solves the problem. A result always has a residual within the tolerance, on all nodes.
     ///
-    /// A law that falls with the velocity is solved for with the coefficient frozen at each node, which is then renewed from
-    /// the creep found, along each line from the leading edge on. The traction at a node moves its own creep by about V μ′ p/ρ_t of what changed its coefficient, a
-    /// small part in ordinary contacts; where it is not small there may be several states, and one of them is found.
+    /// A law that falls with the velocity is solved for with the coefficient frozen at each node, which is then
+    /// renewed from the creep found, along each line from the leading edge on. The traction at a node moves its own
+    /// creep by about V μ′ p/ρ_t of what changed its coefficient, a small part in ordinary contacts; where it is not
+    /// small there may be several states, and one of them is found.
     pub fn solve(&self) -> Result<SteadySolution> {
         self.solve_from(None)
     }
@@ -106,7 +109,8 @@ impl<'a> SteadyProblem<'a> {
         self.solve_with(start, &mut None)
     }
 
-    /// Solves the problem from `start`, with the candidates `kept` from a solution with other creepages, of which those of this one remain.
+    /// Solves the problem from `start`, with the candidates `kept` from a solution with other creepages, of which
+    /// those of this one remain.
     pub(super) fn solve_with(&self, start: Option<Start>, kept: &mut Option<Candidates<'a>>) -> Result<SteadySolution> {
         self.check()?;
         let s = self.interface;
@@ -261,7 +265,8 @@ impl<'a> SteadyProblem<'a> {
                 let d = self.compliance.get(3 * i + c, 3 * i + c);
                 if !(d.is_finite() && d > 0.0) {
                     return Err(Error::Input(format!(
-                        "steady contact: the compliance of contact node {i} in direction {} is {d} m/N, it must be positive",
+                        "steady contact: the compliance of contact node {i} in direction {} is {d} m/N, it must \
+                         be positive",
                         ["x", "y", "n"][c]
                     )));
                 }
@@ -276,8 +281,8 @@ impl<'a> SteadyProblem<'a> {
         self.compliance.multiply(&force)
     }
 
-    /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, the approach, m, and the displacement
-    /// (w_x, w_y, change of gap) that the stresses cause, m, `[3n]`.
+    /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, the approach, m, and the
+    /// displacement (w_x, w_y, change of gap) that the stresses cause, m, `[3n]`.
     pub(super) fn evaluate(
         &self,
         stress: &[f64],
@@ -351,8 +356,8 @@ impl<'a> SteadyProblem<'a> {
 }
 
 impl SteadyProblem<'_> {
-    /// The contact of `solution` linearised about it, with the status of every node kept: nodes that stick move with each other, those that slide keep
-    /// to the bound of friction.
+    /// The contact of `solution` linearised about it, with the status of every node kept: nodes that stick move with
+    /// each other, those that slide keep to the bound of friction.
     pub fn contact(&self, solution: &SteadySolution) -> LinearContact {
         let s = self.interface;
         let closed: Vec<usize> = (0..s.len()).filter(|&i| solution.pressure[i] > 0.0).collect();

@@ -205,7 +205,8 @@ impl Axle<'_> {
             }
         }
         Err(Error::NotConverged(format!(
-            "curving: height, roll and rotation of the {} axle at a shift of {:.3} mm and a yaw of {:.3} mrad were not found: load, roll \
+            "curving: height, roll and rotation of the {} axle at a shift of {:.3} mm and a yaw of {:.3} mrad \
+             were not found: load, roll \
              moment and torque are off by {:.1e}, {:.1e} and {:.1e} of those of the axle",
             ["leading", "trailing"][self.number],
             1e3 * here.lateral,

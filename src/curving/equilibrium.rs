@@ -328,8 +328,10 @@ impl CurvingProblem {
         let [y1, yaw1, y2, yaw2] = best.shifts;
         let worst = best.residual.iter().fold(0.0_f64, |w, r| w.max(r.abs()));
         Error::NotConverged(format!(
-            "curving: no equilibrium was found; nearest to one with the leading axle at {:.3} mm and {:.3} mrad, the trailing one at {:.3} mm \
-             and {:.3} mrad, where a lateral force or yaw moment of {:.1e} of that of the load is left. Try another radius nearby, a lower \
+            "curving: no equilibrium was found; nearest to one with the leading axle at {:.3} mm and {:.3} \
+             mrad, the trailing one at {:.3} mm \
+             and {:.3} mrad, where a lateral force or yaw moment of {:.1e} of that of the load is left. Try \
+             another radius nearby, a lower \
              friction, or a softer primary suspension; a wheel may be about to climb",
             1e3 * y1,
             1e3 * yaw1,

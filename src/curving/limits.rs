@@ -21,7 +21,8 @@ impl CurvingProblem {
         let arm = self.curve.deficiency.abs() * self.bogie.mass_height;
         if arm >= self.bogie.half_circles {
             return Err(Error::Job(format!(
-                "curve.cant_deficiency: a lateral acceleration of {:.2} g at a height of {:.2} m tips over a vehicle on circles {:.2} m apart; \
+                "curve.cant_deficiency: a lateral acceleration of {:.2} g at a height of {:.2} m tips over a \
+                 vehicle on circles {:.2} m apart; \
                  expected less, or a lower vehicle.centre_of_gravity",
                 self.curve.deficiency.abs(),
                 self.bogie.mass_height,
@@ -33,7 +34,8 @@ impl CurvingProblem {
             let angle = |places: &[crate::placement::ContactPlace]| places.first().map_or(0.0, |p| p.angle.abs());
             if angle(&straight) > FLANGE {
                 return Err(Error::Job(format!(
-                    "curve.gauge: the flange of the {side} wheel stands on its rail with the axle in the middle of the track; expected a \
+                    "curve.gauge: the flange of the {side} wheel stands on its rail with the axle in the middle \
+                     of the track; expected a \
                      gauge wider than the wheels. Check curve.gauge, curve.gauge_widening and vehicle.back_to_back"
                 )));
             }
@@ -50,7 +52,8 @@ impl CurvingProblem {
                 let loaded: Vec<&ContactForce> = places.iter().filter(|c| c.is_loaded() && c.normal > least).collect();
                 if loaded.is_empty() {
                     return Err(Error::Job(format!(
-                        "curve: {named} carries no load: the lateral load of the curve or a moment lifts it. Expected less cant deficiency \
+                        "curve: {named} carries no load: the lateral load of the curve or a moment lifts it. \
+                         Expected less cant deficiency \
                          (curve.cant_deficiency), or a lower vehicle.centre_of_gravity"
                     )));
                 }
@@ -62,7 +65,8 @@ impl CurvingProblem {
                         })
                         .collect();
                     return Err(Error::Job(format!(
-                        "curve: {named} touches its rail at {} places: {}; expected two at the most. Smooth the profiles \
+                        "curve: {named} touches its rail at {} places: {}; expected two at the most. Smooth the \
+                         profiles \
                          (profile.file.smoothing), or change the radius a little",
                         loaded.len(),
                         places.join(", ")
@@ -88,8 +92,10 @@ impl CurvingProblem {
         let (flange, end) = self.wheels[side].flange();
         if let Some(tip) = loaded.iter().find(|c| c.place.wheel < end - BELOW_FLANGE) {
             return Err(Error::Job(format!(
-                "curve: {named} stands on the tip of its flange: it touches the rail at y = {:.1} mm of its profile, beyond the flange face, \
-                 which ends at y = {:.1} mm. Expected a wider curve, less friction, a softer primary suspension or less cant deficiency",
+                "curve: {named} stands on the tip of its flange: it touches the rail at y = {:.1} mm of its \
+                 profile, beyond the flange face, \
+                 which ends at y = {:.1} mm. Expected a wider curve, less friction, a softer primary suspension \
+                 or less cant deficiency",
                 1e3 * tip.place.wheel,
                 1e3 * end
             )));
@@ -100,8 +106,10 @@ impl CurvingProblem {
             return Ok(());
         }
         Err(Error::Job(format!(
-            "curve: {named} climbs its rail: found a lateral over vertical force of {:.2} (Y = {:.1} kN, Q = {:.1} kN), expected less than \
-             Nadal's limit of {limit:.2} for a flange of {:.1} degrees and a friction of {friction:.2}. Expected a wider curve, less \
+            "curve: {named} climbs its rail: found a lateral over vertical force of {:.2} (Y = {:.1} kN, Q = \
+             {:.1} kN), expected less than \
+             Nadal's limit of {limit:.2} for a flange of {:.1} degrees and a friction of {friction:.2}. \
+             Expected a wider curve, less \
              friction, a softer primary suspension or less cant deficiency",
             lateral / vertical,
             1e-3 * lateral,

@@ -337,8 +337,9 @@ fn compare_table(table: &str, cases: &[(f64, f64)], allowed: &Allowed) -> usize 
                 false => [place.creepage[0], place.creepage[1]],
             };
             let part_of_yaw = if allowed.second_order { 5e-3 } else { 0.0 };
-            // Name, value, and what is allowed beside a part of the value, and that part. Both programs average the curvature
-            // across in ways of their own, which moves the flange root by 0.05 mm: a radius by 0.013 mm, ξ by 0.003 %.
+            // Name, value, and what is allowed beside a part of the value, and that part. Both programs average the
+            // curvature across in ways of their own, which moves the flange root by 0.05 mm: a radius by 0.013 mm, ξ
+            // by 0.003 %.
             let found = [
                 ("y", 1e3 * axle.motion.lateral, 2e-3, 0.0),
                 ("yaw", 1e3 * axle.motion.yaw, allowed.yaw, part_of_yaw),

@@ -1,4 +1,5 @@
-//! Blocks of distributed columns: Gram matrices, projections, combinations. Every rank holds its rows, `[n, columns]` column by column.
+//! Blocks of distributed columns: Gram matrices, projections, combinations. Every rank holds its rows, `[n, columns]`
+//! column by column.
 
 use crate::parallel::World;
 use faer::linalg::matmul::matmul;

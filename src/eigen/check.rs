@@ -28,8 +28,8 @@ const ORTHOGONALITY_LIMIT: f64 = 1e-8;
 /// Columns that are multiplied at once.
 const BLOCK: usize = 16;
 
-/// Collective: the eigenvalues `lambda` found about the shift `sigma`, with eigenvectors `vectors`, `[n_local, lambda.len()]`, in order and normalised;
-/// an error where a residual or a product of two is too large.
+/// Collective: the eigenvalues `lambda` found about the shift `sigma`, with eigenvectors `vectors`, `[n_local,
+/// lambda.len()]`, in order and normalised; an error where a residual or a product of two is too large.
 pub(crate) fn checked(pencil: &dyn Pencil, sigma: f64, lambda: &[f64], vectors: Vec<f64>) -> Result<Modes> {
     let (world, n, count) = (pencil.world(), pencil.n_local(), lambda.len());
     let mut order: Vec<usize> = (0..count).collect();
@@ -66,7 +66,8 @@ pub(crate) fn checked(pencil: &dyn Pencil, sigma: f64, lambda: &[f64], vectors: 
         let good = residual <= RESIDUAL_LIMIT && skew <= ORTHOGONALITY_LIMIT;
         if !good {
             return Err(Error::NotConverged(format!(
-                "eigenvalue {:e} counts as converged, but its residual is {residual:.1e} (limit {RESIDUAL_LIMIT:.0e}) and its \
+                "eigenvalue {:e} counts as converged, but its residual is {residual:.1e} (limit \
+                 {RESIDUAL_LIMIT:.0e}) and its \
                  product with another mode {skew:.1e} (limit {ORTHOGONALITY_LIMIT:.0e})",
                 lambda[i]
             )));

@@ -1,9 +1,10 @@
 //! Thick-restart block Lanczos for θ = 1/(λ − σ), the eigenvalues of (K − σM)⁻¹M, with the inner product xᵀMy.
 //!
-//! Every new block is orthogonalised against the whole basis; what the recurrence knows is taken off first, so that one pass over the basis is a
-//! second one. The projected matrix T is kept whole: after a restart it is the diagonal of the Ritz values kept with the coupling to the next block.
-//! Sources: Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228, for the block method with shift and inverse; Wu, Simon, SIAM J. Matrix
-//! Anal. Appl. 22 (2000) 602, for the thick restart.
+//! Every new block is orthogonalised against the whole basis; what the recurrence knows is taken off first, so that
+//! one pass over the basis is a second one. The projected matrix T is kept whole: after a restart it is the diagonal
+//! of the Ritz values kept with the coupling to the next block. Sources: Grimes, Lewis, Simon, SIAM J. Matrix Anal.
+//! Appl. 15 (1994) 228, for the block method with shift and inverse; Wu, Simon, SIAM J. Matrix Anal. Appl. 22 (2000)
+//! 602, for the thick restart.
 
 use super::block::{columns, combine, gram, random, subtract};
 use super::orthonormal::{orthonormalise, Against};
@@ -53,12 +54,14 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// For `count` pairs, as measured: wider blocks take more right-hand sides in all and larger bases, narrower ones more passes through the factor.
+    /// For `count` pairs, as measured: wider blocks take more right-hand sides in all and larger bases, narrower ones
+    /// more passes through the factor.
     pub fn of(count: usize) -> Self {
         Self { block: BLOCK, subspace: (2 * count + 4 * BLOCK).max(count + 6 * BLOCK) }
     }
 
-    /// For `count` pairs where each pass through the factor reads it from a disk: few passes, without a restart as long as there are not many pairs.
+    /// For `count` pairs where each pass through the factor reads it from a disk: few passes, without a restart as
+    /// long as there are not many pairs.
     pub fn few_passes(count: usize) -> Self {
         Self { block: 3 * BLOCK, subspace: 2 * count + 15 * BLOCK }
     }
@@ -116,7 +119,8 @@ struct Lanczos<'a> {
     before: Vec<f64>,
 }
 
-/// Collective: the pairs of the goal, in a space orthogonal to `deflated`, which has orthonormal columns. `progress` is told converged and wanted.
+/// Collective: the pairs of the goal, in a space orthogonal to `deflated`, which has orthonormal columns. `progress`
+/// is told converged and wanted.
 pub(super) fn run(
     pencil: &dyn Pencil,
     shifted: &mut dyn Shifted,
@@ -174,7 +178,8 @@ pub(super) fn run(
             }
             if restarts == MAX_RESTARTS {
                 return Err(Error::NotConverged(format!(
-                    "only {converged} of {} modes converged in {restarts} restarts of a basis of {subspace} columns; ask for fewer modes",
+                    "only {converged} of {} modes converged in {restarts} restarts of a basis of {subspace} \
+                     columns; ask for fewer modes",
                     goal.count()
                 )));
             }
@@ -195,7 +200,8 @@ impl Lanczos<'_> {
         self.t.nrows() - self.done
     }
 
-    /// Collective: brings the next block to `block` columns with random ones, softened by the operator, as far as there are any.
+    /// Collective: brings the next block to `block` columns with random ones, softened by the operator, as far as
+    /// there are any.
     fn refill(&mut self, block: usize) -> Result<()> {
         let (n, world) = (self.n, self.pencil.world());
         // Near an eigenvalue all images are along its vectors; once those are in the basis there are others.
@@ -316,8 +322,8 @@ impl Lanczos<'_> {
         }
     }
 
-    /// Whether the pairs are those of the whole space: where the basis was invariant, what is beside it shows in some blocks from new columns, or in
-    /// that a further invariant basis has the same pairs.
+    /// Whether the pairs are those of the whole space: where the basis was invariant, what is beside it shows in some
+    /// blocks from new columns, or in that a further invariant basis has the same pairs.
     fn settled(&mut self, ritz: &Ritz, goal: Goal) -> bool {
         if self.since > 0 {
             return self.since >= SETTLED;
@@ -379,8 +385,8 @@ impl Lanczos<'_> {
         (self.t, self.done) = (t, active);
     }
 
-    /// The pairs converged so far, as far as no unconverged one is nearer to the shift on the same side. An image over θ is a better vector than the
-    /// Ritz vector itself, and what it has beyond the basis is known.
+    /// The pairs converged so far, as far as no unconverged one is nearer to the shift on the same side. An image
+    /// over θ is a better vector than the Ritz vector itself, and what it has beyond the basis is known.
     fn finish(mut self, ritz: Ritz, restarts: usize) -> Found {
         let (n, old, size, width) = (self.n, self.locked.len(), self.done, self.width());
         let mut open = [false; 2];

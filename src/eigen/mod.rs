@@ -1,6 +1,7 @@
-//! Real symmetric generalised eigenproblems K x = λ M x, K symmetric, M positive definite: the pairs nearest to a shift, or all of a band, by a block
-//! method on factorisations of K − σM. Everything is real and distributed by rows. It knows no mechanics, and no library but that of dense matrices:
-//! operators come as [`Pencil`] and [`Shifted`].
+//! Real symmetric generalised eigenproblems K x = λ M x, K symmetric, M positive definite: the pairs nearest to a
+//! shift, or all of a band, by a block method on factorisations of K − σM. Everything is real and distributed by
+//! rows. It knows no mechanics, and no library but that of dense matrices: operators come as [`Pencil`] and
+//! [`Shifted`].
 
 mod block;
 mod check;
@@ -52,7 +53,8 @@ pub trait Shifted {
     }
 }
 
-/// Collective: at least the `count` pairs whose eigenvalues are nearest to the shift. `progress` is told converged and wanted pairs.
+/// Collective: at least the `count` pairs whose eigenvalues are nearest to the shift. `progress` is told converged
+/// and wanted pairs.
 pub fn nearest(
     pencil: &dyn Pencil,
     shifted: &mut dyn Shifted,
@@ -93,7 +95,8 @@ pub fn nearest_by(
 pub(crate) fn enough(count: usize, order: u64) -> Result<()> {
     if count as u64 > order {
         return Err(Error::Job(format!(
-            "{count} modes were asked for, but there are only {order} degrees of freedom; ask for fewer or refine the mesh"
+            "{count} modes were asked for, but there are only {order} degrees of freedom; ask for fewer or \
+             refine the mesh"
         )));
     }
     Ok(())

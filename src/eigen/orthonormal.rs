@@ -43,8 +43,9 @@ pub(super) struct Orthonormal {
     pub taken: Mat<f64>,
 }
 
-/// Collective: frees the columns of `w` of the basis, and replaces them by orthonormal ones that span the same; `mass` becomes M times those.
-/// `sizes` are the lengths of the columns before anything was taken from them. Columns that are nothing but rounding are left out.
+/// Collective: frees the columns of `w` of the basis, and replaces them by orthonormal ones that span the same;
+/// `mass` becomes M times those. `sizes` are the lengths of the columns before anything was taken from them. Columns
+/// that are nothing but rounding are left out.
 pub(super) fn orthonormalise(
     pencil: &dyn Pencil,
     against: &Against,
@@ -75,8 +76,8 @@ pub(super) fn orthonormalise(
     Orthonormal { rank: factors.nrows(), factors, taken }
 }
 
-/// Collective: W R⁻¹ twice, from Cholesky factors of the Gram matrix `inner`; `None` and nothing done where columns are short beside `sizes` or nearly
-/// depend on each other. Returns R.
+/// Collective: W R⁻¹ twice, from Cholesky factors of the Gram matrix `inner`; `None` and nothing done where columns
+/// are short beside `sizes` or nearly depend on each other. Returns R.
 fn cholesky_qr(
     pencil: &dyn Pencil,
     w: &mut [f64],
@@ -115,7 +116,8 @@ fn divide(w: &mut [f64], mass: &mut [f64], n: usize, r: &Mat<f64>) {
     combine(mass, n, inverse.as_ref());
 }
 
-/// Collective: Gram–Schmidt column by column, the longest first, which tells what is rounding. Returns the factors of the columns kept.
+/// Collective: Gram–Schmidt column by column, the longest first, which tells what is rounding. Returns the factors of
+/// the columns kept.
 fn one_by_one(
     pencil: &dyn Pencil,
     against: &Against,

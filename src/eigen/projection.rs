@@ -1,6 +1,7 @@
-//! Galerkin's projection of a quadratic eigenproblem (λ²M + λC + K) x = 0 onto a space of not many more vectors than pairs are sought. It is not widened but corrected: from each
-//! vector is taken what one step of inverse iteration with a residual changes of it (A. Neumaier, SIAM J. Numer. Anal. 22, 1985). What eigenvectors in the space have of each other
-//! the projection sorts out; the rest, of eigenvectors far from the shift, shrinks quickly.
+//! Galerkin's projection of a quadratic eigenproblem (λ²M + λC + K) x = 0 onto a space of not many more vectors than
+//! pairs are sought. It is not widened but corrected: from each vector is taken what one step of inverse iteration
+//! with a residual changes of it (A. Neumaier, SIAM J. Numer. Anal. 22, 1985). What eigenvectors in the space have of
+//! each other the projection sorts out; the rest, of eigenvectors far from the shift, shrinks quickly.
 
 use super::quadratic::{gram, sizes, split_block, Quadratic, C};
 use crate::parallel::World;
@@ -64,7 +65,8 @@ impl Projection {
         }
     }
 
-    /// Collective: takes the `changes` (local rows column by column) off the vectors `which` of those with these coordinates.
+    /// Collective: takes the `changes` (local rows column by column) off the vectors `which` of those with these
+    /// coordinates.
     pub fn correct(
         &mut self,
         operator: &mut dyn Quadratic,
@@ -86,8 +88,8 @@ impl Projection {
         Ok(())
     }
 
-    /// Collective: of the pairs of the projected problem those that go with `known` eigenvalues, each nearest to its own, none twice; the vectors as coordinates in Q, of norm 1.
-    /// `target` is the shift at which it is inverted.
+    /// Collective: of the pairs of the projected problem those that go with `known` eigenvalues, each nearest to its
+    /// own, none twice; the vectors as coordinates in Q, of norm 1. `target` is the shift at which it is inverted.
     pub fn pairs(&self, world: &World, target: C, known: &[C]) -> Result<(Vec<C>, Mat<C>)> {
         let r = self.order();
         let found = world.on_root(|| {
@@ -120,7 +122,8 @@ impl Projection {
         Ok((lambda.to_vec(), MatRef::from_column_major_slice(coordinates, r, known.len()).to_owned()))
     }
 
-    /// All finite eigenvalues of the projected problem and their vectors, by its companion form inverted at the target: (x₁, x₂) → (u, x₁ + σu), u = −P(σ)⁻¹ (M (x₂ + σx₁) + C x₁).
+    /// All finite eigenvalues of the projected problem and their vectors, by its companion form inverted at the
+    /// target: (x₁, x₂) → (u, x₁ + σu), u = −P(σ)⁻¹ (M (x₂ + σx₁) + C x₁).
     fn all(&self, target: C) -> Result<(Vec<C>, Mat<C>)> {
         let r = self.order();
         let [k, c, m] = &self.matrices;

@@ -1,10 +1,12 @@
-//! Quadratic eigenproblems (λ²M + λC + K) x = 0, complex and of no symmetry: the pairs nearest to a shift σ by a block Arnoldi method with shift and
-//! inversion.
+//! Quadratic eigenproblems (λ²M + λC + K) x = 0, complex and of no symmetry: the pairs nearest to a shift σ by a
+//! block Arnoldi method with shift and inversion.
 //!
-//! The method works on the companion form in (x, λx), whose inverse at the shift is (x₁, x₂) → (u, x₁ + σu), u = −P(σ)⁻¹ (M (x₂ + σx₁) + C x₁). Both halves
-//! of all its vectors lie in the span of a basis Q that grows by one block for each block of solves, so only Q is kept, and the vectors as coordinates in it
-//! (two-level orthogonalisation: D. Lu, Y. Su, Z. Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195, here with blocks). Solves in blocks cost a fraction of as
-//! many single ones, and a block finds eigenvalues that lie together. When the space is full it restarts with the best vectors.
+//! The method works on the companion form in (x, λx), whose inverse at the shift is (x₁, x₂) → (u, x₁ + σu), u =
+//! −P(σ)⁻¹ (M (x₂ + σx₁) + C x₁). Both halves of all its vectors lie in the span of a basis Q that grows by one block
+//! for each block of solves, so only Q is kept, and the vectors as coordinates in it (two-level orthogonalisation: D.
+//! Lu, Y. Su, Z. Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195, here with blocks). Solves in blocks cost a fraction
+//! of as many single ones, and a block finds eigenvalues that lie together. When the space is full it restarts with
+//! the best vectors.
 
 pub use super::block::random;
 use crate::parallel::World;
@@ -22,8 +24,8 @@ type Inner<'a> = dyn Fn(MatRef<'_, C>, MatRef<'_, C>) -> Mat<C> + 'a;
 pub const BLOCK: usize = 4;
 /// A direction that is this much smaller than what it was before those known were taken from it is rounding.
 const NOISE: f64 = 1e-13;
-/// One that is smaller than this is made orthonormal with care, column by column, and so is a block of which the Gram matrix with unit diagonal has a pivot
-/// smaller than the second.
+/// One that is smaller than this is made orthonormal with care, column by column, and so is a block of which the Gram
+/// matrix with unit diagonal has a pivot smaller than the second.
 const SMALL: f64 = 1e-8;
 const PIVOT: f64 = 1e-2;
 /// Times that known directions are taken from a single column at the most.
@@ -37,7 +39,8 @@ pub trait Quadratic {
     fn world(&self) -> &World;
     /// Rows on this rank.
     fn n_local(&self) -> usize;
-    /// Collective: Y = A X with the matrix A of this power of the eigenvalue, K, C, M for 0, 1, 2; local rows, `[n_local, columns]` column by column.
+    /// Collective: Y = A X with the matrix A of this power of the eigenvalue, K, C, M for 0, 1, 2; local rows,
+    /// `[n_local, columns]` column by column.
     fn multiply(&mut self, power: usize, x: &[C], y: &mut [C], columns: usize) -> Result<()>;
     /// Collective: K X, C X and M X.
     fn images(&mut self, x: &[C], columns: usize) -> Result<[Vec<C>; 3]> {
@@ -134,8 +137,8 @@ pub(super) struct Split {
     t: Mat<C>,
 }
 
-/// Orthonormal columns Q, orthogonal to those of `known`, V, that span with them the columns of `w`, whose norms were `sizes` before something was taken from them.
-/// What is rounding is left out. `inner` gives aᴴ b.
+/// Orthonormal columns Q, orthogonal to those of `known`, V, that span with them the columns of `w`, whose norms were
+/// `sizes` before something was taken from them. What is rounding is left out. `inner` gives aᴴ b.
 fn split(w: MatRef<'_, C>, known: MatRef<'_, C>, sizes: &[f64], inner: &Inner) -> Split {
     let p = w.ncols();
     let mut q = Mat::<C>::zeros(w.nrows(), 0);
@@ -290,7 +293,8 @@ impl Space {
         Ok(())
     }
 
-    /// Collective: Ritz values θ, the largest first, their residuals relative to them, and their vectors in the coordinates of the vectors.
+    /// Collective: Ritz values θ, the largest first, their residuals relative to them, and their vectors in the
+    /// coordinates of the vectors.
     fn ritz(&self, world: &World) -> Result<(Vec<C>, Vec<f64>, Mat<C>)> {
         let m = self.projected.ncols();
         let found = world.on_root(|| {
@@ -340,8 +344,8 @@ impl Space {
     }
 }
 
-/// Collective: the eigenpairs nearest to the target. `start` holds the local rows of the block to begin with, column by column. `progress` is told
-/// converged and wanted pairs after every block.
+/// Collective: the eigenpairs nearest to the target. `start` holds the local rows of the block to begin with, column
+/// by column. `progress` is told converged and wanted pairs after every block.
 pub fn nearest(
     operator: &mut dyn Quadratic,
     start: &[C],
@@ -402,7 +406,8 @@ pub fn nearest(
         if space.basis().ncols() + BLOCK > room(wanted.count) {
             if restarts == MAX_RESTARTS {
                 return Err(Error::NotConverged(format!(
-                    "quadratic eigenproblem: only {converged} of {} eigenvalues converged in {restarts} restarts; ask for fewer",
+                    "quadratic eigenproblem: only {converged} of {} eigenvalues converged in {restarts} \
+                     restarts; ask for fewer",
                     wanted.count
                 )));
             }

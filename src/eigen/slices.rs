@@ -1,7 +1,8 @@
-//! Many pairs, or all of a band, by spectrum slicing: one factorisation after the other along the axis of λ, each for the pairs to both sides of its
-//! shift. The inertia at a shift says how many eigenvalues lie below it, so every stretch between two shifts is known to be complete before the next one
-//! begins. What was found to the right of the shift before is deflated, so nothing is found twice, wherever a cluster lies.
-//! Source: Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228, section 3.
+//! Many pairs, or all of a band, by spectrum slicing: one factorisation after the other along the axis of λ, each for
+//! the pairs to both sides of its shift. The inertia at a shift says how many eigenvalues lie below it, so every
+//! stretch between two shifts is known to be complete before the next one begins. What was found to the right of the
+//! shift before is deflated, so nothing is found twice, wherever a cluster lies. Source: Grimes, Lewis, Simon, SIAM
+//! J. Matrix Anal. Appl. 15 (1994) 228, section 3.
 
 use super::block::columns;
 use super::check::{checked, Modes};
@@ -20,7 +21,8 @@ const BARELY: [f64; 4] = [0.0, 1e-9, 1e-7, 1e-5];
 
 /// An inverse of K − σM whose shift can be moved.
 pub trait Moving: Shifted {
-    /// Collective: factorises K − σM for another σ. An [`Error::NotConverged`] means that σ is an eigenvalue to working precision.
+    /// Collective: factorises K − σM for another σ. An [`Error::NotConverged`] means that σ is an eigenvalue to
+    /// working precision.
     fn move_to(&mut self, sigma: f64) -> Result<()>;
 }
 
@@ -31,8 +33,8 @@ enum Until {
     End(f64),
 }
 
-/// Collective: at least the `count` lowest pairs above the shift of `first`, complete as the inertia says. `moving` is put to further shifts. `progress`
-/// is told found and wanted pairs.
+/// Collective: at least the `count` lowest pairs above the shift of `first`, complete as the inertia says. `moving`
+/// is put to further shifts. `progress` is told found and wanted pairs.
 pub fn lowest(
     pencil: &dyn Pencil,
     first: &mut dyn Shifted,
@@ -48,8 +50,8 @@ pub fn lowest(
     slices.modes(f64::INFINITY)
 }
 
-/// Collective: all pairs with `from` < λ < `to`, as many as the inertia at both ends says. An end that is an eigenvalue to working precision is moved up a
-/// little, at most by 1e-5 of the width.
+/// Collective: all pairs with `from` < λ < `to`, as many as the inertia at both ends says. An end that is an
+/// eigenvalue to working precision is moved up a little, at most by 1e-5 of the width.
 pub fn band(
     pencil: &dyn Pencil,
     moving: &mut dyn Moving,
@@ -130,7 +132,8 @@ impl<'a> Slices<'a> {
         let there = shifted.below().saturating_sub(self.base) as usize;
         if shifted.below() < self.base || there < found {
             return Err(Error::NotConverged(format!(
-                "{found} eigenvalues were found between {:e} and {:e}, but by the inertia of the shifted matrices there are only {there}",
+                "{found} eigenvalues were found between {:e} and {:e}, but by the inertia of the shifted \
+                 matrices there are only {there}",
                 self.reference,
                 shifted.sigma()
             )));
@@ -171,7 +174,8 @@ impl<'a> Slices<'a> {
             let within = left.iter().filter(|&&i| value(i) > self.shift).count();
             if within < missing {
                 return Err(Error::NotConverged(format!(
-                    "{missing} more eigenvalues lie between {:e} and {sigma:e} by the inertia of the shifted matrices, but {within} were found",
+                    "{missing} more eigenvalues lie between {:e} and {sigma:e} by the inertia of the shifted \
+                     matrices, but {within} were found",
                     self.shift
                 )));
             }

@@ -1,4 +1,5 @@
-//! Distributed sparse matrices and their factorisations as operators of the methods, and the choice between the method here and SLEPc's.
+//! Distributed sparse matrices and their factorisations as operators of the methods, and the choice between the
+//! method here and SLEPc's.
 
 use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted, Sizes};
 use crate::parallel::World;
@@ -122,7 +123,8 @@ pub struct Sliding<'a> {
     world: &'a World,
     stiffness: &'a DistCsr,
     mass: &'a DistCsr,
-    /// The factor at the shift and the number of entries of what was factorised, which tells whether the pattern is still that.
+    /// The factor at the shift and the number of entries of what was factorised, which tells whether the pattern is
+    /// still that.
     now: Option<(Factor<'a>, usize)>,
     sigma: f64,
 }
@@ -204,8 +206,8 @@ pub fn beside_known(
 /// More pairs than this are sought by spectrum slicing.
 pub const SLICED: usize = 150;
 
-/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; K and M are symmetric, M positive definite. `progress`
-/// is told converged and wanted pairs.
+/// Collective: the eigenpairs of K x = λ M x nearest to the shift. `factor` is that of K − σM; K and M are symmetric,
+/// M positive definite. `progress` is told converged and wanted pairs.
 pub fn modes(
     petsc: &Petsc,
     factor: &mut Factor,

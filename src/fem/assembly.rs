@@ -133,14 +133,16 @@ impl<'a> Assembly<'a> {
         load
     }
 
-    /// First degrees of freedom of the free nodes of `list` that the node of the degree of freedom `own` couples to, as far as they are stored.
+    /// First degrees of freedom of the free nodes of `list` that the node of the degree of freedom `own` couples to,
+    /// as far as they are stored.
     fn coupled<'s>(&'s self, own: u64, list: &'s [u32], half: bool) -> impl Iterator<Item = u64> + 's {
         let mirrored = move |m: u32, first: u64| half && first > own && (m as usize) < self.part.owned;
         let each = list.iter().map(|&m| (m, self.dofs.local[m as usize]));
         each.filter(move |&(m, first)| first != FIXED && !mirrored(m, first)).map(|(_, first)| first)
     }
 
-    /// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals; `half` of a symmetric one.
+    /// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals; `half` of a symmetric
+    /// one.
     fn pattern(&self, coupling: Coupling, half: bool) -> DistCsr {
         let dofs = self.dofs;
         let free = || self.graph.iter().enumerate().map(|(n, l)| (dofs.local[n], &l[..])).filter(|n| n.0 != FIXED);

@@ -7,7 +7,8 @@ use crate::parallel::World;
 /// Mark of a node without free degrees of freedom.
 pub const FIXED: u64 = u64::MAX;
 
-/// Numbers of the free degrees of freedom: each free node has three consecutive ones (x, y, z), each rank a contiguous range.
+/// Numbers of the free degrees of freedom: each free node has three consecutive ones (x, y, z), each rank a
+/// contiguous range.
 #[derive(Debug, Clone)]
 pub struct DofMap {
     /// First degree of freedom of each rank, `[size + 1]`; the last entry is their number.
@@ -21,7 +22,8 @@ pub struct DofMap {
 }
 
 impl DofMap {
-    /// Collective: numbers the degrees of freedom of the nodes outside the `fixed` groups. The groups must exist in the mesh.
+    /// Collective: numbers the degrees of freedom of the nodes outside the `fixed` groups. The groups must exist in
+    /// the mesh.
     pub fn new(world: &World, part: &MeshPart, fixed: &[String]) -> Self {
         let mut supported = vec![false; part.node_ids.len()];
         for name in fixed {

@@ -10,7 +10,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// The axle of a body in lower form that rolls at `distance` (m) under the contact point: the material passes the contact towards +x.
+    /// The axle of a body in lower form that rolls at `distance` (m) under the contact point: the material passes the
+    /// contact towards +x.
     pub fn below(distance: f64) -> Self {
         Self { centre: [0.0, 0.0, -distance], direction: [0.0, 1.0, 0.0] }
     }

@@ -53,8 +53,8 @@ impl<'a> Surface<'a> {
         (s[0], [s[1], s[2], s[3]], [s[4], s[5], s[6]])
     }
 
-    /// Collective: the plane that the surface lies in, a point of it, m, and its unit normal, and how far the surface is from one: the largest angle of
-    /// its normal against the mean one, rad.
+    /// Collective: the plane that the surface lies in, a point of it, m, and its unit normal, and how far the surface
+    /// is from one: the largest angle of its normal against the mean one, rad.
     pub fn plane(&self, world: &World) -> ([f64; 3], [f64; 3], f64) {
         let (area, normal, place) = self.measures(world);
         let size = normal.iter().map(|v| v * v).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
@@ -119,7 +119,8 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Points of the facet in its own coordinates, and their weights: exact for products of two shape functions on a flat facet.
+/// Points of the facet in its own coordinates, and their weights: exact for products of two shape functions on a flat
+/// facet.
 fn rule(corners: usize) -> Vec<([f64; 2], f64)> {
     match corners {
         3 => triangle_6(),

@@ -1,10 +1,11 @@
-//! Friction that falls in two terms, a fast one and a slow one: the exponential formula of the program CONTACT, whose velocities are those at which half
-//! of a term is left (ln 2 of these).
+//! Friction that falls in two terms, a fast one and a slow one: the exponential formula of the program CONTACT, whose
+//! velocities are those at which half of a term is left (ln 2 of these).
 
 use super::falling::{falling, Falling};
 
 falling! {
-    /// mu(v) = kinetic + (static - kinetic) (share exp(-v / decay_velocity) + (1 - share) exp(-v / second_decay_velocity)).
+    /// mu(v) = kinetic + (static - kinetic) (share exp(-v / decay_velocity) + (1 - share) exp(-v /
+    /// second_decay_velocity)).
     pub struct DoubleExponential {
         /// Part of the difference that the first term takes.
         #[schemars(range(min = 0.0, max = 1.0), extend("unit" = "1"))]

@@ -1,4 +1,5 @@
-//! What all laws share whose coefficient falls from rest to fast sliding: two levels, the part of their difference that is left, a memory.
+//! What all laws share whose coefficient falls from rest to fast sliding: two levels, the part of their difference
+//! that is left, a memory.
 
 /// How a law falls between its levels.
 pub(super) trait Falling {
@@ -119,7 +120,8 @@ macro_rules! falling {
             fn fault(&self) -> Option<(&'static str, String)> {
                 let (at_rest, kinetic) = (self.at_rest, self.kinetic);
                 let rises = || {
-                    ("kinetic", format!("found {kinetic}, expected at most static ({at_rest}): the law falls with the velocity"))
+                    ("kinetic", format!("found {kinetic}, expected at most static ({at_rest}): the law falls \
+                     with the velocity"))
                 };
                 (kinetic > at_rest).then(rises).or_else(|| self.shape_fault())
             }

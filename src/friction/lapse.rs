@@ -1,5 +1,5 @@
-//! e^(−x) and 1 − e^(−x) for many x ≥ 0 at once, in the widest vector instructions of the processor at hand: the contact nodes of a time step ask for
-//! them by hundreds, one by one at ten times the cost.
+//! e^(−x) and 1 − e^(−x) for many x ≥ 0 at once, in the widest vector instructions of the processor at hand: the
+//! contact nodes of a time step ask for them by hundreds, one by one at ten times the cost.
 
 use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::LOG2_E;

@@ -1,19 +1,22 @@
 //! Friction memory: the coefficient of a particle follows the law of friction over a length of sliding.
 //!
-//! A coefficient bound to the velocity of the moment makes a falling law ill-posed: what is in contact has no mass of its own, and a node
-//! that slides faster meets less friction and slides faster still, at once. With memory (E. A. H. Vollebregt, H. M. Schuttelaars, *J. Sound
-//! Vib.* 331 (2012); *User guide for CONTACT*) the coefficient of a particle changes at the rate
+//! A coefficient bound to the velocity of the moment makes a falling law ill-posed: what is in contact has no mass of
+//! its own, and a node that slides faster meets less friction and slides faster still, at once. With memory (E. A. H.
+//! Vollebregt, H. M. Schuttelaars, *J. Sound Vib.* 331 (2012); *User guide for CONTACT*) the coefficient of a
+//! particle changes at the rate
 //!
 //! dμ/dt = −r (μ − μ_s(v)),   r = max(v, v₀)/d,
 //!
-//! with the law μ_s, the length d of the memory and a velocity v₀ that lets it forget in stick as well. Material comes with the coefficient at
-//! rest, μ_s(0). Over a time T at one velocity that is μ⁺ = μ_s + (μ − μ_s) e^{−rT}: along a line of the grid with T = Δx/V from node
-//! to node, and in time with the step. Between two nodes the coefficient lies on the exponential of the same rate, so that at rest every step
-//! finds the course that the steady state has.
+//! with the law μ_s, the length d of the memory and a velocity v₀ that lets it forget in stick as well. Material
+//! comes with the coefficient at rest, μ_s(0). Over a time T at one velocity that is μ⁺ = μ_s + (μ − μ_s) e^{−rT}:
+//! along a line of the grid with T = Δx/V from node to node, and in time with the step. Between two nodes the
+//! coefficient lies on the exponential of the same rate, so that at rest every step finds the course that the steady
+//! state has.
 
 use super::{lapse, FrictionLaw};
 
-/// Length of the memory where a job does not give it, m: a wear-in of asperities, as in the examples of CONTACT (0.02 mm).
+/// Length of the memory where a job does not give it, m: a wear-in of asperities, as in the examples of CONTACT (0.02
+/// mm).
 pub(super) fn default_length() -> f64 {
     2e-5
 }
@@ -62,8 +65,8 @@ pub struct Remembered {
 }
 
 impl Remembered {
-    /// The coefficient after the step and its slope by the velocity, with those of the `law`, the slope `dr` of the rate and the parts `a` and `b` that have
-    /// gone in the step and on the way from the node upstream.
+    /// The coefficient after the step and its slope by the velocity, with those of the `law`, the slope `dr` of the
+    /// rate and the parts `a` and `b` that have gone in the step and on the way from the node upstream.
     #[inline(always)]
     fn renewed(&self, (law, slope): (f64, f64), dr: f64, [a, b]: [f64; 2]) -> (f64, f64) {
         let (kept, over) = (1.0 - b, 1.0 / b);
@@ -86,7 +89,8 @@ pub struct Relaxation {
     pub gain: f64,
 }
 
-/// 1 − e^(−x) for x ≥ 0, to rounding but for its last digit: each node of a time step asks for it several times, where `exp_m1` costs more.
+/// 1 − e^(−x) for x ≥ 0, to rounding but for its last digit: each node of a time step asks for it several times,
+/// where `exp_m1` costs more.
 #[inline]
 fn lapsed(x: f64) -> f64 {
     if x > 0.1 {
@@ -100,8 +104,8 @@ fn lapsed(x: f64) -> f64 {
 }
 
 impl FrictionLaw {
-    /// The coefficient of material that came with `before` and slid for the time `time` (s) at the velocity `v` ≥ 0; that of the law itself
-    /// where it has no memory.
+    /// The coefficient of material that came with `before` and slid for the time `time` (s) at the velocity `v` ≥ 0;
+    /// that of the law itself where it has no memory.
     pub fn passed(&self, before: f64, v: f64, time: f64) -> f64 {
         let law = self.coefficient(v);
         match self.memory() {
@@ -133,7 +137,8 @@ impl FrictionLaw {
         before.renewed((law, slope), memory.rate_slope(v), gone)
     }
 
-    /// Both of them at nodes that slide at the velocities `v` ≥ 0, `[k]`; those of the law itself where nothing is remembered, `before` being empty.
+    /// Both of them at nodes that slide at the velocities `v` ≥ 0, `[k]`; those of the law itself where nothing is
+    /// remembered, `before` being empty.
     pub fn renewed_with_slopes(&self, before: &[Remembered], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let varying = match self {
             Self::Constant(mu) => return (vec![*mu; v.len()], vec![0.0; v.len()]),
@@ -154,8 +159,8 @@ impl FrictionLaw {
         (mu, slope)
     }
 
-    /// How the coefficient leaves the state of rest `mu` at a node that slides at `v` ≥ 0, with the node upstream the time `passage` (s, infinite
-    /// where nothing rolls) away. None where the law has no memory.
+    /// How the coefficient leaves the state of rest `mu` at a node that slides at `v` ≥ 0, with the node upstream the
+    /// time `passage` (s, infinite where nothing rolls) away. None where the law has no memory.
     pub fn relaxation(&self, mu: f64, v: f64, passage: f64) -> Option<Relaxation> {
         let memory = self.memory()?;
         let r = memory.rate(v);
@@ -238,7 +243,8 @@ mod tests {
         }
     }
 
-    /// At rest a step changes nothing, whatever its length, and what it makes of small changes is, for short steps, the relaxation.
+    /// At rest a step changes nothing, whatever its length, and what it makes of small changes is, for short steps,
+    /// the relaxation.
     #[test]
     fn at_rest_a_step_leaves_the_course_and_departs_from_it_as_the_relaxation_says() {
         for law in laws() {

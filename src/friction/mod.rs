@@ -1,5 +1,5 @@
-//! Laws of friction: the coefficient as a function of the sliding velocity, as a job gives it and as contact takes it, and how the material
-//! remembers it ([`Memory`]). A further law is a file here and a line in the table below.
+//! Laws of friction: the coefficient as a function of the sliding velocity, as a job gives it and as contact takes
+//! it, and how the material remembers it ([`Memory`]). A further law is a file here and a line in the table below.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -184,7 +184,8 @@ impl FrictionLaw {
         matches!(self, Self::Constant(_))
     }
 
-    /// What is wrong with the parameters beyond the bounds of each, if anything; `path` is the place of the law in the job.
+    /// What is wrong with the parameters beyond the bounds of each, if anything; `path` is the place of the law in
+    /// the job.
     pub fn fault(&self, path: &str) -> Option<String> {
         let Self::Varying(varying) = self else { return None };
         varying.law().fault().map(|(key, text)| format!("{path}.{}.{key}: {text}", varying.key()))

@@ -1,5 +1,5 @@
-//! Friction that falls with the inverse of the sliding velocity: the rational formula of the program CONTACT (E. A. H. Vollebregt, *User guide
-//! for CONTACT, rolling and sliding contact with friction*).
+//! Friction that falls with the inverse of the sliding velocity: the rational formula of the program CONTACT (E. A.
+//! H. Vollebregt, *User guide for CONTACT, rolling and sliding contact with friction*).
 
 use super::falling::{falling, Falling};
 

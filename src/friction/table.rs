@@ -46,7 +46,8 @@ impl Law for Table {
     fn fault(&self) -> Option<(&'static str, String)> {
         let wrong = |text: String| Some(("points", text));
         let Some(first) = self.points.first() else {
-            return wrong("the table is empty; give pairs of a velocity (m/s) and a coefficient, e.g. [[0, 0.4], [1, 0.3]]".into());
+            return wrong("the table is empty; give pairs of a velocity (m/s) and a coefficient, e.g. [[0, 0.4], \
+             [1, 0.3]]".into());
         };
         if first[0] != 0.0 {
             return wrong(format!("the table begins at {} m/s, expected 0: the coefficient at rest is needed", first[0]));
@@ -55,7 +56,8 @@ impl Law for Table {
             return wrong(format!("found the coefficient {} at {} m/s, expected at least 0", p[1], p[0]));
         }
         let falls_back = self.points.windows(2).find(|w| w[1][0] <= w[0][0]);
-        falls_back.and_then(|w| wrong(format!("velocity goes from {} m/s to {} m/s; the velocities of a table ascend", w[0][0], w[1][0])))
+        falls_back.and_then(|w| wrong(format!("velocity goes from {} m/s to {} m/s; the velocities of a table \
+         ascend", w[0][0], w[1][0])))
     }
 }
 

@@ -10,8 +10,8 @@ pub fn doubled_area([a, b, c]: [Plane; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// What of the triangle lies in the rectangle from `low` to `high`: a convex polygon, its corners in order; fewer than three if there is nothing.
-/// (I. E. Sutherland, G. W. Hodgman, Comm. ACM 17 (1974) 32.)
+/// What of the triangle lies in the rectangle from `low` to `high`: a convex polygon, its corners in order; fewer
+/// than three if there is nothing. (I. E. Sutherland, G. W. Hodgman, Comm. ACM 17 (1974) 32.)
 pub fn clipped(triangle: [Plane; 3], low: Plane, high: Plane) -> Vec<Plane> {
     let mut polygon = triangle.to_vec();
     for (c, bound, sign) in [(0, low[0], 1.0), (0, high[0], -1.0), (1, low[1], 1.0), (1, high[1], -1.0)] {
@@ -58,7 +58,8 @@ impl Rule {
 mod tests {
     use super::*;
 
-    /// ∫x^p y^q over a triangle is the sum of that over the squares it is cut by; a triangle beside a square leaves nothing.
+    /// ∫x^p y^q over a triangle is the sum of that over the squares it is cut by; a triangle beside a square leaves
+    /// nothing.
     #[test]
     fn pieces_of_a_triangle_make_it_up() {
         let triangle = [[0.13, -0.21], [2.9, 0.4], [0.7, 2.3]];

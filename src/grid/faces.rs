@@ -1,4 +1,5 @@
-//! The faces of a surface of any mesh, seen in plan: where they are, what they are like, and their shape functions at a point of the plane.
+//! The faces of a surface of any mesh, seen in plan: where they are, what they are like, and their shape functions at
+//! a point of the plane.
 
 use super::clip::{doubled_area, Plane};
 use crate::mesh::kind::MAX_FACET_NODES;
@@ -7,7 +8,8 @@ use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::Mat;
 
-/// Surfaces that are farther from the plane of the contact than this part of the longer half side of what is looked at are not those of the contact.
+/// Surfaces that are farther from the plane of the contact than this part of the longer half side of what is looked
+/// at are not those of the contact.
 const FAR: f64 = 0.25;
 /// Largest angle of a face against the plane, rad: the pressure is along its normal.
 const STEEP: f64 = 0.35;
@@ -123,7 +125,8 @@ impl Faces {
         if let Some(k) = mesh.cells.sharing(facets).iter().position(|&n| n > 1) {
             let [x, y, z] = mesh.nodes[mesh.cells.facet(facets[k]).next().unwrap_or_default() as usize];
             return Err(Error::Input(format!(
-                "group \"{group}\": the facet at ({x:.6e}, {y:.6e}, {z:.6e}) m lies between two cells; expected facets on the boundary"
+                "group \"{group}\": the facet at ({x:.6e}, {y:.6e}, {z:.6e}) m lies between two cells; expected \
+                 facets on the boundary"
             )));
         }
         let face = |&facet: &crate::mesh::Facet| {
@@ -172,7 +175,8 @@ impl Faces {
         }
         if let Some(p) = found.iter().find(|p| !(p.up > STEEP.cos())) {
             return Err(Error::Input(format!(
-                "{} is {:.2} rad steep against the plane of the contact; expected at most {STEEP} rad: turn the body so that the common normal is z, or look \
+                "{} is {:.2} rad steep against the plane of the contact; expected at most {STEEP} rad: turn the \
+                 body so that the common normal is z, or look \
                  at a smaller contact",
                 place(p),
                 p.up.clamp(-1.0, 1.0).acos()
@@ -209,8 +213,8 @@ impl Faces {
         })
     }
 
-    /// Distance of the nodes of the largest face in the rectangle of the half sides `half`, m, about the origin: the side of a square, or of the half of
-    /// one, over the order of its shape functions.
+    /// Distance of the nodes of the largest face in the rectangle of the half sides `half`, m, about the origin: the
+    /// side of a square, or of the half of one, over the order of its shape functions.
     pub fn size(&self, half: [f64; 2]) -> f64 {
         let far = FAR * half[0].max(half[1]);
         let mut doubled = vec![0.0; self.faces.len()];
@@ -233,8 +237,9 @@ impl Faces {
         self.pieces.iter().filter(|p| p.reaches(half)).all(flat)
     }
 
-    /// Curvatures −∂²z/∂x_i∂x_j of the surface at the origin, 1/m, positive of a body that is round outwards: of the parabola through the nodes
-    /// nearest to it, which lie on the surface whatever is between them. None where they do not show it.
+    /// Curvatures −∂²z/∂x_i∂x_j of the surface at the origin, 1/m, positive of a body that is round outwards: of the
+    /// parabola through the nodes nearest to it, which lie on the surface whatever is between them. None where they
+    /// do not show it.
     pub fn curvatures(&self) -> Option<[[f64; 2]; 2]> {
         let mut near: Vec<[f64; 3]> = Vec::new();
         for p in self.pieces.iter().filter(|p| p.up > STEEP.cos()) {

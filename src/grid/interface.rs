@@ -2,22 +2,25 @@
 
 use crate::{Error, Result};
 
-/// The potential contact area: a rectilinear grid, or points without neighbours. Node `(ix, iy)` has index `ix + nx*iy`. Contact rows of matrices are
-/// interleaved `3*i + c` over the nodes with c = (x, y, n).
+/// The potential contact area: a rectilinear grid, or points without neighbours. Node `(ix, iy)` has index `ix +
+/// nx*iy`. Contact rows of matrices are interleaved `3*i + c` over the nodes with c = (x, y, n).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interface {
-    /// Longitudinal node positions, m, ascending, `[nx]`. Smaller x is upstream (ahead of the contact). Of points their numbers.
+    /// Longitudinal node positions, m, ascending, `[nx]`. Smaller x is upstream (ahead of the contact). Of points
+    /// their numbers.
     pub x: Vec<f64>,
     /// Lateral node positions, m, ascending, `[ny]`.
     pub y: Vec<f64>,
     /// Gap of the undeformed bodies at zero approach, m, `[nx*ny]`.
     pub gap: Vec<f64>,
-    /// Tangential displacement difference (x, y) that does not come from the reactions, m, `[nx*ny]`: none between bodies as
-    /// they are. As the gap does for the normal direction, it takes up what an approximate influence matrix leaves out.
+    /// Tangential displacement difference (x, y) that does not come from the reactions, m, `[nx*ny]`: none between
+    /// bodies as they are. As the gap does for the normal direction, it takes up what an approximate influence matrix
+    /// leaves out.
     pub shift: Vec<[f64; 2]>,
     /// Nodal areas (integral of the shape function: nodal quadrature), m², `[nx*ny]`. Pressure = nodal force / weight.
     pub weight: Vec<f64>,
-    /// Rigid creep of each node beside that of the creepages, m/s, `[n]`; empty on a grid. Points have it each for itself.
+    /// Rigid creep of each node beside that of the creepages, m/s, `[n]`; empty on a grid. Points have it each for
+    /// itself.
     creep: Vec<[f64; 2]>,
 }
 
@@ -42,8 +45,8 @@ impl Interface {
         Ok(Self { x, y, gap, shift, weight, creep: Vec::new() })
     }
 
-    /// Contact points with their gaps (m, `[n]`) and rigid creeps (m/s, `[n]`), each of the area 1, so that pressures are forces. Nothing flows from
-    /// one to the next, and they have no place.
+    /// Contact points with their gaps (m, `[n]`) and rigid creeps (m/s, `[n]`), each of the area 1, so that pressures
+    /// are forces. Nothing flows from one to the next, and they have no place.
     pub fn points(gap: Vec<f64>, creep: Vec<[f64; 2]>) -> Result<Self> {
         if gap.is_empty() || gap.len() != creep.len() || gap.iter().chain(creep.as_flattened()).any(|v| !v.is_finite())
         {
@@ -69,8 +72,8 @@ impl Interface {
         Self { gap, ..self.clone() }
     }
 
-    /// A uniform grid of `nx` × `ny` nodes over [−half_length, half_length] × [−half_width, half_width] (m) whose gap is
-    /// that of two bodies with relative curvatures `curvature_x`, `curvature_y` (1/m): g0 = (κx x² + κy y²)/2.
+    /// A uniform grid of `nx` × `ny` nodes over [−half_length, half_length] × [−half_width, half_width] (m) whose gap
+    /// is that of two bodies with relative curvatures `curvature_x`, `curvature_y` (1/m): g0 = (κx x² + κy y²)/2.
     pub fn paraboloid(nx: usize, ny: usize, half: [f64; 2], curvature: [f64; 2]) -> Result<Self> {
         let line = |n: usize, h: f64| -> Vec<f64> {
             (0..n).map(|i| h * (2.0 * i as f64 / (n.max(2) - 1) as f64 - 1.0)).collect()

@@ -1,4 +1,5 @@
-//! The grid of contact nodes: the part of a body's surface that offers them, how any other surface meets them, and the interface of two bodies on them.
+//! The grid of contact nodes: the part of a body's surface that offers them, how any other surface meets them, and
+//! the interface of two bodies on them.
 
 mod clip;
 mod faces;

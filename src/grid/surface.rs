@@ -13,14 +13,16 @@ pub struct ContactGrid {
     pub y: Vec<f64>,
     /// How the mesh of the body meets the grid; none of a body without a mesh of three dimensions.
     pub transfer: Option<Transfer>,
-    /// Height z of the surface of the body in lower form at each grid node, m, `[nx*ny]`; 0 at the contact point, negative away from it.
+    /// Height z of the surface of the body in lower form at each grid node, m, `[nx*ny]`; 0 at the contact point,
+    /// negative away from it.
     pub z: Vec<f64>,
 }
 
 /// Nodes of one grid line may differ by this part of the shortest facet edge.
 const LINE: f64 = 1e-5;
 
-/// Distinct values of `values`, ascending, those nearer than `tolerance` taken for one (their mean); and the index of the line of each value.
+/// Distinct values of `values`, ascending, those nearer than `tolerance` taken for one (their mean); and the index of
+/// the line of each value.
 fn lines(values: &[f64], tolerance: f64) -> (Vec<f64>, Vec<usize>) {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
@@ -35,8 +37,9 @@ fn lines(values: &[f64], tolerance: f64) -> (Vec<f64>, Vec<usize>) {
 }
 
 impl ContactGrid {
-    /// Finds the grid in the facet group `group` of a mesh in lower form. Its nodes must lie on lines x = const and y = const, each pair of
-    /// lines meeting in a node, and its facets must be the boundary facets between them, facing +z.
+    /// Finds the grid in the facet group `group` of a mesh in lower form. Its nodes must lie on lines x = const and y
+    /// = const, each pair of lines meeting in a node, and its facets must be the boundary facets between them, facing
+    /// +z.
     pub fn from_mesh(mesh: &Mesh, group: &str) -> Result<ContactGrid> {
         mesh.require_group(group, "the mesh")?;
         let facets = &mesh.groups[group];
@@ -46,7 +49,8 @@ impl ContactGrid {
         };
         let wrong = |what: String| {
             Error::Input(format!(
-                "group \"{group}\" is no rectilinear grid in x and y: {what}; expected structured quadrilaterals of 4 or 9 nodes with edges along x and y (in plan)"
+                "group \"{group}\" is no rectilinear grid in x and y: {what}; expected structured \
+                 quadrilaterals of 4 or 9 nodes with edges along x and y (in plan)"
             ))
         };
         let corners = rectangles(mesh, facets).map_err(wrong)?;
@@ -71,7 +75,8 @@ impl ContactGrid {
             let i = (0..nx).min_by_key(|&i| members[i]).unwrap_or(0);
             let n = ix.iter().position(|&l| l == i).map_or(0, |k| nodes[k]);
             return Err(wrong(format!(
-                "{} nodes on {nx} lines x = const and {ny} lines y = const; the line x = {:.6e} m, through the node at {}, has {} of {ny} nodes",
+                "{} nodes on {nx} lines x = const and {ny} lines y = const; the line x = {:.6e} m, through the \
+                 node at {}, has {} of {ny} nodes",
                 nodes.len(),
                 x[i],
                 place(n),
@@ -103,7 +108,8 @@ impl ContactGrid {
             };
             if (0..4).any(|s| begins(s, 3)) {
                 return Err(Error::Input(format!(
-                    "group \"{group}\": the facet at {} faces -z; expected a surface whose outward normal is +z on the lower body, -z on the upper one",
+                    "group \"{group}\": the facet at {} faces -z; expected a surface whose outward normal is +z \
+                     on the lower body, -z on the upper one",
                     place(f[0])
                 )));
             }
@@ -128,7 +134,8 @@ impl ContactGrid {
         Ok(ContactGrid { x, y, transfer: Some(Transfer::Nodes(at)), z })
     }
 
-    /// A grid of the lines `x` and `y`, m, with the heights `z`, m, `[nx*ny]`, of a body that has no mesh to meet it with.
+    /// A grid of the lines `x` and `y`, m, with the heights `z`, m, `[nx*ny]`, of a body that has no mesh to meet it
+    /// with.
     pub fn meshless(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> ContactGrid {
         ContactGrid { x, y, transfer: None, z }
     }
@@ -151,12 +158,14 @@ impl ContactGrid {
         }
     }
 
-    /// Checks that two bodies (`a` lower, `b` upper, both in lower form) have their contact nodes at the same x and y, within `tolerance` (m).
+    /// Checks that two bodies (`a` lower, `b` upper, both in lower form) have their contact nodes at the same x and
+    /// y, within `tolerance` (m).
     pub fn matched(a: &ContactGrid, b: &ContactGrid, tolerance: f64) -> Result<()> {
         for (name, p, q) in [("x", &a.x, &b.x), ("y", &a.y, &b.y)] {
             let wrong = |what: String| {
                 Err(Error::Input(format!(
-                    "the contact grids of the two bodies do not match: {what}; expected the same lines {name} = const within {tolerance:.1e} m on both"
+                    "the contact grids of the two bodies do not match: {what}; expected the same lines {name} = \
+                     const within {tolerance:.1e} m on both"
                 )))
             };
             if let Some(k) = (0..p.len().min(q.len())).find(|&k| (p[k] - q[k]).abs() > tolerance) {
@@ -175,7 +184,8 @@ impl ContactGrid {
     }
 }
 
-/// Rectangles that facets are divided into, corners outward: a quadrilateral of four nodes is one, one of nine is four. Else what is wrong.
+/// Rectangles that facets are divided into, corners outward: a quadrilateral of four nodes is one, one of nine is
+/// four. Else what is wrong.
 fn rectangles(mesh: &Mesh, facets: &[Facet]) -> std::result::Result<Vec<[u32; 4]>, String> {
     let mut all = Vec::with_capacity(facets.len());
     for &facet in facets {

@@ -21,19 +21,21 @@ const ANGLES: usize = 96;
 pub enum Transfer {
     /// Each grid node is a node of the mesh, `[n]`.
     Nodes(Vec<u32>),
-    /// Each grid node moves as the mean of the surface about it, u_i = (1/A_i) Σ_a ∫N_i N_a ds u_a, with N_i bilinear on the grid and N_a the shape
-    /// functions of the faces, seen in plan.
+    /// Each grid node moves as the mean of the surface about it, u_i = (1/A_i) Σ_a ∫N_i N_a ds u_a, with N_i bilinear
+    /// on the grid and N_a the shape functions of the faces, seen in plan.
     Averages {
         /// Of each node of the grid, `[n]`.
         rows: Vec<Weights>,
         /// As that of the means over a disc.
         tilt: f64,
     },
-    /// The surface moves by π = (1, x, y) times three means of it over a disc, the first one; a second, wider one shows how little it depends on that.
+    /// The surface moves by π = (1, x, y) times three means of it over a disc, the first one; a second, wider one
+    /// shows how little it depends on that.
     Means {
         /// The discs.
         discs: Vec<Means>,
-        /// Angle from the axes y, z of the mesh to those of the grid about −x, rad: y of the mesh is (0, cos, −sin) there.
+        /// Angle from the axes y, z of the mesh to those of the grid about −x, rad: y of the mesh is (0, cos, −sin)
+        /// there.
         tilt: f64,
     },
 }
@@ -61,8 +63,9 @@ fn sorted(weights: BTreeMap<u32, f64>) -> Weights {
     weights.into_iter().collect()
 }
 
-/// The means of `faces` over the nodes of the grid of lines `x` and `y`, m, and the heights of the surface there, m, `[nx*ny]` each. Force and moment of
-/// nodal forces within the grid are those of the forces on the faces, and a uniform pressure is one.
+/// The means of `faces` over the nodes of the grid of lines `x` and `y`, m, and the heights of the surface there, m,
+/// `[nx*ny]` each. Force and moment of nodal forces within the grid are those of the forces on the faces, and a
+/// uniform pressure is one.
 ///
 /// # Errors
 /// Places where there is no face behind the grid, or two; faces that look down or are steep.
@@ -130,8 +133,10 @@ fn uncovered(faces: &Faces, p: [f64; 2], found: f64) -> Error {
     };
     let what = if found < 1.0 { "no face of the surface is behind a part of" } else { "faces lie above each other at" };
     Error::Input(format!(
-        "group \"contact\": {what} the node x = {:.6}, y = {:.6} m of the contact grid (faces make up {:.4} of its area){surface}; the group reaches from \
-         x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m. Expected one surface near z = 0 behind the whole grid: make the group larger (contact.patch \
+        "group \"contact\": {what} the node x = {:.6}, y = {:.6} m of the contact grid (faces make up {:.4} of \
+         its area){surface}; the group reaches from \
+         x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m. Expected one surface near z = 0 behind the \
+         whole grid: make the group larger (contact.patch \
          of a cylinder), or the grid smaller (contact.grid)",
         p[0], p[1], found
     ))
@@ -148,8 +153,10 @@ pub fn means(faces: &Faces, radius: f64) -> Result<Means> {
         let Some(piece) = faces.over(&pieces, place) else {
             let [[x0, x1], [y0, y1]] = faces.ends();
             return Err(Error::Input(format!(
-                "group \"contact\": no face of the surface near z = 0 is at x = {:.6}, y = {:.6} m; expected a disc of the radius {radius:.5} m about the contact point, \
-                 and found faces from x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m. Make the group larger (contact.patch of a cylinder), or \
+                "group \"contact\": no face of the surface near z = 0 is at x = {:.6}, y = {:.6} m; expected a \
+                 disc of the radius {radius:.5} m about the contact point, \
+                 and found faces from x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m. Make the \
+                 group larger (contact.patch of a cylinder), or \
                  the faces at the contact smaller",
                 place[0], place[1]
             )));
@@ -164,7 +171,8 @@ pub fn means(faces: &Faces, radius: f64) -> Result<Means> {
     Ok(Means { radius, weights: weights.map(sorted) })
 }
 
-/// Points of the disc and their weights, ω in them: with s = √(1 − r²/b²) ∫ω f ds = 3/(2π) ∫s² ds ∫f dφ, which is exact for polynomials.
+/// Points of the disc and their weights, ω in them: with s = √(1 − r²/b²) ∫ω f ds = 3/(2π) ∫s² ds ∫f dφ, which is
+/// exact for polynomials.
 fn disc(radius: f64) -> impl Iterator<Item = ([f64; 2], f64)> {
     legendre(RADII).into_iter().flat_map(move |(node, weight)| {
         let s = 0.5 * (1.0 + node);
@@ -186,7 +194,8 @@ mod tests {
     const X: [f64; 5] = [-0.13, -0.08, 0.0, 0.07, 0.13];
     const Y: [f64; 4] = [-0.09, -0.01, 0.05, 0.09];
 
-    /// The block of 0.3 by 0.2 m of a kind of cell, its top about the origin, its inner corners displaced, so that its faces fit no grid; edges are straight.
+    /// The block of 0.3 by 0.2 m of a kind of cell, its top about the origin, its inner corners displaced, so that
+    /// its faces fit no grid; edges are straight.
     fn block(kind: CellKind) -> Mesh {
         let name = format!("tests/data/msh/{}-4.1.msh", format!("{kind:?}").to_lowercase());
         let mut mesh = msh::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).expect("a block");
@@ -225,7 +234,8 @@ mod tests {
         loads
     }
 
-    /// Means of linear fields are those at the nodes within the grid, force and moment go through, and a field 1 is 1, on every kind of face.
+    /// Means of linear fields are those at the nodes within the grid, force and moment go through, and a field 1 is
+    /// 1, on every kind of face.
     #[test]
     fn means_on_faces_that_fit_no_grid() {
         for kind in CellKind::ALL {
@@ -253,7 +263,8 @@ mod tests {
         }
     }
 
-    /// Nodal forces of a uniform pressure on a grid as large as the surface are the consistent ones of the faces: nothing at the corners of triangles of second order.
+    /// Nodal forces of a uniform pressure on a grid as large as the surface are the consistent ones of the faces:
+    /// nothing at the corners of triangles of second order.
     #[test]
     fn a_uniform_pressure_passes() {
         let (x, y) = ([-0.15, -0.06, 0.02, 0.15], [-0.1, 0.03, 0.1]);

@@ -4,7 +4,8 @@ use super::{Body, GivenCreepage, Job, Placement};
 use serde_json::{json, Value};
 use std::fmt;
 
-/// What of a job its reduced model depends on, damping apart: two jobs with the same have the same modes and compliances.
+/// What of a job its reduced model depends on, damping apart: two jobs with the same have the same modes and
+/// compliances.
 pub fn fe_inputs(job: &Job) -> Value {
     let body = |b: &Body| {
         let mut fixed = b.fixed.clone();
@@ -61,8 +62,8 @@ pub fn fe_inputs(job: &Job) -> Value {
     inputs
 }
 
-/// The keys in which two resolved jobs of a transient differ in what matters up to the time `until`, s: all but what is written, the duration,
-/// and the histories after that time.
+/// The keys in which two resolved jobs of a transient differ in what matters up to the time `until`, s: all but what
+/// is written, the duration, and the histories after that time.
 pub fn run_differences(a: &Value, b: &Value, until: f64) -> Vec<String> {
     let histories = |job: &Value| job.pointer("/analyses/transient/histories").cloned().unwrap_or_default();
     let mut keys = Vec::new();

@@ -7,15 +7,18 @@ use super::transient::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The limit cycles of the points of a sweep: each point is followed in time until its motion repeats itself or has died out. `{}` takes all defaults.
+/// The limit cycles of the points of a sweep: each point is followed in time until its motion repeats itself or has
+/// died out. `{}` takes all defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cycles {
-    /// Where the motion of a point comes from. With `"up"` and `"down"` one sees where squeal persists that does not begin by itself.
+    /// Where the motion of a point comes from. With `"up"` and `"down"` one sees where squeal persists that does not
+    /// begin by itself.
     #[serde(default = "default_branches")]
     #[schemars(length(min = 1))]
     pub branches: Vec<Branch>,
-    /// The swept key along which `"up"` and `"down"` go. Default: the last one, or all of them where lists run side by side.
+    /// The swept key along which `"up"` and `"down"` go. Default: the last one, or all of them where lists run side
+    /// by side.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub along: Option<String>,
     /// Longest time that a point is followed, s.

@@ -75,7 +75,8 @@ pub fn undamped(job: &Job) -> Vec<String> {
             false => "{\"modal\": {\"by_frequency\": [{\"loss_factor\": 0.001}]}}",
         };
         format!(
-            "bodies.{name}.damping: found none, and no support damps the body either: modes without damping are unstable at \
+            "bodies.{name}.damping: found none, and no support damps the body either: modes without damping are \
+             unstable at \
              the slightest push, also those that no body of metal would show so; expected damping, e.g. {example}"
         )
     };

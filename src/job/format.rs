@@ -1,7 +1,7 @@
 //! The number of the job format, and the defaults that have changed with it.
 //!
-//! A job says by its key `version` which format it was written for. Jobs of earlier formats are read with the defaults of today; what they leave
-//! open and would have meant something else then is told to who runs them.
+//! A job says by its key `version` which format it was written for. Jobs of earlier formats are read with the
+//! defaults of today; what they leave open and would have meant something else then is told to who runs them.
 
 use serde_json::Value;
 
@@ -77,8 +77,8 @@ impl Format {
         Some(format!("version: found {number}, expected {known}: the job is written for a later railsqueal"))
     }
 
-    /// The defaults, one line each, that have changed since the format of `job` (as written) and that it takes up: where the entry with the key is
-    /// in `resolved`, with another value than before, and the job leaves the key out.
+    /// The defaults, one line each, that have changed since the format of `job` (as written) and that it takes up:
+    /// where the entry with the key is in `resolved`, with another value than before, and the job leaves the key out.
     pub fn changed(&self, job: &Value, resolved: &Value) -> Vec<String> {
         let number = job.get("version").and_then(Value::as_u64).unwrap_or(u64::from(self.number));
         let mut lines = Vec::new();

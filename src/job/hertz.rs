@@ -8,8 +8,8 @@ const MAX_STRAIN: f64 = 0.05;
 
 /// An error if the load strains the surfaces of two built-in bodies beyond small strain. The measure is the largest
 /// Hertz pressure over the combined modulus E*, (2/π) a/R for a circular contact (K. L. Johnson, Contact Mechanics,
-/// 1985, eqs. 4.22–4.24); an elliptic contact is taken as the circular one of the same geometric mean curvature, a plain cylinder
-/// as a line contact across the width (eq. 4.45).
+/// 1985, eqs. 4.22–4.24); an elliptic contact is taken as the circular one of the same geometric mean curvature, a
+/// plain cylinder as a line contact across the width (eq. 4.45).
 pub(super) fn small_strain(job: &Job) -> Result<()> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return Ok(()) };
     let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
@@ -37,15 +37,16 @@ pub(super) fn small_strain(job: &Job) -> Result<()> {
     }
     let value = contact.normal_load.or(contact.approach).unwrap_or_default();
     Err(Error::Job(format!(
-        "contact.{key}: found {value:e}, which would strain the surfaces by about {:.3} %; the bodies are linear elastic at small strain, \
+        "contact.{key}: found {value:e}, which would strain the surfaces by about {:.3} %; the bodies are \
+         linear elastic at small strain, \
          taken to hold up to {} %. Reduce it",
         100.0 * strain,
         100.0 * MAX_STRAIN
     )))
 }
 
-/// Radius of the contact of two built-in crowned bodies under a normal load, about, m: (3N/(4E*κ))^(1/3) with the geometric mean curvature κ (Johnson,
-/// eq. 4.22). `None` for other bodies and loads.
+/// Radius of the contact of two built-in crowned bodies under a normal load, about, m: (3N/(4E*κ))^(1/3) with the
+/// geometric mean curvature κ (Johnson, eq. 4.22). `None` for other bodies and loads.
 pub fn contact_radius(job: &Job) -> Option<f64> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
     let (Some(a), Some(b)) = (lower.running(), upper.running()) else {

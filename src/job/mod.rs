@@ -195,7 +195,8 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
             if words.is_empty() { "none".into() } else { schema::quoted(&words) }
         )));
     }
-    // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia even in steady rolling.
+    // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia
+    // even in steady rolling.
     if !turns && !["modes", "stability", "creep_curve", "sweep", "receptance", "transient"].contains(&only) {
         analyses.modes = None;
     }

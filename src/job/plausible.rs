@@ -268,7 +268,8 @@ fn few_modes(job: &Job) -> Option<String> {
     };
     (reach < needed).then(|| {
         format!(
-            "analyses.modes.max_frequency: found {} Hz, expected at least {} Hz, {why}: the waves of a rail at a frequency \
+            "analyses.modes.max_frequency: found {} Hz, expected at least {} Hz, {why}: the waves of a rail at \
+             a frequency \
              come from many modes around it, and with too few growth rates are off by a factor (at 965 Hz 7.0 1/s with \
              modes up to 1100 Hz, 2.8 with modes up to 4000 Hz)",
             number(reach),

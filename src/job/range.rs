@@ -42,7 +42,8 @@ fn largest(table: &Option<Vec<[f64; 2]>>) -> f64 {
     table.iter().flatten().map(|p| p[1].abs()).fold(0.0, f64::max)
 }
 
-/// The largest rigid slip over the rolling speed. The surfaces of the bodies move at V(1 ± s/2), the convective terms of both take V.
+/// The largest rigid slip over the rolling speed. The surfaces of the bodies move at V(1 ± s/2), the convective terms
+/// of both take V.
 fn slip(job: &Job, contact: &Contact) -> Small {
     let c = contact.creepage;
     let histories = job.analyses.transient.as_ref().and_then(|t| t.histories.clone()).unwrap_or_default();
@@ -73,7 +74,8 @@ fn slip(job: &Job, contact: &Contact) -> Small {
     }
 }
 
-/// The speed over that of shear waves: inertia by the moving contact, left out of the statics, changes displacements by about its square.
+/// The speed over that of shear waves: inertia by the moving contact, left out of the statics, changes displacements
+/// by about its square.
 fn mach(job: &Job, contact: &Contact) -> Result<Option<Small>> {
     let (mut slowest, mut whose, mut at) = (f64::INFINITY, String::new(), String::new());
     for (name, body) in job.bodies() {
@@ -137,7 +139,8 @@ mod tests {
         range(&job(&[transient, "contact.creepage={\"lateral\": 0.01}", set]))
     }
 
-    /// Below the first value nothing is said, between both there is a warning that names the key, above the second an error.
+    /// Below the first value nothing is said, between both there is a warning that names the key, above the second an
+    /// error.
     #[test]
     fn what_leaves_the_range_is_warned_of_and_then_refused() {
         // Shear waves of steel: √(205e9/2.6/7800) = 3179 m/s; Hertz' radius at 70 kN: 4.884 mm.

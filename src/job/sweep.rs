@@ -1,4 +1,5 @@
-//! The points of a sweep: every combination of values put into the job, checked like any other job before anything is computed.
+//! The points of a sweep: every combination of values put into the job, checked like any other job before anything is
+//! computed.
 
 use super::damping;
 use super::model::*;
@@ -21,15 +22,16 @@ pub struct SweepPlan {
     pub units: Vec<String>,
     /// Value of each key at each point, `[k][points]`.
     pub values: Vec<Vec<Value>>,
-    /// Numbers of values along the keys of a grid, the last key running fastest, `[k]`; of lists taken side by side their common
-    /// length, `[1]`.
+    /// Numbers of values along the keys of a grid, the last key running fastest, `[k]`; of lists taken side by side
+    /// their common length, `[1]`.
     pub shape: Vec<usize>,
     /// The resolved job of each point, with `modes` and `stability` alone, `[points]`.
     pub points: Vec<Job>,
 }
 
 impl SweepPlan {
-    /// The dimension of the shape along which the points go with a key, and its name; without one the last key, and where lists stand side by side all of them.
+    /// The dimension of the shape along which the points go with a key, and its name; without one the last key, and
+    /// where lists stand side by side all of them.
     pub fn along(&self, key: Option<&str>) -> (usize, String) {
         let last = self.shape.len() - 1;
         match key.and_then(|key| self.keys.iter().position(|k| k == key)) {
@@ -61,7 +63,8 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
         check_path(&segments, &format!("{name}: analyses.sweep.keys"), checker)?;
         if !sweepable(&segments) {
             return Err(fault(format!(
-                "keys: \"{key}\" cannot be swept; keys of bodies, contact, curve, vehicle, analyses.modes and analyses.stability can"
+                "keys: \"{key}\" cannot be swept; keys of bodies, contact, curve, vehicle, analyses.modes and \
+                 analyses.stability can"
             )));
         }
         lists.push(values.list().map_err(|text| fault(format!("keys: {key}: {text}")))?);

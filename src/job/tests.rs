@@ -47,7 +47,8 @@ fn the_two_jobs_resolve_with_defaults() {
     assert_eq!(one.analyses.modes.as_ref().unwrap().extent(), ModesExtent::Count(30));
 }
 
-/// What a body does of which nothing is said: it rolls where there is an axle, a support, contact and modes, else it is at rest.
+/// What a body does of which nothing is said: it rolls where there is an axle, a support, contact and modes, else it
+/// is at rest.
 #[test]
 fn rotation_is_that_of_rolling_unless_the_job_says_otherwise() {
     let lower = |sets: &[&str]| {
@@ -244,25 +245,33 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("bodies.lower.fixed=[\"inner\",\"inner\"]".into(), vec!["fixed.1", "twice"]),
         ("bodies.lower.fixed=[\"contact\"]".into(), vec!["cannot be clamped"]),
         ("bodies.lower.fixed=[]".into(), vec!["bodies.lower.fixed: no fixed support", "static problem"]),
-        ("bodies.lower.supports=[{\"group\":\"iner\",\"mass\":1}]".into(), vec!["supports.0.group: the cylinder has no group \"iner\"; did you mean \"inner\"?"]),
-        ("bodies.lower.supports=[{\"group\":\"inner\"}]".into(), vec!["supports.0: nothing is given for the group \"inner\"", "absorbing"]),
-        ("bodies.lower.supports=[{\"group\":\"contact\",\"mass\":1}]".into(), vec!["supports.0.group: the contact surface cannot be supported"]),
-        ("bodies.lower.supports=[{\"group\":\"inner\",\"mass\":-1}]".into(), vec!["supports.0.mass: found -1, expected a number ≥ 0 (kg)"]),
+        ("bodies.lower.supports=[{\"group\":\"iner\",\"mass\":1}]".into(), vec!["supports.0.group: the cylinder \
+         has no group \"iner\"; did you mean \"inner\"?"]),
+        ("bodies.lower.supports=[{\"group\":\"inner\"}]".into(), vec!["supports.0: nothing is given for the \
+         group \"inner\"", "absorbing"]),
+        ("bodies.lower.supports=[{\"group\":\"contact\",\"mass\":1}]".into(), vec!["supports.0.group: the \
+         contact surface cannot be supported"]),
+        ("bodies.lower.supports=[{\"group\":\"inner\",\"mass\":-1}]".into(), vec!["supports.0.mass: found -1, \
+         expected a number ≥ 0 (kg)"]),
         (
             "bodies.lower.supports=[{\"group\":\"inner\",\"stiffness\":{\"x\":1},\"loss_factor\":0.1}]".into(),
             vec!["supports.0.loss_frequency: missing"],
         ),
-        ("bodies.lower.mesh={}".into(), vec!["mesh: give exactly one of the keys \"cylinder\", \"file\", \"revolved\", \"extruded\"; found 0"]),
+        ("bodies.lower.mesh={}".into(), vec!["mesh: give exactly one of the keys \"cylinder\", \"file\", \
+         \"revolved\", \"extruded\"; found 0"]),
         ("bodies.lower.mesh=5".into(), vec!["mesh: found the number 5, expected an object with one of the keys"]),
         ("contact.speed=0".into(), vec!["contact.speed: found 0, expected a number > 0 (m/s)"]),
         ("contact.friction=-0.1".into(), vec!["contact.friction: found -0.1, expected a number ≥ 0"]),
         ("contact.friction=[]".into(), vec!["contact.friction: found a list of 0, expected a number ≥ 0"]),
         (
             "contact.friction=rough".into(),
-            vec!["friction: found the string \"rough\", expected a number ≥ 0 or an object with the key \"exponential\""],
+            vec!["friction: found the string \"rough\", expected a number ≥ 0 or an object with the key \
+             \"exponential\""],
         ),
-        ("contact.friction={}".into(), vec!["contact.friction: give exactly one of the keys \"exponential\", \"rational\""]),
-        ("contact.friction={\"exponentail\":{}}".into(), vec!["exponentail: unknown key; did you mean \"exponential\"?"]),
+        ("contact.friction={}".into(), vec!["contact.friction: give exactly one of the keys \"exponential\", \
+         \"rational\""]),
+        ("contact.friction={\"exponentail\":{}}".into(), vec!["exponentail: unknown key; did you mean \
+         \"exponential\"?"]),
         (
             "contact.friction.exponential={\"static\":0.4,\"kinetic\":0.3}".into(),
             vec!["contact.friction.exponential.decay_velocity: missing; expected a number > 0 (m/s)"],
@@ -292,7 +301,8 @@ fn wrong_types_and_values_name_path_found_and_expected() {
             "bodies.lower.damping={\"modal\":{\"by_frequency\":[{\"up_to\":900,\"loss_factor\":0.1},{\"up_to\":900,\"loss_factor\":0.2}]}}".into(),
             vec!["by_frequency.1.up_to: found 900 Hz, expected more than 900 Hz"],
         ),
-        ("bodies.lower.damping={\"modal\":{\"by_frequency\":[{}]}}".into(), vec!["loss_factor: missing; expected a number ≥ 0"]),
+        ("bodies.lower.damping={\"modal\":{\"by_frequency\":[{}]}}".into(), vec!["loss_factor: missing; \
+         expected a number ≥ 0"]),
         ("contact.normal_load=0".into(), vec!["contact.normal_load: found 0"]),
         ("contact.approach=1e-4".into(), vec!["both normal_load and approach"]),
         ("contact.normal_load=null".into(), vec!["give exactly one of normal_load (N) and approach (m)"]),
@@ -301,7 +311,8 @@ fn wrong_types_and_values_name_path_found_and_expected() {
             vec!["expected one of \"fe\", \"half_space\", \"hybrid\"; did you mean \"half_space\"?"],
         ),
         ("contact.patch.half_width=0.06".into(), vec!["half_width: found 0.06 m, expected at most 0.05"]),
-        ("contact.patch.half_width=0.001".into(), vec!["at least two elements of bodies.lower", "at least two elements of bodies.upper"]),
+        ("contact.patch.half_width=0.001".into(), vec!["at least two elements of bodies.lower", "at least two \
+         elements of bodies.upper"]),
         ("contact.patch=null".into(), vec!["contact.patch: missing; a built-in cylinder needs it"]),
         ("contact=null".into(), vec!["contact: missing; analyses.steady needs it"]),
         ("bodies.upper=null".into(), vec!["bodies.upper: missing; contact needs both"]),
@@ -311,7 +322,8 @@ fn wrong_types_and_values_name_path_found_and_expected() {
         ("analyses.modes.count=1.5".into(), vec!["count: found the number 1.5, expected a whole number"]),
         ("analyses.modes.count=0".into(), vec!["count: found 0, expected a whole number ≥ 1"]),
         ("analyses.receptance={\"frequency\":[]}".into(), vec!["analyses.receptance.frequency: the list is empty"]),
-        ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a number ≥ 0"]),
+        ("analyses.receptance={\"frequency\":[-1]}".into(), vec!["receptance.frequency.0: found -1, expected a \
+         number ≥ 0"]),
         ("analyses.receptance={}".into(), vec!["receptance.frequency: missing; expected a list or an object"]),
         ("version=0".into(), vec!["version: found 0, expected a whole number ≥ 1"]),
         (format!("version={}", FORMAT + 1), vec!["the job is written for a later railsqueal"]),
@@ -567,7 +579,8 @@ fn no_mutation_of_a_job_panics() {
     assert!(refused > 2000 && accepted > 100, "the mutations reach both sides: {refused} refused, {accepted} accepted");
 }
 
-/// Every scalar of the job replaced by every kind of value, through the typed path: no panic, and an error names a path.
+/// Every scalar of the job replaced by every kind of value, through the typed path: no panic, and an error names a
+/// path.
 #[test]
 fn no_replacement_of_a_value_panics() {
     fn paths(value: &Value, path: String, out: &mut Vec<String>) {

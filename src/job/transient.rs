@@ -129,7 +129,8 @@ pub struct Start {
     /// The state of rest. Default: that of `analyses.stability`, or `"sliding"` where it is not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<StartState>,
-    /// Number of the eigenvalue of `analyses.stability`, from 1 by falling growth rate, along whose complex mode the bodies are moved.
+    /// Number of the eigenvalue of `analyses.stability`, from 1 by falling growth rate, along whose complex mode the
+    /// bodies are moved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub mode: Option<u32>,

@@ -68,7 +68,10 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
     check_damping(&format!("{path}.damping"), &body.damping, faults);
     let known = body.rotates() || matches!(body.mesh, Some(MeshSource::Revolved(_)));
     if matches!(body.damping.modal, Some(ModalDamping::ByDiameter(_))) && !known {
-        faults.push(format!("{path}.damping.modal.by_diameter: the nodal diameters are known of bodies with mesh.revolved and of bodies that rotate; give by_frequency"));
+        faults.push(format!(
+            "{path}.damping.modal.by_diameter: the nodal diameters are known of bodies with \
+         mesh.revolved and of bodies that rotate; give by_frequency"
+        ));
     }
     match &body.mesh {
         None if body.profile.is_some() => {}
@@ -123,7 +126,10 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
     }
     // Of one with a profile the placement says where it is.
     if file && body.axle_distance.is_none() && body.profile.is_none() {
-        faults.push(format!("{path}.axle_distance: missing; a mesh file does not say where the axle is, and {path}.rotation needs it (m)"));
+        faults.push(format!(
+            "{path}.axle_distance: missing; a mesh file does not say where the axle is, and \
+         {path}.rotation needs it (m)"
+        ));
     }
     if let Some(Rotation::Speed(speed)) = body.rotation {
         if !speed.is_finite() {
@@ -151,7 +157,8 @@ fn check_damping(path: &str, damping: &Damping, faults: &mut Vec<String>) {
     let Some(modal) = &damping.modal else { return };
     if damping.alpha != 0.0 || damping.beta != 0.0 {
         faults.push(format!(
-            "{path}: both modal and Rayleigh damping (alpha, beta) are given; loss factors take the place of Rayleigh's damping, give one of the two"
+            "{path}: both modal and Rayleigh damping (alpha, beta) are given; loss factors take the place of \
+             Rayleigh's damping, give one of the two"
         ));
     }
     match modal {
@@ -172,7 +179,8 @@ fn check_damping(path: &str, damping: &Damping, faults: &mut Vec<String>) {
                         "{path}.modal.by_frequency.{i}.up_to: missing; only the last band may do without (Hz)"
                     )),
                     (Some(a), Some(b)) if b <= a => faults.push(format!(
-                        "{path}.modal.by_frequency.{}.up_to: found {b} Hz, expected more than {a} Hz, the end of the band before",
+                        "{path}.modal.by_frequency.{}.up_to: found {b} Hz, expected more than {a} Hz, the end \
+                         of the band before",
                         i + 1
                     )),
                     _ => {}
@@ -182,7 +190,8 @@ fn check_damping(path: &str, damping: &Damping, faults: &mut Vec<String>) {
     }
 }
 
-/// Whether the dimensions of a ring fit together; `offset` is the key of the contact's distance from its mid-plane and that, m.
+/// Whether the dimensions of a ring fit together; `offset` is the key of the contact's distance from its mid-plane
+/// and that, m.
 fn check_ring(path: &str, c: &Ring, (key, offset): (&str, f64), faults: &mut Vec<String>) -> bool {
     if c.inner_radius >= c.outer_radius {
         faults.push(format!(
@@ -200,13 +209,15 @@ fn check_ring(path: &str, c: &Ring, (key, offset): (&str, f64), faults: &mut Vec
         let reach = half + offset.abs();
         if crown <= reach {
             faults.push(format!(
-                "{path}.crown_radius: found {crown} m, expected more than {reach} m, the distance from the apex of the crown to the farther side"
+                "{path}.crown_radius: found {crown} m, expected more than {reach} m, the distance from the apex \
+                 of the crown to the farther side"
             ));
         } else {
             let drop = crown - (crown * crown - reach * reach).sqrt();
             if drop >= c.outer_radius - c.inner_radius {
                 faults.push(format!(
-                    "{path}.crown_radius: the crown falls by {drop:.4} m at the side, through the ring of {:.4} m; use a larger radius",
+                    "{path}.crown_radius: the crown falls by {drop:.4} m at the side, through the ring of {:.4} \
+                     m; use a larger radius",
                     c.outer_radius - c.inner_radius
                 ));
             }
@@ -266,14 +277,17 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         && cylinders.len() < job.bodies().len()
     {
         faults.push(
-            "contact.compliance: \"half_space\" takes the gap from the radii of built-in cylinders; a body has a mesh file".into(),
+            "contact.compliance: \"half_space\" takes the gap from the radii of built-in cylinders; a body has \
+             a mesh file"
+                .into(),
         );
     }
     let common = contact.grid.is_some() || contact.compliance == Compliance::Hybrid;
     if let [(_, a), (_, b)] = cylinders[..] {
         if !common && a.element_size != b.element_size {
             faults.push(format!(
-                "bodies.upper.mesh.cylinder.element_size: found {} m, expected {} m as in bodies.lower, or contact.grid, on which meshes meet that differ",
+                "bodies.upper.mesh.cylinder.element_size: found {} m, expected {} m as in bodies.lower, or \
+                 contact.grid, on which meshes meet that differ",
                 b.element_size, a.element_size
             ));
         }
@@ -298,14 +312,19 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     }
     let Some(patch) = contact.patch else {
         if !cylinders.is_empty() {
-            faults.push("contact.patch: missing; a built-in cylinder needs it, e.g. {\"half_length\": 0.007, \"half_width\": 0.007} (m)".into());
+            faults.push(
+                "contact.patch: missing; a built-in cylinder needs it, e.g. {\"half_length\": 0.007, \
+             \"half_width\": 0.007} (m)"
+                    .into(),
+            );
         }
         return;
     };
     for (name, c) in cylinders {
         if patch.half_length >= 0.5 * c.outer_radius {
             faults.push(format!(
-                "contact.patch.half_length: found {} m, expected less than half the outer radius of bodies.{name} ({} m)",
+                "contact.patch.half_length: found {} m, expected less than half the outer radius of \
+                 bodies.{name} ({} m)",
                 patch.half_length,
                 0.5 * c.outer_radius
             ));
@@ -313,7 +332,8 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         let room = 0.5 * c.thickness - c.contact_offset.abs();
         if patch.half_width > room {
             faults.push(format!(
-                "contact.patch.half_width: found {} m, expected at most {room:.6} m, the distance from the contact point of bodies.{name} to its nearer side",
+                "contact.patch.half_width: found {} m, expected at most {room:.6} m, the distance from the \
+                 contact point of bodies.{name} to its nearer side",
                 patch.half_width
             ));
         }
@@ -338,7 +358,11 @@ fn check_grid(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         return;
     }
     if contact.compliance == Compliance::HalfSpace || job.bodies().iter().any(|(_, b)| !b.is_meshed()) {
-        faults.push("contact.grid: only between two meshes of three dimensions (mesh.file, mesh.cylinder) with the compliance \"fe\" or \"hybrid\"; leave it out".into());
+        faults.push(
+            "contact.grid: only between two meshes of three dimensions (mesh.file, mesh.cylinder) with \
+         the compliance \"fe\" or \"hybrid\"; leave it out"
+                .into(),
+        );
     }
     for (key, half) in [("half_length", grid.half_length), ("half_width", grid.half_width)] {
         let (Some(half), Some(spacing)) = (half, grid.spacing) else { continue };
@@ -353,7 +377,8 @@ fn check_grid(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     }
     if let Some(curvatures) = grid.curvatures.filter(|c| c.iter().any(|v| !(*v > 0.0))) {
         faults.push(format!(
-            "contact.grid.curvatures: found {curvatures:?}, expected two above 0 (1/m): sums over both bodies, positive of bodies that are round outwards"
+            "contact.grid.curvatures: found {curvatures:?}, expected two above 0 (1/m): sums over both bodies, \
+             positive of bodies that are round outwards"
         ));
     }
 }
@@ -375,7 +400,8 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
         }
         if job.solver.linear == LinearSolver::Gamg {
             faults.push(
-                "solver.linear: found \"gamg\", but analyses.modes needs the factorisation that \"mumps\" makes; leave out one of the two"
+                "solver.linear: found \"gamg\", but analyses.modes needs the factorisation that \"mumps\" \
+                 makes; leave out one of the two"
                     .into(),
             );
         }
@@ -388,13 +414,15 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
                     |b: &Body| b.is_held() || b.is_half_space() || matches!(b.mesh, Some(MeshSource::Extruded(_)));
                 for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b) && !b.is_meshed()) {
                     faults.push(format!(
-                        "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static problem; name a group to clamp, e.g. [\"inner\"]"
+                        "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static \
+                         problem; name a group to clamp, e.g. [\"inner\"]"
                     ));
                 }
                 for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b) && b.is_meshed()) {
                     if let Some(what) = job.static_load() {
                         faults.push(format!(
-                            "bodies.{name}.fixed: no fixed support, but {what} is a static problem whose load nothing bears; name a group to clamp, \
+                            "bodies.{name}.fixed: no fixed support, but {what} is a static problem whose load \
+                             nothing bears; name a group to clamp, \
                              e.g. [\"inner\"], or hang the body on springs (bodies.{name}.supports)"
                         ));
                     }
@@ -425,7 +453,8 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
         }
         if job.solver.linear == LinearSolver::Gamg && job.analyses.modes.is_none() {
             faults.push(
-                "solver.linear: found \"gamg\", but analyses.creep_curve needs the compliance that \"mumps\" makes; leave out one of the two"
+                "solver.linear: found \"gamg\", but analyses.creep_curve needs the compliance that \"mumps\" \
+                 makes; leave out one of the two"
                     .into(),
             );
         }
@@ -463,7 +492,8 @@ fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {
         check_sound(&format!("{path}.sound_power"), sound, faults);
         if let Some(from) = sound.from {
             faults.push(format!(
-                "{path}.sound_power.from: found {from} s, expected none: the sound of a point is that of its motion at the end"
+                "{path}.sound_power.from: found {from} s, expected none: the sound of a point is that of its \
+                 motion at the end"
             ));
         }
     }
@@ -541,7 +571,10 @@ fn check_full(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<
         );
     }
     if job.solver.linear != LinearSolver::Mumps {
-        faults.push(format!("solver.linear: found \"gamg\", expected \"mumps\": {path}.model \"full\" solves with one factorisation at every step"));
+        faults.push(format!(
+            "solver.linear: found \"gamg\", expected \"mumps\": {path}.model \"full\" solves \
+         with one factorisation at every step"
+        ));
     }
 }
 
@@ -568,11 +601,18 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         );
     }
     if let Some(phases) = job.analyses.stability.as_ref().map(|s| s.phases).filter(|p| !p.is_multiple_of(4)) {
-        faults.push(format!("analyses.stability.phases: found {phases}, expected a multiple of 4: a quarter period after the real part comes the imaginary one"));
+        faults.push(format!(
+            "analyses.stability.phases: found {phases}, expected a multiple of 4: a quarter \
+         period after the real part comes the imaginary one"
+        ));
     }
     let stability = job.analyses.stability.as_ref();
     if stability.is_some_and(|s| s.state == Some(StabilityState::Steady) && s.direction == Direction::Rigid) {
-        faults.push("analyses.stability.direction: found \"rigid\" with the state \"steady\", in which the bodies are deformed; expected \"actual\", or the state \"sliding\"".into());
+        faults.push(
+            "analyses.stability.direction: found \"rigid\" with the state \"steady\", in which the \
+         bodies are deformed; expected \"actual\", or the state \"sliding\""
+                .into(),
+        );
     }
     let c = contact.creepage;
     // On a placement creepages follow from the motion of the wheel.
@@ -581,7 +621,9 @@ fn check_stability(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     }
     if c.longitudinal == 0.0 && c.lateral == 0.0 && c.spin == 0.0 {
         faults.push(
-            "contact.creepage: all three are 0, so the direction of sliding is undefined; analyses.stability needs a creepage".into(),
+            "contact.creepage: all three are 0, so the direction of sliding is undefined; analyses.stability \
+             needs a creepage"
+                .into(),
         );
     }
 }

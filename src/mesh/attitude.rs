@@ -2,7 +2,8 @@
 
 use super::{quality, Mesh};
 
-/// Moments of inertia about the two other axes differ by less, relatively, of a body of revolution; and so much smaller are its products of inertia.
+/// Moments of inertia about the two other axes differ by less, relatively, of a body of revolution; and so much
+/// smaller are its products of inertia.
 const ROUND: f64 = 5e-3;
 
 /// How a body lies in its frame.
@@ -16,7 +17,8 @@ pub struct Attitude {
     pub volume: f64,
     /// Centre of mass of the homogeneous body, m.
     pub centre: [f64; 3],
-    /// The coordinate axis (0 for x) parallel to which an axis of revolution passes through the centre of mass, as the moments of inertia show it.
+    /// The coordinate axis (0 for x) parallel to which an axis of revolution passes through the centre of mass, as
+    /// the moments of inertia show it.
     pub revolved: Option<usize>,
 }
 
@@ -93,7 +95,8 @@ mod tests {
         build(&spec).expect("a ring")
     }
 
-    /// A ring below the plane z = 0 has its axle along y, at its radius from the origin; turned and moved it has it elsewhere; a block has none.
+    /// A ring below the plane z = 0 has its axle along y, at its radius from the origin; turned and moved it has it
+    /// elsewhere; a block has none.
     #[test]
     fn the_axis_of_a_ring_is_found() {
         let mut mesh = ring();

@@ -48,7 +48,8 @@ impl MeshPart {
         part
     }
 
-    /// Boundary facets of which this rank has the corner with the lowest number, in the order of their local nodes: each facet is on one rank.
+    /// Boundary facets of which this rank has the corner with the lowest number, in the order of their local nodes:
+    /// each facet is on one rank.
     pub fn boundary(&self) -> Vec<Facet> {
         let part = self;
         // All cells at an owned node are here, so its facets are known to be on the boundary; others may only seem so.
@@ -134,7 +135,8 @@ fn partition(mesh: &Mesh, parts: usize) -> Result<Partition> {
 fn metis_owners(rows: &[usize], cols: &[u32], parts: usize) -> Result<Vec<u32>> {
     let too_large = || {
         Error::Input(format!(
-            "mesh: its graph of {} nodes and {} edges is larger than the integers of the installed METIS can number; expected a smaller mesh",
+            "mesh: its graph of {} nodes and {} edges is larger than the integers of the installed METIS can \
+             number; expected a smaller mesh",
             rows.len() - 1,
             cols.len() / 2
         ))
@@ -267,7 +269,8 @@ fn shares(mesh: &Mesh, parts: usize) -> Result<Shares> {
     ] {
         if i32::try_from(total).is_err() {
             return Err(Error::Input(format!(
-                "mesh: {total} {what} to distribute, more than the {} that one message can hold; expected a smaller mesh",
+                "mesh: {total} {what} to distribute, more than the {} that one message can hold; expected a \
+                 smaller mesh",
                 i32::MAX
             )));
         }
@@ -278,7 +281,8 @@ fn shares(mesh: &Mesh, parts: usize) -> Result<Shares> {
     Ok(out)
 }
 
-/// Collective: divides the mesh of rank 0 (`None` elsewhere) among the ranks and gives each its part. A rank may be left with nothing.
+/// Collective: divides the mesh of rank 0 (`None` elsewhere) among the ranks and gives each its part. A rank may be
+/// left with nothing.
 pub fn distribute(world: &World, mesh: Option<&Mesh>) -> Result<MeshPart> {
     let root = world.on_root(|| {
         let mesh = mesh.ok_or_else(|| Error::Defect("rank 0 has no mesh to distribute".into()))?;

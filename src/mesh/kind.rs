@@ -1,5 +1,6 @@
-//! Kinds of cells and of their facets. One table holds all that is particular to a kind but its shape functions: nodes, faces, edges,
-//! its numbers in files, its mirror image. Sources: VTK file formats (as VTK 9.7 numbers the nodes of its cells), Gmsh reference manual ("Node ordering").
+//! Kinds of cells and of their facets. One table holds all that is particular to a kind but its shape functions:
+//! nodes, faces, edges, its numbers in files, its mirror image. Sources: VTK file formats (as VTK 9.7 numbers the
+//! nodes of its cells), Gmsh reference manual ("Node ordering").
 
 use std::sync::OnceLock;
 
@@ -8,8 +9,8 @@ pub const MAX_NODES: usize = 27;
 /// Most nodes that a facet of any kind has.
 pub const MAX_FACET_NODES: usize = 9;
 
-/// A kind of cell: shape and order. Nodes are in the order of VTK: corners so that the Jacobian is positive, then the nodes on the edges, in the
-/// faces and within.
+/// A kind of cell: shape and order. Nodes are in the order of VTK: corners so that the Jacobian is positive, then the
+/// nodes on the edges, in the faces and within.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CellKind {
     /// Four-node tetrahedron.
@@ -54,8 +55,8 @@ pub enum FacetKind {
 pub struct Face {
     /// What it is.
     pub kind: FacetKind,
-    /// Nodes of the cell that are its nodes, `[kind.nodes()]`: corners counter-clockwise seen from outside, the nodes on the edges behind each
-    /// corner, the one in the middle.
+    /// Nodes of the cell that are its nodes, `[kind.nodes()]`: corners counter-clockwise seen from outside, the nodes
+    /// on the edges behind each corner, the one in the middle.
     pub nodes: &'static [u8],
 }
 
@@ -70,7 +71,8 @@ pub struct Topology {
     pub inside: &'static [&'static [u8]],
     /// Faces, outward.
     pub faces: &'static [Face],
-    /// Node of the cell that takes each place in its mirror image, whose Jacobian is positive again, `[nodes]`. Twice it changes nothing.
+    /// Node of the cell that takes each place in its mirror image, whose Jacobian is positive again, `[nodes]`. Twice
+    /// it changes nothing.
     pub mirror: &'static [u8],
     /// VTK's number.
     pub vtk: u8,
@@ -320,7 +322,8 @@ impl CellKind {
         edges.iter().map(|e| &e[..]).chain(inside.iter().copied())
     }
 
-    /// Pairs of nodes that are neighbours: the ends of the edges, or each node that is no corner and the corners around it.
+    /// Pairs of nodes that are neighbours: the ends of the edges, or each node that is no corner and the corners
+    /// around it.
     pub fn links(self) -> &'static [[u8; 2]] {
         static ALL: [OnceLock<Vec<[u8; 2]>>; CellKind::ALL.len()] = [const { OnceLock::new() }; CellKind::ALL.len()];
         ALL[self as usize].get_or_init(|| {
@@ -414,8 +417,8 @@ mod tests {
         nodes
     }
 
-    /// Every face is one of the mirror image too, every edge of a face joins two faces in opposite directions, nodes on the edges of faces
-    /// are those of the edges, permutations are permutations that keep what lies between what.
+    /// Every face is one of the mirror image too, every edge of a face joins two faces in opposite directions, nodes
+    /// on the edges of faces are those of the edges, permutations are permutations that keep what lies between what.
     #[test]
     fn the_table_is_consistent() {
         for (number, kind) in CellKind::ALL.into_iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Meshes: built-in cylinder or file of Gmsh, Abaqus or CalculiX, cells of any kind, groups by name, partition and distribution.
+//! Meshes: built-in cylinder or file of Gmsh, Abaqus or CalculiX, cells of any kind, groups by name, partition and
+//! distribution.
 
 pub mod attitude;
 pub mod cells;
@@ -52,7 +53,8 @@ impl Naming {
         match self {
             Self::Gmsh => "Name the surface as a physical group in Gmsh",
             Self::Abaqus => {
-                "Name the surface in Abaqus or CalculiX, by *SURFACE or as an *NSET of all its nodes; upper and lower case are the same there, and names are in lower \
+                "Name the surface in Abaqus or CalculiX, by *SURFACE or as an *NSET of all its nodes; upper and \
+                 lower case are the same there, and names are in lower \
                  case here"
             }
         }
@@ -93,8 +95,8 @@ impl Mesh {
         count as f64 / self.nodes.len().max(1) as f64
     }
 
-    /// The mesh mirrored in the plane z = 0. Nodes and cells keep their numbers; the nodes of the cells are reordered so that Jacobians stay
-    /// positive. Twice gives the same mesh again.
+    /// The mesh mirrored in the plane z = 0. Nodes and cells keep their numbers; the nodes of the cells are reordered
+    /// so that Jacobians stay positive. Twice gives the same mesh again.
     pub fn reflected(&self) -> Mesh {
         let mut cells = Cells::default();
         for cell in self.cells.iter() {
@@ -114,8 +116,8 @@ impl Mesh {
         }
     }
 
-    /// True where the two meshes (both in lower form) are the same body: same numbering, same groups, node positions equal to 1e-12 of the
-    /// largest coordinate. Such bodies need to be computed once only.
+    /// True where the two meshes (both in lower form) are the same body: same numbering, same groups, node positions
+    /// equal to 1e-12 of the largest coordinate. Such bodies need to be computed once only.
     pub fn identical(&self, other: &Mesh) -> bool {
         let size = self.nodes.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
         let near = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(p, q)| (p - q).abs() <= 1e-12 * size);
@@ -125,8 +127,8 @@ impl Mesh {
             && self.nodes.iter().zip(&other.nodes).all(|(a, b)| near(a, b))
     }
 
-    /// SHA-256 of the mesh, in hexadecimal: coordinates bit by bit, cells, nodes of the facets of the groups. Cells of another kind than the
-    /// eight-node hexahedron come with their kind.
+    /// SHA-256 of the mesh, in hexadecimal: coordinates bit by bit, cells, nodes of the facets of the groups. Cells
+    /// of another kind than the eight-node hexahedron come with their kind.
     pub fn checksum(&self) -> String {
         let mut hash = Sha256::new();
         hash.update((self.nodes.len() as u64).to_le_bytes());

@@ -1,6 +1,7 @@
 //! Rotations of points.
 
-/// The point `x` turned about the axis through `about` along `axis` (of any length but 0) by `angle`, rad, right-handed (Rodrigues). Quarter turns are exact.
+/// The point `x` turned about the axis through `about` along `axis` (of any length but 0) by `angle`, rad,
+/// right-handed (Rodrigues). Quarter turns are exact.
 pub fn rotated(x: [f64; 3], about: [f64; 3], axis: [f64; 3], angle: f64) -> [f64; 3] {
     let length = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
     let k = axis.map(|a| a / length);

@@ -3,7 +3,8 @@
 use super::kind::CellKind;
 use super::reference::Shape;
 
-/// Jacobian ∂x_i/∂ξ_j, m, `[3][3]`, of the cell with nodes at `x` (m, `[nodes][3]`) where its shape functions are `shape`.
+/// Jacobian ∂x_i/∂ξ_j, m, `[3][3]`, of the cell with nodes at `x` (m, `[nodes][3]`) where its shape functions are
+/// `shape`.
 pub fn jacobian(x: &[[f64; 3]], shape: &Shape) -> [[f64; 3]; 3] {
     let mut j = [[0.0; 3]; 3];
     for (xa, ga) in x.iter().zip(&shape.gradients) {
@@ -22,8 +23,8 @@ pub fn determinant(j: &[[f64; 3]; 3]) -> f64 {
         + j[0][2] * (j[1][0] * j[2][1] - j[1][1] * j[2][0])
 }
 
-/// Smallest and largest Jacobian determinant of a cell with nodes at `x` (m, `[nodes][3]`), m³: over its nodes, its centre and, but of the eight-node
-/// hexahedron, the points of the rule for its stiffness.
+/// Smallest and largest Jacobian determinant of a cell with nodes at `x` (m, `[nodes][3]`), m³: over its nodes, its
+/// centre and, but of the eight-node hexahedron, the points of the rule for its stiffness.
 pub fn jacobian_range(kind: CellKind, x: &[[f64; 3]]) -> [f64; 2] {
     let shapes = kind.checked_shapes();
     // The Jacobian of a tetrahedron with straight edges is the same everywhere.
@@ -46,7 +47,8 @@ fn is_straight(kind: CellKind, x: &[[f64; 3]]) -> bool {
     })
 }
 
-/// Node of a cell with nodes at `x` (m, `[nodes][3]`) where its Jacobian determinant is smallest: where to look if it is inverted.
+/// Node of a cell with nodes at `x` (m, `[nodes][3]`) where its Jacobian determinant is smallest: where to look if it
+/// is inverted.
 pub fn worst_node(kind: CellKind, x: &[[f64; 3]]) -> usize {
     let det = |i: usize| determinant(&jacobian(x, &kind.checked_shapes()[i]));
     (0..kind.nodes()).min_by(|&a, &b| det(a).total_cmp(&det(b))).unwrap_or(0)

@@ -11,8 +11,9 @@ use faer::Mat;
 use std::f64::consts::PI;
 
 impl SharedModel {
-    /// Collective: the model of the lower and the upper body of `job` on the grid of `interface`, from their modes and what their contact rows need, both in lower form and
-    /// the same on every rank but for damping, which is on rank 0. A state of rest sees the half-spaces alone.
+    /// Collective: the model of the lower and the upper body of `job` on the grid of `interface`, from their modes
+    /// and what their contact rows need, both in lower form and the same on every rank but for damping, which is on
+    /// rank 0. A state of rest sees the half-spaces alone.
     pub fn of_compact(
         world: &World,
         job: &Job,

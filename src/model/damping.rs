@@ -23,9 +23,9 @@ impl Own {
     }
 }
 
-/// Modal damping coefficients c_k of modes with the angular frequencies `omega` (rad/s), 1/s, `[m]`: α + β ω_k², or with loss factors η_k
-/// η_k (ω_k² − s_k)/ω_k, where s_k = φᵀKφ is what a mode has in `springs` with a loss factor of their own. `names` has the nodal diameters, where they
-/// are known; `key` names the damping in messages.
+/// Modal damping coefficients c_k of modes with the angular frequencies `omega` (rad/s), 1/s, `[m]`: α + β ω_k², or
+/// with loss factors η_k η_k (ω_k² − s_k)/ω_k, where s_k = φᵀKφ is what a mode has in `springs` with a loss factor of
+/// their own. `names` has the nodal diameters, where they are known; `key` names the damping in messages.
 pub fn damping(
     given: &job::Damping,
     (omega, names): (&[f64], &[ModeName]),
@@ -48,7 +48,8 @@ pub fn damping(
             Some(ModalDamping::ByDiameter(factors)) => match names.get(k) {
                 Some(name) => Ok(factors.get(name.order as usize).or(factors.last()).map_or(0.0, |f| f.0)),
                 None => Err(Error::Job(format!(
-                    "{key}.modal.by_diameter: the nodal diameters of the modes are not known; they are of bodies with mesh.revolved and of those that rotate"
+                    "{key}.modal.by_diameter: the nodal diameters of the modes are not known; they are of \
+                     bodies with mesh.revolved and of those that rotate"
                 ))),
             },
             None => Ok(0.0),

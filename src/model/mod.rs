@@ -1,4 +1,5 @@
-//! The reduced model: what contact analyses need of the two bodies and of the interface between them, dense, made once for a run.
+//! The reduced model: what contact analyses need of the two bodies and of the interface between them, dense, made
+//! once for a run.
 
 mod compact;
 mod damping;
@@ -139,8 +140,9 @@ fn given(job: &Job) -> [Option<&job::Body>; 2] {
     [job.bodies.lower.as_ref(), job.bodies.upper.as_ref()]
 }
 
-/// Damping of modes with the angular frequencies `omega`, rad/s, and the names, where they are known, of the body on a side of `job`: by the coefficients
-/// that the job gives, beside its `own`, which a body by matrices, a rail and supports bring; none of a body that the job does not give.
+/// Damping of modes with the angular frequencies `omega`, rad/s, and the names, where they are known, of the body on
+/// a side of `job`: by the coefficients that the job gives, beside its `own`, which a body by matrices, a rail and
+/// supports bring; none of a body that the job does not give.
 fn damping_of(job: &Job, side: Side, (omega, names): (&[f64], &[ModeName]), own: &Own) -> Result<ModalMatrix> {
     let Some(body) = given(job)[side.index()] else { return Ok(vec![0.0; omega.len()].into()) };
     let modal = damping(&body.damping, (omega, names), &own.springs, &format!("bodies.{}.damping", side.name()))?;
@@ -176,8 +178,8 @@ impl SharedModel {
         Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own, rotation })
     }
 
-    /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of before: stability has no use
-    /// for it, and it takes longer than all else here.
+    /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of
+    /// before: stability has no use for it, and it takes longer than all else here.
     pub fn pair(&mut self, job: &Job) -> Result<&ModalPair> {
         let changed = adapt(&mut self.pair, job, &self.own, &self.rotation)?;
         if changed && self.pair.local.is_none() {
@@ -187,7 +189,8 @@ impl SharedModel {
     }
 }
 
-/// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them. Whether W is another one then.
+/// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them.
+/// Whether W is another one then.
 fn adapt(pair: &mut ModalPair, job: &Job, own: &[Own; 2], rotation: &[Option<ModalRotation>; 2]) -> Result<bool> {
     let (lower, upper) = pair.omega.split_at(pair.lower_modes);
     let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {

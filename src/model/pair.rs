@@ -13,9 +13,11 @@ use faer::{Mat, MatRef};
 pub struct ModalPair {
     /// W = C1 + E C2 E, m/N, `[3n, 3n]`; its transpose where bodies rotate, see [`influence`](Self::influence).
     pub compliance: Mat<f64>,
-    /// What of W a state of rest sees where the bodies are placed as they are under the load: that of half-spaces, m/N, `[3n, 3n]`.
+    /// What of W a state of rest sees where the bodies are placed as they are under the load: that of half-spaces,
+    /// m/N, `[3n, 3n]`.
     pub local: Option<Mat<f64>>,
-    /// What a state of rest sees of W, where that is a convolution: of half-spaces alone, whose `compliance` is not made and empty, or found in the matrix.
+    /// What a state of rest sees of W, where that is a convolution: of half-spaces alone, whose `compliance` is not
+    /// made and empty, or found in the matrix.
     pub convolution: Option<Convolution>,
     /// Residual S = W − Ψ K⁻¹ Ψᵀ, m/N, `[3n, 3n]`.
     pub residual: Mat<f64>,
@@ -38,14 +40,16 @@ pub struct ModalPair {
 }
 
 impl ModalPair {
-    /// Combines the lower and the upper body (both in lower form). Rigid-body modes (ω = 0) have no part in the compliance.
+    /// Combines the lower and the upper body (both in lower form). Rigid-body modes (ω = 0) have no part in the
+    /// compliance.
     pub fn new(lower: &ReducedBody, upper: &ReducedBody) -> Result<Self> {
         for (name, b) in [("lower", lower), ("upper", upper)] {
             let m = b.omega.len();
             let orders = [b.stiffness.order(), b.damping.order(), b.contact_modes.ncols()];
             if orders != [m; 3] || b.contact_modes.nrows() != b.compliance.nrows() {
                 return Err(Error::Defect(format!(
-                    "reduced {name} body: {m} frequencies, stiffness, damping and modes of {orders:?}, contact modes {:?}, compliance {:?}",
+                    "reduced {name} body: {m} frequencies, stiffness, damping and modes of {orders:?}, contact \
+                     modes {:?}, compliance {:?}",
                     b.contact_modes.shape(),
                     b.compliance.shape()
                 )));
@@ -91,7 +95,8 @@ impl ModalPair {
         })
     }
 
-    /// W, m/N, `[3n, 3n]`: symmetric of bodies at rest; that of bodies that rotate is not, since damping acts on what only turns, and is kept by rows.
+    /// W, m/N, `[3n, 3n]`: symmetric of bodies at rest; that of bodies that rotate is not, since damping acts on what
+    /// only turns, and is kept by rows.
     pub fn influence(&self) -> MatRef<'_, f64> {
         match self.turning {
             Some(_) => self.compliance.transpose(),
@@ -99,7 +104,8 @@ impl ModalPair {
         }
     }
 
-    /// The influence matrix of a state of rest: W, or what of it acts beside the deflection that the placement has already.
+    /// The influence matrix of a state of rest: W, or what of it acts beside the deflection that the placement has
+    /// already.
     pub fn at_rest(&self) -> MatRef<'_, f64> {
         self.local.as_ref().map_or(self.influence(), Mat::as_ref)
     }
@@ -111,8 +117,8 @@ impl ModalPair {
         }
     }
 
-    /// What the bodies give way by at the contact rows under the reactions `reaction`, N, `[3n]`, and has no part in a state of rest, m, `[3n]`; none
-    /// where all has.
+    /// What the bodies give way by at the contact rows under the reactions `reaction`, N, `[3n]`, and has no part in
+    /// a state of rest, m, `[3n]`; none where all has.
     pub fn deflection(&self, reaction: &[f64]) -> Option<Vec<f64>> {
         let local = self.local.as_ref()?;
         let force = faer::ColRef::from_slice(reaction);
@@ -131,8 +137,9 @@ impl ModalPair {
         }
     }
 
-    /// The pair with the contact `distance` (m) farther along +y on the body of `side`: its modes are those there, to first order by their gradient
-    /// along y on the grid of `interface`, in the same directions (x, y, n). Gap and residual compliance stay.
+    /// The pair with the contact `distance` (m) farther along +y on the body of `side`: its modes are those there, to
+    /// first order by their gradient along y on the grid of `interface`, in the same directions (x, y, n). Gap and
+    /// residual compliance stay.
     pub fn with_contact_moved(&self, interface: &Interface, side: Side, distance: f64) -> Self {
         let (nx, y) = (interface.x.len(), &interface.y);
         let gradient = |row: usize, k: usize| -> f64 {
@@ -183,9 +190,10 @@ impl ModalPair {
     }
 }
 
-/// Influence matrix of the interface, W = C1 + E C2 E with E = diag(−1, −1, 1) at each node, from the compliances of the
-/// lower body 1 and the upper body 2, both in lower form with rows (x, y, n), `[3n, 3n]`, m/N. With the nodal reactions
-/// R = (tx, ty, p) on body 1 it gives (w_x, w_y, gap change) = W R. Symmetric positive definite when C1 and C2 are.
+/// Influence matrix of the interface, W = C1 + E C2 E with E = diag(−1, −1, 1) at each node, from the compliances of
+/// the lower body 1 and the upper body 2, both in lower form with rows (x, y, n), `[3n, 3n]`, m/N. With the nodal
+/// reactions R = (tx, ty, p) on body 1 it gives (w_x, w_y, gap change) = W R. Symmetric positive definite when C1 and
+/// C2 are.
 pub fn combined_compliance(lower: MatRef<'_, f64>, upper: MatRef<'_, f64>) -> Result<Mat<f64>> {
     if lower.nrows() != lower.ncols() || lower.nrows() % 3 != 0 || upper.shape() != lower.shape() {
         return Err(Error::Defect(format!(

@@ -1,8 +1,9 @@
 //! Receptance of a body: displacement at the contact per unit force there, over frequency.
 //!
-//! A unit force in direction c is spread over the contact nodes by shares d_i, Σ d_i = 1, and the displacement is the mean of the nodes
-//! with the same shares, so that the receptance is symmetric: H(ω) = Dᵀ [Φ diag(1/(ω_k² − ω² + i c_k ω)) Φᵀ + S] D with the residual
-//! S = C − Φ Ω⁻² Φᵀ, taken as static. Of a body that rotates the modes are coupled: diag(…) is then (K − ω² + iωC)⁻¹, and H is not symmetric.
+//! A unit force in direction c is spread over the contact nodes by shares d_i, Σ d_i = 1, and the displacement is the
+//! mean of the nodes with the same shares, so that the receptance is symmetric: H(ω) = Dᵀ [Φ diag(1/(ω_k² − ω² + i
+//! c_k ω)) Φᵀ + S] D with the residual S = C − Φ Ω⁻² Φᵀ, taken as static. Of a body that rotates the modes are
+//! coupled: diag(…) is then (K − ω² + iωC)⁻¹, and H is not symmetric.
 
 use crate::body::{ModalMatrix, ReducedBody};
 use faer::linalg::solvers::Solve;
@@ -11,8 +12,8 @@ use num_complex::Complex;
 
 const TWO_PI: f64 = 2.0 * std::f64::consts::PI;
 
-/// Receptance of a body in lower form under a force spread by `share` (`[n]`) at the frequencies (Hz), m/N, `[frequencies][3][3]`:
-/// displacement in direction (x, y, n into the body) by force in direction (x, y, n).
+/// Receptance of a body in lower form under a force spread by `share` (`[n]`) at the frequencies (Hz), m/N,
+/// `[frequencies][3][3]`: displacement in direction (x, y, n into the body) by force in direction (x, y, n).
 pub fn receptance(body: &ReducedBody, share: &[f64], frequency: &[f64]) -> Vec<[[Complex<f64>; 3]; 3]> {
     // Dᵀ C D and Dᵀ Φ.
     let static_ = spread_twice(body.compliance.as_ref(), share);
@@ -122,8 +123,9 @@ mod tests {
         }
     }
 
-    /// An axial pair (cos nθ, sin nθ) of a body that rotates, touched where the sine is 0: its waves e^{±inθ} answer each by itself to a force of the
-    /// frequency ω, as masses of the body at rest at ω ± nΩ, damping included: H = φ²/2 Σ± 1/(ω0² − (ω ± nΩ)² + ic(ω ± nΩ)) + s.
+    /// An axial pair (cos nθ, sin nθ) of a body that rotates, touched where the sine is 0: its waves e^{±inθ} answer
+    /// each by itself to a force of the frequency ω, as masses of the body at rest at ω ± nΩ, damping included: H =
+    /// φ²/2 Σ± 1/(ω0² − (ω ± nΩ)² + ic(ω ± nΩ)) + s.
     #[test]
     fn waves_of_a_body_that_rotates_answer_each_by_itself() {
         let (w0, c, n, speed, phi, s): (f64, f64, f64, f64, f64, f64) = (TWO_PI * 400.0, 30.0, 3.0, 25.0, 0.2, 3e-9);

@@ -1,4 +1,5 @@
-//! Equations of motion of the modes of a body that rotates: q̈ + (C + G) q̇ + (ω² + K_σ − K_c + C D′) q = f. Damping acts on the material rate q̇ + D′q.
+//! Equations of motion of the modes of a body that rotates: q̈ + (C + G) q̇ + (ω² + K_σ − K_c + C D′) q = f. Damping
+//! acts on the material rate q̇ + D′q.
 
 use crate::body::rotation::{ModalRotation, Turning};
 use crate::body::{ModalMatrix, ReducedBody};
@@ -18,8 +19,8 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Those of modes with the angular frequencies `omega` (rad/s) and the damping C of the body at rest, that rotates with the angular velocity given beside its
-    /// `rotation`, rad/s.
+    /// Those of modes with the angular frequencies `omega` (rad/s) and the damping C of the body at rest, that
+    /// rotates with the angular velocity given beside its `rotation`, rad/s.
     pub fn new(omega: &[f64], damping: ModalMatrix, rotation: Option<(&ModalRotation, f64)>) -> Self {
         let Some((rotation, speed)) = rotation else {
             return Self { stiffness: ModalMatrix::squares(omega), damping, turning: None };
@@ -34,7 +35,8 @@ impl Dynamics {
     }
 }
 
-/// A body at rest, turning with the angular velocity `speed`, rad/s: its residual compliance stays as it is, its modes yield as those that rotate do.
+/// A body at rest, turning with the angular velocity `speed`, rad/s: its residual compliance stays as it is, its
+/// modes yield as those that rotate do.
 pub fn turning(body: ReducedBody, rotation: &ModalRotation, speed: f64) -> ReducedBody {
     let Dynamics { stiffness, damping, turning } =
         Dynamics::new(&body.omega, body.damping.clone(), Some((rotation, speed)));
@@ -53,8 +55,8 @@ pub struct Wave {
     pub diameters: f64,
 }
 
-/// Nodal diameters of the motion Re(φ e^{λt}), Im λ > 0, with the amplitudes `modal` of the modes of a body: positive where it travels with the rotation,
-/// negative against it, near 0 where it stands.
+/// Nodal diameters of the motion Re(φ e^{λt}), Im λ > 0, with the amplitudes `modal` of the modes of a body: positive
+/// where it travels with the rotation, negative against it, near 0 where it stands.
 pub fn travelling(rotation: &ModalRotation, modal: &[Complex<f64>]) -> f64 {
     // D′φ = −inφ where the phase ωt − nθ stays as it is.
     let turned = ModalMatrix::from(rotation.derivative.clone()).times(modal);
@@ -67,12 +69,14 @@ pub fn travelling(rotation: &ModalRotation, modal: &[Complex<f64>]) -> f64 {
     }
 }
 
-/// Motions of a free body as a whole that do not oscillate have eigenvalues below this part of the highest frequency, by rounding, or this part of Ω, where the mesh is not
-/// quite of revolution. The precession of the axis has Ω times a ratio of moments of inertia, 1 for a sphere, 2 for a disc.
+/// Motions of a free body as a whole that do not oscillate have eigenvalues below this part of the highest frequency,
+/// by rounding, or this part of Ω, where the mesh is not quite of revolution. The precession of the axis has Ω times
+/// a ratio of moments of inertia, 1 for a sphere, 2 for a disc.
 const STILL: [f64; 2] = [1e-6, 0.02];
 
-/// The waves of an undamped body with the modes `omega` (rad/s; 0 for those of a free body as a whole) that rotates with the angular velocity `speed`, rad/s; ascending, as
-/// many as modes: of those as a whole the precession of the axis oscillates, the others have the frequency 0. An error where rotation leaves no stiffness.
+/// The waves of an undamped body with the modes `omega` (rad/s; 0 for those of a free body as a whole) that rotates
+/// with the angular velocity `speed`, rad/s; ascending, as many as modes: of those as a whole the precession of the
+/// axis oscillates, the others have the frequency 0. An error where rotation leaves no stiffness.
 pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<Wave>> {
     let m = omega.len();
     let Dynamics { stiffness, damping: gyroscopic, .. } =
@@ -113,8 +117,9 @@ pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<
 mod tests {
     use super::*;
 
-    /// A pair (cos nθ, sin nθ) of a body in which the material moves along the axis only: waves p = ω0 ± nΩ of the fixed frame, and −δ for both with the
-    /// damping of the material, δ = c/2: what moves with the material decays alike in either frame.
+    /// A pair (cos nθ, sin nθ) of a body in which the material moves along the axis only: waves p = ω0 ± nΩ of the
+    /// fixed frame, and −δ for both with the damping of the material, δ = c/2: what moves with the material decays
+    /// alike in either frame.
     #[test]
     fn an_axial_pair_splits_by_its_diameters_and_decays_with_the_material() {
         let (w, n, speed, c) = (2.0e3, 3.0, 25.0, 6.0);

@@ -1,8 +1,9 @@
-//! SHA-256 of what later runs take up: of a whole dataset in its attribute `sha256`, of the rows that each rank wrote in the group `/checksums`.
+//! SHA-256 of what later runs take up: of a whole dataset in its attribute `sha256`, of the rows that each rank wrote
+//! in the group `/checksums`.
 //!
-//! The sum goes over the path of the dataset, its shape (or the first row and the number of rows) and the values in little-endian bytes, texts
-//! with a zero byte behind each: values that were changed, moved or taken from elsewhere do not fit it. HDF5's own checksum is of no use here: it
-//! leaves out scalars, contiguous datasets and metadata.
+//! The sum goes over the path of the dataset, its shape (or the first row and the number of rows) and the values in
+//! little-endian bytes, texts with a zero byte behind each: values that were changed, moved or taken from elsewhere
+//! do not fit it. HDF5's own checksum is of no use here: it leaves out scalars, contiguous datasets and metadata.
 
 use super::table::Table;
 use super::values::Values;
@@ -62,7 +63,8 @@ impl Written {
         self.sums.extend(digest(&slab.path, &[slab.start, rows], &slab.values));
     }
 
-    /// Collective: those of all ranks as tables, on rank 0. All ranks write rows of the same datasets in the same order.
+    /// Collective: those of all ranks as tables, on rank 0. All ranks write rows of the same datasets in the same
+    /// order.
     pub(super) fn tables(self, world: &World) -> Vec<Table> {
         let (dataset, first) = (world.gather(&self.dataset), world.gather(&self.first));
         let (rows, sums) = (world.gather(&self.rows), world.gather(&self.sums));
@@ -87,7 +89,8 @@ impl Written {
 pub(super) struct Pieces(BTreeMap<String, Vec<(usize, usize, Vec<u8>)>>);
 
 impl Pieces {
-    /// From the datasets of the group `/checksums` in the order in which they are written; `None` where they contradict each other.
+    /// From the datasets of the group `/checksums` in the order in which they are written; `None` where they
+    /// contradict each other.
     pub(super) fn new(tables: [Values; 5]) -> Option<Self> {
         let [Values::Text(names), Values::I32(dataset), Values::I64(first), Values::I64(rows), Values::U8(sums)] =
             tables
@@ -109,7 +112,8 @@ impl Pieces {
         Some(Self(pieces))
     }
 
-    /// Whether the `rows` rows of a dataset from `start` on, which `part` gives by index of the first and number, are whole pieces with the right sums.
+    /// Whether the `rows` rows of a dataset from `start` on, which `part` gives by index of the first and number, are
+    /// whole pieces with the right sums.
     pub(super) fn fit(&self, path: &str, start: usize, rows: usize, part: impl Fn(usize, usize) -> Values) -> bool {
         let mut next = start;
         for (first, count, sum) in self.0.get(path).into_iter().flatten() {

@@ -59,8 +59,8 @@ impl FieldSpec {
 pub struct PointField<'a> {
     /// Name and meaning.
     pub spec: FieldSpec,
-    /// For each body its values at this rank's local nodes (owned and ghosts, as in [`MeshPart::node_ids`]), node by node,
-    /// `[node_ids.len() * components]`.
+    /// For each body its values at this rank's local nodes (owned and ghosts, as in [`MeshPart::node_ids`]), node by
+    /// node, `[node_ids.len() * components]`.
     pub values: Vec<&'a [f64]>,
 }
 
@@ -110,9 +110,9 @@ pub fn on_points(
 }
 
 /// Collective: the three contact fields of one body at this rank's nodes: pressure (Pa), traction (Pa, `[3 * nodes]`, z
-/// component zero) and state. Away from the contact grid pressure and traction are 0, as the surface is free there, and the
-/// state is −1. On rank 0 `nodes` `[n]` are the grid's nodes in the whole mesh, `pressure` is `[n]`, `traction` `[2n]`
-/// (on body 1) and `state` `[n]` (0 open, 1 stick, 2 slip); other ranks pass empty slices.
+/// component zero) and state. Away from the contact grid pressure and traction are 0, as the surface is free there,
+/// and the state is −1. On rank 0 `nodes` `[n]` are the grid's nodes in the whole mesh, `pressure` is `[n]`,
+/// `traction` `[2n]` (on body 1) and `state` `[n]` (0 open, 1 stick, 2 slip); other ranks pass empty slices.
 pub fn contact_fields(
     world: &World,
     part: &MeshPart,

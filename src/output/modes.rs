@@ -7,11 +7,11 @@ use crate::parallel::World;
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Collective: writes the real modes of the bodies into a file of their own, to be finished, or attached to the main file. Its steps are numbered 1, 2, …: the modes of
-/// the first of `bodies`, then those of the next; while one body shows its mode the others stand still.
-/// Shapes are in single precision if `single`.
-/// `frequencies[b]` are the frequencies of the modes of body b, Hz; `shape(b, k)`, collective, returns mode k of body b at this
-/// rank's local nodes in lower form, mass-normalised, 1/√kg, `[3 * nodes]`.
+/// Collective: writes the real modes of the bodies into a file of their own, to be finished, or attached to the main
+/// file. Its steps are numbered 1, 2, …: the modes of the first of `bodies`, then those of the next; while one body
+/// shows its mode the others stand still. Shapes are in single precision if `single`. `frequencies[b]` are the
+/// frequencies of the modes of body b, Hz; `shape(b, k)`, collective, returns mode k of body b at this rank's local
+/// nodes in lower form, mass-normalised, 1/√kg, `[3 * nodes]`.
 pub fn write_modes<'w>(
     world: &'w World,
     path: &Path,

@@ -47,8 +47,8 @@ impl Partial {
         Self { path: temporary_name(target), target: target.to_owned(), owner: true, published: false }
     }
 
-    /// On rank 0: fails where a file of `bytes` could not be made. HDF5 1.10 does not survive a failure while it closes a
-    /// file, so what can be known is known before.
+    /// On rank 0: fails where a file of `bytes` could not be made. HDF5 1.10 does not survive a failure while it
+    /// closes a file, so what can be known is known before.
     pub(super) fn probe(&self, bytes: u64) -> Result<()> {
         let made = fs::OpenOptions::new().write(true).create_new(true).open(&self.path);
         drop(made.map_err(|e| failure(&self.target, &e))?);
@@ -56,8 +56,8 @@ impl Partial {
         room.and(fs::remove_file(&self.path).map_err(|e| failure(&self.target, &e)))
     }
 
-    /// On rank 0: lengthens the file to `bytes`, with the disk space for them, and fails where there is none. HDF5 cuts off
-    /// what it did not need when it closes the file.
+    /// On rank 0: lengthens the file to `bytes`, with the disk space for them, and fails where there is none. HDF5
+    /// cuts off what it did not need when it closes the file.
     pub(super) fn reserve(&self, bytes: u64) -> Result<()> {
         let file = fs::OpenOptions::new().write(true).open(&self.path).map_err(|e| failure(&self.target, &e))?;
         match rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, bytes.max(1)) {
@@ -118,7 +118,8 @@ impl Partial {
             }
         }
         Error::Io(format!(
-            "cannot write {}: HDF5 failed while {doing}: {e}; check the directory and the free space, or name another --output",
+            "cannot write {}: HDF5 failed while {doing}: {e}; check the directory and the free space, or name \
+             another --output",
             self.target.display()
         ))
     }

@@ -1,4 +1,5 @@
-//! The contact grid on the surface of a body, where its nodes are none of the mesh's: cells of its own beside those of the body.
+//! The contact grid on the surface of a body, where its nodes are none of the mesh's: cells of its own beside those
+//! of the body.
 
 use super::fields::{FieldKind, FieldSpec};
 use crate::grid::Weights;
@@ -16,7 +17,8 @@ pub struct GridPatch {
     pub lines: [usize; 2],
     /// Nodes in the body's own (lower) form, m, `[nx*ny]`, node (i, j) the (i + nx·j)-th.
     pub points: Vec<[f64; 3]>,
-    /// Names of all fields of the file and their values here, node by node, vectors in the body's own form, `[nx*ny * components]`.
+    /// Names of all fields of the file and their values here, node by node, vectors in the body's own form, `[nx*ny *
+    /// components]`.
     pub values: Vec<(String, Vec<f64>)>,
 }
 
@@ -97,8 +99,9 @@ pub(super) fn values(spec: &FieldSpec, patches: &[GridPatch]) -> Result<Vec<f64>
     Ok(all)
 }
 
-/// Collective: weighted sums of nodal `values`, which each rank has at its local nodes, `[node_ids.len() * components]`: `rows` of nodes of the whole mesh are
-/// rank 0's. On rank 0 `[rows.len() * components]`, nothing elsewhere.
+/// Collective: weighted sums of nodal `values`, which each rank has at its local nodes, `[node_ids.len() *
+/// components]`: `rows` of nodes of the whole mesh are rank 0's. On rank 0 `[rows.len() * components]`, nothing
+/// elsewhere.
 pub fn averaged(world: &World, part: &MeshPart, rows: &[Weights], values: &[f64], components: usize) -> Vec<f64> {
     let mut nodes: Vec<u32> = rows.iter().flatten().map(|&(node, _)| node).collect();
     nodes.sort_unstable();

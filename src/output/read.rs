@@ -58,7 +58,8 @@ impl Reader {
         names.map_err(|e| self.fault(group, &e.to_string()))
     }
 
-    /// Shape and values of a dataset whose SHA-256 was written beside it; an error where they do not fit it, or where there is none.
+    /// Shape and values of a dataset whose SHA-256 was written beside it; an error where they do not fit it, or where
+    /// there is none.
     pub fn verified(&self, path: &str) -> Result<(Vec<usize>, Values)> {
         let (shape, values) = self.read(path)?;
         let sum = self.attribute(path, SUM).map_err(|e| e.context("a checksum is missing"))?;
@@ -106,11 +107,16 @@ impl Reader {
         let part = |first: usize, count: usize| values.part(first * columns..(first + count) * columns);
         match self.pieces.get().is_some_and(|p| p.fit(path, rows.start, rows.len(), part)) {
             true => Ok(()),
-            false => Err(self.fault(path, "it is damaged: the SHA-256 of its pieces are not those with which they were written; make the file again")),
+            false => Err(self.fault(
+                path,
+                "it is damaged: the SHA-256 of its pieces are not those with which \
+             they were written; make the file again",
+            )),
         }
     }
 
-    /// An error where a dataset is larger than what there is of it in the file: damage to a size alone must not ask for memory without end.
+    /// An error where a dataset is larger than what there is of it in the file: damage to a size alone must not ask
+    /// for memory without end.
     fn holds(&self, dataset: &hdf5::Dataset) -> hdf5::Result<()> {
         let size = dataset.dtype()?.size() as u128;
         let bytes = |shape: &[usize]| shape.iter().fold(size, |n, &along| n.saturating_mul(along as u128));
@@ -169,7 +175,8 @@ impl Reader {
         }
     }
 
-    /// Rows `rows` of a dataset of three columns in single or double precision, `[rows, 3]` row by row; they fit the sums of the pieces in the file.
+    /// Rows `rows` of a dataset of three columns in single or double precision, `[rows, 3]` row by row; they fit the
+    /// sums of the pieces in the file.
     pub fn rows(&self, path: &str, rows: Range<usize>) -> Result<Vec<f64>> {
         let read = || -> hdf5::Result<Values> {
             let dataset = self.file.dataset(path)?;
@@ -209,7 +216,8 @@ impl Reader {
         read().map(|t| t.as_str().to_owned()).map_err(|e| self.fault(path, &format!("attribute {name}: {e}")))
     }
 
-    /// Reads all datasets of a group and of those in it, `deep` groups at most below each other: damaged links may lead back.
+    /// Reads all datasets of a group and of those in it, `deep` groups at most below each other: damaged links may
+    /// lead back.
     fn survey(&self, group: &str, deep: usize) -> Result<()> {
         if !self.has(group) {
             return Ok(());
@@ -234,8 +242,9 @@ impl Reader {
     }
 }
 
-/// In a process of its own, as libhdf5 may crash: reads all that a later run may take up from a result file, or only what says what it is, with no more memory
-/// than ten times the file and 64 MB. Errors are those of reading; `Error::Memory` where more was asked for.
+/// In a process of its own, as libhdf5 may crash: reads all that a later run may take up from a result file, or only
+/// what says what it is, with no more memory than ten times the file and 64 MB. Errors are those of reading;
+/// `Error::Memory` where more was asked for.
 pub fn survey(path: &Path, head: bool) -> Result<()> {
     let size = std::fs::metadata(path).map_or(0, |m| m.len());
     memory::confine(size.saturating_mul(10).saturating_add(ROOM));

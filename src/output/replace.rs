@@ -9,8 +9,8 @@ use std::path::Path;
 /// The first bytes of an HDF5 file.
 const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
-/// An error if something stands at `target` that a run must not replace: anything without `overwrite`; with it, what is no regular file, and
-/// what is no result of this program.
+/// An error if something stands at `target` that a run must not replace: anything without `overwrite`; with it, what
+/// is no regular file, and what is no result of this program.
 pub(super) fn replaceable(target: &Path, overwrite: bool) -> Result<()> {
     let name = target.display();
     let Ok(found) = fs::symlink_metadata(target) else { return Ok(()) };
@@ -31,7 +31,8 @@ pub(super) fn replaceable(target: &Path, overwrite: bool) -> Result<()> {
     };
     if let Some(strange) = strange {
         return Err(Error::Job(format!(
-            "{name} is {strange}, expected a file or nothing; results do not replace it: remove it, or name another --output"
+            "{name} is {strange}, expected a file or nothing; results do not replace it: remove it, or name \
+             another --output"
         )));
     }
     if !overwrite {
@@ -40,7 +41,8 @@ pub(super) fn replaceable(target: &Path, overwrite: bool) -> Result<()> {
     match is_result(target)? {
         true => Ok(()),
         false => Err(Error::Job(format!(
-            "{name} is no result file of this program, and --force replaces nothing else: remove it, or name another --output"
+            "{name} is no result file of this program, and --force replaces nothing else: remove it, or name \
+             another --output"
         ))),
     }
 }

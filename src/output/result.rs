@@ -25,8 +25,8 @@ pub const MODEL: &str = "model.h5";
 /// The mode shapes of a run that is not complete, in double precision.
 pub const SHAPES: &str = "model.shapes.h5";
 
-/// One HDF5 file being made. Nothing appears under its name before [`ResultFile::finish`], and nothing at all if the run
-/// fails before.
+/// One HDF5 file being made. Nothing appears under its name before [`ResultFile::finish`], and nothing at all if the
+/// run fails before.
 pub struct ResultFile<'w> {
     world: &'w World,
     target: PathBuf,
@@ -85,13 +85,14 @@ impl<'w> ResultFile<'w> {
         &self.left
     }
 
-    /// Collective: writes the static fields, once: both bodies, the fields at their points, the body and the rank of each
-    /// cell. Fields are named once each.
+    /// Collective: writes the static fields, once: both bodies, the fields at their points, the body and the rank of
+    /// each cell. Fields are named once each.
     pub fn fields(&mut self, bodies: &[BodyPart], fields: &[PointField]) -> Result<()> {
         self.fields_and_grid(bodies, fields, &[])
     }
 
-    /// Collective: as [`ResultFile::fields`], with cells of the contact grid on the bodies as a piece of their own: rank 0's count.
+    /// Collective: as [`ResultFile::fields`], with cells of the contact grid on the bodies as a piece of their own:
+    /// rank 0's count.
     pub fn fields_and_grid(&mut self, bodies: &[BodyPart], fields: &[PointField], patches: &[GridPatch]) -> Result<()> {
         let world = self.world;
         if self.partial.is_some() {
@@ -130,8 +131,9 @@ impl<'w> ResultFile<'w> {
         Ok(())
     }
 
-    /// Collective: the tables of rank 0, computed so far, are kept in a file of their own beside this one until it is complete: `FILE.model.h5`, which
-    /// stays where the run fails later. That of an earlier run, or of this one, makes room. `all` if the compliance is among them.
+    /// Collective: the tables of rank 0, computed so far, are kept in a file of their own beside this one until it is
+    /// complete: `FILE.model.h5`, which stays where the run fails later. That of an earlier run, or of this one,
+    /// makes room. `all` if the compliance is among them.
     pub fn keep(&mut self, tables: &[Table], all: bool) -> Result<()> {
         let target = companion(&self.target, MODEL);
         self.world.on_root(|| {
@@ -155,7 +157,8 @@ impl<'w> ResultFile<'w> {
         companion(&self.target, SHAPES)
     }
 
-    /// Collective: the mode shapes of this run, made as [`ResultFile::shapes`], are kept; without any, those of an earlier run go.
+    /// Collective: the mode shapes of this run, made as [`ResultFile::shapes`], are kept; without any, those of an
+    /// earlier run go.
     pub fn keep_shapes(&mut self, shapes: Option<SequenceFile>) -> Result<()> {
         let path = self.shapes();
         match shapes {
@@ -218,8 +221,8 @@ impl<'w> ResultFile<'w> {
         Ok(())
     }
 
-    /// Collective: writes the tables and, after all others, those that `last` gives on rank 0; then the file, and those attached, get their names, and a file with
-    /// fields the link `FILE.hdf`.
+    /// Collective: writes the tables and, after all others, those that `last` gives on rank 0; then the file, and
+    /// those attached, get their names, and a file with fields the link `FILE.hdf`.
     pub fn finish(mut self, last: impl FnOnce() -> Vec<Table>) -> Result<()> {
         let world = self.world;
         let mut partial = self.begun()?;

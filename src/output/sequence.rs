@@ -1,4 +1,5 @@
-//! Sequences of fields on a geometry that stays: modes one after the other, a complex mode over its period, a transient.
+//! Sequences of fields on a geometry that stays: modes one after the other, a complex mode over its period, a
+//! transient.
 
 use super::checksums::Written;
 use super::fields::{BodyPart, FieldSpec, PointField};
@@ -77,8 +78,8 @@ impl<'w> SequenceFile<'w> {
         Ok(file)
     }
 
-    /// Collective: writes the fields of a step, in the order of the specs: `fields[f][b]` are the values of field f at the
-    /// local nodes of body b, as in [`PointField::values`].
+    /// Collective: writes the fields of a step, in the order of the specs: `fields[f][b]` are the values of field f
+    /// at the local nodes of body b, as in [`PointField::values`].
     pub fn step(&mut self, step: usize, fields: &[Vec<&[f64]>]) -> Result<()> {
         let slabs = if step >= self.steps || fields.len() != self.specs.len() {
             let (have, want) = (fields.len(), self.specs.len());

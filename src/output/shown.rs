@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 /// What these programs know a file with fields by.
 const EXTENSION: &str = "hdf";
 
-/// The link to the main file `path`, whether there is one or not: `run.hdf` of `run.h5`. None for a file that has this name itself.
+/// The link to the main file `path`, whether there is one or not: `run.hdf` of `run.h5`. None for a file that has
+/// this name itself.
 pub(super) fn link(path: &Path) -> Option<PathBuf> {
     Some(path.with_extension(EXTENSION)).filter(|link| link != path)
 }
 
-/// The main file `path` is there: with fields a link leads to it, without any a link of an earlier run goes. What somebody else has put under
-/// that name stays, and a file system without links is no reason to fail, as the main file is complete without it.
+/// The main file `path` is there: with fields a link leads to it, without any a link of an earlier run goes. What
+/// somebody else has put under that name stays, and a file system without links is no reason to fail, as the main
+/// file is complete without it.
 pub(super) fn show(path: &Path, fields: bool) -> io::Result<()> {
     let (Some(link), Some(name)) = (link(path), path.file_name()) else { return Ok(()) };
     match fs::read_link(&link) {

@@ -1,4 +1,5 @@
-//! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws (`docs/output.md`, "Meshes before a run").
+//! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws (`docs/output.md`,
+//! "Meshes before a run").
 
 use super::partial::{sweep, Partial};
 use super::read::Reader;
@@ -55,7 +56,8 @@ pub struct Surfaces {
     pub groups: Vec<Group>,
     /// Nodes of the contact grid as they lie on the surface of each body that has one, the lower one first.
     pub contact: Vec<ContactNode>,
-    /// Nodes along x and y of the common grid, node (i, j) of a body its (i + nx·j)-th; zeros where the nodes are those of the meshes.
+    /// Nodes along x and y of the common grid, node (i, j) of a body its (i + nx·j)-th; zeros where the nodes are
+    /// those of the meshes.
     pub common: [usize; 2],
 }
 
@@ -136,7 +138,8 @@ impl Surfaces {
             Table::list(
                 "/surface/contact_on_face",
                 "-",
-                "1 where a facet of the contact surface is behind the contact node, 0 where the grid leaves the surface.",
+                "1 where a facet of the contact surface is behind the contact node, 0 where the grid leaves the \
+                 surface.",
                 self.contact.iter().map(|c| i8::from(c.on_face)).collect::<Vec<i8>>(),
             ),
             Table::list(

@@ -24,8 +24,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// The dataset at `path` ("/group/…/name") with `values` of `shape`, row-major; an empty shape is a scalar. `units` is
-    /// an SI unit, "1" for numbers without one, "-" for what is not a quantity (labels, text).
+    /// The dataset at `path` ("/group/…/name") with `values` of `shape`, row-major; an empty shape is a scalar.
+    /// `units` is an SI unit, "1" for numbers without one, "-" for what is not a quantity (labels, text).
     pub fn new(path: &str, units: &str, description: &str, shape: &[usize], values: impl Into<Values>) -> Self {
         Self {
             path: path.to_owned(),
@@ -92,7 +92,8 @@ impl Table {
 
     /// Adds the table to an open file.
     pub(super) fn write(&self, file: &File) -> hdf5::Result<()> {
-        // What later runs take up are matrices whose digits are noise to a compressor: a fifth less on disk for most of the time of writing.
+        // What later runs take up are matrices whose digits are noise to a compressor: a fifth less on disk for most
+        // of the time of writing.
         let large = !self.summed && self.values.bytes() >= COMPRESS_FROM && !matches!(self.values, Values::Text(_));
         let layout = match self.extendible {
             Some(rows) => Layout::Compressed(rows),

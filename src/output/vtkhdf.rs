@@ -1,4 +1,5 @@
-//! The group `/VTKHDF`: an UnstructuredGrid with one piece for each rank, as VTK's own reader wants it, and one for a contact grid beside the meshes.
+//! The group `/VTKHDF`: an UnstructuredGrid with one piece for each rank, as VTK's own reader wants it, and one for a
+//! contact grid beside the meshes.
 //!
 //! Layout after the VTKHDF specification (docs.vtk.org, "VTKHDF format specification"): version 1.0 without steps,
 //! 2.0 with them.
@@ -277,8 +278,8 @@ fn field_path(name: &str) -> String {
     format!("/VTKHDF/PointData/{name}")
 }
 
-/// On rank 0: makes the temporary file with the group `/VTKHDF` of the given version, the slots, allocated but empty, and
-/// the tables; then reserves its disk space. Without a version the file is empty.
+/// On rank 0: makes the temporary file with the group `/VTKHDF` of the given version, the slots, allocated but empty,
+/// and the tables; then reserves its disk space. Without a version the file is empty.
 pub(super) fn skeleton(
     partial: &Partial,
     version: Option<[i64; 2]>,
@@ -353,8 +354,9 @@ pub(super) fn write_slabs(world: &World, partial: &Partial, slabs: &[Slab]) -> R
     written.and(closed)
 }
 
-/// Files close with everything that is open in them, and HDF5 does not lock them: Lustre and NFS may have no locks, and it would open nothing there.
-/// None is needed: a file has its name when it is complete, and segments are locked by their manifest.
+/// Files close with everything that is open in them, and HDF5 does not lock them: Lustre and NFS may have no locks,
+/// and it would open nothing there. None is needed: a file has its name when it is complete, and segments are locked
+/// by their manifest.
 pub(super) fn strong(
     plist: &mut hdf5::plist::file_access::FileAccessBuilder,
 ) -> &mut hdf5::plist::file_access::FileAccessBuilder {

@@ -14,8 +14,8 @@ pub(crate) fn assembled<'p>(petsc: &'p Petsc<'_>, matrix: &DistCsr, block: usize
     assembled_with(petsc, &matrix, block, |row, at, _| Complex::new(matrix.row(row).1[at], 0.0))
 }
 
-/// Collective: a matrix with the pattern of `pattern`, all of whose entries are stored, whose entry in local row `row`, the `at`-th of that row, in global column `column` is
-/// `value(row, at, column)`.
+/// Collective: a matrix with the pattern of `pattern`, all of whose entries are stored, whose entry in local row
+/// `row`, the `at`-th of that row, in global column `column` is `value(row, at, column)`.
 pub(crate) fn assembled_with<'p>(
     petsc: &'p Petsc<'_>,
     pattern: &DistCsr,
@@ -35,7 +35,8 @@ pub(crate) fn assembled_with<'p>(
     // SAFETY: a live communicator and a valid output.
     let a = Handle::create(petsc, "creating a matrix", |a| unsafe { sys::MatCreate(comm, a) })?;
     let doing = "assembling a matrix";
-    // SAFETY: a live matrix; the counts have one entry per local row; columns and values are as long as their count says.
+    // SAFETY: a live matrix; the counts have one entry per local row; columns and values are as long as their count
+    // says.
     unsafe {
         let m = a.raw();
         check(sys::MatSetSizes(m, n, n, order, order), doing)?;

@@ -12,7 +12,8 @@ use std::ffi::CString;
 
 /// What helps against a complex factorisation without memory.
 const ADVICE: &str =
-    "solver.out_of_core, more ranks on more machines, a coarser mesh, or equal damping.alpha and damping.beta for both bodies, \
+    "solver.out_of_core, more ranks on more machines, a coarser mesh, or equal damping.alpha and damping.beta \
+     for both bodies, \
                       which needs real factorisations only";
 
 /// Right-hand sides solved at once.
@@ -30,8 +31,8 @@ pub struct ComplexFactor<'p> {
 }
 
 impl<'p> ComplexFactor<'p> {
-    /// Collective: factorises a sum of symmetric matrices with the same ranges, each with its factor. `prefix` is that of the PETSc options, `name`
-    /// stands for the matrix in messages.
+    /// Collective: factorises a sum of symmetric matrices with the same ranges, each with its factor. `prefix` is
+    /// that of the PETSc options, `name` stands for the matrix in messages.
     pub fn new(petsc: &'p Petsc<'p>, terms: &[(&DistCsr, Complex<f64>)], prefix: &str, name: &str) -> Result<Self> {
         let missing = || Error::Defect("a factorisation of no matrix".into());
         let Some((first, others)) = terms.split_first() else { return Err(missing()) };
@@ -40,7 +41,8 @@ impl<'p> ComplexFactor<'p> {
         let value =
             |row: usize, _: usize, column: u64| terms.iter().map(|(matrix, f)| f * matrix.get(row, column)).sum();
         let matrix = super::aij::assembled_with(petsc, &pattern, 1, value)?;
-        // PETSc passes MUMPS its ordering by the option only. SCOTCH (3) is used where MUMPS has it, else MUMPS chooses.
+        // PETSc passes MUMPS its ordering by the option only. SCOTCH (3) is used where MUMPS has it, else MUMPS
+        // chooses.
         petsc.default_option(&format!("{prefix}mat_mumps_icntl_7"), "3")?;
         if let Some(scratch) = petsc.world().scratch.get() {
             petsc.default_option(&format!("{prefix}mat_mumps_icntl_22"), "1")?;
@@ -137,7 +139,8 @@ impl<'p> ComplexFactor<'p> {
             let count = BLOCK.min(nrhs - first);
             let (b, x) = (self.dense(count)?, self.dense(count)?);
             let values = &mut rhs[first * n..(first + count) * n];
-            // SAFETY: live dense matrices of `count` columns of `n` local rows each, stored column by column without gaps.
+            // SAFETY: live dense matrices of `count` columns of `n` local rows each, stored column by column without
+            // gaps.
             unsafe {
                 let mut array = std::ptr::null_mut();
                 check(sys::MatDenseGetArray(b.raw(), &mut array), doing)?;

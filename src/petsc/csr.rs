@@ -14,24 +14,25 @@ pub enum Stored {
     /// All of them.
     #[default]
     Whole,
-    /// Those on and below the diagonal, of a symmetric matrix. An entry between rows of two ranks stands on both all the same, so that a product needs
-    /// what one with all entries needs from other ranks.
+    /// Those on and below the diagonal, of a symmetric matrix. An entry between rows of two ranks stands on both all
+    /// the same, so that a product needs what one with all entries needs from other ranks.
     Lower {
         /// This rank's first row, global.
         first: u64,
     },
 }
 
-/// One rank's rows of a square real matrix. Rows are distributed in contiguous ranges. Of a symmetric matrix half of the entries are enough
-/// ([`Stored::Lower`]): they are most of the memory beside a factor, and of the time of a product.
+/// One rank's rows of a square real matrix. Rows are distributed in contiguous ranges. Of a symmetric matrix half of
+/// the entries are enough ([`Stored::Lower`]): they are most of the memory beside a factor, and of the time of a
+/// product.
 #[derive(Debug, Clone, Default)]
 pub struct DistCsr {
     /// First row of each rank, `[size + 1]`; the last entry is the order of the matrix.
     pub ranges: Vec<u64>,
     /// Start of each local row in `cols`, `[n_local + 1]`.
     pub indptr: Vec<usize>,
-    /// Global column of each entry, ascending in a row. Four bytes: beside the values the columns are most of a matrix, and no direct solver here
-    /// numbers more than 2³¹ rows.
+    /// Global column of each entry, ascending in a row. Four bytes: beside the values the columns are most of a
+    /// matrix, and no direct solver here numbers more than 2³¹ rows.
     pub cols: Vec<u32>,
     /// Value of each entry.
     pub values: Vec<f64>,
@@ -99,7 +100,8 @@ impl DistCsr {
             }
             if let Some(k) = values.iter().position(|v| !v.is_finite()) {
                 return Err(Error::Input(format!(
-                    "matrix {name}: entry ({}, {}) is {}. The mesh or the material behind it gives no finite element matrix.",
+                    "matrix {name}: entry ({}, {}) is {}. The mesh or the material behind it gives no finite \
+                     element matrix.",
                     rows.start + i as u64,
                     cols[k],
                     values[k]
@@ -162,8 +164,8 @@ impl DistCsr {
         world.max(sums.into_iter().fold(0.0, f64::max))
     }
 
-    /// Collective: largest |a_ij − a_ji| over the largest |a_ij|; 0 for an exactly symmetric matrix. Where half of the entries are stored this sees only
-    /// those between rows of two ranks.
+    /// Collective: largest |a_ij − a_ji| over the largest |a_ij|; 0 for an exactly symmetric matrix. Where half of
+    /// the entries are stored this sees only those between rows of two ranks.
     pub fn asymmetry(&self, world: &World) -> f64 {
         let first = self.ranges[world.rank];
         let own = self.rows_of(world.rank);
@@ -236,13 +238,15 @@ impl DistCsr {
         starts
     }
 
-    /// Tells of every entry of the rows with all entries, which begin at `starts`, its place, its column, and where its value is stored.
+    /// Tells of every entry of the rows with all entries, which begin at `starts`, its place, its column, and where
+    /// its value is stored.
     fn spread(&self, starts: &[usize], mut put: impl FnMut(usize, u32, usize)) {
         let mut next = starts[..self.n_local()].to_vec();
         let last = self.ranges.last().copied().unwrap_or(0);
         for i in 0..self.n_local() {
             let mirrored = self.mirrored(i);
-            // Left of the diagonal and on it; what is mirrored follows from later rows, and columns of later ranks end the row.
+            // Left of the diagonal and on it; what is mirrored follows from later rows, and columns of later ranks
+            // end the row.
             let split = match self.stored {
                 Stored::Whole => last,
                 Stored::Lower { .. } => mirrored.end + 1,
@@ -267,8 +271,8 @@ impl DistCsr {
         }
     }
 
-    /// This matrix minus `sigma` times `other`, on the union of both patterns, stored as this one is; `other` must be symmetric too where half of the
-    /// entries are stored. Both have the same ranges.
+    /// This matrix minus `sigma` times `other`, on the union of both patterns, stored as this one is; `other` must be
+    /// symmetric too where half of the entries are stored. Both have the same ranges.
     pub fn minus_scaled(&self, sigma: f64, other: &DistCsr) -> DistCsr {
         if sigma == 0.0 {
             return self.clone();
@@ -313,8 +317,8 @@ impl DistCsr {
         sum
     }
 
-    /// Uncouples the degrees of freedom `held` (global, ascending, those of all rows and columns of this rank among them): their rows and columns
-    /// become 0, their diagonal is multiplied by `diagonal`.
+    /// Uncouples the degrees of freedom `held` (global, ascending, those of all rows and columns of this rank among
+    /// them): their rows and columns become 0, their diagonal is multiplied by `diagonal`.
     pub fn hold(&mut self, rank: usize, held: &[u64], diagonal: f64) {
         if held.is_empty() {
             return;

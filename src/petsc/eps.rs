@@ -1,8 +1,8 @@
 //! Real symmetric generalised eigenproblem K x = λ M x by SLEPc's Krylov–Schur method, shift-invert.
 //!
-//! SLEPc sees complex vectors, but the operator (K − σM)⁻¹M is applied with the real factorisation: a real starting vector
-//! stays real, as every product with a zero imaginary part is an exact zero. It is the second opinion on the block method of
-//! [`crate::eigen`], which judges what both find.
+//! SLEPc sees complex vectors, but the operator (K − σM)⁻¹M is applied with the real factorisation: a real starting
+//! vector stays real, as every product with a zero imaginary part is an exact zero. It is the second opinion on the
+//! block method of [`crate::eigen`], which judges what both find.
 
 use super::csr::norm2;
 use super::handle::{read, vector, write, Handle, Span};
@@ -169,7 +169,8 @@ fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -
         check(slepc::EPSGetConvergedReason(e, &mut reason), doing)?;
         if (converged as usize) < options.count {
             return Err(Error::NotConverged(format!(
-                "modes: only {converged} of {} converged in {iterations} restarts (SLEPc reason {reason}). Ask for fewer \
+                "modes: only {converged} of {} converged in {iterations} restarts (SLEPc reason {reason}). Ask \
+                 for fewer \
                  modes, or give a larger subspace with the PETSc option -{}eps_ncv.",
                 options.count, options.prefix
             )));

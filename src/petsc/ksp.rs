@@ -1,8 +1,9 @@
 //! Iterative solver for real symmetric positive definite matrices too large to factorise: conjugate gradients
-//! preconditioned by PETSc's algebraic multigrid (GAMG, smoothed aggregation with the rigid-body motions as near null space).
+//! preconditioned by PETSc's algebraic multigrid (GAMG, smoothed aggregation with the rigid-body motions as near null
+//! space).
 //!
-//! PETSc's vectors are complex and the matrix is real, so one complex solve carries two real right-hand sides, one in the
-//! real and one in the imaginary part.
+//! PETSc's vectors are complex and the matrix is real, so one complex solve carries two real right-hand sides, one in
+//! the real and one in the imaginary part.
 
 use super::aij::assembled;
 use super::csr::{dot, norm2, DistCsr};
@@ -49,25 +50,26 @@ enum Norm {
     Energy,
 }
 
-/// Settings of GAMG that differ from PETSc's defaults, unless the user gives them. The flat elements between a fine contact
-/// patch and a coarse rim need both: with Jacobi smoothing such a mesh takes four times the iterations, on one of 143 000
-/// rows more than 300 instead of 72.
+/// Settings of GAMG that differ from PETSc's defaults, unless the user gives them. The flat elements between a fine
+/// contact patch and a coarse rim need both: with Jacobi smoothing such a mesh takes four times the iterations, on
+/// one of 143 000 rows more than 300 instead of 72.
 const DEFAULTS: &[(&str, &str)] = &[
     ("pc_gamg_threshold", "0.04"),
     ("mg_levels_pc_type", "sor"),
-    // The largest eigenvalue of each level. With conjugate gradients, PETSc's own choice, an indefinite matrix ends the iteration early, and what it then takes
-    // for a tridiagonal matrix may hold anything: with a NaN in it a loop of `KSPComputeExtremeSingularValues_CG` (3.18) has no end, on this rank alone.
+    // The largest eigenvalue of each level. With conjugate gradients, PETSc's own choice, an indefinite matrix ends
+    // the iteration early, and what it then takes for a tridiagonal matrix may hold anything: with a NaN in it a loop
+    // of `KSPComputeExtremeSingularValues_CG` (3.18) has no end, on this rank alone.
     ("pc_gamg_esteig_ksp_type", "gmres"),
 ];
 
-/// Shift of the diagonal in the smoother, as a part of the largest entry. An aggregate of fewer nodes than it takes for six
-/// independent motions leaves zero rows on the coarse grid, which successive over-relaxation would divide by.
+/// Shift of the diagonal in the smoother, as a part of the largest entry. An aggregate of fewer nodes than it takes
+/// for six independent motions leaves zero rows on the coarse grid, which successive over-relaxation would divide by.
 const DIAGONAL_SHIFT: f64 = 1e-10;
 
 impl<'p> Iterative<'p> {
-    /// Collective: sets up the solver of `matrix`, whose rows come in blocks of `block` (3 for displacements, 1 if rows do not
-    /// come in equal blocks). `near_null` holds the local rows of vectors that the matrix without its supports maps to zero.
-    /// `name` stands for the matrix in messages.
+    /// Collective: sets up the solver of `matrix`, whose rows come in blocks of `block` (3 for displacements, 1 if
+    /// rows do not come in equal blocks). `near_null` holds the local rows of vectors that the matrix without its
+    /// supports maps to zero. `name` stands for the matrix in messages.
     pub fn new(
         petsc: &'p Petsc<'p>,
         matrix: impl Into<Held<'p>>,
@@ -103,10 +105,10 @@ impl<'p> Iterative<'p> {
         Ok(())
     }
 
-    /// Collective: improves the approximate solutions `x` of `nrhs` right-hand sides until (rᵀBr)^½ ≤ `tolerance`·(bᵀBb)^½ for each, with
-    /// r = b − Ax and the preconditioner B in the place of A⁻¹: then the error of x is so small in the energy norm, which bounds
-    /// the error at any one place, as the norm of r does not. Only what x lacks is solved for. Local rows, `[n_local, nrhs]`
-    /// column by column.
+    /// Collective: improves the approximate solutions `x` of `nrhs` right-hand sides until (rᵀBr)^½ ≤
+    /// `tolerance`·(bᵀBb)^½ for each, with r = b − Ax and the preconditioner B in the place of A⁻¹: then the error of
+    /// x is so small in the energy norm, which bounds the error at any one place, as the norm of r does not. Only
+    /// what x lacks is solved for. Local rows, `[n_local, nrhs]` column by column.
     pub fn improve(&mut self, x: &mut [f64], rhs: &[f64], nrhs: usize, tolerance: f64) -> Result<()> {
         self.iterate(x, rhs, nrhs, tolerance, Norm::Energy)
     }
@@ -162,13 +164,10 @@ impl<'p> Iterative<'p> {
             }
         }
         Err(Error::NotConverged(format!(
-            "{}conjugate gradients with multigrid: the residual is {:.1e} of the right-hand side, not {:.1e} as asked for, after {} iterations. \
+            "{}conjugate gradients with multigrid: the residual is {:.1e} of the right-hand side, not {:.1e} as \
+             asked for, after {} iterations. \
              Use solver.linear \"mumps\", or choose another preconditioner by the PETSc option -{}pc_type.",
-            self.options.prefix,
-            size,
-            tolerance,
-            self.iterations,
-            self.options.prefix
+            self.options.prefix, size, tolerance, self.iterations, self.options.prefix
         )))
     }
 
@@ -244,16 +243,17 @@ impl<'p> Iterative<'p> {
                 _ => "PETSc gave up",
             };
             return Err(Error::NotConverged(format!(
-                "{}conjugate gradients with multigrid: {why} (reason {reason}) after {iterations} iterations. Use solver.linear \"mumps\".",
+                "{}conjugate gradients with multigrid: {why} (reason {reason}) after {iterations} iterations. \
+                 Use solver.linear \"mumps\".",
                 self.options.prefix
             )));
         }
         Ok(solution)
     }
 
-    /// Collective: the entries of the inverse at `rows` × `rows` (global numbers, the same on every rank), `[rows, rows]` on
-    /// rank 0 and empty elsewhere, by one solve for two rows. Made symmetric: the two halves differ by the tolerance.
-    /// `progress` is told rows done and rows in all.
+    /// Collective: the entries of the inverse at `rows` × `rows` (global numbers, the same on every rank), `[rows,
+    /// rows]` on rank 0 and empty elsewhere, by one solve for two rows. Made symmetric: the two halves differ by the
+    /// tolerance. `progress` is told rows done and rows in all.
     pub fn inverse_block(&mut self, rows: &[u64], progress: &mut dyn FnMut(usize, usize)) -> Result<Mat<f64>> {
         let world = self.petsc.world();
         let own = self.operator.matrix().rows_of(world.rank);

@@ -102,7 +102,8 @@ impl<'a> Operator<'a> {
         }
     }
 
-    /// Collective: Y = A X over local rows, both `[n_local, columns]` column by column. A pass through the matrix takes several columns.
+    /// Collective: Y = A X over local rows, both `[n_local, columns]` column by column. A pass through the matrix
+    /// takes several columns.
     pub fn apply_block(&self, world: &World, x: &[f64], y: &mut [f64], columns: usize) {
         let n = self.matrix.n_local();
         let mut with_ghosts = Vec::new();

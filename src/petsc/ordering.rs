@@ -8,7 +8,8 @@ use crate::parallel::World;
 use crate::{Error, Result};
 use metis_sys::idx_t;
 
-/// Collective: position of every row in the elimination, 0-based, on rank 0 (empty elsewhere). The pattern is symmetric.
+/// Collective: position of every row in the elimination, 0-based, on rank 0 (empty elsewhere). The pattern is
+/// symmetric.
 pub(crate) fn nested_dissection(world: &World, matrix: &DistCsr) -> Result<Vec<u32>> {
     // Consecutive rows with the same columns form a block; a rank's first row always begins one.
     // (Not bytes: the address of an empty slice of them is 1, which Open MPI takes for MPI_IN_PLACE.)
@@ -53,7 +54,8 @@ fn dissect(degrees: &[idx_t], mut neighbours: Vec<idx_t>, block_of: &[u32]) -> R
     for &d in degrees {
         at = at.checked_add(d).ok_or_else(|| {
             Error::Memory(format!(
-                "the graph of the matrix has more than {} edges, too many for METIS with indices of {} bit; use solver.linear \"gamg\"",
+                "the graph of the matrix has more than {} edges, too many for METIS with indices of {} bit; use \
+                 solver.linear \"gamg\"",
                 idx_t::MAX,
                 idx_t::BITS
             ))

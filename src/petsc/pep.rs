@@ -1,8 +1,9 @@
-//! Quadratic eigenproblem (λ²M + λC + K) x = 0, eigenvalues nearest to a complex target, by SLEPc's TOAR method with shift
-//! and inversion. The matrices and the inverse at the target are given by what they do to a vector.
+//! Quadratic eigenproblem (λ²M + λC + K) x = 0, eigenvalues nearest to a complex target, by SLEPc's TOAR method with
+//! shift and inversion. The matrices and the inverse at the target are given by what they do to a vector.
 //!
-//! SLEPc has been seen to report convergence on wrong pairs of saddle-point problems with a singular mass: the caller scales the
-//! problem so that the unknowns are of one size and |target| is about 1, and judges every pair on a residual of its own.
+//! SLEPc has been seen to report convergence on wrong pairs of saddle-point problems with a singular mass: the caller
+//! scales the problem so that the unknowns are of one size and |target| is about 1, and judges every pair on a
+//! residual of its own.
 
 use super::handle::{read, vector, write, Handle, Span};
 use super::session::{check, Petsc};
@@ -41,8 +42,8 @@ pub struct QuadraticModes {
     pub solves: usize,
 }
 
-/// Collective: the eigenpairs nearest to the target. `start` holds the local rows of the vector to begin with. `progress` is told converged
-/// and wanted pairs at every restart.
+/// Collective: the eigenpairs nearest to the target. `start` holds the local rows of the vector to begin with.
+/// `progress` is told converged and wanted pairs at every restart.
 pub fn quadratic(
     petsc: &Petsc,
     operator: &mut dyn ShellOperator,
@@ -131,7 +132,8 @@ fn solve(
         check(slepc::PEPGetConvergedReason(p, &mut reason), doing)?;
         if (converged as usize) < options.count {
             return Err(Error::NotConverged(format!(
-                "quadratic eigenproblem: only {converged} of {} eigenvalues converged in {iterations} restarts (SLEPc reason {reason}). \
+                "quadratic eigenproblem: only {converged} of {} eigenvalues converged in {iterations} restarts \
+                 (SLEPc reason {reason}). \
                  Ask for fewer, or give a larger subspace with the PETSc option -{}pep_ncv.",
                 options.count, options.prefix
             )));

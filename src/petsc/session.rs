@@ -106,8 +106,8 @@ impl<'w> Petsc<'w> {
         check(unsafe { sys::PetscPushErrorHandler(Some(collect), ptr::null_mut()) }, "setting PETSc's error handler")
     }
 
-    /// Collective: has OpenBLAS take its buffers now, if there is room for them. It takes them at the first product otherwise, and where MUMPS has
-    /// left no memory by then it asks for them again and again, for ever.
+    /// Collective: has OpenBLAS take its buffers now, if there is room for them. It takes them at the first product
+    /// otherwise, and where MUMPS has left no memory by then it asks for them again and again, for ever.
     fn touch_blas(&self) -> Result<()> {
         /// What OpenBLAS takes for a thread is at most half of this.
         const BUFFERS: f64 = 256e6;

@@ -1,5 +1,5 @@
-//! Operators of ours inside SLEPc's solvers: shell matrices, a shell preconditioner and a monitor whose work is guarded, so that neither an
-//! error nor a panic crosses C as anything but a code.
+//! Operators of ours inside SLEPc's solvers: shell matrices, a shell preconditioner and a monitor whose work is
+//! guarded, so that neither an error nor a panic crosses C as anything but a code.
 
 use super::handle::{read, write, Handle, Span};
 use super::session::{check, Petsc};
@@ -11,13 +11,14 @@ use std::ffi::c_void;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::ptr::{self, NonNull};
 
-/// An eigenproblem as the solver sees it, distributed over the ranks by rows: the matrices that go with the powers of the eigenvalue, and the
-/// inverse at the target.
+/// An eigenproblem as the solver sees it, distributed over the ranks by rows: the matrices that go with the powers of
+/// the eigenvalue, and the inverse at the target.
 pub trait ShellOperator {
     /// Rows on this rank.
     fn n_local(&self) -> usize;
 
-    /// Collective: y = A x with the matrix A of this power of the eigenvalue, K, C, M for 0, 1, 2 in (λ²M + λC + K) x = 0; local rows.
+    /// Collective: y = A x with the matrix A of this power of the eigenvalue, K, C, M for 0, 1, 2 in (λ²M + λC + K) x
+    /// = 0; local rows.
     fn multiply(&mut self, power: usize, x: &[Complex<f64>], y: &mut [Complex<f64>]) -> Result<()>;
 
     /// Collective: x := P(σ)⁻¹ x at the target σ; local rows.
@@ -160,8 +161,8 @@ impl<'a> Shell<'a> {
         Ok(ShellMatrix { matrix, _power: place })
     }
 
-    /// Makes the spectral transformation shift and inversion by the operator's own inverse: the matrix at the target is never formed, its
-    /// inverse is the preconditioner.
+    /// Makes the spectral transformation shift and inversion by the operator's own inverse: the matrix at the target
+    /// is never formed, its inverse is the preconditioner.
     ///
     /// # Safety
     /// `st` is live; `self` outlives every use of it.
@@ -202,8 +203,8 @@ unsafe extern "C" fn apply_matrix_transposed(mat: sys::Mat, x: sys::Vec, y: sys:
 /// `mat` is one of [`Shell::matrix`]; the vectors are live, distinct, and of its layout.
 unsafe fn product(mat: sys::Mat, x: sys::Vec, y: sys::Vec, transposed: bool) -> sys::PetscErrorCode {
     let mut place: *mut c_void = ptr::null_mut();
-    // SAFETY: the shell matrix was made with a pointer to a Power that lives as long as it, as does the Work that it points to. SLEPc passes live
-    // vectors, distinct, of the layout they were created with.
+    // SAFETY: the shell matrix was made with a pointer to a Power that lives as long as it, as does the Work that it
+    // points to. SLEPc passes live vectors, distinct, of the layout they were created with.
     unsafe {
         let code = sys::MatShellGetContext(mat, (&raw mut place).cast());
         if code != 0 {

@@ -4,9 +4,9 @@ use super::profile::{Piece, Profile};
 use crate::rails::{Rail, R60E1};
 use crate::Result;
 
-/// The wheel profile S1002 of EN 13715 (UIC 510-2), from the flange to the field side. The coefficients are those of the standard, for lengths
-/// in mm, y from the running circle and positive to the field side, z down; the standard ends the flange at y = −70 mm, where the line is
-/// vertical: it is cut 0.25 mm before.
+/// The wheel profile S1002 of EN 13715 (UIC 510-2), from the flange to the field side. The coefficients are those of
+/// the standard, for lengths in mm, y from the running circle and positive to the field side, z down; the standard
+/// ends the flange at y = −70 mm, where the line is vertical: it is cut 0.25 mm before.
 pub fn s1002() -> Result<Profile> {
     // Section H, G, F, D are arcs of circles: centre and radius, positive below the centre; E, C, B, A polynomials.
     let arc = |y: f64, z: f64, radius: f64| Piece::Arc { centre: [1e-3 * y, 1e-3 * z], radius: 1e-3 * radius };
@@ -47,8 +47,9 @@ pub fn s1002() -> Result<Profile> {
     Profile::new("S1002", breaks.map(|b| 1e-3 * b).to_vec(), pieces)
 }
 
-/// The head of the rail 60E1 of EN 13674-1, upright: arcs of 300, 80 and 13 mm that meet tangentially 20.456 mm and 52.053 mm apart, sides of
-/// 1:20 (72 mm apart where they begin, 14.3 mm down); origin on the crown. [`Profile::turned`] cants it.
+/// The head of the rail 60E1 of EN 13674-1, upright: arcs of 300, 80 and 13 mm that meet tangentially 20.456 mm and
+/// 52.053 mm apart, sides of 1:20 (72 mm apart where they begin, 14.3 mm down); origin on the crown.
+/// [`Profile::turned`] cants it.
 pub fn rail_60e1() -> Result<Profile> {
     rail(&R60E1)
 }
@@ -59,7 +60,8 @@ pub fn rail(rail: &Rail) -> Result<Profile> {
     rail_head(rail.name, rail.head.radii, &widths, rail.head.side)
 }
 
-/// The head of the rail UIC 60 of the Manchester benchmark, upright: as [`rail_60e1`], but for the places at which its arcs meet.
+/// The head of the rail UIC 60 of the Manchester benchmark, upright: as [`rail_60e1`], but for the places at which
+/// its arcs meet.
 pub fn uic60() -> Result<Profile> {
     rail_head("UIC60", &[300e-3, 80e-3, 13e-3], &[21e-3, 51.976e-3], 20.0)
 }

@@ -101,8 +101,8 @@ fn columns(name: &str, text: &str) -> Result<Raw> {
 /// Columns of Miniprof without a `ColumnDef`.
 const MINIPROF: [&str; 5] = ["X", "Y", "A", "C", "N"];
 
-/// Miniprof (Greenwood Engineering): a header of `key=value` lines, or an old one with MINI…PROF in its first lines that a blank line ends; then
-/// the points, in mm. `ColumnDef` names the columns; a double quote begins a comment.
+/// Miniprof (Greenwood Engineering): a header of `key=value` lines, or an old one with MINI…PROF in its first lines
+/// that a blank line ends; then the points, in mm. `ColumnDef` names the columns; a double quote begins a comment.
 fn miniprof(name: &str, text: &str) -> Result<Raw> {
     let mut rows = Vec::new();
     let old = text::lines(text).take(3).any(|(_, l)| l.contains("MINIPROF") || l.contains("MINIWHEELPROF"));
@@ -142,7 +142,8 @@ fn miniprof(name: &str, text: &str) -> Result<Raw> {
     }
     if rows.is_empty() {
         return Err(Error::Input(format!(
-            "{name}: found no points, expected them after the header (an old one, with MINIPROF, ends with a blank line); name a file of two \
+            "{name}: found no points, expected them after the header (an old one, with MINIPROF, ends with a \
+             blank line); name a file of two \
              plain columns otherwise than .whl or .ban"
         )));
     }
@@ -200,8 +201,9 @@ impl Changes {
     }
 }
 
-/// SIMPACK .prw and .prr: sections `header`, `spline` and in it `point`, between `.begin` and `.end`; keys change the points in the order of
-/// their numbers in the file's own comments: thinned, shifted, turned, cut, mirrored, inverted, scaled. An exclamation mark begins a comment.
+/// SIMPACK .prw and .prr: sections `header`, `spline` and in it `point`, between `.begin` and `.end`; keys change the
+/// points in the order of their numbers in the file's own comments: thinned, shifted, turned, cut, mirrored,
+/// inverted, scaled. An exclamation mark begins a comment.
 fn simpack(name: &str, text: &str) -> Result<Raw> {
     let mut changes = Changes {
         distance: 0.0,
@@ -260,7 +262,8 @@ fn simpack(name: &str, text: &str) -> Result<Raw> {
 fn apply(name: &str, mut points: Vec<Point>, c: &Changes, source: String) -> Result<Raw> {
     if !(c.length > 0.0 && c.angle > 0.0) {
         return Err(Error::Input(format!(
-            "{name}: found the unit factors {} for lengths and {} for angles, expected numbers above zero (1000 for mm)",
+            "{name}: found the unit factors {} for lengths and {} for angles, expected numbers above zero (1000 \
+             for mm)",
             c.length, c.angle
         )));
     }

@@ -4,8 +4,9 @@ use super::pose::{along, dot, Vector, Wheel};
 use super::TrackSide;
 use crate::{Error, Result};
 
-/// The frame of a contact as the program has it: x backwards along the track, y to the right along the tangent of the rail, z the outward normal
-/// of the rail. Positions are in the track frame, right-hand form; the side says how they are seen.
+/// The frame of a contact as the program has it: x backwards along the track, y to the right along the tangent of the
+/// rail, z the outward normal of the rail. Positions are in the track frame, right-hand form; the side says how they
+/// are seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     pub(super) side: TrackSide,
@@ -21,8 +22,8 @@ impl Frame {
         [self.origin[0], self.side.sign() * self.origin[1], self.origin[2]]
     }
 
-    /// Contact angle δ, rad: positive where the rail falls to the right. A flange contact of a right-hand wheel has a negative one, of a
-    /// left-hand wheel a positive one.
+    /// Contact angle δ, rad: positive where the rail falls to the right. A flange contact of a right-hand wheel has a
+    /// negative one, of a left-hand wheel a positive one.
     pub fn angle(&self) -> f64 {
         self.side.sign() * self.angle
     }
@@ -55,7 +56,8 @@ impl Frame {
         self.components(axle).map(|v| sign * v)
     }
 
-    /// The component along z of the program's frame of an angular velocity of the track frame, right-hand form: a mirror image turns the other way.
+    /// The component along z of the program's frame of an angular velocity of the track frame, right-hand form: a
+    /// mirror image turns the other way.
     fn turning(&self, w: Vector) -> f64 {
         self.side.sign() * dot(w, self.normal())
     }
@@ -68,7 +70,8 @@ pub struct Motion {
     pub speed: f64,
     /// Curvature of the track 1/R, 1/m: positive where it turns to the right.
     pub curvature: f64,
-    /// Angular speed about the axle, rad/s; without one the speed over the radius of the running circle, as of a wheel that would roll freely there.
+    /// Angular speed about the axle, rad/s; without one the speed over the radius of the running circle, as of a
+    /// wheel that would roll freely there.
     pub angular_speed: Option<f64>,
     /// Longitudinal creepage instead of that of the motion, 1.
     pub longitudinal: Option<f64>,
@@ -98,7 +101,8 @@ pub struct Creepages {
     pub speed: f64,
 }
 
-/// The creepages of a wheel in a frame. The wheel's point is that above the origin of the frame, of the undeformed wheel.
+/// The creepages of a wheel in a frame. The wheel's point is that above the origin of the frame, of the undeformed
+/// wheel.
 pub(super) fn creepages(wheel: &Wheel, frame: &Frame, motion: &Motion) -> Result<Creepages> {
     let turning = motion.angular_speed.unwrap_or(motion.speed / wheel.radius);
     for (what, unit, value) in [("speed", "m/s", motion.speed), ("angular speed of the wheel", "rad/s", turning)] {
@@ -117,7 +121,8 @@ pub(super) fn creepages(wheel: &Wheel, frame: &Frame, motion: &Motion) -> Result
     let spin = wheel.axle().map(|v| -turning * v);
     let [vx, vy, vz] =
         [spin[1] * arm[2] - spin[2] * arm[1], spin[2] * arm[0] - spin[0] * arm[2], spin[0] * arm[1] - spin[1] * arm[0]];
-    // Of the frame that travels with the contact the rail's material goes backwards with the speed, the wheel's with (vx, vy, vz).
+    // Of the frame that travels with the contact the rail's material goes backwards with the speed, the wheel's with
+    // (vx, vy, vz).
     let speed = 0.5 * (motion.speed - vx);
     // In a curve the way on the inner rail is shorter, V(1 − y/R), and the track turns under the wheel.
     let curvature = frame.side.sign() * motion.curvature;

@@ -29,22 +29,24 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// An error if one of the `closed` nodes lies beyond the end of a profile: the contact reaches an edge, where pressure is not that of smooth
-    /// bodies.
+    /// An error if one of the `closed` nodes lies beyond the end of a profile: the contact reaches an edge, where
+    /// pressure is not that of smooth bodies.
     pub fn refuse_edge(&self, closed: impl Fn(usize) -> bool) -> Result<()> {
         let Some(i) = (0..self.gap.len()).find(|&i| self.beyond[i] && closed(i)) else { return Ok(()) };
         let nx = self.x.len();
         Err(Error::Job(format!(
-            "placement: the contact reaches the end of a profile: found a closed node at x = {:.2}, y = {:.2} mm from the point of contact, \
-             beyond the wheel's or the rail's line; expected it inside both. Move the wheel, reduce the load, or give a profile that goes on",
+            "placement: the contact reaches the end of a profile: found a closed node at x = {:.2}, y = {:.2} \
+             mm from the point of contact, \
+             beyond the wheel's or the rail's line; expected it inside both. Move the wheel, reduce the load, \
+             or give a profile that goes on",
             1e3 * self.x[i % nx],
             1e3 * self.y[i / nx]
         )))
     }
 }
 
-/// Lines of a grid for an ellipse with the semi-extents `extent` along x and y, m: over ±1.7 of them, equally spaced with an eighth of the
-/// smaller one or as far apart as 97 lines are, a line through the origin.
+/// Lines of a grid for an ellipse with the semi-extents `extent` along x and y, m: over ±1.7 of them, equally spaced
+/// with an eighth of the smaller one or as far apart as 97 lines are, a line through the origin.
 pub fn grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
     finer_grid_lines(extent, SPACINGS)
 }
@@ -62,7 +64,8 @@ pub fn finer_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
 /// Gap beyond the part of a profile that belongs to the contact, m: no load closes it.
 const APART: f64 = 0.01;
 
-/// Distance of the rail from the tangent plane at `start`, along `direction`, m, and the y of the track at which it was met.
+/// Distance of the rail from the tangent plane at `start`, along `direction`, m, and the y of the track at which it
+/// was met.
 fn meet_rail(rail: &Profile, start: Vector, direction: Vector) -> Option<(f64, f64)> {
     let mut t = 0.0;
     for _ in 0..60 {
@@ -91,7 +94,8 @@ pub(super) fn gap(pair: &Pair, frame: &Frame, [x, y]: [&[f64]; 2], bounds: Optio
                 (meet_rail(&pair.rail, start, normal), pair.wheel.meet(start, normal))
             else {
                 return Err(Error::Job(format!(
-                    "placement: the grid leaves the profiles: at x = {:.2}, y = {:.2} mm from the point of contact the normal meets no wheel or \
+                    "placement: the grid leaves the profiles: at x = {:.2}, y = {:.2} mm from the point of \
+                     contact the normal meets no wheel or \
                      no rail; make the grid smaller",
                     1e3 * a,
                     1e3 * b

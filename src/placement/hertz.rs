@@ -31,11 +31,12 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// The contact of two surfaces whose gap is ½ (x, y) H (x, y)ᵀ, `relative` = H in 1/m, with the contact modulus E* (Pa), 1/E* = Σ (1 − ν²)/E
-    /// (K. L. Johnson, Contact Mechanics, 1985, section 4.2, eqs. 4.25 to 4.28).
+    /// The contact of two surfaces whose gap is ½ (x, y) H (x, y)ᵀ, `relative` = H in 1/m, with the contact modulus
+    /// E* (Pa), 1/E* = Σ (1 − ν²)/E (K. L. Johnson, Contact Mechanics, 1985, section 4.2, eqs. 4.25 to 4.28).
     ///
     /// # Errors
-    /// Surfaces that fit each other so closely that there is no ellipse, or one more than 50 times as long as wide; a load that is not positive.
+    /// Surfaces that fit each other so closely that there is no ellipse, or one more than 50 times as long as wide; a
+    /// load that is not positive.
     pub fn new(relative: [[f64; 2]; 2], modulus: f64, press: Press) -> Result<Self> {
         let (value, unit) = match press {
             Press::Force(v) => (v, "N"),
@@ -51,14 +52,17 @@ impl Ellipse {
         let [low, high] = [0.5 * (mean - spread), 0.5 * (mean + spread)];
         if !(low > 0.0) {
             return Err(Error::Job(format!(
-                "placement: wheel and rail fit each other at the point of contact: found the relative curvatures {:.4} and {:.4} 1/m, expected \
-                 both to be positive, as at a point contact; move the wheel, or check that both profiles are bent the right way",
+                "placement: wheel and rail fit each other at the point of contact: found the relative \
+                 curvatures {:.4} and {:.4} 1/m, expected \
+                 both to be positive, as at a point contact; move the wheel, or check that both profiles are \
+                 bent the right way",
                 2.0 * low,
                 2.0 * high
             )));
         }
         let (ratio, k_integral, d_integral) = shape(high / low)?;
-        // p0 = E* A a / (k D) with the long semi-axis a, the short one k a, A the smaller of the two half curvatures and D = (K − E)/m.
+        // p0 = E* A a / (k D) with the long semi-axis a, the short one k a, A the smaller of the two half curvatures
+        // and D = (K − E)/m.
         let long = match press {
             Press::Force(f) => (1.5 * f * d_integral / (PI * low * modulus)).cbrt(),
             Press::Approach(d) => (d * d_integral / (low * k_integral)).sqrt(),
@@ -83,8 +87,8 @@ impl Ellipse {
     }
 }
 
-/// Axis ratio k = short/long of the ellipse of two half curvatures with B/A = `curvatures` ≥ 1, and the complete elliptic integrals K and D = (K
-/// − E)/m at m = 1 − k²: B/A = (K − D)/(k² D).
+/// Axis ratio k = short/long of the ellipse of two half curvatures with B/A = `curvatures` ≥ 1, and the complete
+/// elliptic integrals K and D = (K − E)/m at m = 1 − k²: B/A = (K − D)/(k² D).
 fn shape(curvatures: f64) -> Result<(f64, f64, f64)> {
     let of = |k: f64| {
         let (first, d) = elliptic(k);
@@ -93,8 +97,10 @@ fn shape(curvatures: f64) -> Result<(f64, f64, f64)> {
     let (mut low, mut high) = ((1.0 / MAX_ELONGATION).ln(), 0.0);
     if !(curvatures <= of(f64::exp(low))) {
         return Err(Error::Job(format!(
-            "placement: wheel and rail fit each other so closely at the point of contact that the contact would be more than {MAX_ELONGATION} \
-             times as long as wide: found relative curvatures in the ratio {curvatures:.1}; move the wheel or check the profiles"
+            "placement: wheel and rail fit each other so closely at the point of contact that the contact would \
+             be more than {MAX_ELONGATION} \
+             times as long as wide: found relative curvatures in the ratio {curvatures:.1}; move the wheel or \
+             check the profiles"
         )));
     }
     for _ in 0..80 {
@@ -110,8 +116,8 @@ fn shape(curvatures: f64) -> Result<(f64, f64, f64)> {
     Ok((k, first, d))
 }
 
-/// Complete elliptic integrals K(m) and D(m) = (K − E)/m at m = 1 − k², by the arithmetic–geometric mean (Abramowitz & Stegun 17.6), D without
-/// cancellation at m → 0.
+/// Complete elliptic integrals K(m) and D(m) = (K − E)/m at m = 1 − k², by the arithmetic–geometric mean (Abramowitz
+/// & Stegun 17.6), D without cancellation at m → 0.
 fn elliptic(k: f64) -> (f64, f64) {
     let m = (1.0 - k) * (1.0 + k);
     let (mut a, mut b) = (1.0, k);
@@ -165,13 +171,15 @@ mod tests {
         assert!((found.pressure - 1401.0e6).abs() < 0.1e6 && (found.approach - 95.43e-6).abs() < 0.01e-6);
     }
 
-    /// The pressure p0 √(1 − x²/a² − y²/b²) must press the surface to the shape it is for: checked by Boussinesq's integral.
+    /// The pressure p0 √(1 − x²/a² − y²/b²) must press the surface to the shape it is for: checked by Boussinesq's
+    /// integral.
     #[test]
     fn an_ellipse_presses_the_half_space_to_its_curvatures() {
         let (h, modulus) = ([[3.0, 0.0], [0.0, 11.0]], 100e9);
         let found = Ellipse::new(h, modulus, Press::Force(20e3)).unwrap();
         let [a, b] = found.semi_axes;
-        // Sum of the displacements of both bodies at a point: 1/(π E*) ∫ p/r, in polar coordinates about the point, where the singularity is gone.
+        // Sum of the displacements of both bodies at a point: 1/(π E*) ∫ p/r, in polar coordinates about the point,
+        // where the singularity is gone.
         let sunk = |x: f64, y: f64| {
             let (n, mut sum) = (4000, 0.0);
             for i in 0..n {

@@ -1,35 +1,44 @@
-//! A wheel on a rail: profiles, where they touch, and what contact mechanics needs to know of it. Geometry alone: no bodies, no loads but Hertz'.
+//! A wheel on a rail: profiles, where they touch, and what contact mechanics needs to know of it. Geometry alone: no
+//! bodies, no loads but Hertz'.
 //!
-//! From a wheel's and a rail's [`Profile`] and a [`Placement`] follows a [`Placed`] wheel at first touch. It gives the point of contact
-//! ([`Touch`]) and others that are near, the curvatures and Hertz' [`Ellipse`], the tilted [`Frame`], the [`Creepages`] and the undeformed
-//! [`Gap`] on a grid.
+//! From a wheel's and a rail's [`Profile`] and a [`Placement`] follows a [`Placed`] wheel at first touch. It gives
+//! the point of contact ([`Touch`]) and others that are near, the curvatures and Hertz' [`Ellipse`], the tilted
+//! [`Frame`], the [`Creepages`] and the undeformed [`Gap`] on a grid.
 //!
 //! # Profiles
-//! y is positive to the field side (away from the middle of the track) of wheel and rail, z points down, y = 0 of a wheel is its running circle.
-//! So a right-hand wheel's profile is drawn as one sees it along the track, looking forwards: the flange hangs down on the left (y < 0).
+//! y is positive to the field side (away from the middle of the track) of wheel and rail, z points down, y = 0 of a
+//! wheel is its running circle. So a right-hand wheel's profile is drawn as one sees it along the track, looking
+//! forwards: the flange hangs down on the left (y < 0).
 //!
 //! # Track frame
-//! x forwards, y to the right, z down, origin in the middle of the track at the height of the rails' tops and at the axle. In it are given: the
-//! wheelset's shift (positive to the right), its yaw (about z: positive turns it to the right, the right-hand wheel falls back), its roll (about
-//! x after the yaw: positive lowers the right-hand wheel), the point of contact and the contact angle δ, positive where the rail falls to the
-//! right. A contact on the inner side of a head has δ < 0 on the right and δ > 0 on the left. It is the frame of the Manchester benchmark and of
+//! x forwards, y to the right, z down, origin in the middle of the track at the height of the rails' tops and at the
+//! axle. In it are given: the wheelset's shift (positive to the right), its yaw (about z: positive turns it to the
+//! right, the right-hand wheel falls back), its roll (about x after the yaw: positive lowers the right-hand wheel),
+//! the point of contact and the contact angle δ, positive where the rail falls to the right. A contact on the inner
+//! side of a head has δ < 0 on the right and δ > 0 on the left. It is the frame of the Manchester benchmark and of
 //! CONTACT.
 //!
 //! # The program's frame
-//! The track frame turned by half a turn about y, then tilted by δ: **x backwards** along the track (the contact rolls towards −x), **y to the
-//! right** along the rail's tangent, **z up**, the rail's outward normal. In components of the track frame x = (−1, 0, 0), y = (0, cos δ, sin δ),
-//! z = (0, sin δ, −cos δ). It is a right-handed frame on either side; nothing is mirrored. The rail is body 1, the wheel body 2.
+//! The track frame turned by half a turn about y, then tilted by δ: **x backwards** along the track (the contact
+//! rolls towards −x), **y to the right** along the rail's tangent, **z up**, the rail's outward normal. In components
+//! of the track frame x = (−1, 0, 0), y = (0, cos δ, sin δ), z = (0, sin δ, −cos δ). It is a right-handed frame on
+//! either side; nothing is mirrored. The rail is body 1, the wheel body 2.
 //!
-//! - Creepages are (v_rail − v_wheel)/V: a driving wheel has ξ < 0, one yawed to the right η = +ψ/cos δ about, spin φ = ω sin(δ − roll)/V about.
+//! - Creepages are (v_rail − v_wheel)/V: a driving wheel has ξ < 0, one yawed to the right η = +ψ/cos δ about, spin φ
+//! = ω sin(δ − roll)/V about.
 //!   Of CONTACT's ξ, η, φ and forces (Fx, Fs) on the rail those of the program are −ξ, η, −φ and (−Fx, Fs).
 //! - A right-hand wheel has its field side at +y, its flange at −y; a left-hand wheel has its flange at +y.
-//! - The wheel's body in lower form is its image z → −z, its rim below the plane. Its axle is (axle_x, axle_y, −axle_z) of [`Placed::axle`], which is
-//!   (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin χ, −r cos χ) with the rolling radius r; the angular velocity ω > 0
+//! - The wheel's body in lower form is its image z → −z, its rim below the plane. Its axle is (axle_x, axle_y,
+//! −axle_z) of [`Placed::axle`], which is
+//!   (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin χ, −r cos χ) with the rolling radius r; the
+//! angular velocity ω > 0
 //!   about it carries the material at the contact towards +x.
-//! - Of a wheel's section with r outwards and Y to the field side, both measured from the point of contact, the point (r, Y) is at the lower-form
+//! - Of a wheel's section with r outwards and Y to the field side, both measured from the point of contact, the point
+//! (r, Y) is at the lower-form
 //!   (y, z) = (s Y cos χ + r sin χ, r cos χ − s Y sin χ), s = +1 on the right and −1 on the left.
 //! - The rail's body keeps its shape, turned by δ: what is upright in the track, (0, 0, −1), is (0, −sin δ, cos δ).
-//! - Left and right are mirror images: the same wheel and rail on the other side, with shift, yaw and roll reversed, have the same ξ; η, φ, δ and the
+//! - Left and right are mirror images: the same wheel and rail on the other side, with shift, yaw and roll reversed,
+//! have the same ξ; η, φ, δ and the
 //!   y of the gap are reversed.
 
 pub mod builtin;
@@ -86,7 +95,8 @@ impl TrackSide {
 /// Where the wheel is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Position {
-    /// The wheelset's shift to the right (m), its yaw (rad, positive to the right) and its roll (rad, positive lowers the right-hand wheel).
+    /// The wheelset's shift to the right (m), its yaw (rad, positive to the right) and its roll (rad, positive lowers
+    /// the right-hand wheel).
     Shift {
         /// m.
         lateral: f64,
@@ -115,7 +125,8 @@ pub struct Placement {
     pub gauge: f64,
     /// Depth below the rails' tops down to which the gauge is taken; 14 mm in Europe.
     pub gauge_depth: f64,
-    /// Inclination of the rail towards the middle of the track, added to what its profile has: atan(1/40) of an upright profile.
+    /// Inclination of the rail towards the middle of the track, added to what its profile has: atan(1/40) of an
+    /// upright profile.
     pub cant: f64,
     /// Radius of the running circle, y = 0 of the wheel's profile.
     pub radius: f64,
@@ -159,7 +170,8 @@ pub struct Curvatures {
     pub rail_rolling: f64,
     /// Of the rail across.
     pub rail_across: f64,
-    /// Second derivatives of the gap in x and y of the program's frame, with the angle between the wheel's and the rail's directions.
+    /// Second derivatives of the gap in x and y of the program's frame, with the angle between the wheel's and the
+    /// rail's directions.
     pub relative: [[f64; 2]; 2],
 }
 
@@ -184,13 +196,14 @@ pub struct Placed {
 /// Where a contact is on a body drawn in a frame of its own, y to the right and z up in the lower form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seat {
-    /// y of the contact on the body's drawing, m: from the running circle of a wheel, from the middle of a rail's profile.
+    /// y of the contact on the body's drawing, m: from the running circle of a wheel, from the middle of a rail's
+    /// profile.
     pub y: f64,
     /// Height of the contact over the place y = 0 of the body's profile, m: of a wheel, in the lower form, its radius
     /// less that of the running circle.
     pub z: f64,
-    /// Angle χ of the contact's frame against the drawing's, about x, rad: the contact sees cos χ u_y − sin χ u_n along y and sin χ u_y + cos χ u_n
-    /// along n.
+    /// Angle χ of the contact's frame against the drawing's, about x, rad: the contact sees cos χ u_y − sin χ u_n
+    /// along y and sin χ u_y + cos χ u_n along n.
     pub tilt: f64,
 }
 
@@ -198,8 +211,8 @@ impl Placement {
     /// Puts the wheel on the rail: both profiles with y to the field side and z down.
     ///
     /// # Errors
-    /// Values that are no track; profiles that do not meet, or touch at an end, at a corner or away from the tread; a point of contact given
-    /// directly that needs too much roll or makes the bodies overlap elsewhere.
+    /// Values that are no track; profiles that do not meet, or touch at an end, at a corner or away from the tread; a
+    /// point of contact given directly that needs too much roll or makes the bodies overlap elsewhere.
     pub fn place(&self, wheel: &Profile, rail: &Profile) -> Result<Placed> {
         self.check()?;
         let middle = rail.at(if rail.contains(0.0) { 0.0 } else { rail.top() }).z;
@@ -264,14 +277,16 @@ impl Placement {
         ] {
             if !(from..=to).contains(&value) {
                 return Err(Error::Job(format!(
-                    "placement: found a {what} of {value} {unit}, expected one from {from} to {to} {unit}; lengths are in m, angles in rad"
+                    "placement: found a {what} of {value} {unit}, expected one from {from} to {to} {unit}; \
+                     lengths are in m, angles in rad"
                 )));
             }
         }
         Ok(())
     }
 
-    /// The rail in the track frame, right-hand form, by how much it was moved in y, m, and the z of its top before that.
+    /// The rail in the track frame, right-hand form, by how much it was moved in y, m, and the z of its top before
+    /// that.
     fn rail_in_track(&self, rail: &Profile) -> Result<(Profile, f64, f64)> {
         let turned = match self.cant {
             0.0 => rail.clone(),
@@ -288,7 +303,8 @@ impl Placement {
             high = low;
         } else if deep < self.gauge_depth {
             return Err(Error::Job(format!(
-                "placement: the profile of the rail ({}) goes down to {:.2} mm below its top on the side of the gauge, which is taken down to \
+                "placement: the profile of the rail ({}) goes down to {:.2} mm below its top on the side of the \
+                 gauge, which is taken down to \
                  {:.2} mm; give a profile that goes on, or the depth at which the gauge was measured",
                 rail.name(),
                 1e3 * deep,
@@ -319,7 +335,8 @@ fn bring_together(pair: &mut Pair, wheel: f64, rail: f64, rail_shift: f64) -> Re
             let shift = if what == "rail" { rail_shift } else { 0.0 };
             let [from, to] = profile.range().map(|v| 1e3 * (v - shift));
             return Err(Error::Job(format!(
-                "placement: found the point of contact at y = {:.2} mm of the {what}, expected one inside its profile ({}), from {from:.2} to \
+                "placement: found the point of contact at y = {:.2} mm of the {what}, expected one inside its \
+                 profile ({}), from {from:.2} to \
                  {to:.2} mm",
                 1e3 * y,
                 profile.name()
@@ -333,8 +350,10 @@ fn bring_together(pair: &mut Pair, wheel: f64, rail: f64, rail_shift: f64) -> Re
         pair.wheel.roll += turn;
         if pair.wheel.roll.abs() > MAX_ROLL {
             return Err(Error::Job(format!(
-                "placement: at the given point of contact wheel and rail have slopes that differ by {:.3} rad, expected at most {MAX_ROLL}: the \
-                 wheel would have to roll by as much to touch there; give points where the two lines are nearly parallel",
+                "placement: at the given point of contact wheel and rail have slopes that differ by {:.3} rad, \
+                 expected at most {MAX_ROLL}: the \
+                 wheel would have to roll by as much to touch there; give points where the two lines are nearly \
+                 parallel",
                 pair.wheel.roll
             )));
         }
@@ -353,7 +372,8 @@ fn refuse_overlap(pair: &Pair, wheel: f64, first: &Close) -> Result<()> {
         return Ok(());
     }
     Err(Error::Job(format!(
-        "placement: with the given point of contact wheel and rail would overlap by {:.4} mm at y = {:.2} mm of the wheel's profile; give \
+        "placement: with the given point of contact wheel and rail would overlap by {:.4} mm at y = {:.2} mm of \
+         the wheel's profile; give \
          another point, or the lateral shift, from which the point of contact follows",
         1e3 * (given - first.distance),
         1e3 * first.lowest.wheel_y
@@ -366,8 +386,8 @@ impl Placed {
         self.report(&self.minima[0], 0.0, false)
     }
 
-    /// Other points that would be in contact as well once the bodies have approached each other by `approach`, m. The program computes one
-    /// contact: a separate one means that the real wheel has two.
+    /// Other points that would be in contact as well once the bodies have approached each other by `approach`, m. The
+    /// program computes one contact: a separate one means that the real wheel has two.
     pub fn others(&self, approach: f64) -> Result<Vec<Touch>> {
         let found = self.pair.others(&self.minima, approach, self.bounds)?;
         Ok(found.iter().map(|(c, gap, separate)| self.report(c, *gap, *separate)).collect())
@@ -387,7 +407,8 @@ impl Placed {
         }
     }
 
-    /// Lateral shift (m), roll (rad) and height of the axle (m, down, zero one radius above the rails' tops) of the wheelset at first touch.
+    /// Lateral shift (m), roll (rad) and height of the axle (m, down, zero one radius above the rails' tops) of the
+    /// wheelset at first touch.
     pub fn wheelset(&self) -> [f64; 3] {
         let w = &self.pair.wheel;
         [self.side.sign() * w.lateral, self.side.sign() * w.roll, w.height]
@@ -416,7 +437,8 @@ impl Placed {
             if !profile.contains(y - half) || !profile.contains(y + half) {
                 let [from, to] = profile.range().map(|end| 1e3 * (end - y).abs());
                 return Err(Error::Job(format!(
-                    "placement: the contact, {:.2} mm wide, reaches the end of the profile of the {what} ({}): found {:.2} mm from the point of \
+                    "placement: the contact, {:.2} mm wide, reaches the end of the profile of the {what} ({}): \
+                     found {:.2} mm from the point of \
                      contact to it; move the wheel, or give a profile that goes on",
                     2e3 * half,
                     profile.name(),
@@ -434,16 +456,16 @@ impl Placed {
         Frame { side: self.side, origin: [x, y, self.pair.rail.at(y).z], angle: first.rail_slope.atan() }
     }
 
-    /// The frame in the middle of the overlap of the undeformed bodies at an `approach`, m, with the mean angle there: nearer to the centre of
-    /// the pressure where curvatures change within the contact.
+    /// The frame in the middle of the overlap of the undeformed bodies at an `approach`, m, with the mean angle
+    /// there: nearer to the centre of the pressure where curvatures change within the contact.
     pub fn centred_frame(&self, approach: f64) -> Result<Frame> {
         let (origin, angle) = self.pair.centre(&self.minima[0], approach, self.bounds)?;
         Ok(Frame { side: self.side, origin, angle })
     }
 
-    /// Half extents along x and y of a contact in a frame, m, for [`grid_lines`]: those of the ellipse, or of the overlap of the undeformed
-    /// bodies where that is wider, as it is where curvatures change within the contact. A contact that reaches the border of its grid all the
-    /// same needs a larger one.
+    /// Half extents along x and y of a contact in a frame, m, for [`grid_lines`]: those of the ellipse, or of the
+    /// overlap of the undeformed bodies where that is wider, as it is where curvatures change within the contact. A
+    /// contact that reaches the border of its grid all the same needs a larger one.
     pub fn extent(&self, frame: &Frame, ellipse: &Ellipse) -> Result<[f64; 2]> {
         let [from, to] = self.pair.reach(&self.minima[0], ellipse.approach, self.bounds)?;
         let wide = (to - frame.origin[1]).max(frame.origin[1] - from) / frame.angle.cos();
@@ -467,8 +489,8 @@ impl Placed {
         rail.nodes(step).into_iter().map(|y| [self.side.sign() * y, rail.at(y).z]).collect()
     }
 
-    /// The wheel's outline at first touch, seen along the track, (y, z) of the track frame in m, places of the profile no further apart than
-    /// `step` (m).
+    /// The wheel's outline at first touch, seen along the track, (y, z) of the track frame in m, places of the
+    /// profile no further apart than `step` (m).
     pub fn wheel_line(&self, step: f64) -> Vec<[f64; 2]> {
         let wheel = &self.pair.wheel;
         let points = wheel.profile.nodes(step).into_iter().filter_map(|y| wheel.lowest(y));
@@ -503,8 +525,8 @@ impl Placed {
         Ok([rail, wheel])
     }
 
-    /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel is described, its z is
-    /// reversed.
+    /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel
+    /// is described, its z is reversed.
     pub fn axle(&self, frame: &Frame) -> [f64; 3] {
         frame.axle(self.pair.wheel.axle())
     }

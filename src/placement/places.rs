@@ -205,7 +205,8 @@ pub(super) fn bring_to_front(minima: &mut [Close], near: f64) -> Result<()> {
         None => {
             let places: Vec<String> = minima.iter().map(|c| format!("{:.2}", 1e3 * c.lowest.wheel_y)).collect();
             Err(Error::Job(format!(
-                "placement: found no place of contact within {} mm of y = {:.2} mm of the wheel's profile; wheel and rail come close at {} mm",
+                "placement: found no place of contact within {} mm of y = {:.2} mm of the wheel's profile; \
+                 wheel and rail come close at {} mm",
                 1e3 * NEAR,
                 1e3 * near,
                 places.join(", ")

@@ -1,7 +1,8 @@
 //! A wheel of revolution in the track: its points, its lowest line and its axle.
 //!
-//! Everything here is of a right-hand wheel, in the track frame (x forwards, y to the right, z down; origin in the middle of the track at the
-//! height of the rails' tops). A left-hand wheel is the mirror image, y → −y, with lateral shift, yaw and roll reversed.
+//! Everything here is of a right-hand wheel, in the track frame (x forwards, y to the right, z down; origin in the
+//! middle of the track at the height of the rails' tops). A left-hand wheel is the mirror image, y → −y, with lateral
+//! shift, yaw and roll reversed.
 
 use super::profile::Profile;
 
@@ -37,8 +38,8 @@ pub(super) struct Wheel {
     pub height: f64,
 }
 
-/// A point of the lowest line: the points of the wheel where its normal has no component along the track, which are those that can touch a
-/// prismatic rail.
+/// A point of the lowest line: the points of the wheel where its normal has no component along the track, which are
+/// those that can touch a prismatic rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lowest {
     /// Position on the wheel's profile, m.
@@ -77,11 +78,11 @@ impl Wheel {
         self.radius + self.profile.at(y).z
     }
 
-    /// The lowest point of the circle at `wheel_y` of the profile, seen along the track; none where the wheel is so steep and yawed so much that
-    /// it has none.
+    /// The lowest point of the circle at `wheel_y` of the profile, seen along the track; none where the wheel is so
+    /// steep and yawed so much that it has none.
     ///
-    /// The outward normal (sin θ, −r′, cos θ) of a surface of revolution in its own frame has no component along the track where
-    /// sin θ = −r′ tan ψ, whatever the roll.
+    /// The outward normal (sin θ, −r′, cos θ) of a surface of revolution in its own frame has no component along the
+    /// track where sin θ = −r′ tan ψ, whatever the roll.
     pub fn lowest(&self, wheel_y: f64) -> Option<Lowest> {
         let local = self.profile.at(wheel_y);
         let r = self.rotation();
@@ -97,8 +98,8 @@ impl Wheel {
         Some(Lowest { wheel_y, point: along(self.centre(), 1.0, arm), slope: -normal[1] / normal[2] })
     }
 
-    /// Position on the profile and the distance, along `direction` from `start` (track frame, m), of the wheel's surface near `start`; none if
-    /// the search does not settle.
+    /// Position on the profile and the distance, along `direction` from `start` (track frame, m), of the wheel's
+    /// surface near `start`; none if the search does not settle.
     pub fn meet(&self, start: Vector, direction: Vector) -> Option<(f64, f64)> {
         let q = self.inwards(along(start, -1.0, self.centre()));
         let d = self.inwards(direction);
@@ -147,7 +148,8 @@ mod tests {
         let wheel = wheel(0.03, 0.004);
         for wheel_y in [-0.0457, -0.033, -0.012, 0.008, 0.03] {
             let found = wheel.lowest(wheel_y).unwrap();
-            // Around it the wheel at the same y lies higher: along x by the curvature of a circle, and by nothing of first order.
+            // Around it the wheel at the same y lies higher: along x by the curvature of a circle, and by nothing of
+            // first order.
             let at = |x: f64| {
                 let start = [found.point[0] + x, found.point[1], found.point[2]];
                 wheel.meet(start, [0.0, 0.0, 1.0]).unwrap().1

@@ -26,7 +26,8 @@ pub enum Piece {
     Arc {
         /// Centre (y_c, z_c), m.
         centre: [f64; 2],
-        /// Radius R, m; positive for the branch with +, which is below the centre as z points down, negative for that above it.
+        /// Radius R, m; positive for the branch with +, which is below the centre as z points down, negative for that
+        /// above it.
         radius: f64,
     },
 }
@@ -102,8 +103,8 @@ impl Piece {
     }
 }
 
-/// A profile z(y) over a range of y: y positive to the field side of the track, z downwards, m. Outside its range it goes on straight; whoever
-/// asks there ([`Profile::contains`]) decides whether that is allowed.
+/// A profile z(y) over a range of y: y positive to the field side of the track, z downwards, m. Outside its range it
+/// goes on straight; whoever asks there ([`Profile::contains`]) decides whether that is allowed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     name: String,
@@ -146,8 +147,8 @@ impl Profile {
         &self.breaks
     }
 
-    /// Height, slope and second derivative at `y`, m; at a break those of the piece that begins there, outside the range those of the tangent at
-    /// its end.
+    /// Height, slope and second derivative at `y`, m; at a break those of the piece that begins there, outside the
+    /// range those of the tangent at its end.
     pub fn at(&self, y: f64) -> Local {
         let [a, b] = self.range();
         let inside = y.clamp(a, b);
@@ -159,8 +160,8 @@ impl Profile {
         Local { z: local.z + local.slope * (y - inside), second: 0.0, ..local }
     }
 
-    /// Corners: breaks at which the direction of the line changes by more than 1 mrad, and by how much: (y in m, angle in rad, positive where
-    /// the slope grows with y).
+    /// Corners: breaks at which the direction of the line changes by more than 1 mrad, and by how much: (y in m,
+    /// angle in rad, positive where the slope grows with y).
     pub fn kinks(&self) -> Vec<(f64, f64)> {
         let pairs = self.pieces.windows(2).zip(&self.breaks[1..]);
         let turn = |(pair, &y): (&[Piece], &f64)| (y, pair[1].at(y).slope.atan() - pair[0].at(y).slope.atan());
@@ -206,9 +207,10 @@ impl Profile {
         Self { name: self.name.clone(), breaks, pieces: self.pieces.iter().rev().map(Piece::mirrored).collect() }
     }
 
-    /// The profile turned about its origin so that its top leans by `angle` (rad) towards −y, as a rail leans towards the middle of the track.
-    /// Arcs and lines stay what they are; other curves become quintic pieces that share value, slope and curvature with the turned ones every 0.5 mm.
-    /// Sides at either end that would hang over are cut.
+    /// The profile turned about its origin so that its top leans by `angle` (rad) towards −y, as a rail leans towards
+    /// the middle of the track. Arcs and lines stay what they are; other curves become quintic pieces that share
+    /// value, slope and curvature with the turned ones every 0.5 mm. Sides at either end that would hang over are
+    /// cut.
     ///
     /// # Errors
     /// Where the turned line would no longer be a function of y.
@@ -252,7 +254,8 @@ impl Profile {
         }
         if let Some(w) = breaks.windows(2).find(|w| !(w[1] > w[0])) {
             return Err(Error::Input(format!(
-                "profile {}: turned by {angle} rad its line is no longer a function of y near y = {:.2} mm: found a side that hangs over; cut \
+                "profile {}: turned by {angle} rad its line is no longer a function of y near y = {:.2} mm: \
+                 found a side that hangs over; cut \
                  the side off or reduce the cant",
                 self.name,
                 1e3 * w[0]

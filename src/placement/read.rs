@@ -61,7 +61,8 @@ pub struct Reading {
     pub z: Option<Vertical>,
     /// Reverse y: for a rail whose gauge side has the positive y.
     pub mirror: bool,
-    /// y of the running circle in the file of a wheel, m; without one 0, in a file of Miniprof 70 mm from the back of the flange.
+    /// y of the running circle in the file of a wheel, m; without one 0, in a file of Miniprof 70 mm from the back of
+    /// the flange.
     pub circle: Option<f64>,
     /// Wavelength that is smoothed to half its height, m; 0 passes through all points.
     pub smoothing: f64,
@@ -91,7 +92,8 @@ pub fn read(path: &Path, reading: &Reading) -> Result<(Profile, Vec<String>)> {
 pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile, Vec<String>)> {
     if !(reading.smoothing >= 0.0 && reading.smoothing <= 0.05) {
         return Err(Error::Job(format!(
-            "{name}: found a smoothing length of {} m, expected 0 to 0.05 m; a few mm take away the noise of a measured profile",
+            "{name}: found a smoothing length of {} m, expected 0 to 0.05 m; a few mm take away the noise of a \
+             measured profile",
             reading.smoothing
         )));
     }
@@ -139,7 +141,8 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
         if !profile.contains(0.0) {
             let [from, to] = profile.range().map(|y| 1e3 * y);
             return Err(Error::Input(format!(
-                "{name}: found a wheel's profile from y = {from:.1} to {to:.1} mm, expected the running circle, y = 0, inside it; say where in \
+                "{name}: found a wheel's profile from y = {from:.1} to {to:.1} mm, expected the running circle, \
+                 y = 0, inside it; say where in \
                  the file the running circle is"
             )));
         }
@@ -172,7 +175,8 @@ fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
         false => format!("it looks like {}: give that unit", likely.join(" or ")),
     };
     Err(Error::Input(format!(
-        "{name}: found points from y = {from} to {to}, which is {:.3} mm wide in the unit taken, expected {:.0} to {:.0} mm; {advice}",
+        "{name}: found points from y = {from} to {to}, which is {:.3} mm wide in the unit taken, expected {:.0} \
+         to {:.0} mm; {advice}",
         1e3 * (to - from) * unit,
         1e3 * WIDTH[0],
         1e3 * WIDTH[1]
@@ -208,8 +212,8 @@ pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The longest part along which y grows. Sides at its ends that hang over, as the back of a flange and the sides of a rail's head may, are left
-/// out; a line that folds where it could touch is an error.
+/// The longest part along which y grows. Sides at its ends that hang over, as the back of a flange and the sides of a
+/// rail's head may, are left out; a line that folds where it could touch is an error.
 fn running_line(name: &str, mut points: Vec<Point>, kind: ProfileKind, notes: &mut Vec<String>) -> Result<Vec<Point>> {
     let forwards = points.windows(2).filter(|w| w[1].y > w[0].y).count();
     if 2 * forwards < points.len() {
@@ -255,7 +259,8 @@ fn running_line(name: &str, mut points: Vec<Point>, kind: ProfileKind, notes: &m
         let back = points.windows(2).find(|w| !(w[1].y > w[0].y));
         let (a, b) = back.map_or((*first, *last), |w| (w[0], w[1]));
         return Err(Error::Input(format!(
-            "{name}, line {}: found y going from {:.4} to {:.4} mm (line {}), against the direction of the rest; expected a line that is a \
+            "{name}, line {}: found y going from {:.4} to {:.4} mm (line {}), against the direction of the \
+             rest; expected a line that is a \
              function of y, its points sorted from one side to the other; sort the points, and cut off what hangs over",
             a.line.max(b.line),
             1e3 * a.y,
@@ -279,7 +284,8 @@ fn refuse_hole(name: &str, points: &[Point]) -> Result<()> {
     let usual = median(points.windows(2).map(distance).collect());
     let Some(w) = points.windows(2).find(|w| distance(w) > HOLE.max(8.0 * usual)) else { return Ok(()) };
     Err(Error::Input(format!(
-        "{name}, line {}: found a gap of {:.2} mm in the line, between y = {:.2} and {:.2} mm, where points are {:.2} mm apart elsewhere; \
+        "{name}, line {}: found a gap of {:.2} mm in the line, between y = {:.2} and {:.2} mm, where points are \
+         {:.2} mm apart elsewhere; \
          expected no gap: fill it, with points on a straight part too",
         w[0].line.max(w[1].line),
         1e3 * distance(w),

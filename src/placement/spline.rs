@@ -2,11 +2,13 @@
 
 use super::profile::Piece;
 
-/// The cubic pieces of the natural spline through the points (y, z), m, `[n]`, y strictly ascending, n ≥ 2: `[n − 1]` pieces.
+/// The cubic pieces of the natural spline through the points (y, z), m, `[n]`, y strictly ascending, n ≥ 2: `[n − 1]`
+/// pieces.
 ///
-/// With a `wavelength` (m) above zero it is the smoothing spline that minimises ∫(f − z)² + λ∫f″², the first integral taken as a sum with the
-/// points' own shares of the line, λ = (wavelength/2π)⁴: a wave of that length keeps half of its height, one of half the length 6 %, one of
-/// twice the length 94 % (C. H. Reinsch, Smoothing by spline functions, Numer. Math. 10, 1967).
+/// With a `wavelength` (m) above zero it is the smoothing spline that minimises ∫(f − z)² + λ∫f″², the first integral
+/// taken as a sum with the points' own shares of the line, λ = (wavelength/2π)⁴: a wave of that length keeps half of
+/// its height, one of half the length 6 %, one of twice the length 94 % (C. H. Reinsch, Smoothing by spline
+/// functions, Numer. Math. 10, 1967).
 pub fn spline(y: &[f64], z: &[f64], wavelength: f64) -> Vec<Piece> {
     let n = y.len();
     let h: Vec<f64> = y.windows(2).map(|w| w[1] - w[0]).collect();
@@ -47,7 +49,8 @@ pub fn spline(y: &[f64], z: &[f64], wavelength: f64) -> Vec<Piece> {
     (0..n.saturating_sub(1)).map(piece).collect()
 }
 
-/// Solves a symmetric positive definite system of two bands in place: `band[j]` holds the entries (j, j), (j, j+1), (j, j+2).
+/// Solves a symmetric positive definite system of two bands in place: `band[j]` holds the entries (j, j), (j, j+1),
+/// (j, j+2).
 fn solve(band: &mut [[f64; 3]], b: &mut [f64]) {
     let m = b.len();
     for j in 0..m {

@@ -24,7 +24,8 @@ fn standard(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placed {
 }
 
 /// The example of `docs/placement.md`.
-/// Nodes an eighth of the smaller extent apart; along a contact twelve times as long as wide as many lines as there may be.
+/// Nodes an eighth of the smaller extent apart; along a contact twelve times as long as wide as many lines as there
+/// may be.
 #[test]
 fn lines_of_a_long_contact_are_further_apart() {
     let [x, y] = grid_lines([4e-3, 2e-3]);
@@ -120,7 +121,8 @@ fn a_cone_on_a_cylinder() {
     let (x, y) = ([-6e-3, -1e-3, 0.0, 2e-3, 7e-3], [-8e-3, -2e-3, 0.0, 5e-3]);
     let gap = placed.gap(&frame, &x, &y).unwrap();
     for (j, b) in y.iter().enumerate() {
-        // The rail falls off as a circle; the cone, cut across its generator where its radius is r, is a conic: x² = 2 r t/c − t²(c² − s⁴/c²).
+        // The rail falls off as a circle; the cone, cut across its generator where its radius is r, is a conic: x² =
+        // 2 r t/c − t²(c² − s⁴/c²).
         let radius = touch.radius + own.sin() * b;
         let (s, c) = own.sin_cos();
         let (linear, square) = (2.0 * radius / c, c * c - s.powi(4) / (c * c));
@@ -227,10 +229,12 @@ fn creepages_have_the_signs_of_the_conventions() {
     for side in [TrackSide::Left, TrackSide::Right] {
         let free = on(side, 0.0, rolling);
         assert!(free.longitudinal.abs() < 1e-15 && free.lateral == 0.0 && (free.speed - 10.0).abs() < 1e-13);
-        // A driving wheel: its material overtakes the rail's towards +x (backwards), ξ < 0, and pushes the rail to +x, as −μp ṡ says.
+        // A driving wheel: its material overtakes the rail's towards +x (backwards), ξ < 0, and pushes the rail to
+        // +x, as −μp ṡ says.
         let driving = on(side, 0.0, 1.01 * rolling);
         assert!((driving.longitudinal + 0.01 / 1.005).abs() < 1e-12);
-        // Yawed to the right it rolls to the right; held back by the track it slides to the left: v_rail − v_wheel is to the right.
+        // Yawed to the right it rolls to the right; held back by the track it slides to the left: v_rail − v_wheel is
+        // to the right.
         let yawed = on(side, 0.01, rolling);
         assert!(yawed.lateral > 0.0099 && yawed.lateral < 0.0101, "{}", yawed.lateral);
         // The axle against the normal: |φ| = |ω sin δ|/V, the rail tilts outwards on the right (δ < 0 inside its top).
@@ -350,7 +354,8 @@ fn seats_on_the_drawings() {
         let ([rail, wheel], touch) = of(TrackSide::Right, 1.0);
         assert!((wheel.y - touch.wheel).abs() < 1e-9 && (wheel.tilt - (touch.angle - roll)).abs() < 1e-5, "{wheel:?}");
         assert!((rail.tilt + touch.angle + cant).abs() < 1e-15, "{rail:?}");
-        // On the upright profile the slope is the contact angle and the cant; its place is that of the touch turned back.
+        // On the upright profile the slope is the contact angle and the cant; its place is that of the touch turned
+        // back.
         let profile = rail_60e1().unwrap();
         let at = profile.at(rail.y);
         assert!((at.slope.atan() - touch.angle - cant).abs() < 1e-9, "{} {}", at.slope.atan(), touch.angle);
@@ -362,8 +367,8 @@ fn seats_on_the_drawings() {
     }
 }
 
-/// The overlap of round bodies is √2 times as wide as their contact; that of a wheel that touches at two near places is much wider than either's
-/// ellipse.
+/// The overlap of round bodies is √2 times as wide as their contact; that of a wheel that touches at two near places
+/// is much wider than either's ellipse.
 #[test]
 fn the_extent_of_a_grid() {
     let upright = Placement { cant: 0.0, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };

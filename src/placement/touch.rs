@@ -13,7 +13,8 @@ const FINE_STEP: f64 = 1e-5;
 /// Largest difference of the slopes either side of a point of contact, rad: beyond it, it is a corner.
 const CORNER: f64 = 2e-3;
 
-/// Largest height of a wheel over the rail that it should roll on, m: a wheel that stands on its flange is some 28 mm up.
+/// Largest height of a wheel over the rail that it should roll on, m: a wheel that stands on its flange is some 28 mm
+/// up.
 const MAX_HEIGHT: f64 = 20e-3;
 
 /// Largest approach of two bodies that touch in a small patch, m.
@@ -55,7 +56,8 @@ impl Pair {
     /// Places where the vertical distance of wheel and rail has a minimum, the closest first.
     ///
     /// # Errors
-    /// Wheel and rail that do not lie over each other; the closest place at the end of one of the profiles or at a corner.
+    /// Wheel and rail that do not lie over each other; the closest place at the end of one of the profiles or at a
+    /// corner.
     pub fn minima(&self) -> Result<Vec<Close>> {
         let places: Vec<Option<Close>> = self.wheel.profile.nodes(STEP).into_iter().map(|y| self.close(y)).collect();
         let distance = |k: usize| places.get(k).copied().flatten().map(|c| c.distance);
@@ -63,8 +65,10 @@ impl Pair {
             let wheel = self.wheel.profile.range().map(|y| self.wheel.lowest(y).map_or(f64::NAN, |l| 1e3 * l.point[1]));
             let rail = self.rail.range().map(|y| 1e3 * y);
             return Err(Error::Job(format!(
-                "placement: wheel and rail do not meet: found the wheel between y = {:.1} and {:.1} mm from the middle of the track and the \
-                 rail between {:.1} and {:.1} mm; check the lateral shift, the gauge and the distance of the running circles",
+                "placement: wheel and rail do not meet: found the wheel between y = {:.1} and {:.1} mm from the \
+                 middle of the track and the \
+                 rail between {:.1} and {:.1} mm; check the lateral shift, the gauge and the distance of the \
+                 running circles",
                 wheel[0], wheel[1], rail[0], rail[1]
             )));
         };
@@ -84,7 +88,8 @@ impl Pair {
                         false => ("rail", self.rail.name(), here.lowest.point[1]),
                     };
                     return Err(Error::Job(format!(
-                        "placement: wheel and rail touch at the end of the profile of the {what} ({profile}), at y = {:.2} mm of the {}; \
+                        "placement: wheel and rail touch at the end of the profile of the {what} ({profile}), \
+                         at y = {:.2} mm of the {}; \
                          expected a contact inside both profiles: move the wheel, or give a profile that goes on",
                         1e3 * y,
                         if at_wheel { "wheel" } else { "track" }
@@ -101,8 +106,8 @@ impl Pair {
         Ok(found)
     }
 
-    /// The minimum between two neighbouring places: where the slopes of wheel and rail are equal, found by halving, which neither corners nor
-    /// jumps of the curvature disturb.
+    /// The minimum between two neighbouring places: where the slopes of wheel and rail are equal, found by halving,
+    /// which neither corners nor jumps of the curvature disturb.
     fn refine(&self, from: Option<Close>, to: Option<Close>) -> Option<Close> {
         let (mut low, mut high) = (from?.lowest.wheel_y, to?.lowest.wheel_y);
         let falls = |c: &Close| c.rail_slope < c.lowest.slope;
@@ -129,7 +134,8 @@ impl Pair {
             return Ok(());
         }
         Err(Error::Job(format!(
-            "placement: wheel and rail touch at a corner of a profile: found one at y = {:.2} mm of the wheel, y = {:.2} mm of the track; \
+            "placement: wheel and rail touch at a corner of a profile: found one at y = {:.2} mm of the wheel, \
+             y = {:.2} mm of the track; \
              expected a smooth line, whose curvature makes the contact. Move the wheel, or round or smooth the profile",
             1e3 * at.lowest.wheel_y,
             1e3 * at.lowest.point[1]
@@ -141,7 +147,8 @@ impl Pair {
         let (height, angle) = (first.distance, first.rail_slope.atan());
         if height.abs() > MAX_HEIGHT {
             return Err(Error::Job(format!(
-                "placement: the wheel first touches the rail {:.1} mm {} its running circle's height, at y = {:.1} mm of its profile: found it \
+                "placement: the wheel first touches the rail {:.1} mm {} its running circle's height, at y = \
+                 {:.1} mm of its profile: found it \
                  off its tread, expected at most {} mm; check the lateral shift, the gauge and the profiles",
                 1e3 * height.abs(),
                 if height < 0.0 { "above" } else { "below" },
@@ -151,7 +158,8 @@ impl Pair {
         }
         if angle.abs() > MAX_ANGLE {
             return Err(Error::Job(format!(
-                "placement: found a contact angle of {:.1} degrees, expected at most {:.0}: wheel and rail touch with their sides; check the \
+                "placement: found a contact angle of {:.1} degrees, expected at most {:.0}: wheel and rail \
+                 touch with their sides; check the \
                  lateral shift",
                 angle.to_degrees(),
                 MAX_ANGLE.to_degrees()
@@ -160,8 +168,8 @@ impl Pair {
         Ok(())
     }
 
-    /// The extent of wheel_y around `first` in which the wheel, lowered by `lowered` (vertical, m) from first touch, overlaps the rail, cut into
-    /// places of [`FINE_STEP`]: (place, overlap in m).
+    /// The extent of wheel_y around `first` in which the wheel, lowered by `lowered` (vertical, m) from first touch,
+    /// overlaps the rail, cut into places of [`FINE_STEP`]: (place, overlap in m).
     fn overlap(&self, first: &Close, lowered: f64, bounds: Option<[f64; 2]>) -> Vec<(Close, f64)> {
         let [from, to] = bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         let side = |sign: f64| {
@@ -183,9 +191,9 @@ impl Pair {
         all
     }
 
-    /// Centre of the overlap of the undeformed bodies at an `approach` (m) along the normal: the point of the track frame above the rail, and
-    /// the mean contact angle. Weight is the square of the overlap, taken over x as that of a circle: the 5/2th power of that of the lowest
-    /// line. CONTACT puts its frame there.
+    /// Centre of the overlap of the undeformed bodies at an `approach` (m) along the normal: the point of the track
+    /// frame above the rail, and the mean contact angle. Weight is the square of the overlap, taken over x as that of
+    /// a circle: the 5/2th power of that of the lowest line. CONTACT puts its frame there.
     pub fn centre(&self, first: &Close, approach: f64, bounds: Option<[f64; 2]>) -> Result<(Vector, f64)> {
         refuse_approach(approach)?;
         let lowered = approach / first.rail_slope.atan().cos();
@@ -208,8 +216,9 @@ impl Pair {
         Ok(overlap.iter().map(|(c, _)| c.lowest.point[1]).fold(none, |r, y| [r[0].min(y), r[1].max(y)]))
     }
 
-    /// The other minima that are closed, too, once the bodies have approached each other by `approach` (m) at the first: the place, its gap
-    /// along its own normal at first touch (m), and whether open places lie between it and the first.
+    /// The other minima that are closed, too, once the bodies have approached each other by `approach` (m) at the
+    /// first: the place, its gap along its own normal at first touch (m), and whether open places lie between it and
+    /// the first.
     pub fn others(&self, minima: &[Close], approach: f64, bounds: Option<[f64; 2]>) -> Result<Vec<(Close, f64, bool)>> {
         refuse_approach(approach)?;
         let Some((first, rest)) = minima.split_first() else { return Ok(Vec::new()) };
@@ -224,8 +233,8 @@ impl Pair {
         Ok(closed.map(report).collect())
     }
 
-    /// Hessian of the gap at a place of contact in the directions along the track and across it in the tangent plane, 1/m; and the principal
-    /// curvatures: of the wheel around its axle and across, and of the rail across.
+    /// Hessian of the gap at a place of contact in the directions along the track and across it in the tangent plane,
+    /// 1/m; and the principal curvatures: of the wheel around its axle and across, and of the rail across.
     pub fn curvatures(&self, at: &Close) -> ([[f64; 2]; 2], [f64; 3]) {
         let local = self.wheel.profile.at(at.lowest.wheel_y);
         let rail = self.rail.at(at.lowest.point[1]);
@@ -253,7 +262,8 @@ fn refuse_approach(approach: f64) -> Result<()> {
         return Ok(());
     }
     Err(Error::Job(format!(
-        "placement: found an approach of {:e} m, expected one above zero and at most {MAX_APPROACH} m: wheel and rail would overlap beyond what \
+        "placement: found an approach of {:e} m, expected one above zero and at most {MAX_APPROACH} m: wheel \
+         and rail would overlap beyond what \
          elastic bodies bear; reduce the load or the approach",
         approach
     )))

@@ -7,26 +7,29 @@ use crate::job::{
     self, contact_radius, Compliance, EigenSolver, Job, LinearSolver, Modes, ModesExtent, TransientModel,
 };
 
-// Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J. Numer.
-// Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom on 1 and 2 ranks, whose
-// largest resident sets the estimates exceed by 10 to 14 %.
+// Memory model. Nested dissection of a three-dimensional mesh fills of the order n^(4/3) entries (A. George, SIAM J.
+// Numer. Anal. 10, 1973). The constants are from runs of graded cylinders of 128 to 226 thousand degrees of freedom
+// on 1 and 2 ranks, whose largest resident sets the estimates exceed by 10 to 14 %.
 
 /// Memory of a real Cholesky factorisation with MUMPS, byte per n^(4/3): 111 to 126 on one rank.
 const FACTOR: f64 = 125.0;
 /// What a factorisation takes more on many ranks than on one, as a share; half of it on two.
 const FACTOR_SPREAD: f64 = 0.2;
-/// What stays in memory of a factorisation whose factors go to the disk, as a share of what it takes otherwise: the fronts that are not yet eliminated, and
-/// buffers. On one rank 0.11 to 0.14 for flat rings of 190 to 960 thousand degrees of freedom, 0.28 for thick ones of 140 to 340 thousand.
+/// What stays in memory of a factorisation whose factors go to the disk, as a share of what it takes otherwise: the
+/// fronts that are not yet eliminated, and buffers. On one rank 0.11 to 0.14 for flat rings of 190 to 960 thousand
+/// degrees of freedom, 0.28 for thick ones of 140 to 340 thousand.
 const OUT_OF_CORE: f64 = 0.3;
 /// And so much more on many ranks, half of it on two: 0.44 to 0.48 for the thick rings.
 const OUT_OF_CORE_SPREAD: f64 = 0.4;
 /// Bytes of an entry of a distributed matrix: value and column.
 const ENTRY: f64 = 16.0;
-/// Half of stiffness and mass, the triangle of the stiffness that MUMPS is given, and what it keeps of that: byte per entry of the stiffness (6 + 2 + 8 + 6).
+/// Half of stiffness and mass, the triangle of the stiffness that MUMPS is given, and what it keeps of that: byte per
+/// entry of the stiffness (6 + 2 + 8 + 6).
 const MATRICES: f64 = 22.0;
 /// More modes than this are found in slices.
 const SLICED: f64 = crate::eigen::sparse::SLICED as f64;
-/// What steady rolling takes for a contact node beside the compliance where that is a convolution, byte: from runs of 12 100 and 23 409 nodes.
+/// What steady rolling takes for a contact node beside the compliance where that is a convolution, byte: from runs of
+/// 12 100 and 23 409 nodes.
 const SOLVER: f64 = 5000.0;
 /// Program, MPI and libraries, per rank.
 const BASE: f64 = 120e6;
@@ -41,7 +44,8 @@ pub(super) struct Estimate {
     pub on_disk: f64,
 }
 
-/// The estimate of `job` for bodies of the given sizes, `alike` if one stands for both; `swept` if there are points of a sweep to solve.
+/// The estimate of `job` for bodies of the given sizes, `alike` if one stands for both; `swept` if there are points
+/// of a sweep to solve.
 pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize, swept: bool) -> Estimate {
     let unique = if alike { &bodies[..1] } else { bodies };
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
@@ -67,12 +71,14 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         let spread = 1.0 + FACTOR_SPREAD * (1.0 - 1.0 / ranks as f64);
         let solver = |b: &BodySize| match direct {
             true => FACTOR * spread * (b.dofs as f64).powf(4.0 / 3.0),
-            // Complex hierarchy of multigrid and vectors of the iteration, from a run of 1.08 million degrees of freedom on two ranks (8.7 GB in all).
+            // Complex hierarchy of multigrid and vectors of the iteration, from a run of 1.08 million degrees of
+            // freedom on two ranks (8.7 GB in all).
             false => 4.0 * b.dofs as f64 * 3.0 * b.neighbours * ENTRY,
         };
         shared.push((if direct { "factorisation" } else { "multigrid" }, unique.iter().map(solver).sum()));
         if full_transient(job) {
-            // Bodies of one stiffness that are damped alike share the factor of their steps as well; it stays in memory, whatever is on the disk.
+            // Bodies of one stiffness that are damped alike share the factor of their steps as well; it stays in
+            // memory, whatever is on the disk.
             let damped: Vec<_> = job.bodies().into_iter().map(|(_, b)| (b.damping.alpha, b.damping.beta)).collect();
             let apart = if damped.windows(2).all(|d| d[0] == d[1]) { unique } else { bodies };
             shared.push(("factorisation of the steps", apart.iter().map(solver).sum()));
@@ -80,8 +86,8 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
     }
     if let Some(modes) = &job.analyses.modes {
         let count = mode_count(modes);
-        // SLEPc's basis is complex; that of the block method is shorter where there are so many modes that they are found in slices, each with a
-        // factorisation beside the first.
+        // SLEPc's basis is complex; that of the block method is shorter where there are so many modes that they are
+        // found in slices, each with a factorisation beside the first.
         let columns = match job.solver.eigen {
             EigenSolver::Slepc => 2.0 * (2.0 * count + 16.0),
             EigenSolver::Blocks if count > SLICED => count + 270.0,
@@ -104,7 +110,8 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
     }
     let rows = 3.0 * bodies.iter().map(|b| b.contact_nodes).max().unwrap_or(0) as f64;
     if half_space && !job.analyses.on_contact().is_empty() {
-        // Convolutions in place of matrices, and what the solver has for each closed node: its vectors, and the factors of its grid line.
+        // Convolutions in place of matrices, and what the solver has for each closed node: its vectors, and the
+        // factors of its grid line.
         let nodes = rows / 3.0;
         on_root.push(("convolutions of the contact", Convolution::bytes(nodes) + SOLVER * nodes));
     } else if !job.analyses.on_contact().is_empty() {
@@ -113,7 +120,8 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         on_root.push(("compliance of the contact", copies * rows * rows * 8.0));
     }
     if full_transient(job) {
-        // The influence of each body and of both, its copy in the stepper, the residual compliance that is zero and the rows that are picked.
+        // The influence of each body and of both, its copy in the stepper, the residual compliance that is zero and
+        // the rows that are picked.
         on_root.push(("contact of the full transient", 6.0 * rows * rows * 8.0));
     }
     if job.analyses.stability.as_ref().is_some_and(|s| s.sensitivities) && !job.by_matrices() {
@@ -121,8 +129,8 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         on_root.push(("sensitivities", 4.0 * rows * rows * 8.0));
     }
     if swept && !job.by_matrices() {
-        // Every rank solves points of its own: it has W, S and the modes at the contact of both bodies, and beside them what of W a state of rest sees, or a copy of W on
-        // its way there.
+        // Every rank solves points of its own: it has W, S and the modes at the contact of both bodies, and beside
+        // them what of W a state of rest sees, or a copy of W on its way there.
         let modes = job.analyses.modes.as_ref().map_or(0.0, mode_count);
         shared.push(("reduced model of the sweep", ranks as f64 * (3.0 * rows + 2.0 * modes) * rows * 8.0));
     }
@@ -155,8 +163,9 @@ fn mode_count(modes: &Modes) -> f64 {
     }
 }
 
-/// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the bytes) for a
-/// body that is damped unlike the lower one, responses to unit forces on the contact rows and on modes that are damped or turn, and the Krylov basis with the eigenvectors.
+/// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the
+/// bytes) for a body that is damped unlike the lower one, responses to unit forces on the contact rows and on modes
+/// that are damped or turn, and the Krylov basis with the eigenvectors.
 fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> Vec<(&'static str, f64)> {
     let Some(wanted) = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()) else { return Vec::new() };
     let damping: Vec<_> = job.bodies().iter().map(|(_, b)| (b.damping.alpha, b.damping.beta)).collect();
@@ -173,7 +182,8 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
         let numbers = if dashpots || (i > 0 && damping[i] != damping[0]) { 2.0 } else { 1.0 };
         factors += numbers * FACTOR * spread * n.powf(4.0 / 3.0);
         let rows = 3.0 * closed_nodes(job, body.contact_nodes as f64);
-        // What is given in the space of the modes: damping of each, or rotation, which has its image of each beside it; loads and responses.
+        // What is given in the space of the modes: damping of each, or rotation, which has its image of each beside
+        // it; loads and responses.
         let given = job.bodies().get(i).map_or(0.0, |(_, b)| match (b.rotates(), &b.damping.modal) {
             (true, _) => 2.0,
             (false, Some(_)) => 1.0,
@@ -182,7 +192,8 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
         let modal = given * job.analyses.modes.as_ref().map_or(0.0, mode_count);
         responses += (numbers * (rows + modal) + modal) * n * 8.0;
     }
-    // The basis with the eigenvectors; where blocks are solved for, some of those. Where bodies rotate the pairs are improved in a space of half as many vectors, with their images.
+    // The basis with the eigenvectors; where blocks are solved for, some of those. Where bodies rotate the pairs are
+    // improved in a space of half as many vectors, with their images.
     let (count, block) = (f64::from(wanted.count), BLOCK as f64);
     let columns = match job.solver.eigen {
         EigenSolver::Slepc => 4.0 * count + 16.0,
@@ -196,8 +207,9 @@ fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> 
     ]
 }
 
-/// Nodes of a patch of `all` nodes that are closed in sliding or upstream of a closed one, about: those in Hertz's circle and a fifth more (89 on `jobs/curve.json`, where the
-/// circle holds 75), and two on each grid line through it; the ellipse in the patch where the bodies do not tell.
+/// Nodes of a patch of `all` nodes that are closed in sliding or upstream of a closed one, about: those in Hertz's
+/// circle and a fifth more (89 on `jobs/curve.json`, where the circle holds 75), and two on each grid line through
+/// it; the ellipse in the patch where the bodies do not tell.
 fn closed_nodes(job: &Job, all: f64) -> f64 {
     let ellipse = std::f64::consts::FRAC_PI_4 * all;
     let size = job.contact_spacing();
@@ -222,7 +234,8 @@ mod tests {
     use crate::job::Job;
     use std::path::Path;
 
-    /// W, S and the modes at the contact lie on every rank that solves points, beside what rank 0 has: on n ranks n times.
+    /// W, S and the modes at the contact lie on every rank that solves points, beside what rank 0 has: on n ranks n
+    /// times.
     #[test]
     fn a_sweep_has_its_reduced_model_on_every_rank() {
         let sweep = "analyses.sweep={\"keys\": {\"contact.friction\": [0.2, 0.3]}}";
@@ -275,8 +288,8 @@ mod tests {
         assert!(with.to_string().contains("full system: all eigenvalues up to 500 Hz"), "{with}");
     }
 
-    /// Two unlike bodies of 127 620 degrees of freedom, 225 contact nodes of which 89 were closed, 60 modes and all eigenvalues of the full system up to 2 kHz,
-    /// twenty about each shift, took 4.8 GB on one rank, at rest.
+    /// Two unlike bodies of 127 620 degrees of freedom, 225 contact nodes of which 89 were closed, 60 modes and all
+    /// eigenvalues of the full system up to 2 kHz, twenty about each shift, took 4.8 GB on one rank, at rest.
     #[test]
     fn the_largest_run_of_the_full_system_is_estimated_within_a_fifth() {
         let sets = [

@@ -1,5 +1,5 @@
-//! What a job would compute, how large it is, and how much memory it needs: `railsqueal check`, and the refusal of a job
-//! that cannot fit before anything is meshed.
+//! What a job would compute, how large it is, and how much memory it needs: `railsqueal check`, and the refusal of a
+//! job that cannot fit before anything is meshed.
 
 mod memory;
 mod text;
@@ -54,8 +54,8 @@ pub struct Plan {
     pub on_disk: Option<(PathBuf, f64)>,
 }
 
-/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; mesh files are read into `meshes`. For one rank. An error has the
-/// faults of all bodies.
+/// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; mesh files are read into `meshes`.
+/// For one rank. An error has the faults of all bodies.
 pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
     let all: Vec<_> = job.bodies().into_iter().map(|(name, body)| size(job, meshes, name, body)).collect();
     Error::all(all.iter().map(|s| s.as_ref().map(drop).map_err(Error::clone)))?;
@@ -159,14 +159,16 @@ impl Plan {
         self.root() + self.per_rank() * ranks_here.saturating_sub(1) as f64
     }
 
-    /// An error if the disk of the node of rank 0, where `ranks_here` ranks run, has less space than the factors need there.
+    /// An error if the disk of the node of rank 0, where `ranks_here` ranks run, has less space than the factors need
+    /// there.
     pub fn fits_disk(&self, ranks_here: usize) -> Result<()> {
         let Some((place, bytes)) = &self.on_disk else { return Ok(()) };
         let (need, free) = (bytes * ranks_here as f64 / self.ranks as f64, free(place)?);
         match need <= free {
             true => Ok(()),
             false => Err(Error::Io(format!(
-                "solver.out_of_core: the factors need about {} of disk on this node ({ranks_here} of {} ranks), {} has {} free; name another folder",
+                "solver.out_of_core: the factors need about {} of disk on this node ({ranks_here} of {} ranks), \
+                 {} has {} free; name another folder",
                 size_text(need),
                 self.ranks,
                 place.display(),
@@ -181,7 +183,8 @@ impl Plan {
         match need <= limit.bytes {
             true => Ok(()),
             false => Err(Error::Memory(format!(
-                "the job needs about {} in the process of rank 0, but {} leaves {}.\n  Raise it (ulimit -v unlimited), use a larger element_size, or \
+                "the job needs about {} in the process of rank 0, but {} leaves {}.\n  Raise it (ulimit -v \
+                 unlimited), use a larger element_size, or \
                  more ranks; with solver.memory_limit that limit counts instead",
                 size_text(need),
                 limit.source,
@@ -202,8 +205,10 @@ impl Plan {
         let largest = parts.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|p| (p.0, p.1)).unwrap_or_default();
         let dofs: u64 = self.bodies.iter().map(|b| b.dofs).sum();
         Err(Error::Memory(format!(
-            "the job needs about {} on this node ({} of {} ranks, {dofs} degrees of freedom; most of it: {}, {}), but {} gives {}.\n  \
-             Use a larger element_size or a smaller patch, solver.out_of_core, \"gamg\" as solver.linear, more nodes, or raise solver.memory_limit if the estimate is too high",
+            "the job needs about {} on this node ({} of {} ranks, {dofs} degrees of freedom; most of it: {}, \
+             {}), but {} gives {}.\n  \
+             Use a larger element_size or a smaller patch, solver.out_of_core, \"gamg\" as solver.linear, more \
+             nodes, or raise solver.memory_limit if the estimate is too high",
             size_text(need),
             ranks_here,
             self.ranks,

@@ -100,13 +100,18 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
             let full = stability.full.as_ref().map_or(String::new(), |full| {
                 let most = full.max_frequency;
                 let way = if job.by_matrices() { "at once" } else { "by successive shifts" };
-                format!("\n  stability of the full system: all eigenvalues up to {most} Hz {way}, compared with those of the modes")
+                format!(
+                    "\n  stability of the full system: all eigenvalues up to {most} Hz {way}, compared with \
+                 those of the modes"
+                )
             });
             format!("stability of steady {} on the modes: {}{full}", moves(stability), given(contact))
         }),
-        Step::Steady => wanted.steady.as_ref().zip(contact).map(|(steady, contact)| {
-            format!("steady rolling: {}, tolerance {:e}", given(contact), steady.tolerance)
-        }),
+        Step::Steady => {
+            wanted.steady.as_ref().zip(contact).map(|(steady, contact)| {
+                format!("steady rolling: {}, tolerance {:e}", given(contact), steady.tolerance)
+            })
+        }
         Step::CreepCurve => wanted.creep_curve.as_ref().map(|curve| {
             let count = curve.numbers().map_or(0, |v| v.len());
             format!("creep curve: steady rolling at {count} values of the {} creepage", curve.key.name())

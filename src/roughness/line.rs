@@ -2,8 +2,8 @@
 
 use crate::{Error, Result};
 
-/// Samples of the neighbouring turns that a line which repeats itself is continued by on either side: what the ends of the spline are taken to
-/// be changes it by (2 − √3)^24 = 2e-14.
+/// Samples of the neighbouring turns that a line which repeats itself is continued by on either side: what the ends
+/// of the spline are taken to be changes it by (2 − √3)^24 = 2e-14.
 const WRAPPED: usize = 24;
 
 /// Height r(s), m, at the way s, m.
@@ -72,7 +72,8 @@ impl Line {
     }
 }
 
-/// Second derivatives of the natural spline: h_(i−1) m_(i−1) + 2(h_(i−1) + h_i) m_i + h_i m_(i+1) = 6 (slope_i − slope_(i−1)).
+/// Second derivatives of the natural spline: h_(i−1) m_(i−1) + 2(h_(i−1) + h_i) m_i + h_i m_(i+1) = 6 (slope_i −
+/// slope_(i−1)).
 fn bends(at: &[f64], height: &[f64]) -> Vec<f64> {
     let n = at.len();
     let h = |i: usize| at[i + 1] - at[i];

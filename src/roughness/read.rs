@@ -7,7 +7,8 @@ use std::path::Path;
 
 /// Fewest samples.
 const MIN_SAMPLES: usize = 16;
-/// Heights above the mean, m, and distances of samples, m, between which a file is taken to be in the unit that it is said to be.
+/// Heights above the mean, m, and distances of samples, m, between which a file is taken to be in the unit that it is
+/// said to be.
 const HEIGHTS: [f64; 2] = [1e-9, 2e-3];
 const DISTANCES: [f64; 2] = [1e-6, 2e-2];
 /// What a straight line leaves of heights by rounding, m.
@@ -272,7 +273,8 @@ impl Measured {
         if !(DISTANCES[0]..=DISTANCES[1]).contains(&step) || wide > WIDTH {
             let (what, found) = if wide > WIDTH { ("a width of", wide) } else { ("samples every", step) };
             return fault(format!(
-                "found {what} {found:.1e} m, expected samples every {:.0e} to {:.0e} m and at most {WIDTH} m across: {}",
+                "found {what} {found:.1e} m, expected samples every {:.0e} to {:.0e} m and at most {WIDTH} m \
+                 across: {}",
                 DISTANCES[0],
                 DISTANCES[1],
                 advice("distance_unit", units.distance)
@@ -281,8 +283,9 @@ impl Measured {
         Ok(())
     }
 
-    /// Lines at the lateral places `y` (m) of a contact, which repeat themselves after `period` (m) if there is one, else begin at `from` (m): one for all of a line, one for each
-    /// of an area. Between the columns of an area the heights are a spline, beyond the outermost those of these.
+    /// Lines at the lateral places `y` (m) of a contact, which repeat themselves after `period` (m) if there is one,
+    /// else begin at `from` (m): one for all of a line, one for each of an area. Between the columns of an area the
+    /// heights are a spline, beyond the outermost those of these.
     pub fn lines(&self, y: &[f64], period: Option<f64>, from: f64) -> Result<Vec<Line>> {
         let across = |row: &Vec<f64>| -> Result<Vec<f64>> {
             if self.y.len() < 2 {

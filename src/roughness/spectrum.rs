@@ -1,7 +1,8 @@
 //! Lines from spectra: levels of one-third-octave bands by wavelength.
 //!
-//! Bands are those of base ten: the band n has the wavelength 10^(−n/10) m in its middle and reaches from 10^(−(n + ½)/10) to 10^(−(n − ½)/10) m. A level L is that of
-//! the mean square of the heights, 20 lg(r_rms / 1 µm) dB (EN 15610).
+//! Bands are those of base ten: the band n has the wavelength 10^(−n/10) m in its middle and reaches from 10^(−(n +
+//! ½)/10) to 10^(−(n − ½)/10) m. A level L is that of the mean square of the heights, 20 lg(r_rms / 1 µm) dB (EN
+//! 15610).
 
 use super::Line;
 use crate::{Error, Result};
@@ -65,17 +66,20 @@ pub fn iso3095() -> Vec<Band> {
     LEVELS.iter().enumerate().map(|(i, &level)| Band { number: i as i32 + 4, level }).collect()
 }
 
-/// A line of random phases whose `bands` have their levels exactly; it repeats itself after `length`, m. The waves in a band, whole numbers of which fit into the length, are
-/// alike in height. The same seed gives the same line on every machine.
+/// A line of random phases whose `bands` have their levels exactly; it repeats itself after `length`, m. The waves in
+/// a band, whole numbers of which fit into the length, are alike in height. The same seed gives the same line on
+/// every machine.
 ///
 /// # Errors
-/// A band that no wave of the length falls into, given twice or with a level that is no number; no bands; too many samples.
+/// A band that no wave of the length falls into, given twice or with a level that is no number; no bands; too many
+/// samples.
 pub fn line(bands: &[Band], length: f64, seed: u64) -> Result<Line> {
     let shortest = bands.iter().map(|b| b.wavenumbers()[1]).fold(0.0, f64::max);
     let samples = (length * shortest * SAMPLES).ceil();
     if !(shortest > 0.0 && samples.is_finite() && samples <= MAX_SAMPLES) {
         return Err(Error::Job(format!(
-            "found {} bands and a length of {length} m, expected at least one band and at most {MAX_SAMPLES:e} samples, {SAMPLES} in the shortest wave; shorten the length, or leave short waves out",
+            "found {} bands and a length of {length} m, expected at least one band and at most {MAX_SAMPLES:e} \
+             samples, {SAMPLES} in the shortest wave; shorten the length, or leave short waves out",
             bands.len()
         )));
     }
@@ -86,7 +90,11 @@ pub fn line(bands: &[Band], length: f64, seed: u64) -> Result<Line> {
         let [from, to] = band.wavenumbers().map(|k| k * length);
         let inside = from.ceil() as usize..to.ceil() as usize;
         let wrong = match () {
-            _ if inside.is_empty() => format!("no wave that fits {length:.4} m, which repeats itself; make the length {:.3} m or more, or leave the band out", 1.05 * length / (to - from)),
+            _ if inside.is_empty() => format!(
+                "no wave that fits {length:.4} m, which repeats itself; make the \
+             length {:.3} m or more, or leave the band out",
+                1.05 * length / (to - from)
+            ),
             _ if bands[..i].iter().any(|b| b.number == band.number) => "it given twice".into(),
             _ if !(band.level.abs() < 120.0) => format!("the level {} dB re 1 µm", band.level),
             _ => String::new(),

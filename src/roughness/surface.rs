@@ -59,12 +59,14 @@ impl Surface {
         }
     }
 
-    /// Height of the surface of the lower (0) or upper (1) body at the contact's centre at the time `t` (s), m; of an area on its lateral place number `iy`.
+    /// Height of the surface of the lower (0) or upper (1) body at the contact's centre at the time `t` (s), m; of an
+    /// area on its lateral place number `iy`.
     pub fn height(&self, body: usize, t: f64, iy: usize) -> f64 {
         self.share(t) * self.parts[body].iter().map(|p| p.at(self.speed * t, iy)).sum::<f64>()
     }
 
-    /// The gap at the time `t` (s) into `gap`, m, `[nx ny]`, on the grid `x` (m, `[nx]`); `smooth` is that without roughness.
+    /// The gap at the time `t` (s) into `gap`, m, `[nx ny]`, on the grid `x` (m, `[nx]`); `smooth` is that without
+    /// roughness.
     pub fn travel(&self, t: f64, x: &[f64], smooth: &[f64], gap: &mut [f64]) {
         let (share, way) = (self.share(t), self.speed * t);
         gap.copy_from_slice(smooth);

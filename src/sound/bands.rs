@@ -2,7 +2,8 @@
 
 use crate::{Error, Result};
 
-/// Third-octave bands side by side. Band n has the exact centre 1000 · 10^(n/10) Hz and ends 10^(1/20) below and above it.
+/// Third-octave bands side by side. Band n has the exact centre 1000 · 10^(n/10) Hz and ends 10^(1/20) below and
+/// above it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bands {
     first: i32,
@@ -34,7 +35,8 @@ impl Bands {
         }
         if last < first {
             return Err(Error::Job(format!(
-                "the lowest third octave, {} Hz, ends at {:.1} Hz, but the modes kept reach {reach:.1} Hz only; keep more modes in \
+                "the lowest third octave, {} Hz, ends at {:.1} Hz, but the modes kept reach {reach:.1} Hz only; \
+                 keep more modes in \
                  analyses.modes, or give a lower min_frequency",
                 nominal(first),
                 exact(first) * half()
@@ -94,8 +96,8 @@ fn nominal(n: i32) -> f64 {
     OF_TEN[n.rem_euclid(10) as usize] * 10f64.powi(n.div_euclid(10))
 }
 
-/// Time, s, in which the band that holds the frequency `lowest` (Hz) can be told from its neighbours: the main lobe of a Hann window of this
-/// length is as wide as the band.
+/// Time, s, in which the band that holds the frequency `lowest` (Hz) can be told from its neighbours: the main lobe
+/// of a Hann window of this length is as wide as the band.
 pub fn resolving_time(lowest: f64) -> f64 {
     let centre = exact(number(lowest));
     4.0 / (centre * (half() - 1.0 / half()))

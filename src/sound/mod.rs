@@ -1,10 +1,10 @@
-//! Sound radiated by vibrating surfaces: radiators, their radiation resistance, spectra, third octaves (`docs/transient.md`). Only
-//! `surface`, which makes radiators of a body's distributed mesh, knows MPI. Bodies of revolution are solved exactly in `revolved`,
-//! rails in `line`.
+//! Sound radiated by vibrating surfaces: radiators, their radiation resistance, spectra, third octaves
+//! (`docs/transient.md`). Only `surface`, which makes radiators of a body's distributed mesh, knows MPI. Bodies of
+//! revolution are solved exactly in `revolved`, rails in `line`.
 //!
-//! The velocity of a surface in its modes is v_n(x, t) = Σ_j φ_n,j(x) q̇_j(t). With the cross-spectral density S(f) of the modal
-//! velocities the sound power per hertz is W(f) = tr(R(f) S(f)), R being the real symmetric radiation resistance matrix of the
-//! modes (F. Fahy, P. Gardonio, *Sound and Structural Vibration*, 2nd ed., 2007, chapter 3).
+//! The velocity of a surface in its modes is v_n(x, t) = Σ_j φ_n,j(x) q̇_j(t). With the cross-spectral density S(f)
+//! of the modal velocities the sound power per hertz is W(f) = tr(R(f) S(f)), R being the real symmetric radiation
+//! resistance matrix of the modes (F. Fahy, P. Gardonio, *Sound and Structural Vibration*, 2nd ed., 2007, chapter 3).
 
 pub mod bands;
 pub mod line;
@@ -44,9 +44,8 @@ pub fn level(power: f64) -> f64 {
 /// Distance at which the pressure beside a track is measured, m (ISO 3095).
 const DISTANCE: f64 = 7.5;
 
-/// Sound pressure level, dB re 20 µPa, 7.5 m from a source on hard ground with the power level `power` (dB re 1 pW) that radiates alike in all
-/// directions above
-/// it: its power goes through half a sphere, p² = ρc W/(2πd²).
+/// Sound pressure level, dB re 20 µPa, 7.5 m from a source on hard ground with the power level `power` (dB re 1 pW)
+/// that radiates alike in all directions above it: its power goes through half a sphere, p² = ρc W/(2πd²).
 pub fn pressure_level(air: Air, power: f64) -> f64 {
     let square = air.density * air.speed * 1e-12 / (2.0 * std::f64::consts::PI * DISTANCE * DISTANCE);
     power + 10.0 * (square / (20e-6f64 * 20e-6)).log10()

@@ -46,9 +46,9 @@ impl Hermitian {
     }
 }
 
-/// A resistance R = D C D with ones in the diagonal of C. Between two frequencies the logarithm of D is a cubic of that of the frequency, mode by
-/// mode, which keeps the
-/// powers of the frequency that small bodies have, and C is linear: what comes out has no negative eigenvalues, as R has none.
+/// A resistance R = D C D with ones in the diagonal of C. Between two frequencies the logarithm of D is a cubic of
+/// that of the frequency, mode by mode, which keeps the powers of the frequency that small bodies have, and C is
+/// linear: what comes out has no negative eigenvalues, as R has none.
 #[derive(Debug, Clone)]
 struct Scaled {
     /// Logarithm of the diagonal of D, in (N·s/m per kg)^½, and its slope over the logarithm of the frequency, `[m]`.
@@ -67,7 +67,8 @@ impl Scaled {
         Self { coherence, size: size.into_iter().map(|d| [d.ln(), 0.0]).collect() }
     }
 
-    /// The slopes of all, at the logarithms `x` of their frequencies: those of parabolas through neighbours, at the ends of lines.
+    /// The slopes of all, at the logarithms `x` of their frequencies: those of parabolas through neighbours, at the
+    /// ends of lines.
     fn slopes(all: &mut [Self], x: &[f64]) {
         for g in 0..all.len() {
             let (before, after) = (g.saturating_sub(1), (g + 1).min(all.len() - 1));
@@ -86,7 +87,8 @@ impl Scaled {
         }
     }
 
-    /// D x with D at the part `t` of the way from `self` to `other`, whose logarithms of the frequency are `apart` from each other.
+    /// D x with D at the part `t` of the way from `self` to `other`, whose logarithms of the frequency are `apart`
+    /// from each other.
     fn times(&self, other: &Self, (t, apart): (f64, f64), x: &[Complex64]) -> Vec<Complex64> {
         let s = 1.0 - t;
         let between = |(a, b): (&[f64; 2], &[f64; 2])| {
@@ -97,8 +99,8 @@ impl Scaled {
     }
 }
 
-/// The patches are at most this part of the wave length. The resistance of a ring with up to six nodal diameters is then within 0.09 dB of that of
-/// patches a fifth as large, for k times the radius from 2 to 30.
+/// The patches are at most this part of the wave length. The resistance of a ring with up to six nodal diameters is
+/// then within 0.09 dB of that of patches a fifth as large, for k times the radius from 2 to 30.
 pub const PATCH: f64 = 1.0 / 3.0;
 
 impl Radiation {
@@ -107,9 +109,9 @@ impl Radiation {
         PATCH * air.speed / bands.end()
     }
 
-    /// Radiation resistances at the frequencies of the bands, N·s/m per kg, `[frequencies × m × m]`: those of part `part` of `parts`, 0
-    /// elsewhere; the sum over the parts is what [`Radiation::new`] takes. Of patches as fine as [`Radiation::patch_size`]; at low
-    /// frequencies they are taken together, but never to more than `coarsest` (m).
+    /// Radiation resistances at the frequencies of the bands, N·s/m per kg, `[frequencies × m × m]`: those of part
+    /// `part` of `parts`, 0 elsewhere; the sum over the parts is what [`Radiation::new`] takes. Of patches as fine as
+    /// [`Radiation::patch_size`]; at low frequencies they are taken together, but never to more than `coarsest` (m).
     pub fn resistances(
         radiators: &Radiators,
         bands: &Bands,
@@ -134,15 +136,17 @@ impl Radiation {
         all
     }
 
-    /// ρc ∫ φ_n,i φ_n,j dS, N·s/m per kg, `[m × m]`: what the resistances would be, did the surface radiate as a plane wave does.
+    /// ρc ∫ φ_n,i φ_n,j dS, N·s/m per kg, `[m × m]`: what the resistances would be, did the surface radiate as a
+    /// plane wave does.
     pub fn of_plane_waves(radiators: &Radiators, air: Air) -> Vec<f64> {
         let factor = air.density * air.speed;
         radiators.square().col_iter().flat_map(|c| c.iter().map(move |v| factor * v)).collect()
     }
 
-    /// In `bands`, from all resistances of m modes at the frequencies of `grid` (Hz, ascending, from the beginning of the bands to their end), N·s/m per
-    /// kg, `[frequencies × m × m]`, and those of plane waves, the same or `[m × m]` for all frequencies. Hermitian ones are `[frequencies × 2 × m × m]`,
-    /// real parts before imaginary ones. With forces in place of modal velocities, W/N².
+    /// In `bands`, from all resistances of m modes at the frequencies of `grid` (Hz, ascending, from the beginning of
+    /// the bands to their end), N·s/m per kg, `[frequencies × m × m]`, and those of plane waves, the same or `[m ×
+    /// m]` for all frequencies. Hermitian ones are `[frequencies × 2 × m × m]`, real parts before imaginary ones.
+    /// With forces in place of modal velocities, W/N².
     pub fn new(bands: Bands, grid: Vec<f64>, m: usize, [resistances, plane]: [&[f64]; 2]) -> Self {
         let x: Vec<f64> = grid.iter().map(|f| f.ln()).collect();
         let made = |values: &[f64], count: usize| -> Vec<Scaled> {
@@ -168,8 +172,8 @@ impl Radiation {
         self.of(f, &x)[0]
     }
 
-    /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R between those at the frequencies
-    /// where it is known; and that of plane waves.
+    /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R between those at
+    /// the frequencies where it is known; and that of plane waves.
     pub(super) fn of(&self, f: f64, x: &[Complex64]) -> [f64; 2] {
         let last = self.grid.len() - 2;
         let g = self.grid.partition_point(|&a| a <= f).saturating_sub(1).min(last);
@@ -310,7 +314,8 @@ mod tests {
                 let at = |i: usize| amplitude * (2.0 * PI * f * (i + piece * welch.hop()) as f64 / rate + 0.3).cos();
                 spectrum.add(&[welch.transform((0..welch.length()).map(at)).unwrap()]);
             }
-            // Low-frequency limit of a piston in a baffle, ρc k² S²/(2π) ⟨v²⟩, which the interpolation between frequencies keeps.
+            // Low-frequency limit of a piston in a baffle, ρc k² S²/(2π) ⟨v²⟩, which the interpolation between
+            // frequencies keeps.
             let k = AIR.wave_number(f);
             let wanted = AIR.density * AIR.speed * k * k * 1e-8 / (2.0 * PI) * 0.5 * amplitude * amplitude;
             let found = spectrum.third_octaves();

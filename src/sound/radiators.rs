@@ -55,7 +55,8 @@ impl Radiators {
         self.size
     }
 
-    /// ∫ φ_n,i φ_n,j dS, m²/kg, `[m, m]`: with the velocities' cross-spectra, ρc times it is the power of a surface that radiates as a plane wave does.
+    /// ∫ φ_n,i φ_n,j dS, m²/kg, `[m, m]`: with the velocities' cross-spectra, ρc times it is the power of a surface
+    /// that radiates as a plane wave does.
     pub fn square(&self) -> &Mat<f64> {
         &self.square
     }
@@ -70,13 +71,13 @@ impl Radiators {
         Self { patches, size: 2.0 * self.size, square: self.square.clone() }
     }
 
-    /// Radiation resistance of the modes at the frequency `f` (Hz), N·s/m per kg, `[m, m]`, symmetric: the mean power is
-    /// ½ q̇ᴴ R q̇ of complex amplitudes q̇, tr(R S) of spectra of mean squares.
+    /// Radiation resistance of the modes at the frequency `f` (Hz), N·s/m per kg, `[m, m]`, symmetric: the mean power
+    /// is ½ q̇ᴴ R q̇ of complex amplitudes q̇, tr(R S) of spectra of mean squares.
     ///
-    /// Every smooth part of the surface radiates as if set into a rigid baffle of its own. By Rayleigh's integral a patch with the
-    /// flow Q_b makes the pressure p = iωρ Q_b e^{−ikr}/(2πr) at the distance r, whose part in phase with the flow gives
-    /// R = Qᵀ K Q, K_ab = ρc k²/(2π) · sin(k r_ab)/(k r_ab) (K. A. Cunefare, J. Acoust. Soc. Am. 90 (1991); S. J. Elliott, M. E. Johnson,
-    /// J. Acoust. Soc. Am. 94 (1993) 2194–2204, eq. 14).
+    /// Every smooth part of the surface radiates as if set into a rigid baffle of its own. By Rayleigh's integral a
+    /// patch with the flow Q_b makes the pressure p = iωρ Q_b e^{−ikr}/(2πr) at the distance r, whose part in phase
+    /// with the flow gives R = Qᵀ K Q, K_ab = ρc k²/(2π) · sin(k r_ab)/(k r_ab) (K. A. Cunefare, J. Acoust. Soc. Am.
+    /// 90 (1991); S. J. Elliott, M. E. Johnson, J. Acoust. Soc. Am. 94 (1993) 2194–2204, eq. 14).
     pub fn resistance(&self, f: f64, air: Air) -> Mat<f64> {
         let m = self.square.nrows();
         let k = air.wave_number(f);

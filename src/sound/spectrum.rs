@@ -1,5 +1,5 @@
-//! Spectra by Welch's method: windowed pieces of a record, half overlapping, whose squares are averaged (P. D. Welch, IEEE Trans. Audio
-//! Electroacoust. 15 (1967) 70–73).
+//! Spectra by Welch's method: windowed pieces of a record, half overlapping, whose squares are averaged (P. D. Welch,
+//! IEEE Trans. Audio Electroacoust. 15 (1967) 70–73).
 
 use crate::{Error, Result};
 use fourier::{FftError, Number, RealToComplex};
@@ -62,7 +62,8 @@ impl Welch {
         self.fourier.len() / 2
     }
 
-    /// A mean over the interval T of two samples reduces a harmonic motion by sin(πfT)/(πfT); makes of the spectrum of such means that of the motion.
+    /// A mean over the interval T of two samples reduces a harmonic motion by sin(πfT)/(πfT); makes of the spectrum
+    /// of such means that of the motion.
     pub fn undo_mean(&self, lines: &mut [Complex64]) {
         for (k, z) in lines.iter_mut().enumerate().skip(1) {
             let x = PI * k as f64 * self.spacing() / self.rate;
@@ -70,8 +71,8 @@ impl Welch {
         }
     }
 
-    /// Spectrum of a piece of one channel, `[lines]`, so scaled that the squared magnitudes are the one-sided power density (unit² per Hz);
-    /// half of that at frequency 0. Fails by a defect only.
+    /// Spectrum of a piece of one channel, `[lines]`, so scaled that the squared magnitudes are the one-sided power
+    /// density (unit² per Hz); half of that at frequency 0. Fails by a defect only.
     pub fn transform(&self, samples: impl Iterator<Item = f64>) -> Result<Vec<Complex64>> {
         let (mut x, mut lines) = (self.fourier.make_input_vec(), self.fourier.make_output_vec());
         for ((x, w), s) in x.iter_mut().zip(&self.window).zip(samples) {

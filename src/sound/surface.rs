@@ -1,5 +1,5 @@
-//! The free surface of a body as radiators of sound: its boundary facets, divided where the surface has an edge, and the flow of the
-//! modes through patches of them.
+//! The free surface of a body as radiators of sound: its boundary facets, divided where the surface has an edge, and
+//! the flow of the modes through patches of them.
 
 use super::radiators::{add, Key, Patch};
 use super::Radiators;

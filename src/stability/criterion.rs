@@ -1,25 +1,28 @@
 //! One free mode on the rest, in closed form: what makes an eigenvalue grow.
 //!
-//! A free mode (or both of a pair) of angular frequency ω_k and damping c presses the contact by ψ_n and is driven by f = ψ_n − μτ·ψ_t per unit normal
-//! force; everything else, the other modes of both bodies and what the contact yields by itself, gives way by H(λ) to that force and its friction. Then
-//! λ² + cλ + ω_k² + κ/H = 0 with κ = ψ_n f, so that about
+//! A free mode (or both of a pair) of angular frequency ω_k and damping c presses the contact by ψ_n and is driven by
+//! f = ψ_n − μτ·ψ_t per unit normal force; everything else, the other modes of both bodies and what the contact
+//! yields by itself, gives way by H(λ) to that force and its friction. Then λ² + cλ + ω_k² + κ/H = 0 with κ = ψ_n f,
+//! so that about
 //!
 //! σ = −c/2 + κ Im H/(2ω_k|H|²),   Δω = κ Re H/(2ω_k|H|²).
 //!
-//! At constant friction the mode grows only where κ < 0 (ψ_n and ψ_t so that friction takes more than the pressure gives) and H has a phase, which a
-//! rail gives and a rigid counter-body does not.
+//! At constant friction the mode grows only where κ < 0 (ψ_n and ψ_t so that friction takes more than the pressure
+//! gives) and H has a phase, which a rail gives and a rigid counter-body does not.
 //!
-//! That is the contact as a point which feels motion along the normal alone. Two more things take from, or add to, what it gives: motion along the surface, which
-//! makes creep and turns the friction, and that the motion is not the same all over the contact, so that moments act on it. With all of them the contact is
-//! condensed to the functions 1, x and y of each direction: forces = Z motions, exactly what the linearised contact of [`super::reduced`] makes of such motions.
-//! The other modes add their receptances A, and there remains, for the modes that are taken apart,
+//! That is the contact as a point which feels motion along the normal alone. Two more things take from, or add to,
+//! what it gives: motion along the surface, which makes creep and turns the friction, and that the motion is not the
+//! same all over the contact, so that moments act on it. With all of them the contact is condensed to the functions
+//! 1, x and y of each direction: forces = Z motions, exactly what the linearised contact of [`super::reduced`] makes
+//! of such motions. The other modes add their receptances A, and there remains, for the modes that are taken apart,
 //!
 //! λ² + Cλ + K − ψᵀ (1 − Z A)⁻¹ Z ψ = 0,
 //!
-//! of which the equation above is the one with the column of the mean normal motion alone in Z. Z and A are taken at the eigenvalue that is to be explained, so
-//! that it solves the equation as far as the equation is right: of one mode then σ = −c/2 + Im F/(2ω), with the forces F that Z and A make, whatever share others
-//! have in the motion. What rotation and damping couple directly to other modes is in ψ and K. Neglected is the rest of the motion over the contact alone: nothing
-//! where the compliance is `"hybrid"`.
+//! of which the equation above is the one with the column of the mean normal motion alone in Z. Z and A are taken at
+//! the eigenvalue that is to be explained, so that it solves the equation as far as the equation is right: of one
+//! mode then σ = −c/2 + Im F/(2ω), with the forces F that Z and A make, whatever share others have in the motion.
+//! What rotation and damping couple directly to other modes is in ψ and K. Neglected is the rest of the motion over
+//! the contact alone: nothing where the compliance is `"hybrid"`.
 
 use super::reduced::{contact_rows, participation, ContactRows, Eigenpair, View};
 use crate::contact::{LinearContact, Tangent};
@@ -31,20 +34,22 @@ use num_complex::Complex;
 
 type C = Complex<f64>;
 
-/// Frequencies of a body this near to each other, relatively, are of one pair: coarse meshes split those of a body of revolution.
+/// Frequencies of a body this near to each other, relatively, are of one pair: coarse meshes split those of a body of
+/// revolution.
 const PAIR: f64 = 5e-3;
 
 /// Eigenvalues whose imaginary part is less than this part of them do not oscillate.
 const REAL: f64 = 1e-9;
 
-/// Part of the size of a function over the contact below which it is made up of those before it, as y is over a line of nodes.
+/// Part of the size of a function over the contact below which it is made up of those before it, as y is over a line
+/// of nodes.
 const SAME: f64 = 1e-9;
 
 /// Place of the normal among the mean motions (x, y, n), which come first of all.
 const NORMAL: usize = 2;
 
-/// What one free mode, or a pair, does on the rest. Of an eigenvalue that does not oscillate, as friction that falls steeply has them, it is not a number
-/// but for the mode and its damping.
+/// What one free mode, or a pair, does on the rest. Of an eigenvalue that does not oscillate, as friction that falls
+/// steeply has them, it is not a number but for the mode and its damping.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Criterion {
     /// The free mode with the largest share; its partner of the same frequency and body follows.
@@ -70,7 +75,8 @@ impl Criterion {
     }
 }
 
-/// The contact in motions that are linear over it: the mean ones (x, y, n), then those that grow along x and along y, where it has such.
+/// The contact in motions that are linear over it: the mean ones (x, y, n), then those that grow along x and along y,
+/// where it has such.
 struct Condensed {
     /// Rows (λ `by_rate` + `at_rest`) (motions, own unknowns) = 0 and forces on the motions.
     rows: ContactRows,
@@ -109,7 +115,8 @@ impl Condensed {
     }
 }
 
-/// The functions 1, x and y at all nodes, orthogonal over the `closed` ones with a mean square of 1 there, as far as these can tell them apart.
+/// The functions 1, x and y at all nodes, orthogonal over the `closed` ones with a mean square of 1 there, as far as
+/// these can tell them apart.
 fn functions(places: &[[f64; 2]], closed: &[usize]) -> Vec<Vec<f64>> {
     let place = |c: usize| places.iter().map(|x| x[c]).collect::<Vec<f64>>();
     let mean = |a: &[f64], b: &[f64]| closed.iter().map(|&i| a[i] * b[i]).sum::<f64>() / closed.len() as f64;
@@ -129,8 +136,8 @@ fn functions(places: &[[f64; 2]], closed: &[usize]) -> Vec<Vec<f64>> {
     found
 }
 
-/// The closed form for the `pairs` of bodies that slide all over the contact, whose nodes have their `places` (x, y), m, in their order; none where part of it sticks, or where it does not yield by
-/// itself.
+/// The closed form for the `pairs` of bodies that slide all over the contact, whose nodes have their `places` (x, y),
+/// m, in their order; none where part of it sticks, or where it does not yield by itself.
 pub fn criteria(
     bodies: &ModalPair,
     places: &[[f64; 2]],
@@ -196,7 +203,8 @@ fn of_pair(bodies: &ModalPair, contact: &Condensed, pair: &Eigenpair) -> Result<
 struct Rest {
     /// A, the motions of the contact by forces on them, m/N, `[r, r]`.
     receptances: Mat<C>,
-    /// ψ of the modes apart, with those that they move directly: the motions of the contact by them, `[r, n]`, and the forces on them by those on these, `[n, r]`.
+    /// ψ of the modes apart, with those that they move directly: the motions of the contact by them, `[r, n]`, and
+    /// the forces on them by those on these, `[n, r]`.
     motions: Mat<C>,
     work: Mat<C>,
     /// The forces on the modes apart by those that they move directly, 1/s², `[n, n]`.
@@ -264,7 +272,8 @@ mod tests {
     use crate::body::ReducedBody;
     use crate::contact::{LinearNode, Slip};
 
-    /// A mode that friction which falls drives harder than it can oscillate: two real eigenvalues, of which there is no such criterion.
+    /// A mode that friction which falls drives harder than it can oscillate: two real eigenvalues, of which there is
+    /// no such criterion.
     #[test]
     fn what_does_not_oscillate_has_none() {
         let omega = 900.0;
@@ -292,8 +301,8 @@ mod tests {
         }
     }
 
-    /// A wheel of one mode on a rail of one mode, at one contact that slides along y at constant friction 0.3; on either side of the rail's resonance
-    /// and on a rail at rest.
+    /// A wheel of one mode on a rail of one mode, at one contact that slides along y at constant friction 0.3; on
+    /// either side of the rail's resonance and on a rail at rest.
     #[test]
     fn one_mode_grows_as_the_eigenvalues_say() {
         let mu = 0.3;

@@ -2,8 +2,9 @@
 //!
 //! (λ²M + λ(C + P_tᵀ D P_t) + K) u = (P_n − μ τᵀP_t)ᵀ r,  P_n u = 0,  D = (μp0/|ṡ0|)(I − ττᵀ) + μ′p0 ττᵀ
 //!
-//! (`docs/theory.md`). The multipliers r are taken out exactly: u = Z q with P_n Z = 0, and the equations are projected on Y with
-//! (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric since Y ≠ Z.
+//! (`docs/theory.md`). The multipliers r are taken out exactly: u = Z q with P_n Z = 0, and the equations are
+//! projected on Y with (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric
+//! since Y ≠ Z.
 
 use crate::body::matrices::DENSE;
 use crate::body::{FullSystem, Side};
@@ -70,8 +71,8 @@ pub struct DensePencil {
     pub rate: f64,
 }
 
-/// All finite eigenvalues, both of each conjugate pair, by falling growth rate, each with a backward error of at most `tolerance`. `bodies` are the
-/// lower and the upper one, `None` for one that does not move.
+/// All finite eigenvalues, both of each conjugate pair, by falling growth rate, each with a backward error of at most
+/// `tolerance`. `bodies` are the lower and the upper one, `None` for one that does not move.
 pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, tolerance: f64) -> Result<Vec<DensePair>> {
     Ok(spectrum(bodies, contact, tolerance)?.0)
 }
@@ -138,7 +139,8 @@ pub fn spectrum(
     let (z, y) = (null_space(normal.as_ref())?, null_space(friction.as_ref())?);
     if z.ncols() != y.ncols() {
         return Err(Error::NotConverged(format!(
-            "stability: {} motions keep the contacts closed, but {} are free of their reactions: friction locks a contact",
+            "stability: {} motions keep the contacts closed, but {} are free of their reactions: friction locks \
+             a contact",
             z.ncols(),
             y.ncols()
         )));
@@ -151,7 +153,8 @@ pub fn spectrum(
     }
     let rate = (kn / mn).sqrt().max(f64::MIN_POSITIVE);
 
-    // λ (q, v, f) of v = λ q, time in units of 1/rate, equations in units of the stiffness; f are the coefficients of friction that change.
+    // λ (q, v, f) of v = λ q, time in units of 1/rate, equations in units of the stiffness; f are the coefficients of
+    // friction that change.
     let (m, nf) = (z.ncols(), contact.memory.len());
     let size = 2 * m + nf;
     let mut a = Mat::<f64>::zeros(size, size);
@@ -216,7 +219,8 @@ pub fn spectrum(
         };
         if !(backward_error <= tolerance) {
             return Err(Error::NotConverged(format!(
-                "stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, {tolerance:.1e} was asked for",
+                "stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, \
+                 {tolerance:.1e} was asked for",
                 lambda.re, lambda.im
             )));
         }
@@ -294,8 +298,8 @@ mod tests {
         assert!((first.re - 72.3586).abs() < 1e-4 && (first.im / (2.0 * PI) - 89.1354).abs() < 1e-4, "{first}");
     }
 
-    /// One mass, whose motion along the belt loads the contact through a coupled stiffness k': λ² m = −(k + μ τ k'). Turning the sliding round
-    /// changes the stiffness, which the two contacts above would not show.
+    /// One mass, whose motion along the belt loads the contact through a coupled stiffness k': λ² m = −(k + μ τ k').
+    /// Turning the sliding round changes the stiffness, which the two contacts above would not show.
     #[test]
     fn friction_acts_against_the_sliding() {
         let (m, k, coupled, mu) = (2.0, 8e4, 3e4, 0.4);
@@ -316,8 +320,8 @@ mod tests {
         }
     }
 
-    /// A mass on a spring k along x and y slides on a rigid belt: λ = −d/2m ± i√(k/m − d²/4m²) across the sliding with d = μN/v,
-    /// and with d = μ′N along it, where a falling law makes it grow.
+    /// A mass on a spring k along x and y slides on a rigid belt: λ = −d/2m ± i√(k/m − d²/4m²) across the sliding
+    /// with d = μN/v, and with d = μ′N along it, where a falling law makes it grow.
     #[test]
     fn damping_across_and_falling_friction_along() {
         let (m, k) = (2.0, 8e4);

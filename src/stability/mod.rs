@@ -42,7 +42,8 @@ pub fn grows(value: Complex<f64>, backward_error: f64) -> bool {
 
 /// Eigenvalues about steady sliding.
 pub struct Spectrum {
-    /// One of each conjugate pair, by falling growth rate, up to the frequency limit and the damping ratio; and all that grow.
+    /// One of each conjugate pair, by falling growth rate, up to the frequency limit and the damping ratio; and all
+    /// that grow.
     pub eigenpairs: Vec<Eigenpair>,
     /// All finite eigenvalues, both of each conjugate pair; of many modes without the relaxations of the contact.
     pub all: Vec<Complex<f64>>,
@@ -59,7 +60,8 @@ pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearCo
     by(secular::eigenpairs, stability, pair, contact)
 }
 
-/// The same where nothing but the eigenvalues is asked for: of many modes those with Im λ ≥ 0 alone, without their motions.
+/// The same where nothing but the eigenvalues is asked for: of many modes those with Im λ ≥ 0 alone, without their
+/// motions.
 pub fn eigenvalues(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
     by(secular::eigenvalues, stability, pair, contact)
 }
@@ -96,10 +98,12 @@ pub fn least_stable(
     rightmost::rightmost(pair, contact, stability.tolerance, |e| listed(stability, e, limit))
 }
 
-/// Modes from which on their eigenvalues are found by what the contact sees of them: with fewer the dense pencil takes no longer.
+/// Modes from which on their eigenvalues are found by what the contact sees of them: with fewer the dense pencil
+/// takes no longer.
 const MANY: usize = 200;
 
-/// The eigenvalues that may be listed, of many modes that the contact sees as few functions; none where it is not certain that these are all.
+/// The eigenvalues that may be listed, of many modes that the contact sees as few functions; none where it is not
+/// certain that these are all.
 fn by_functions(
     few: Few,
     stability: &job::Stability,

@@ -1,13 +1,14 @@
-//! Stability with a contact of one point: the free modes of both bodies on Hertz' spring, and a law of total creep forces.
+//! Stability with a contact of one point: the free modes of both bodies on Hertz' spring, and a law of total creep
+//! forces.
 //!
-//! What a discretised contact is compared with. With the means Ψ_n, Ψ_t of the modes over the contact, weighted by its pressure, the gap changes
-//! by δg = Ψ_n q and the creep by δṡ = Ψ_t q̇ + V ∂xΨ_t q; so
+//! What a discretised contact is compared with. With the means Ψ_n, Ψ_t of the modes over the contact, weighted by
+//! its pressure, the gap changes by δg = Ψ_n q and the creep by δṡ = Ψ_t q̇ + V ∂xΨ_t q; so
 //!
 //! q̈ + C q̇ + K q = Ψ_nᵀ δP + Ψ_tᵀ δF,   δP = −k_H Ψ_n q,   δF = −D δṡ + (∂F/∂P) δP + (∂F/∂μ) δμ.
 //!
-//! A coefficient of friction that is remembered is one more unknown, dδμ/dt = −decay δμ + gain τ·δṡ. The local compliance is all in
-//! the spring and in the
-//! law: what is left of the bodies' compliance without the modes is not counted again. Creepages other than those of translation stay as they are.
+//! A coefficient of friction that is remembered is one more unknown, dδμ/dt = −decay δμ + gain τ·δṡ. The local
+//! compliance is all in the spring and in the law: what is left of the bodies' compliance without the modes is not
+//! counted again. Creepages other than those of translation stay as they are.
 
 use super::reduced::{Eigenpair, Pencil, Root, Scales};
 use crate::contact::baseline::{Ellipse, Footprint, LinearForce};
@@ -61,7 +62,8 @@ impl OfLaw {
     }
 }
 
-/// Eigenvalues with Im λ ≥ 0 by falling growth rate; each pair's backward error is at most `tolerance`, or the result is an error.
+/// Eigenvalues with Im λ ≥ 0 by falling growth rate; each pair's backward error is at most `tolerance`, or the result
+/// is an error.
 pub fn eigenpairs(bodies: &ModalPair, contact: &PointContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
     let m = bodies.omega.len();
     if m == 0 {
@@ -125,7 +127,8 @@ fn assemble(bodies: &ModalPair, contact: &PointContact) -> Pencil {
     Pencil { a, e: Mat::identity(n, n), scales: Scales { rate, force: unit, rows: Vec::new() }, parts: None }
 }
 
-/// For each of `found` the place of its partner in `others`, the mode that moves alike: each has one at most, the nearest ones first.
+/// For each of `found` the place of its partner in `others`, the mode that moves alike: each has one at most, the
+/// nearest ones first.
 pub fn partners(found: &[Eigenpair], others: &[Eigenpair]) -> Vec<Option<usize>> {
     let square = |q: &[C]| q.iter().map(C::norm_sqr).sum::<f64>();
     let alike = |a: &Eigenpair, b: &Eigenpair| {
@@ -193,8 +196,9 @@ mod tests {
         assert!((a - b).norm() < relative * b.norm(), "{what}: {a}, expected {b}");
     }
 
-    /// One mode: λ² + (c + ψ·Dψ) λ + ω² + k ψ_n (ψ_n + F′·ψ_t) = 0, by each law and creepage, with F′ = ∂F/∂P. Along the creep the slope of a law
-    /// that saturates damps; a falling coefficient feeds; where the mode presses as it slides, the spring's force grows or falls with friction.
+    /// One mode: λ² + (c + ψ·Dψ) λ + ω² + k ψ_n (ψ_n + F′·ψ_t) = 0, by each law and creepage, with F′ = ∂F/∂P. Along
+    /// the creep the slope of a law that saturates damps; a falling coefficient feeds; where the mode presses as it
+    /// slides, the spring's force grows or falls with friction.
     #[test]
     fn one_mode_in_closed_form() {
         let (omega, c, psi): (f64, f64, [f64; 3]) = (4000.0, 3.0, [0.02, 0.05, 0.03]);
@@ -216,7 +220,8 @@ mod tests {
         }
     }
 
-    /// Without slip stiffness the bodies only lean on the spring; with very much of it they cannot slip: the limits of the linear law.
+    /// Without slip stiffness the bodies only lean on the spring; with very much of it they cannot slip: the limits
+    /// of the linear law.
     #[test]
     fn the_linear_law_has_its_limits() {
         let modes = [[0.0, 0.05, 0.03], [0.0, -0.04, 0.06]];
@@ -245,8 +250,9 @@ mod tests {
         );
     }
 
-    /// In full sliding with Coulomb's law the point is the discretised contact of one node whose compliance is that of the spring, with the signs of
-    /// all couplings, for either direction, a constant coefficient and one that falls and is remembered.
+    /// In full sliding with Coulomb's law the point is the discretised contact of one node whose compliance is that
+    /// of the spring, with the signs of all couplings, for either direction, a constant coefficient and one that
+    /// falls and is remembered.
     #[test]
     fn full_sliding_is_that_of_one_node() {
         let coulomb = |e: &Ellipse, c: &Creepage| {
@@ -278,7 +284,8 @@ mod tests {
         }
     }
 
-    /// A mass on a belt: far beyond the memory's frequency a falling coefficient feeds by half its slope times the load over the mass.
+    /// A mass on a belt: far beyond the memory's frequency a falling coefficient feeds by half its slope times the
+    /// load over the mass.
     #[test]
     fn a_mass_on_a_belt_grows_with_the_slope() {
         let (omega, c, psi, eta): (f64, f64, f64, f64) = (300.0, 0.2, 0.1, 0.05);

@@ -1,18 +1,20 @@
-//! Stability of steady sliding on the reduced model: free-interface modes of both bodies, their residual compliance, and
-//! the linearised contact, as one dense eigenproblem.
+//! Stability of steady sliding on the reduced model: free-interface modes of both bodies, their residual compliance,
+//! and the linearised contact, as one dense eigenproblem.
 //!
 //! With y = (w, change of gap) on the interface, the modes of both bodies give y = Ψ q + S R, q̈ + c q̇ + Ω² q = Ψᵀ R,
-//! Ψ = [Φ1, E Φ2], S = C1 + E C2 E − Ψ Ω⁻² Ψᵀ, E = diag(−1, −1, 1) at each node. About steady sliding the closed nodes keep
-//! y_n = 0 and the tractions change by δt = B f − μ τ r with the directions B across (and, where μ′ ≠ 0, along) the sliding, or
-//! both where a node sticks, and C f + Bᵀ(λ + V ∂x) w = 0 with C = diag(|ṡ0|/μp0, 1/μ′p0), or 0 ([`crate::contact::Tangent`]). Where friction
-//! falls with the velocity and the material remembers it, f also holds the changes of the coefficients of friction, whose rows are
-//! (λ + C) f + Bᵀ(λ + V ∂x) w = 0 with C coupling each node to the one upstream ([`crate::contact::LinearMemory`]). The pressures are eliminated, r = −(S_nn − S_nt μτ)⁻¹ (Ψ_n q + S_nt B f), and with v = λq there remains the pencil
+//! Ψ = [Φ1, E Φ2], S = C1 + E C2 E − Ψ Ω⁻² Ψᵀ, E = diag(−1, −1, 1) at each node. About steady sliding the closed
+//! nodes keep y_n = 0 and the tractions change by δt = B f − μ τ r with the directions B across (and, where μ′ ≠ 0,
+//! along) the sliding, or both where a node sticks, and C f + Bᵀ(λ + V ∂x) w = 0 with C = diag(|ṡ0|/μp0, 1/μ′p0), or
+//! 0 ([`crate::contact::Tangent`]). Where friction falls with the velocity and the material remembers it, f also
+//! holds the changes of the coefficients of friction, whose rows are (λ + C) f + Bᵀ(λ + V ∂x) w = 0 with C coupling
+//! each node to the one upstream ([`crate::contact::LinearMemory`]). The pressures are eliminated, r = −(S_nn − S_nt
+//! μτ)⁻¹ (Ψ_n q + S_nt B f), and with v = λq there remains the pencil
 //!
 //! λ q = v,   λ v = −c v − (Ω² − G_q) q + G_f f,   λ A f = −(C + V X_f) f − V X_q q − A_q v,
 //!
-//! G: the modal forces, A, A_q: Bᵀw, and X: Bᵀ∂x w, as functions of q and f. Time is scaled by a mean frequency and f so that
-//! the modal forces it makes are of the size of the stiffness. A is singular where the tangential residual vanishes; the
-//! pencil is therefore solved by one real shift and inversion.
+//! G: the modal forces, A, A_q: Bᵀw, and X: Bᵀ∂x w, as functions of q and f. Time is scaled by a mean frequency and f
+//! so that the modal forces it makes are of the size of the stiffness. A is singular where the tangential residual
+//! vanishes; the pencil is therefore solved by one real shift and inversion.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
@@ -29,8 +31,9 @@ pub struct Eigenpair {
     pub value: Complex<f64>,
     /// Modal amplitudes q of both bodies, `[m1 + m2]`, scaled to Euclidean norm 1 (of (q, v/ω_ref, f)).
     pub modal: Vec<Complex<f64>>,
-    /// The unknowns f of the contact that go with them, N: forces at each closed node across the sliding where friction resists it, then
-    /// along it where the law has a slope; after these the changes of the coefficients of friction times the largest normal force of a node.
+    /// The unknowns f of the contact that go with them, N: forces at each closed node across the sliding where
+    /// friction resists it, then along it where the law has a slope; after these the changes of the coefficients of
+    /// friction times the largest normal force of a node.
     pub tangential: Vec<Complex<f64>>,
     /// Normwise backward error of (λ, x) in the scaled pencil.
     pub backward_error: f64,
@@ -58,8 +61,8 @@ pub(super) struct Pencil {
     pub a: Mat<f64>,
     pub e: Mat<f64>,
     pub scales: Scales,
-    /// Number of f where the rows are, in this order, λq = v, the modes', and the contact's, in which E has f alone; none of a pencil of another build, such as a
-    /// transposed one.
+    /// Number of f where the rows are, in this order, λq = v, the modes', and the contact's, in which E has f alone;
+    /// none of a pencil of another build, such as a transposed one.
     pub parts: Option<usize>,
 }
 
@@ -122,7 +125,8 @@ impl Pencil {
             let backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
             if backward_error > tolerance || backward_error.is_nan() {
                 return Err(Error::NotConverged(format!(
-                    "reduced stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of {backward_error:.1e}, \
+                    "reduced stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of \
+                     {backward_error:.1e}, \
                      {tolerance:.1e} was asked for",
                     lambda.re * self.scales.rate,
                     lambda.im * self.scales.rate
@@ -155,7 +159,8 @@ impl Pencil {
         }
     }
 
-    /// The same of a pencil of modes and `nf` unknowns of the contact: v = shift q + (the right-hand side for q) is put into the other rows.
+    /// The same of a pencil of modes and `nf` unknowns of the contact: v = shift q + (the right-hand side for q) is
+    /// put into the other rows.
     fn without_velocities(&self, nf: usize) -> Mat<f64> {
         let n = self.a.nrows();
         let m = (n - nf) / 2;
@@ -187,7 +192,8 @@ impl Pencil {
             return images([&self.a, &self.e], values, vectors).col_iter().map(|c| c.norm_l2()).collect();
         };
         let m = (n - nf) / 2;
-        // q and v are tied by λq = v alone, and E is 1 but in the rows of the contact: these have no part of q and v in it.
+        // q and v are tied by λq = v alone, and E is 1 but in the rows of the contact: these have no part of q and v
+        // in it.
         let (low, storing) = (self.a.as_ref().subrows(m, m + nf), self.e.as_ref().submatrix(2 * m, 2 * m, nf, nf));
         let part = |of: fn(&Complex<f64>) -> f64, first: usize| {
             Mat::from_fn(n - first, vectors.ncols(), |i, j| of(&vectors[(first + i, j)]))
@@ -213,16 +219,16 @@ impl Pencil {
     }
 }
 
-/// A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just this rate, which the backward error
-/// would show.
+/// A real shift beside the origin of the right half-plane; an eigenvalue there would be static divergence at just
+/// this rate, which the backward error would show.
 const SHIFT: f64 = 0.7390851332151607;
 
 fn failed(e: impl std::fmt::Debug) -> Error {
     Error::NotConverged(format!("reduced stability: dense eigenvalues failed: {e:?}"))
 }
 
-/// The finite eigenvalues of a pencil, with their places among those, `theta`, of the inverted one: those of a singular E are left out. The matrices
-/// are real: of a conjugate pair one says all, here that with Im λ ≤ 0.
+/// The finite eigenvalues of a pencil, with their places among those, `theta`, of the inverted one: those of a
+/// singular E are left out. The matrices are real: of a conjugate pair one says all, here that with Im λ ≤ 0.
 fn finite(theta: &[Complex<f64>]) -> impl Iterator<Item = (usize, Complex<f64>)> + '_ {
     let largest = theta.iter().map(|t| t.norm()).fold(0.0, f64::max);
     let kept = move |t: &Complex<f64>| t.im >= 0.0 && t.norm() > 1e-13 * largest;
@@ -285,8 +291,8 @@ fn yielding(contact: &LinearContact) -> Vec<Yielding> {
     all
 }
 
-/// What the contact sees of the bodies: functions with the amplitudes of which they move at the contact rows, the modes or others of which these
-/// consist, and what is left of the compliance.
+/// What the contact sees of the bodies: functions with the amplitudes of which they move at the contact rows, the
+/// modes or others of which these consist, and what is left of the compliance.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     /// `[3n, m]`.
@@ -361,8 +367,8 @@ pub fn reactions(bodies: &ModalPair, contact: &LinearContact, pair: &Eigenpair) 
     Ok(forces)
 }
 
-/// y at rows as a function of (q, f), Ψ q + S(·, f) f + S(·, p) r, for a list of rows with coefficients for each unknown, `[nf, m + nf]`; p
-/// stands for the pressure with its friction −μτ, and r = `pressures` gives the pressures.
+/// y at rows as a function of (q, f), Ψ q + S(·, f) f + S(·, p) r, for a list of rows with coefficients for each
+/// unknown, `[nf, m + nf]`; p stands for the pressure with its friction −μτ, and r = `pressures` gives the pressures.
 fn rows_of(
     bodies: View<'_>,
     contact: &LinearContact,
@@ -395,12 +401,13 @@ fn displacements(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding
     rows_of(bodies, contact, unknowns, r, &|u| (0..2).map(|q| (3 * contact.nodes[u.at].node + q, u.creep[q])).collect())
 }
 
-/// How near the memory of the friction is to being too short: the largest factor by which the coefficients of friction, when they change at once, change
-/// themselves through the residual compliance. Below 1 the contact is well-posed; at 1 an eigenvalue goes through infinity, from −∞ to +∞; it goes
-/// with the inverse of the length of the memory, so that this factor times the length is what a memory must be longer than. 0 without memory.
+/// How near the memory of the friction is to being too short: the largest factor by which the coefficients of
+/// friction, when they change at once, change themselves through the residual compliance. Below 1 the contact is
+/// well-posed; at 1 an eigenvalue goes through infinity, from −∞ to +∞; it goes with the inverse of the length of the
+/// memory, so that this factor times the length is what a memory must be longer than. 0 without memory.
 ///
-/// With λ → ∞ the nodes keep their place across the sliding, the closed ones keep their gap, and the modes their motion: then
-/// δμ = diag(gain) Tᵀδw, Tᵀδw = −S_ττ diag(p) δμ.
+/// With λ → ∞ the nodes keep their place across the sliding, the closed ones keep their gap, and the modes their
+/// motion: then δμ = diag(gain) Tᵀδw, Tᵀδw = −S_ττ diag(p) δμ.
 pub fn sharpness(bodies: &ModalPair, contact: &LinearContact) -> Result<f64> {
     if contact.memory.is_empty() {
         return Ok(0.0);
@@ -471,7 +478,8 @@ impl Coupling {
     }
 }
 
-/// The rows of the contact alone, (λ `by_rate` + `at_rest`) (q, f) = 0, `[nf, m + nf]` each, and the forces on the amplitudes, `[m, m + nf]`.
+/// The rows of the contact alone, (λ `by_rate` + `at_rest`) (q, f) = 0, `[nf, m + nf]` each, and the forces on the
+/// amplitudes, `[m, m + nf]`.
 pub(super) struct ContactRows {
     pub by_rate: Mat<f64>,
     pub at_rest: Mat<f64>,
@@ -617,8 +625,8 @@ pub fn participation(bodies: &ModalPair, pair: &Eigenpair) -> Vec<f64> {
     shares(&bodies.omega, &pair.modal, pair.value)
 }
 
-/// Shares of modes of angular frequencies `omega` in a motion with amplitudes `modal` and eigenvalue `value`: |q_k|² ω_k² (elastic
-/// energy, or |λq_k|² where ω_k = 0), normalised to the sum 1.
+/// Shares of modes of angular frequencies `omega` in a motion with amplitudes `modal` and eigenvalue `value`: |q_k|²
+/// ω_k² (elastic energy, or |λq_k|² where ω_k = 0), normalised to the sum 1.
 pub fn shares(omega: &[f64], modal: &[Complex<f64>], value: Complex<f64>) -> Vec<f64> {
     let e: Vec<f64> =
         modal.iter().zip(omega).map(|(q, &w)| q.norm_sqr() * if w > 0.0 { w * w } else { value.norm_sqr() }).collect();

@@ -1,5 +1,5 @@
-//! The least stable eigenvalue alone, where one state after the other is looked at: all eigenvalues, but the vector of that one only, by inverse
-//! iteration. Vectors are most of the work of a dense eigenproblem.
+//! The least stable eigenvalue alone, where one state after the other is looked at: all eigenvalues, but the vector
+//! of that one only, by inverse iteration. Vectors are most of the work of a dense eigenproblem.
 
 use super::reduced::{assemble, eigenpairs, images, Eigenpair, Pencil};
 use crate::contact::LinearContact;
@@ -14,7 +14,8 @@ type C = Complex<f64>;
 /// Steps of inverse iteration: the first one finds the direction, the others its last digits.
 const STEPS: usize = 3;
 
-/// The first of [`eigenpairs`] with Im λ ≥ 0 that is `listed`. What is not listed with a backward error of 0 must not be with a larger one.
+/// The first of [`eigenpairs`] with Im λ ≥ 0 that is `listed`. What is not listed with a backward error of 0 must not
+/// be with a larger one.
 pub fn rightmost(
     bodies: &ModalPair,
     contact: &LinearContact,
@@ -74,7 +75,8 @@ mod tests {
     use crate::body::ReducedBody;
     use crate::contact::{LinearNode, Slip, Tangent};
 
-    /// Two masses with modes that friction couples, beside one by itself: the first eigenpair of all, with its vector; none where none is listed.
+    /// Two masses with modes that friction couples, beside one by itself: the first eigenpair of all, with its
+    /// vector; none where none is listed.
     #[test]
     fn it_is_the_first_of_all() {
         let rows = Mat::from_fn(6, 3, |i, k| {

@@ -1,17 +1,20 @@
 //! Eigenvalues of bodies with many modes, by what the contact sees of these.
 //!
-//! Over a contact patch the modes move as few functions B do, Ψ = U B with far fewer rows in B than there are modes. With P(λ) = λ² + cλ + k of the modes
-//! and the contact's own unknowns eliminated at λ there remains, in these few functions,
+//! Over a contact patch the modes move as few functions B do, Ψ = U B with far fewer rows in B than there are modes.
+//! With P(λ) = λ² + cλ + k of the modes and the contact's own unknowns eliminated at λ there remains, in these few
+//! functions,
 //!
 //! det(1 − K(λ) G(λ)) = 0,   G = B P⁻¹ Bᵀ,   K = G_q − G_f (λA + C)⁻¹ (λA_q + X_q).
 //!
-//! G is a sum over poles, K is smooth along the frequencies of the modes and is interpolated there (Chebyshev polynomials of ln λ). The roots are found
-//! all at once by the method of O. Aberth (Math. Comp. 27 (1973) 339), which keeps them apart: as many as there are modes, and one for each relaxation of
-//! the contact that is as little damped as what is listed.
+//! G is a sum over poles, K is smooth along the frequencies of the modes and is interpolated there (Chebyshev
+//! polynomials of ln λ). The roots are found all at once by the method of O. Aberth (Math. Comp. 27 (1973) 339),
+//! which keeps them apart: as many as there are modes, and one for each relaxation of the contact that is as little
+//! damped as what is listed.
 //!
-//! That none is missing follows from the argument principle: det(1 − KG), with the poles of the modes and the roots found divided out, has the
-//! eigenvalues that were not found as its zeros and the relaxations of the contact by itself as its poles, and is 1 at infinity. Its phase along the ray
-//! of the damping ratio that bounds the list counts those inside. Where that is not certain, or anything else fails, there is no answer, and the whole spectrum
+//! That none is missing follows from the argument principle: det(1 − KG), with the poles of the modes and the roots
+//! found divided out, has the eigenvalues that were not found as its zeros and the relaxations of the contact by
+//! itself as its poles, and is 1 at infinity. Its phase along the ray of the damping ratio that bounds the list
+//! counts those inside. Where that is not certain, or anything else fails, there is no answer, and the whole spectrum
 //! of the dense pencil has to be taken.
 
 use super::reduced::{check, contact_rows, ContactRows, Eigenpair, Pencil, View};
@@ -44,15 +47,17 @@ const ITERATIONS: usize = 40;
 const FAR: f64 = 0.05;
 /// Times that missing ones are looked for.
 const ROUNDS: usize = 8;
-/// Where between the imaginary axis and the ray that bounds the list they are looked for, time after time, and by how much of their distances the places move.
+/// Where between the imaginary axis and the ray that bounds the list they are looked for, time after time, and by how
+/// much of their distances the places move.
 const BETWEEN: [f64; 4] = [0.5, 0.1, 0.9, 0.3];
 const MOVED: f64 = 0.618;
-/// Change of a root, over its size, that is rounding; and what may be left of one by the estimate from the changes of all.
+/// Change of a root, over its size, that is rounding; and what may be left of one by the estimate from the changes of
+/// all.
 const SETTLED: [f64; 2] = [1e-12, 1e-14];
 /// How much nearer than its size other roots, which nobody looks for, may be to one.
 const CROWDED: f64 = 100.0;
-/// Part of the change of the contact from one state to the next that may differ from that before, and how many times as large it may be, where the roots
-/// are taken to go on as they went.
+/// Part of the change of the contact from one state to the next that may differ from that before, and how many times
+/// as large it may be, where the roots are taken to go on as they went.
 const STRAIGHT: [f64; 2] = [0.3, 3.0];
 /// Frequencies at which the contact is compared from one state to the next.
 const COMPARED: usize = 4;
@@ -72,7 +77,8 @@ const SMOOTH: [f64; 2] = [0.8, 0.4];
 /// How far below and above the frequencies of the modes the ray is followed at least and at the most, in logarithms.
 const BELOW: [f64; 2] = [4.0, 16.0];
 const ABOVE: [f64; 2] = [4.0, 16.0];
-/// Part of the forces of the contact by which the polynomials may be wrong at a root: how well it is one is seen of its eigenpair.
+/// Part of the forces of the contact by which the polynomials may be wrong at a root: how well it is one is seen of
+/// its eigenpair.
 const NEAR: f64 = 1e-6;
 /// Eigenvalues whose motions are looked at where they are not asked for: so many first ones, and each of so many.
 const LOOKED_AT: [usize; 2] = [16, 48];
@@ -97,8 +103,8 @@ thread_local! {
     static LAST: RefCell<Last> = RefCell::new(Last::default());
 }
 
-/// All eigenvalues with a damping ratio up to `ratio`, or growing, both of each conjugate pair, by falling growth rate, each with a backward
-/// error of at most `tolerance`. None where it is not certain that these are all.
+/// All eigenvalues with a damping ratio up to `ratio`, or growing, both of each conjugate pair, by falling growth
+/// rate, each with a backward error of at most `tolerance`. None where it is not certain that these are all.
 pub fn eigenpairs(
     bodies: &ModalPair,
     contact: &LinearContact,
@@ -109,8 +115,9 @@ pub fn eigenpairs(
     Ok(secular.pairs(bodies, &roots, tolerance))
 }
 
-/// The same with Im λ > 0 alone and without their motions. Backward errors are those of the motions that the poles of the bodies and the contact give; at
-/// some of the eigenvalues, the least stable ones among them, also those of the motions themselves.
+/// The same with Im λ > 0 alone and without their motions. Backward errors are those of the motions that the poles of
+/// the bodies and the contact give; at some of the eigenvalues, the least stable ones among them, also those of the
+/// motions themselves.
 pub fn eigenvalues(
     bodies: &ModalPair,
     contact: &LinearContact,
@@ -121,7 +128,8 @@ pub fn eigenvalues(
     Ok(secular.values(bodies, &roots, tolerance))
 }
 
-/// The problem and its roots with Im > 0 that may be listed, by falling growth rate; none where it is not certain that these are all.
+/// The problem and its roots with Im > 0 that may be listed, by falling growth rate; none where it is not certain
+/// that these are all.
 fn inside(bodies: &ModalPair, contact: &LinearContact, ratio: f64) -> Result<Option<(Secular, Vec<C>)>> {
     check(bodies, contact)?;
     let Some(secular) = Secular::new(bodies, contact, ratio)? else { return Ok(None) };
@@ -191,7 +199,8 @@ impl Condensed {
         k
     }
 
-    /// Eigenvalues of the contact by itself, y = 0, with Im ≥ 0, whose angle is at most `angle`; none where they are not to be had.
+    /// Eigenvalues of the contact by itself, y = 0, with Im ≥ 0, whose angle is at most `angle`; none where they are
+    /// not to be had.
     fn relaxations(&self, rate: f64, angle: f64) -> Option<Vec<C>> {
         let (r, nf) = (self.seen, self.unknowns());
         let part = |of: &Mat<f64>, f: f64| Mat::from_fn(nf, nf, |i, j| f * of[(i, r + j)]);
@@ -287,7 +296,8 @@ impl Secular {
         C::from_polar(size, FRAC_PI_2 + part * (self.angle - FRAC_PI_2))
     }
 
-    /// Where the search begins of which nothing is known: at the poles, of which the contact brings back some that are damped more.
+    /// Where the search begins of which nothing is known: at the poles, of which the contact brings back some that
+    /// are damped more.
     fn anew(&self) -> Vec<C> {
         let damped = self.modes.damped.iter().map(|p| self.between(p.norm(), BETWEEN[0]));
         self.modes.starts().into_iter().chain(self.relaxations.iter().copied()).chain(damped).collect()
@@ -361,7 +371,8 @@ impl Secular {
         (found, left)
     }
 
-    /// Whether the polynomials give the contact at λ: far from the frequencies of the modes they may have roots of their own.
+    /// Whether the polynomials give the contact at λ: far from the frequencies of the modes they may have roots of
+    /// their own.
     fn sound(&self, lambda: C) -> bool {
         if self.along.is_near(lambda) {
             return true;
@@ -407,7 +418,8 @@ impl Secular {
         sign + Lu::new(self.matrix(&k, &g), r).log_determinant() + all(poles) - all(roots)
     }
 
-    /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count is not certain.
+    /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count
+    /// is not certain.
     fn missing(&self, roots: &[C]) -> Option<i64> {
         let [poles, roots] = self.balanced(roots);
         let [low, high] = self.modes.range().map(f64::ln);
@@ -436,7 +448,8 @@ impl Secular {
         Some((-turned(points, &at)? / PI).round() as i64)
     }
 
-    /// Forces on the functions that an eigenvalue makes, each of norm 1, and the motion of these under them, `[r, roots]`.
+    /// Forces on the functions that an eigenvalue makes, each of norm 1, and the motion of these under them, `[r,
+    /// roots]`.
     fn forces(&self, roots: &[C]) -> (Vec<Vec<C>>, Mat<C>) {
         let r = self.modes.seen;
         let (g, k) = (self.modes.compliance(roots), self.along.stiffness(roots));
@@ -484,7 +497,8 @@ impl Secular {
         Lifted { modal, own, squares, errors }
     }
 
-    /// The eigenpairs of `roots`, those of conjugates too; none where one has a backward error of more than `tolerance`.
+    /// The eigenpairs of `roots`, those of conjugates too; none where one has a backward error of more than
+    /// `tolerance`.
     fn pairs(&self, bodies: &ModalPair, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
         let scaled = Scaled::new(&self.modes, &self.contact.rows);
         let (forces, _) = self.forces(roots);
@@ -553,8 +567,8 @@ impl Last {
     }
 }
 
-/// What is left of the distance of a root to its place after a change, by the `changes` of all, each with its number: that of another root counts by
-/// the square of the distance to it.
+/// What is left of the distance of a root to its place after a change, by the `changes` of all, each with its number:
+/// that of another root counts by the square of the distance to it.
 fn left(all: &[C], changes: &[(usize, f64)], (own, change): (usize, f64)) -> f64 {
     let value = all[own];
     let others = changes.iter().filter(|c| c.0 != own);
@@ -567,7 +581,8 @@ fn wrapped(angle: f64) -> f64 {
     angle - 2.0 * PI * (angle / (2.0 * PI)).round()
 }
 
-/// By how much the phase of e^(`at`) turns from a real value before the first of `points` to 1 beyond the last; none where it is not certain.
+/// By how much the phase of e^(`at`) turns from a real value before the first of `points` to 1 beyond the last; none
+/// where it is not certain.
 fn turned(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> Option<f64> {
     let step = |a: &(f64, C), b: &(f64, C)| C::new(b.1.re - a.1.re, wrapped(b.1.im - a.1.im));
     for _ in 0..=HALVINGS {

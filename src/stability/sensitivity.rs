@@ -4,8 +4,9 @@
 //!
 //! dλ/dp = zᵀ (∂A/∂p − λ ∂E/∂p) x
 //!
-//! (P. Lancaster, *Numer. Math.* 6 (1964)). The vectors are exact. Where the state of rest follows the parameter, the derivative of the pencil is
-//! that along both: a difference of two pencils, each about a state of its own, in the same units.
+//! (P. Lancaster, *Numer. Math.* 6 (1964)). The vectors are exact. Where the state of rest follows the parameter, the
+//! derivative of the pencil is that along both: a difference of two pencils, each about a state of its own, in the
+//! same units.
 
 use faer::linalg::solvers::DenseSolveCore;
 use faer::Mat;
@@ -23,12 +24,14 @@ const SIMPLE: f64 = 1e-6;
 /// Smallest size that an eigenvalue is measured by, in units of a mean frequency.
 const SLOW: f64 = 1e-6;
 
-/// Derivatives of a list of eigenvalues; NaN where an eigenvalue has none, because others are at the same place and share its motion.
+/// Derivatives of a list of eigenvalues; NaN where an eigenvalue has none, because others are at the same place and
+/// share its motion.
 #[derive(Debug, Clone, Default)]
 pub struct Sensitivities {
     /// By what is one number in the job.
     pub parameters: Vec<Derivative>,
-    /// By the damping ratio of each free-interface mode, 1/s, `[eigenvalues][m1 + m2]`, with the state of rest kept; 0 of modes without a frequency.
+    /// By the damping ratio of each free-interface mode, 1/s, `[eigenvalues][m1 + m2]`, with the state of rest kept;
+    /// 0 of modes without a frequency.
     pub damping: Vec<Vec<Complex<f64>>>,
 }
 
@@ -95,8 +98,8 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// That of those `pairs` which [`super::reduced::eigenpairs`] found of this contact, with Im λ ≥ 0; left vectors have at most the backward
-    /// error `tolerance`.
+    /// That of those `pairs` which [`super::reduced::eigenpairs`] found of this contact, with Im λ ≥ 0; left vectors
+    /// have at most the backward error `tolerance`.
     pub fn new(bodies: &ModalPair, contact: &LinearContact, pairs: &[Eigenpair], tolerance: f64) -> Result<Self> {
         let pencil = assemble(bodies, contact, None)?;
         let vectors: Vec<_> = pairs.iter().map(|p| pencil.vector(p)).collect();
@@ -121,8 +124,8 @@ impl Linearisation {
         (0..self.values.len()).map(product).collect()
     }
 
-    /// Derivatives by a parameter, 1/s over its unit, from the contacts `ahead` and `behind`, between which it changes by `distance`. They have to be
-    /// [alike](LinearContact::alike).
+    /// Derivatives by a parameter, 1/s over its unit, from the contacts `ahead` and `behind`, between which it
+    /// changes by `distance`. They have to be [alike](LinearContact::alike).
     pub fn between(
         &self,
         ahead: (&ModalPair, &LinearContact),
@@ -138,8 +141,8 @@ impl Linearisation {
         Ok(forms.into_iter().map(|f| f * (self.scales.rate / distance)).collect())
     }
 
-    /// Derivatives by the damping ratio of each mode, 1/s, `[eigenvalues][m1 + m2]`, as in [`Sensitivities::damping`]: of δC = 2ω_k δζ_k at the
-    /// mode alone, which takes the material rate q̇ + D′q.
+    /// Derivatives by the damping ratio of each mode, 1/s, `[eigenvalues][m1 + m2]`, as in
+    /// [`Sensitivities::damping`]: of δC = 2ω_k δζ_k at the mode alone, which takes the material rate q̇ + D′q.
     pub fn by_damping(&self, bodies: &ModalPair) -> Vec<Vec<Complex<f64>>> {
         let m = self.modes;
         let of = |j: usize| -> Vec<Complex<f64>> {
@@ -153,8 +156,8 @@ impl Linearisation {
     }
 }
 
-/// Left vectors z of the eigenvalues `values`, zᵀE x = 1 with the right ones, columns like `right`. Vectors of eigenvalues that lie together are
-/// made dual to their right ones.
+/// Left vectors z of the eigenvalues `values`, zᵀE x = 1 with the right ones, columns like `right`. Vectors of
+/// eigenvalues that lie together are made dual to their right ones.
 fn left_vectors(
     pencil: &Pencil,
     values: &[Complex<f64>],

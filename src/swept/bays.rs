@@ -1,11 +1,14 @@
-//! Pads and sleepers that stand apart, each under a piece of the foot: they couple the modes of a rail on pads that are spread evenly.
+//! Pads and sleepers that stand apart, each under a piece of the foot: they couple the modes of a rail on pads that
+//! are spread evenly.
 //!
-//! With g(x) = d/l on the pads, of the length l, and 0 between them, d apart, the track of a metre is g(x) times that of the even one, whose mean it
-//! has. So the modes φ of the rail on the even pads get the stiffness Ω² + ∫(g − 1) φᵀ s φ dx, and the dashpots likewise; a sleeper is a mass with
-//! three motions more. The eigenvectors of both together are the modes of the rail on its track. What waves too short to be among the modes
-//! would give way by under a pad is left out: beside the pad's own 8 nm/N it is little, and less with more modes.
+//! With g(x) = d/l on the pads, of the length l, and 0 between them, d apart, the track of a metre is g(x) times that
+//! of the even one, whose mean it has. So the modes φ of the rail on the even pads get the stiffness Ω² + ∫(g − 1) φᵀ
+//! s φ dx, and the dashpots likewise; a sleeper is a mass with three motions more. The eigenvectors of both together
+//! are the modes of the rail on its track. What waves too short to be among the modes would give way by under a pad
+//! is left out: beside the pad's own 8 nm/N it is little, and less with more modes.
 //!
-//! A wave n of the period L of N bays meets the waves m with n ± m = N, 2N … alone: pinned–pinned is n = m = N/2, half a wave a bay.
+//! A wave n of the period L of N bays meets the waves m with n ± m = N, 2N … alone: pinned–pinned is n = m = N/2,
+//! half a wave a bay.
 
 use super::track::block;
 use super::waves::{shape, Member, Wave};
@@ -98,8 +101,8 @@ impl Bays {
         sign * self.mean(waves) * if cos { c } else { s }
     }
 
-    /// The modes of the rail of `forms`, whose section is turned by `tilt`, rad, from the modes `list` of `waves` on even pads with their `damping`,
-    /// 1/s, `[m, m]`. Errors: not converged.
+    /// The modes of the rail of `forms`, whose section is turned by `tilt`, rad, from the modes `list` of `waves` on
+    /// even pads with their `damping`, 1/s, `[m, m]`. Errors: not converged.
     pub fn lay(
         &self,
         (forms, tilt): (&Forms, f64),
@@ -122,7 +125,8 @@ impl Bays {
         let (values, vectors) = (eigen.S().column_vector(), eigen.U());
         if let Some(value) = values.iter().find(|v| !(**v > 0.0)) {
             return Err(Error::NotConverged(format!(
-                "modes of a rail on pads that stand apart: found an eigenvalue of {value:.3e} 1/s², expected none but positive ones"
+                "modes of a rail on pads that stand apart: found an eigenvalue of {value:.3e} 1/s², expected \
+                 none but positive ones"
             )));
         }
         Ok(Laid {

@@ -1,5 +1,5 @@
-//! A Timoshenko beam on what carries a rail: its point receptance in closed form, and that of a piece of it with absorbing ends. The rail's own
-//! figures are compared with it, and it tells how long a rail has to be.
+//! A Timoshenko beam on what carries a rail: its point receptance in closed form, and that of a piece of it with
+//! absorbing ends. The rail's own figures are compared with it, and it tells how long a rail has to be.
 
 use super::{Ends, Path, Track};
 use faer::linalg::solvers::Solve;
@@ -54,8 +54,9 @@ impl Beam {
         }
     }
 
-    /// Point receptance of the infinite beam, m/N, e^{+iωt}, on a foundation of the complex stiffness `foundation`, N/m². Source: D. J. Thompson,
-    /// Railway Noise and Vibration, 2009, chapter 3; by residues of its Fourier integral over the wavenumber.
+    /// Point receptance of the infinite beam, m/N, e^{+iωt}, on a foundation of the complex stiffness `foundation`,
+    /// N/m². Source: D. J. Thompson, Railway Noise and Vibration, 2009, chapter 3; by residues of its Fourier
+    /// integral over the wavenumber.
     pub fn infinite(&self, omega: f64, foundation: C64) -> C64 {
         let At { bend, shear, carried, turned, turning } = self.at(omega, foundation);
         let (a, b, c) = (bend * shear, bend * carried - shear * turning, carried * turned);
@@ -101,14 +102,16 @@ impl Beam {
         (self.young / self.density).sqrt()
     }
 
-    /// What its resistance to a wave of compression along it is at an angular frequency, EAq, N/m, and q, 1/m, of e^{−qx}.
+    /// What its resistance to a wave of compression along it is at an angular frequency, EAq, N/m, and q, 1/m, of
+    /// e^{−qx}.
     fn compressed(&self, omega: f64, foundation: C64) -> (C64, C64) {
         let stiffness = self.young * self.area * Complex::new(1.0, self.loss);
         let q = ((foundation - self.density * self.area * omega * omega) / stiffness).sqrt();
         (stiffness * q, q)
     }
 
-    /// Point receptance along the infinite bar, m/N, e^{+iωt}, on a foundation of the complex stiffness `foundation`, N/m².
+    /// Point receptance along the infinite bar, m/N, e^{+iωt}, on a foundation of the complex stiffness `foundation`,
+    /// N/m².
     pub fn infinite_along(&self, omega: f64, foundation: C64) -> C64 {
         0.5 / self.compressed(omega, foundation).0
     }
@@ -171,7 +174,8 @@ mod tests {
         }
     }
 
-    /// Two metres of plain rail and five of ends to either side are an infinite rail within 1.3 %; 20 m without ends are not.
+    /// Two metres of plain rail and five of ends to either side are an infinite rail within 1.3 %; 20 m without ends
+    /// are not.
     #[test]
     fn ends_make_a_piece_of_rail_infinite() {
         let mut worst = [0.0_f64; 2];

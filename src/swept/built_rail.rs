@@ -172,7 +172,8 @@ impl BuiltRail {
         let reach = rail.head.reach();
         if !(y.abs() <= reach) {
             return Err(Error::Job(format!(
-                "the contact point on the rail {}: found y = {y} m, expected a place on its head, at most {reach} m from the middle; a contact on the \
+                "the contact point on the rail {}: found y = {y} m, expected a place on its head, at most \
+                 {reach} m from the middle; a contact on the \
                  face below needs contact.placement, which knows its height",
                 rail.name
             )));
@@ -190,7 +191,8 @@ impl BuiltRail {
         let apart = (found.y - y).hypot(found.z - wanted[1]);
         if !(apart <= OFF) || along.abs() >= head.to_deepest() {
             return Err(Error::Job(format!(
-                "the contact point on the rail {}: found y = {y:.4} m and {:.4} m below its crown, expected a place on its head down to {} m below the \
+                "the contact point on the rail {}: found y = {y:.4} m and {:.4} m below its crown, expected a \
+                 place on its head down to {} m below the \
                  crown, and at most {OFF} m off it; move the wheel, or give the section that the profile is of",
                 rail.name,
                 -z,

@@ -69,9 +69,8 @@ pub(super) struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// The section of the cells for whose centre `inside` holds, its nodes at `place` of those of the lines. `tread` says which upper edges are of
-    /// the running line,
-    /// given the radius and the y of their middle.
+    /// The section of the cells for whose centre `inside` holds, its nodes at `place` of those of the lines. `tread`
+    /// says which upper edges are of the running line, given the radius and the y of their middle.
     pub(super) fn section(
         &self,
         inside: impl Fn(f64, f64) -> bool,
@@ -293,7 +292,8 @@ impl Cylinder {
     }
 }
 
-/// The section of an annular cylinder, with the groups `inner`, `outer`, `side_minus`, `side_plus` of the built-in cylinder of three dimensions.
+/// The section of an annular cylinder, with the groups `inner`, `outer`, `side_minus`, `side_plus` of the built-in
+/// cylinder of three dimensions.
 pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
     let half = 0.5 * c.thickness;
     let sides = [-half - c.contact_offset, half - c.contact_offset];

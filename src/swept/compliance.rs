@@ -1,25 +1,26 @@
 //! Static compliance of a swept body at its contact: that of a half-space and a few numbers.
 //!
-//! W_ij = W_hs(x_i − x_j) + π(x_i) A π(x_j)ᵀ, π = (1, x, y): A = Γ⁻¹(B − B_hs)Γ⁻¹, with B the means of the displacements under the loads of
-//! [`super::LineLoad`], B_hs the
-//! same of a half-space, and Γ = ∫∫ω ππᵀ. Both are sums over the orders of Fourier, whose differences fall off as soon as the waves are short against
-//! the distance to the next edge:
-//! A = Σ_{n ≤ n0} B_n − B_hs(|k_x| < (n0 + ½)/R) + Σ (B_n − B_hs,n), the last sum by blocks of orders, each with the value at its centre.
+//! W_ij = W_hs(x_i − x_j) + π(x_i) A π(x_j)ᵀ, π = (1, x, y): A = Γ⁻¹(B − B_hs)Γ⁻¹, with B the means of the
+//! displacements under the loads of [`super::LineLoad`], B_hs the same of a half-space, and Γ = ∫∫ω ππᵀ. Both are
+//! sums over the orders of Fourier, whose differences fall off as soon as the waves are short against the distance to
+//! the next edge: A = Σ_{n ≤ n0} B_n − B_hs(|k_x| < (n0 + ½)/R) + Σ (B_n − B_hs,n), the last sum by blocks of orders,
+//! each with the value at its centre.
 
 use super::envelope::Factor;
 use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, LOADS};
 use super::{Forms, Path, SectionContact};
 use crate::{Error, Result};
 
-/// Orders up to which each is summed by itself; along a line, waves over the height of the section, k h. What bends and twists in the large goes with
-/// k⁻⁴ there, and is much.
+/// Orders up to which each is summed by itself; along a line, waves over the height of the section, k h. What bends
+/// and twists in the large goes with k⁻⁴ there, and is much.
 const SINGLE: usize = 12;
 const SINGLE_WAVES: f64 = 4.0;
 /// Half of a block of orders over its first order, round an axle and along a line: blocks grow with the order.
 const SPREAD: usize = 8;
 const SPREAD_WAVES: usize = 16;
 
-/// Orders at which waves are so short against the distance d to the next edge that they are those of a half-space: n d/R.
+/// Orders at which waves are so short against the distance d to the next edge that they are those of a half-space: n
+/// d/R.
 const SHORT: f64 = 10.0;
 /// At least so many orders.
 const FEWEST: usize = 60;
@@ -57,7 +58,8 @@ fn blocks(forms: &Forms, last: usize) -> Vec<(usize, usize)> {
 }
 
 impl<'f> Constant<'f> {
-    /// That of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the next edge asks for.
+    /// That of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the next
+    /// edge asks for.
     pub fn new(forms: &'f Forms, patches: &[Patch], radius: f64) -> Result<Self> {
         Self::at(forms, patches, &SectionContact::level(radius))
     }
@@ -73,7 +75,8 @@ impl<'f> Constant<'f> {
             let room = high.min(-low);
             if !(room >= largest) {
                 return Err(Error::Job(format!(
-                    "the running line reaches from {low:.4} m to {high:.4} m about the contact point, along the surface, expected {largest:.4} m to either \
+                    "the running line reaches from {low:.4} m to {high:.4} m about the contact point, along the \
+                     surface, expected {largest:.4} m to either \
                      side at least; move the contact or make the patch smaller"
                 )));
             }
@@ -108,7 +111,8 @@ impl<'f> Constant<'f> {
         std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (moments[c] * moments[d])))
     }
 
-    /// What a block adds, for each patch; factorised in the `memory` of the block before, which then holds that of this one.
+    /// What a block adds, for each patch; factorised in the `memory` of the block before, which then holds that of
+    /// this one.
     pub fn block(&self, index: usize, memory: &mut Vec<f64>) -> Result<Vec<Square>> {
         let (n, width) = self.blocks[index];
         let forms = self.forms;

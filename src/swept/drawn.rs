@@ -6,7 +6,8 @@ use crate::fem::Material;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A section as it was drawn, of a wheel or a rail: nodes (r, y), m, which are (y, x) of the drawing; r of a wheel is from the axle, that of a rail is its height.
+/// A section as it was drawn, of a wheel or a rail: nodes (r, y), m, which are (y, x) of the drawing; r of a wheel is
+/// from the axle, that of a rail is its height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawn {
     section: Section,
@@ -14,7 +15,8 @@ pub struct Drawn {
 
 /// Nodes nearer than this part of the size of the section are one place.
 const SAME_PLACE: f64 = 1e-9;
-/// Difference between the area of the elements and that within their boundary, over the area, from which on they overlap.
+/// Difference between the area of the elements and that within their boundary, over the area, from which on they
+/// overlap.
 const OVERLAP: f64 = 1e-6;
 /// Steepest slope of the running line at a contact whose frame is not tilted, and at one whose frame lies along it: 80
 /// degrees.
@@ -24,8 +26,9 @@ const STEEPEST: f64 = 5.671;
 const SLICES: usize = 1000;
 
 impl Drawn {
-    /// Of what is swept along `path`: nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles of the edges, then the centre; edges of named curves, first and
-    /// last node first. Straight edges get a node in their middle. `running` names the running line. An error says what of the drawing is wrong, and where.
+    /// Of what is swept along `path`: nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles of
+    /// the edges, then the centre; edges of named curves, first and last node first. Straight edges get a node in
+    /// their middle. `running` names the running line. An error says what of the drawing is wrong, and where.
     pub fn new(
         path: Path,
         nodes: Vec<[f64; 2]>,
@@ -44,7 +47,10 @@ impl Drawn {
                 let ends = key(edge[0], edge[1]);
                 let missing = || {
                     let [a, b] = ends.map(|k| at(&section, k));
-                    Error::Input(format!("the curve {name:?} has an edge from {a} to {b} that is not on the border of the section; expected curves of its border"))
+                    Error::Input(format!(
+                        "the curve {name:?} has an edge from {a} to {b} that is not on the \
+                     border of the section; expected curves of its border"
+                    ))
                 };
                 middle.get(&ends).map(|&m| [edge[0], edge[1], m]).ok_or_else(missing)
             };
@@ -150,7 +156,8 @@ impl Drawn {
     pub fn refuse_steep(&self, offset: f64) -> Result<()> {
         match self.running(offset) {
             Some([_, slope]) if slope.abs() > STEEPEST_LEVEL => Err(Error::Job(format!(
-                "the contact is at y = {offset} m of the section, where the running line has the slope {slope:.2}, expected at most {STEEPEST_LEVEL}: \
+                "the contact is at y = {offset} m of the section, where the running line has the slope \
+                 {slope:.2}, expected at most {STEEPEST_LEVEL}: \
                  without contact.placement a section is touched on its tread"
             ))),
             _ => Ok(()),
@@ -191,18 +198,20 @@ impl Drawn {
         nearest.1
     }
 
-    /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and where the drawing is coarser than
-    /// `focus`, finer. An error where nothing runs there.
+    /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and
+    /// where the drawing is coarser than `focus`, finer. An error where nothing runs there.
     pub(super) fn seen(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
         let [first, last] = self.reach();
         let Some([radius, slope]) = self.running(offset) else {
             return Err(Error::Job(format!(
-                "the contact is at y = {offset} m of the section, expected a place on its running line, which reaches from {first} to {last} m"
+                "the contact is at y = {offset} m of the section, expected a place on its running line, which \
+                 reaches from {first} to {last} m"
             )));
         };
         if slope.abs() > STEEPEST {
             return Err(Error::Job(format!(
-                "the contact is at y = {offset} m of the section, where the running line has the slope {slope:.2}, expected at most {STEEPEST}: a section is \
+                "the contact is at y = {offset} m of the section, where the running line has the slope \
+                 {slope:.2}, expected at most {STEEPEST}: a section is \
                  touched on its tread, its flange root and the face of its flange, up to 80 degrees"
             )));
         }
@@ -229,8 +238,8 @@ impl Drawn {
         })
     }
 
-    /// The beam of this section, vertically or laterally. What shears, as a part of the area A, is I² over A∫Q²/b, with the width b of each slice and the first moment Q beyond it
-    /// (Jourawski's shear stress).
+    /// The beam of this section, vertically or laterally. What shears, as a part of the area A, is I² over A∫Q²/b,
+    /// with the width b of each slice and the first moment Q beyond it (Jourawski's shear stress).
     pub(super) fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
         self.section.beam(material, lateral, loss)
     }
@@ -322,7 +331,8 @@ fn quadratic(nodes: Vec<[f64; 2]>, faces: &[Vec<usize>]) -> Result<Section> {
     Ok(section)
 }
 
-/// An error if two nodes are at one place, where the drawing is cut along a seam. Nodes that no element has do not count.
+/// An error if two nodes are at one place, where the drawing is cut along a seam. Nodes that no element has do not
+/// count.
 fn joined(section: &Section) -> Result<()> {
     let used: BTreeSet<usize> = section.elements.iter().flat_map(|e| e.nodes.iter().copied()).collect();
     let size = used.iter().flat_map(|&k| section.nodes[k]).fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -333,7 +343,8 @@ fn joined(section: &Section) -> Result<()> {
         let near = sorted[i + 1..].iter().take_while(|&&b| section.nodes[b][0] - r <= SAME_PLACE * size);
         if let Some(&b) = near.clone().find(|&&b| (section.nodes[b][1] - y).abs() <= SAME_PLACE * size) {
             return Err(Error::Input(format!(
-                "nodes {} and {} of the section are both at {}: its parts are not joined there (Gmsh: removeDuplicateNodes, or fragment the surfaces)",
+                "nodes {} and {} of the section are both at {}: its parts are not joined there (Gmsh: \
+                 removeDuplicateNodes, or fragment the surfaces)",
                 a + 1,
                 b + 1,
                 at(section, a)
@@ -376,7 +387,8 @@ fn whole(section: &Section, border: &[[usize; 3]]) -> Result<()> {
     let area = section.area();
     if (area - within).abs() > OVERLAP * area {
         return Err(Error::Input(format!(
-            "the elements of the section have the area {area:.6e} m², their border encloses {within:.6e} m²: elements overlap or leave gaps"
+            "the elements of the section have the area {area:.6e} m², their border encloses {within:.6e} m²: \
+             elements overlap or leave gaps"
         )));
     }
     let mut piece: Vec<usize> = (0..section.nodes.len()).collect();

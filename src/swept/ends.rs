@@ -1,10 +1,11 @@
-//! Ends of a rail that absorb, so that what runs away from the contact does not come back: for what moves across the rail damping by the mass that
-//! grows from nothing, for what runs along it in compression, of waves much longer than any end, dashpots where the period closes.
+//! Ends of a rail that absorb, so that what runs away from the contact does not come back: for what moves across the
+//! rail damping by the mass that grows from nothing, for what runs along it in compression, of waves much longer than
+//! any end, dashpots where the period closes.
 
 use std::f64::consts::PI;
 
-/// α(x) = α_max (s/L_a)² over the length L_a before either end of a period L that has the contact in its middle, s from where the end begins: forces
-/// −α(x) times mass times velocity.
+/// α(x) = α_max (s/L_a)² over the length L_a before either end of a period L that has the contact in its middle, s
+/// from where the end begins: forces −α(x) times mass times velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ends {
     /// The period L, m.
@@ -13,7 +14,8 @@ pub struct Ends {
     pub length: f64,
     /// α_max, 1/s.
     pub damping: f64,
-    /// Velocity c of dashpots ρc, N·s/m³, at x = ±L/2, which take up motions along the rail; 0: the damping by the mass is for them, too. m/s.
+    /// Velocity c of dashpots ρc, N·s/m³, at x = ±L/2, which take up motions along the rail; 0: the damping by the
+    /// mass is for them, too. m/s.
     pub along: f64,
 }
 
@@ -35,8 +37,8 @@ impl Ends {
         0.5 * (self.wave(i.abs_diff(j)) + self.wave(i + j))
     }
 
-    /// What the dashpots at both sides of the closing of the period do to motions along the rail with cos k_i x and cos k_j x, m/s. Those with sin kx
-    /// rest there.
+    /// What the dashpots at both sides of the closing of the period do to motions along the rail with cos k_i x and
+    /// cos k_j x, m/s. Those with sin kx rest there.
     pub fn closing(&self, i: usize, j: usize) -> f64 {
         if (i + j).is_multiple_of(2) {
             2.0 * self.along

@@ -1,7 +1,8 @@
-//! A = L S Lᵀ of a sparse symmetric matrix within its envelope, by blocks of rows, without pivoting; S has the signs of the pivots, 1 or −1.
+//! A = L S Lᵀ of a sparse symmetric matrix within its envelope, by blocks of rows, without pivoting; S has the signs
+//! of the pivots, 1 or −1.
 //!
-//! Without pivoting it is stable where A is positive definite. Of other matrices it is asked for the inertia alone (Sylvester's law), and a pivot
-//! that is lost in rounding is an error.
+//! Without pivoting it is stable where A is positive definite. Of other matrices it is asked for the inertia alone
+//! (Sylvester's law), and a pivot that is lost in rounding is an error.
 
 use crate::dense::add_columns;
 use crate::{Error, Result};
@@ -12,13 +13,14 @@ use faer::linalg::triangular_solve::{
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use std::rc::Rc;
 
-/// Rows of a block: a multiple of 3, so that the three amplitudes of a node are in one, and few, as rows of sections reach back by some hundred and fifty.
+/// Rows of a block: a multiple of 3, so that the three amplitudes of a node are in one, and few, as rows of sections
+/// reach back by some hundred and fifty.
 pub(super) const BLOCK: usize = 24;
 /// A pivot of this part of its diagonal entry is lost in rounding.
 const LOST: f64 = 1e-13;
 
-/// Where the entries of a symmetric matrix are: the blocks of its lower triangle, row by row, from the first one of each row that is not empty. All matrices of a section
-/// have one envelope.
+/// Where the entries of a symmetric matrix are: the blocks of its lower triangle, row by row, from the first one of
+/// each row that is not empty. All matrices of a section have one envelope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Envelope {
     n: usize,
@@ -87,7 +89,8 @@ pub struct Factor {
 }
 
 impl Factor {
-    /// Factorises the symmetric matrix with these `values` of its lower triangle; their memory becomes that of the factor.
+    /// Factorises the symmetric matrix with these `values` of its lower triangle; their memory becomes that of the
+    /// factor.
     pub fn new(envelope: &Rc<Envelope>, mut values: Vec<f64>) -> Result<Self> {
         let mut signs = vec![1.0; envelope.rows() * BLOCK];
         for i in 0..envelope.rows() {
@@ -122,7 +125,8 @@ impl Factor {
         self.solve_from(0, b)
     }
 
-    /// The rows from `row` on of A⁻¹ b of columns that are 0 before it, `[n, k]`; the rows before are not made, and 0 or what there is of the block of `row`.
+    /// The rows from `row` on of A⁻¹ b of columns that are 0 before it, `[n, k]`; the rows before are not made, and 0
+    /// or what there is of the block of `row`.
     pub fn solve_from(&self, row: usize, b: MatRef<'_, f64>) -> Mat<f64> {
         let (e, values) = (&*self.envelope, &self.values);
         let begin = row / BLOCK;
@@ -221,7 +225,8 @@ fn unblocked(a: &mut [f64], signs: &mut [f64], scale: &[f64; BLOCK]) -> std::res
 mod tests {
     use super::*;
 
-    /// A matrix whose rows reach back unevenly: positive definite for `shift` = 0, then with as many negative eigenvalues as the dense one has.
+    /// A matrix whose rows reach back unevenly: positive definite for `shift` = 0, then with as many negative
+    /// eigenvalues as the dense one has.
     fn entries(n: usize, shift: f64) -> Vec<(usize, usize, f64)> {
         let mut all = Vec::new();
         for i in 0..n {

@@ -1,6 +1,6 @@
-//! Stiffness and mass of a section at each Fourier order, and what prestress adds. Source of the strains of order n: O. C. Zienkiewicz, R. L. Taylor,
-//! The Finite
-//! Element Method, 5th edition (2000), volume 2, chapter 9, with the signs of this module's families.
+//! Stiffness and mass of a section at each Fourier order, and what prestress adds. Source of the strains of order n:
+//! O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, 5th edition (2000), volume 2, chapter 9, with the
+//! signs of this module's families.
 
 mod prestress;
 
@@ -21,7 +21,8 @@ pub use prestress::Prestress;
 /// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
 pub(super) type Strains = [[f64; 3]; 6];
 
-/// K_n = K0 + n K1 + n² K2 and M of a section, for all n; along a line with the wavenumber k in place of n, and metres in place of radians.
+/// K_n = K0 + n K1 + n² K2 and M of a section, for all n; along a line with the wavenumber k in place of n, and
+/// metres in place of radians.
 #[derive(Debug, Clone)]
 pub struct Forms {
     /// The section.
@@ -87,7 +88,8 @@ const SHIFT: f64 = 0.1;
 const SAME_PLACE: f64 = 1e-12;
 
 impl Forms {
-    /// The forms of a section of a body of revolution, of a material, that is clamped at the nodes of the groups `fixed`.
+    /// The forms of a section of a body of revolution, of a material, that is clamped at the nodes of the groups
+    /// `fixed`.
     pub fn new(section: Section, material: Material, fixed: &[String]) -> Result<Self> {
         Self::sprung(section, material, fixed, &[])
     }
@@ -123,8 +125,8 @@ impl Forms {
         Ok(forms)
     }
 
-    /// The forms of a section of a material along a line of the period `period`, m, free or on a track; the section is turned by `tilt`, rad, from y
-    /// to z, against the upright one.
+    /// The forms of a section of a material along a line of the period `period`, m, free or on a track; the section
+    /// is turned by `tilt`, rad, from y to z, against the upright one.
     pub fn along(
         mut section: Section,
         material: Material,
@@ -210,7 +212,8 @@ impl Forms {
         3 * self.pairs.rows()
     }
 
-    /// A shift below all eigenvalues, 1/s²: minus the square of a part of the velocity of sound over the largest radius, or the height along a line.
+    /// A shift below all eigenvalues, 1/s²: minus the square of a part of the velocity of sound over the largest
+    /// radius, or the height along a line.
     pub fn shift(&self) -> f64 {
         let range = |(low, high): (f64, f64), x: &[f64; 2]| (low.min(x[0]), high.max(x[0]));
         let (low, high) = self.section.nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
@@ -218,8 +221,9 @@ impl Forms {
         -(SHIFT / size).powi(2) * self.material.young / self.material.density
     }
 
-    /// Whether `other` is the same section of the same material on the same way, in a frame that is elsewhere and turned by `angle`, rad, from y to z against that of this one; of
-    /// a body of revolution along the axle alone. Tracks and springs are not looked at.
+    /// Whether `other` is the same section of the same material on the same way, in a frame that is elsewhere and
+    /// turned by `angle`, rad, from y to z against that of this one; of a body of revolution along the axle alone.
+    /// Tracks and springs are not looked at.
     pub fn is_elsewhere(&self, other: &Self, angle: f64) -> bool {
         let (a, b) = (&self.section, &other.section);
         let alike = self.path == other.path && self.material == other.material && self.place == other.place;
@@ -354,7 +358,8 @@ impl Forms {
         self.product(x, |k| scaled(&IDENTITY, self.path.whole(n) * self.mass[k]))
     }
 
-    /// Of columns at the order n, at 1 rad/s of rotation: (K_σ − K_c) x with the prestress `sigma`. K_c alone without it.
+    /// Of columns at the order n, at 1 rad/s of rotation: (K_σ − K_c) x with the prestress `sigma`. K_c alone without
+    /// it.
     pub fn rotation(&self, n: usize, sigma: Option<&Prestress>, x: MatRef<'_, f64>) -> Mat<f64> {
         let bracket = brackets(n);
         self.product(x, |k| {
@@ -379,7 +384,8 @@ impl Forms {
         (!self.track.is_empty()).then(|| [of(|s| &s.stiffness), of(|s| &s.viscosity)])
     }
 
-    /// Springs and dashpots of the track times columns with (U, W) of x alone, or with V alone, each metre of a line, `[order, k]`; 0 without a track.
+    /// Springs and dashpots of the track times columns with (U, W) of x alone, or with V alone, each metre of a line,
+    /// `[order, k]`; 0 without a track.
     pub(super) fn track_of(&self, along: bool, x: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let part = Mat::from_fn(x.nrows(), x.ncols(), |i, k| if (i % 3 == 1) == along { x[(i, k)] } else { 0.0 });
         let of =
@@ -404,8 +410,8 @@ impl Forms {
         edges.iter().flat_map(of).collect()
     }
 
-    /// M x of columns with U and V of x exchanged, and with U, V as V, −U at the order 0: φᵀ of it is ∫ρ(U_j V_k + V_j U_k), or ∫ρ(U_j V_k − V_j
-    /// U_k), all round.
+    /// M x of columns with U and V of x exchanged, and with U, V as V, −U at the order 0: φᵀ of it is ∫ρ(U_j V_k +
+    /// V_j U_k), or ∫ρ(U_j V_k − V_j U_k), all round.
     pub fn exchanged(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
         let sign = if n == 0 { -1.0 } else { 1.0 };
         let exchanged = Mat::from_fn(x.nrows(), x.ncols(), |i, k| match i % 3 {
@@ -451,8 +457,8 @@ fn brackets(n: usize) -> [[f64; 3]; 3] {
     [[n * n + 1.0, 2.0 * n, 0.0], [2.0 * n, n * n + 1.0, 0.0], [0.0, 0.0, n * n]]
 }
 
-/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y, and 1/r round an axle: what does not
-/// go with n, and what does.
+/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y, and
+/// 1/r round an axle: what does not go with n, and what does.
 pub(super) fn strains(value: f64, [along_r, along_y]: [f64; 2], over: Option<f64>) -> [Strains; 2] {
     let (bent, wave) = (value * over.unwrap_or(0.0), value * over.unwrap_or(1.0));
     [

@@ -1,8 +1,8 @@
 //! A rail without ends under harmonic forces at a point: what each wavenumber moves, by a few motions of the section.
 //!
-//! With the wavenumber ξ the forces F at x = 0 move the section by u(ξ) e^{−iξx}, (K0 + ξK1 + ξ²K2)(1 + iη) u + (S + iωC) u − ω²M u = F, and the rail
-//! by the integral of that over ξ/2π. V has a factor i, which makes K1 real. The matrices are projected on the modes of some wavenumbers and on what
-//! forces there do at rest.
+//! With the wavenumber ξ the forces F at x = 0 move the section by u(ξ) e^{−iξx}, (K0 + ξK1 + ξ²K2)(1 + iη) u + (S +
+//! iωC) u − ω²M u = F, and the rail by the integral of that over ξ/2π. V has a factor i, which makes K1 real. The
+//! matrices are projected on the modes of some wavenumbers and on what forces there do at rest.
 
 use super::modes::of_order;
 use super::{turned, Forms, LineLoad, Outline, Patch, Path, Section, Track, LOADS};
@@ -151,8 +151,8 @@ impl Infinite {
         Ok(values.into_iter().map(|v| v.max(0.0).sqrt()).collect())
     }
 
-    /// Wavenumbers, 1/m, ascending, of the waves that travel along the rail at the angular frequency `omega`, rad/s, were there no damping; to the second
-    /// digit or better.
+    /// Wavenumbers, 1/m, ascending, of the waves that travel along the rail at the angular frequency `omega`, rad/s,
+    /// were there no damping; to the second digit or better.
     pub fn travelling(&self, omega: f64) -> Vec<f64> {
         let mut found = Vec::new();
         for (k, pair) in self.waves.windows(2).enumerate() {
@@ -166,8 +166,9 @@ impl Infinite {
         found
     }
 
-    /// Motions under a unit force each, along (x, y, n into the body), at the angular frequency `omega`, rad/s, of the wavenumber `xi`, 1/m; `[q, 3]`, so
-    /// that the integral of what they move over xi/2π is a displacement, m/N. e^{+iωt}.
+    /// Motions under a unit force each, along (x, y, n into the body), at the angular frequency `omega`, rad/s, of
+    /// the wavenumber `xi`, 1/m; `[q, 3]`, so that the integral of what they move over xi/2π is a displacement, m/N.
+    /// e^{+iωt}.
     pub fn response(&self, omega: f64, xi: f64) -> Mat<Complex64> {
         let [zero, one, two] = &self.elastic;
         let q = self.loads.nrows();

@@ -1,6 +1,6 @@
-//! The lowest eigenpairs of one order: Rayleigh and Ritz on a block Krylov space of (K − σM)⁻¹M, σ below all eigenvalues, every vector orthogonal in
-//! the mass to
-//! all others. A section has a few thousand amplitudes and a few dozen modes of an order, so the space is never restarted.
+//! The lowest eigenpairs of one order: Rayleigh and Ritz on a block Krylov space of (K − σM)⁻¹M, σ below all
+//! eigenvalues, every vector orthogonal in the mass to all others. A section has a few thousand amplitudes and a few
+//! dozen modes of an order, so the space is never restarted.
 
 use super::envelope::Factor;
 use super::Forms;
@@ -10,7 +10,8 @@ use faer::{Mat, MatRef};
 
 /// Columns of a block: more than the multiplicity of any eigenvalue of an order.
 const BLOCK: usize = 4;
-/// Relative residual of 1/(λ − σ) at which a pair has converged. λ is right to its square; the vectors take what is small in the mass but stiff.
+/// Relative residual of 1/(λ − σ) at which a pair has converged. λ is right to its square; the vectors take what is
+/// small in the mass but stiff.
 const TOLERANCE: f64 = 1e-12;
 /// A column of which less than this part is new is replaced by another.
 const SPENT: f64 = 1e-10;
@@ -32,7 +33,8 @@ struct Space<'f> {
     random: u64,
 }
 
-/// At least the `count` lowest pairs of the order `n` of `forms`; `factor` is that of K − σM, which must be positive definite.
+/// At least the `count` lowest pairs of the order `n` of `forms`; `factor` is that of K − σM, which must be positive
+/// definite.
 pub fn lowest(forms: &Forms, n: usize, sigma: f64, factor: &Factor, count: usize) -> Result<Pairs> {
     let order = forms.order();
     let mut space = Space { forms, n, basis: Vec::new(), mass: Vec::new(), random: 1 };

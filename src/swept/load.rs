@@ -1,8 +1,9 @@
-//! Loads that are spread over a small circle of the surface, as the orders of Fourier see them, on a swept body and on a half-space.
+//! Loads that are spread over a small circle of the surface, as the orders of Fourier see them, on a swept body and
+//! on a half-space.
 //!
-//! Weight ω(x, y) = 3/(2πb²) √(1 − r²/b²), r² = x² + y²: Hertz' pressure of the force 1. Loads ω π_m e_c with π = (1, x, y) along e_c = (x, y, n into
-//! the body)
-//! have the number 3m + c; they are forces and moments on the circle, and the same means ⟨ω π_m, u_c⟩ are taken of displacements.
+//! Weight ω(x, y) = 3/(2πb²) √(1 − r²/b²), r² = x² + y²: Hertz' pressure of the force 1. Loads ω π_m e_c with π = (1,
+//! x, y) along e_c = (x, y, n into the body) have the number 3m + c; they are forces and moments on the circle, and
+//! the same means ⟨ω π_m, u_c⟩ are taken of displacements.
 
 use super::contact::{SectionContact, Spot};
 use super::turn::turned;
@@ -31,7 +32,8 @@ pub const LOADS: usize = 9;
 /// A value for each pair of loads.
 pub type Square = [[f64; LOADS]; LOADS];
 
-/// Of order n ≥ 1: the family, 0 (U cos nθ, V sin nθ, W cos nθ) or 1 (U sin nθ, −V cos nθ, W sin nθ), that each load moves and no other.
+/// Of order n ≥ 1: the family, 0 (U cos nθ, V sin nθ, W cos nθ) or 1 (U sin nθ, −V cos nθ, W sin nθ), that each load
+/// moves and no other.
 pub const FAMILY: [usize; LOADS] = [1, 0, 0, 0, 1, 1, 1, 0, 0];
 
 /// ∫ω … dx with cos nθ, sin nθ, and the tilt of e_r and e_θ against the fixed axes: along, cos θ; tilt, sin θ.
@@ -46,8 +48,8 @@ struct Round {
 }
 
 impl Round {
-    /// Displacements times the weight, for each load without the factor y, in (U, V, W): u_x = u_r sin θ + u_θ cos θ, u_z = u_r cos θ − u_θ sin θ, n
-    /// = −z.
+    /// Displacements times the weight, for each load without the factor y, in (U, V, W): u_x = u_r sin θ + u_θ cos θ,
+    /// u_z = u_r cos θ − u_θ sin θ, n = −z.
     fn means(&self, n: usize) -> [[f64; 3]; 6] {
         let Round { cos, x_sin, cos_along, sin_tilt, x_cos_tilt, x_sin_along } = *self;
         if n == 0 {
@@ -79,8 +81,8 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// ∫ over x at the place y of ω times what [`Round`] names, of the order `n` on the rolling radius `radius`, m, or on a straight line of the
-    /// period 2π `radius`.
+    /// ∫ over x at the place y of ω times what [`Round`] names, of the order `n` on the rolling radius `radius`, m,
+    /// or on a straight line of the period 2π `radius`.
     fn round(&self, n: usize, (radius, path): (f64, Path), y: f64) -> Round {
         let b = self.radius;
         let c = (b * b - y * y).max(0.0).sqrt();
@@ -241,7 +243,8 @@ const FAR: f64 = 400.0;
 /// Parts of what goes up to there.
 const PANELS: usize = 300;
 
-/// What the factors i of a pair of loads and of the displacement of one under the other make together: 1 or −1; 0 where the product is odd along x or along y.
+/// What the factors i of a pair of loads and of the displacement of one under the other make together: 1 or −1; 0
+/// where the product is odd along x or along y.
 const PHASE: Square = {
     let mut all = [[0.0; LOADS]; LOADS];
     let mut k = 0;
@@ -280,10 +283,9 @@ const PHASE: Square = {
     all
 };
 
-/// Half-space that carries the loads: shear modulus G, Pa, and Poisson's ratio ν. In Fourier space, e^{i(k_x x + k_y y)}, a force along n moves the
-/// surface by
-/// (1 − ν)/(Gκ) along n and by i(1 − 2ν)k/(2Gκ²) along x, y; one along x, y by (δ − ν k k/κ²)/(Gκ) (from K. L. Johnson, Contact Mechanics, 1985,
-/// (3.18), (3.75)).
+/// Half-space that carries the loads: shear modulus G, Pa, and Poisson's ratio ν. In Fourier space, e^{i(k_x x + k_y
+/// y)}, a force along n moves the surface by (1 − ν)/(Gκ) along n and by i(1 − 2ν)k/(2Gκ²) along x, y; one along x, y
+/// by (δ − ν k k/κ²)/(Gκ) (from K. L. Johnson, Contact Mechanics, 1985, (3.18), (3.75)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpaceLoad {
     /// The circle of the loads.
@@ -295,13 +297,14 @@ pub struct HalfSpaceLoad {
 }
 
 impl HalfSpaceLoad {
-    /// κ times the means under the loads of the wave of size κ and of the direction α against x, m/N and so on, the mean over the four quadrants: what is
-    /// even along x and along y.
+    /// κ times the means under the loads of the wave of size κ and of the direction α against x, m/N and so on, the
+    /// mean over the four quadrants: what is even along x and along y.
     fn wave(&self, kappa: f64, alpha: f64) -> Square {
         let [value, slope] = self.patch.transform(kappa);
         let (nu, (s, c)) = (self.poisson, alpha.sin_cos());
         let coupling = 0.5 * (1.0 - 2.0 * nu);
-        // ω, xω and yω in Fourier space, and the displacements of the surface, but for factors i and −i, which are in `PHASE`.
+        // ω, xω and yω in Fourier space, and the displacements of the surface, but for factors i and −i, which are in
+        // `PHASE`.
         let load = [value, slope * c, slope * s];
         let moved = [
             [1.0 - nu * c * c, -nu * c * s, coupling * c],
@@ -343,7 +346,8 @@ impl HalfSpaceLoad {
         self.up_to(FAR / self.patch.radius)
     }
 
-    /// The same of one order n ≥ 1 of a body of rolling radius `radius`, m: ∂/∂k of [`HalfSpaceLoad::up_to`] over the radius.
+    /// The same of one order n ≥ 1 of a body of rolling radius `radius`, m: ∂/∂k of [`HalfSpaceLoad::up_to`] over the
+    /// radius.
     pub fn order(&self, n: usize, radius: f64) -> Square {
         let k = n as f64 / radius;
         let end = (FAR / (k * self.patch.radius)).max(1.0).acosh();
@@ -369,7 +373,8 @@ mod tests {
     #[test]
     fn the_line_load_is_that_of_the_bessel_function() {
         let patch = Patch { radius: 2.0 };
-        // ∫ω cos kx dx = (3/2b³) c J1(kc)/k; on a large radius nθ = kx. J1(1.2) = 0.498289057567216, J1(30) = −0.118751062616623.
+        // ∫ω cos kx dx = (3/2b³) c J1(kc)/k; on a large radius nθ = kx. J1(1.2) = 0.498289057567216, J1(30) =
+        // −0.118751062616623.
         for (k, y, bessel) in [(0.75, 1.2, 0.498_289_057_567_216), (18.75, 1.2, -0.118_751_062_616_623)] {
             let wanted = 1.5 / 8.0 * 1.6 * bessel / k;
             let round = patch.round((k * 1e6) as usize, (1e6, Path::Axle), y);
@@ -387,9 +392,8 @@ mod tests {
         }
     }
 
-    /// B_nn = 0.6(1−ν²)/(Eb), B_tt = B_nn (2−ν)/(2(1−ν)); under a normal force the surface is drawn inwards; rocking in a fully loaded circle is the
-    /// same about x
-    /// and y; each order is the derivative of the sum.
+    /// B_nn = 0.6(1−ν²)/(Eb), B_tt = B_nn (2−ν)/(2(1−ν)); under a normal force the surface is drawn inwards; rocking
+    /// in a fully loaded circle is the same about x and y; each order is the derivative of the sum.
     #[test]
     fn the_orders_of_the_half_space_add_up_to_hertz() {
         let (young, nu, b) = (205e9, 0.3, 5e-3);
@@ -401,8 +405,8 @@ mod tests {
             assert!((all[k][k] / wanted - 1.0).abs() < 1e-6, "{:e} {wanted:e}", all[k][k]);
         }
         assert!((all[5][5] / all[8][8] - 1.0).abs() < 1e-9 && (all[3][2] / all[7][2] - 1.0).abs() < 1e-9);
-        // ⟨ωx, u_x⟩ under ω e_n: the whole inside any circle pulls: −(1−2ν)/(4πG) ∫ω(s) Q(s)/… by parts, here against direct summation of u_r =
-        // −(1−2ν)Q(r)/(4πGr).
+        // ⟨ωx, u_x⟩ under ω e_n: the whole inside any circle pulls: −(1−2ν)/(4πG) ∫ω(s) Q(s)/… by parts, here against
+        // direct summation of u_r = −(1−2ν)Q(r)/(4πGr).
         let inward = points(0.0, b, 16).into_iter().map(|(r, step)| {
             let share = 1.0 - (1.0 - r * r / (b * b)).powf(1.5);
             let weight = 3.0 / (2.0 * PI * b * b) * (1.0 - r * r / (b * b)).sqrt();

@@ -1,12 +1,11 @@
-//! Bodies swept from a section: a section of finite elements turned about an axis, one small real symmetric problem for each Fourier order.
+//! Bodies swept from a section: a section of finite elements turned about an axis, one small real symmetric problem
+//! for each Fourier order.
 //!
-//! Cylindrical coordinates (r, θ, y) about the axle, y along it, θ = 0 at the contact point, where e_r is z and e_θ is x of the lower form. Motions
-//! of the order
-//! n come in two families that are each other turned by 90° of phase: (u_r, u_θ, u_y) = (U cos nθ, V sin nθ, W cos nθ) and (U sin nθ, −V cos nθ, W
-//! sin nθ),
-//! with the same (U, V, W) of the section. Order 0 has one family, u = (U, V, W), in which the torsion V stands by itself. Amplitudes of a section
-//! are
-//! interleaved `3*i + c` over its nodes that are free to move, c = (U, V, W).
+//! Cylindrical coordinates (r, θ, y) about the axle, y along it, θ = 0 at the contact point, where e_r is z and e_θ
+//! is x of the lower form. Motions of the order n come in two families that are each other turned by 90° of phase:
+//! (u_r, u_θ, u_y) = (U cos nθ, V sin nθ, W cos nθ) and (U sin nθ, −V cos nθ, W sin nθ), with the same (U, V, W) of
+//! the section. Order 0 has one family, u = (U, V, W), in which the torsion V stands by itself. Amplitudes of a
+//! section are interleaved `3*i + c` over its nodes that are free to move, c = (U, V, W).
 //!
 //! Nothing here knows MPI, PETSc or contact: it is plain dense and sparse algebra for one rank.
 

@@ -55,8 +55,8 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the centrifugal prestress of a body that
-    /// rotates.
+    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the
+    /// centrifugal prestress of a body that rotates.
     pub fn of(
         forms: &Forms,
         modes: &Modes,
@@ -200,7 +200,8 @@ pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
     let found = pairs.lambda.iter().filter(|&&l| l <= limit * limit * (1.0 + 4.0 * ASIDE)).count();
     if found != count {
         return Err(Error::NotConverged(format!(
-            "modes of order {n}: {count} eigenvalues lie below {:.3} Hz by the inertia of the shifted matrix, but {found} were found",
+            "modes of order {n}: {count} eigenvalues lie below {:.3} Hz by the inertia of the shifted matrix, \
+             but {found} were found",
             limit / (2.0 * PI)
         )));
     }
@@ -217,9 +218,8 @@ pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
     Ok(Modes { order: n, omega: lambda.iter().map(root).collect(), vectors, residual })
 }
 
-/// What `of` finds of each order, where `size` of it is not 0, until it finds nothing in some orders on end; it is given the orders to look at, as
-/// many as
-/// `together`.
+/// What `of` finds of each order, where `size` of it is not 0, until it finds nothing in some orders on end; it is
+/// given the orders to look at, as many as `together`.
 pub fn by_orders<T>(
     together: usize,
     size: impl Fn(&T) -> usize,
@@ -238,7 +238,8 @@ pub fn by_orders<T>(
     Ok(all)
 }
 
-/// A limit, rad/s, below which there are `count` modes at least, both families counted; `below` counts those below a limit.
+/// A limit, rad/s, below which there are `count` modes at least, both families counted; `below` counts those below a
+/// limit.
 pub fn limit_of(forms: &Forms, count: usize, mut below: impl FnMut(f64) -> Result<usize>) -> Result<f64> {
     let most = 2 * forms.order();
     if count > most {

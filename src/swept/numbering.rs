@@ -1,6 +1,5 @@
-//! An order of the free nodes that keeps neighbours close: reverse Cuthill and McKee (A. George, J. W. Liu, Computer Solution of Large Sparse
-//! Positive
-//! Definite Systems, 1981, chapter 4).
+//! An order of the free nodes that keeps neighbours close: reverse Cuthill and McKee (A. George, J. W. Liu, Computer
+//! Solution of Large Sparse Positive Definite Systems, 1981, chapter 4).
 
 use std::collections::VecDeque;
 
@@ -30,7 +29,8 @@ pub fn reverse_cuthill_mckee(neighbours: &[Vec<usize>], last: &[usize]) -> Vec<u
     order
 }
 
-/// A node at the end of one of the longest ways through the graph, as far as repeated searches from the farthest node find one.
+/// A node at the end of one of the longest ways through the graph, as far as repeated searches from the farthest node
+/// find one.
 fn far_end(neighbours: &[Vec<usize>], from: usize) -> usize {
     let (mut node, mut depth) = (from, 0);
     loop {

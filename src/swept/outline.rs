@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 /// Part of the largest radius within which nodes are at the same radius.
 const SAME: f64 = 1e-6;
 
-/// An edge of the outline, from its first to its last point; the body lies to the left, in the plane with r to the right and y upwards.
+/// An edge of the outline, from its first to its last point; the body lies to the left, in the plane with r to the
+/// right and y upwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
     /// First, last and middle point (r, y), m.
@@ -44,13 +45,14 @@ pub struct OrderModes {
     pub order: usize,
     /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`.
     pub motion: Mat<f64>,
-    /// Places of these modes among all modes of the body, those of one family after those of the other, `[families][m]`.
+    /// Places of these modes among all modes of the body, those of one family after those of the other,
+    /// `[families][m]`.
     pub places: Vec<Vec<usize>>,
 }
 
 impl Section {
-    /// The outline. Edges at the smallest radius whose nodes are all among `clamped` sit on an axle: it is taken to end with them, in flat ends that
-    /// stand still.
+    /// The outline. Edges at the smallest radius whose nodes are all among `clamped` sit on an axle: it is taken to
+    /// end with them, in flat ends that stand still.
     pub fn outline(&self, clamped: &[usize]) -> Result<Outline> {
         let mut open: BTreeMap<usize, [usize; 3]> = BTreeMap::new();
         let mut seen: BTreeMap<[usize; 2], usize> = BTreeMap::new();
@@ -59,7 +61,8 @@ impl Section {
         let split = |node: usize| {
             let [r, y] = self.nodes[node];
             Error::Input(format!(
-                "the section's outline meets itself at r = {r:.6} m, y = {y:.6} m; for sound it must be one closed curve: no holes, \
+                "the section's outline meets itself at r = {r:.6} m, y = {y:.6} m; for sound it must be one \
+                 closed curve: no holes, \
                  no parts that touch in a point"
             ))
         };

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// The way of a section. Order n has the wave cos nθ all round the axle, and cos kx with k = 2πn/L on a line that repeats itself after the period L.
+/// The way of a section. Order n has the wave cos nθ all round the axle, and cos kx with k = 2πn/L on a line that
+/// repeats itself after the period L.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Path {
     /// Round the axle, by the angle θ.
@@ -20,7 +21,8 @@ impl Path {
         }
     }
 
-    /// ∫cos² over the whole way, which is that of sin² too; of order 0, which has no wave, the way itself: radians, or m.
+    /// ∫cos² over the whole way, which is that of sin² too; of order 0, which has no wave, the way itself: radians,
+    /// or m.
     pub fn whole(self, n: usize) -> f64 {
         let whole = match self {
             Path::Axle => 2.0 * PI,

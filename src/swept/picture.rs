@@ -26,8 +26,9 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// The section of `forms` with the contact point at the distance `radius`, m, from the axle, or 0 on a line, for waves of orders up to `highest`; in
-    /// a frame turned by `tilt`, rad, about x, as [`turned`](super::turned) has it.
+    /// The section of `forms` with the contact point at the distance `radius`, m, from the axle, or 0 on a line, for
+    /// waves of orders up to `highest`; in a frame turned by `tilt`, rad, about x, as [`turned`](super::turned) has
+    /// it.
     pub fn new(forms: &Forms, radius: f64, highest: usize, tilt: f64) -> Self {
         let section = &forms.section;
         let mut number = vec![None; section.nodes.len()];
@@ -75,8 +76,8 @@ impl Picture {
         for k in 0..if round { all } else { all - 1 } {
             let [here, next] = [k, (k + 1) % all].map(|k| k as u32 * each);
             for face in &faces {
-                // In the plane (r, y) faces go round against the clock; x, y, z is right-handed with r for z, so that they go round clockwise seen
-                // from +x: the first face is the one further on.
+                // In the plane (r, y) faces go round against the clock; x, y, z is right-handed with r for z, so that
+                // they go round clockwise seen from +x: the first face is the one further on.
                 picture.cells.push(face.iter().map(|c| next + c).chain(face.iter().map(|c| here + c)).collect());
             }
         }
@@ -156,13 +157,15 @@ mod tests {
         Forms::new(cylinder(&ring, focus).expect("section"), STEEL, &["inner".into()]).expect("forms")
     }
 
-    /// Six times the volume of a tetrahedron; positive if d is on the side of (a, b, c) from which these go round against the clock.
+    /// Six times the volume of a tetrahedron; positive if d is on the side of (a, b, c) from which these go round
+    /// against the clock.
     fn volume([a, b, c, d]: [[f64; 3]; 4]) -> f64 {
         let [u, v, w] = [b, c, d].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));
         (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] + (u[0] * v[1] - u[1] * v[0]) * w[2]
     }
 
-    /// Cells stand upright round an axle and along a line, whatever the tilt; the contact point is a point of the mesh, and the wheel is round.
+    /// Cells stand upright round an axle and along a line, whatever the tilt; the contact point is a point of the
+    /// mesh, and the wheel is round.
     #[test]
     fn the_mesh_is_the_body() {
         let forms = ring();
@@ -191,7 +194,8 @@ mod tests {
         assert!(far.points.iter().all(|p| p[0].hypot(p[2] + 0.3) < 0.3 + 1e-12));
     }
 
-    /// At the contact a mode moves as the contact sees it: (U, V, W) is along (z, x, y) there; both families are each other a quarter of a wave further.
+    /// At the contact a mode moves as the contact sees it: (U, V, W) is along (z, x, y) there; both families are each
+    /// other a quarter of a wave further.
     #[test]
     fn modes_are_what_the_families_say() {
         let forms = ring();

@@ -62,7 +62,8 @@ impl Rail {
         }
     }
 
-    /// Height of the surface over its tangent at the contact point, m, at the distance `y` from there along the tangent; 0 there.
+    /// Height of the surface over its tangent at the contact point, m, at the distance `y` from there along the
+    /// tangent; 0 there.
     pub fn height(&self, y: f64) -> f64 {
         match self {
             Rail::Built(rail) => rail.height(y),
@@ -105,7 +106,8 @@ impl DrawnRail {
         let [first, last] = drawn.reach();
         let Some([z, slope]) = drawn.running(y) else {
             return Err(Error::Job(format!(
-                "the contact point on the rail: found y = {y} m, expected a place on the running line of its section, which reaches from {first} to {last} m"
+                "the contact point on the rail: found y = {y} m, expected a place on the running line of its \
+                 section, which reaches from {first} to {last} m"
             )));
         };
         Self::touched(drawn, foot, HeadPoint { y, z, angle: slope.atan() }, crate::rails::STEEPEST)
@@ -118,15 +120,18 @@ impl DrawnRail {
         let [first, last] = drawn.reach();
         let Some([crown, _]) = drawn.running(0.0) else {
             return Err(Error::Job(format!(
-                "the running line of the section of the rail reaches from {first} to {last} m, expected one with the middle of the head at x = 0"
+                "the running line of the section of the rail reaches from {first} to {last} m, expected one \
+                 with the middle of the head at x = 0"
             )));
         };
         let contact = drawn.nearest([crown + z, y]);
         let off = (contact.y - y).hypot(contact.z - crown - z);
         if !(off <= OFF) {
             return Err(Error::Job(format!(
-                "the contact point on the rail: found y = {y:.4} m and z = {z:.4} m over the middle of the head, {:.1} mm off the running line of its \
-                 section, expected at most {:.0} mm; the running line reaches from {first} to {last} m: move the wheel, or draw the section that the \
+                "the contact point on the rail: found y = {y:.4} m and z = {z:.4} m over the middle of the \
+                 head, {:.1} mm off the running line of its \
+                 section, expected at most {:.0} mm; the running line reaches from {first} to {last} m: move \
+                 the wheel, or draw the section that the \
                  profile is of",
                 1e3 * off,
                 1e3 * OFF
@@ -138,7 +143,8 @@ impl DrawnRail {
     fn touched(drawn: Rc<Drawn>, foot: &str, contact: HeadPoint, steepest: f64) -> Result<Self> {
         if contact.angle.abs() > steepest {
             return Err(Error::Job(format!(
-                "the contact point on the rail: found y = {:.4} m, where the running line of its section is {:.0} degrees steep, expected {:.0} at the most",
+                "the contact point on the rail: found y = {:.4} m, where the running line of its section is \
+                 {:.0} degrees steep, expected {:.0} at the most",
                 contact.y,
                 contact.angle.abs().to_degrees(),
                 steepest.to_degrees()
@@ -198,7 +204,8 @@ fn check(drawn: &Drawn, foot: &str) -> Result<()> {
     let area = drawn.area();
     if !(AREA[0]..=AREA[1]).contains(&area) {
         return Err(Error::Job(format!(
-            "the section has an area of {area:.3e} m², expected that of a rail, {:.0e} to {:.0e} m²; give the unit of the drawing (section.file.scale)",
+            "the section has an area of {area:.3e} m², expected that of a rail, {:.0e} to {:.0e} m²; give the \
+             unit of the drawing (section.file.scale)",
             AREA[0], AREA[1]
         )));
     }

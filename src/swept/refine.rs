@@ -1,5 +1,6 @@
-//! A section made finer where that is wanted: triangles are halved along their longest edge, neighbours first where theirs is longer (M.-C. Rivara,
-//! Int. J. Numer. Meth. Eng. 20 (1984) 745); quadrilaterals in the way become two triangles.
+//! A section made finer where that is wanted: triangles are halved along their longest edge, neighbours first where
+//! theirs is longer (M.-C. Rivara, Int. J. Numer. Meth. Eng. 20 (1984) 745); quadrilaterals in the way become two
+//! triangles.
 
 use super::{Element, Section, SectionCell};
 use std::collections::BTreeMap;

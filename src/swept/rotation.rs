@@ -7,9 +7,8 @@ use faer::Mat;
 
 /// Rotation among the m modes of an order, at 1 rad/s.
 ///
-/// For n ≥ 1 with the families c (cos) and s (sin): ΦsᵀMDΦc = −g, ΦcᵀMDΦs = g, g symmetric; D is the derivative along the angle of Cartesian
-/// components. Of
-/// order 0 `coupling` is ΦᵀMDΦ itself, which is skew.
+/// For n ≥ 1 with the families c (cos) and s (sin): ΦsᵀMDΦc = −g, ΦcᵀMDΦs = g, g symmetric; D is the derivative along
+/// the angle of Cartesian components. Of order 0 `coupling` is ΦᵀMDΦ itself, which is skew.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationBlocks {
     /// g, or ΦᵀMDΦ of order 0, `[m, m]`.

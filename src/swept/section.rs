@@ -29,8 +29,8 @@ impl Element {
     }
 }
 
-/// A section in lower form: nodes (r, y), m. Of a body of revolution r is the distance from the axle and y = 0 at the contact point; of one along a
-/// line r is z, and both are 0 at the contact point.
+/// A section in lower form: nodes (r, y), m. Of a body of revolution r is the distance from the axle and y = 0 at the
+/// contact point; of one along a line r is z, and both are 0 at the contact point.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Section {
     /// Nodes (r, y), m.
@@ -106,7 +106,8 @@ impl Section {
         self.along(edge).iter().map(|(_, step)| step).sum()
     }
 
-    /// Values of the shape functions of an edge's first, last and middle node, and the length, m, at its integration points.
+    /// Values of the shape functions of an edge's first, last and middle node, and the length, m, at its integration
+    /// points.
     pub(super) fn along(&self, edge: &[usize; 3]) -> [([f64; 3], f64); 3] {
         GAUSS_3.map(|(s, weight)| {
             let slopes = [s - 0.5, s + 0.5, -2.0 * s];
@@ -139,7 +140,8 @@ impl Section {
                 let (r, jacobian) = self.at(element, &shape);
                 if !(jacobian.determinant > 0.0) || (path == Path::Axle && !(r > 0.0)) {
                     return Err(Error::Input(format!(
-                        "element {} of the section, at r = {r:.6} m: found the Jacobian {:.3e}, expected Jacobian > 0 and, round an axle, r > 0; \
+                        "element {} of the section, at r = {r:.6} m: found the Jacobian {:.3e}, expected \
+                         Jacobian > 0 and, round an axle, r > 0; \
                          elements must not be inverted, and the section must lie beside the axle",
                         number + 1,
                         jacobian.determinant

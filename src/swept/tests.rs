@@ -171,9 +171,9 @@ fn the_other_elements_have_the_same_frequencies() {
     }
 }
 
-/// The crowned cylinder of `jobs/curve.json`. The figures are those of another program with elements of one size; the corners of the clamped bore,
-/// where
-/// stresses are singular, make them up to 1.1e-3 too high, as they do with the plain annulus on such a mesh.
+/// The crowned cylinder of `jobs/curve.json`. The figures are those of another program with elements of one size; the
+/// corners of the clamped bore, where stresses are singular, make them up to 1.1e-3 too high, as they do with the
+/// plain annulus on such a mesh.
 #[test]
 fn the_crowned_cylinder_has_its_frequencies() {
     let wanted = [(422.10, 1), (482.41, 0), (574.36, 2), (607.22, 0), (1133.9, 3), (1582.6, 1), (1876.8, 4)];
@@ -249,7 +249,8 @@ fn axial_motion_is_carried_along() {
     }
 }
 
-/// A free body: K_σ − K_c vanishes on motions of the whole; translations have g = 0 with themselves, and a tilt about either axis turns with I_p/I_t.
+/// A free body: K_σ − K_c vanishes on motions of the whole; translations have g = 0 with themselves, and a tilt about
+/// either axis turns with I_p/I_t.
 #[test]
 fn motions_of_the_whole_body_carry_no_centrifugal_stiffness() {
     let forms = Forms::new(cylinder(&annulus(Some(0.5), 0.03), COARSE).unwrap(), STEEL, &[]).unwrap();
@@ -303,11 +304,10 @@ fn constant(radius: f64, focus: Focus, last: usize) -> Square {
     sum(blocks.chain([constant.singles()]))[0]
 }
 
-/// A of the lower body of `jobs/curve.json`, 360, 2892, 107 and −335 pm/N (xx, yy, zz, yz; n is −z), by another program. In the middle of the circle
-/// it has converged to
-/// 1 pm/N in the mesh and in the orders (where the mesh is fine enough for more of them), and to 2.5 pm/N in the circle; at 5 mm from there, where
-/// small differences of
-/// large local moments come in, to 6 pm/N.
+/// A of the lower body of `jobs/curve.json`, 360, 2892, 107 and −335 pm/N (xx, yy, zz, yz; n is −z), by another
+/// program. In the middle of the circle it has converged to 1 pm/N in the mesh and in the orders (where the mesh is
+/// fine enough for more of them), and to 2.5 pm/N in the circle; at 5 mm from there, where small differences of large
+/// local moments come in, to 6 pm/N.
 #[test]
 fn the_contact_yields_as_it_must() {
     let focus =

@@ -1,7 +1,8 @@
-//! What a rail lies on: pads along the whole foot, and under them sleepers on ballast, all spread evenly along the track.
+//! What a rail lies on: pads along the whole foot, and under them sleepers on ballast, all spread evenly along the
+//! track.
 //!
-//! A layer has springs and dashpots, which are the viscous equivalent of a loss factor η at the angular frequency ω_c: c = ηs/ω_c. The sleeper moves
-//! along the three axes, without turning.
+//! A layer has springs and dashpots, which are the viscous equivalent of a loss factor η at the angular frequency
+//! ω_c: c = ηs/ω_c. The sleeper moves along the three axes, without turning.
 
 use super::forms::Springs;
 use super::Section;
@@ -17,8 +18,8 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// The layer of this stiffness, N/m², whose dashpots have the loss factor `loss` where each direction with the mass `mass`, kg/m, on it
-    /// resonates.
+    /// The layer of this stiffness, N/m², whose dashpots have the loss factor `loss` where each direction with the
+    /// mass `mass`, kg/m, on it resonates.
     pub fn with_loss(stiffness: [f64; 3], loss: f64, mass: f64) -> Self {
         Self { stiffness, viscosity: stiffness.map(|s| loss * (s * mass).sqrt()) }
     }
@@ -42,7 +43,8 @@ pub struct Track {
     pub sleeper: Option<Sleeper>,
 }
 
-/// diag(vertical, longitudinal, lateral) for (U, V, W) of a section that is turned by `tilt`, rad, from the upright one, from y to z.
+/// diag(vertical, longitudinal, lateral) for (U, V, W) of a section that is turned by `tilt`, rad, from the upright
+/// one, from y to z.
 fn turned([vertical, longitudinal, lateral]: [f64; 3], tilt: f64) -> [[f64; 3]; 3] {
     let (s, c) = tilt.sin_cos();
     let (up, aside) = ([c, 0.0, s], [-s, 0.0, c]);
@@ -73,8 +75,8 @@ impl Track {
         self.sleeper.map_or(0, |_| 3)
     }
 
-    /// What it adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its group `foot`. A sleeper becomes another
-    /// node.
+    /// What it adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its group
+    /// `foot`. A sleeper becomes another node.
     pub(super) fn added(&self, section: &mut Section, tilt: f64) -> Result<Added> {
         let edges = section.edges("foot");
         let length: f64 = edges.iter().flat_map(|e| section.along(e)).map(|(_, step)| step).sum();

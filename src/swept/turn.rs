@@ -2,8 +2,8 @@
 
 use super::load::{Square, LOADS};
 
-/// The components (x, y, n) of the nine loads, [`LOADS`], in a frame turned by `angle` (rad) about x: along y is cos u_y − sin u_n of what was along y
-/// and n, along n is sin u_y + cos u_n. The factors x and y stay with their places.
+/// The components (x, y, n) of the nine loads, [`LOADS`], in a frame turned by `angle` (rad) about x: along y is cos
+/// u_y − sin u_n of what was along y and n, along n is sin u_y + cos u_n. The factors x and y stay with their places.
 pub fn turned(seen: [f64; LOADS], angle: f64) -> [f64; LOADS] {
     let (s, c) = angle.sin_cos();
     std::array::from_fn(|k| match k % 3 {

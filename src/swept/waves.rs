@@ -5,7 +5,8 @@ use super::{Ends, Forms, LineLoad, Patch, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 
-/// What contact and damping see of the modes of an order: numbers alone, for all ranks. For n ≥ 1 each stands for two, one of either family.
+/// What contact and damping see of the modes of an order: numbers alone, for all ranks. For n ≥ 1 each stands for
+/// two, one of either family.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wave {
     /// Number n of waves on the period.
@@ -51,7 +52,8 @@ impl Wave {
         Self { order, omega, residual, contact, springs, dashpots, vectors }
     }
 
-    /// The same in a frame turned by `angle`, rad, from y to z against that of the amplitudes; what the contact sees of it there is not known.
+    /// The same in a frame turned by `angle`, rad, from y to z against that of the amplitudes; what the contact sees
+    /// of it there is not known.
     pub fn turned(&self, angle: f64) -> Self {
         let (s, c) = angle.sin_cos();
         let v = &self.vectors;
@@ -104,8 +106,8 @@ impl Wave {
     }
 }
 
-/// Whether (U, W) of a mode goes with cos kx, and the sign with which V does; 0 where V goes with sin kx. An order without waves has its one family
-/// constant along the rail.
+/// Whether (U, W) of a mode goes with cos kx, and the sign with which V does; 0 where V goes with sin kx. An order
+/// without waves has its one family constant along the rail.
 pub(super) fn shape(order: usize, family: usize) -> (bool, f64) {
     match (order, family) {
         (0, _) => (true, 1.0),

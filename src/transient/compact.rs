@@ -6,8 +6,8 @@ use pulp::{Arch, Simd, WithSimd};
 use super::lines::{whole, Lines};
 use crate::dense;
 
-/// W of k nodes, components (x, y, n) node after node: in double precision, and in single precision sorted by components, the nodes in `l` ≥ k places
-/// that fill whole lines.
+/// W of k nodes, components (x, y, n) node after node: in double precision, and in single precision sorted by
+/// components, the nodes in `l` ≥ k places that fill whole lines.
 #[derive(Debug, Clone, Default)]
 pub struct Operator {
     /// Columns, m/N, `[3k][3k]`, every one in lines of its own.
@@ -105,7 +105,8 @@ impl Operator {
         out
     }
 
-    /// What the tangential components `[x, y]`, `[l]` each, do along the surface, in single precision: (x, y) in `unit`, `[2][l]`.
+    /// What the tangential components `[x, y]`, `[l]` each, do along the surface, in single precision: (x, y) in
+    /// `unit`, `[2][l]`.
     pub(super) fn pulled(&self, [x, y]: [Vec<f32>; 2]) -> Lines<f32> {
         let (k, l) = (self.size / 3, self.places());
         let mut out = Lines::zeros(2 * l);

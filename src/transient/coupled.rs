@@ -23,7 +23,8 @@ enum Block {
 #[derive(Debug, Clone)]
 struct Blocks(Vec<(usize, Block)>);
 
-/// Largest difference of mirrored entries of a block taken as symmetric, relative to its largest entry: the rounding of an inverse.
+/// Largest difference of mirrored entries of a block taken as symmetric, relative to its largest entry: the rounding
+/// of an inverse.
 const ROUNDING: f64 = 1e-12;
 
 impl Block {
@@ -115,7 +116,8 @@ impl Coupled {
         let (k, c) = (&model.stiffness, &model.damping);
         let too_fast = || {
             Error::Input(
-                "analyses.transient: the damping matrix of a body feeds energy faster than the step can follow; take a shorter step"
+                "analyses.transient: the damping matrix of a body feeds energy faster than the step can follow; \
+                 take a shorter step"
                     .into(),
             )
         };
@@ -150,8 +152,8 @@ impl Coupled {
         })
     }
 
-    /// Change of the velocities in a step under the modal forces `force`, from `q` and `v`, `[m]`: as hθC = A − I − h²θ²K, it is
-    /// h A⁻¹ (f − K q + v/(hθ)) − v/θ.
+    /// Change of the velocities in a step under the modal forces `force`, from `q` and `v`, `[m]`: as hθC = A − I −
+    /// h²θ²K, it is h A⁻¹ (f − K q + v/(hθ)) − v/θ.
     pub(super) fn change(&self, mut force: Vec<f64>, q: &[f64], v: &[f64]) -> Vec<f64> {
         let elastic = self.stiffness.times(q);
         force.iter_mut().zip(elastic.iter().zip(v)).for_each(|(f, (k, v))| *f = self.h * (*f - k) + v / self.theta);
@@ -188,8 +190,8 @@ impl Coupled {
         0.5 * dot(q, &self.elastic.times(q))
     }
 
-    /// Energy that damping takes in a step and the part of it that the axles supply, J, between the ends (q, v) of the step. The rate of the
-    /// material is v + D′q, of which the axles turn D′q.
+    /// Energy that damping takes in a step and the part of it that the axles supply, J, between the ends (q, v) of
+    /// the step. The rate of the material is v + D′q, of which the axles turn D′q.
     pub(super) fn damped(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64])) -> (f64, f64) {
         let mean = |w: f64, a: &[f64], b: &[f64]| -> Vec<f64> {
             a.iter().zip(b).map(|(a, b)| (1.0 - w) * a + w * b).collect()

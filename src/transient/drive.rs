@@ -32,7 +32,8 @@ impl History {
         // The last step may end a rounding error after the last point.
         if first[0] > 0.0 || last[0] < duration * (1.0 - 1e-12) {
             return Err(Error::Job(format!(
-                "{key}: the table goes from {} s to {} s, but the run from 0 to {duration} s; give values for all of it",
+                "{key}: the table goes from {} s to {} s, but the run from 0 to {duration} s; give values for \
+                 all of it",
                 first[0], last[0]
             )));
         }

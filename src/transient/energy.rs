@@ -1,8 +1,9 @@
 //! The energy balance: what is stored, what went where, and what the discretisation lost.
 //!
-//! Over a step the mean reactions R_θ do the work R_θ·Δy on the bodies. With the slip d of the particle over the step (its
-//! creep times h) that is, tangentially, t·Δw = t·d − t·(hc + w − w_foot): friction takes −t·d, and the drive gives −t·(hc + w − w_foot),
-//! which is −∫ t·(c + V ∂w/∂x). Of that the part −V ∫ p ∂x g0 is the work of the rolling moment.
+//! Over a step the mean reactions R_θ do the work R_θ·Δy on the bodies. With the slip d of the particle over the step
+//! (its creep times h) that is, tangentially, t·Δw = t·d − t·(hc + w − w_foot): friction takes −t·d, and the drive
+//! gives −t·(hc + w − w_foot), which is −∫ t·(c + V ∂w/∂x). Of that the part −V ∫ p ∂x g0 is the work of the rolling
+//! moment.
 
 /// Energies stored (J) and works since the start (J).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,8 +27,8 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// What the discretisation gained: stored + dissipated − supplied, J. Zero for the exact motion; with θ = ½ all there is
-    /// comes from contacts that open or close within a step.
+    /// What the discretisation gained: stored + dissipated − supplied, J. Zero for the exact motion; with θ = ½ all
+    /// there is comes from contacts that open or close within a step.
     pub fn residual(&self) -> f64 {
         self.kinetic + self.elastic - self.start + self.friction + self.damping + self.impact - self.drive
     }

@@ -40,7 +40,8 @@ pub(super) fn solve(
         project(p, factor, &mut reaction, &u, &mut shift);
     }
     Err(Error::NotConverged(format!(
-        "contact of a time step: the fixed point on the reactions stopped at a residual of {last:.2e} N, {target:.2e} N was asked for"
+        "contact of a time step: the fixed point on the reactions stopped at a residual of {last:.2e} N, \
+         {target:.2e} N was asked for"
     )))
 }
 
@@ -107,7 +108,8 @@ fn project(p: &StepProblem<'_>, factor: f64, reaction: &mut [f64], u: &[f64], sh
     }
 }
 
-/// Root of a falling function whose slope is −`slope` at the steepest, where there is one; `size` is the size of its values.
+/// Root of a falling function whose slope is −`slope` at the steepest, where there is one; `size` is the size of its
+/// values.
 fn root(mut f: impl FnMut(f64) -> f64, slope: f64, size: f64) -> f64 {
     let at_zero = f(0.0);
     if at_zero == 0.0 {

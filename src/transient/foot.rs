@@ -1,6 +1,7 @@
-//! Where the material at a node was a step ago: x − Vh on the lines of the grid. Its displacement there lies on the [`Course`] upstream, as in
-//! the steady and the linear analyses: for short steps the difference along the particle is theirs
-//! ([`crate::contact::Stencil::Edge`]), node by node, and what the three find is the same but for the first order in Vh.
+//! Where the material at a node was a step ago: x − Vh on the lines of the grid. Its displacement there lies on the
+//! [`Course`] upstream, as in the steady and the linear analyses: for short steps the difference along the particle
+//! is theirs ([`crate::contact::Stencil::Edge`]), node by node, and what the three find is the same but for the first
+//! order in Vh.
 //!
 //! [`Course`]: crate::contact::course::Course
 
@@ -18,8 +19,8 @@ pub enum Foot {
     },
 }
 
-/// The feet of the nodes along a line of the grid at `x` (m, ascending), at the distance `travel` ≥ 0 upstream; None where a foot
-/// lies before the first node.
+/// The feet of the nodes along a line of the grid at `x` (m, ascending), at the distance `travel` ≥ 0 upstream; None
+/// where a foot lies before the first node.
 pub fn feet(x: &[f64], travel: f64) -> Vec<Option<Foot>> {
     let close = 1e-9 * x.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let find = |&at: &f64| {
@@ -73,7 +74,8 @@ mod tests {
         let s = crate::grid::Interface::new(X.to_vec(), vec![0.0, 1.0, 2.0], vec![0.0; 3 * n]).unwrap();
         let w: Vec<f64> = (0..3 * n).map(|i| (1.3 * i as f64).sin()).collect();
         let closed: Vec<bool> = (0..3 * n).map(|i| i % n >= 2).collect();
-        // The second gap is that of an edge at the closed node: w departs from its course at once, with the power 3/2 of the way.
+        // The second gap is that of an edge at the closed node: w departs from its course at once, with the power 3/2
+        // of the way.
         for (ahead, travel, bound) in [([0.9, 0.1], 1e-7, 1e-5), ([0.12, 0.1], 1e-8, 1e-3)] {
             let feet = feet(&X, travel);
             let gap: Vec<f64> = (0..3 * n).map(|i| ahead.get(i % n).copied().unwrap_or(0.0)).collect();

@@ -1,5 +1,5 @@
-//! Block Gauss–Seidel: the laws solved node after node, the others as they are. Slow on dense operators, but it does not cycle: it
-//! brings the reactions near enough for Newton's method.
+//! Block Gauss–Seidel: the laws solved node after node, the others as they are. Slow on dense operators, but it does
+//! not cycle: it brings the reactions near enough for Newton's method.
 
 use super::problem::{node, Effort, StepProblem};
 
@@ -36,7 +36,8 @@ pub(super) fn sweep(
             }
         }
         effort.sweeps += 1;
-        // The shift by its own scalar equation: the mean compliance of the loaded nodes is that of all of them together.
+        // The shift by its own scalar equation: the mean compliance of the loaded nodes is that of all of them
+        // together.
         let error = p.total_error(&reaction);
         for c in 0..3 {
             if p.total[c].is_some() {

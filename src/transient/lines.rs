@@ -24,8 +24,8 @@ pub(super) fn whole<T>(n: usize) -> usize {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Lines<T>(Vec<Line>, PhantomData<T>);
 
-/// Lines of vectors whose memory goes from one to the next. A step has some forty vectors that live for a part of it: memory on the borders of lines from the
-/// allocator would take a tenth of its time.
+/// Lines of vectors whose memory goes from one to the next. A step has some forty vectors that live for a part of it:
+/// memory on the borders of lines from the allocator would take a tenth of its time.
 const SHORT: usize = 512;
 
 /// Most vectors whose memory is kept.

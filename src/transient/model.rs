@@ -61,7 +61,8 @@ impl Model<'_> {
             && (self.load.is_empty() || self.load.len() == m);
         if !fits {
             return Err(Error::Defect(format!(
-                "transient: residual {:?}, modes {:?}, stiffness of {}, damping of {}, {} loads for {n} nodes and {m} modes",
+                "transient: residual {:?}, modes {:?}, stiffness of {}, damping of {}, {} loads for {n} nodes \
+                 and {m} modes",
                 self.residual.shape(),
                 self.modes.shape(),
                 self.stiffness.order(),
@@ -84,7 +85,8 @@ impl Model<'_> {
         let asked = self.turning.is_none();
         if let Some(name) = matrices.iter().find(|(_, a)| asked && a.asymmetry() > ASYMMETRY) {
             return Err(Error::Input(format!(
-                "analyses.transient: the {} matrix of a body is not symmetric, which the transient needs; stability takes it",
+                "analyses.transient: the {} matrix of a body is not symmetric, which the transient needs; \
+                 stability takes it",
                 name.0
             )));
         }
@@ -99,7 +101,8 @@ impl Model<'_> {
         }
         let k = (0..3 * n).find(|&k| !(d(k) > 0.0)).unwrap_or(0);
         Err(Error::Job(format!(
-            "analyses.transient: the residual compliance of contact node {} in direction {} is {:.3e} m/N, it must be positive, or zero at \
+            "analyses.transient: the residual compliance of contact node {} in direction {} is {:.3e} m/N, it \
+             must be positive, or zero at \
              all nodes; keep fewer modes in analyses.modes, or all of a body that is given by matrices",
             k / 3,
             ["x", "y", "n"][k % 3],

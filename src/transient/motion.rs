@@ -1,7 +1,8 @@
-//! What moves behind the contact, as the steps ask it: modes ([`Modal`](super::scheme::Modal)), or bodies that another room advances.
+//! What moves behind the contact, as the steps ask it: modes ([`Modal`](super::scheme::Modal)), or bodies that
+//! another room advances.
 //!
-//! The steps know it by m coordinates `q` and their rates `v`. They see them at the contact through Ψ of the [`Model`], and act on them by
-//! f = Ψᵀ R.
+//! The steps know it by m coordinates `q` and their rates `v`. They see them at the contact through Ψ of the
+//! [`Model`], and act on them by f = Ψᵀ R.
 
 use super::model::Model;
 use crate::Result;
@@ -9,20 +10,23 @@ use faer::Mat;
 
 /// Motion behind the contact.
 pub trait Motion {
-    /// W, m/N, `[3n, 3n]`: displacements of the contact rows at the end of a step by the reactions in it, residual compliance included; symmetric.
+    /// W, m/N, `[3n, 3n]`: displacements of the contact rows at the end of a step by the reactions in it, residual
+    /// compliance included; symmetric.
     fn operator(&self, model: &Model<'_>) -> Mat<f64>;
 
-    /// The step without the reaction at its end, from `q`, `v` and the forces `f` at its beginning (all `[m]`): (q, v) at the end. Once in each step.
+    /// The step without the reaction at its end, from `q`, `v` and the forces `f` at its beginning (all `[m]`): (q,
+    /// v) at the end. Once in each step.
     fn free(&mut self, q: &[f64], v: &[f64], f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)>;
 
-    /// What W leaves out of the response to the forces `f` at the beginning of a step, for the contact to see, `[m]`; none where it leaves out nothing.
+    /// What W leaves out of the response to the forces `f` at the beginning of a step, for the contact to see, `[m]`;
+    /// none where it leaves out nothing.
     fn lag(&self, f: &[f64]) -> Option<Vec<f64>>;
 
     /// Adds what the forces `f` at the end of the step do.
     fn add(&self, f: &[f64], q: &mut [f64], v: &mut [f64]);
 
-    /// Takes the step that [`free`](Self::free) began, with the forces `f` that the contact found; `q` and `v` are those that
-    /// [`add`](Self::add) made, and may be improved.
+    /// Takes the step that [`free`](Self::free) began, with the forces `f` that the contact found; `q` and `v` are
+    /// those that [`add`](Self::add) made, and may be improved.
     fn accept(&mut self, _f: &[f64], _q: &mut [f64], _v: &mut [f64]) -> Result<()> {
         Ok(())
     }
@@ -36,7 +40,8 @@ pub trait Motion {
     /// Elastic energy, J, of the displacements at hand, without that of the residual compliance.
     fn elastic(&self, q: &[f64]) -> f64;
 
-    /// Energy that damping takes in a step, and the part of it that the axles of bodies that rotate supply, J; between the ends (q, v) of the step.
+    /// Energy that damping takes in a step, and the part of it that the axles of bodies that rotate supply, J;
+    /// between the ends (q, v) of the step.
     fn damped(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64])) -> (f64, f64);
 
     /// Work of loads that are not contact forces in a step, J.

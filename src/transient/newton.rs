@@ -1,8 +1,9 @@
-//! Semi-smooth Newton method on the natural map of a step (P. Alart and A. Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991)).
+//! Semi-smooth Newton method on the natural map of a step (P. Alart and A. Curnier, Comput. Methods Appl. Mech.
+//! Engrg. 92 (1991)).
 //!
-//! The factorisation of a Jacobian serves as the preconditioner of the following ones, over many steps, until the contact has
-//! moved so far that more products are spent than a new one costs. W R is affine and the Krylov solver returns it with
-//! its solution, so that neither a Newton step nor its line search needs a product of its own.
+//! The factorisation of a Jacobian serves as the preconditioner of the following ones, over many steps, until the
+//! contact has moved so far that more products are spent than a new one costs. W R is affine and the Krylov solver
+//! returns it with its solution, so that neither a Newton step nor its line search needs a product of its own.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};

@@ -1,14 +1,16 @@
 //! Newton's method on the natural map of a step, its linear systems solved in parts.
 //!
-//! At a node that slips the direction d of t − ρ u says what the traction does: along d it follows the pressure, t = μ p, across it the creep turns
-//! it: with e ⟂ d and a = μ q/|t − ρ u| the row of the map is (1 − a) δt_e + a ρ δu_e. So only one tangential unknown is left at a node that slips,
-//! two where it sticks, and their operator Eᵀ W_tt E + diag((1 − a)/(a ρ)) is symmetric and positive definite: conjugate gradients solve it. Normal
-//! unknowns feel the ones across the creep only through W_nt, which is small for bodies that are nearly alike; the part of W_nt that friction
-//! multiplies is in the inverse of W_nn + μ W_nt d, which is kept while the nodes are the same. Friction that depends on the velocity ties the
-//! traction along d to the motion along it, t = μ p − (p dμ/d|u|) d·u, and so to all others. Where a step is well-posed that is a contraction, much
-//! of it where the coefficient is remembered over more than a step: it is followed in turn with the unknowns across. Tangential forces are not
-//! treated here. What is neglected is made good by the next iteration, whose residual comes from a product with all of W; so single precision is
-//! enough here.
+//! At a node that slips the direction d of t − ρ u says what the traction does: along d it follows the pressure, t =
+//! μ p, across it the creep turns it: with e ⟂ d and a = μ q/|t − ρ u| the row of the map is (1 − a) δt_e + a ρ δu_e.
+//! So only one tangential unknown is left at a node that slips, two where it sticks, and their operator Eᵀ W_tt E +
+//! diag((1 − a)/(a ρ)) is symmetric and positive definite: conjugate gradients solve it. Normal unknowns feel the
+//! ones across the creep only through W_nt, which is small for bodies that are nearly alike; the part of W_nt that
+//! friction multiplies is in the inverse of W_nn + μ W_nt d, which is kept while the nodes are the same. Friction
+//! that depends on the velocity ties the traction along d to the motion along it, t = μ p − (p dμ/d|u|) d·u, and so
+//! to all others. Where a step is well-posed that is a contraction, much of it where the coefficient is remembered
+//! over more than a step: it is followed in turn with the unknowns across. Tangential forces are not treated here.
+//! What is neglected is made good by the next iteration, whose residual comes from a product with all of W; so single
+//! precision is enough here.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -60,9 +62,9 @@ struct Iterate {
     y: Sorted,
 }
 
-/// Solves to the largest residual `target`, N, from the reactions `x` and their response `y` = W x where it is known (to
-/// rounding), and the shift of the gaps. The last reactions and shift where the method stalls or the problem is not for it. No tangential
-/// totals may be prescribed.
+/// Solves to the largest residual `target`, N, from the reactions `x` and their response `y` = W x where it is known
+/// (to rounding), and the shift of the gaps. The last reactions and shift where the method stalls or the problem is
+/// not for it. No tangential totals may be prescribed.
 pub(super) fn solve(
     p: &StepProblem<'_>,
     target: f64,
@@ -78,7 +80,8 @@ pub(super) fn solve(
         return Err((x.to_vec(), shift));
     }
     parts.seen.pose(p);
-    // What the norm fell by in the last iteration. Of the first one nothing is known but whether it begins near the solution.
+    // What the norm fell by in the last iteration. Of the first one nothing is known but whether it begins near the
+    // solution.
     let mut progress = 0.0f64;
     let mut exact = y.is_none();
     let mut now = if x.iter().any(|v| *v != 0.0) {
@@ -211,7 +214,8 @@ impl Operators {
         now.x.row_mut(2).iter_mut().zip(pressure.iter()).for_each(|(x, q)| *x += f64::from(*q));
     }
 
-    /// Newton's step on the tractions of `x` at the displacements that were seen, while the pressures change by `pressure`, `[l]`.
+    /// Newton's step on the tractions of `x` at the displacements that were seen, while the pressures change by
+    /// `pressure`, `[l]`.
     fn slide(&mut self, p: &StepProblem<'_>, pressure: &[f32], x: &mut Sorted, forcing: f32, effort: &mut Effort) {
         let (l, seen, unit) = (p.matrix.places(), &self.seen, p.matrix.unit());
         let tangential = match &mut self.tangential {
@@ -386,8 +390,9 @@ mod tests {
             .collect()
     }
 
-    /// With open nodes, stick and slip, for equal and for unlike bodies: the reactions of the fixed point, and from a solution nearby in few
-    /// products without a factorisation of the whole. Falling friction goes another way to the same.
+    /// With open nodes, stick and slip, for equal and for unlike bodies: the reactions of the fixed point, and from a
+    /// solution nearby in few products without a factorisation of the whole. Falling friction goes another way to the
+    /// same.
     #[test]
     fn finds_the_reactions_of_the_fixed_point_for_unlike_bodies_and_falling_friction() {
         let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
@@ -429,7 +434,8 @@ mod tests {
                 if step > 0 && friction.is_constant() {
                     assert!(effort.factorisations == 0 && effort.products <= 8, "step {step}: {effort:?}");
                 }
-                // The same with the load given and the approach unknown: from nothing, from bodies far apart, and from what is known.
+                // The same with the load given and the approach unknown: from nothing, from bodies far apart, and
+                // from what is known.
                 let loaded = StepProblem { total: [None, None, Some(normal)], ..p };
                 let nothing = vec![0.0; 3 * s.len()];
                 for (guess, known) in [(&nothing, 2e-6), (&nothing, 1e-3), (&guess, 1e-3), (&guess, -1e-7)] {

@@ -7,8 +7,8 @@ use faer::Mat;
 
 /// A residual compliance below this part of the whole one is rounding.
 const ROUNDING: f64 = 1e-9;
-/// Compliance along the surface of a contact that does not move there, against the largest one: it carries what friction asks of it and hardly
-/// gives way.
+/// Compliance along the surface of a contact that does not move there, against the largest one: it carries what
+/// friction asks of it and hardly gives way.
 const STIFF: f64 = 1e-3;
 
 /// Contact points as the transient takes them.
@@ -27,8 +27,8 @@ pub struct PointModel {
 }
 
 impl PointModel {
-    /// Points that bear a load with the reactions, N, `[3n]`, and coefficients of friction, `[n]`, `rest`, at the approach `approach`, m. `span` is the time, s, over which a step takes
-    /// the motion of its end.
+    /// Points that bear a load with the reactions, N, `[3n]`, and coefficients of friction, `[n]`, `rest`, at the
+    /// approach `approach`, m. `span` is the time, s, over which a step takes the motion of its end.
     pub fn under_load(
         pair: &ModalPair,
         points: &Interface,
@@ -47,7 +47,8 @@ impl PointModel {
         }
     }
 
-    /// Points with given reactions, N, `[3n]`, and coefficients of friction, `[n]`: loads from outside balance them on the modes, and the gaps are those that the forces close.
+    /// Points with given reactions, N, `[3n]`, and coefficients of friction, `[n]`: loads from outside balance them
+    /// on the modes, and the gaps are those that the forces close.
     pub fn given(pair: &ModalPair, points: &Interface, rest: (Vec<f64>, Vec<f64>), span: f64) -> Self {
         let (reaction, friction) = rest;
         let residual = residual(pair, span);
@@ -69,7 +70,8 @@ impl PointModel {
     }
 }
 
-/// The residual compliance without rounding, and with a compliance where neither body moves: along the normal it keeps the force as it is.
+/// The residual compliance without rounding, and with a compliance where neither body moves: along the normal it
+/// keeps the force as it is.
 fn residual(pair: &ModalPair, span: f64) -> Mat<f64> {
     let mut s = pair.residual.clone();
     let n = s.nrows();

@@ -1,9 +1,9 @@
 //! The frictional contact problem of one step.
 //!
-//! With the reactions R = (tx, ty, p) of k nodes and u = free + W R + shift, where u holds the tangential displacements d of the
-//! particle over the step relative to the other body, and the gap g (or θh times its rate):
-//! g ≥ 0 ⟂ p ≥ 0, |t| ≤ μp, t = −μ p d/|d| where d ≠ 0. The shift is the same for all nodes: unknown in the components whose
-//! total force is prescribed, 0 in the others.
+//! With the reactions R = (tx, ty, p) of k nodes and u = free + W R + shift, where u holds the tangential
+//! displacements d of the particle over the step relative to the other body, and the gap g (or θh times its rate): g
+//! ≥ 0 ⟂ p ≥ 0, |t| ≤ μp, t = −μ p d/|d| where d ≠ 0. The shift is the same for all nodes: unknown in the components
+//! whose total force is prescribed, 0 in the others.
 
 use super::compact::Operator;
 use super::newton::Memory;
@@ -92,8 +92,8 @@ impl StepProblem<'_> {
         self.matrix.size() / 3
     }
 
-    /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shift that goes with it; `response` is W times the guess, where
-    /// that is known. `memory` keeps what serves the next step too.
+    /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shift that goes with it; `response` is W
+    /// times the guess, where that is known. `memory` keeps what serves the next step too.
     pub fn solve(
         &self,
         solver: ContactSolver,
@@ -112,7 +112,9 @@ impl StepProblem<'_> {
         // What picks the largest of several numbers passes over one that is none.
         if self.free.iter().chain(guess).any(|v| v.is_nan()) {
             return Err(Error::NotConverged(
-                "displacements or reactions of the contact are no numbers before the step; a smaller analyses.transient.step may help".into(),
+                "displacements or reactions of the contact are no numbers before the step; a smaller \
+                 analyses.transient.step may help"
+                    .into(),
             ));
         }
         let (scale, k) = (self.scale(guess), self.nodes());
@@ -158,7 +160,8 @@ impl StepProblem<'_> {
         Ok(solved)
     }
 
-    /// Newton's method, with sweeps of Gauss–Seidel where it stalls; the best reactions where that does not help either.
+    /// Newton's method, with sweeps of Gauss–Seidel where it stalls; the best reactions where that does not help
+    /// either.
     #[allow(clippy::type_complexity)]
     fn direct(
         &self,
@@ -180,8 +183,9 @@ impl StepProblem<'_> {
         Ok(Err(start))
     }
 
-    /// The shift of component `c` by bracketing: the force falls with the shift, and at a given shift the problem is a good-natured
-    /// one. A prescribed force near the limit of friction needs this: where all nodes slide it says nothing of the shift.
+    /// The shift of component `c` by bracketing: the force falls with the shift, and at a given shift the problem is
+    /// a good-natured one. A prescribed force near the limit of friction needs this: where all nodes slide it says
+    /// nothing of the shift.
     fn bracketed(
         &self,
         c: usize,
@@ -249,13 +253,14 @@ impl StepProblem<'_> {
             far = (s, e);
         }
         Err(Error::NotConverged(format!(
-            "contact of a time step: the creep for the tangential force of {total:.4e} N was not found; last error {:.2e} N",
+            "contact of a time step: the creep for the tangential force of {total:.4e} N was not found; last \
+             error {:.2e} N",
             far.1
         )))
     }
 
-    /// Measure of the forces in this problem, N: the load where it is given, else what the guess and the penetrations say;
-    /// 0 where nothing touches.
+    /// Measure of the forces in this problem, N: the load where it is given, else what the guess and the penetrations
+    /// say; 0 where nothing touches.
     pub(super) fn scale(&self, guess: &[f64]) -> f64 {
         if let Some(n) = self.total[2] {
             return n;
@@ -286,8 +291,8 @@ impl StepProblem<'_> {
         }
     }
 
-    /// Coefficients of friction of all nodes as [`StepProblem::coefficient`] has them, at their velocities `v`, and the slopes by the displacement over the
-    /// step, 1/m.
+    /// Coefficients of friction of all nodes as [`StepProblem::coefficient`] has them, at their velocities `v`, and
+    /// the slopes by the displacement over the step, 1/m.
     pub(super) fn coefficients_with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (mu, mut slope) = self.friction.renewed_with_slopes(self.before, v);
         slope.iter_mut().for_each(|s| *s /= self.step);

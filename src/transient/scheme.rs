@@ -8,7 +8,8 @@ use crate::model::ModalMatrix;
 use crate::{Error, Result};
 use faer::Mat;
 
-/// Largest h ω of a kept mode: 2π steps to its period. The frequency of the scheme is low by the share (hω)²/12, 8 % at this limit.
+/// Largest h ω of a kept mode: 2π steps to its period. The frequency of the scheme is low by the share (hω)²/12, 8 %
+/// at this limit.
 pub const LIMIT: f64 = 1.0;
 
 /// Step and weight of the θ-method.
@@ -35,7 +36,8 @@ impl Scheme {
         let highest = omega.iter().copied().fold(0.0, f64::max);
         if self.step * highest > LIMIT {
             return Err(Error::Job(format!(
-                "analyses.transient.step is {:.4e} s, too long for the highest mode kept, {:.1} Hz: the limit is {:.4e} s, \
+                "analyses.transient.step is {:.4e} s, too long for the highest mode kept, {:.1} Hz: the limit \
+                 is {:.4e} s, \
                  2π steps to its period; take a shorter step or fewer modes",
                 self.step,
                 highest / (2.0 * std::f64::consts::PI),
@@ -45,8 +47,8 @@ impl Scheme {
         Ok(())
     }
 
-    /// Damping that the scheme adds to a motion of angular frequency `omega` (rad/s), 1/s: (θ − ½) ω² h. Half of it comes from the
-    /// force, half from the velocity, both of which are weighed with θ.
+    /// Damping that the scheme adds to a motion of angular frequency `omega` (rad/s), 1/s: (θ − ½) ω² h. Half of it
+    /// comes from the force, half from the velocity, both of which are weighed with θ.
     pub fn own_damping(&self, omega: f64) -> f64 {
         (self.theta - 0.5) * omega * omega * self.step
     }
@@ -94,7 +96,8 @@ impl Modal {
 }
 
 impl Motion for Modal {
-    /// W = S + θh²γ Ψ A⁻¹ Ψᵀ, m/N, `[3n, 3n]`, with the symmetric part of A⁻¹; what the skew one does is in [`lag`](Self::lag).
+    /// W = S + θh²γ Ψ A⁻¹ Ψᵀ, m/N, `[3n, 3n]`, with the symmetric part of A⁻¹; what the skew one does is in
+    /// [`lag`](Self::lag).
     fn operator(&self, model: &Model) -> Mat<f64> {
         let (h, theta) = (self.h, self.theta);
         let scaled = match &self.motion {
@@ -107,8 +110,8 @@ impl Motion for Modal {
         model.residual + &scaled * scaled.transpose()
     }
 
-    /// The step without the reaction at its end, from displacements `q`, velocities `v` and the modal reactions at its beginning
-    /// `f` (all `[m]`): (q, v) at the end.
+    /// The step without the reaction at its end, from displacements `q`, velocities `v` and the modal reactions at
+    /// its beginning `f` (all `[m]`): (q, v) at the end.
     fn free(&mut self, q: &[f64], v: &[f64], f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
         let (h, theta) = (self.h, self.theta);
         let (mut q_end, mut v_end) = (vec![0.0; q.len()], vec![0.0; q.len()]);
@@ -132,8 +135,9 @@ impl Motion for Modal {
         Ok((q_end, v_end))
     }
 
-    /// What the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal reactions: displacements of the modes, m √kg, `[m]`; none where there is
-    /// no such part. The steps take it from the reactions at their beginning, which changes the contact by less than the scheme's own error.
+    /// What the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal reactions:
+    /// displacements of the modes, m √kg, `[m]`; none where there is no such part. The steps take it from the
+    /// reactions at their beginning, which changes the contact by less than the scheme's own error.
     fn lag(&self, f: &[f64]) -> Option<Vec<f64>> {
         match &self.motion {
             Modes::Apart { .. } => None,
@@ -141,7 +145,8 @@ impl Motion for Modal {
         }
     }
 
-    /// Adds what the modal reactions at the end of the step, `f`, do: to the velocities hγ A⁻¹ f, to the displacements θh times that.
+    /// Adds what the modal reactions at the end of the step, `f`, do: to the velocities hγ A⁻¹ f, to the
+    /// displacements θh times that.
     fn add(&self, f: &[f64], q: &mut [f64], v: &mut [f64]) {
         let (h, theta) = (self.h, self.theta);
         match &self.motion {
@@ -180,7 +185,8 @@ impl Motion for Modal {
         }
     }
 
-    /// Energy that damping takes in a step, and the part of it that the axles of bodies that rotate supply, J; between the ends (q, v) of the step.
+    /// Energy that damping takes in a step, and the part of it that the axles of bodies that rotate supply, J;
+    /// between the ends (q, v) of the step.
     fn damped(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64])) -> (f64, f64) {
         match &self.motion {
             Modes::Apart { damping, .. } => {
@@ -206,7 +212,8 @@ mod tests {
 
     const OMEGA: f64 = 3000.0;
 
-    /// Angular frequency and decay rate, 1/s, of one free mode under the scheme, from its phase q + i v/ω; with its own damping c, 1/s.
+    /// Angular frequency and decay rate, 1/s, of one free mode under the scheme, from its phase q + i v/ω; with its
+    /// own damping c, 1/s.
     fn free_motion(scheme: Scheme, c: f64) -> (f64, f64) {
         let interface = Interface::new(vec![-1.0, 0.0, 1.0], vec![-1.0, 0.0, 1.0], vec![1.0; 9]).unwrap();
         let (residual, modes) = (Mat::<f64>::zeros(27, 27), Mat::<f64>::zeros(27, 1));

@@ -1,14 +1,15 @@
 //! The modes at the contact by what it can tell apart of them.
 //!
-//! A contact is small beside the waves of the modes that are kept: hundreds of modes move it in a few dozen ways. Ψ = B Cᵀ with r columns, to 1e-12, so
-//! that displacements of the contact and forces on the modes cost r and not m products a row.
+//! A contact is small beside the waves of the modes that are kept: hundreds of modes move it in a few dozen ways. Ψ =
+//! B Cᵀ with r columns, to 1e-12, so that displacements of the contact and forces on the modes cost r and not m
+//! products a row.
 
 use super::lines::{whole, Lines};
 use crate::dense::{add_columns, wide_dot};
 use faer::MatRef;
 
-/// Columns that are shorter than this part of the largest count as nothing. Mode shapes are known to 1e-9 at best; both sides of a step take the same B Cᵀ, so
-/// that energy stays what it is.
+/// Columns that are shorter than this part of the largest count as nothing. Mode shapes are known to 1e-9 at best;
+/// both sides of a step take the same B Cᵀ, so that energy stays what it is.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Ψ = B Cᵀ of N rows and m modes.
@@ -22,7 +23,8 @@ pub(super) struct Shapes {
     mix: Option<Mix>,
 }
 
-/// C, once row by row, `[m][r]`, and once column by column, `[r][m]`: products with both its sides read it in the order in which it lies.
+/// C, once row by row, `[m][r]`, and once column by column, `[r][m]`: products with both its sides read it in the
+/// order in which it lies.
 #[derive(Debug, Clone)]
 struct Mix {
     /// m.
@@ -35,7 +37,8 @@ impl Shapes {
     /// Those of Ψ, `[N, m]`.
     pub(super) fn new(modes: MatRef<'_, f64>) -> Self {
         let (n, m) = modes.shape();
-        // B and C together are to be smaller than Ψ, and as a step reads less of B than of C they are to be much smaller.
+        // B and C together are to be smaller than Ψ, and as a step reads less of B than of C they are to be much
+        // smaller.
         let limit = ((n * m).saturating_sub(1) / (n + m).max(1)).min(3 * m / 4);
         let Some([mut basis, mut mix]) = factors(modes, limit) else {
             return Self::whole(modes);
@@ -87,8 +90,9 @@ impl Shapes {
     }
 }
 
-/// Columns of B, `[r][N]`, and of C, `[r][m]`, of a matrix: Gram–Schmidt with the largest of the columns that are left first, until none is above [`NEGLIGIBLE`]. What is
-/// left is subtracted from the columns themselves, so B Cᵀ is the matrix whether B is orthogonal or not. `None` where that takes more than `limit`.
+/// Columns of B, `[r][N]`, and of C, `[r][m]`, of a matrix: Gram–Schmidt with the largest of the columns that are
+/// left first, until none is above [`NEGLIGIBLE`]. What is left is subtracted from the columns themselves, so B Cᵀ is
+/// the matrix whether B is orthogonal or not. `None` where that takes more than `limit`.
 fn factors(modes: MatRef<'_, f64>, limit: usize) -> Option<[Vec<Vec<f64>>; 2]> {
     let mut left = modes.to_owned();
     let m = left.ncols();
@@ -121,7 +125,8 @@ mod tests {
     use super::*;
     use faer::Mat;
 
-    /// Waves longer than the place where they are looked at: few ways to move it, and the same displacements and forces to nearly that. Modes that have nothing in common stay as they are.
+    /// Waves longer than the place where they are looked at: few ways to move it, and the same displacements and
+    /// forces to nearly that. Modes that have nothing in common stay as they are.
     #[test]
     fn long_waves_move_a_small_place_in_few_ways() {
         let (n, m) = (120, 60);

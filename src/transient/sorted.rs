@@ -11,7 +11,8 @@ pub(super) const LANES: usize = 8;
 /// A number of each of these nodes.
 pub(super) type Lane<T = f64> = [T; LANES];
 
-/// The number of each lane. Straight code over a few lanes is what the compiler turns into vector instructions, whatever it knows of the memory around.
+/// The number of each lane. Straight code over a few lanes is what the compiler turns into vector instructions,
+/// whatever it knows of the memory around.
 #[inline(always)]
 pub(super) fn lane<T>(of: impl FnMut(usize) -> T) -> Lane<T> {
     std::array::from_fn(of)

@@ -6,7 +6,8 @@ use super::stepper::State;
 use faer::Mat;
 
 impl State {
-    /// At rest under the nodal reactions `reaction` (tx, ty, p), N, `[3n]`, and the loads of the model; rigid-body modes are at 0.
+    /// At rest under the nodal reactions `reaction` (tx, ty, p), N, `[3n]`, and the loads of the model; rigid-body
+    /// modes are at 0.
     pub fn at_rest(model: &Model, reaction: &[f64], approach: f64) -> Self {
         let m = model.omega.len();
         let force = Mat::from_fn(m, 1, |k, _| {
@@ -31,7 +32,8 @@ impl State {
         Self { friction: friction.to_vec(), ..self }
     }
 
-    /// The same, moved by the real part of a complex mode: amplitude·Re(z), and its rate amplitude·Re(λ z), `z` of `[m]`.
+    /// The same, moved by the real part of a complex mode: amplitude·Re(z), and its rate amplitude·Re(λ z), `z` of
+    /// `[m]`.
     pub fn perturbed(
         mut self,
         mode: &[num_complex::Complex<f64>],
@@ -45,8 +47,8 @@ impl State {
         self
     }
 
-    /// The same, moved by velocities drawn evenly from (−1, 1), scaled to the kinetic energy `energy` (J). The same seed gives
-    /// the same state on every machine (SplitMix64; Steele, Lea and Flood, OOPSLA 2014).
+    /// The same, moved by velocities drawn evenly from (−1, 1), scaled to the kinetic energy `energy` (J). The same
+    /// seed gives the same state on every machine (SplitMix64; Steele, Lea and Flood, OOPSLA 2014).
     pub fn shaken(mut self, seed: u64, energy: f64) -> Self {
         let mut x = seed;
         let mut draw = || {

@@ -66,8 +66,8 @@ pub struct State {
     pub approach: f64,
     /// Rigid creep velocities, m/s, of the directions with a prescribed force.
     pub creep: [f64; 2],
-    /// Coefficients of friction that the material at the nodes remembers, `[n]`; empty where friction is constant. A start without them has that
-    /// at rest everywhere.
+    /// Coefficients of friction that the material at the nodes remembers, `[n]`; empty where friction is constant. A
+    /// start without them has that at rest everywhere.
     pub friction: Vec<f64>,
     /// Energies.
     pub energy: Energy,
@@ -124,8 +124,9 @@ impl<'a> Stepper<'a> {
         Self::made((model, shapes), settings, state, (motion, false))
     }
 
-    /// A stepper of bodies that `motion` moves. Ψ of the `model` picks the contact rows from its coordinates. What the future depends on is not all in the
-    /// [`State`], so that the stepper cannot be [put](Self::put) elsewhere or [settled](Self::settle).
+    /// A stepper of bodies that `motion` moves. Ψ of the `model` picks the contact rows from its coordinates. What
+    /// the future depends on is not all in the [`State`], so that the stepper cannot be [put](Self::put) elsewhere or
+    /// [settled](Self::settle).
     pub fn over(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Motion + 'a>) -> Result<Self> {
         let shapes = Shapes::whole(model.modes);
         Self::made((model, shapes), settings, state, (motion, true))
@@ -260,10 +261,10 @@ impl<'a> Stepper<'a> {
         &self.report
     }
 
-    /// The reactions that hold at the present displacements: those at the end of a first step, taken from here. To be called at
-    /// a start whose modes were perturbed and whose reactions were not. The state stays where it is in time. These
-    /// reactions are a step ahead of the displacements, and the work of closing what they leave open, p·v h, is that
-    /// of the start: the balance of energy is counted from the end of the first step.
+    /// The reactions that hold at the present displacements: those at the end of a first step, taken from here. To be
+    /// called at a start whose modes were perturbed and whose reactions were not. The state stays where it is in
+    /// time. These reactions are a step ahead of the displacements, and the work of closing what they leave open, p·v
+    /// h, is that of the start: the balance of energy is counted from the end of the first step.
     pub fn settle(&mut self) -> Result<()> {
         let kept = self.state.clone();
         for _ in 0..2 {
@@ -458,8 +459,9 @@ impl<'a> Stepper<'a> {
         self.shrink()
     }
 
-    /// The nodes that a step of a surface with mass begins with in contact, `[n]`: those that pressed at the end of the step before. Others come in where the step
-    /// would press them into each other. None where the gap without reactions decides.
+    /// The nodes that a step of a surface with mass begins with in contact, `[n]`: those that pressed at the end of
+    /// the step before. Others come in where the step would press them into each other. None where the gap without
+    /// reactions decides.
     fn touching(&self) -> Option<Vec<bool>> {
         let pressed = |i: usize| self.state.reaction[3 * i + 2] > 0.0;
         let n = self.model.interface.len();
@@ -582,7 +584,8 @@ impl<'a> Stepper<'a> {
             .collect()
     }
 
-    /// Reactions on the core, extrapolated by a polynomial in time as far as steps are known, and their response where it is known.
+    /// Reactions on the core, extrapolated by a polynomial in time as far as steps are known, and their response
+    /// where it is known.
     fn guess(&self) -> (Vec<f64>, Option<Vec<f64>>) {
         let weights: &[f64] = match self.past.len() {
             0 => return (self.core_reaction(), None),

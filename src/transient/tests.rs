@@ -12,7 +12,8 @@ use faer::Mat;
 const SOFT: f64 = 1e-6;
 const H: f64 = 1e-3;
 
-/// Five by five nodes half a metre apart, far from contact but for those of `near`, (node, gap in m). Node 8 lies at (0.5, −0.5).
+/// Five by five nodes half a metre apart, far from contact but for those of `near`, (node, gap in m). Node 8 lies at
+/// (0.5, −0.5).
 fn grid(near: &[(usize, f64)]) -> Interface {
     let x: Vec<f64> = (0..5).map(|i| 0.5 * (f64::from(i) - 2.0)).collect();
     let mut gap = vec![1.0; 25];
@@ -72,8 +73,8 @@ fn near(got: f64, want: f64, what: &str) {
     assert!((got - want).abs() <= 1e-9 * want.abs() + 1e-13, "{what}: {got:.12e}, expected {want:.12e}");
 }
 
-/// One node under growing approach, creep and spin: it slips where friction cannot hold it, and sticks where it can. Forces, fields,
-/// counts and all parts of the energy.
+/// One node under growing approach, creep and spin: it slips where friction cannot hold it, and sticks where it can.
+/// Forces, fields, counts and all parts of the energy.
 #[test]
 fn a_single_node_slips_and_sticks() {
     let (s, w, no) = (grid(&[(8, 0.0)]), springs(), none());
@@ -128,8 +129,8 @@ fn a_single_node_slips_and_sticks() {
     }
 }
 
-/// What is told of the nodes follows from their stresses and creep at every step, also where most of them have just come off each other and the
-/// working set has shrunk.
+/// What is told of the nodes follows from their stresses and creep at every step, also where most of them have just
+/// come off each other and the working set has shrunk.
 #[test]
 fn status_and_creep_belong_to_the_stresses_at_every_step() {
     let line = || (0..7).map(f64::from).collect::<Vec<f64>>();
@@ -219,7 +220,8 @@ fn a_growing_load_closes_more_nodes() {
     near(state.approach, 750.0 * SOFT, "approach");
 }
 
-/// A load that goes to zero and comes back rests on the nodes nearest to each other again; and so does one at a start without contact.
+/// A load that goes to zero and comes back rests on the nodes nearest to each other again; and so does one at a start
+/// without contact.
 #[test]
 fn a_load_that_comes_back_is_carried_again() {
     let (s, w, no) = (grid(&[(8, 0.0), (16, 0.5e-3)]), springs(), none());
@@ -239,7 +241,8 @@ fn a_load_that_comes_back_is_carried_again() {
     }
 }
 
-/// The reactions at a perturbed start are those of its displacements, and it stays where it is in time, at its place and speed.
+/// The reactions at a perturbed start are those of its displacements, and it stays where it is in time, at its place
+/// and speed.
 #[test]
 fn settling_finds_the_reactions_and_moves_nothing() {
     let (s, w) = (grid(&[(12, 0.0)]), springs());
@@ -432,8 +435,8 @@ fn damping_takes_what_a_free_mass_loses() {
     }
 }
 
-/// With θ > ½ force and velocity of a step are weighed alike: the work of the contact on the mode and what damping takes add up with
-/// what the scheme itself takes, which is known for a spring that stays closed.
+/// With θ > ½ force and velocity of a step are weighed alike: the work of the contact on the mode and what damping
+/// takes add up with what the scheme itself takes, which is known for a spring that stays closed.
 #[test]
 fn a_mass_on_a_contact_is_damped_by_the_scheme_as_by_a_spring() {
     let s = grid(&[(12, 0.0)]);

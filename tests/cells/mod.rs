@@ -1,4 +1,5 @@
-//! Meshes of every kind of cell: a unit cube of bricks, each divided into cells of first order; then nodes between, and any map of the cube.
+//! Meshes of every kind of cell: a unit cube of bricks, each divided into cells of first order; then nodes between,
+//! and any map of the cube.
 
 use railsqueal::mesh::{CellKind, Cells, Facet, Mesh};
 use std::collections::HashMap;
@@ -172,7 +173,8 @@ pub fn all(n: usize) -> Vec<(String, Mesh)> {
     all
 }
 
-/// A ring about an axis parallel to y with the contact point at the origin: the cube's x is the radius, its y the angle, its z the width, m.
+/// A ring about an axis parallel to y with the contact point at the origin: the cube's x is the radius, its y the
+/// angle, its z the width, m.
 pub fn ring(mesh: &Mesh, inner: f64, outer: f64, width: f64) -> Mesh {
     let mut ring = mapped(mesh, |[r, angle, y]| {
         let (r, angle) = (inner + (outer - inner) * r, 2.0 * std::f64::consts::PI * angle);

@@ -52,7 +52,8 @@ fn wrong_types_and_values() {
     refused_key(&format!("{lower}/poisson"), json!(0.5), &["poisson: found 0.5, expected a number > -1 and < 0.5"]);
 }
 
-/// A set of Abaqus is found whatever its case, one of Gmsh by its letters; who is not found is told where such a name is given.
+/// A set of Abaqus is found whatever its case, one of Gmsh by its letters; who is not found is told where such a name
+/// is given.
 #[test]
 fn names_of_groups_depend_on_case_in_gmsh_alone() {
     let root = env!("CARGO_MANIFEST_DIR");

@@ -18,8 +18,9 @@ fn rolling() -> Value {
     job
 }
 
-/// The transient begins with the steady state of its laws and keeps it, to what the difference over the way of a step is from the derivative (4e-5 of the force;
-/// the forces with laws at the nodes are 3 % others). The stress at the nodes makes their forces, and two ranks find what one does.
+/// The transient begins with the steady state of its laws and keeps it, to what the difference over the way of a step
+/// is from the derivative (4e-5 of the force; the forces with laws at the nodes are 3 % others). The stress at the
+/// nodes makes their forces, and two ranks find what one does.
 #[test]
 fn a_transient_keeps_the_steady_state_on_one_rank_and_on_two() {
     let folder = Folder::with(rolling().to_string());

@@ -97,7 +97,8 @@ fn half_spaces_have_a_curve() {
     assert!(hdf5::File::open(folder.path("job.h5")).expect("results").dataset("creep_curve/eigenvalue").is_err());
 }
 
-/// A point that does not converge has its code and message, the others are computed; what no point can have is refused before anything is computed.
+/// A point that does not converge has its code and message, the others are computed; what no point can have is
+/// refused before anything is computed.
 #[test]
 fn failures_and_bad_input() {
     let wanted = json!({ "key": "lateral", "values": [0.0, 0.005, 0.0] });

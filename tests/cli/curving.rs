@@ -23,7 +23,8 @@ fn curving_prints_all_wheels_beside_the_discretised_contact() {
     for part in ["radius 100", "leading axle", "angle of attack", "trailing outer", "forces by the creep law"] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    // The law is near the discretised contact where one creepage rules, and off by an eighth of the bound with much spin.
+    // The law is near the discretised contact where one creepage rules, and off by an eighth of the bound with much
+    // spin.
     let own = text.lines().skip_while(|l| !l.starts_with("forces by the creep law")).skip(2);
     let apart: Vec<f64> = own.filter_map(|l| l.split_whitespace().last()?.parse().ok()).collect();
     assert!(apart.len() >= 5 && apart[0] < 0.02 && apart.iter().all(|a| *a < 0.15), "{text}");

@@ -132,7 +132,8 @@ fn a_stopped_map_sounds_the_same() {
     assert_eq!(bits(&stopped), bits(&whole));
 }
 
-/// A point of the map beside a run of its own that nothing has shortened: amplitude, forces and their harmonics, stick, frequency and sound.
+/// A point of the map beside a run of its own that nothing has shortened: amplitude, forces and their harmonics,
+/// stick, frequency and sound.
 #[test]
 fn a_point_of_the_map_is_the_single_run() {
     let sound = json!({ "min_frequency": 200, "max_frequency": 600 });

@@ -140,7 +140,10 @@ fn a_run_is_continued_with_its_own_job_longer_and_with_other_histories() {
     let short = "analyses.transient.duration=0.02";
     call(&[short], &["--output", &output, "--wall-time", "0.001"]).failed(5, &["after 700 of 2000 steps"]);
     let bent = |from: f64| {
-        format!("analyses.transient.histories.lateral=[[0, 0.010000000000000002], [{from}, 0.010000000000000002], [0.03, 0.008]]")
+        format!(
+            "analyses.transient.histories.lateral=[[0, 0.010000000000000002], [{from}, \
+         0.010000000000000002], [0.03, 0.008]]"
+        )
     };
     let longer = "analyses.transient.duration=0.03";
     call(&[longer, &bent(0.006)], &["--resume", &output]).failed(2, &["another job", "histories.lateral"]);
@@ -171,7 +174,8 @@ fn without_steps() -> Folder {
     Folder::with(job.to_string())
 }
 
-/// Where a file refers to a text of variable length: four bytes of its length, eight of the place of its heap, four of its number there.
+/// Where a file refers to a text of variable length: four bytes of its length, eight of the place of its heap, four
+/// of its number there.
 fn reference(bytes: &[u8], length: usize) -> usize {
     let little = |at: usize, n: usize| bytes[at..at + n].iter().rev().fold(0, |sum, b| sum << 8 | usize::from(*b));
     let heap = |at: usize| bytes.get(at..at.saturating_add(4)) == Some(&b"GCOL"[..]);

@@ -4,12 +4,15 @@ use super::program::*;
 use serde_json::{json, Value};
 use std::fmt::Write;
 
-/// The section of the cylinders of `jobs/swept-curve.json`, in mm, x along the axle from the mid-plane: quadrilaterals of 9 nodes, `n` times `m` of them, the
-/// running line on the crown's arc about its apex at `apex`.
+/// The section of the cylinders of `jobs/swept-curve.json`, in mm, x along the axle from the mid-plane:
+/// quadrilaterals of 9 nodes, `n` times `m` of them, the running line on the crown's arc about its apex at `apex`.
 fn drawing(n: usize, m: usize, apex: f64) -> String {
     let (rows, columns) = (2 * n + 1, 2 * m + 1);
     let tag = |i: usize, j: usize| i * columns + j + 1;
-    let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"running\"\n1 2 \"bore\"\n2 3 \"steel\"\n$EndPhysicalNames\n");
+    let mut text = String::from(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"running\"\n1 2 \
+     \"bore\"\n2 3 \"steel\"\n$EndPhysicalNames\n",
+    );
     writeln!(text, "$Nodes\n{}", rows * columns).expect("text");
     for i in 0..rows {
         for j in 0..columns {
@@ -69,8 +72,8 @@ fn numbers(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
     file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// A section from a file rolls as the built-in one: frequencies, compliance, forces, growth; on two ranks as on one, and the file is among what the result
-/// came from.
+/// A section from a file rolls as the built-in one: frequencies, compliance, forces, growth; on two ranks as on one,
+/// and the file is among what the result came from.
 #[test]
 fn a_drawn_section_rolls_as_the_built_in_one() {
     let folder = Folder::with(coarse().to_string());
@@ -199,7 +202,8 @@ fn worn() -> Value {
     job
 }
 
-/// 60E1 whose head is 8 mm lower: lighter by those 8 mm of a head 72 mm wide. Its forces are those of the same profiles.
+/// 60E1 whose head is 8 mm lower: lighter by those 8 mm of a head 72 mm wide. Its forces are those of the same
+/// profiles.
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn a_worn_rail_carries_the_wheel() {

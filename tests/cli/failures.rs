@@ -9,7 +9,8 @@ use std::process::Command;
 fn output_that_cannot_be_written() {
     let folder = Folder::with(small().to_string());
     for ranks in [1, 2] {
-        // A folder that is not there; a file where a folder should be (root may write to any folder, but not into a file).
+        // A folder that is not there; a file where a folder should be (root may write to any folder, but not into a
+        // file).
         let ran = folder.call(ranks, "run", &["--output", &folder.text("no/such/run.h5")]);
         ran.failed(6, &["no/such/run.h5", "cannot write"]);
         let ran = folder.call(ranks, "run", &["--output", &folder.text("job.json/run.h5")]);
@@ -206,7 +207,8 @@ fn one_rank_alone_fails() {
     folder.untouched();
 }
 
-/// The system refuses what the factorisation asks for, although the estimate beforehand found enough: exit 7, with what was needed.
+/// The system refuses what the factorisation asks for, although the estimate beforehand found enough: exit 7, with
+/// what was needed.
 #[test]
 fn a_factorisation_that_does_not_fit() {
     let folder = Folder::with(job("annulus.json").to_string());
@@ -219,8 +221,8 @@ fn a_factorisation_that_does_not_fit() {
     folder.untouched();
 }
 
-/// Whatever address space there is: the run comes to its end, or is refused. Without a look beforehand OpenBLAS asks for its buffers for ever where
-/// MUMPS has taken what there was.
+/// Whatever address space there is: the run comes to its end, or is refused. Without a look beforehand OpenBLAS asks
+/// for its buffers for ever where MUMPS has taken what there was.
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn under_any_limit_of_the_address_space_a_run_ends() {
@@ -275,7 +277,8 @@ fn a_rank_that_is_lost_ends_the_others() {
     folder.untouched();
 }
 
-/// The same at a shift of the full system, where the first factorisations fitted: real, and complex where the damping of the bodies differs.
+/// The same at a shift of the full system, where the first factorisations fitted: real, and complex where the damping
+/// of the bodies differs.
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn factorisations_at_a_shift_that_do_not_fit() {

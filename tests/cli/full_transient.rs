@@ -38,8 +38,8 @@ fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// What is left out of the modes is small over a period; a run that is continued is the run that was not stopped, to the last bit; two ranks find
-/// what one does, from the same phase of the mode.
+/// What is left out of the modes is small over a period; a run that is continued is the run that was not stopped, to
+/// the last bit; two ranks find what one does, from the same phase of the mode.
 #[test]
 fn all_degrees_of_freedom_move_as_the_modes_do() {
     let folder = Folder::with(short("full").to_string());
@@ -65,7 +65,8 @@ fn all_degrees_of_freedom_move_as_the_modes_do() {
     assert!(swing > 1.0 && ranks < 1e-6 && left_out < 0.01, "{swing} N, two ranks {ranks:e}, modes {left_out:e}");
 }
 
-/// Along an eigenvector of the full system the motion is that of its eigenvalue: it grows and turns as this says, and energy is balanced.
+/// Along an eigenvector of the full system the motion is that of its eigenvalue: it grows and turns as this says, and
+/// energy is balanced.
 #[test]
 fn all_degrees_of_freedom_grow_as_their_eigenvalue_says() {
     let mut job = coarse(json!({ "step": 1e-5, "duration": 5e-3, "modal_stride": 5 }));
@@ -99,8 +100,8 @@ fn all_degrees_of_freedom_grow_as_their_eigenvalue_says() {
     assert!(balance.last().expect("steps").abs() < 1e-9 * friction.last().expect("steps"), "{:?}", balance.last());
 }
 
-/// A file of `--reuse` without fields has no mode shapes: no motion along a mode can be made, and no amplitudes of modes be found. What needs neither is the
-/// run without `--reuse`.
+/// A file of `--reuse` without fields has no mode shapes: no motion along a mode can be made, and no amplitudes of
+/// modes be found. What needs neither is the run without `--reuse`.
 #[test]
 fn an_earlier_run_without_mode_shapes_serves_what_needs_none() {
     let folder = Folder::with(short("full").to_string());

@@ -1,5 +1,6 @@
-//! Results that are kept in the tree (`tests/golden`, written by `scripts/golden tree`): what the program writes today has the same
-//! datasets with the same shapes, units and descriptions, and the same values. `scripts/golden compare` does this with many more jobs.
+//! Results that are kept in the tree (`tests/golden`, written by `scripts/golden tree`): what the program writes
+//! today has the same datasets with the same shapes, units and descriptions, and the same values. `scripts/golden
+//! compare` does this with many more jobs.
 
 use super::program::*;
 use hdf5::types::{FloatSize, TypeDescriptor};
@@ -85,8 +86,8 @@ fn signed(kept: &[f64], found: &[f64], modes: usize) -> Vec<f64> {
     found.iter().enumerate().map(|(i, v)| signs[i % modes] * v).collect()
 }
 
-/// The rows of eigenvalues that oscillate. Overdamped motion of the contact moves the bodies by rounding only, and so are the shares of
-/// their modes in it.
+/// The rows of eigenvalues that oscillate. Overdamped motion of the contact moves the bodies by rounding only, and so
+/// are the shares of their modes in it.
 fn of_oscillations(rows: &[f64], kept: &BTreeMap<String, Dataset>) -> Vec<f64> {
     let Values::Complex(values) = &kept["/stability/eigenvalue"].values else { panic!("eigenvalues are complex") };
     let width = rows.len() / values.len();

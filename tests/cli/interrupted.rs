@@ -168,8 +168,8 @@ fn largest(model: &hdf5::File, z: &[num_complex::Complex64]) -> f64 {
     squares.chunks_exact(3).map(|c| c.iter().sum::<f64>().sqrt()).fold(0.0, f64::max)
 }
 
-/// The start of a run along a mode: as large as asked for, with the reactions that hold there; and a run that is continued counts its own
-/// steps.
+/// The start of a run along a mode: as large as asked for, with the reactions that hold there; and a run that is
+/// continued counts its own steps.
 #[test]
 fn a_start_is_as_large_as_asked_for_with_reactions_that_hold_there() {
     let (folder, model) = prepared();
@@ -253,8 +253,9 @@ fn killed_at_any_moment_a_run_loses_only_what_came_after_the_last_segment() {
     assert_eq!(folder.listing(), ["job.json", "model.h5", "run.h5", "whole.h5"]);
 }
 
-/// Without `--reuse` the finite elements are computed again, on two ranks in another order of rounding, modes with other signs: the
-/// model that is kept makes the continued run the same. Its start is that of the unbroken run itself, copied from it as it goes.
+/// Without `--reuse` the finite elements are computed again, on two ranks in another order of rounding, modes with
+/// other signs: the model that is kept makes the continued run the same. Its start is that of the unbroken run
+/// itself, copied from it as it goes.
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn on_two_ranks_without_reuse_signals_and_kills_leave_what_continues_to_the_same_bits() {
@@ -326,8 +327,8 @@ fn everything(file: &Path) -> BTreeMap<String, String> {
     all
 }
 
-/// Modes with their shapes, then the compliance, are on the disk when they are made: killed after the modes, and again among the steps, the run makes
-/// neither again, and its files are those of the unbroken run.
+/// Modes with their shapes, then the compliance, are on the disk when they are made: killed after the modes, and
+/// again among the steps, the run makes neither again, and its files are those of the unbroken run.
 #[test]
 fn modes_and_their_shapes_are_made_once_however_often_a_run_is_killed() {
     let transient = json!({
@@ -379,8 +380,8 @@ fn modes_and_their_shapes_are_made_once_however_often_a_run_is_killed() {
     assert!(folder.listing().iter().all(|name| !name.contains("model")), "{:?}", folder.listing());
 }
 
-/// The first signal waits for the end of a segment, which does not come here; the second one does not. METIS has worked before: it puts handlers of its own
-/// in place of those there are.
+/// The first signal waits for the end of a segment, which does not come here; the second one does not. METIS has
+/// worked before: it puts handlers of its own in place of those there are.
 #[test]
 fn a_second_signal_ends_a_run_at_once() {
     let folder = Folder::with(sliding(json!({ "duration": 100, "contact_stride": 0, "segment": 200_000 })).to_string());
@@ -480,7 +481,8 @@ fn resummed(text: &str) -> String {
 fn a_step_that_does_not_converge_ends_the_run_with_its_state_saved() {
     let (folder, model) = prepared();
     let output = folder.text("run.h5");
-    // A load that all but vanishes, and less than rounding leaves of it on the way: at 70 kN more than is left is asked for, at 30 kN less.
+    // A load that all but vanishes, and less than rounding leaves of it on the way: at 70 kN more than is left is
+    // asked for, at 30 kN less.
     let load = "analyses.transient.histories.normal_load=[[0, 7e4], [0.01, 7e4], [0.02, 1e-3], [0.3, 1e-3]]";
     let law = r#"contact.friction={"exponential": {"static": 0.31, "kinetic": 0.3, "decay_velocity": 0.5}}"#;
     let sets = ["--set", load, "--set", law, "--set", "analyses.transient.tolerance=7e-17", "--reuse", &model];
@@ -498,7 +500,8 @@ fn a_step_that_does_not_converge_ends_the_run_with_its_state_saved() {
     folder.call(1, "run", &[&sets[..], &["--resume", &output]].concat()).failed(4, &["time step", "residual"]);
 }
 
-/// The disk fills up while segments are written, and again when the results are put together; with room the run goes on.
+/// The disk fills up while segments are written, and again when the results are put together; with room the run goes
+/// on.
 #[test]
 fn a_full_disk_in_the_middle_keeps_the_state() {
     let (folder, model) = prepared();

@@ -104,8 +104,8 @@ fn hultens_flutter_with_damping() {
     near(leading(&folder, 1, high, &[]).1, 86.6025, 1e-5);
 }
 
-/// One mass m = 2 kg on springs along x and y, without normal motion, slides along x under N = 50 N at v = 0.5 m/s: across the
-/// sliding D = μN/v damps, so that λ = −μN/(2 v m) ± i …, while along it nothing does.
+/// One mass m = 2 kg on springs along x and y, without normal motion, slides along x under N = 50 N at v = 0.5 m/s:
+/// across the sliding D = μN/v damps, so that λ = −μN/(2 v m) ± i …, while along it nothing does.
 #[test]
 fn sliding_damps_across_its_direction() {
     let folder = hulten(|job| {

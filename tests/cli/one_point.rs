@@ -1,4 +1,5 @@
-//! Stability with one point in place of the patch: its eigenvalues by formulas of its own, beside those of the patch, in file and summary.
+//! Stability with one point in place of the patch: its eigenvalues by formulas of its own, beside those of the patch,
+//! in file and summary.
 
 use super::program::*;
 use faer::Mat;
@@ -30,8 +31,8 @@ fn sliding() -> serde_json::Value {
     job
 }
 
-/// What the bodies are to a contact of one point: squared frequencies and damping, means (x, y, n) over the pressure of the modes and of their slopes
-/// along x, `[m]` each.
+/// What the bodies are to a contact of one point: squared frequencies and damping, means (x, y, n) over the pressure
+/// of the modes and of their slopes along x, `[m]` each.
 struct Modes {
     omega: Vec<f64>,
     mean: [Vec<f64>; 3],
@@ -91,8 +92,9 @@ impl Modes {
     }
 }
 
-/// By the linear theory and by a law that slides as much as it can, whose slopes are known: each eigenvalue makes the modal equations singular, which
-/// are put together here from modes, pressure and half-axes alone. Other laws slide as the second does. On one and on two ranks.
+/// By the linear theory and by a law that slides as much as it can, whose slopes are known: each eigenvalue makes the
+/// modal equations singular, which are put together here from modes, pressure and half-axes alone. Other laws slide
+/// as the second does. On one and on two ranks.
 #[test]
 fn eigenvalues_solve_the_modal_equations() {
     let folder = Folder::with(sliding().to_string());
@@ -128,7 +130,8 @@ fn eigenvalues_solve_the_modal_equations() {
         let again: Vec<Complex64> = read(&other, &name("eigenvalue"));
         assert!(values.iter().zip(&again).all(|(a, b)| (a - b).norm() < 1e-7 * b.norm()), "{values:?} {again:?}");
     }
-    // Each partner is where it says, and moves at much the same frequency; of what squeals a law that saturates has the sign and the size.
+    // Each partner is where it says, and moves at much the same frequency; of what squeals a law that saturates has
+    // the sign and the size.
     let patch: Vec<Complex64> = read(&file, "stability/eigenvalue");
     for law in ["linear", "shen_hedrick_elkins", "polach", "fastsim"] {
         let name = |what: &str| format!("stability/point/{law}/{what}");

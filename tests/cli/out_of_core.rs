@@ -4,7 +4,8 @@ use crate::program::{small, Folder};
 use crate::transient::{open, read};
 use serde_json::{json, Value};
 
-/// Real and complex factors of both bodies: modes in slices, compliance, eigenvalues of the full system with unlike damping.
+/// Real and complex factors of both bodies: modes in slices, compliance, eigenvalues of the full system with unlike
+/// damping.
 fn wanted() -> Value {
     let mut job = small();
     job["bodies"]["lower"]["damping"] = json!({ "alpha": 3.0 });

@@ -12,8 +12,9 @@ fn wheel_on_rail() -> Value {
     job("wheel-on-rail-contact.json")
 }
 
-/// `jobs/wheel-on-rail-contact.json` beside CONTACT, case 13 of the Manchester benchmark, left wheel: Fx 973 N and Fs −2845 N in its axes, on the rail, approach 22.78 µm,
-/// 578.5 MPa; the point of contact at −3.3 mm of the rail's profile. The same on two ranks.
+/// `jobs/wheel-on-rail-contact.json` beside CONTACT, case 13 of the Manchester benchmark, left wheel: Fx 973 N
+/// and Fs −2845 N in its axes, on the rail, approach 22.78 µm, 578.5 MPa; the point of contact at −3.3 mm of the
+/// rail's profile. The same on two ranks.
 #[test]
 fn the_forces_are_those_of_contact() {
     for ranks in [1, 2] {
@@ -120,8 +121,8 @@ fn wheel_on_a_stiff_rail() -> Value {
     job
 }
 
-/// On a rail without inertia one wheel mode has no phase to feed it: nothing squeals. Left and right are mirror images; two ranks have the same; what is
-/// known of a wheel damps it by its nodal diameters.
+/// On a rail without inertia one wheel mode has no phase to feed it: nothing squeals. Left and right are mirror
+/// images; two ranks have the same; what is known of a wheel damps it by its nodal diameters.
 #[test]
 fn a_wheel_on_a_stiff_rail_is_stable() {
     let folder = Folder::with(wheel_on_a_stiff_rail().to_string());
@@ -206,8 +207,8 @@ fn sweeps_move_the_wheel() {
     assert!(apart(1) < 1e-6 * 6e4 && apart(0) > 1.0, "{own:?} {swept:?}");
 }
 
-/// A sweep over places takes the modes of both sections from the first place, and makes its models from few numbers: what it finds at the second place is what a run there
-/// finds, which does neither.
+/// A sweep over places takes the modes of both sections from the first place, and makes its models from few numbers:
+/// what it finds at the second place is what a run there finds, which does neither.
 #[test]
 fn a_place_among_others_is_that_by_itself() {
     let mut job = job("wheel-at-given-yaw.json");
@@ -232,7 +233,8 @@ fn a_place_among_others_is_that_by_itself() {
     assert!((growth[1] - alone[0]).abs() > 1e-5 * rate, "{growth:?} 1/s, alone {alone:?}");
 }
 
-/// Where the placement is that under the load, the forces are those of half-spaces, whatever the rail gives way by, and a transient begins at rest.
+/// Where the placement is that under the load, the forces are those of half-spaces, whatever the rail gives way by,
+/// and a transient begins at rest.
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn a_rail_that_gives_way_has_the_forces_of_half_spaces() {
@@ -250,7 +252,8 @@ fn a_rail_that_gives_way_has_the_forces_of_half_spaces() {
         "{deflection:?}"
     );
     let history = numbers(&folder, "transient/force");
-    // Steps settle beside the steady state by what their operator of the leading edge is another one: 20 N at once, then 6 N, as wheels without a placement do.
+    // Steps settle beside the steady state by what their operator of the leading edge is another one: 20 N at once,
+    // then 6 N, as wheels without a placement do.
     let moved: Vec<f64> =
         history.chunks_exact(3).map(|f| (0..3).map(|c| (f[c] - force[c]).abs()).fold(0.0, f64::max)).collect();
     let largest = moved.iter().fold(0.0, |m: f64, v| m.max(*v));

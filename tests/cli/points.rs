@@ -1,4 +1,5 @@
-//! Contact points of bodies given by matrices beyond stability: in time, under a load, as receptances; against closed forms.
+//! Contact points of bodies given by matrices beyond stability: in time, under a load, as receptances; against closed
+//! forms.
 
 use super::program::*;
 use serde_json::{json, Value};
@@ -27,8 +28,8 @@ fn near(got: f64, want: f64, relative: f64) {
     assert!((got - want).abs() <= relative * want.abs(), "{got:.12}, expected {want:.12} within {relative:.0e}");
 }
 
-/// Growth rate, 1/s, and frequency, Hz, of a motion c + a exp(σt) cos(ωt + φ) sampled every `h` seconds, by least squares: its differences d
-/// follow d_{n+1} = 2 e^{σh} cos(ωh) d_n − e^{2σh} d_{n−1}.
+/// Growth rate, 1/s, and frequency, Hz, of a motion c + a exp(σt) cos(ωt + φ) sampled every `h` seconds, by least
+/// squares: its differences d follow d_{n+1} = 2 e^{σh} cos(ωh) d_n − e^{2σh} d_{n−1}.
 fn growth(samples: &[f64], h: f64) -> (f64, f64) {
     let d: Vec<f64> = samples.windows(2).map(|w| w[1] - w[0]).collect();
     let mut normal = [[0.0; 2]; 2];
@@ -46,7 +47,8 @@ fn growth(samples: &[f64], h: f64) -> (f64, f64) {
     (square.ln() / (2.0 * h), (0.5 * sum / square.sqrt()).acos() / (2.0 * PI * h))
 }
 
-/// Hultén's oscillator grows in time as its eigenvalue says, σ = 72.3586 1/s at 89.1354 Hz, with the second order of the midpoint rule.
+/// Hultén's oscillator grows in time as its eigenvalue says, σ = 72.3586 1/s at 89.1354 Hz, with the second order of
+/// the midpoint rule.
 #[test]
 fn hultens_flutter_grows_in_time() {
     let folder = with_matrices("hulten", |job| {
@@ -63,7 +65,8 @@ fn hultens_flutter_grows_in_time() {
         near(sigma, 72.3586, 1e-6);
         let modal = read(&folder, "transient/modal_displacement");
         let stride = (1e-3 / step).round() as usize;
-        // After the discrete motion that the eigenvector of the continuous one leaves out has died away, as exp(−72 t) against exp(72 t).
+        // After the discrete motion that the eigenvector of the continuous one leaves out has died away, as exp(−72
+        // t) against exp(72 t).
         let samples: Vec<f64> =
             modal.chunks_exact(2).skip((0.02 / step) as usize).step_by(stride).map(|q| q[0]).collect();
         let (rate, frequency) = growth(&samples, 1e-3);
@@ -77,8 +80,9 @@ fn hultens_flutter_grows_in_time() {
     }
 }
 
-/// A mass on a belt under Coulomb's constant friction swings about its place at rest. Its velocity never exceeds that of the belt: a larger
-/// motion sticks, and leaves the belt with the amplitude v/ω, which it keeps; a smaller one never sticks and keeps its own.
+/// A mass on a belt under Coulomb's constant friction swings about its place at rest. Its velocity never exceeds that
+/// of the belt: a larger motion sticks, and leaves the belt with the amplitude v/ω, which it keeps; a smaller one
+/// never sticks and keeps its own.
 #[test]
 fn a_mass_on_a_belt_settles_at_the_velocity_of_the_belt() {
     let (mass, stiffness, force, mu, v) = (2.0f64, 8e4, 500.0, 0.4, 0.2);
@@ -109,8 +113,8 @@ fn a_mass_on_a_belt_settles_at_the_velocity_of_the_belt() {
     }
 }
 
-/// Friction that falls and is remembered over 0.2 mm drives the mass on the belt in time as in the eigenvalue; without memory it would grow at
-/// −μ′N/2m = 21 1/s.
+/// Friction that falls and is remembered over 0.2 mm drives the mass on the belt in time as in the eigenvalue;
+/// without memory it would grow at −μ′N/2m = 21 1/s.
 #[test]
 fn falling_friction_drives_a_mass_on_a_belt_in_time() {
     let folder = with_matrices("belt", |job| {
@@ -131,7 +135,8 @@ fn falling_friction_drives_a_mass_on_a_belt_in_time() {
     near(found.1, frequency, 1e-4);
 }
 
-/// Two contacts of one body on springs that couple normal and tangential motion, under one load: the shares in closed form.
+/// Two contacts of one body on springs that couple normal and tangential motion, under one load: the shares in closed
+/// form.
 fn two_contacts(change: impl FnOnce(&mut Value)) -> Folder {
     let folder = with_matrices("belt", |job| {
         let contact = |t: i32, n: i32| json!({ "tangential": [t], "normal": n });
@@ -177,7 +182,8 @@ fn a_load_is_shared_by_its_contacts() {
         near(force[0], -mu * (forces[0] - forces[1]), 1e-9);
         near(force[2], -load, 1e-10);
     }
-    // Given one by one the same forces have the same eigenvalues, and rest stays rest in time, whichever way they are held.
+    // Given one by one the same forces have the same eigenvalues, and rest stays rest in time, whichever way they are
+    // held.
     let growth = read(&folder, "stability/growth_rate");
     let each = two_contacts(|job| {
         let point = |d: i32, force: f64| json!({ "direction": [d], "slip_velocity": 1, "force": force });

@@ -79,7 +79,8 @@ pub fn railsqueal(ranks: usize, args: &[&str]) -> Ran {
     start(ranks, args)
 }
 
-/// The same with no other run beside it. Ranks of a long run that share processors with others wait for the scheduler at each message: it takes four times as long.
+/// The same with no other run beside it. Ranks of a long run that share processors with others wait for the scheduler
+/// at each message: it takes four times as long.
 fn undisturbed(ranks: usize, args: &[&str]) -> Ran {
     let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
     start(ranks, args)
@@ -88,8 +89,9 @@ fn undisturbed(ranks: usize, args: &[&str]) -> Ran {
 fn start(ranks: usize, args: &[&str]) -> Ran {
     match ranks {
         1 => finish(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
-        // mpirun gives processes that are left when one has failed a second, twice, and sits these out where none is left. Ranks of the program tell what
-        // they have to tell before any of them ends. PRRTE, the launcher of Open MPI 5, has no such parameter.
+        // mpirun gives processes that are left when one has failed a second, twice, and sits these out where none is
+        // left. Ranks of the program tell what they have to tell before any of them ends. PRRTE, the launcher of Open
+        // MPI 5, has no such parameter.
         _ => finish(
             mpirun()
                 .env("OMPI_MCA_odls_base_sigkill_timeout", "0")

@@ -17,9 +17,9 @@ fn rail(frequency: Value) -> Value {
     job
 }
 
-/// The infinite Timoshenko beam on pads of 200 MN/m² with the loss factor 0.2, |α| in 1e-10 m/N and phase: 139 and −81° at 300 Hz, 25.7 and −123° at
-/// 500 Hz, 7.60 and −116° at 1000 Hz, of another program. What the contact yields by itself under the pressure is added, the same at all frequencies
-/// and about 0.6(1−ν²)/(Ea) of Hertz.
+/// The infinite Timoshenko beam on pads of 200 MN/m² with the loss factor 0.2, |α| in 1e-10 m/N and phase: 139 and
+/// −81° at 300 Hz, 25.7 and −123° at 500 Hz, 7.60 and −116° at 1000 Hz, of another program. What the contact yields
+/// by itself under the pressure is added, the same at all frequencies and about 0.6(1−ν²)/(Ea) of Hertz.
 #[test]
 fn the_rail_has_the_receptance_of_a_beam() {
     let folder = Folder::with(rail(json!([300, 500, 1000])).to_string());
@@ -131,8 +131,8 @@ fn what_a_rail_cannot_be_is_refused() {
     folder.refused(1, &[], 2, &["bodies.upper.track"]);
 }
 
-/// The sound of a rail under the forces of a wheel: the same to the last bit of a run that is continued, as loud on two ranks as on one, and without mode
-/// shapes of its own.
+/// The sound of a rail under the forces of a wheel: the same to the last bit of a run that is continued, as loud on
+/// two ranks as on one, and without mode shapes of its own.
 #[test]
 fn rails_are_heard() {
     let mut squeal = job("wheel-on-rail-squeal.json");

@@ -1,5 +1,5 @@
-//! Refusals of `check` are refusals of `run`, by the same code; warnings of it come once; what wrong files say cannot steer a
-//! terminal.
+//! Refusals of `check` are refusals of `run`, by the same code; warnings of it come once; what wrong files say cannot
+//! steer a terminal.
 
 use super::program::*;
 use serde_json::{json, Value};

@@ -100,7 +100,8 @@ fn a_stopped_run_is_drawn_as_far_as_it_came() {
     assert!(ran.good().out.contains("job-growth.svg") && folder.path("job-growth.svg").exists(), "{ran:?}");
 }
 
-/// The surfaces of meshes before a run: written, drawn, written again; nothing else is replaced; and written too where the job is refused.
+/// The surfaces of meshes before a run: written, drawn, written again; nothing else is replaced; and written too
+/// where the job is refused.
 #[test]
 fn meshes_are_shown_before_a_run() {
     let mut job: Value = serde_json::from_slice(include_bytes!("../../jobs/blocks.json")).expect("a job");
@@ -146,7 +147,8 @@ fn pages_show_what_there_is() {
     assert_eq!(ran.code, Some(0), "{}{}", ran.out, ran.err);
 }
 
-/// The macro for ParaView shows the contact that the file has: both bodies' cells between closed nodes. Only where ParaView is installed.
+/// The macro for ParaView shows the contact that the file has: both bodies' cells between closed nodes. Only where
+/// ParaView is installed.
 #[test]
 fn the_macro_shows_the_contact_in_paraview() {
     let root = env!("CARGO_MANIFEST_DIR");

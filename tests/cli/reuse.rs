@@ -59,7 +59,8 @@ fn the_earlier_model_gives_the_same_results_without_meshes() {
     assert!((a[0] - b[0]).abs() < 1e-8 * b[0].abs(), "{a:?} {}", b[0]);
 }
 
-/// Complex modes are recovered with the mode shapes that the earlier run wrote beside its results; without them the run says so.
+/// Complex modes are recovered with the mode shapes that the earlier run wrote beside its results; without them the
+/// run says so.
 #[test]
 fn complex_modes_come_from_the_shapes_of_the_earlier_run() {
     for mirrored in [false, true] {
@@ -85,7 +86,8 @@ fn complex_modes_come_from_the_shapes_of_the_earlier_run() {
             let largest = |file: &str| numbers(&folder, file, "VTKHDF/PointData/motion");
             let (a, b) = (largest("again.modes.vtkhdf"), largest("first.modes.vtkhdf"));
             if ranks == 2 {
-                // The eigenvector's own phase is arbitrary, but its largest component is made real; both bodies move alike where they are alike.
+                // The eigenvector's own phase is arbitrary, but its largest component is made real; both bodies move
+                // alike where they are alike.
                 assert!(difference(&a, &b) < 1e-5, "{:.1e}", difference(&a, &b));
             }
         }

@@ -29,8 +29,8 @@ fn rolling() -> Value {
     job
 }
 
-/// Reduced and full analysis agree, what growth is made of adds up to it, waves have their direction; the same on 1 and on 2 ranks. And rotation
-/// matters: the same job at rest has other growth rates.
+/// Reduced and full analysis agree, what growth is made of adds up to it, waves have their direction; the same on 1
+/// and on 2 ranks. And rotation matters: the same job at rest has other growth rates.
 #[test]
 fn stability_of_wheels_that_roll() {
     let mut job = rolling();
@@ -97,7 +97,8 @@ fn stability_of_wheels_that_roll() {
     assert!(!file.link_exists("stability/diameters") && !file.link_exists("modes/lower/wave_frequency"));
 }
 
-/// Speeds of a sweep turn the bodies faster, without new finite elements, and give what runs of their own give. Reused, too.
+/// Speeds of a sweep turn the bodies faster, without new finite elements, and give what runs of their own give.
+/// Reused, too.
 #[test]
 fn a_sweep_over_the_speed_turns_the_bodies() {
     let job = rolling();
@@ -121,7 +122,8 @@ fn a_sweep_over_the_speed_turns_the_bodies() {
     folder.call(1, "run", &still).failed(2, &["--reuse", "bodies.upper.axle"]);
 }
 
-/// Mirror images stay stable at any speed: by symmetry the normal force does not change with what slides, and without that friction feeds nothing.
+/// Mirror images stay stable at any speed: by symmetry the normal force does not change with what slides, and without
+/// that friction feeds nothing.
 #[test]
 fn mirror_images_that_roll_are_stable() {
     let mut job = rolling();
@@ -136,8 +138,8 @@ fn mirror_images_that_roll_are_stable() {
     assert_eq!(unstable, [0.0; 6]);
 }
 
-/// With the sliding velocity held, and so the damping of the friction, the spectrum of wheels that roll ever slower becomes that of wheels at rest: in proportion to Ω, but
-/// for single eigenvalues, to Ω².
+/// With the sliding velocity held, and so the damping of the friction, the spectrum of wheels that roll ever slower
+/// becomes that of wheels at rest: in proportion to Ω, but for single eigenvalues, to Ω².
 #[test]
 fn rolling_ever_slower_is_rest() {
     let job = rolling();
@@ -168,7 +170,8 @@ fn rolling_ever_slower_is_rest() {
     assert!(slow < 0.04 * fast, "{slow} rad/s at 0.02 m/s, {fast} at 1 m/s");
 }
 
-/// In time, on 1 and 2 ranks: the most unstable motion begins as it does in the linear analysis, at the frequency of the wheels that roll.
+/// In time, on 1 and 2 ranks: the most unstable motion begins as it does in the linear analysis, at the frequency of
+/// the wheels that roll.
 #[test]
 fn wheels_that_roll_in_time() {
     let mut job = rolling();

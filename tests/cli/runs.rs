@@ -39,7 +39,8 @@ fn the_number_of_ranks_does_not_matter() {
     }
 }
 
-/// Without the compliance, by corrections from static solves: the same forces as with it, on one body for both places and on two.
+/// Without the compliance, by corrections from static solves: the same forces as with it, on one body for both places
+/// and on two.
 #[test]
 fn multigrid_gives_the_forces_of_the_factorisation() {
     for (young, load) in [(205e9, json!({ "normal_load": 70e3 })), (70e9, json!({ "approach": 1.2e-4 }))] {
@@ -154,7 +155,8 @@ fn growth_rates(job: &serde_json::Value) -> Vec<f64> {
     rates
 }
 
-/// Mirror images are never unstable at constant friction; a contact off the mid-planes is, for one sign of the creepage.
+/// Mirror images are never unstable at constant friction; a contact off the mid-planes is, for one sign of the
+/// creepage.
 #[test]
 fn squeal_needs_a_contact_off_the_mid_plane_and_the_right_sign_of_creepage() {
     let mut mirrored = sliding([0.02, 0.02]);
@@ -201,7 +203,8 @@ fn receptances_begin_at_the_static_compliance() {
     folder.call(1, "run", &beyond).failed(2, &["analyses.receptance.frequency: 100000 Hz", "more modes"]);
 }
 
-/// A law that falls with the velocity makes modes grow faster than the same coefficient held constant; loss factors damp.
+/// A law that falls with the velocity makes modes grow faster than the same coefficient held constant; loss factors
+/// damp.
 #[test]
 fn falling_friction_drives_and_loss_factors_damp() {
     let mut job = sliding([0.03, 0.02]);
@@ -308,7 +311,8 @@ fn exchanged_bodies_have_the_same_spectrum() {
     }
 }
 
-/// The full system has the eigenvalues of the reduced model, the nearer the more modes are kept, on any number of ranks.
+/// The full system has the eigenvalues of the reduced model, the nearer the more modes are kept, on any number of
+/// ranks.
 #[test]
 fn the_reduced_model_converges_to_the_full_system() {
     let mut job = sliding([0.03, 0.02]);
@@ -376,7 +380,8 @@ fn check_modes(folder: &Folder, job: &serde_json::Value) {
     assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
 }
 
-/// Loss factors mean the same in both systems: the modes kept are damped, the rest is not. Shapes and their energies with it.
+/// Loss factors mean the same in both systems: the modes kept are damped, the rest is not. Shapes and their energies
+/// with it.
 #[test]
 fn modal_damping_is_that_of_the_full_system_too() {
     let mut job = sliding([0.03, 0.02]);
@@ -413,8 +418,8 @@ fn modal_damping_is_that_of_the_full_system_too() {
     }
 }
 
-/// Loss factors of modes leave out what springs with a loss factor of their own store: in the reduced system, in the full one, and in a model of an earlier run.
-/// Dashpots in place of that loss factor do not.
+/// Loss factors of modes leave out what springs with a loss factor of their own store: in the reduced system, in the
+/// full one, and in a model of an earlier run. Dashpots in place of that loss factor do not.
 #[test]
 fn springs_with_their_own_loss_are_not_damped_twice() {
     let mut job = sliding([0.03, 0.02]);
@@ -465,7 +470,8 @@ fn springs_with_their_own_loss_are_not_damped_twice() {
     assert!(first[0] > first[1] + 1.0, "{first:?}");
 }
 
-/// Complex modes play in VTK, keep to the supports and the contact, and their energies add up; on the reduced and on the full system.
+/// Complex modes play in VTK, keep to the supports and the contact, and their energies add up; on the reduced and on
+/// the full system.
 #[test]
 fn complex_modes_are_motions_of_the_bodies() {
     let mut job = sliding([0.03, 0.02]);

@@ -22,7 +22,8 @@ fn read<T: hdf5::H5Type>(file: &hdf5::File, name: &str) -> Vec<T> {
     file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// Load, speed (with the rotation of the bodies), creepages and friction, each the whole way through the steady state, with stick and without.
+/// Load, speed (with the rotation of the bodies), creepages and friction, each the whole way through the steady
+/// state, with stick and without.
 #[test]
 fn derivatives_equal_differences_of_runs() {
     let folder = Folder::with(rolling().to_string());
@@ -77,7 +78,8 @@ fn derivatives_equal_differences_of_runs() {
     }
 }
 
-/// The summary says what would end the growth of each unstable mode; every dataset is documented; without the key there is none of it.
+/// The summary says what would end the growth of each unstable mode; every dataset is documented; without the key
+/// there is none of it.
 #[test]
 fn cures_are_told_and_work() {
     let mut job = small();

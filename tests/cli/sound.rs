@@ -61,7 +61,8 @@ fn a_squealing_wheel_is_heard_in_the_band_of_its_mode_and_a_continued_run_sounds
         let lines: f64 = at("density").iter().sum::<f64>() * (found["frequency"][1] - found["frequency"][0]);
         assert!((lines / all - 1.0).abs() < 0.02, "{body}: lines {lines} W, bands {all} W");
     }
-    // Opposite the contact the rim moves most, and sides and rim together less than half as much in the square: a nodal diameter.
+    // Opposite the contact the rim moves most, and sides and rim together less than half as much in the square: a
+    // nodal diameter.
     let velocity: Vec<f64> = file.dataset("transient/point_velocity").and_then(|d| d.read_raw()).expect("velocity");
     let late = &velocity[3 * 500..];
     let square = late.iter().map(|v| v * v).sum::<f64>() / (late.len() / 3) as f64;

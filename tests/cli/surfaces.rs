@@ -9,7 +9,8 @@ fn numbers(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
     file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The paper's cylinders with elements of the `sizes` at the contact, large ones elsewhere, on patches of the half side `half`, m.
+/// The paper's cylinders with elements of the `sizes` at the contact, large ones elsewhere, on patches of the half
+/// side `half`, m.
 fn cylinders(sizes: [f64; 2], half: f64) -> Value {
     let mut job = small();
     for (body, size) in ["lower", "upper"].into_iter().zip(sizes) {
@@ -30,8 +31,9 @@ fn alike(folder: &Folder, [a, b]: [&str; 2], name: &str, tolerance: f64) {
     }
 }
 
-/// A common grid with lines where no mesh has them: forces, approach and the three largest growth rates of the same bodies on the nodes of their meshes. Of
-/// Hertz' approach nodes have somewhat more, and means about the nodes of a grid of five spacings in the half axis somewhat less.
+/// A common grid with lines where no mesh has them: forces, approach and the three largest growth rates of the same
+/// bodies on the nodes of their meshes. Of Hertz' approach nodes have somewhat more, and means about the nodes of a
+/// grid of five spacings in the half axis somewhat less.
 #[test]
 fn a_common_grid_has_what_matching_nodes_have() {
     let mut job = cylinders([7e-4, 7e-4], 7e-3);
@@ -48,8 +50,9 @@ fn a_common_grid_has_what_matching_nodes_have() {
     tolerances.into_iter().for_each(|(name, t)| alike(&folder, ["matched.h5", "common.h5"], name, t));
 }
 
-/// Elements of unlike sizes meet on a common grid without being asked to by more than that: the same forces on one and two ranks, and those of meshes
-/// that match, whose nodes yield 1 % more where they are 1 mm apart. ParaView has the contact on cells of the grid.
+/// Elements of unlike sizes meet on a common grid without being asked to by more than that: the same forces on one
+/// and two ranks, and those of meshes that match, whose nodes yield 1 % more where they are 1 mm apart. ParaView has
+/// the contact on cells of the grid.
 #[test]
 fn meshes_that_differ_roll_as_matching_ones() {
     let mut job = cylinders([1e-3, 1e-3], 8e-3);
@@ -70,8 +73,8 @@ fn meshes_that_differ_roll_as_matching_ones() {
     }
 }
 
-/// Cells of 10 mm, twice the half width of the contact, with the compliance "hybrid": CONTACT's lateral force of the paper's cylinders, −0.7177, within
-/// 0.5 %, on one and on two ranks.
+/// Cells of 10 mm, twice the half width of the contact, with the compliance "hybrid": CONTACT's lateral force of the
+/// paper's cylinders, −0.7177, within 0.5 %, on one and on two ranks.
 #[test]
 fn coarse_cells_roll_as_contact_does() {
     let mut job = cylinders([0.01, 0.01], 0.04);
@@ -89,8 +92,8 @@ fn coarse_cells_roll_as_contact_does() {
     }
 }
 
-/// Half the section of the ring of [`wheel`], in m from its axle: radii 0.25 to 0.46, width 0.08; nodes from the bore outwards, across, and twice as many as
-/// cells and one more.
+/// Half the section of the ring of [`wheel`], in m from its axle: radii 0.25 to 0.46, width 0.08; nodes from the bore
+/// outwards, across, and twice as many as cells and one more.
 const RADII: [f64; 5] = [0.25, 0.32, 0.39, 0.43, 0.46];
 const ACROSS: [f64; 9] = [-0.04, -0.026, -0.012, 0.0, 0.008, 0.016, 0.024, 0.032, 0.04];
 
@@ -122,7 +125,12 @@ fn section() -> String {
 
 /// A file of Gmsh, version 2.2.
 fn file(names: [&str; 3], nodes: &str, count: usize, elements: &[String]) -> String {
-    let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n{}\n$EndPhysicalNames\n$Nodes\n{count}\n{nodes}$EndNodes\n$Elements\n{}\n", names.join("\n"), elements.len());
+    let mut text = format!(
+        "$MeshFormat\n2.2 0 \
+     8\n$EndMeshFormat\n$PhysicalNames\n3\n{}\n$EndPhysicalNames\n$Nodes\n{count}\n{nodes}$EndNodes\n$Elements\n{}\n",
+        names.join("\n"),
+        elements.len()
+    );
     elements.iter().enumerate().for_each(|(k, e)| writeln!(text, "{} {e}", k + 1).expect("text"));
     text + "$EndElements\n"
 }
@@ -130,12 +138,14 @@ fn file(names: [&str; 3], nodes: &str, count: usize, elements: &[String]) -> Str
 /// Angles of the corners over π, from the contact point at the bottom.
 const AROUND: [f64; 16] = [0.0, 0.02, 0.045, 0.08, 0.13, 0.2, 0.28, 0.36, 0.44, 0.52, 0.6, 0.68, 0.76, 0.84, 0.92, 1.0];
 
-/// The ring of that section in three dimensions, standing on the running circle: hexahedra of 20 nodes, small ones about the contact.
+/// The ring of that section in three dimensions, standing on the running circle: hexahedra of 20 nodes, small ones
+/// about the contact.
 fn wheel() -> String {
     ring(&RADII, &ACROSS, &AROUND)
 }
 
-/// The rim of a wheel with cells of 2.9 mm where a contact that is 14 mm beside the running circle reaches: nodes 1.45 mm apart.
+/// The rim of a wheel with cells of 2.9 mm where a contact that is 14 mm beside the running circle reaches: nodes
+/// 1.45 mm apart.
 fn fine_rim() -> String {
     let radii = [0.36, 0.42, 0.445, 0.456, 0.46];
     // The flange is towards +y, so that is the other side.
@@ -146,7 +156,8 @@ fn fine_rim() -> String {
     ring(&radii, &across, &near.chain(far).collect::<Vec<f64>>())
 }
 
-/// A ring of hexahedra of 20 nodes between radii, m, places across, m, and angles over π on either side of the contact point.
+/// A ring of hexahedra of 20 nodes between radii, m, places across, m, and angles over π on either side of the
+/// contact point.
 fn ring(radii: &[f64], across: &[f64], half: &[f64]) -> String {
     let (r, y) = (twice(radii), twice(across));
     let all = half[1..].iter().rev().map(|v| -v).chain(half.iter().copied()).map(|v| v * std::f64::consts::PI);
@@ -207,8 +218,8 @@ fn placed(folder: &Folder, mesh: Value) -> Value {
     job
 }
 
-/// A wheel of hexahedra where the placement says it is: as the one that is swept from the same section, on either side of the track, turning; the same on two
-/// ranks.
+/// A wheel of hexahedra where the placement says it is: as the one that is swept from the same section, on either
+/// side of the track, turning; the same on two ranks.
 #[test]
 fn a_mesh_stands_where_its_section_does() {
     let folder = Folder::with("{}");
@@ -278,7 +289,8 @@ fn a_mesh_stands_where_its_section_does() {
     }
 }
 
-/// What the upper body yields by at nodes of the contact under forces on others, 10 to 25 mm beside them, as means over all such pairs, m/N, `[3][3]` in (x, y, n).
+/// What the upper body yields by at nodes of the contact under forces on others, 10 to 25 mm beside them, as means
+/// over all such pairs, m/N, `[3][3]` in (x, y, n).
 fn far_yielding(folder: &Folder, file: &str) -> [[f64; 3]; 3] {
     let (x, y) = (numbers(folder, file, "reduced/x"), numbers(folder, file, "reduced/y"));
     let compliance = numbers(folder, file, "reduced/upper/compliance");
@@ -298,9 +310,9 @@ fn far_yielding(folder: &Folder, file: &str) -> [[f64; 3]; 3] {
     sum.map(|row| row.map(|v| v / pairs))
 }
 
-/// The compliance of the elements of a wheel on a placement, whose contact is tilted against them, beside that of a half-space and what the rest adds, on one
-/// mesh. Far from a force both yield alike, also along y by forces along n, which a tilt to the wrong side would change by 7 pm/N; so do forces, approach and
-/// growth. The same on two ranks.
+/// The compliance of the elements of a wheel on a placement, whose contact is tilted against them, beside that of a
+/// half-space and what the rest adds, on one mesh. Far from a force both yield alike, also along y by forces along n,
+/// which a tilt to the wrong side would change by 7 pm/N; so do forces, approach and growth. The same on two ranks.
 #[test]
 fn elements_of_a_placed_wheel_yield_as_a_half_space_and_the_rest_do() {
     let folder = Folder::with("{}");

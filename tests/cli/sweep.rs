@@ -76,7 +76,8 @@ fn points_equal_single_runs_on_any_number_of_ranks() {
     }
 }
 
-/// From rest to full sliding in small steps every point has its state and its eigenvalues, and fewer and fewer nodes stick. With a second key the map dots what sticks in part.
+/// From rest to full sliding in small steps every point has its state and its eigenvalues, and fewer and fewer nodes
+/// stick. With a second key the map dots what sticks in part.
 #[test]
 fn a_sweep_goes_from_stick_to_full_sliding_without_a_gap() {
     let range = json!({ "from": 0.0, "to": 0.014, "count": 29 });
@@ -100,8 +101,8 @@ fn a_sweep_goes_from_stick_to_full_sliding_without_a_gap() {
     assert!(sticking.windows(2).all(|w| w[1] <= w[0]), "{sticking:?}");
     let first = sticking.iter().position(|s| *s == 0).expect("full sliding");
     assert!((10..25).contains(&first), "{sticking:?}");
-    // On this coarse grid the growth rate rises where nodes leave stick, by a large part where the last ones do; while the same number sticks it
-    // hardly moves, on either side.
+    // On this coarse grid the growth rate rises where nodes leave stick, by a large part where the last ones do;
+    // while the same number sticks it hardly moves, on either side.
     let rates = file.read::<f64>("sweep/growth_rate");
     let whole = rates[28] - rates[0];
     assert!(whole > 1.0 && rates.windows(2).all(|w| w[1] > w[0] - 0.01 * whole), "{rates:?}");
@@ -123,8 +124,8 @@ fn a_sweep_goes_from_stick_to_full_sliding_without_a_gap() {
     assert!(drawn.good().out.contains("map"), "{drawn:?}");
 }
 
-/// Bodies of revolution that are mirror images of each other, supports and meshes included, are stable at any constant friction
-/// whatever the direction of sliding.
+/// Bodies of revolution that are mirror images of each other, supports and meshes included, are stable at any
+/// constant friction whatever the direction of sliding.
 #[test]
 fn mirror_images_are_stable_for_every_friction_and_direction() {
     let mut job = sliding(json!({ "keys": {
@@ -146,7 +147,8 @@ fn mirror_images_are_stable_for_every_friction_and_direction() {
     let file = Sweep::open(folder.path("job.h5"));
     let rates = file.read::<f64>("sweep/growth_rate");
     assert!(rates.len() == 28 && rates.iter().all(|r| *r < 0.0), "{rates:?}");
-    // Rayleigh damping alone would leave the least damped mode at −(α + βω²)/2 of the lowest frequency; nothing rises above it by much.
+    // Rayleigh damping alone would leave the least damped mode at −(α + βω²)/2 of the lowest frequency; nothing rises
+    // above it by much.
     let lowest: Vec<f64> = hdf5::File::open(folder.path("job.h5"))
         .and_then(|f| f.dataset("modes/lower/frequency"))
         .and_then(|d| d.read_raw())
@@ -155,7 +157,8 @@ fn mirror_images_are_stable_for_every_friction_and_direction() {
     assert!(rates.iter().all(|r| *r < 0.5 * alone), "{rates:?}, damping alone {alone}");
 }
 
-/// A load that the patch does not hold, and one that it does: the file is written, the exit code says that a point failed.
+/// A load that the patch does not hold, and one that it does: the file is written, the exit code says that a point
+/// failed.
 #[test]
 fn a_point_that_fails_leaves_the_others() {
     let sweep = json!({ "keys": { "contact.normal_load": [70e3, 1e6, 60e3], "contact.friction": [0.3, 0.4] } });
@@ -185,7 +188,8 @@ fn a_point_that_fails_leaves_the_others() {
     }
 }
 
-/// The point of the job itself fails, in its contact or already in its supports: the points of the sweep are computed all the same.
+/// The point of the job itself fails, in its contact or already in its supports: the points of the sweep are computed
+/// all the same.
 #[test]
 fn points_are_computed_although_that_of_the_job_fails() {
     let mut job = sliding(json!({ "keys": { "contact.normal_load": [60e3, 70e3] } }));

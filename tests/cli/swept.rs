@@ -25,11 +25,10 @@ fn at_rest() -> Value {
     job
 }
 
-/// `jobs/swept-curve.json`: frequencies of a program of its own with elements of one size, which the singular corners of the clamped bores make up to
-/// 1.1e-3 too high, and
-/// growth rates with rigid sliding within 3 % of those on the compliance of a half-space with constants, 8.79, 6.27 and 2.99 1/s; finite elements of
-/// three dimensions
-/// have 8.77, 6.28 and 2.96 1/s with 0.35 mm at the contact.
+/// `jobs/swept-curve.json`: frequencies of a program of its own with elements of one size, which the singular corners
+/// of the clamped bores make up to 1.1e-3 too high, and growth rates with rigid sliding within 3 % of those on the
+/// compliance of a half-space with constants, 8.79, 6.27 and 2.99 1/s; finite elements of three dimensions have 8.77,
+/// 6.28 and 2.96 1/s with 0.35 mm at the contact.
 #[test]
 fn the_narrow_curve_squeals_as_with_meshes() {
     let mut job = at_rest();
@@ -48,7 +47,8 @@ fn the_narrow_curve_squeals_as_with_meshes() {
     assert!(growth[3] < 0.0, "{growth:?}");
 }
 
-/// Modes, compliance and growth are the same on two ranks, with wheels that roll, and from the reduced model of the earlier run at another speed.
+/// Modes, compliance and growth are the same on two ranks, with wheels that roll, and from the reduced model of the
+/// earlier run at another speed.
 #[test]
 fn ranks_and_reuse_change_nothing() {
     let mut job = coarse();
@@ -167,8 +167,8 @@ fn keys_that_do_not_go_together_are_named() {
     }
 }
 
-/// Modes on meshes that show them: those of both bodies, and the complex ones over their period; the same on two ranks. They touch at
-/// the contact point.
+/// Modes on meshes that show them: those of both bodies, and the complex ones over their period; the same on two
+/// ranks. They touch at the contact point.
 #[test]
 fn swept_modes_are_shown() {
     let mut job = coarse();
@@ -207,8 +207,8 @@ fn swept_modes_are_shown() {
     assert!(!folder.listing().iter().any(|name| name.ends_with(".vtkhdf")), "{:?}", folder.listing());
 }
 
-/// The sound of swept wheels: in the band of the mode that squeals, as loud on one rank as on two, and the same to the last bit of a run that is
-/// continued.
+/// The sound of swept wheels: in the band of the mode that squeals, as loud on one rank as on two, and the same to
+/// the last bit of a run that is continued.
 #[test]
 fn swept_wheels_are_heard() {
     let mut job = coarse();
@@ -239,7 +239,8 @@ fn swept_wheels_are_heard() {
             power[own] > 0.9 * power.iter().sum::<f64>() && power[own] > 0.0,
             "{body}: {power:?} W at {centres:?} Hz"
         );
-        // Wheels of the radius 0.5 m: about one at 422 Hz, as long as the wave is against them (0.98 in baffles); air flows around them at 200 Hz.
+        // Wheels of the radius 0.5 m: about one at 422 Hz, as long as the wave is against them (0.98 in baffles); air
+        // flows around them at 200 Hz.
         assert!(sigma[own] > 0.9 && sigma[own] < 1.2 && sigma[0] < 0.1, "{body}: {sigma:?}");
         levels.push(of("total_level_a")[0]);
         let pressure = of("pressure_level_a")[0];

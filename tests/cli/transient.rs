@@ -121,8 +121,8 @@ fn node_of(fields: &hdf5::File, body: i8, at: &[f64]) -> usize {
     (0..bodies.len()).find(near).expect("the node of a point")
 }
 
-/// At rest points and bodies stand where the finite elements have them, however few modes are kept; in motion they depend on them little, the
-/// velocity is the rate of the displacement, and the number of ranks does not matter.
+/// At rest points and bodies stand where the finite elements have them, however few modes are kept; in motion they
+/// depend on them little, the velocity is the rate of the displacement, and the number of ranks does not matter.
 #[test]
 fn points_move_as_the_whole_body_does() {
     let points: Vec<Value> = [("lower", -1.0), ("upper", 1.0)]
@@ -293,7 +293,8 @@ fn what_cannot_be_integrated_is_refused() {
     assert_eq!(folder.listing(), ["job.json", "x.model.h5"]);
 }
 
-/// θ = 0.51 takes some percent of the growth at 10 µs, θ = 0.5 nothing, θ = 0.501 less than 2 %: the damping (θ − ½) ω²h.
+/// θ = 0.51 takes some percent of the growth at 10 µs, θ = 0.5 nothing, θ = 0.501 less than 2 %: the damping (θ − ½)
+/// ω²h.
 #[test]
 fn damping_by_the_scheme_is_warned_of_above_two_percent() {
     let transient = json!({ "duration": 1e-4, "start": { "mode": 1 } });
@@ -324,7 +325,8 @@ fn damping_by_the_scheme_is_warned_of_above_two_percent() {
     }
 }
 
-/// Tables of constant values say the same as the keys whose place they take, at the start too; a load that is held is there at every step.
+/// Tables of constant values say the same as the keys whose place they take, at the start too; a load that is held is
+/// there at every step.
 #[test]
 fn histories_take_the_place_of_keys() {
     let start = json!({ "state": "steady", "random": { "seed": 1, "energy": 1e-3 } });

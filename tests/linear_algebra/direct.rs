@@ -165,7 +165,8 @@ fn solve(world: &World) {
     }
 }
 
-/// Solutions, entries of the inverse, inertia and a second factorisation; the folder holds the factors, and nothing at the end.
+/// Solutions, entries of the inverse, inertia and a second factorisation; the folder holds the factors, and nothing
+/// at the end.
 fn out_of_core(world: &World) {
     let place = tempfile::tempdir().unwrap();
     let mine = World::new(mpi::traits::Communicator::duplicate(&world.comm));

@@ -70,7 +70,8 @@ fn run(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize) -> Mod
     found
 }
 
-/// Up to `limit`: what is found about different shifts is as orthogonal as it has converged, the rest to working precision.
+/// Up to `limit`: what is found about different shifts is as orthogonal as it has converged, the rest to working
+/// precision.
 fn orthonormal(world: &World, m: &DistCsr, found: &Modes, limit: f64) {
     let operator = m.operator(world);
     for (j, x) in found.vectors.iter().enumerate() {

@@ -3,8 +3,8 @@
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::DistCsr;
 
-/// The first of two sizes; the second where RAILSQUEAL_SMALL is set: under valgrind, which works a hundred times as long, and for which the way through the code
-/// counts and not the size.
+/// The first of two sizes; the second where RAILSQUEAL_SMALL is set: under valgrind, which works a hundred times as
+/// long, and for which the way through the code counts and not the size.
 pub fn sized<T>(usual: T, small: T) -> T {
     if std::env::var_os("RAILSQUEAL_SMALL").is_some() {
         small
@@ -71,8 +71,8 @@ pub fn brick(world: &World, n: usize) -> (DistCsr, DistCsr) {
     brick_of(world, [n; 3], 1.0 / n as f64)
 }
 
-/// Stiffness (Poisson's ratio 0.3, unit modulus) and consistent mass (unit density) of a block of `n` trilinear cubes of
-/// edge `h`, clamped at x = 0. Rows are three per node, nodes ordered x slowest.
+/// Stiffness (Poisson's ratio 0.3, unit modulus) and consistent mass (unit density) of a block of `n` trilinear cubes
+/// of edge `h`, clamped at x = 0. Rows are three per node, nodes ordered x slowest.
 pub fn brick_of(world: &World, n: [usize; 3], h: f64) -> (DistCsr, DistCsr) {
     block_of(world, n, h, true)
 }

@@ -177,8 +177,8 @@ fn damped_chain(world: &World) {
     }
 }
 
-/// The chain's masses tied in pairs (2i, 2i+1) by multipliers g: M is singular, K indefinite. What is left is a chain of half as many
-/// masses of 2 with springs 1: λ = ± iω, ω² = 2 sin²(kπ / 2(p + 1)) for p pairs.
+/// The chain's masses tied in pairs (2i, 2i+1) by multipliers g: M is singular, K indefinite. What is left is a chain
+/// of half as many masses of 2 with springs 1: λ = ± iω, ω² = 2 sin²(kπ / 2(p + 1)) for p pairs.
 fn saddle_point(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let pairs = 40u64;

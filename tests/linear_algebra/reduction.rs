@@ -17,8 +17,8 @@ pub const CHECKS: &[Check] = &[
 /// Degrees of freedom of the orders that are reduced densely and sparsely.
 const ORDERS: [usize; 2] = [300, 1500];
 
-/// A chain of unit masses and springs of 1 N/m, free or between walls, with proportional and other damping. Contact 1 has the first mass
-/// as its normal and mass 11, turned round, along x; contact 2 the last mass as its normal.
+/// A chain of unit masses and springs of 1 N/m, free or between walls, with proportional and other damping. Contact 1
+/// has the first mass as its normal and mass 11, turned round, along x; contact 2 the last mass as its normal.
 fn chain(n: usize, free: bool) -> Matrices {
     let end = |i: usize| if free && (i == 0 || i == n - 1) { 1.0 } else { 2.0 };
     let k = (0..n).map(|i| (i, i, end(i)));

@@ -1,5 +1,5 @@
-//! What bodies of every kind give to contact, by every method of their trait: the same on any number of ranks, and the same whether a body is
-//! of finite elements or given by its matrices.
+//! What bodies of every kind give to contact, by every method of their trait: the same on any number of ranks, and
+//! the same whether a body is of finite elements or given by its matrices.
 
 use crate::dense::dense;
 use crate::stability::body as block_on_a_foot;
@@ -144,7 +144,8 @@ pub fn every_body_gives_what_it_says(world: &World) {
     assert!(given.omega.is_empty() && given.compliance.is_none_or(|c| largest(c.as_ref()) == 0.0));
 }
 
-/// A body of finite elements and the same one by its matrices: small ones, treated densely, and large ones; by either eigensolver.
+/// A body of finite elements and the same one by its matrices: small ones, treated densely, and large ones; by either
+/// eigensolver.
 pub fn elements_are_their_matrices(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     for layers in [3, 14] {

@@ -13,7 +13,8 @@ use railsqueal::petsc::mumps::{Factor, FactorOptions, Symmetry};
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
 
-/// A block of nx × ny × nz hexahedra over `size`, its inner nodes moved by `move_node`; groups `left` (x = 0) and `right`.
+/// A block of nx × ny × nz hexahedra over `size`, its inner nodes moved by `move_node`; groups `left` (x = 0) and
+/// `right`.
 pub fn block(n: [usize; 3], size: [f64; 3], move_node: impl Fn([f64; 3]) -> [f64; 3]) -> Mesh {
     let mut mesh = Mesh::default();
     let id = |i: usize, j: usize, k: usize| (i + (n[0] + 1) * (j + (n[1] + 1) * k)) as u32;
@@ -74,8 +75,8 @@ fn shake(x: [f64; 3], h: f64) -> [f64; 3] {
     std::array::from_fn(|c| x[c] + 0.2 * h * (s[c] * 43.7).sin())
 }
 
-/// A linear displacement makes no force at the inner nodes of a distorted mesh (patch test), a rigid motion none at all,
-/// and the mass matrix weighs the block.
+/// A linear displacement makes no force at the inner nodes of a distorted mesh (patch test), a rigid motion none at
+/// all, and the mass matrix weighs the block.
 pub fn patch_test(world: &World) {
     let mesh = block([5, 4, 3], [1.0, 0.8, 0.6], |x| shake(x, 0.2));
     let (part, dofs, ops) = body(world, &mesh, &[]);
@@ -144,8 +145,8 @@ fn halves(world: &World, part: &MeshPart, dofs: &DofMap, ops: &Operators) {
     }
 }
 
-/// Deflection of a cantilever of slenderness 20 under an end load, one element through its height: no locking in bending.
-/// Timoshenko: w = F L³/(3EI) + F L/(κGA), κ = 10(1+ν)/(12+11ν).
+/// Deflection of a cantilever of slenderness 20 under an end load, one element through its height: no locking in
+/// bending. Timoshenko: w = F L³/(3EI) + F L/(κGA), κ = 10(1+ν)/(12+11ν).
 pub fn cantilever(world: &World) {
     let (l, b, h, force) = (2.0f64, 0.1, 0.1f64, 1e3);
     let (e, nu) = (STEEL.young, STEEL.poisson);
@@ -163,8 +164,8 @@ pub fn cantilever(world: &World) {
     assert!(error.abs() < 0.01, "tip deflection {w:e} m, beam theory {exact:e} m, error {error:.4}");
 }
 
-/// Second order in the energy norm's square: the compliance of a short cantilever under a shear load converges to that of a finer mesh
-/// with the order of the element.
+/// Second order in the energy norm's square: the compliance of a short cantilever under a shear load converges to
+/// that of a finer mesh with the order of the element.
 pub fn convergence_order(world: &World) {
     let size = [1.0, 0.5, 0.5];
     let compliance = |n: usize| {

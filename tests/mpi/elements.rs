@@ -1,4 +1,5 @@
-//! Every kind of cell, alone and mixed, distributed: patch test, order of convergence, modes of an annulus, rotation, radiators.
+//! Every kind of cell, alone and mixed, distributed: patch test, order of convergence, modes of an annulus, rotation,
+//! radiators.
 
 use crate::cells::{all, census, mapped, mixed, named, raised, ring, second, uniform, Split};
 use railsqueal::body::elements::{Elements, Method};
@@ -43,7 +44,8 @@ fn shaken(mesh: &Mesh) -> Mesh {
     corners
 }
 
-/// A mesh of first order with its corners shaken, brought to the order of `mesh`, whose corners are its first nodes: its edges stay straight.
+/// A mesh of first order with its corners shaken, brought to the order of `mesh`, whose corners are its first nodes:
+/// its edges stay straight.
 fn distorted(mesh: &Mesh) -> Mesh {
     let corners = mesh.cells.iter().flat_map(|c| &c.nodes[..c.kind.corners()]).max().map_or(0, |n| *n as usize + 1);
     let mut linear = Mesh { nodes: mesh.nodes[..corners].to_vec(), ..Mesh::default() };
@@ -53,7 +55,8 @@ fn distorted(mesh: &Mesh) -> Mesh {
     raised(&linear, |_| kinds.next().unwrap())
 }
 
-/// A linear displacement makes no force within a distorted mesh and the same stress everywhere, a rigid motion no force at all; mass and volume.
+/// A linear displacement makes no force within a distorted mesh and the same stress everywhere, a rigid motion no
+/// force at all; mass and volume.
 pub fn patch_test(world: &World) {
     for (name, mesh) in all(2) {
         let mesh = distorted(&mesh);
@@ -93,8 +96,8 @@ pub fn patch_test(world: &World) {
     }
 }
 
-/// Energy of a cube clamped all around under the load of u = (1, ½, −¼) sin πx sin πy sin πz, which is smooth: it converges at twice the order of
-/// the elements to ∫ f·u dV = π² (λ + 4μ) |a|²/8.
+/// Energy of a cube clamped all around under the load of u = (1, ½, −¼) sin πx sin πy sin πz, which is smooth: it
+/// converges at twice the order of the elements to ∫ f·u dV = π² (λ + 4μ) |a|²/8.
 pub fn convergence_order(world: &World) {
     let (l, mu) = STEEL.lame();
     let a = [1.0, 0.5, -0.25];
@@ -151,7 +154,8 @@ fn annulus(world: &World, n: [usize; 3], split: Split, full: bool, fixed: &[Stri
     (mesh, body)
 }
 
-/// Frequencies of free rings of second-order cells converge at nearly the fourth order, from meshes that are coarse; the rotation forms of one with a clamped bore.
+/// Frequencies of free rings of second-order cells converge at nearly the fourth order, from meshes that are coarse;
+/// the rotation forms of one with a clamped bore.
 pub fn modes_of_an_annulus(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let axis = Axis::below(0.5);
@@ -195,7 +199,8 @@ pub fn modes_of_an_annulus(world: &World) {
     }
 }
 
-/// The free surface as radiators: area, and the square of a motion along the axis, of faces with three and four corners.
+/// The free surface as radiators: area, and the square of a motion along the axis, of faces with three and four
+/// corners.
 pub fn radiators_of_any_faces(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     for split in [Split::Brick, Split::Wedges, Split::Tetrahedra] {

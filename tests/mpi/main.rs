@@ -128,7 +128,8 @@ fn main() {
     exit(if failed == 0 { 0 } else { 101 });
 }
 
-/// Runs the tests on all ranks of this world. A panic on one rank aborts the world: the others may wait in a collective call.
+/// Runs the tests on all ranks of this world. A panic on one rank aborts the world: the others may wait in a
+/// collective call.
 fn run_in_world(filter: &str) {
     let universe = mpi::initialize().expect("MPI starts");
     let world = World::new(mpi::traits::Communicator::duplicate(&universe.world()));

@@ -1,4 +1,5 @@
-//! A wheel that turns: frequencies of its waves against an axisymmetric solution, against the same in a frame that turns with it, and what is refused.
+//! A wheel that turns: frequencies of its waves against an axisymmetric solution, against the same in a frame that
+//! turns with it, and what is refused.
 
 use crate::elasticity::block;
 use faer::Mat;
@@ -60,8 +61,9 @@ fn bilinear(world: &World, a: &DistCsr, left: &[Vec<f64>], right: &[Vec<f64>]) -
     Mat::from_fn(m, right.len(), |i, j| all[i + m * j])
 }
 
-/// The first pairs of one, two and three nodal diameters of the annulus. Their g = n + γ, φ_sᵀGφ_c = 2g at 1 rad/s, and the splits at 20 rad/s are
-/// those of an axisymmetric solution with Fourier series in the angle, converged: 0.98363, 1.96576, 2.94582; ±3.131, ±6.257, ±9.377 Hz.
+/// The first pairs of one, two and three nodal diameters of the annulus. Their g = n + γ, φ_sᵀGφ_c = 2g at 1 rad/s,
+/// and the splits at 20 rad/s are those of an axisymmetric solution with Fourier series in the angle, converged:
+/// 0.98363, 1.96576, 2.94582; ±3.131, ±6.257, ±9.377 Hz.
 pub fn an_annulus_splits_its_pairs(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let axis = Axis::below(RADIUS);
@@ -92,7 +94,8 @@ pub fn an_annulus_splits_its_pairs(world: &World) {
     }
 }
 
-/// All pairs up to the second of two nodal diameters, g and the waves at 20 rad/s, are those of the section of the annulus, where each order is by itself and exact in the angle.
+/// All pairs up to the second of two nodal diameters, g and the waves at 20 rad/s, are those of the section of the
+/// annulus, where each order is by itself and exact in the angle.
 pub fn further_pairs_are_those_of_their_orders(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let (axis, speed) = (Axis::below(RADIUS), 20.0);
@@ -141,8 +144,10 @@ pub fn further_pairs_are_those_of_their_orders(world: &World) {
     }
 }
 
-/// On a mesh that is distorted and nothing like a body of revolution, all to rounding: rigid rotations a × r, b × r across the axis have u_a·G u_b = (a × b)·ê times the polar moment of inertia, translations none; their K_c is the
-/// mass of a × W. D′ of a rigid motion, a × W − ê × u, is one, so that the material does not feel it: K D′u = 0; and D′ between them is what the program makes of G and of the mass.
+/// On a mesh that is distorted and nothing like a body of revolution, all to rounding: rigid rotations a × r, b × r
+/// across the axis have u_a·G u_b = (a × b)·ê times the polar moment of inertia, translations none; their K_c is the
+/// mass of a × W. D′ of a rigid motion, a × W − ê × u, is one, so that the material does not feel it: K D′u = 0; and
+/// D′ between them is what the program makes of G and of the mass.
 pub fn rigid_motions_on_a_distorted_mesh(world: &World) {
     let skewed = |x: [f64; 3]| {
         let bend = (31.0 * x[0] + 17.0 * x[1] + 23.0 * x[2]).sin();
@@ -208,8 +213,9 @@ pub fn rigid_motions_on_a_distorted_mesh(world: &World) {
     }
 }
 
-/// The frequencies p of waves in the fixed frame, and p − nΩ of the same in the frame that turns with the wheel, where the equations have Coriolis's
-/// term 2Ω ê× and the centrifugal one −Ω² instead, assembled here from mass and modes alone.
+/// The frequencies p of waves in the fixed frame, and p − nΩ of the same in the frame that turns with the wheel,
+/// where the equations have Coriolis's term 2Ω ê× and the centrifugal one −Ω² instead, assembled here from mass and
+/// modes alone.
 pub fn fixed_and_turning_frame_agree(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let axis = Axis::below(RADIUS);
@@ -261,7 +267,8 @@ pub fn fixed_and_turning_frame_agree(world: &World) {
     assert_eq!(ModalMatrix::from(rotation.stiffness.clone()).asymmetry(), 0.0);
 }
 
-/// Of a free body the prestress balances what it swings with: K_σ − K_c vanishes for rigid rotations, to the integrals of x² and z² of the mesh.
+/// Of a free body the prestress balances what it swings with: K_σ − K_c vanishes for rigid rotations, to the
+/// integrals of x² and z² of the mesh.
 pub fn prestress_of_a_free_wheel_balances_rigid_rotations(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let axis = Axis::below(RADIUS);
@@ -315,7 +322,8 @@ pub fn prestress_of_a_free_wheel_balances_rigid_rotations(world: &World) {
     assert!((by_stress[(4, 4)] / convected[(4, 4)] - 1.0).abs() < 1e-9, "{} {}", by_stress[(4, 4)], convected[(4, 4)]);
 }
 
-/// A wheel that nothing holds: of its six motions as a whole only the precession of the axis oscillates, with Ω I_p/I_t, and the pairs of its elastic modes split.
+/// A wheel that nothing holds: of its six motions as a whole only the precession of the axis oscillates, with Ω
+/// I_p/I_t, and the pairs of its elastic modes split.
 pub fn a_free_wheel_precesses(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let speed = 20.0;
@@ -334,7 +342,8 @@ pub fn a_free_wheel_precesses(world: &World) {
     let precession = found[5].frequency * 2.0 * PI / speed;
     assert!((precession / ratio - 1.0).abs() < 5e-3, "{precession} of the speed, expected {ratio}");
     assert!((found[5].diameters.abs() - 1.0).abs() < 0.01, "{:?}", found[5]);
-    // The material does not feel a motion of the whole, whatever its rotation makes of it: K D′u = 0, so D′u has no part in elastic modes.
+    // The material does not feel a motion of the whole, whatever its rotation makes of it: K D′u = 0, so D′u has no
+    // part in elastic modes.
     for (i, j) in (6..modes.omega.len()).flat_map(|i| (0..6).map(move |j| (i, j))) {
         let felt = rotation.derivative[(i, j)];
         assert!(felt.abs() < 2e-3, "{felt} of motion {j} in mode {i}");

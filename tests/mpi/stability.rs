@@ -129,7 +129,8 @@ pub fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
     BodyModes { omega, residual: vec![0.0; count], vectors }
 }
 
-/// [K, C, M] of the whole system, unknowns (u1, u2, r), every rank: w = u1 − u2, gap change = (u2 − u1)·z with the upper body reflected in z.
+/// [K, C, M] of the whole system, unknowns (u1, u2, r), every rank: w = u1 − u2, gap change = (u2 − u1)·z with the
+/// upper body reflected in z.
 fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearContact) -> [Mat<f64>; 3] {
     let bodies = [0, 1].map(|b| &all[places[b].body]);
     let damping = [0, 1].map(|b| places[b].damping);
@@ -179,8 +180,8 @@ fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearC
             }
         }
     }
-    // Unknowns and factors that make w_x, w_y and the opening of a node. Both bodies are kept in lower form, so the opening is minus the sum of
-    // their z displacements.
+    // Unknowns and factors that make w_x, w_y and the opening of a node. Both bodies are kept in lower form, so the
+    // opening is minus the sum of their z displacements.
     let motion = |node: usize, c: usize| {
         let sign = if c == 2 { [-1.0, -1.0] } else { [1.0, -1.0] };
         [0, 1].map(|b| (first[b] + rows[b][3 * node + c] as usize, sign[b]))
@@ -301,7 +302,8 @@ fn full_systems(bodies: &[FeBody]) -> Vec<&dyn FullSystem> {
     bodies.iter().map(|b| b as &dyn FullSystem).collect()
 }
 
-/// The dense reference: eigenvalues, and K, C, M of the coupled system. Rank 0 computes for all: ranks that do the same get in each other's way.
+/// The dense reference: eigenvalues, and K, C, M of the coupled system. Rank 0 computes for all: ranks that do the
+/// same get in each other's way.
 struct Reference {
     exact: Vec<C>,
     matrices: [Mat<f64>; 3],
@@ -375,7 +377,8 @@ fn judge(
         let hits = found.pairs.iter().filter(|p| near(p.value, *v)).count();
         assert_eq!(hits, twins, "{v} of {promised:?}");
     }
-    // Any one of them taken away (those found beyond the wedge are not promised): the comparison that ends every run misses it.
+    // Any one of them taken away (those found beyond the wedge are not promised): the comparison that ends every run
+    // misses it.
     let values: Vec<C> = found.pairs.iter().map(|p| p.value).collect();
     let wedge = Wedge::new(LIMIT, 0.2);
     partners(&values, &promised, &wedge, 1e-3).unwrap();
@@ -501,7 +504,8 @@ pub fn modal_against_rayleigh_damping(world: &World) {
     compare(world, &bodies, [DampedBody::rayleigh(0, damping), upper], &contact());
 }
 
-/// Springs and dashpots under the foot of one body, an end that absorbs under that of the other: damping that no modes are diagonal in.
+/// Springs and dashpots under the foot of one body, an end that absorbs under that of the other: damping that no
+/// modes are diagonal in.
 pub fn bodies_on_dashpots(world: &World) {
     let springs = Support {
         group: "foot".into(),
@@ -522,8 +526,9 @@ pub fn bodies_on_dashpots(world: &World) {
     compare(world, &bodies, [0, 1].map(|b| DampedBody::rayleigh(b, damping)), &contact());
 }
 
-/// Bodies that rotate, one of them against the other and with its modes damped: the inverse knows what the modes see of it, the eigenpairs all. At the lowest shift they are improved
-/// together, at higher ones, which the modes do not reach, each solution is corrected.
+/// Bodies that rotate, one of them against the other and with its modes damped: the inverse knows what the modes see
+/// of it, the eigenpairs all. At the lowest shift they are improved together, at higher ones, which the modes do not
+/// reach, each solution is corrected.
 pub fn bodies_that_rotate(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
@@ -550,7 +555,8 @@ pub fn bodies_that_rotate(world: &World) {
     compare_blocks(world, &bodies[..1], &[lower, DampedBody::rayleigh(0, damping)], &contact());
 }
 
-/// A bar along x of which one end is free, on either side, so that on several ranks some have no rows at all, or none of the contact.
+/// A bar along x of which one end is free, on either side, so that on several ranks some have no rows at all, or none
+/// of the contact.
 fn bar(world: &World, name: &str, free_end: f64) -> FeBody {
     let (nx, nz) = (8, 2);
     let mut mesh = block([nx, 1, nz], [0.4, 0.05, 0.1], |x| x);
@@ -589,7 +595,8 @@ fn small_contact() -> LinearContact {
     LinearContact { nodes: contact().nodes.into_iter().zip([1, 3]).map(moved).collect(), ..LinearContact::default() }
 }
 
-/// Ranks without any unknown, and ranks without contact rows, with real and with complex factorisations and damped modes.
+/// Ranks without any unknown, and ranks without contact rows, with real and with complex factorisations and damped
+/// modes.
 pub fn ranks_without_rows(world: &World) {
     for free_end in [1.0, -1.0] {
         let bodies = [bar(world, "lower", free_end), bar(world, "upper", free_end)];
@@ -614,7 +621,8 @@ pub fn ranks_without_rows(world: &World) {
     }
 }
 
-/// A pair that is none has the backward error |P(λ)x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) of the equations assembled here, which sees the eigenvalue and the vector.
+/// A pair that is none has the backward error |P(λ)x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) of the equations assembled
+/// here, which sees the eigenvalue and the vector.
 pub fn backward_errors(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];

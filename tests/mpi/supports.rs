@@ -1,4 +1,5 @@
-//! Bodies on springs, dashpots and planes of symmetry, with masses, with ends that absorb, and bodies that nothing holds: against closed forms.
+//! Bodies on springs, dashpots and planes of symmetry, with masses, with ends that absorb, and bodies that nothing
+//! holds: against closed forms.
 
 use crate::dense::dense;
 use crate::elasticity::{block, group};
@@ -40,7 +41,8 @@ fn modes(world: &World, fe: FeBody, count: usize, by: sparse::Method) -> TraceMo
     body.modes(Extent::Count(count), &mut |_, _| {}).unwrap()
 }
 
-/// A bar along x of `n` elements over `length`, 0.1 m × 0.1 m, with the groups `left`, `right`, and `sides_y`, `sides_z` along it.
+/// A bar along x of `n` elements over `length`, 0.1 m × 0.1 m, with the groups `left`, `right`, and `sides_y`,
+/// `sides_z` along it.
 fn bar(n: usize, length: f64) -> Mesh {
     let mut mesh = block([n, 1, 1], [length, 0.1, 0.1], |x| x);
     let id = |i: usize, j: usize, k: usize| (i + (n + 1) * (j + 2 * k)) as u32;
@@ -77,7 +79,8 @@ fn near(found: f64, exact: f64, tolerance: f64, what: &str) {
     assert!((found / exact - 1.0).abs() < tolerance, "{what}: {found:e}, exact {exact:e}");
 }
 
-/// A block on springs and dashpots all over one face: the six motions of a rigid one, their damping, and the balance of a static load.
+/// A block on springs and dashpots all over one face: the six motions of a rigid one, their damping, and the balance
+/// of a static load.
 pub fn a_block_on_springs(world: &World) {
     let size = [0.3, 0.2, 0.1];
     let [l, b, h] = size;
@@ -134,7 +137,8 @@ pub fn a_block_on_springs(world: &World) {
     };
     let again = modes(world, body(world, &mesh, STEEL, &[], &[per, rest]), 6, sparse::Method::Blocks);
     for (a, b) in again.omega.iter().zip(&found.omega) {
-        // Rounding of a stiffness of some 5e10 N/m beside the modal one of the lowest motion, 2.6e4 N/m: 4e-10 of ω², times a few.
+        // Rounding of a stiffness of some 5e10 N/m beside the modal one of the lowest motion, 2.6e4 N/m: 4e-10 of ω²,
+        // times a few.
         near(*a, *b, 3e-9, "ω by springs per area");
     }
     if let (Some(lossy), Some(dashpots)) = (&again.damping, &found.damping) {
@@ -157,7 +161,8 @@ pub fn a_block_on_springs(world: &World) {
     near(mean, 1e3 / kx, 1e-9, "displacement of the springs under a load");
 }
 
-/// Bars that only stretch: a mass at the end, a spring at the end, and what a dashpot makes of the lowest mode of a stiff one.
+/// Bars that only stretch: a mass at the end, a spring at the end, and what a dashpot makes of the lowest mode of a
+/// stiff one.
 pub fn a_bar_with_a_mass(world: &World) {
     let (length, area) = (2.0, 0.01);
     let mesh = bar(40, length);
@@ -175,7 +180,8 @@ pub fn a_bar_with_a_mass(world: &World) {
     let end = Support { stiffness: Some(Stiffnesses { x: spring, ..Stiffnesses::default() }), ..on("right") };
     let exact = root(1e-6, 0.5 * PI - 1e-6, |x| x * x.tan() - spring / stiff);
     near(lowest(&[], end), exact, 1e-4, "free bar on a spring");
-    // What of the energy of a mode is in the spring: of u = cos(ξx/L) that at the end, by the closed form. Springs without a loss factor do not count.
+    // What of the energy of a mode is in the spring: of u = cos(ξx/L) that at the end, by the closed form. Springs
+    // without a loss factor do not count.
     let lossy = |eta: Option<f64>| {
         let stiffness = Some(Stiffnesses { x: spring, ..Stiffnesses::default() });
         let end = Support { stiffness, loss_factor: eta, loss_frequency: eta.map(|_| 500.0), ..on("right") };
@@ -196,8 +202,8 @@ pub fn a_bar_with_a_mass(world: &World) {
     near(lowest(&["left"], per), exact, 1e-4, "bar with a mass per area");
 }
 
-/// The end of a rod that absorbs: the receptance at the other end is that of a rod without end, 1/(iωρcA); and what comes back without it. Waves that are
-/// shorter than the end are taken up by the mass, long ones by dashpots.
+/// The end of a rod that absorbs: the receptance at the other end is that of a rod without end, 1/(iωρcA); and what
+/// comes back without it. Waves that are shorter than the end are taken up by the mass, long ones by dashpots.
 pub fn a_rod_that_absorbs(world: &World) {
     let (length, area, n) = (5.0, 0.01, 100);
     let mesh = bar(n, length);
@@ -233,7 +239,10 @@ pub fn a_rod_that_absorbs(world: &World) {
     let (short, long) = ([4e3, 4.5e3, 5e3], [100.0, 300.0, 1000.0]);
     let worst = [off(25e3, None, &short), off(0.0, None, &short), off(6e3, Some(1.0), &long), off(6e3, None, &long)];
     if world.is_root() && std::env::var("SUPPORTS").is_ok() {
-        println!("rod: off by {worst:?} of the endless rod's receptance: short waves with and without absorption, long ones with and without dashpots");
+        println!(
+            "rod: off by {worst:?} of the endless rod's receptance: short waves with and without \
+         absorption, long ones with and without dashpots"
+        );
     }
     // ∫α ds = 6.5 c: 0.15 % comes back by ray theory, elements of a 20th of the wave add (kh)²/12, 0.8 %.
     assert!(worst[0] < 0.02, "{worst:?} of the endless rod's receptance");
@@ -246,7 +255,8 @@ pub fn a_rod_that_absorbs(world: &World) {
     assert!(worst[3] > 0.5, "{worst:?} of the endless rod's receptance");
 }
 
-/// A bar that nothing holds, pulled at one end: u = F/EA (x²/2L − L/6) with its origin at the other end; and entries of its compliance.
+/// A bar that nothing holds, pulled at one end: u = F/EA (x²/2L − L/6) with its origin at the other end; and entries
+/// of its compliance.
 pub fn a_free_bar_is_balanced(world: &World) {
     let (length, area, force) = (2.0, 0.01, 1e4);
     let mesh = bar(20, length);
@@ -291,7 +301,8 @@ pub fn a_free_bar_is_balanced(world: &World) {
     }
 }
 
-/// Rigid motions: six of a free block, fewer of one that is held in part, none of them an eigenvalue of a method; the elastic modes are those of another one.
+/// Rigid motions: six of a free block, fewer of one that is held in part, none of them an eigenvalue of a method; the
+/// elastic modes are those of another one.
 pub fn what_supports_leave_free(world: &World) {
     let size = [0.3, 0.2, 0.1];
     let mesh = block([5, 3, 2], size, |x| x);

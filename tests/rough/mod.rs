@@ -78,7 +78,8 @@ fn rough(part: Shape, at: f64, speed: f64) -> Surface {
     Surface { speed, onset: 0.1, parts: [vec![part], vec![]] }
 }
 
-/// F = r / (α1 + α2 + α_c) with the receptances of the bodies and the compliance of the contact, which comes from two approaches; amplitude and phase.
+/// F = r / (α1 + α2 + α_c) with the receptances of the bodies and the compliance of the contact, which comes from two
+/// approaches; amplitude and phase.
 #[test]
 fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
     let (pair, amplitude, wavelength) = (Pair::new(), 2e-8, 0.25);
@@ -114,7 +115,8 @@ fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
     }
 }
 
-/// Over a flat the contact opens and closes with a blow; the energies balance. A run that is continued is the same to the last bit.
+/// Over a flat the contact opens and closes with a blow; the energies balance. A run that is continued is the same to
+/// the last bit.
 #[test]
 fn a_flat_opens_the_contact_and_strikes() {
     let (pair, speed) = (Pair::new(), 20.0);

@@ -1,5 +1,5 @@
-//! A wheel that turns under the contact: a pair of waves in a frame that stands, against the same in a frame that turns with the wheel, against the
-//! linear analysis, and its balance of energy.
+//! A wheel that turns under the contact: a pair of waves in a frame that stands, against the same in a frame that
+//! turns with the wheel, against the linear analysis, and its balance of energy.
 
 use super::*;
 use faer::linalg::solvers::Solve;
@@ -72,8 +72,9 @@ fn pressed(squeal: &Squeal) -> (State, f64) {
     (squeal.rest(&pressed.pressure, &pressed.traction, pressed.approach), pressed.approach)
 }
 
-/// Modal displacements in the frame that turns with the wheel, a(t) with q = e^{−JnΩt} a of the pair: there the modes of the contact turn instead,
-/// Coriolis's term is 2Ω(g − n)J, and damping acts on the velocity alone. The θ-method with θ = ½, contact by contact.
+/// Modal displacements in the frame that turns with the wheel, a(t) with q = e^{−JnΩt} a of the pair: there the modes
+/// of the contact turn instead, Coriolis's term is 2Ω(g − n)J, and damping acts on the velocity alone. The θ-method
+/// with θ = ½, contact by contact.
 fn in_the_turning_frame(squeal: &Squeal, start: &State, step: f64, steps: usize, approach: f64) -> Vec<f64> {
     let interface = &squeal.interface;
     let n = interface.len();
@@ -184,8 +185,9 @@ fn the_contact_does_not_know_in_which_frame_the_wheel_is_described() {
     assert!(missed > 20.0 * apart[1], "at rest they are apart by {missed:.1e}, turning by {apart:?}");
 }
 
-/// Growth and frequency of the two waves of a pair, and of the mode beside it, are those of the linear analysis. Each of three runs begins along one of them;
-/// the matrix that takes the modal state of one time to that of the next, for all of them, has the eigenvalues e^{λT}.
+/// Growth and frequency of the two waves of a pair, and of the mode beside it, are those of the linear analysis. Each
+/// of three runs begins along one of them; the matrix that takes the modal state of one time to that of the next, for
+/// all of them, has the eigenvalues e^{λT}.
 #[test]
 fn both_waves_of_a_pair_grow_as_the_linear_analysis_says() {
     let squeal = wheel(13, SPEED);
@@ -239,7 +241,8 @@ fn both_waves_of_a_pair_grow_as_the_linear_analysis_says() {
     }
 }
 
-/// Without contact a wave keeps its energy, and what damping takes comes from it and from the axle, which holds the wheel at its speed.
+/// Without contact a wave keeps its energy, and what damping takes comes from it and from the axle, which holds the
+/// wheel at its speed.
 #[test]
 fn energy_of_a_wheel_that_turns() {
     let squeal = wheel(7, SPEED);
@@ -263,7 +266,8 @@ fn energy_of_a_wheel_that_turns() {
     });
     let order = (beside[0] / beside[1]).log2();
     assert!((order - 1.0).abs() < 0.2, "order {order}: {beside:?}");
-    // Free: nothing but the wave. Modes that are unlike damped, so that C D′ has a symmetric part, which stores nothing.
+    // Free: nothing but the wave. Modes that are unlike damped, so that C D′ has a symmetric part, which stores
+    // nothing.
     let squeal = damped(7, SPEED, [DAMPING, 4.0, 9.0]);
     let mut settings = settings_of(&squeal, 1e-5, -1.0);
     settings.drive.tangential[1] = Tangential::Creep(History::constant(0.0));
@@ -281,8 +285,9 @@ fn energy_of_a_wheel_that_turns() {
     assert!(e.drive.abs() > 1e-3 * taken && e.damping > 0.0, "{e:?}");
 }
 
-/// The response W of a step is taken symmetric in what it finds the reactions with; with what the skew part adds it is the one that the reactions at its end have:
-/// displacements θh²γ A⁻¹ Ψᵀ R of the modes, A = 1 + hθC + h²θ²K with the gyroscopic terms, and S R.
+/// The response W of a step is taken symmetric in what it finds the reactions with; with what the skew part adds it
+/// is the one that the reactions at its end have: displacements θh²γ A⁻¹ Ψᵀ R of the modes, A = 1 + hθC + h²θ²K with
+/// the gyroscopic terms, and S R.
 #[test]
 fn the_skew_part_of_a_step_is_what_its_symmetric_part_lacks() {
     let squeal = wheel(7, SPEED);

@@ -27,7 +27,8 @@ impl Watch {
     /// `rank` stands in what is said.
     pub fn start(rank: usize) -> Self {
         let now = Arc::new(Mutex::new((String::new(), Instant::now(), worked())));
-        // SAFETY: what the handler does is not safe in a signal, but the process ends right after it; without it there is no word of where the rank hangs.
+        // SAFETY: what the handler does is not safe in a signal, but the process ends right after it; without it
+        // there is no word of where the rank hangs.
         let handler = unsafe {
             signal_hook::low_level::register(signal_hook::consts::SIGUSR2, move || {
                 eprintln!("rank {rank} is at:\n{}", Backtrace::force_capture());

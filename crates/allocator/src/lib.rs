@@ -1,4 +1,5 @@
-//! The system's allocator, with an end in order where it has no memory left: one message and an exit code, in place of an abort. For tests one that counts.
+//! The system's allocator, with an end in order where it has no memory left: one message and an exit code, in place
+//! of an abort. For tests one that counts.
 
 #![warn(missing_docs, clippy::undocumented_unsafe_blocks)]
 
@@ -12,7 +13,8 @@ const CODE: i32 = 7;
 thread_local! {
     /// Whether this thread only asks.
     static ASKING: Cell<bool> = const { Cell::new(false) };
-    /// Bytes that this thread took and did not give back, and the most there were; what others give back is not taken off.
+    /// Bytes that this thread took and did not give back, and the most there were; what others give back is not taken
+    /// off.
     static TAKEN: Cell<[isize; 2]> = const { Cell::new([0; 2]) };
 }
 
@@ -64,14 +66,16 @@ unsafe impl GlobalAlloc for Counting {
 /// The system's allocator that ends the process where there is no memory; for `#[global_allocator]`.
 pub struct Exiting;
 
-/// Lets freed memory go back to the system, where the C library is glibc: large blocks one by one, others from the end of the heap. SuperLU_DIST, which
-/// Debian's PETSc brings along, forbids both for the whole process when it is loaded: a factor that is freed would stay taken. To be called once, early.
+/// Lets freed memory go back to the system, where the C library is glibc: large blocks one by one, others from the
+/// end of the heap. SuperLU_DIST, which Debian's PETSc brings along, forbids both for the whole process when it is
+/// loaded: a factor that is freed would stay taken. To be called once, early.
 pub fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     glibc::give_back();
 }
 
-/// Gives back what lies free between blocks in use, where the C library is glibc: a factorisation leaves much of that, which blocks of other sizes do not fill.
+/// Gives back what lies free between blocks in use, where the C library is glibc: a factorisation leaves much of
+/// that, which blocks of other sizes do not fill.
 pub fn trim() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     glibc::trim();
@@ -85,8 +89,9 @@ mod glibc {
     const TRIM_THRESHOLD: c_int = -1;
     const MMAP_THRESHOLD: c_int = -3;
     const MMAP_MAX: c_int = -4;
-    /// Byte. What the steps of an eigensolver take and give back for each product is smaller up to 390 000 degrees of freedom: its pages stay, which saves a
-    /// third of all page faults at 316 000. What smaller matrices and a factorisation leave goes back with [`trim`](super::trim).
+    /// Byte. What the steps of an eigensolver take and give back for each product is smaller up to 390 000 degrees of
+    /// freedom: its pages stay, which saves a third of all page faults at 316 000. What smaller matrices and a
+    /// factorisation leave goes back with [`trim`](super::trim).
     const LARGE: c_int = 24 << 20;
 
     extern "C" {
@@ -147,7 +152,8 @@ fn given(pointer: *mut u8, size: usize) -> *mut u8 {
         // Nothing is allocated any more.
         let _ = writeln!(
             std::io::stderr(),
-            "railsqueal: error: out of memory: the system refuses {} MB; use more ranks on more machines or a coarser mesh, or raise the limit (ulimit -v)",
+            "railsqueal: error: out of memory: the system refuses {} MB; use more ranks on more machines or a \
+             coarser mesh, or raise the limit (ulimit -v)",
             size.div_ceil(1_000_000)
         );
         std::process::exit(CODE);

@@ -1,7 +1,7 @@
 //! Fast Fourier transforms of rustfft and realfft, in double and in single precision.
 //!
-//! The libraries are generic: each crate that plans a transform compiles them anew, for every precision. Here that is done once; in the program it
-//! took a fifth of each build, and another fifth of each build of its tests.
+//! The libraries are generic: each crate that plans a transform compiles them anew, for every precision. Here that is
+//! done once; in the program it took a fifth of each build, and another fifth of each build of its tests.
 
 #![warn(missing_docs)]
 
@@ -58,7 +58,8 @@ mod tests {
     use rustfft::num_complex::Complex;
     use rustfft::num_traits::NumCast;
 
-    /// Forward and back is `n` times the numbers, and the spectrum of real numbers is half of that of the same as complex ones.
+    /// Forward and back is `n` times the numbers, and the spectrum of real numbers is half of that of the same as
+    /// complex ones.
     fn agree<T: Number>(bound: f64) {
         for n in [12, 62, 128] {
             let given: Vec<T> = (0..n).map(|i| <T as NumCast>::from((i * i % 7) as f64 - 2.5).unwrap()).collect();

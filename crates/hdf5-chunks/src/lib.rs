@@ -39,8 +39,8 @@ impl Target {
         &self.dataset
     }
 
-    /// Whether chunks of `from` are chunks of this one as they are, its first row becoming row `row` here: the same type of values, shape of a chunk
-    /// and filters, and `row` the first of a chunk.
+    /// Whether chunks of `from` are chunks of this one as they are, its first row becoming row `row` here: the same
+    /// type of values, shape of a chunk and filters, and `row` the first of a chunk.
     pub fn takes(&self, from: &Dataset, row: usize) -> bool {
         let Ok(list) = from.dcpl() else { return false };
         row.is_multiple_of(self.chunk[0])
@@ -49,8 +49,9 @@ impl Target {
             && from.dtype().is_ok_and(|kind| kind == self.kind)
     }
 
-    /// Copies all chunks of `from`, which lies in the open `file` (without a user block), its first row becoming row `row`. The shape of the dataset
-    /// holds them already, and [`Target::takes`] holds. An error of HDF5 or of reading, as text.
+    /// Copies all chunks of `from`, which lies in the open `file` (without a user block), its first row becoming row
+    /// `row`. The shape of the dataset holds them already, and [`Target::takes`] holds. An error of HDF5 or of
+    /// reading, as text.
     pub fn copy(&self, file: &File, from: &Dataset, row: usize) -> Result<()> {
         let (mut bytes, shape) = (Vec::new(), self.dataset.shape());
         for index in 0..from.num_chunks().unwrap_or(0) {
@@ -67,16 +68,16 @@ impl Target {
         Ok(())
     }
 
-    /// Writes the `bytes` of the chunk that begins at `offset` (one index a dimension) in the dataset of this shape, to which the filters whose bit in
-    /// `mask` is set were not applied.
+    /// Writes the `bytes` of the chunk that begins at `offset` (one index a dimension) in the dataset of this shape,
+    /// to which the filters whose bit in `mask` is set were not applied.
     fn write(&self, shape: &[usize], offset: &[u64], mask: u32, bytes: &[u8]) -> Result<()> {
         let fits = |(i, &at): (usize, &u64)| at < shape[i] as u64 && at.is_multiple_of(self.chunk[i] as u64);
         if offset.len() != shape.len() || !offset.iter().enumerate().all(fits) {
             return Err(format!("no chunk of {:?} in {shape:?} begins at {offset:?}", self.chunk).into());
         }
         let code = hdf5::sync::sync(|| {
-            // SAFETY: an open dataset; as many offsets as it has dimensions, each the begin of a chunk within its shape; `bytes` are read alone. The
-            // library is not entered elsewhere meanwhile.
+            // SAFETY: an open dataset; as many offsets as it has dimensions, each the begin of a chunk within its
+            // shape; `bytes` are read alone. The library is not entered elsewhere meanwhile.
             unsafe {
                 H5Dwrite_chunk(
                     self.dataset.id(),

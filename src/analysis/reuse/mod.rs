@@ -63,7 +63,8 @@ pub fn same(found: &[TraceModes], kept: &[TraceModes]) -> Result<()> {
     }
 }
 
-/// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if it is not.
+/// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if
+/// it is not.
 pub fn read(file: &Path, job: &Job) -> Result<Reused> {
     let name = file.display();
     let refuse = |text: &str| Err(Error::Job(format!("--reuse {name}: {text}")));
@@ -83,7 +84,10 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
         None => return refuse("the job has no contact"),
     }
     if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) && shapes::kept(file).is_none() {
-        return refuse("analyses.stability.full needs the finite elements and whole mode shapes, which the file has not; leave one of the two out");
+        return refuse(
+            "analyses.stability.full needs the finite elements and whole mode shapes, which the file \
+         has not; leave one of the two out",
+        );
     }
     load(&Reader::open(file)?, job)
 }

@@ -1,5 +1,5 @@
-//! The whole mode shapes of an earlier run, which it wrote for ParaView, or kept in double precision because it did not come to its end: found again
-//! on the mesh of this run by their positions.
+//! The whole mode shapes of an earlier run, which it wrote for ParaView, or kept in double precision because it did
+//! not come to its end: found again on the mesh of this run by their positions.
 
 use crate::analysis::RunOptions;
 use crate::body::fe::BodyModes;
@@ -11,8 +11,8 @@ use crate::{Error, Result};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Largest difference between a mode in the file and the same mode in the reduced model at the contact, relative to its largest component there: the
-/// shapes are in single precision.
+/// Largest difference between a mode in the file and the same mode in the reduced model at the contact, relative to
+/// its largest component there: the shapes are in single precision.
 const SAME: f64 = 1e-5;
 
 /// The same where the shapes are in double precision.
@@ -35,8 +35,9 @@ pub fn of_unfinished(options: &RunOptions) -> Option<PathBuf> {
     own.or_else(|| options.reuse.as_deref().and_then(kept))
 }
 
-/// Collective: gives each of [`Bodies::unique`] its mode shapes from the `file` of the run that gave the `modes` of these bodies, which rank 0 has;
-/// in double precision if `whole`. What stands against it is an error with a message for the user.
+/// Collective: gives each of [`Bodies::unique`] its mode shapes from the `file` of the run that gave the `modes` of
+/// these bodies, which rank 0 has; in double precision if `whole`. What stands against it is an error with a message
+/// for the user.
 pub fn read(
     world: &World,
     (file, whole): (&Path, bool),
@@ -71,7 +72,8 @@ pub fn read(
                 let apart = rows().map(|i| (there[(i, k)] - here[(i, k)]).abs()).fold(0.0, f64::max);
                 if apart > same * largest || apart.is_nan() {
                     return Err(Error::Input(format!(
-                        "{}: mode {} of body {} is not that of the reduced model at the contact: it is {:.1e} of its size away from it",
+                        "{}: mode {} of body {} is not that of the reduced model at the contact: it is {:.1e} \
+                         of its size away from it",
                         file.display(),
                         k + 1,
                         name,
@@ -99,7 +101,8 @@ fn vectors(file: &Path, body: &dyn Fields, (name, side): (&str, Side), count: us
     if steps.len() != count {
         return Err(wrong(&format!("it has {} modes of body {}, the reduced model {count}", steps.len(), name)));
     }
-    // The same mesh gives the same coordinates to the last bit, whatever the number of ranks; the upper body is reflected in z there.
+    // The same mesh gives the same coordinates to the last bit, whatever the number of ranks; the upper body is
+    // reflected in z there.
     let mirror = side.reflection(2);
     let key = |p: [f64; 3]| p.map(|v| (v + 0.0).to_bits());
     let labels = "/VTKHDF/PointData/body";

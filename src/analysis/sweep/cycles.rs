@@ -1,5 +1,6 @@
-//! The limit cycles of the points of a sweep. A chain of points is followed by one rank, each point from where that before it ended; what is done is kept on disk
-//! at once, and taken up by a later run of the same points on the same model.
+//! The limit cycles of the points of a sweep. A chain of points is followed by one rank, each point from where that
+//! before it ended; what is done is kept on disk at once, and taken up by a later run of the same points on the same
+//! model.
 
 use super::outcome::LISTED;
 use super::sound::Heard;
@@ -253,7 +254,8 @@ pub(super) fn report(
     }
     if let Some((branch, point, why)) = failed.first() {
         summary.fail(Error::NotConverged(format!(
-            "{} limit cycles of the sweep were not computed, the others are in the results; /sweep/cycles/message says which and why. The first is {}, {}: {why}",
+            "{} limit cycles of the sweep were not computed, the others are in the results; \
+             /sweep/cycles/message says which and why. The first is {}, {}: {why}",
             failed.len(),
             names[*branch],
             plan.place(*point)

@@ -1,5 +1,6 @@
-//! The analysis `sweep`: stability at many points, spread over the ranks. What the finite elements or the matrices give is made once
-//! for all points that share it, by all ranks together; the points themselves are solved by one rank each.
+//! The analysis `sweep`: stability at many points, spread over the ranks. What the finite elements or the matrices
+//! give is made once for all points that share it, by all ranks together; the points themselves are solved by one
+//! rank each.
 
 mod cycles;
 mod outcome;
@@ -32,8 +33,8 @@ use outcome::{summarise, Packed};
 /// The key of the sound of limit cycles.
 pub(super) const SOUND: &str = "analyses.sweep.cycles.sound_power";
 
-/// Whether the points of a sweep are computed although the job's own point ended with `error`: what concerns this point alone, not the machine
-/// or the program.
+/// Whether the points of a sweep are computed although the job's own point ended with `error`: what concerns this
+/// point alone, not the machine or the program.
 pub fn goes_on(error: &Error) -> bool {
     matches!(error, Error::Job(_) | Error::Input(_) | Error::NotConverged(_))
 }
@@ -66,7 +67,8 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         run.file.discard(&folder);
     }
     let mut earlier = Vec::new();
-    // Ranks share the points of several models, one for each: three points of one place are no work for two. Limit cycles are shared model by model.
+    // Ranks share the points of several models, one for each: three points of one place are no work for two. Limit
+    // cycles are shared model by model.
     let together = if followed.is_some() { 1 } else { world.size };
     for (round, batch) in groups.chunks(together).enumerate() {
         let planned: Vec<(usize, usize)> =
@@ -136,7 +138,8 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             world.on_root(|| found.take(&rows, &text, plan.points.len()))?;
             if run.stop.wanted(world) {
                 return Err(Error::Stopped(format!(
-                    "stopped on request among the limit cycles; those that are done are kept in {}, and the same run takes them up",
+                    "stopped on request among the limit cycles; those that are done are kept in {}, and the \
+                     same run takes them up",
                     folder.display()
                 )));
             }
@@ -163,7 +166,8 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     Ok(())
 }
 
-/// Collective: the points with the creepages that follow from their placements; those whose wheels stand on no rail have failed.
+/// Collective: the points with the creepages that follow from their placements; those whose wheels stand on no rail
+/// have failed.
 fn filled(world: &World, plan: &SweepPlan, results: &mut [Option<Outcome>]) -> Result<Vec<Option<Job>>> {
     let mut all = Vec::new();
     for (point, result) in plan.points.iter().zip(results) {
@@ -179,8 +183,8 @@ fn filled(world: &World, plan: &SweepPlan, results: &mut [Option<Outcome>]) -> R
     Ok(all)
 }
 
-/// This rank's share of the `planned` points of some `models`, each with its model: of one model every so-manieth point, since neighbours cost alike, of several
-/// a stretch, which needs few of them.
+/// This rank's share of the `planned` points of some `models`, each with its model: of one model every so-manieth
+/// point, since neighbours cost alike, of several a stretch, which needs few of them.
 fn share(planned: &[(usize, usize)], models: usize, world: &World) -> Vec<(usize, usize)> {
     let (rank, size) = (world.rank, world.size);
     match models {

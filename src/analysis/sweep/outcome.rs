@@ -85,7 +85,8 @@ pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: 
     let Some(&first) = failed.first() else { return };
     summary.value("first failed point", format!("{}: {}", plan.place(first), all[first].message));
     summary.fail(Error::NotConverged(format!(
-        "{} of {} points of the sweep failed, the others are in the results; /sweep/status and /sweep/message say which and why. \
+        "{} of {} points of the sweep failed, the others are in the results; /sweep/status and /sweep/message \
+         say which and why. \
          The first is {}: {}",
         failed.len(),
         all.len(),

@@ -54,7 +54,8 @@ impl Account {
         Self { step, first, part, last: VecDeque::new(), kinetic: Vec::new() }
     }
 
-    /// Takes a step: its number, what it found, the kinetic energy after it (J), and the velocities of the points, m/s, `[3p]`.
+    /// Takes a step: its number, what it found, the kinetic energy after it (J), and the velocities of the points,
+    /// m/s, `[3p]`.
     pub(super) fn take(&mut self, number: u64, report: &Report, kinetic: f64, points: &[f64]) {
         if self.last.len() == LAST {
             self.last.pop_front();
@@ -97,7 +98,8 @@ impl Account {
         if let Some(g) = self.growth() {
             let [from, to] = g.span;
             let text = format!(
-                "{:+.4} 1/s fitted to the kinetic energy from {from:.4} to {to:.4} s, ln of the amplitude apart by {:.1e} rms",
+                "{:+.4} 1/s fitted to the kinetic energy from {from:.4} to {to:.4} s, ln of the amplitude apart \
+                 by {:.1e} rms",
                 g.rate, g.apart
             );
             summary.value("growth rate", text);
@@ -112,8 +114,8 @@ impl Account {
         Ok(())
     }
 
-    /// The law of the motion while it is small: until the kinetic energy is a tenth of its largest, or, where it falls from the start, until it is a
-    /// thousandth. None where that is too little to say.
+    /// The law of the motion while it is small: until the kinetic energy is a tenth of its largest, or, where it
+    /// falls from the start, until it is a thousandth. None where that is too little to say.
     fn growth(&self) -> Option<Growth> {
         let whole = self.kinetic.iter().filter(|(_, n)| *n == self.part);
         let mean: Vec<f64> = whole.map(|(sum, n)| sum / *n as f64).collect();
@@ -149,7 +151,8 @@ fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (mean, (values.map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt())
 }
 
-/// The strongest lines of a record about its mean, Hz, by falling amplitude with their shares of the largest; none of a record without motion.
+/// The strongest lines of a record about its mean, Hz, by falling amplitude with their shares of the largest; none of
+/// a record without motion.
 fn lines(record: &[f64], step: f64) -> Result<Vec<(f64, f64)>> {
     let (mean, sway) = spread(record.iter().copied());
     if record.len() < 16 || !(sway > 1e-9 * mean.abs()) {
@@ -184,7 +187,8 @@ mod tests {
         Report { force, closed: 10, stick, ..Report::default() }
     }
 
-    /// A motion that grows until it is bounded: its law is found from the part where it grows, its forces and lines from the end.
+    /// A motion that grows until it is bounded: its law is found from the part where it grows, its forces and lines
+    /// from the end.
     #[test]
     fn a_motion_that_grows_is_told() {
         let (step, total, rate, frequency) = (1e-4, 20_000u64, 5.0, 400.0);

@@ -38,7 +38,8 @@ pub(super) struct Course<'c, 'i> {
 }
 
 impl Course<'_, '_> {
-    /// On rank 0: all steps. `begun` is the checksum of the model of a run that is continued; a new one has `keep` in its first segment.
+    /// On rank 0: all steps. `begun` is the checksum of the model of a run that is continued; a new one has `keep` in
+    /// its first segment.
     pub(super) fn go(
         &self,
         mut stepper: Stepper<'_>,
@@ -52,7 +53,8 @@ impl Course<'_, '_> {
         let total = wanted.steps();
         if begun.is_some_and(|begun| begun != identity.as_str()) {
             progress.note(
-                "warning: the reduced model differs in rounding from that of the run to be continued, or a file of its roughness has changed; the results do too",
+                "warning: the reduced model differs in rounding from that of the run to be continued, or a file \
+                 of its roughness has changed; the results do too",
             );
         }
         // Nothing is left behind by a run that cannot begin.
@@ -124,7 +126,8 @@ impl Course<'_, '_> {
                 if step < total {
                     if let Some(why) = inputs.stop.asked(segment) {
                         return Err(Error::Stopped(format!(
-                            "stopped {why} after {step} of {total} steps (t = {:.6} s); the state is kept in {}. Continue with \
+                            "stopped {why} after {step} of {total} steps (t = {:.6} s); the state is kept in \
+                             {}. Continue with \
                              --resume {}",
                             step as f64 * wanted.step,
                             segments.folder().display(),

@@ -1,5 +1,5 @@
-//! The motion of the bodies as a sequence for ParaView, made from the modal amplitudes and the reactions that the segments keep: the modes, and
-//! statically what the contact forces move beyond them.
+//! The motion of the bodies as a sequence for ParaView, made from the modal amplitudes and the reactions that the
+//! segments keep: the modes, and statically what the contact forces move beyond them.
 
 use super::Inputs;
 use crate::analysis::run::Run;
@@ -47,8 +47,8 @@ impl Kept {
     }
 }
 
-/// Collective: writes `FILE.transient.vtkhdf` with one static solve for each body and time. In memory are the modes and some times, whatever
-/// the number of steps.
+/// Collective: writes `FILE.transient.vtkhdf` with one static solve for each body and time. In memory are the modes
+/// and some times, whatever the number of steps.
 pub fn write(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
     let world = run.world();
     let parts = inputs.bodies.parts();
@@ -68,7 +68,8 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
     if times.is_empty() {
         return Ok(());
     }
-    let text = "Displacement from the unloaded body, in the frame of the contact point: the modes kept and, statically, the others.";
+    let text = "Displacement from the unloaded body, in the frame of the contact point: the modes kept and, \
+     statically, the others.";
     let spec = FieldSpec::new("displacement", "m", text, FieldKind::Vector);
     let path = companion(&run.options.output, "transient.vtkhdf");
     let frames = Sequence {
@@ -100,8 +101,8 @@ pub fn write(run: &mut Run, inputs: &Inputs<'_>) -> Result<()> {
     run.file.attach(sequence)
 }
 
-/// Collective: displacements of the body of each place at `count` times, whose rows rank 0 has, this rank's degrees of freedom, m,
-/// `[owned, count]` column by column: u = Φ (q − Ω⁻² Φ_cᵀ F) + K⁻¹ F under the contact forces F.
+/// Collective: displacements of the body of each place at `count` times, whose rows rank 0 has, this rank's degrees
+/// of freedom, m, `[owned, count]` column by column: u = Φ (q − Ω⁻² Φ_cᵀ F) + K⁻¹ F under the contact forces F.
 fn displacements(world: &World, inputs: &Inputs<'_>, rows: &[Row], count: usize) -> Result<Vec<Vec<f64>>> {
     let mut all = Vec::new();
     let mut first = 0;

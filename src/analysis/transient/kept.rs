@@ -1,5 +1,6 @@
-//! The reduced model in the first segment of a run. Modes computed again have other signs, a pair of equal frequencies other
-//! directions, and on several ranks the factorisations add in another order: a run is continued with the model that it was begun with.
+//! The reduced model in the first segment of a run. Modes computed again have other signs, a pair of equal
+//! frequencies other directions, and on several ranks the factorisations add in another order: a run is continued
+//! with the model that it was begun with.
 
 use crate::analysis::reduction::Reduction;
 use crate::body::align::{turn, turned};
@@ -16,8 +17,9 @@ pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
     load(&segments.open_first()?, job).map_err(|e| e.context("--resume"))
 }
 
-/// Collective: turns the mode shapes, computed again, into those of the model that was kept: each cluster of equal frequencies by the
-/// orthogonal matrix that brings their motion of the contact nearest to the one kept (P. H. Schönemann, *Psychometrika* 31 (1966)).
+/// Collective: turns the mode shapes, computed again, into those of the model that was kept: each cluster of equal
+/// frequencies by the orthogonal matrix that brings their motion of the contact nearest to the one kept (P. H.
+/// Schönemann, *Psychometrika* 31 (1966)).
 pub fn align(world: &World, bodies: &mut Bodies, kept: &Reduction) -> Result<()> {
     let Bodies { places, unique } = bodies;
     for (i, body) in unique.iter_mut().enumerate() {

@@ -93,8 +93,8 @@ impl Inputs<'_> {
     }
 }
 
-/// What the analysis needs of the bodies: named points and the motion of the bodies take static solves, and sound the shapes. What moves the points and how
-/// the modes radiate is in the first segment of a run that is continued.
+/// What the analysis needs of the bodies: named points and the motion of the bodies take static solves, and sound the
+/// shapes. What moves the points and how the modes radiate is in the first segment of a run that is continued.
 pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
     if wanted.model == TransientModel::Full {
         return full::needs(wanted, resume);
@@ -103,13 +103,15 @@ pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
     Needs { solvers, shapes: solvers || (wanted.sound_power.is_some() && !resume) }
 }
 
-/// Collective: the transient; its results become part of `file`. At the start of a run rank 0 has the reduced model as tables in `keep`, for the first segment.
+/// Collective: the transient; its results become part of `file`. At the start of a run rank 0 has the reduced model
+/// as tables in `keep`, for the first segment.
 pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
     let world = run.world();
     let wanted = inputs.wanted;
     if wanted.body_stride > 0 && !inputs.shapes {
         return Err(Error::Job(
-            "analyses.transient.body_stride: with --reuse there are no mode shapes of the bodies; set it to 0, or run without \
+            "analyses.transient.body_stride: with --reuse there are no mode shapes of the bodies; set it to 0, \
+             or run without \
              --reuse"
                 .into(),
         ));
@@ -198,7 +200,8 @@ fn report_damping(wanted: &job::Transient, pairs: &[Eigenpair], progress: &Progr
         summary.value(&format!("damping by the scheme, {:.2} Hz", e.frequency()), &text);
         if share > 0.02 {
             progress.note(format!(
-                "warning: the scheme damps the unstable motion at {:.2} Hz by {text}; take theta nearer to 0.5 or a shorter step",
+                "warning: the scheme damps the unstable motion at {:.2} Hz by {text}; take theta nearer to 0.5 \
+                 or a shorter step",
                 e.frequency()
             ));
         }

@@ -20,12 +20,14 @@ pub struct Located {
 }
 
 impl Located {
-    /// Collective: the nodes nearest to the points of the job; nothing moves them yet. `shapes` says whether there are mode shapes.
+    /// Collective: the nodes nearest to the points of the job; nothing moves them yet. `shapes` says whether there
+    /// are mode shapes.
     pub fn find(wanted: &job::Transient, bodies: &Bodies, shapes: bool) -> Result<Self> {
         let mut located = Self::default();
         if !wanted.points.is_empty() && !shapes {
             return Err(Error::Job(
-                "analyses.transient.points: with --reuse there are no mode shapes of the bodies; leave the points out, or run \
+                "analyses.transient.points: with --reuse there are no mode shapes of the bodies; leave the \
+                 points out, or run \
                  without --reuse"
                     .into(),
             ));
@@ -39,7 +41,8 @@ impl Located {
             let position = [position[0], position[1], up * position[2]];
             if best > 0.5 * cell {
                 return Err(Error::Job(format!(
-                    "analyses.transient.points: {:?} at {:?} m is not on the mesh of the {} body: the nearest node, {position:?} m, \
+                    "analyses.transient.points: {:?} at {:?} m is not on the mesh of the {} body: the nearest \
+                     node, {position:?} m, \
                      is {best:.4} m away, in cells of {cell:.4} m; name a point of the body",
                     point.name, point.at, at.name
                 )));

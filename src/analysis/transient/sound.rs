@@ -43,8 +43,10 @@ pub fn check(wanted: &job::Transient) -> Result<()> {
     let there = wanted.duration - begin(wanted, sound);
     if there < needed {
         return Err(Error::Job(format!(
-            "analyses.transient.sound_power: the mean is taken from {} s to {} s, over {there:.4} s, but the third octave of {} Hz can be \
-             told from its neighbours after {needed:.4} s; give an earlier `from`, a longer `duration` or a higher `min_frequency`",
+            "analyses.transient.sound_power: the mean is taken from {} s to {} s, over {there:.4} s, but the \
+             third octave of {} Hz can be \
+             told from its neighbours after {needed:.4} s; give an earlier `from`, a longer `duration` or a \
+             higher `min_frequency`",
             begin(wanted, sound),
             wanted.duration,
             lowest.nominal()[0]
@@ -66,12 +68,14 @@ impl<'a> Sound<'a> {
         Self { wanted, bands, air: radiation::air(wanted), stride, interval, given: BTreeMap::new() }
     }
 
-    /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A run that is continued
-    /// takes the latter from its first segment: mode shapes are not the same to the last bit when computed again.
+    /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A
+    /// run that is continued takes the latter from its first segment: mode shapes are not the same to the last bit
+    /// when computed again.
     pub fn new(world: &World, inputs: &Inputs<'a>, wanted: &'a SoundPower, progress: &mut Progress) -> Result<Self> {
         if !inputs.shapes && !inputs.options.resume {
             return Err(Error::Job(format!(
-                "{KEY}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse"
+                "{KEY}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run \
+                 without --reuse"
             )));
         }
         let places = inputs.places.iter().filter(|p| wanted.bodies.iter().any(|&b| b.name() == p.0));
@@ -128,7 +132,8 @@ impl<'a> Sound<'a> {
             // A run that is continued has no bodies.
             let rail = inputs.places.iter().any(|p| p.1 == b && is_rail(inputs.job, p.0));
             let m = if rail { FORCES } else { inputs.modes[b].omega.len() };
-            // What forces radiate has a phase between them, and depends on the frequency even where each radiates as a plane wave.
+            // What forces radiate has a phase between them, and depends on the frequency even where each radiates as
+            // a plane wave.
             let (each, planes) = if rail { (2 * m * m, grid.len()) } else { (m * m, 1) };
             // Of the same bands, whose ends are the first and the last frequency.
             let ends = [(grid.first(), self.bands.begin()), (grid.last(), self.bands.end())];
@@ -174,11 +179,12 @@ impl<'a> Sound<'a> {
                 powers.push(PowerSpectrum::new(radiation, welch.spacing()));
             }
             let forces = parts.iter().any(|p| p.2.are_forces()).then_some(inputs.wanted.step);
-            let pieces = self.spectra((begin(inputs.wanted, self.wanted), forces), inputs.segments()?, &welch, |x| {
-                for (power, (.., channels)) in powers.iter_mut().zip(&parts) {
-                    power.add(&channels.own(x[channels.columns.clone()].to_vec()));
-                }
-            })?;
+            let pieces =
+                self.spectra((begin(inputs.wanted, self.wanted), forces), inputs.segments()?, &welch, |x| {
+                    for (power, (.., channels)) in powers.iter_mut().zip(&parts) {
+                        power.add(&channels.own(x[channels.columns.clone()].to_vec()));
+                    }
+                })?;
             let mut tables = self.shared(&welch, pieces, powers.first());
             for ((place, body, channels), power) in parts.iter().zip(&powers) {
                 tables.extend(results(place, self.air, power));
@@ -193,7 +199,8 @@ impl<'a> Sound<'a> {
                 run.summary.value(
                     &format!("sound power of {place}"),
                     format!(
-                        "{weighted:.1} dB(A), {linear:.1} dB re 1 pW; most in the third octave of {} Hz; at 7.5 m {:.1} dB(A)",
+                        "{weighted:.1} dB(A), {linear:.1} dB re 1 pW; most in the third octave of {} Hz; at 7.5 \
+                         m {:.1} dB(A)",
                         loudest.map_or(0.0, |b| self.bands.nominal()[b]),
                         pressure_level(self.air, weighted)
                     ),
@@ -205,8 +212,9 @@ impl<'a> Sound<'a> {
         Ok(())
     }
 
-    /// On rank 0: hands the spectra of the modal velocities of each piece of the record to `take`, and those of the contact force on body 1 (x, y, z)
-    /// where the length of a step, s, is given; returns the number of pieces. One piece is in memory.
+    /// On rank 0: hands the spectra of the modal velocities of each piece of the record to `take`, and those of the
+    /// contact force on body 1 (x, y, z) where the length of a step, s, is given; returns the number of pieces. One
+    /// piece is in memory.
     fn spectra(
         &self,
         (from, forces): (f64, Option<f64>),

@@ -33,8 +33,8 @@ impl Number for f32 {
     }
 }
 
-/// The kernel's spectrum, and the transforms of its grid: lines of `size[0]` real numbers, of which the spectrum has `half`, and columns of
-/// `size[1]` of these.
+/// The kernel's spectrum, and the transforms of its grid: lines of `size[0]` real numbers, of which the spectrum has
+/// `half`, and columns of `size[1]` of these.
 pub(super) struct Transformed<T> {
     size: [usize; 2],
     half: usize,
@@ -42,8 +42,8 @@ pub(super) struct Transformed<T> {
     backward: Arc<dyn ComplexToReal<T>>,
     down: Arc<dyn Fft<T>>,
     up: Arc<dyn Fft<T>>,
-    /// Spectrum of each entry (row, column) of the block, divided by the number of points of the grid, `[9][half · size[1]]`, column after column;
-    /// empty where the entry is zero.
+    /// Spectrum of each entry (row, column) of the block, divided by the number of points of the grid, `[9][half ·
+    /// size[1]]`, column after column; empty where the entry is zero.
     kernel: [Vec<Complex<T>>; 9],
 }
 
@@ -100,7 +100,8 @@ impl<T: Number> Transformed<T> {
     /// The transforms with the inverse of the spectrum of the normal entry, where that is sound, and of nothing else.
     pub(super) fn inverse_normal(&self) -> Self {
         let points = T::of(1.0 / (self.size[0] * self.size[1]) as f64);
-        // What is left of a spectrum of a kernel that ends at the border of the grid may be below that of the shortest wave, or below zero.
+        // What is left of a spectrum of a kernel that ends at the border of the grid may be below that of the
+        // shortest wave, or below zero.
         let shortest = self.kernel[8].get((self.half - 1) * self.size[1] + self.size[1] / 2).map_or(T::one(), |v| v.re);
         let least = shortest.abs() * T::of(0.5);
         let inverse = |v: &Complex<T>| Complex::new(points * points / v.re.max(least), T::zero());
@@ -179,8 +180,8 @@ impl<'a, T: Number> Product<'a, T> {
         self.components(forces, out, [0, 1, 2].as_slice());
     }
 
-    /// As [`times`](Self::times) of forces along the `components` (0, 1, 2 for x, y, n) alone, whose displacements alone are wanted; `forces` and `out` hold
-    /// these of each node.
+    /// As [`times`](Self::times) of forces along the `components` (0, 1, 2 for x, y, n) alone, whose displacements
+    /// alone are wanted; `forces` and `out` hold these of each node.
     pub fn components(&mut self, forces: &[T], out: &mut [T], components: &[usize]) {
         let Self { of, transformed: t, whole, buffers: b } = self;
         let ([nx, ny], count) = (of.shape(), components.len());

@@ -5,7 +5,8 @@ use super::entries::Entry;
 use super::op4::{finish, string, Header};
 use super::{select, Fault, Labelled, Parsed};
 
-/// Returns true if the content begins as a binary file does: a record of 24 bytes (or of 48 with numbers of eight bytes).
+/// Returns true if the content begins as a binary file does: a record of 24 bytes (or of 48 with numbers of eight
+/// bytes).
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     let Some(first) = bytes.first_chunk::<4>() else { return false };
     [24, 48].contains(&i32::from_le_bytes(*first)) || [24, 48].contains(&i32::from_be_bytes(*first))

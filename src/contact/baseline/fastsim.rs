@@ -7,9 +7,10 @@ use crate::contact::law::project_disc;
 /// Strips along the rolling direction, and pieces of each.
 const GRID: [usize; 2] = [100, 100];
 
-/// J. J. Kalker, *A fast algorithm for the simplified theory of rolling contact*, Vehicle System Dynamics 11 (1982): the displacement is a
-/// flexibility times the traction, a flexibility for each of the creepages so that the forces without slip are those of the linear theory; the
-/// bound of friction is that of a parabolic pressure. Forces (x, y) on body 1, N.
+/// J. J. Kalker, *A fast algorithm for the simplified theory of rolling contact*, Vehicle System Dynamics 11 (1982):
+/// the displacement is a flexibility times the traction, a flexibility for each of the creepages so that the forces
+/// without slip are those of the linear theory; the bound of friction is that of a parabolic pressure. Forces (x, y)
+/// on body 1, N.
 pub fn fastsim(e: &Ellipse, c: &Creepage) -> [f64; 2] {
     let (a, b, k) = (e.a, e.b, e.kalker);
     let flexibility = |coefficient: f64| 8.0 * a / (3.0 * e.shear * coefficient);
@@ -45,8 +46,8 @@ mod tests {
     use super::super::tests::{benchmark, creepage};
     use super::*;
 
-    /// Steady rolling of the benchmark by CONTACT, extrapolated to zero grid size (`docs/validation.md`); the simplified theory is known to be
-    /// within 5 % of μN of it without spin.
+    /// Steady rolling of the benchmark by CONTACT, extrapolated to zero grid size (`docs/validation.md`); the
+    /// simplified theory is known to be within 5 % of μN of it without spin.
     #[test]
     fn is_near_the_forces_of_contact() {
         let e = benchmark();
@@ -56,7 +57,8 @@ mod tests {
         }
     }
 
-    /// Without slip a spin alone makes a lateral force; with much of it there is less, and none by symmetry along the rolling direction.
+    /// Without slip a spin alone makes a lateral force; with much of it there is less, and none by symmetry along the
+    /// rolling direction.
     #[test]
     fn spin_makes_a_lateral_force() {
         let e = benchmark();

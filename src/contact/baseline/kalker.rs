@@ -1,4 +1,5 @@
-//! Kalker's coefficients of the linear theory of rolling contact: forces without slip on an elliptic contact of like half-spaces.
+//! Kalker's coefficients of the linear theory of rolling contact: forces without slip on an elliptic contact of like
+//! half-spaces.
 
 /// C11, C22 and C23 = −C32 of an elliptic contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,8 +15,9 @@ pub struct Coefficients {
 /// A row: C11, C22, C23, each for ν = 0, 1/4, 1/2.
 type Row = [[f64; 3]; 3];
 
-/// Half-axis ratios a/b = 0.1, 0.2 … 1 (a along the rolling direction). J. J. Kalker, *Three-Dimensional Elastic Bodies in Rolling Contact*
-/// (Kluwer, 1990), table E3; at a/b = 0.8 it has 1.15 for C23 at ν = 1/4, taken as a misprint of the 1.25 that the neighbours ask for.
+/// Half-axis ratios a/b = 0.1, 0.2 … 1 (a along the rolling direction). J. J. Kalker, *Three-Dimensional Elastic
+/// Bodies in Rolling Contact* (Kluwer, 1990), table E3; at a/b = 0.8 it has 1.15 for C23 at ν = 1/4, taken as a
+/// misprint of the 1.25 that the neighbours ask for.
 #[allow(clippy::approx_constant)] // Figures of the table.
 const NARROW: [Row; 10] = [
     [[2.51, 3.31, 4.85], [2.51, 2.52, 2.53], [0.334, 0.473, 0.731]],
@@ -44,8 +46,8 @@ const LONG: [Row; 10] = [
     [[3.40, 4.12, 5.20], [3.40, 3.67, 3.98], [1.33, 1.47, 1.63]],
 ];
 
-/// The coefficients for Poisson's ratio `poisson` and the half-axes a/b = `ratio`, between 0.1 and 10: straight between the ratios of the table,
-/// and in ν the parabola of the inverses. None beyond the table.
+/// The coefficients for Poisson's ratio `poisson` and the half-axes a/b = `ratio`, between 0.1 and 10: straight
+/// between the ratios of the table, and in ν the parabola of the inverses. None beyond the table.
 pub fn coefficients(poisson: f64, ratio: f64) -> Option<Coefficients> {
     let (table, g) = if ratio <= 1.0 { (&NARROW, ratio) } else { (&LONG, 1.0 / ratio) };
     if !(g >= 0.1 && (0.0..=0.5).contains(&poisson)) {

@@ -8,8 +8,9 @@ pub fn linear(e: &Ellipse, c: &Creepage) -> [f64; 2] {
     e.without_slip(c)
 }
 
-/// The linear theory cut at the bound of friction by a cubic: Z. Y. Shen, J. K. Hedrick, J. A. Elkins, *A comparison of alternative creep force
-/// models for rail vehicle dynamic analysis*, 8th IAVSD Symposium (1983). Forces (x, y) on body 1, N.
+/// The linear theory cut at the bound of friction by a cubic: Z. Y. Shen, J. K. Hedrick, J. A. Elkins, *A comparison
+/// of alternative creep force models for rail vehicle dynamic analysis*, 8th IAVSD Symposium (1983). Forces (x, y) on
+/// body 1, N.
 pub fn shen_hedrick_elkins(e: &Ellipse, c: &Creepage) -> [f64; 2] {
     let force = e.without_slip(c);
     let size = force[0].hypot(force[1]);
@@ -21,7 +22,8 @@ pub fn shen_hedrick_elkins(e: &Ellipse, c: &Creepage) -> [f64; 2] {
     force.map(|f| f / size * e.bound() * cut)
 }
 
-/// O. Polach, *A fast wheel-rail forces calculation computer code*, Vehicle System Dynamics 33, supplement (1999). Forces (x, y) on body 1, N.
+/// O. Polach, *A fast wheel-rail forces calculation computer code*, Vehicle System Dynamics 33, supplement (1999).
+/// Forces (x, y) on body 1, N.
 pub fn polach(e: &Ellipse, c: &Creepage) -> [f64; 2] {
     use std::f64::consts::PI;
     let bound = e.bound();

@@ -5,8 +5,8 @@ use crate::contact::interface::Creepage;
 use crate::contact::LinearMemory;
 use crate::friction::FrictionLaw;
 
-/// Steps of the differences, over the creepage at which the linear theory alone reaches the bound of friction, over the load and
-/// over the coefficient.
+/// Steps of the differences, over the creepage at which the linear theory alone reaches the bound of friction, over
+/// the load and over the coefficient.
 const STEP: f64 = 1e-5;
 
 /// How the friction (x, y) on body 1 of a contact of one point follows small motions:
@@ -26,8 +26,8 @@ pub struct LinearForce {
 }
 
 impl LinearForce {
-    /// That of `law` on the ellipse `e`, whose coefficient of friction is that of `friction` at the creep, at the creepages `c` and the rolling speed
-    /// `speed`, m/s. The spin stays as it is.
+    /// That of `law` on the ellipse `e`, whose coefficient of friction is that of `friction` at the creep, at the
+    /// creepages `c` and the rolling speed `speed`, m/s. The spin stays as it is.
     pub fn new(
         law: impl Fn(&Ellipse, &Creepage) -> [f64; 2],
         e: &Ellipse,
@@ -78,8 +78,8 @@ mod tests {
     use super::super::{linear, shen_hedrick_elkins};
     use super::*;
 
-    /// The linear theory resists with G a b C/V and goes with P^(2/3), Shen–Hedrick–Elkins' law with that at rest, and sliding with μP along the
-    /// creep and nothing against more of it.
+    /// The linear theory resists with G a b C/V and goes with P^(2/3), Shen–Hedrick–Elkins' law with that at rest,
+    /// and sliding with μP along the creep and nothing against more of it.
     #[test]
     fn laws_have_the_slopes_of_their_formulas() {
         let (e, speed, mu) = (benchmark(), 10.0, FrictionLaw::Constant(0.3));

@@ -1,8 +1,9 @@
-//! Creep forces of a contact that is one point: laws of the total forces on an elliptic contact of like half-spaces under Hertz' pressure. What the
-//! discretised contact is compared with.
+//! Creep forces of a contact that is one point: laws of the total forces on an elliptic contact of like half-spaces
+//! under Hertz' pressure. What the discretised contact is compared with.
 //!
-//! Signs are those of the rest: the forces act on body 1, creepages are of body 1 against body 2, and the contact rolls towards −x. So a positive
-//! creepage makes a negative force, and a positive spin, which creeps backwards at the leading edge, a positive lateral one.
+//! Signs are those of the rest: the forces act on body 1, creepages are of body 1 against body 2, and the contact
+//! rolls towards −x. So a positive creepage makes a negative force, and a positive spin, which creeps backwards at
+//! the leading edge, a positive lateral one.
 
 mod fastsim;
 mod footprint;
@@ -49,9 +50,9 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// The ellipse with the second moments of the pressures p at places (x, y), with the areas w: an ellipse under Hertz' pressure has ⟨x²⟩ = a²/5.
-    /// `materials` are Young's modulus, Pa, and Poisson's ratio of both bodies, which together have ν/G = (ν1/G1 + ν2/G2)/2. None without pressure,
-    /// or beyond Kalker's table.
+    /// The ellipse with the second moments of the pressures p at places (x, y), with the areas w: an ellipse under
+    /// Hertz' pressure has ⟨x²⟩ = a²/5. `materials` are Young's modulus, Pa, and Poisson's ratio of both bodies,
+    /// which together have ν/G = (ν1/G1 + ν2/G2)/2. None without pressure, or beyond Kalker's table.
     pub fn of_pressure(
         nodes: impl Iterator<Item = ([f64; 2], f64)> + Clone,
         friction: f64,
@@ -77,8 +78,9 @@ impl Ellipse {
         Self { a: factor * self.a, b: factor * self.b, load, ..*self }
     }
 
-    /// Stiffness of Hertz' contact, N/m: the force goes with δ^(3/2), so that dP/dδ = 3P/2δ, and δ = 3P K(e)/(2π E* max(a, b)) (K. L. Johnson,
-    /// *Contact Mechanics* (1985), eq. 4.26c), where the arithmetic-geometric mean M gives the elliptic integral as K(e) = π max(a, b)/2M(a, b).
+    /// Stiffness of Hertz' contact, N/m: the force goes with δ^(3/2), so that dP/dδ = 3P/2δ, and δ = 3P K(e)/(2π E*
+    /// max(a, b)) (K. L. Johnson, *Contact Mechanics* (1985), eq. 4.26c), where the arithmetic-geometric mean M gives
+    /// the elliptic integral as K(e) = π max(a, b)/2M(a, b).
     pub fn normal_stiffness(&self) -> f64 {
         let (mut a, mut b) = (self.a, self.b);
         for _ in 0..60 {
@@ -123,8 +125,8 @@ mod tests {
         Creepage { longitudinal, lateral, spin }
     }
 
-    /// Each law has the slope of the linear theory at rest, is odd, is mirrored with the creepages, and slides in the end with all of μN against
-    /// the creep.
+    /// Each law has the slope of the linear theory at rest, is odd, is mirrored with the creepages, and slides in the
+    /// end with all of μN against the creep.
     #[test]
     fn laws_begin_as_the_linear_theory_and_end_in_full_sliding() {
         let e = benchmark();
@@ -151,7 +153,8 @@ mod tests {
                 let want = direction.map(|d| -e.bound() * d);
                 assert!((0..2).all(|k| (f[k] - want[k]).abs() < 0.02 * e.bound()), "{name}: {f:?} against {want:?}");
             }
-            // Askew the first and the last keep to the direction of the linear theory, which is not quite that of the creep.
+            // Askew the first and the last keep to the direction of the linear theory, which is not quite that of the
+            // creep.
             let f = law(&e, &creepage(0.3, 0.4, 0.0));
             assert!((f[0].hypot(f[1]) / e.bound() - 1.0).abs() < 0.02 && f[0] < 0.0 && f[1] < f[0], "{name}: {f:?}");
             let [one, other] = [1.0, -1.0].map(|s| law(&e, &creepage(s * 0.002, 0.001, s * 0.0)));

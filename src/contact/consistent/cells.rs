@@ -14,7 +14,8 @@ pub(crate) struct Cells {
     cells: Vec<([usize; 4], f64)>,
     /// H⁻¹ of all nodes of the interface, that of these among each other, 1/m², `[k, k]`.
     inverse: Mat<f64>,
-    /// Place of the eight neighbours of each node and of itself, row by row from the lowest x and y; `usize::MAX` where there is none, `[k]`.
+    /// Place of the eight neighbours of each node and of itself, row by row from the lowest x and y; `usize::MAX`
+    /// where there is none, `[k]`.
     neighbours: Vec<[usize; 9]>,
 }
 
@@ -58,7 +59,8 @@ pub(crate) struct Integral {
     pub area: [f64; 2],
 }
 
-/// Derivative of an [`Integral`] by what is projected at the nodes: blocks of each node and its neighbours, as [`Cells`] counts them, m².
+/// Derivative of an [`Integral`] by what is projected at the nodes: blocks of each node and its neighbours, as
+/// [`Cells`] counts them, m².
 pub(crate) struct Derivative(Vec<[[[f64; 3]; 3]; 9]>);
 
 /// The integral by the `rule` over `cells` (corners and areas, m²) of `k` nodes with these fields.
@@ -83,7 +85,8 @@ pub(super) fn integral(
     found
 }
 
-/// Calls `with` for each point of quadrature under pressure: corners of its cell, shape functions, area of the point, projections.
+/// Calls `with` for each point of quadrature under pressure: corners of its cell, shape functions, area of the point,
+/// projections.
 fn visit(
     rule: &Rule,
     cells: impl Iterator<Item = ([usize; 4], f64)>,

@@ -1,7 +1,7 @@
 //! Semi-smooth Newton method on F(R) = R − ∫Nᵀ Proj(N (H⁻¹R − ρ u)), u = constant + B R + shift.
 //!
-//! With the derivative D of the integral F′ = I − D (H⁻¹ − ρ B). A Jacobian is factored where the one before no longer serves GMRES as a preconditioner,
-//! over Newton iterations and over steps in time.
+//! With the derivative D of the integral F′ = I − D (H⁻¹ − ρ B). A Jacobian is factored where the one before no
+//! longer serves GMRES as a preconditioner, over Newton iterations and over steps in time.
 
 use super::cells::{Cells, Derivative, Fields, Law};
 use crate::contact::krylov::gmres;
@@ -110,7 +110,8 @@ impl Posed<'_> {
         Iterate { forces, shift, response, stress, motion, map, largest, norm }
     }
 
-    /// Solves to a largest residual of `target`, as measured, from `start`; the residual that is left where the method stalls.
+    /// Solves to a largest residual of `target`, as measured, from `start`; the residual that is left where the
+    /// method stalls.
     pub fn solve(&self, target: f64, start: Iterate, memory: &mut Memory, effort: &mut Effort) -> Result<Iterate, f64> {
         let mut now = start;
         for _ in 0..PATIENCE {

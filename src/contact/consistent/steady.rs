@@ -1,4 +1,5 @@
-//! Steady rolling by equation (3): from the solution of the nodal laws on, by Newton's method on the nodes around the contact.
+//! Steady rolling by equation (3): from the solution of the nodal laws on, by Newton's method on the nodes around the
+//! contact.
 
 use super::cells::{self, Cells, Fields, Law};
 use super::newton::{Effort, Iterate, Memory, Posed};
@@ -26,9 +27,10 @@ pub struct ConsistentSteady<'a> {
 /// Its solution.
 #[derive(Debug, Clone)]
 pub struct ConsistentSolution {
-    /// Pressure and traction are nodal forces divided by nodal areas: means of what is projected, p ≥ 0 and |t| ≤ μp. The state of a node is that of the law
-    /// with the fields at it, so that the nodes around the contact, which the pressed part of their cells gives a force, are open. The residual is
-    /// the largest component of F(R) over the nodal area, relative to the largest pressure as that of [`SteadySolution`].
+    /// Pressure and traction are nodal forces divided by nodal areas: means of what is projected, p ≥ 0 and |t| ≤ μp.
+    /// The state of a node is that of the law with the fields at it, so that the nodes around the contact, which the
+    /// pressed part of their cells gives a force, are open. The residual is the largest component of F(R) over the
+    /// nodal area, relative to the largest pressure as that of [`SteadySolution`].
     pub solution: SteadySolution,
     /// The field H⁻¹R: tractions x, y and pressure, Pa, `[n][3]`.
     pub field: Vec<[f64; 3]>,
@@ -36,7 +38,8 @@ pub struct ConsistentSolution {
     pub area: [f64; 2],
 }
 
-/// ρ_n in Pa/m and ρ_t V in Pa of a steady problem: the inverses of the own compliance and creep of the node where the bodies are nearest.
+/// ρ_n in Pa/m and ρ_t V in Pa of a steady problem: the inverses of the own compliance and creep of the node where
+/// the bodies are nearest.
 pub fn augmentation(problem: &SteadyProblem<'_>) -> Augmentation {
     let s = problem.interface;
     let nearest = (0..s.len()).filter(|&i| !s.on_border(i)).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b]));
@@ -71,7 +74,9 @@ impl<'a> ConsistentSteady<'a> {
         let s = p.interface;
         if s.are_points() || !p.friction.is_constant() {
             return Err(Error::Job(
-                "contact.quadrature: \"consistent\" is for contact on a grid with a constant coefficient of friction; take \"nodal\"".into(),
+                "contact.quadrature: \"consistent\" is for contact on a grid with a constant coefficient of \
+                 friction; take \"nodal\""
+                    .into(),
             ));
         }
         let start = p.solve()?;
@@ -111,7 +116,8 @@ impl<'a> ConsistentSteady<'a> {
             whole = self.whole(&surface, &forces, approach);
         }
         Err(Error::NotConverged(format!(
-            "steady contact, consistent quadrature: no solution within {:.1e} after {} iterations (analyses.steady.max_iterations is {}); \
+            "steady contact, consistent quadrature: no solution within {:.1e} after {} iterations \
+             (analyses.steady.max_iterations is {}); \
              residuals on the whole interface: {}",
             p.tolerance,
             effort.iterations,
@@ -124,7 +130,8 @@ impl<'a> ConsistentSteady<'a> {
         Law { rho: self.augmentation, friction: self.problem.friction.coefficient(0.0) }
     }
 
-    /// Newton's method with the upstream operator as it is, from forces on all nodes, N, `[3n]`, and an approach; the shift is the change of it.
+    /// Newton's method with the upstream operator as it is, from forces on all nodes, N, `[3n]`, and an approach; the
+    /// shift is the change of it.
     fn newton(
         &self,
         cells: &Cells,
@@ -161,7 +168,8 @@ impl<'a> ConsistentSteady<'a> {
         let target = 0.3 * p.tolerance * if law.friction > 0.0 { law.friction.min(1.0) } else { 1.0 };
         posed.solve(target, start, memory, effort).map_err(|left| {
             Error::NotConverged(format!(
-                "steady contact, consistent quadrature: Newton's method stalled at a residual of {:.1e}, {target:.1e} was asked for",
+                "steady contact, consistent quadrature: Newton's method stalled at a residual of {:.1e}, \
+                 {target:.1e} was asked for",
                 left
             ))
         })

@@ -3,7 +3,8 @@
 use crate::grid::Interface;
 use crate::quadrature::GAUSS_3;
 
-/// The points of quadrature of a cell: the shape functions of its corners (0, 0), (1, 0), (0, 1), (1, 1) there, and weights as parts of its area.
+/// The points of quadrature of a cell: the shape functions of its corners (0, 0), (1, 0), (0, 1), (1, 1) there, and
+/// weights as parts of its area.
 pub(super) type Rule = [([f64; 4], f64); 9];
 
 /// A grid with bilinear shape functions.
@@ -79,8 +80,9 @@ impl Surface {
         self.rule
     }
 
-    /// Corners, ascending, of the cells with a point at which the pressure is not that of an open contact, p > ρ g: `pressure` in Pa, ρ in Pa/m, and the gap
-    /// of a node, m, where it is known; cells of nodes of which it is not are left out.
+    /// Corners, ascending, of the cells with a point at which the pressure is not that of an open contact, p > ρ g:
+    /// `pressure` in Pa, ρ in Pa/m, and the gap of a node, m, where it is known; cells of nodes of which it is not
+    /// are left out.
     pub fn pressed(&self, pressure: impl Fn(usize) -> f64, rho: f64, gap: impl Fn(usize) -> Option<f64>) -> Vec<usize> {
         let mut out = Vec::new();
         for (corners, _) in self.cells() {
@@ -114,7 +116,8 @@ impl Surface {
     }
 }
 
-/// The inverse of ∫NᵀN of a line of linear elements with the given lengths, m, column after column, by Gauss's elimination on three diagonals.
+/// The inverse of ∫NᵀN of a line of linear elements with the given lengths, m, column after column, by Gauss's
+/// elimination on three diagonals.
 fn inverse_of_line(lengths: &[f64]) -> Vec<f64> {
     let n = lengths.len() + 1;
     let beside = |i: usize| lengths.get(i).copied().unwrap_or(0.0);

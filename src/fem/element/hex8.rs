@@ -1,6 +1,7 @@
-//! Eight-node hexahedron with incompatible modes: the element of Taylor, Beresford and Wilson, "A non-conforming element
-//! for stress analysis", Int. J. Numer. Meth. Engng 10 (1976) 1211–1219. It represents bending exactly on parallelepipeds
-//! and, with the Jacobian of the incompatible part taken at the centre, passes the patch test on distorted meshes.
+//! Eight-node hexahedron with incompatible modes: the element of Taylor, Beresford and Wilson, "A non-conforming
+//! element for stress analysis", Int. J. Numer. Meth. Engng 10 (1976) 1211–1219. It represents bending exactly on
+//! parallelepipeds and, with the Jacobian of the incompatible part taken at the centre, passes the patch test on
+//! distorted meshes.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -34,8 +35,8 @@ fn gauss_point(x: &[[f64; 3]], point: &Point, centre_inv: &[[f64; 3]; 3], centre
             columns[3 * a + c] = strain_column(g, c);
         }
     }
-    // Incompatible modes 1-ξ², 1-η², 1-ζ² with the centre's Jacobian scaled by det₀/det: their strains then integrate to
-    // zero over the element, which is what the patch test asks for.
+    // Incompatible modes 1-ξ², 1-η², 1-ζ² with the centre's Jacobian scaled by det₀/det: their strains then integrate
+    // to zero over the element, which is what the patch test asks for.
     for m in 0..3 {
         let mut gm = [0.0; 3];
         gm[m] = -2. * xi[m] * centre_det / det;
@@ -56,7 +57,8 @@ fn gauss(x: &[[f64; 3]]) -> [GaussPoint; 8] {
     std::array::from_fn(|g| gauss_point(x, &rule[g], &inv0, det0))
 }
 
-/// Condensed stiffness and the operator that recovers the incompatible amplitudes: `amplitudes[9] = recover[9][24] · u`.
+/// Condensed stiffness and the operator that recovers the incompatible amplitudes: `amplitudes[9] = recover[9][24] ·
+/// u`.
 struct Condensed {
     stiffness: [[f64; DOFS]; DOFS],
     recover: [[f64; DOFS]; 9],

@@ -11,7 +11,8 @@ use std::sync::OnceLock;
 /// The element.
 pub(super) struct Isoparametric(pub CellKind);
 
-/// Derivatives of the shape functions with respect to the space coordinates, 1/m, and the determinant of the Jacobian, m³.
+/// Derivatives of the shape functions with respect to the space coordinates, 1/m, and the determinant of the
+/// Jacobian, m³.
 fn gradients(x: &[[f64; 3]], shape: &Shape) -> ([[f64; 3]; MAX_NODES], f64) {
     let j = jacobian(x, shape);
     let det = determinant(&j);
@@ -23,7 +24,8 @@ fn gradients(x: &[[f64; 3]], shape: &Shape) -> ([[f64; 3]; MAX_NODES], f64) {
     (g, det)
 }
 
-/// Stress (xx, yy, zz, xy, yz, zx), Pa, of the displacement `u`, m, `[3n]`, where the shape functions have the gradients `g`, 1/m, `[n][3]`.
+/// Stress (xx, yy, zz, xy, yz, zx), Pa, of the displacement `u`, m, `[3n]`, where the shape functions have the
+/// gradients `g`, 1/m, `[n][3]`.
 fn stress_at(g: &[[f64; 3]], u: &[f64], material: &Material) -> [f64; 6] {
     let mut d = [[0.0; 3]; 3];
     for (ga, ua) in g.iter().zip(u.chunks_exact(3)) {
@@ -37,8 +39,8 @@ fn stress_at(g: &[[f64; 3]], u: &[f64], material: &Material) -> [f64; 6] {
 }
 
 impl Element for Isoparametric {
-    /// With A_(ai)(bj) = ∫ ∂N_a/∂x_i ∂N_b/∂x_j dV the stiffness is λ A_(ai)(bj) + μ A_(aj)(bi) + μ δ_ij Σ_k A_(ak)(bk): A is a sum of products of a
-    /// vector with itself, which is most of the work.
+    /// With A_(ai)(bj) = ∫ ∂N_a/∂x_i ∂N_b/∂x_j dV the stiffness is λ A_(ai)(bj) + μ A_(aj)(bi) + μ δ_ij Σ_k
+    /// A_(ak)(bk): A is a sum of products of a vector with itself, which is most of the work.
     fn stiffness(&self, x: &[[f64; 3]], material: &Material, k: &mut [f64]) {
         let n = x.len();
         let (lambda, mu) = material.lame();
@@ -70,7 +72,8 @@ impl Element for Isoparametric {
         }
     }
 
-    /// Evaluated at as many points within as there are corners, where it is most accurate, and extrapolated by the functions of the linear cell.
+    /// Evaluated at as many points within as there are corners, where it is most accurate, and extrapolated by the
+    /// functions of the linear cell.
     fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &Material, stress: &mut [[f64; 6]]) {
         let recovery = recovery(self.0);
         let at = |shape: &Shape| stress_at(&gradients(x, shape).0[..x.len()], u, material);

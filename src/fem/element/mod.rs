@@ -21,13 +21,15 @@ pub struct PointStress {
 
 /// The elastic behaviour of a cell.
 pub trait Element: Sync {
-    /// Stiffness of the cell with nodes at `x` (m, `[n][3]`), N/m, `[3n, 3n]` row-major, degree of freedom `3*node + component`.
+    /// Stiffness of the cell with nodes at `x` (m, `[n][3]`), N/m, `[3n, 3n]` row-major, degree of freedom `3*node +
+    /// component`.
     fn stiffness(&self, x: &[[f64; 3]], material: &Material, k: &mut [f64]);
 
     /// Stress (xx, yy, zz, xy, yz, zx), Pa, at the nodes, `[n][6]`, under the displacement `u`, m, `[3n]`.
     fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &Material, stress: &mut [[f64; 6]]);
 
-    /// Stress at the points of the rule for the stiffness under the displacement `u`, m, `[3n]`: in equilibrium with what the stiffness says.
+    /// Stress at the points of the rule for the stiffness under the displacement `u`, m, `[3n]`: in equilibrium with
+    /// what the stiffness says.
     fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &Material) -> Vec<PointStress>;
 }
 
@@ -58,12 +60,14 @@ pub(in crate::fem) fn inverse(j: &[[f64; 3]; 3], det: f64) -> [[f64; 3]; 3] {
     ]
 }
 
-/// Derivatives with respect to the space coordinates from those with respect to the reference ones: `g_i = g_ξj J⁻¹_ji`.
+/// Derivatives with respect to the space coordinates from those with respect to the reference ones: `g_i = g_ξj
+/// J⁻¹_ji`.
 pub(in crate::fem) fn to_space(grad: [f64; 3], inv: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|i| grad[0] * inv[0][i] + grad[1] * inv[1][i] + grad[2] * inv[2][i])
 }
 
-/// Strain (xx, yy, zz, xy, yz, zx; engineering shears) made by a unit displacement of a function with gradient `g` along axis `c`.
+/// Strain (xx, yy, zz, xy, yz, zx; engineering shears) made by a unit displacement of a function with gradient `g`
+/// along axis `c`.
 fn strain_column(g: [f64; 3], c: usize) -> [f64; 6] {
     match c {
         0 => [g[0], 0., 0., g[1], 0., g[2]],

@@ -8,7 +8,8 @@ use crate::mesh::Cell;
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
 
-/// The reference cell, its corners moved a little; the other nodes lie between them, and away from there by `bend` of the push of a corner.
+/// The reference cell, its corners moved a little; the other nodes lie between them, and away from there by `bend` of
+/// the push of a corner.
 fn bent(kind: CellKind, bend: f64) -> Vec<[f64; 3]> {
     let push = [0.11, -0.23, 0.17, 0.05, -0.14, 0.21, -0.09, 0.13];
     // Reference tetrahedra, wedges and pyramids are half as large.
@@ -132,7 +133,8 @@ fn enclosed(kind: CellKind, x: &[[f64; 3]]) -> f64 {
     volume
 }
 
-/// A cell is as large as what its faces enclose, with straight edges and with curved ones; and so large as an affine map makes it.
+/// A cell is as large as what its faces enclose, with straight edges and with curved ones; and so large as an affine
+/// map makes it.
 #[test]
 fn volume_is_exact() {
     for kind in CellKind::ALL {
@@ -164,7 +166,8 @@ fn affine(kind: CellKind) -> Vec<[f64; 3]> {
     kind.reference_nodes().iter().map(map).collect()
 }
 
-/// A displacement of second degree on an affine cell of second order: stress at the nodes, and twice its energy u·K u = ∫ σ : ε dV.
+/// A displacement of second degree on an affine cell of second order: stress at the nodes, and twice its energy u·K u
+/// = ∫ σ : ε dV.
 #[test]
 fn fields_of_second_degree_are_exact() {
     let (l, mu) = STEEL.lame();
@@ -217,8 +220,8 @@ fn form(matrix: &[f64], v: &[[f64; 3]], u: &[[f64; 3]]) -> f64 {
     (0..n * n).map(|i| matrix[i] * dot(i / n, i % n)).sum()
 }
 
-/// On any cell: rigid rotations a × r, b × r have u_a·G u_b = (a × b)·ê I with the polar moment of inertia, translations none; K_c of a rotation is
-/// ∫ρ|a × W|²; and a constant stress gives ∫σ:∇v·∇u.
+/// On any cell: rigid rotations a × r, b × r have u_a·G u_b = (a × b)·ê I with the polar moment of inertia,
+/// translations none; K_c of a rotation is ∫ρ|a × W|²; and a constant stress gives ∫σ:∇v·∇u.
 #[test]
 fn rotation_forms_of_rigid_motions_and_constant_stress() {
     let axis = Axis { centre: [0.3, -0.2, 0.5], direction: [0.0, 0.6, 0.8] };

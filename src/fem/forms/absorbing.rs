@@ -4,8 +4,8 @@ use super::{Coupling, Form};
 use crate::mesh::quality::{determinant, jacobian};
 use crate::mesh::Cell;
 
-/// ∫ ρ α v·u dV, kg/s, or with what moves across the normal alone, with α = `rate` (1 − d/`depth`)² at the distance d < `depth` from a plane and 0 beyond: waves meet no step that would send them
-/// back.
+/// ∫ ρ α v·u dV, kg/s, or with what moves across the normal alone, with α = `rate` (1 − d/`depth`)² at the distance d
+/// < `depth` from a plane and 0 beyond: waves meet no step that would send them back.
 pub struct Absorbing {
     /// Density ρ, kg/m³.
     pub density: f64,

@@ -1,6 +1,7 @@
-//! What rotation of the material adds to the equations of motion in a frame that does not turn, each at 1 rad/s. With D = W·∇ acting on
-//! Cartesian components the acceleration of the material is ü + 2 D u̇ + D D u − Ω² r; after integration by parts (div W = 0, W·n = 0 on the
-//! boundary of a body of revolution) there remain a skew, a symmetric and a prestress form.
+//! What rotation of the material adds to the equations of motion in a frame that does not turn, each at 1 rad/s. With
+//! D = W·∇ acting on Cartesian components the acceleration of the material is ü + 2 D u̇ + D D u − Ω² r; after
+//! integration by parts (div W = 0, W·n = 0 on the boundary of a body of revolution) there remain a skew, a symmetric
+//! and a prestress form.
 
 use super::{Coupling, Form};
 use crate::fem::element::{element, inverse, to_space};
@@ -9,7 +10,8 @@ use crate::fem::Material;
 use crate::mesh::quality::{determinant, jacobian};
 use crate::mesh::Cell;
 
-/// Values N_a and derivatives D N_a = W·∇N_a of the shape functions at the points of the rule for the mass, with the mass of each point, kg.
+/// Values N_a and derivatives D N_a = W·∇N_a of the shape functions at the points of the rule for the mass, with the
+/// mass of each point, kg.
 fn points(cell: Cell<'_>, x: &[[f64; 3]], density: f64, axis: &Axis, mut take: impl FnMut(f64, &[f64], &[f64])) {
     let n = cell.kind.nodes();
     let mut along = vec![0.0; n];

@@ -21,7 +21,8 @@ pub struct Analyses {
     /// Stability of steady rolling: the modes that squeal, with their growth rates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stability: Option<Stability>,
-    /// Steady rolling over a range of one creepage: forces, stick, and where `stability` is asked for the least stable eigenvalue.
+    /// Steady rolling over a range of one creepage: forces, stick, and where `stability` is asked for the least
+    /// stable eigenvalue.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub creep_curve: Option<CreepCurve>,
     /// Receptances of the bodies at the contact point.
@@ -89,7 +90,8 @@ impl Curving {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Modes {
-    /// Number of modes of each body, the lowest first; a cluster of equal frequencies is never cut, so a few more may come.
+    /// Number of modes of each body, the lowest first; a cluster of equal frequencies is never cut, so a few more may
+    /// come.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 100_000))]
     pub count: Option<u32>,
@@ -145,10 +147,11 @@ impl Default for Steady {
 pub struct CreepCurve {
     /// The creepage that changes; the others are those of the contact.
     pub key: CreepageKey,
-    /// Its values, 1, for spin 1/m: a list, or a range. They are gone through in the order given; close steps are quick.
+    /// Its values, 1, for spin 1/m: a list, or a range. They are gone through in the order given; close steps are
+    /// quick.
     pub values: CreepageValues,
-    /// Residual of the contact laws at which a point is accepted, relative to the normal force, where forces alone are asked for; with `stability` it is
-    /// that of a state of rest, 1e-10. Default: that of `analyses.steady`.
+    /// Residual of the contact laws at which a point is accepted, relative to the normal force, where forces alone
+    /// are asked for; with `stability` it is that of a state of rest, 1e-10. Default: that of `analyses.steady`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
     pub tolerance: Option<f64>,
@@ -217,14 +220,15 @@ pub struct Stability {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
     pub max_frequency: Option<f64>,
-    /// The state that is examined. Default: `"steady"`, what the creepage gives; with `direction` `"rigid"` it is `"sliding"`.
+    /// The state that is examined. Default: `"steady"`, what the creepage gives; with `direction` `"rigid"` it is
+    /// `"sliding"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<StabilityState>,
     /// Where the direction and the velocity of sliding come from in the state `"sliding"`.
     #[serde(default)]
     pub direction: Direction,
-    /// Eigenvalues up to this damping ratio are listed, and all that grow; 1: all. The relaxations of the contact itself, which go with the size of the
-    /// elements, are damped far more than any mode of the bodies.
+    /// Eigenvalues up to this damping ratio are listed, and all that grow; 1: all. The relaxations of the contact
+    /// itself, which go with the size of the elements, are damped far more than any mode of the bodies.
     #[serde(default = "default_listed")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 1.0))]
     pub damping_ratio: f64,
@@ -232,7 +236,8 @@ pub struct Stability {
     #[serde(default = "default_backward_error")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
     pub tolerance: f64,
-    /// Complex modes that are written as motions of the bodies: the unstable ones, and if these are fewer the least damped up to this number; 0: none.
+    /// Complex modes that are written as motions of the bodies: the unstable ones, and if these are fewer the least
+    /// damped up to this number; 0: none.
     #[serde(default = "default_shapes")]
     #[schemars(range(max = 10_000))]
     pub shapes: u32,
@@ -240,7 +245,8 @@ pub struct Stability {
     #[serde(default = "default_phases")]
     #[schemars(range(min = 4, max = 1000), extend("multipleOf" = 4))]
     pub phases: u32,
-    /// Whether the derivatives of the eigenvalues are computed: by friction, load, speed, creepages, damping of each mode and lateral position of the contact.
+    /// Whether the derivatives of the eigenvalues are computed: by friction, load, speed, creepages, damping of each
+    /// mode and lateral position of the contact.
     #[serde(default)]
     pub sensitivities: bool,
     /// What the contact is taken for: the discretised patch, or beside that one point, to see what the patch changes.
@@ -302,7 +308,8 @@ pub struct FullStability {
     #[serde(default = "default_backward_error")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
     pub tolerance: f64,
-    /// Relative distance |Δλ|/|λ| within which every eigenvalue must have its partner in the reduced model, and the other way round.
+    /// Relative distance |Δλ|/|λ| within which every eigenvalue must have its partner in the reduced model, and the
+    /// other way round.
     #[serde(default = "default_agreement")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.5))]
     pub agreement: f64,
@@ -336,7 +343,8 @@ fn default_backward_error() -> f64 {
     1e-9
 }
 
-/// Displacement of each body at the contact point per unit force there, over frequency, from the modes and the residual compliance.
+/// Displacement of each body at the contact point per unit force there, over frequency, from the modes and the
+/// residual compliance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Receptance {
@@ -388,8 +396,9 @@ pub enum Spread {
     Uniform,
 }
 
-/// Stability at many values of keys of the job: every point has its own sliding equilibrium, contact set and spectrum, as
-/// `analyses.stability` has for the job itself. What needs new modes or compliances makes them once for all points that share them.
+/// Stability at many values of keys of the job: every point has its own sliding equilibrium, contact set and
+/// spectrum, as `analyses.stability` has for the job itself. What needs new modes or compliances makes them once for
+/// all points that share them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {

@@ -14,8 +14,8 @@ pub struct Body {
     /// Linear elastic, isotropic material of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
-    /// Running profile of a wheel or a rail; `contact.placement` says where it is. Without a mesh the body is a half-space at the contact; a section
-    /// that is swept (`mesh.revolved`) has modes as well.
+    /// Running profile of a wheel or a rail; `contact.placement` says where it is. Without a mesh the body is a
+    /// half-space at the contact; a section that is swept (`mesh.revolved`) has modes as well.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<super::Profile>,
     /// Mass, damping and stiffness matrices from another program, instead of mesh, material, damping and supports.
@@ -31,8 +31,8 @@ pub struct Body {
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`. Case matters, but for the groups of `.inp` files.
     #[serde(default)]
     pub fixed: Vec<String>,
-    /// What else holds a body with a mesh, or goes with it, at named groups: single components clamped, planes of symmetry, springs and dashpots,
-    /// masses, ends that absorb.
+    /// What else holds a body with a mesh, or goes with it, at named groups: single components clamped, planes of
+    /// symmetry, springs and dashpots, masses, ends that absorb.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<super::Support>,
     /// Tuned absorbers on a wheel that is swept from a section (`mesh.revolved`).
@@ -44,12 +44,13 @@ pub struct Body {
     /// What a rail (`mesh.extruded`) lies on, with its damping.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub track: Option<super::Track>,
-    /// Whether the body turns: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s. Default: `"rolling"` for a supported
-    /// body whose axle is known (the built-in cylinder has one) in a job with contact and `analyses.modes`, else `"none"`.
+    /// Whether the body turns: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s.
+    /// Default: `"rolling"` for a supported body whose axle is known (the built-in cylinder has one) in a job with
+    /// contact and `analyses.modes`, else `"none"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<Rotation>,
-    /// Distance of the axle from the contact point, m, of a body with a mesh file that rotates; the axle is parallel to y, below the contact point of a
-    /// lower body, above that of an upper one. The built-in cylinder has its own.
+    /// Distance of the axle from the contact point, m, of a body with a mesh file that rotates; the axle is parallel
+    /// to y, below the contact point of a lower body, above that of an upper one. The built-in cylinder has its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub axle_distance: Option<f64>,
@@ -164,8 +165,9 @@ fn one() -> f64 {
 pub enum MeshSource {
     /// The built-in annular cylinder.
     Cylinder(Cylinder),
-    /// A file of Gmsh, MSH 4.1 or 2.2 (ASCII or binary), or of Abaqus or CalculiX (`.inp`), relative to the job file: the body in its place, the
-    /// contact point at the origin, a lower body below the plane z = 0 and an upper one above it. Its contact surface is the group `contact`.
+    /// A file of Gmsh, MSH 4.1 or 2.2 (ASCII or binary), or of Abaqus or CalculiX (`.inp`), relative to the job file:
+    /// the body in its place, the contact point at the origin, a lower body below the plane z = 0 and an upper one
+    /// above it. Its contact surface is the group `contact`.
     File(MeshFile),
     /// A body of revolution swept from a section: no mesh of three dimensions.
     Revolved(super::Revolved),
@@ -196,7 +198,8 @@ pub struct MeshFileKeys {
     /// Takes 4-node tetrahedra all the same, although they lock: they are far too stiff in bending, and in shear.
     #[serde(default)]
     pub linear_tetrahedra: bool,
-    /// Brings the mesh to its place, step by step in this order, after `scale`: the contact point to the origin, the axle along y.
+    /// Brings the mesh to its place, step by step in this order, after `scale`: the contact point to the origin, the
+    /// axle along y.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub transform: Vec<Motion>,
 }
@@ -343,8 +346,9 @@ pub struct Damping {
 }
 
 impl Damping {
-    /// That of steel railway wheels: damping ratios of 1e-3 with no nodal diameter, 1e-2 with one, in which the axle takes part, 1e-4 with more (as
-    /// D. J. Thompson, Railway Noise and Vibration, 2009, has them from measurements, recalled).
+    /// That of steel railway wheels: damping ratios of 1e-3 with no nodal diameter, 1e-2 with one, in which the axle
+    /// takes part, 1e-4 with more (as D. J. Thompson, Railway Noise and Vibration, 2009, has them from measurements,
+    /// recalled).
     pub fn of_steel_wheels() -> Self {
         let factors = [2e-3, 2e-2, 2e-4].map(LossFactor).to_vec();
         Self { modal: Some(ModalDamping::ByDiameter(factors)), ..Self::default() }
@@ -359,8 +363,8 @@ pub enum ModalDamping {
     ByMode(Vec<LossFactor>),
     /// Loss factors by bands of frequency, ascending; every mode must lie in a band.
     ByFrequency(Vec<DampingBand>),
-    /// Loss factors of modes with 0, 1, 2, ... nodal diameters, of a body of revolution that is swept or rotates; the last one holds for all that
-    /// follow.
+    /// Loss factors of modes with 0, 1, 2, ... nodal diameters, of a body of revolution that is swept or rotates; the
+    /// last one holds for all that follow.
     ByDiameter(Vec<LossFactor>),
 }
 

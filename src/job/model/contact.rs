@@ -35,11 +35,12 @@ pub struct Contact {
     /// cylinders and swept bodies; a mesh file brings its own grid, the group `contact`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<Patch>,
-    /// The grid on which two meshes of three dimensions meet that do not have the same one, or whose compliance is `"hybrid"`; given, two meshes that have
-    /// the same one meet on it as well.
+    /// The grid on which two meshes of three dimensions meet that do not have the same one, or whose compliance is
+    /// `"hybrid"`; given, two meshes that have the same one meet on it as well.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grid: Option<CommonGrid>,
-    /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and creepages follow from it.
+    /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and
+    /// creepages follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<super::Placement>,
     /// The wheel of `vehicle` in `curve` whose contact this is: load, speed, position and creepages are then those of
@@ -53,8 +54,8 @@ pub struct Contact {
     /// Roughness of the running surfaces, in `analyses.transient`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<super::Roughness>,
-    /// Contact points of bodies given by matrices, all closed and sliding. They take the place of load, speed, creepage and
-    /// patch.
+    /// Contact points of bodies given by matrices, all closed and sliding. They take the place of load, speed,
+    /// creepage and patch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<ContactPoint>>,
 }
@@ -73,8 +74,8 @@ pub struct ContactPoint {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(extend("unit" = "m"))]
     pub gap: f64,
-    /// Static normal force, N, instead of a load on all contacts. With `slip_velocity` it damps motion across the sliding direction, and makes a falling
-    /// friction law act.
+    /// Static normal force, N, instead of a load on all contacts. With `slip_velocity` it damps motion across the
+    /// sliding direction, and makes a falling friction law act.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("unit" = "N"))]
     pub force: Option<f64>,
@@ -98,7 +99,10 @@ impl Contact {
             ("patch", self.patch.is_some()),
         ];
         let faults = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| {
-            format!("contact.{key}: given beside curve and vehicle, from which it follows (contact.from names the wheel); leave one of the two out")
+            format!(
+                "contact.{key}: given beside curve and vehicle, from which it follows (contact.from names \
+             the wheel); leave one of the two out"
+            )
         });
         let faults = faults.collect();
         self.normal_load = Some(0.5 * vehicle.axle_load);
@@ -188,7 +192,8 @@ pub enum Compliance {
     /// Elastic half-spaces of the bodies' materials (Boussinesq and Cerruti) on the same grid; the bodies' shapes give
     /// the gap only.
     HalfSpace,
-    /// The half-space near the contact, and beside it what the rest of the body adds, from its section or its finite elements.
+    /// The half-space near the contact, and beside it what the rest of the body adds, from its section or its finite
+    /// elements.
     Hybrid,
 }
 
@@ -206,7 +211,8 @@ pub enum Quadrature {
     /// At the nodes of the grid: pressure is nodal force over nodal area.
     #[default]
     Nodal,
-    /// At points of quadrature in the cells of the grid, with the consistent matrix of its bilinear shape functions: in steady rolling and in the transient.
+    /// At points of quadrature in the cells of the grid, with the consistent matrix of its bilinear shape functions:
+    /// in steady rolling and in the transient.
     Consistent,
 }
 
@@ -227,7 +233,8 @@ pub struct CommonGrid {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub spacing: Option<f64>,
-    /// Curvatures of the gap along x and y, the sums of those of both bodies, 1/m: the gap is then that parabola, not that of the faces of the meshes.
+    /// Curvatures of the gap along x and y, the sums of those of both bodies, 1/m: the gap is then that parabola, not
+    /// that of the faces of the meshes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "1/m"))]
     pub curvatures: Option<[f64; 2]>,

@@ -76,7 +76,8 @@ pub struct Job {
     /// The points of `analyses.sweep`, made when the job is read.
     #[serde(skip)]
     pub sweep: Option<SweepPlan>,
-    /// Defaults that have changed since the format the job is written for and that it takes up, one line each, made when the job is read.
+    /// Defaults that have changed since the format the job is written for and that it takes up, one line each, made
+    /// when the job is read.
     #[serde(skip)]
     pub changed_defaults: Vec<String>,
 }
@@ -107,8 +108,8 @@ pub struct Solver {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "byte"))]
     pub memory_limit: Option<f64>,
-    /// A folder on a disk of each machine, relative to the job file: the factors of matrices go there and do not stay in memory. It exists; what is
-    /// put there is removed at the end.
+    /// A folder on a disk of each machine, relative to the job file: the factors of matrices go there and do not stay
+    /// in memory. It exists; what is put there is removed at the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub out_of_core: Option<PathBuf>,
 }
@@ -128,7 +129,8 @@ pub enum LinearSolver {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EigenSolver {
-    /// Block methods of this program: thick-restart Lanczos, many modes by spectrum slicing, Arnoldi for the full system.
+    /// Block methods of this program: thick-restart Lanczos, many modes by spectrum slicing, Arnoldi for the full
+    /// system.
     #[default]
     Blocks,
     /// Those of SLEPc with single vectors: a second opinion.
@@ -142,12 +144,12 @@ pub struct Output {
     /// Whether the fields on the meshes (`/VTKHDF`) are written.
     #[serde(default = "yes")]
     pub fields: bool,
-    /// Whether the reduced model (`/reduced`: modes and compliance at the contact) is written, which `--reuse` takes up: 72 n² bytes
-    /// for each body with n contact nodes, before compression.
+    /// Whether the reduced model (`/reduced`: modes and compliance at the contact) is written, which `--reuse` takes
+    /// up: 72 n² bytes for each body with n contact nodes, before compression.
     #[serde(default = "yes")]
     pub reduced: bool,
-    /// Whether the modes of bodies that are swept from a section, and complex modes with them, are written on meshes that show them. By default as
-    /// `fields` says.
+    /// Whether the modes of bodies that are swept from a section, and complex modes with them, are written on meshes
+    /// that show them. By default as `fields` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swept_modes: Option<bool>,
 }

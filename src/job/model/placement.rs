@@ -55,7 +55,8 @@ impl Profile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileFile {
-    /// Its path, relative to the job file: Miniprof (.whl, .ban), SIMPACK (.prw, .prr), or text with y and z in columns.
+    /// Its path, relative to the job file: Miniprof (.whl, .ban), SIMPACK (.prw, .prr), or text with y and z in
+    /// columns.
     pub path: PathBuf,
     /// Unit of length in the file, m. Default: what the file says, or 0.001.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -71,7 +72,8 @@ pub struct ProfileFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub circle: Option<f64>,
-    /// Wavelength that smoothing leaves half of, m; 0 passes through all points. Measured profiles need some 0.003 to 0.010.
+    /// Wavelength that smoothing leaves half of, m; 0 passes through all points. Measured profiles need some 0.003 to
+    /// 0.010.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 0.1), extend("unit" = "m"))]
     pub smoothing: f64,
@@ -104,7 +106,8 @@ pub struct Placement {
     #[serde(default = "gauge_depth")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub gauge_depth: f64,
-    /// Inclination of the rail towards the middle of the track, added to what its profile has: 0.025 of an upright one on common sleepers.
+    /// Inclination of the rail towards the middle of the track, added to what its profile has: 0.025 of an upright
+    /// one on common sleepers.
     #[serde(default)]
     #[schemars(extend("unit" = "rad"))]
     pub cant: f64,
@@ -127,11 +130,12 @@ pub struct Placement {
     /// The point of contact, instead of shift and roll.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<GivenContact>,
-    /// Whether this is the position under the load: what bodies that are swept give way by, a rail by a millimetre, then does not move the contact. Else
-    /// that of bodies without load.
+    /// Whether this is the position under the load: what bodies that are swept give way by, a rail by a millimetre,
+    /// then does not move the contact. Else that of bodies without load.
     #[serde(default = "yes")]
     pub loaded: bool,
-    /// Speed along the track. Default: `contact.speed`, in the place of which the mean of the speeds comes with which both materials pass the contact.
+    /// Speed along the track. Default: `contact.speed`, in the place of which the mean of the speeds comes with which
+    /// both materials pass the contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
     pub speed: Option<f64>,

@@ -16,7 +16,8 @@ pub struct Extruded {
     #[serde(default = "length")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub length: f64,
-    /// Distance of the contact point from the middle of the head (of a file: from its x = 0), towards +y, m. The frame of the contact is that of the surface there.
+    /// Distance of the contact point from the middle of the head (of a file: from its x = 0), towards +y, m. The
+    /// frame of the contact is that of the surface there.
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub contact_offset: f64,
@@ -64,13 +65,15 @@ pub struct RailFile {
     /// Physical curve that lies on the pads.
     #[serde(default = "foot")]
     pub foot: String,
-    /// Transversal radius of the running line at the contact point, m, for Hertz' estimates of the contact. Without it the line is straight there.
+    /// Transversal radius of the running line at the contact point, m, for Hertz' estimates of the contact. Without
+    /// it the line is straight there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub crown: Option<f64>,
 }
 
-/// What a rail lies on: pads on the ground, or on sleepers on ballast, spread evenly or standing apart; and what absorbs at the ends of the rail.
+/// What a rail lies on: pads on the ground, or on sleepers on ballast, spread evenly or standing apart; and what
+/// absorbs at the ends of the rail.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Track {
@@ -81,8 +84,8 @@ pub struct Track {
     #[serde(default = "spacing")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub spacing: f64,
-    /// Length of each pad along the rail, m. With it pads and sleepers stand apart, one each `spacing`; without it they are spread evenly along the
-    /// track.
+    /// Length of each pad along the rail, m. With it pads and sleepers stand apart, one each `spacing`; without it
+    /// they are spread evenly along the track.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub pad_length: Option<f64>,
@@ -102,8 +105,8 @@ pub struct Track {
     pub ends: Ends,
 }
 
-/// Springs and dashpots under one sleeper. The dashpots are viscous, c = ηk/ω with ω = √(k/m) where the mass on them resonates: that of the rail
-/// between two sleepers on the pads, that of the sleeper on the ballast.
+/// Springs and dashpots under one sleeper. The dashpots are viscous, c = ηk/ω with ω = √(k/m) where the mass on them
+/// resonates: that of the rail between two sleepers on the pads, that of the sleeper on the ballast.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
@@ -134,8 +137,8 @@ pub struct Sleeper {
     pub ballast: Layer,
 }
 
-/// What keeps waves from coming back at either end of the rail: damping by the mass that grows with the square of the distance from where it begins, and
-/// dashpots for the long waves along the rail.
+/// What keeps waves from coming back at either end of the rail: damping by the mass that grows with the square of the
+/// distance from where it begins, and dashpots for the long waves along the rail.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ends {
@@ -147,8 +150,9 @@ pub struct Ends {
     #[serde(default = "end_damping")]
     #[schemars(range(min = 0.0), extend("unit" = "1/s"))]
     pub damping: f64,
-    /// Dashpots at either end for what runs along the rail in compression, over the density times √(E/ρ), which take up all of a long wave that no track
-    /// slows; the damping by the mass is then only for what moves across. 0: it is for all motions.
+    /// Dashpots at either end for what runs along the rail in compression, over the density times √(E/ρ), which take
+    /// up all of a long wave that no track slows; the damping by the mass is then only for what moves across. 0: it
+    /// is for all motions.
     #[serde(default = "end_longitudinal")]
     #[schemars(range(min = 0.0), extend("unit" = "1"))]
     pub longitudinal: f64,
@@ -251,7 +255,8 @@ fn end_damping() -> f64 {
     6000.0
 }
 
-/// Between the 0.83 of its resistance that a wave meets on pads of 67 MN/m² at 300 Hz, √(1 − s/m′ω²), and the 1 of short ones.
+/// Between the 0.83 of its resistance that a wave meets on pads of 67 MN/m² at 300 Hz, √(1 − s/m′ω²), and the 1 of
+/// short ones.
 fn end_longitudinal() -> f64 {
     0.9
 }

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Roughness of the running surfaces, which travels through the contact in `analyses.transient`; other analyses take the bodies as smooth. A body has the sum
-/// of its parts.
+/// Roughness of the running surfaces, which travels through the contact in `analyses.transient`; other analyses take
+/// the bodies as smooth. A body has the sum of its parts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Roughness {
@@ -45,7 +45,8 @@ impl Roughness {
     }
 }
 
-/// A part of the roughness of a body. Heights are positive where the surface stands out; ways grow in the direction of travel, from the centre of the contact at the start.
+/// A part of the roughness of a body. Heights are positive where the surface stands out; ways grow in the direction
+/// of travel, from the centre of the contact at the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RoughnessPart {
@@ -107,7 +108,8 @@ pub enum RoughStandard {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoughFile {
-    /// Its path, relative to the job file: way and height in two columns, or a table whose first row has the lateral places and whose first column has the way.
+    /// Its path, relative to the job file: way and height in two columns, or a table whose first row has the lateral
+    /// places and whose first column has the way.
     pub path: PathBuf,
     /// Unit of the heights, m.
     #[serde(default = "micrometre")]
@@ -117,7 +119,8 @@ pub struct RoughFile {
     #[serde(default = "metre")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub distance_unit: f64,
-    /// Way after which the file repeats itself, m. Default: the circumference of a wheel, if the file is as long; else it does not.
+    /// Way after which the file repeats itself, m. Default: the circumference of a wheel, if the file is as long;
+    /// else it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub period: Option<f64>,

@@ -22,7 +22,8 @@ pub struct Support {
     /// Viscous dashpots beside the springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Dampings>,
-    /// Loss factor of the springs, taken as viscous: right at `loss_frequency`, in proportion to the frequency elsewhere.
+    /// Loss factor of the springs, taken as viscous: right at `loss_frequency`, in proportion to the frequency
+    /// elsewhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("unit" = "1"))]
     pub loss_factor: Option<f64>,
@@ -34,7 +35,8 @@ pub struct Support {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("unit" = "kg"))]
     pub mass: Option<f64>,
-    /// Whether stiffness, damping and mass are those of the whole group, spread evenly over its area, or of each square metre.
+    /// Whether stiffness, damping and mass are those of the whole group, spread evenly over its area, or of each
+    /// square metre.
     #[serde(default)]
     pub per: Per,
     /// The body absorbs waves that run towards the group, which must be plane.
@@ -109,7 +111,8 @@ pub struct Dampings {
     pub normal: f64,
 }
 
-/// Damping by the mass that grows towards a plane group with the square of the depth already passed, and dashpots on the group for long waves along a bar.
+/// Damping by the mass that grows towards a plane group with the square of the depth already passed, and dashpots on
+/// the group for long waves along a bar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Absorbing {
@@ -119,8 +122,9 @@ pub struct Absorbing {
     /// The largest damping, at the group, 1/s.
     #[schemars(range(min = 0.0), extend("unit" = "1/s"))]
     pub rate: f64,
-    /// Dashpots on the group along its normal for what runs along a bar in compression, over the density times √(E/ρ), which take up all of a long wave;
-    /// the damping by the mass is then only for what moves across. Without them it is for all motions.
+    /// Dashpots on the group along its normal for what runs along a bar in compression, over the density times
+    /// √(E/ρ), which take up all of a long wave; the damping by the mass is then only for what moves across. Without
+    /// them it is for all motions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("unit" = "1"))]
     pub longitudinal: Option<f64>,
@@ -153,7 +157,8 @@ impl Support {
         self.stiffness.map_or([0.0; 4], |s| s.all())
     }
 
-    /// Damping along x, y, z and the normal: of dashpots, and of springs with a loss factor η, c = ηk/ω at its frequency.
+    /// Damping along x, y, z and the normal: of dashpots, and of springs with a loss factor η, c = ηk/ω at its
+    /// frequency.
     pub fn dashpots(&self) -> [f64; 4] {
         let lost = match (self.loss_factor, self.loss_frequency) {
             (Some(eta), Some(f)) => eta / (2.0 * std::f64::consts::PI * f),
@@ -175,8 +180,8 @@ impl Support {
 }
 
 impl Job {
-    /// What of the job puts a static load on the bodies that something has to bear; none where inertia alone can balance what there is: of the
-    /// receptance, and of the stability about a given approach.
+    /// What of the job puts a static load on the bodies that something has to bear; none where inertia alone can
+    /// balance what there is: of the receptance, and of the stability about a given approach.
     pub fn static_load(&self) -> Option<&'static str> {
         let analyses = &self.analyses;
         let pressed = self.contact.as_ref().is_some_and(|c| c.normal_load.is_some());

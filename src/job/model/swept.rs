@@ -48,10 +48,12 @@ pub struct SectionFile {
     /// Physical curve that runs on the rail. Other physical curves are groups that can be clamped or supported.
     #[serde(default = "running")]
     pub running: String,
-    /// Rolling radius at the contact point, m, which the drawing has to have within a thousandth; with `contact.placement` that of the running circle.
+    /// Rolling radius at the contact point, m, which the drawing has to have within a thousandth; with
+    /// `contact.placement` that of the running circle.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub radius: f64,
-    /// Transversal radius of the running line at the contact point, m, for Hertz' estimates of the contact. Without it the line is straight there.
+    /// Transversal radius of the running line at the contact point, m, for Hertz' estimates of the contact. Without
+    /// it the line is straight there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub crown: Option<f64>,

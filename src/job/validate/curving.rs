@@ -32,7 +32,8 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         match body {
             None => faults.push(format!("bodies.{name}: missing; steady curving needs both bodies")),
             Some(body) if body.profile.is_none() => faults.push(format!(
-                "bodies.{name}.profile: missing; steady curving needs the profiles of the wheel (upper) and of the rail (lower)"
+                "bodies.{name}.profile: missing; steady curving needs the profiles of the wheel (upper) and of \
+                 the rail (lower)"
             )),
             Some(_) => {}
         }
@@ -62,7 +63,8 @@ fn check_curve(curve: &Curve, vehicle: &VehicleData, faults: &mut Vec<String>) {
     if let Some(cant) = curve.cant.filter(|c| *c > 0.3) {
         let wrong = if cant <= 15.0 { "degrees" } else { "mm" };
         faults.push(format!(
-            "curve.cant: found {cant} m, expected at most 0.3 m, the height of the outer rail above the inner one; it looks like {wrong}"
+            "curve.cant: found {cant} m, expected at most 0.3 m, the height of the outer rail above the inner \
+             one; it looks like {wrong}"
         ));
     }
     if let Some(missing) = curve.cant_deficiency.filter(|c| c.abs() > 0.35) {
@@ -80,7 +82,8 @@ fn check_curve(curve: &Curve, vehicle: &VehicleData, faults: &mut Vec<String>) {
     // A cant that is wrong by itself has its own fault.
     if curve.cant.is_some_and(|cant| cant <= 0.3) && deficiency.abs() > 0.35 {
         faults.push(format!(
-            "curve.speed: {} m/s on a radius of {} m with this cant is a cant deficiency of {:.0} mm, expected at most 350 mm in magnitude; \
+            "curve.speed: {} m/s on a radius of {} m with this cant is a cant deficiency of {:.0} mm, expected \
+             at most 350 mm in magnitude; \
              is the speed in km/h? {} km/h are {:.2} m/s",
             curve.speed,
             curve.radius,
@@ -129,13 +132,15 @@ fn check_vehicle(curve: &Curve, vehicle: &VehicleData, faults: &mut Vec<String>)
     let inside = curve.gauge + curve.gauge_widening;
     if !(vehicle.back_to_back < inside && vehicle.back_to_back > 0.8 * inside) {
         faults.push(format!(
-            "vehicle.back_to_back: found {} m between the backs of the flanges on a gauge of {inside} m, expected a little less than the gauge",
+            "vehicle.back_to_back: found {} m between the backs of the flanges on a gauge of {inside} m, \
+             expected a little less than the gauge",
             vehicle.back_to_back
         ));
     }
     if curve.deficiency(vehicle) != 0.0 && vehicle.centre_of_gravity.is_none() {
         faults.push(format!(
-            "vehicle.centre_of_gravity: missing; the curve has a cant deficiency of {:.0} mm, which shifts load from one rail to the other: give \
+            "vehicle.centre_of_gravity: missing; the curve has a cant deficiency of {:.0} mm, which shifts load \
+             from one rail to the other: give \
              the height of the centre of gravity above the rails (m)",
             1e3 * curve.deficiency(vehicle)
         ));

@@ -101,7 +101,8 @@ fn check_directions(key: &str, contact: &MatrixContact, faults: &mut Vec<String>
 pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
     for (name, _) in job.bodies().iter().filter(|(_, b)| b.matrices.is_none()) {
         faults.push(format!(
-            "bodies.{name}: found a mesh, but the other body is given by matrices; give both by matrices, or leave this one out: it is then rigid"
+            "bodies.{name}: found a mesh, but the other body is given by matrices; give both by matrices, or \
+             leave this one out: it is then rigid"
         ));
     }
     let analyses = &job.analyses;
@@ -109,13 +110,25 @@ pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
         faults.push("analyses.stability: missing; analyses.sweep computes it at every point, e.g. {}".into());
     }
     if analyses.names().is_empty() {
-        faults.push("analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\", \"receptance\" or \"transient\"".into());
+        faults.push(
+            "analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\", \
+         \"receptance\" or \"transient\""
+                .into(),
+        );
     }
     if analyses.stability.as_ref().is_some_and(|s| s.state == Some(StabilityState::Steady)) {
-        faults.push("analyses.stability.state: found \"steady\", but bodies given by matrices slide at their contact.points; leave it out".into());
+        faults.push(
+            "analyses.stability.state: found \"steady\", but bodies given by matrices slide at their \
+         contact.points; leave it out"
+                .into(),
+        );
     }
     if analyses.stability.as_ref().is_some_and(|s| s.contact == StabilityContact::Point) {
-        faults.push("analyses.stability.contact: found \"point\", which is taken from the pressure on a patch, but bodies given by matrices touch at contact.points; leave it out".into());
+        faults.push(
+            "analyses.stability.contact: found \"point\", which is taken from the pressure on a patch, \
+         but bodies given by matrices touch at contact.points; leave it out"
+                .into(),
+        );
     }
     let on_contact = analyses.on_contact().first().copied();
     match (&analyses.modes, on_contact) {
@@ -162,7 +175,8 @@ fn check_contact(contact: &Contact, faults: &mut Vec<String>) -> Option<usize> {
     ];
     for (key, _) in others.into_iter().filter(|(_, is)| *is) {
         faults.push(format!(
-            "contact.{key}: has no meaning for bodies given by matrices; contact.points says direction and velocity of each contact"
+            "contact.{key}: has no meaning for bodies given by matrices; contact.points says direction and \
+             velocity of each contact"
         ));
     }
     let Some(points) = &contact.points else {
@@ -189,7 +203,8 @@ fn check_contact(contact: &Contact, faults: &mut Vec<String>) -> Option<usize> {
         }
         if !load && point.gap != 0.0 {
             faults.push(format!(
-                "contact.points.{i}.gap: has no meaning without contact.normal_load or contact.approach; give one of them, or leave it out"
+                "contact.points.{i}.gap: has no meaning without contact.normal_load or contact.approach; give \
+                 one of them, or leave it out"
             ));
         }
         if load && point.slip_velocity.is_none() {
@@ -229,7 +244,8 @@ fn check_transient(transient: &Transient, contact: &Contact, stability: bool, fa
     if contact.normal_load.is_none() && contact.approach.is_none() {
         for (i, _) in contact.points.iter().flatten().enumerate().filter(|(_, p)| !p.force.is_some_and(|f| f > 0.0)) {
             faults.push(format!(
-                "contact.points.{i}.force: missing; {path} needs contacts that are pressed: give the force of each, or contact.normal_load or contact.approach"
+                "contact.points.{i}.force: missing; {path} needs contacts that are pressed: give the force of \
+                 each, or contact.normal_load or contact.approach"
             ));
         }
     }

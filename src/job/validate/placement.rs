@@ -8,8 +8,14 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
     for (name, body) in job.bodies() {
         let path = format!("bodies.{name}");
         match (&body.profile, placement) {
-            (None, Some(_)) => faults.push(format!("{path}.profile: missing; contact.placement needs that of the wheel (upper) and of the rail (lower), e.g. \"S1002\" or \"60E1\"")),
-            (Some(_), None) => faults.push(format!("{path}.profile: given without contact.placement, which says where the wheel is; give both or none")),
+            (None, Some(_)) => faults.push(format!(
+                "{path}.profile: missing; contact.placement needs that of \
+             the wheel (upper) and of the rail (lower), e.g. \"S1002\" or \"60E1\""
+            )),
+            (Some(_), None) => faults.push(format!(
+                "{path}.profile: given without contact.placement, which says \
+             where the wheel is; give both or none"
+            )),
             (Some(_), Some(placement)) => {
                 check_mesh(&path, body, faults);
                 super::wheel::check_radius(&path, body, placement.radius, faults);
@@ -43,18 +49,23 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
             let swept = |b: &Body| b.mesh.is_some() && !b.is_meshed();
             if let Some((name, _)) = job.bodies().into_iter().find(|(_, b)| swept(b)) {
                 faults.push(format!(
-                    "contact.compliance: found \"fe\", but bodies.{name} is swept from a section; expected \"hybrid\", or a mesh of three dimensions (mesh.file)"
+                    "contact.compliance: found \"fe\", but bodies.{name} is swept from a section; expected \
+                     \"hybrid\", or a mesh of three dimensions (mesh.file)"
                 ));
             } else if placement.loaded {
                 faults.push(
-                    "contact.compliance: found \"fe\" with contact.placement.loaded = true: what bodies give way by as a whole is then no part of the contact, and \
-                     elements do not tell it from what yields at the contact; expected contact.placement.loaded = false, for a position without load, or \"hybrid\""
+                    "contact.compliance: found \"fe\" with contact.placement.loaded = true: what bodies give \
+                     way by as a whole is then no part of the contact, and \
+                     elements do not tell it from what yields at the contact; expected contact.placement.loaded \
+                     = false, for a position without load, or \"hybrid\""
                         .into(),
                 );
             }
         }
         (true, Compliance::HalfSpace) => faults.push(
-            "contact.compliance: expected \"hybrid\", or \"fe\" with mesh files, with bodies that have a mesh on a contact.placement".into(),
+            "contact.compliance: expected \"hybrid\", or \"fe\" with mesh files, with bodies that have a mesh \
+             on a contact.placement"
+                .into(),
         ),
         (false, _) => faults
             .push("contact.compliance: expected \"half_space\" with contact.placement of bodies without meshes".into()),
@@ -70,7 +81,11 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         );
     }
     if contact.creepage != Creepage::default() {
-        faults.push("contact.creepage: given beside contact.placement, from which creepages follow; give those that are to be others in contact.placement.creepage".into());
+        faults.push(
+            "contact.creepage: given beside contact.placement, from which creepages follow; give those \
+         that are to be others in contact.placement.creepage"
+                .into(),
+        );
     }
     if placement.contact.is_some() && (placement.lateral != 0.0 || placement.roll != 0.0) {
         faults.push(
@@ -93,11 +108,15 @@ fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
         Some(MeshSource::Revolved(revolved)) => {
             if revolved.contact_offset != 0.0 {
                 faults.push(format!(
-                    "{path}.mesh.revolved.contact_offset: given beside contact.placement, from which the place of the contact follows; leave it out"
+                    "{path}.mesh.revolved.contact_offset: given beside contact.placement, from which the place \
+                     of the contact follows; leave it out"
                 ));
             }
             if matches!(revolved.section, Section::Cylinder(_)) {
-                faults.push(format!("{path}.mesh.revolved.section: expected that of a wheel with a profile: \"W920S\", wheel or a file"));
+                faults.push(format!(
+                    "{path}.mesh.revolved.section: expected that of a wheel with a profile: \
+                 \"W920S\", wheel or a file"
+                ));
             }
             if path.ends_with("lower") {
                 faults.push(format!("{path}.mesh.revolved: a rail does not turn; the wheel is the upper body"));
@@ -106,7 +125,8 @@ fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
         Some(MeshSource::Extruded(extruded)) => {
             if extruded.contact_offset != 0.0 {
                 faults.push(format!(
-                    "{path}.mesh.extruded.contact_offset: given beside contact.placement, from which the place of the contact follows; leave it out"
+                    "{path}.mesh.extruded.contact_offset: given beside contact.placement, from which the place \
+                     of the contact follows; leave it out"
                 ));
             }
             if path.ends_with("upper") {
@@ -118,7 +138,8 @@ fn check_mesh(path: &str, body: &Body, faults: &mut Vec<String>) {
         )),
         Some(MeshSource::File(_)) => {}
         Some(MeshSource::Cylinder(_)) => faults.push(format!(
-            "{path}.mesh.cylinder: given beside {path}.profile; a wheel on a rail by their profiles has mesh files, is swept from sections (mesh.revolved, \
+            "{path}.mesh.cylinder: given beside {path}.profile; a wheel on a rail by their profiles has mesh \
+             files, is swept from sections (mesh.revolved, \
              mesh.extruded), or is of half-spaces without meshes"
         )),
     }

@@ -24,18 +24,24 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
     }
     if job.solver.linear == LinearSolver::Gamg {
         faults.push(format!(
-            "{key}, which needs the compliance that \"mumps\" makes, but solver.linear is \"gamg\"; leave out one of the two"
+            "{key}, which needs the compliance that \"mumps\" makes, but solver.linear is \"gamg\"; leave out \
+             one of the two"
         ));
     }
     let Some(transient) = &job.analyses.transient else { return };
     if transient.start.state != Some(StartState::Steady) {
         faults.push(
-            "analyses.transient.start.state: expected \"steady\" with the contact.quadrature \"consistent\", of which no sliding of the whole contact is \
+            "analyses.transient.start.state: expected \"steady\" with the contact.quadrature \"consistent\", of \
+             which no sliding of the whole contact is \
              computed"
                 .into(),
         );
     }
     if transient.solver == TransientSolver::FixedPoint {
-        faults.push("analyses.transient.solver: found \"fixed_point\" with the contact.quadrature \"consistent\"; expected \"newton\", or leave it out".into());
+        faults.push(
+            "analyses.transient.solver: found \"fixed_point\" with the contact.quadrature \
+         \"consistent\"; expected \"newton\", or leave it out"
+                .into(),
+        );
     }
 }

@@ -10,7 +10,8 @@ fn check_bays(path: &str, track: &Track, extruded: &Extruded, faults: &mut Vec<S
     let Some(length) = track.pad_length else {
         if track.position != 0.0 {
             faults.push(format!(
-                "{path}.track.position: found {} m without {path}.track.pad_length: pads that are spread evenly are the same everywhere; leave it out",
+                "{path}.track.position: found {} m without {path}.track.pad_length: pads that are spread evenly \
+                 are the same everywhere; leave it out",
                 track.position
             ));
         }
@@ -25,7 +26,8 @@ fn check_bays(path: &str, track: &Track, extruded: &Extruded, faults: &mut Vec<S
     let bays = extruded.length / track.spacing;
     if (bays - bays.round()).abs() > WHOLE || bays < 0.5 {
         faults.push(format!(
-            "{path}.mesh.extruded.length: found {} m, expected a whole number of bays of {path}.track.spacing ({} m), as \
+            "{path}.mesh.extruded.length: found {} m, expected a whole number of bays of {path}.track.spacing \
+             ({} m), as \
              pads stand apart, for example {:.4} m",
             extruded.length,
             track.spacing,
@@ -39,7 +41,8 @@ pub fn check_modes(job: &Job, faults: &mut Vec<String>) {
     let apart = |body: &Body| body.track.as_ref().is_some_and(|t| t.pad_length.is_some());
     for (name, _) in job.bodies().into_iter().filter(|(_, b)| apart(b) && job.analyses.modes.is_none()) {
         faults.push(format!(
-            "analyses.modes: missing; bodies.{name}.track.pad_length acts on the modes, e.g. {{\"max_frequency\": 4000}}"
+            "analyses.modes: missing; bodies.{name}.track.pad_length acts on the modes, e.g. \
+             {{\"max_frequency\": 4000}}"
         ));
     }
 }
@@ -51,7 +54,8 @@ pub fn check_body(path: &str, body: &Body, extruded: &Extruded, faults: &mut Vec
         let reach = rail.head.reach();
         if !(extruded.contact_offset.abs() <= reach) {
             faults.push(format!(
-                "{key}.contact_offset: found {} m, expected a place on the head of {}, between -{reach} and {reach} m, where its surface is 72 degrees \
+                "{key}.contact_offset: found {} m, expected a place on the head of {}, between -{reach} and \
+                 {reach} m, where its surface is 72 degrees \
                  steep; contact on the face below needs contact.placement",
                 extruded.contact_offset, rail.name
             ));
@@ -67,7 +71,8 @@ pub fn check_body(path: &str, body: &Body, extruded: &Extruded, faults: &mut Vec
     let track = body.track.clone().unwrap_or_default();
     if 2.0 * track.ends.length >= extruded.length {
         faults.push(format!(
-            "{path}.track.ends.length: found {} m, expected less than half of {key}.length ({} m): there are two ends, and plain rail between them",
+            "{path}.track.ends.length: found {} m, expected less than half of {key}.length ({} m): there are \
+             two ends, and plain rail between them",
             track.ends.length, extruded.length
         ));
     }

@@ -21,12 +21,14 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
                     "{path}.flat.depth: missing; the radius of this body is not known, so that a chord has no depth"
                 )),
                 RoughnessPart::Step(_) if turns => faults.push(format!(
-                    "{path}.step: a wheel comes back to the same height after a turn; give a flat or a joint, or give the step to a rail"
+                    "{path}.step: a wheel comes back to the same height after a turn; give a flat or a joint, \
+                     or give the step to a rail"
                 )),
                 RoughnessPart::Spectrum(s) => {
                     if matches!(&s.levels, RoughLevels::Bands(b) if b.is_empty() || b.iter().any(|b| !(b[0] > 0.0))) {
                         faults.push(format!(
-                            "{path}.spectrum.levels: expected \"ISO3095\" or pairs of wavelength (m, above 0) and level (dB re 1 µm)"
+                            "{path}.spectrum.levels: expected \"ISO3095\" or pairs of wavelength (m, above 0) \
+                             and level (dB re 1 µm)"
                         ));
                     }
                 }

@@ -28,7 +28,8 @@ pub fn check(path: &str, body: &Body, faults: &mut Vec<String>) {
             _ => continue,
         };
         faults.push(format!(
-            "{path}.supports.{i}: found {found}, but {why}; expected springs that are of revolution about its axle, with stiffness.x = stiffness.z{}",
+            "{path}.supports.{i}: found {found}, but {why}; expected springs that are of revolution about its \
+             axle, with stiffness.x = stiffness.z{}",
             if swept { "" } else { ", or rotation \"none\"" }
         ));
     }
@@ -44,7 +45,8 @@ fn check_one(path: &str, support: &Support, faults: &mut Vec<String>) {
     let given = support.holds() || support.damps() || support.mass.is_some() || support.absorbing.is_some();
     if !given {
         faults.push(format!(
-            "{path}: nothing is given for the group \"{}\"; expected one of clamped, symmetry, stiffness, damping, mass, absorbing",
+            "{path}: nothing is given for the group \"{}\"; expected one of clamped, symmetry, stiffness, \
+             damping, mass, absorbing",
             support.group
         ));
     }
@@ -55,7 +57,8 @@ fn check_one(path: &str, support: &Support, faults: &mut Vec<String>) {
     }
     match (support.loss_factor, support.loss_frequency) {
         (Some(_), None) => faults.push(format!(
-            "{path}.loss_frequency: missing; the loss factor is taken as viscous damping, which it equals at one frequency (Hz)"
+            "{path}.loss_frequency: missing; the loss factor is taken as viscous damping, which it equals at \
+             one frequency (Hz)"
         )),
         (None, Some(_)) => faults.push(format!("{path}.loss_factor: missing; loss_frequency belongs to it")),
         (Some(_), Some(_)) if support.stiffness.is_none() => {

@@ -59,7 +59,8 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
             }
             if let Some(i) = body.supports.iter().position(|s| running(&s.group)) {
                 faults.push(format!(
-                    "{path}.supports.{i}.group: {:?} is the running line, which cannot be supported; take another group",
+                    "{path}.supports.{i}.group: {:?} is the running line, which cannot be supported; take \
+                     another group",
                     file.running
                 ));
             }
@@ -91,7 +92,11 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     let spacing = contact.patch.and_then(|p| p.spacing);
     if swept.len() < job.bodies().len() {
         if !swept.is_empty() {
-            faults.push("bodies: one is swept (mesh.revolved, mesh.extruded), the other is not; without contact.placement sweep both bodies or none".into());
+            faults.push(
+                "bodies: one is swept (mesh.revolved, mesh.extruded), the other is not; without \
+             contact.placement sweep both bodies or none"
+                    .into(),
+            );
         }
         if spacing.is_some() {
             faults.push(
@@ -109,19 +114,31 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         );
     }
     let Some(patch) = contact.patch else {
-        faults.push("contact.patch: missing; swept bodies need it, e.g. {\"half_length\": 0.007, \"half_width\": 0.007, \"spacing\": 0.001} (m)".into());
+        faults.push(
+            "contact.patch: missing; swept bodies need it, e.g. {\"half_length\": 0.007, \
+         \"half_width\": 0.007, \"spacing\": 0.001} (m)"
+                .into(),
+        );
         return;
     };
     match spacing {
-        None => faults.push("contact.patch.spacing: missing; swept bodies need the distance of the nodes of the contact grid, e.g. 0.001 (m)".into()),
+        None => faults.push(
+            "contact.patch.spacing: missing; swept bodies need the distance of the nodes of the \
+         contact grid, e.g. 0.001 (m)"
+                .into(),
+        ),
         Some(h) => {
             for (key, half) in [("half_length", patch.half_length), ("half_width", patch.half_width)] {
                 if half < 2.0 * h {
-                    faults.push(format!("contact.patch.{key}: found {half} m, expected at least twice contact.patch.spacing ({h} m)"));
+                    faults.push(format!(
+                        "contact.patch.{key}: found {half} m, expected at least twice \
+                     contact.patch.spacing ({h} m)"
+                    ));
                 }
                 if half > MOST_LINES * h {
                     faults.push(format!(
-                        "contact.patch.spacing: found {h:e} m, expected at least {} m, contact.patch.{key} / {MOST_LINES}",
+                        "contact.patch.spacing: found {h:e} m, expected at least {} m, contact.patch.{key} / \
+                         {MOST_LINES}",
                         half / MOST_LINES
                     ));
                 }
@@ -131,14 +148,16 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     for (name, running) in swept {
         if patch.half_length >= 0.5 * running.radius {
             faults.push(format!(
-                "contact.patch.half_length: found {} m, expected less than half the rolling radius of bodies.{name} ({} m)",
+                "contact.patch.half_length: found {} m, expected less than half the rolling radius of \
+                 bodies.{name} ({} m)",
                 patch.half_length,
                 0.5 * running.radius
             ));
         }
         if patch.half_width > running.room {
             faults.push(format!(
-                "contact.patch.half_width: found {} m, expected at most {:.6} m, the distance from the contact point of bodies.{name} to the nearer edge of its running surface",
+                "contact.patch.half_width: found {} m, expected at most {:.6} m, the distance from the contact \
+                 point of bodies.{name} to the nearer edge of its running surface",
                 patch.half_width, running.room
             ));
         }

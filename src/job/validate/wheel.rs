@@ -29,7 +29,8 @@ pub fn check_wheel(at: &str, wheel: &WheelDimensions, (key, offset): (&str, f64)
     if !(field < 0.0 && 0.0 < face && TREAD <= face - field) {
         faults.push(format!(
             "{at}.rim_width: the tread reaches from {field:.4} to {face:.4} m, expected at least {TREAD} m with the \
-             running circle, 0, within; the back of the flange is {back} m from there, and flange_thickness before it ends the tread"
+             running circle, 0, within; the back of the flange is {back} m from there, and flange_thickness \
+             before it ends the tread"
         ));
     } else if !(field < offset && offset < face) {
         faults.push(format!(
@@ -100,7 +101,8 @@ pub fn check_poisson(at: &str, material: &Material, faults: &mut Vec<String>) {
     if material.poisson > POISSON {
         faults.push(format!(
             "{at}.material.poisson: found {}, expected at most {POISSON}: elements of displacements are too stiff \
-             for what is nearly incompressible; of a ring of blocks that bulge freely give that of the blocks, about 0.45",
+             for what is nearly incompressible; of a ring of blocks that bulge freely give that of the blocks, \
+             about 0.45",
             material.poisson
         ));
     }

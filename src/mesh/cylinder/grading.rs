@@ -60,8 +60,8 @@ pub fn elements(length: f64, first: f64, growth: f64, largest: f64) -> usize {
 }
 
 /// Divides `length` (m) into `n` elements whose sizes (m, `[n]`) begin near `first`, grow by one common ratio and stay
-/// below `largest`; the ratio is chosen so that they fill the length exactly. With `n` of [`elements`] the ratio is at most the
-/// growth asked for there.
+/// below `largest`; the ratio is chosen so that they fill the length exactly. With `n` of [`elements`] the ratio is
+/// at most the growth asked for there.
 pub fn sizes(length: f64, n: usize, first: f64, largest: f64) -> Vec<f64> {
     if n == 0 {
         return Vec::new();
@@ -94,8 +94,8 @@ pub fn sizes(length: f64, n: usize, first: f64, largest: f64) -> Vec<f64> {
     out
 }
 
-/// Divides `length` (m) into `n` elements, symmetrically: sizes (m, `[n]`) that grow by one common ratio from both ends to the middle, those
-/// at the ends `part` (at most 1) of the mean.
+/// Divides `length` (m) into `n` elements, symmetrically: sizes (m, `[n]`) that grow by one common ratio from both
+/// ends to the middle, those at the ends `part` (at most 1) of the mean.
 pub fn symmetric(length: f64, n: usize, part: f64) -> Vec<f64> {
     let first = part.min(1.0) * length / n.max(1) as f64;
     let exponent = |k: usize| k.min(n - 1 - k) as i32;

@@ -1,9 +1,10 @@
-//! Connectivity of a ring-shaped hexahedral grid whose columns across the width are joined three by three outside nested boxes.
+//! Connectivity of a ring-shaped hexahedral grid whose columns across the width are joined three by three outside
+//! nested boxes.
 //!
-//! Seen along the width the grid is a plain one in angle and depth. Each of its vertices carries a level: at level l only every 3^l-th line across
-//! the width has a node there. Where the level changes along an edge, each group of three columns needs two more nodes on that edge; the
-//! cell between is filled by four hexahedra if it has two fine vertices, by five if it has one (the corner of a box). The templates
-//! agree on the faces they share.
+//! Seen along the width the grid is a plain one in angle and depth. Each of its vertices carries a level: at level l
+//! only every 3^l-th line across the width has a node there. Where the level changes along an edge, each group of
+//! three columns needs two more nodes on that edge; the cell between is filled by four hexahedra if it has two fine
+//! vertices, by five if it has one (the corner of a box). The templates agree on the faces they share.
 
 use crate::mesh::{CellKind, Cells, Facet, Mesh};
 use std::collections::BTreeMap;
@@ -12,11 +13,13 @@ use std::collections::BTreeMap;
 pub(super) struct JoinedGrid {
     /// Columns across the width, a multiple of 3^(highest level).
     pub columns: usize,
-    /// Level of each angle division of half a turn, `[nh + 1]`, rising from 0 in steps of at most one; the other half mirrors it.
+    /// Level of each angle division of half a turn, `[nh + 1]`, rising from 0 in steps of at most one; the other half
+    /// mirrors it.
     pub level_theta: Vec<u32>,
     /// Level of each depth division from the bore to the running surface, `[nr + 1]`.
     pub level_r: Vec<u32>,
-    /// Number of layers in the ring around the bore, all around one level below the highest; 0 for none. The boxes around the contact must not reach it.
+    /// Number of layers in the ring around the bore, all around one level below the highest; 0 for none. The boxes
+    /// around the contact must not reach it.
     pub ring: usize,
 }
 
@@ -117,7 +120,8 @@ impl JoinedGrid {
         }
         let theta = &self.level_theta;
         let r: Vec<DepthLevel> = (0..self.level_r.len()).map(|k| self.at_depth(k)).collect();
-        // Both ends of the half turn occur once, all else twice. A "pair" of a division with itself stands for the division.
+        // Both ends of the half turn occur once, all else twice. A "pair" of a division with itself stands for the
+        // division.
         let mut theta_at = tally(theta.iter().map(|&l| (l, l)), 2);
         for end in [theta.first(), theta.last()].into_iter().flatten() {
             theta_at.entry((*end, *end)).and_modify(|n| *n -= 1);
@@ -155,8 +159,9 @@ impl JoinedGrid {
         (nodes, cells)
     }
 
-    /// Builds nodes, cells and boundary groups. `position(a, depth, j)` is the place of the node in angle column `a` (half columns between two), `in_patch(a, j)`
-    /// says whether a node of the running surface belongs to the contact patch.
+    /// Builds nodes, cells and boundary groups. `position(a, depth, j)` is the place of the node in angle column `a`
+    /// (half columns between two), `in_patch(a, j)` says whether a node of the running surface belongs to the contact
+    /// patch.
     pub fn build(
         &self,
         position: impl Fn(f64, Depth, usize) -> [f64; 3],
@@ -251,7 +256,8 @@ impl JoinedGrid {
             grid.down[grid.id(p, k)],
         ];
         for g in 0..(self.columns / 3usize.pow(low + 1)) as u32 {
-            // Nodes of a fine corner: the four lines of the group; of a coarse one: its two ends; of an edge or the inside: the two between.
+            // Nodes of a fine corner: the four lines of the group; of a coarse one: its two ends; of an edge or the
+            // inside: the two between.
             let f = |c: usize, line: u32| first[c] + 3 * g + line;
             let t = |c: usize| [first[c] + g, first[c] + g + 1];
             let m = |start: u32| [start + 2 * g, start + 2 * g + 1];
@@ -280,8 +286,8 @@ impl JoinedGrid {
     }
 }
 
-/// Adds the hexahedron over a quadrilateral that is counter-clockwise in (angle, depth), from low to high y at each of its corners.
-/// (angle, y, radius) is right-handed, so the face of high y comes first.
+/// Adds the hexahedron over a quadrilateral that is counter-clockwise in (angle, depth), from low to high y at each
+/// of its corners. (angle, y, radius) is right-handed, so the face of high y comes first.
 fn prism(cells: &mut Cells, q: [[u32; 2]; 4]) {
     cells.push(CellKind::Hex8, [q.map(|line| line[1]), q.map(|line| line[0])].as_flattened());
 }
@@ -333,8 +339,8 @@ mod tests {
     use crate::mesh::FacetKey;
     use std::f64::consts::PI;
 
-    /// Levels that change anywhere, at the last angle division too: every face has two cells or lies on the boundary, and no cell is turned
-    /// inside out. A column half-way is within the turn.
+    /// Levels that change anywhere, at the last angle division too: every face has two cells or lies on the boundary,
+    /// and no cell is turned inside out. A column half-way is within the turn.
     #[test]
     fn cells_fit_together_wherever_the_level_changes() {
         for (level_theta, level_r, ring) in [

@@ -11,13 +11,15 @@ const MAX_JOINS: u32 = 3;
 /// Columns are joined where the elements have grown, in angle or depth, to this many column widths.
 const JOIN_AT: f64 = 2.5;
 
-/// Largest layer, as a part of the largest element size: bending of the disc, clamped at the bore, varies faster along the radius than around it.
+/// Largest layer, as a part of the largest element size: bending of the disc, clamped at the bore, varies faster
+/// along the radius than around it.
 const RADIAL: f64 = 0.8;
-/// Layer at the bore, as a part of the largest element size: a clamped bore has singular stresses at its edges, and bending is strongest
-/// there. Equal elements of 25 mm in a wheel of 0.5 m put its first clamped frequency 0.9 % too high, a bore layer of 7.5 mm halves that.
+/// Layer at the bore, as a part of the largest element size: a clamped bore has singular stresses at its edges, and
+/// bending is strongest there. Equal elements of 25 mm in a wheel of 0.5 m put its first clamped frequency 0.9 % too
+/// high, a bore layer of 7.5 mm halves that.
 const BORE: f64 = 0.3;
-/// Thickness of the ring around the bore where columns are joined once less than elsewhere, in largest element sizes: where a clamped bore meets the sides
-/// its stresses are singular.
+/// Thickness of the ring around the bore where columns are joined once less than elsewhere, in largest element sizes:
+/// where a clamped bore meets the sides its stresses are singular.
 const RING: f64 = 1.0;
 /// Columns of that ring at the sides, relative to their mean.
 const SIDE: f64 = 0.6;
@@ -134,8 +136,8 @@ impl CylinderSpec {
         layers
     }
 
-    /// Number of layers in the ring around the bore; 0 where no columns are joined or the ring would meet what is fine at the contact.
-    /// `layers` from the running surface, `level_r` from the bore.
+    /// Number of layers in the ring around the bore; 0 where no columns are joined or the ring would meet what is
+    /// fine at the contact. `layers` from the running surface, `level_r` from the bore.
     fn ring(&self, layers: &[f64], level_r: &[u32]) -> usize {
         let Some(&joined) = level_r.first().filter(|&&l| l > 0) else { return 0 };
         let mut thickness = 0.0;
@@ -156,9 +158,10 @@ impl CylinderSpec {
         }
     }
 
-    /// Lines across the width, m, `[columns + 1]`, far from the contact: the same on either side of the mid-plane, wherever the contact lies, and finer at the sides.
-    /// The frequencies of two wheels that differ only by the place of their contacts then carry the same error of discretisation, and their
-    /// small distance, on which the growth of squeal depends, next to none.
+    /// Lines across the width, m, `[columns + 1]`, far from the contact: the same on either side of the mid-plane,
+    /// wherever the contact lies, and finer at the sides. The frequencies of two wheels that differ only by the place
+    /// of their contacts then carry the same error of discretisation, and their small distance, on which the growth
+    /// of squeal depends, next to none.
     fn far_lines(&self, columns: usize, group: usize) -> Vec<f64> {
         let [y0, y1] = self.sides();
         let fine = (group / 3).max(1);
@@ -175,8 +178,8 @@ impl CylinderSpec {
         y
     }
 
-    /// Lines across the width, m, ascending, in a multiple of 3^`joins` columns, and the index of the line y = 0. `None` where so many
-    /// columns cannot be joined and stay below the largest size.
+    /// Lines across the width, m, ascending, in a multiple of 3^`joins` columns, and the index of the line y = 0.
+    /// `None` where so many columns cannot be joined and stay below the largest size.
     fn width(&self, joins: u32, nyp: usize, first: f64) -> Option<(Vec<f64>, usize)> {
         let h = self.element_size;
         let [y0, y1] = self.sides();
@@ -230,8 +233,9 @@ fn ends(sizes: &[f64], start: f64, stop: f64) -> impl Iterator<Item = f64> + '_ 
     })
 }
 
-/// Level of each division of a line, `[positions.len()]`: how often columns of width `h` are joined there. A level begins behind the first
-/// element that is long enough for the joined columns and at least `clear` from the patch, whose edge is division `edge`.
+/// Level of each division of a line, `[positions.len()]`: how often columns of width `h` are joined there. A level
+/// begins behind the first element that is long enough for the joined columns and at least `clear` from the patch,
+/// whose edge is division `edge`.
 fn levels(positions: &[f64], edge: usize, joins: u32, h: f64, clear: f64) -> Vec<u32> {
     let mut out = vec![0; positions.len()];
     let mut begin = edge;
@@ -256,7 +260,8 @@ pub(super) struct Layout {
     pub y: Vec<f64>,
     /// The same lines far from the contact, m, `[ny + 1]`.
     y_far: Vec<f64>,
-    /// Distance from the contact point, m, behind which all columns are joined and the lines begin to move; `None` without contact.
+    /// Distance from the contact point, m, behind which all columns are joined and the lines begin to move; `None`
+    /// without contact.
     reach: Option<f64>,
     /// Patch columns on either side of x = 0.
     pub nxp: usize,
@@ -287,7 +292,8 @@ impl Layout {
         }
     }
 
-    /// Position in lower form of the point in angle column `a` (half columns allowed, negative towards -x), depth fraction `s` and width line `j`.
+    /// Position in lower form of the point in angle column `a` (half columns allowed, negative towards -x), depth
+    /// fraction `s` and width line `j`.
     pub fn position(&self, spec: &CylinderSpec, a: f64, s: f64, j: usize) -> [f64; 3] {
         let y = self.line(spec, a, s, j);
         let r = spec.outer_radius;
@@ -317,7 +323,8 @@ impl Layout {
         [sign * radius * angle.sin(), y, radius * angle.cos() - r]
     }
 
-    /// Position of line `j`, m, in angle column `a` at depth fraction `s`: from that at the contact to that far away over one width of the body.
+    /// Position of line `j`, m, in angle column `a` at depth fraction `s`: from that at the contact to that far away
+    /// over one width of the body.
     fn line(&self, spec: &CylinderSpec, a: f64, s: f64, j: usize) -> f64 {
         let Some(reach) = self.reach else { return self.y[j] };
         let (k, part) = (a.abs() as usize, a.abs().fract());
@@ -333,8 +340,8 @@ impl Layout {
         self.nyp as f64 * spec.element_size
     }
 
-    /// Angle of column `k` ≥ 0 at `y`: on the patch the one whose surface point has the column's exact x, beside it (in y) as at its edge; the columns
-    /// outside share the rest of the half turn in proportion.
+    /// Angle of column `k` ≥ 0 at `y`: on the patch the one whose surface point has the column's exact x, beside it
+    /// (in y) as at its edge; the columns outside share the rest of the half turn in proportion.
     fn angle(&self, spec: &CylinderSpec, k: usize, y: f64) -> f64 {
         let y = y.abs().min(self.patch_edge(spec));
         let radius = spec.outer_radius - spec.drop(y);

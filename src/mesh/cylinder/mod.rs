@@ -1,9 +1,10 @@
 //! Built-in annular cylinder with a crowned running surface, fine at the contact and coarse far away.
 //!
-//! The mesh is a grid in angle, depth and width. At the contact all three are fine; outside boxes around it the columns across the width
-//! are joined three by three (once per box), by templates of five hexahedra that leave no hanging node. A pure tensor grid would carry the fine
-//! columns once around the whole wheel, and needs three to five times the nodes.
-//! Away from the contact the columns move to places that do not depend on where it is; around the bore they are joined once less.
+//! The mesh is a grid in angle, depth and width. At the contact all three are fine; outside boxes around it the
+//! columns across the width are joined three by three (once per box), by templates of five hexahedra that leave no
+//! hanging node. A pure tensor grid would carry the fine columns once around the whole wheel, and needs three to five
+//! times the nodes. Away from the contact the columns move to places that do not depend on where it is; around the
+//! bore they are joined once less.
 
 mod grading;
 mod joined;
@@ -20,7 +21,8 @@ pub const DEFAULT_GROWTH: f64 = 1.3;
 /// Largest number of nodes that [`build`] accepts.
 pub const MAX_NODES: u64 = 20_000_000;
 
-/// An annular cylinder in lower form: the contact point at the origin, the axis parallel to y at z = -`outer_radius`. All lengths in m.
+/// An annular cylinder in lower form: the contact point at the origin, the axis parallel to y at z = -`outer_radius`.
+/// All lengths in m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CylinderSpec {
     /// Radius of the bore.
@@ -29,7 +31,8 @@ pub struct CylinderSpec {
     pub outer_radius: f64,
     /// Width in y.
     pub thickness: f64,
-    /// Radius of the running surface's profile across the width, a circular arc with its apex at the contact point; `None` for a plain cylinder.
+    /// Radius of the running surface's profile across the width, a circular arc with its apex at the contact point;
+    /// `None` for a plain cylinder.
     pub crown_radius: Option<f64>,
     /// Distance of the contact point from the mid-plane, towards +y: the mid-plane is y = -`contact_offset`.
     pub contact_offset: f64,
@@ -111,7 +114,8 @@ impl CylinderSpec {
         }
         if !(self.growth.is_finite() && self.growth > 1.0 && self.growth <= 4.0) {
             return job(format!(
-                "cylinder.growth is {}; expected a ratio of neighbouring element sizes above 1 and at most 4, such as {DEFAULT_GROWTH}",
+                "cylinder.growth is {}; expected a ratio of neighbouring element sizes above 1 and at most 4, \
+                 such as {DEFAULT_GROWTH}",
                 self.growth
             ));
         }
@@ -136,7 +140,8 @@ impl CylinderSpec {
         let [y0, y1] = self.sides();
         if y0 >= 0.0 || y1 <= 0.0 {
             return job(format!(
-                "cylinder.contact_offset is {} m, outside the body: with cylinder.thickness {} m it must lie between {} and {} m",
+                "cylinder.contact_offset is {} m, outside the body: with cylinder.thickness {} m it must lie \
+                 between {} and {} m",
                 self.contact_offset,
                 self.thickness,
                 -0.5 * self.thickness,
@@ -147,13 +152,15 @@ impl CylinderSpec {
             let reach = y1.max(-y0);
             if rc < reach {
                 return job(format!(
-                    "cylinder.crown_radius is {rc} m: the arc ends before the side of the body, {reach} m from its apex; expected at least that"
+                    "cylinder.crown_radius is {rc} m: the arc ends before the side of the body, {reach} m from \
+                     its apex; expected at least that"
                 ));
             }
             let lowest = self.outer_radius - self.drop(reach);
             if lowest <= self.inner_radius * (1.0 + 1e-9) {
                 return job(format!(
-                    "cylinder.crown_radius is {rc} m: at the side of the body, {reach} m from the apex, the running surface falls to a radius of {lowest:.6} m, \
+                    "cylinder.crown_radius is {rc} m: at the side of the body, {reach} m from the apex, the \
+                     running surface falls to a radius of {lowest:.6} m, \
                      not above cylinder.inner_radius, {} m; expected a larger crown radius",
                     self.inner_radius
                 ));
@@ -176,7 +183,8 @@ impl CylinderSpec {
         let told = |length: f64| (length * 1e9).round() / 1e9;
         if ny * h > room * (1.0 + 1e-9) {
             return Err(Error::Job(format!(
-                "contact.patch.half_width is {} m, in whole elements of cylinder.element_size {} m; the side of the body is {} m from the contact point; \
+                "contact.patch.half_width is {} m, in whole elements of cylinder.element_size {} m; the side of \
+                 the body is {} m from the contact point; \
                  expected a smaller patch (or elements that fit)",
                 told(ny * h),
                 h,
@@ -193,7 +201,8 @@ impl CylinderSpec {
         for (side, rest) in [("-y", -y0 - ny * h), ("+y", y1 - ny * h)] {
             if rest > 1e-9 * h && rest < 0.1 * h {
                 return Err(Error::Job(format!(
-                    "contact.patch.half_width leaves a strip of {rest:.3e} m to the {side} side of the body, less than a tenth of cylinder.element_size {h} m; \
+                    "contact.patch.half_width leaves a strip of {rest:.3e} m to the {side} side of the body, \
+                     less than a tenth of cylinder.element_size {h} m; \
                      expected a patch that ends there or farther away"
                 )));
             }
@@ -207,8 +216,9 @@ pub fn count(spec: &CylinderSpec) -> Result<(u64, u64)> {
     Ok(Layout::new(spec)?.grid.count())
 }
 
-/// Builds the mesh with the facet groups `inner`, `outer`, `side_minus`, `side_plus` and, if there is a patch, `contact` (a part of `outer`). Nodes of
-/// the patch lie on lines x = const and y = const through the whole multiples of the element size.
+/// Builds the mesh with the facet groups `inner`, `outer`, `side_minus`, `side_plus` and, if there is a patch,
+/// `contact` (a part of `outer`). Nodes of the patch lie on lines x = const and y = const through the whole multiples
+/// of the element size.
 pub fn build(spec: &CylinderSpec) -> Result<Mesh> {
     let layout = Layout::new(spec)?;
     let patch_columns = layout.j0.wrapping_sub(layout.nyp)..=layout.j0 + layout.nyp;

@@ -218,14 +218,15 @@ fn depth_of_bore(spec: &CylinderSpec, n: &[f64; 3]) -> f64 {
     n[0].hypot(n[2] + spec.outer_radius) - spec.inner_radius
 }
 
-/// The mesh of `jobs/two-cylinders.json`, from what the keys say: elements at the contact, their growth, the largest of them.
+/// The mesh of `jobs/two-cylinders.json`, from what the keys say: elements at the contact, their growth, the largest
+/// of them.
 #[test]
 fn the_wheel_of_the_first_job_has_the_divisions_that_its_keys_ask_for() {
     let spec = paper(1e-3);
     let (h, growth, largest) = (spec.element_size, spec.growth, 0.25 * spec.thickness);
     let mesh = build(&spec).expect("a valid cylinder");
-    // Opposite the contact, on the running surface: a width of 0.1 m in elements of at most 25 mm takes 4 at least, and up to half as many
-    // again, as the finer lines at the contact are joined three by three.
+    // Opposite the contact, on the running surface: a width of 0.1 m in elements of at most 25 mm takes 4 at least,
+    // and up to half as many again, as the finer lines at the contact are joined three by three.
     let far = |n: &&[f64; 3]| n[0].abs() < 1e-12 && n[2] < -spec.outer_radius;
     let depth = |n: &[f64; 3]| {
         let surface = spec.outer_radius - spec.drop(n[1]);
@@ -240,8 +241,8 @@ fn the_wheel_of_the_first_job_has_the_divisions_that_its_keys_ask_for() {
     let outside = lines(1.0);
     assert!((4..=6).contains(&outside.len()), "{outside:?}");
     assert!(outside.iter().all(|&w| w <= largest), "{outside:?} m");
-    // At the bore there is a ring with three columns for each of these, those at the sides 0.6 of their mean, and the layer at the bore
-    // is no more than 0.3 of the largest element.
+    // At the bore there is a ring with three columns for each of these, those at the sides 0.6 of their mean, and the
+    // layer at the bore is no more than 0.3 of the largest element.
     let inside = lines(0.0);
     assert_eq!(inside.len(), 3 * outside.len(), "{inside:?}");
     let mean = spec.thickness / inside.len() as f64;
@@ -252,8 +253,8 @@ fn the_wheel_of_the_first_job_has_the_divisions_that_its_keys_ask_for() {
     depths.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
     let layer = (spec.outer_radius - spec.inner_radius) * depths[1];
     assert!(layer <= 0.3 * largest * (1.0 + 1e-9) && layer > 0.2 * largest, "the layer at the bore is {layer} m");
-    // Sizes that grow from `from` to `to` by the ratio fill (to − from)/(growth − 1); the rest is of the largest ones. Each row of sizes
-    // is rounded up to whole elements.
+    // Sizes that grow from `from` to `to` by the ratio fill (to − from)/(growth − 1); the rest is of the largest
+    // ones. Each row of sizes is rounded up to whole elements.
     let divisions =
         |length: f64, from: f64, to: f64| (to / from).ln() / growth.ln() + (length - (to - from) / (growth - 1.0)) / to;
     let half_turn = std::f64::consts::PI * spec.outer_radius - 7.0 * h;
@@ -267,19 +268,22 @@ fn the_wheel_of_the_first_job_has_the_divisions_that_its_keys_ask_for() {
     angles.sort_by(f64::total_cmp);
     let turn = angles.len() as f64;
     assert!(turn >= 2.0 * half && turn < 2.0 * half + 2.0, "{turn} columns around, {} expected", 2.0 * half);
-    // Layers are at most 0.8 of the largest element, and begin with the element size above and with the layer at the bore below.
+    // Layers are at most 0.8 of the largest element, and begin with the element size above and with the layer at the
+    // bore below.
     let (cap, bore) = (0.8 * largest, 0.3 * largest);
     let rest = 0.4 - (cap - h) / (growth - 1.0) - (cap - bore) / (growth - 1.0);
     let layers = (cap / h).ln() / growth.ln() + (cap / bore).ln() / growth.ln() + rest / cap;
     let found = depths.len() as f64 - 1.0;
     assert!(found >= layers && found < layers + 3.0, "{found} layers, {layers} expected");
-    // Two thirds of all nodes are those of the coarse grid, without the ring and the boxes of finer columns at the contact. Their number is
-    // the one that was found, to a percent: figures of different versions are compared on this mesh.
+    // Two thirds of all nodes are those of the coarse grid, without the ring and the boxes of finer columns at the
+    // contact. Their number is the one that was found, to a percent: figures of different versions are compared on
+    // this mesh.
     let coarse = turn * (found + 1.0) * (outside.len() + 1) as f64;
     let share = coarse / mesh.nodes.len() as f64;
     assert!(share > 0.64 && share < 0.72, "{coarse} of {} nodes are coarse", mesh.nodes.len());
     assert!((mesh.nodes.len() as f64 / 52_992.0 - 1.0).abs() < 0.01, "{} nodes", mesh.nodes.len());
-    // Flat faces cut off 1 − sin Δ/Δ ≈ Δ²/6 of an angle Δ, and under a crown w²/12R_c of the radius in a column of width w.
+    // Flat faces cut off 1 − sin Δ/Δ ≈ Δ²/6 of an angle Δ, and under a crown w²/12R_c of the radius in a column of
+    // width w.
     let arcs = angles.windows(2).map(|w| w[1] - w[0]);
     let around = arcs.map(|d| d.powi(3) / 6.0).sum::<f64>() / (2.0 * std::f64::consts::PI);
     let across = outside.iter().map(|w| w.powi(3) / (12.0 * 0.5)).sum::<f64>() / spec.thickness;

@@ -79,7 +79,8 @@ pub struct Instance {
     pub part: usize,
     /// Nodes, elements and sets between *INSTANCE and *END INSTANCE, which are moved with it.
     pub own: Part,
-    /// Where it is moved, in the file's unit; then the two points of the axis that it is turned about, and the angle in degrees.
+    /// Where it is moved, in the file's unit; then the two points of the axis that it is turned about, and the angle
+    /// in degrees.
     pub shift: [f64; 3],
     pub turn: Option<[f64; 7]>,
 }

@@ -1,5 +1,6 @@
-//! Types of elements, in one table: what each is here. The order of the nodes is that of VTK for all of them, corners, edges of the bottom, of the top, those
-//! that stand up; the faces S1, S2, … come in the order of those of our cells.
+//! Types of elements, in one table: what each is here. The order of the nodes is that of VTK for all of them,
+//! corners, edges of the bottom, of the top, those that stand up; the faces S1, S2, … come in the order of those of
+//! our cells.
 
 use crate::mesh::{CellKind, FacetKind};
 

@@ -1,7 +1,9 @@
-//! Reader of the input files of Abaqus and CalculiX: nodes, solid elements, sets and surfaces; parts and instances become one mesh.
+//! Reader of the input files of Abaqus and CalculiX: nodes, solid elements, sets and surfaces; parts and instances
+//! become one mesh.
 //!
-//! Sources: Abaqus Keywords Reference Guide and Elements Guide ("Three-dimensional solid element library": order of nodes, numbers of faces); CalculiX
-//! CrunchiX user's manual ("Element types", "*SURFACE"). Names are case-insensitive there: groups have them in lower case.
+//! Sources: Abaqus Keywords Reference Guide and Elements Guide ("Three-dimensional solid element library": order of
+//! nodes, numbers of faces); CalculiX CrunchiX user's manual ("Element types", "*SURFACE"). Names are
+//! case-insensitive there: groups have them in lower case.
 
 mod deck;
 mod elements;
@@ -19,7 +21,8 @@ use lines::{place, Lines, Place};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Reads a mesh from the file at `path` and the files that it includes, and remarks: what was left out, and what was taken for something else.
+/// Reads a mesh from the file at `path` and the files that it includes, and remarks: what was left out, and what was
+/// taken for something else.
 pub fn read(path: &Path) -> Result<(Mesh, Vec<String>)> {
     let name = path.display().to_string();
     let file = crate::input::open(path).map_err(|e| {

@@ -159,7 +159,10 @@ fn instance(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck) ->
             let mut values = [0.0; 7];
             reals(lines, &mut values)?;
             if (0..3).all(|i| values[i] == values[i + 3]) {
-                return Err(lines.wrong("the two points of the axis of rotation are one; expected two different ones and an angle in degrees"));
+                return Err(lines.wrong(
+                    "the two points of the axis of rotation are one; expected two different \
+                 ones and an angle in degrees",
+                ));
             }
             turn = Some(values);
         }

@@ -21,7 +21,8 @@ fn facets(mesh: &Mesh, name: &str) -> Vec<Facet> {
     facets
 }
 
-/// Gmsh wrote the same meshes in both formats: cells in our order of nodes and groups are the same, places of nodes to the digits that it wrote.
+/// Gmsh wrote the same meshes in both formats: cells in our order of nodes and groups are the same, places of nodes
+/// to the digits that it wrote.
 #[test]
 fn a_mesh_is_the_same_from_both_formats() {
     for kind in ["tet4", "tet10", "wedge6", "wedge15", "hex8", "hex20"] {
@@ -37,18 +38,24 @@ fn a_mesh_is_the_same_from_both_formats() {
     }
 }
 
-const NODES: &str = "*NODE, NSET=All\n1, 0, 0, 0\n2, 1., 0.\n3, 1.0E0, 1.D0, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
+const NODES: &str = "*NODE, NSET=All\n1, 0, 0, 0\n2, 1., 0.\n3, 1.0E0, 1.D0, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, \
+ 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n\
     11, 0, 0, 2\n12, 1, 0, 2\n13, 1, 1, 2\n14, 0, 1, 2\n";
-const ELEMENTS: &str = "*ELEMENT, TYPE=C3D8R, ELSET=Lower\n1, 1, 2, 3, 4,\n5, 6, 7, 8\n*Element, type=c3d8i, elset=Upper\n2, 5,6,7,8, 11,12,13,14\n";
+const ELEMENTS: &str = "*ELEMENT, TYPE=C3D8R, ELSET=Lower\n1, 1, 2, 3, 4,\n5, 6, 7, 8\n*Element, type=c3d8i, \
+ elset=Upper\n2, 5,6,7,8, 11,12,13,14\n";
 
 /// Two cubes on top of each other with sets and surfaces of all kinds.
 #[test]
 fn sets_and_surfaces_are_groups() {
     let text = format!(
-        "*Heading\n a cube\n** a comment\n{NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3,\n4\n*nset, nset=Ring, generate\n11, 14, 1\n\
-         *NSET, NSET=Both\nfoot, ring\n*NSET, NSET=Edge\n1, 2\n*ELSET, ELSET=Whole, GENERATE\n1, 2\n*SURFACE, NAME=\"Top Side\", TYPE=ELEMENT\nUpper, S2\n\
-         *SURFACE, NAME=Side\nWHOLE, S3\n1, S4\n*SURFACE, NAME=Skin\nWhole\n*SURFACE, TYPE=NODE, NAME=Below\nFoot, 1.0\n\
-         *MATERIAL, NAME=Steel\n*ELASTIC\n210e9, 0.3\n*SOLID SECTION, ELSET=Whole,\nMATERIAL=Steel\n*STEP\n*FREQUENCY\n10\n*NSET, NSET=None\n99\n*END STEP\n"
+        "*Heading\n a cube\n** a comment\n{NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3,\n4\n*nset, nset=Ring, \
+         generate\n11, 14, 1\n\
+         *NSET, NSET=Both\nfoot, ring\n*NSET, NSET=Edge\n1, 2\n*ELSET, ELSET=Whole, GENERATE\n1, 2\n*SURFACE, \
+         NAME=\"Top Side\", TYPE=ELEMENT\nUpper, S2\n\
+         *SURFACE, NAME=Side\nWHOLE, S3\n1, S4\n*SURFACE, NAME=Skin\nWhole\n*SURFACE, TYPE=NODE, \
+         NAME=Below\nFoot, 1.0\n\
+         *MATERIAL, NAME=Steel\n*ELASTIC\n210e9, 0.3\n*SOLID SECTION, \
+         ELSET=Whole,\nMATERIAL=Steel\n*STEP\n*FREQUENCY\n10\n*NSET, NSET=None\n99\n*END STEP\n"
     );
     let (mesh, remarks) = of(&text).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((mesh.nodes.len(), mesh.cells.len()), (12, 2));
@@ -107,13 +114,17 @@ fn node_sets_of_element_sets() {
     }
 }
 
-/// A part, moved by (10, 0, 0) first and turned by a quarter about the axis from (10, 0, 0) along z then: from x = 10 … 11 to y = 0 … 1.
+/// A part, moved by (10, 0, 0) first and turned by a quarter about the axis from (10, 0, 0) along z then: from x = 10
+/// … 11 to y = 0 … 1.
 #[test]
 fn an_instance_is_moved_and_turned() {
     let text = format!(
-        "*PART, NAME=Cubes\n{NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3, 4\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Cubes-1, PART=Cubes\n10, 0, 0\n\
-         10, 0, 0, 10, 0, 1, 90\n*END INSTANCE\n*NSET, NSET=Ring, INSTANCE=Cubes-1\n11, 12, 13, 14\n*ELSET, ELSET=Up, INSTANCE=cubes-1\n2\n\
-         *SURFACE, NAME=Top\nup, S2\n*SURFACE, NAME=Bottom\nCubes-1.Lower, S1\n*SURFACE, NAME=Side\ncubes-1.1, S3\n*END ASSEMBLY\n"
+        "*PART, NAME=Cubes\n{NODES}{ELEMENTS}*NSET, NSET=Foot\n1, 2, 3, 4\n*END PART\n*ASSEMBLY, \
+         NAME=A\n*INSTANCE, NAME=Cubes-1, PART=Cubes\n10, 0, 0\n\
+         10, 0, 0, 10, 0, 1, 90\n*END INSTANCE\n*NSET, NSET=Ring, INSTANCE=Cubes-1\n11, 12, 13, 14\n*ELSET, \
+         ELSET=Up, INSTANCE=cubes-1\n2\n\
+         *SURFACE, NAME=Top\nup, S2\n*SURFACE, NAME=Bottom\nCubes-1.Lower, S1\n*SURFACE, NAME=Side\ncubes-1.1, \
+         S3\n*END ASSEMBLY\n"
     );
     let (mesh, _) = of(&text).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(mesh.nodes[1], [10.0, 1.0, 0.0]);

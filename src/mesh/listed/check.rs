@@ -27,12 +27,14 @@ impl Listed {
         let Some((number, [low, high], node)) = first else { return Ok(()) };
         let [x, y, z] = mesh.nodes[node];
         let hint = if inside_out == mesh.cells.len() {
-            " All are inside out: the mesh is left-handed, mirrored perhaps; reverse its elements where it was made (Mesh.reverse in Gmsh)."
+            " All are inside out: the mesh is left-handed, mirrored perhaps; reverse its elements where it was \
+             made (Mesh.reverse in Gmsh)."
         } else {
             ""
         };
         let what = format!(
-            "{} {} is inverted or flat: its Jacobian determinant runs from {low:.3e} to {high:.3e} m³, least at its node {} at \
+            "{} {} is inverted or flat: its Jacobian determinant runs from {low:.3e} to {high:.3e} m³, least at \
+             its node {} at \
              ({x:.6}, {y:.6}, {z:.6}) m; expected above 0. {wrong} of {} cells are so.{hint}",
             mesh.cells.get(number).kind.topology().name,
             origin.number(self.cell_tags[number]),
@@ -42,8 +44,8 @@ impl Listed {
         Err(origin.error(self.cell_at[number], what))
     }
 
-    /// Refuses cells of different kinds that lie against each other without being joined: faces with the same corners and other nodes between them, and
-    /// quadrilaterals against triangles. Nothing else would show such a crack.
+    /// Refuses cells of different kinds that lie against each other without being joined: faces with the same corners
+    /// and other nodes between them, and quadrilaterals against triangles. Nothing else would show such a crack.
     pub(super) fn check_joints(&self, mesh: &Mesh, origin: &dyn Origin) -> Result<()> {
         if mesh.cells.blocks().windows(2).all(|b| b[0].kind == b[1].kind) {
             return Ok(());
@@ -74,7 +76,12 @@ impl Listed {
                     nodes
                 };
                 if sorted(here) != sorted(there) {
-                    return apart(there, here, "one has nodes between the corners of the face that the other has not; expected cells of the same order");
+                    return apart(
+                        there,
+                        here,
+                        "one has nodes between the corners of the face that the other has \
+                     not; expected cells of the same order",
+                    );
                 }
             }
         }

@@ -1,5 +1,5 @@
-//! A mesh as a file lists it: nodes and elements by their numbers there, with their places in the file. Readers of all formats fill it in; what they have
-//! in common, checks first of all, is here.
+//! A mesh as a file lists it: nodes and elements by their numbers there, with their places in the file. Readers of
+//! all formats fill it in; what they have in common, checks first of all, is here.
 
 mod check;
 mod groups;
@@ -91,7 +91,8 @@ impl Listed {
         self.index.get(tag)
     }
 
-    /// Takes a cell with the numbers of its `nodes` in a file's order: `order` is the node of the cell at each place of it.
+    /// Takes a cell with the numbers of its `nodes` in a file's order: `order` is the node of the cell at each place
+    /// of it.
     pub fn cell(
         &mut self,
         kind: CellKind,
@@ -135,7 +136,8 @@ impl Listed {
         (self.cells, self.cell_tags, self.cell_at) = (cells, tags, at);
     }
 
-    /// Checks what was read and makes the mesh of it; nodes keep their order, unused ones are dropped. Beside the mesh it has remarks for the user.
+    /// Checks what was read and makes the mesh of it; nodes keep their order, unused ones are dropped. Beside the
+    /// mesh it has remarks for the user.
     pub fn mesh(mut self, origin: &dyn Origin) -> Result<(Mesh, Vec<String>)> {
         self.index = Index::default();
         let mut number = vec![u32::MAX; self.tags.len()];

@@ -40,7 +40,8 @@ impl Listed {
             return Err(origin.error(
                 self.node_at[b as usize],
                 format!(
-                    "the nodes {first} and {second} lie at the same place ({x:.6}, {y:.6}, {z:.6}), nearer than {step:.1e} in the file's unit. \
+                    "the nodes {first} and {second} lie at the same place ({x:.6}, {y:.6}, {z:.6}), nearer than \
+                     {step:.1e} in the file's unit. \
                      {what}{cut}Expected merged nodes ({})",
                     origin.merge()
                 ),
@@ -53,7 +54,8 @@ impl Listed {
             return Err(origin.error(
                 self.cell_at[cell],
                 format!(
-                    "the cells form {count} pieces that share no node; {cells} of {} cells hang together with {} {} at ({x:.6}, {y:.6}, {z:.6}) and not with the \
+                    "the cells form {count} pieces that share no node; {cells} of {} cells hang together with \
+                     {} {} at ({x:.6}, {y:.6}, {z:.6}) and not with the \
                      first; expected one body, in one piece",
                     mesh.cells.len(),
                     mesh.cells.get(cell).kind.topology().name,
@@ -126,7 +128,8 @@ fn shortest_link(mesh: &Mesh) -> f64 {
     shortest.sqrt()
 }
 
-/// Pairs of nodes in the same cube of the edge `step`. Cubes are laid twice, so that few pairs that are much nearer lie on either side of a border both times.
+/// Pairs of nodes in the same cube of the edge `step`. Cubes are laid twice, so that few pairs that are much nearer
+/// lie on either side of a border both times.
 fn coincident(nodes: &[[f64; 3]], step: f64) -> Vec<[u32; 2]> {
     let mut pairs = Vec::new();
     let mut keyed: Vec<(u64, u32)> = Vec::with_capacity(nodes.len());

@@ -1,4 +1,5 @@
-//! Reads numbers and lines of an MSH file, ASCII or binary, and names the place where one is wrong. A window of the file is in memory, never all of it.
+//! Reads numbers and lines of an MSH file, ASCII or binary, and names the place where one is wrong. A window of the
+//! file is in memory, never all of it.
 
 use crate::input::text::without_mark;
 use crate::{Error, Result};
@@ -73,7 +74,8 @@ impl<'a> Cursor<'a> {
         self.error_at(self.pos(), what)
     }
 
-    /// The line of the first thing that stands at the byte `at` or behind it, from 1: the file is read again up to there.
+    /// The line of the first thing that stands at the byte `at` or behind it, from 1: the file is read again up to
+    /// there.
     fn line_of(&self, at: u64) -> std::io::Result<u64> {
         let mut source = self.source.borrow_mut();
         let back = source.stream_position()?;
@@ -325,7 +327,8 @@ impl<'a> Cursor<'a> {
             .ok_or_else(|| self.wrong(token, &format!("{what}, a finite number")))
     }
 
-    /// In an ASCII file: expects the end of the line; a record with too many entries would otherwise shift all that follow.
+    /// In an ASCII file: expects the end of the line; a record with too many entries would otherwise shift all that
+    /// follow.
     pub fn end_of_line(&mut self, what: &str) -> Result<()> {
         if self.binary {
             return Ok(());

@@ -1,6 +1,7 @@
 //! Reader of Gmsh's MSH 4.1 and 2.2, ASCII and binary: cells and the physical groups of their boundary facets.
 //!
-//! Format: Gmsh reference manual, "MSH file format". Every error names the file and the line (ASCII) or byte offset (binary).
+//! Format: Gmsh reference manual, "MSH file format". Every error names the file and the line (ASCII) or byte offset
+//! (binary).
 
 mod cursor;
 pub mod plane;
@@ -15,8 +16,8 @@ use cursor::{Cursor, Source};
 use sections::Raw;
 use std::path::Path;
 
-/// Reads a mesh from the file at `path`. Lengths in the file are in m. An upper body's mesh lies at z > 0 and is reflected by the caller
-/// ([`Mesh::reflected`]).
+/// Reads a mesh from the file at `path`. Lengths in the file are in m. An upper body's mesh lies at z > 0 and is
+/// reflected by the caller ([`Mesh::reflected`]).
 pub fn read(path: &Path) -> Result<Mesh> {
     Ok(read_remarked(path)?.0)
 }

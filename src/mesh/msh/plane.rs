@@ -11,7 +11,8 @@ use std::path::Path;
 pub struct Plane {
     /// Nodes (x, y), in the file's unit.
     pub nodes: Vec<[f64; 2]>,
-    /// Nodes of each triangle (3 or 6) and quadrilateral (4, 8 or 9): corners, middles of the edges, centre, as Gmsh numbers them.
+    /// Nodes of each triangle (3 or 6) and quadrilateral (4, 8 or 9): corners, middles of the edges, centre, as Gmsh
+    /// numbers them.
     pub faces: Vec<Vec<usize>>,
     /// Edges of the curves in each physical group: first node, last node, and the middle one of those of second order.
     pub curves: BTreeMap<String, Vec<Vec<usize>>>,
@@ -80,7 +81,8 @@ impl Read {
                 return Err(c.error_at(
                     at,
                     format!(
-                        "element {tag} is a {}; expected triangles of 3 or 6 nodes, quadrilaterals of 4, 8 or 9, and lines of 2 or 3: a section is a plane mesh",
+                        "element {tag} is a {}; expected triangles of 3 or 6 nodes, quadrilaterals of 4, 8 or \
+                         9, and lines of 2 or 3: a section is a plane mesh",
                         of.name
                     ),
                 ));
@@ -98,7 +100,8 @@ impl Raw {
         if read.faces.is_empty() {
             return Err(c.error_at(
                 elements_at,
-                "no triangles or quadrilaterals; expected a plane mesh (if there are physical groups, Gmsh saves only what is in one)",
+                "no triangles or quadrilaterals; expected a plane mesh (if there are physical groups, Gmsh \
+                 saves only what is in one)",
             ));
         }
         let coords = &self.listed.coords;

@@ -83,7 +83,8 @@ impl Raw {
         if self.listed.cells.is_empty() {
             return Err(c.error_at(
                 elements_at,
-                "no cells; expected tetrahedra, hexahedra, wedges or pyramids of a volume (if there are physical groups, Gmsh saves only what is in one)",
+                "no cells; expected tetrahedra, hexahedra, wedges or pyramids of a volume (if there are \
+                 physical groups, Gmsh saves only what is in one)",
             ));
         }
         for (surface, groups) in self.surfaces {
@@ -176,7 +177,8 @@ impl Raw {
                 return Err(c.error_at(
                     at,
                     format!(
-                        "MSH version {:?}; expected 4.1 or 2.2: save with Mesh.MshFileVersion = 4.1 or gmsh -format msh41",
+                        "MSH version {:?}; expected 4.1 or 2.2: save with Mesh.MshFileVersion = 4.1 or gmsh \
+                         -format msh41",
                         clip(version)
                     ),
                 ));
@@ -222,7 +224,8 @@ impl Raw {
         Ok(ElementType { nodes, dim, name, cell, facet })
     }
 
-    /// Takes an element, of which `place` is number and place in the file, in the surface `entity` with its nodes in Gmsh's order.
+    /// Takes an element, of which `place` is number and place in the file, in the surface `entity` with its nodes in
+    /// Gmsh's order.
     pub fn take(&mut self, c: &Cursor, of: &ElementType, entity: i32, place: [u64; 2], nodes: &[u64]) -> Result<()> {
         if let Some(plane) = &mut self.plane {
             let position = |&tag: &u64| {

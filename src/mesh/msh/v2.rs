@@ -44,7 +44,10 @@ impl Raw {
             if together == 0 || together > total - done || !(0..=1000).contains(&labels) {
                 return Err(c.error_at(
                     at,
-                    format!("{together} elements of type {kind} with {labels} tags each, behind {done} of {total}; expected a valid head"),
+                    format!(
+                        "{together} elements of type {kind} with {labels} tags each, behind {done} of \
+                     {total}; expected a valid head"
+                    ),
                 ));
             }
             let mut nodes = Vec::new();

@@ -1,5 +1,6 @@
-//! Reference cells: nodes, shape functions, rules of quadrature. Tetrahedron with the corners 0 and the unit points; pyramid over
-//! [-1, 1]² with its apex at (0, 0, 1); wedge over the triangle of 0 and the unit points from -1 to 1; hexahedron [-1, 1]³.
+//! Reference cells: nodes, shape functions, rules of quadrature. Tetrahedron with the corners 0 and the unit points;
+//! pyramid over [-1, 1]² with its apex at (0, 0, 1); wedge over the triangle of 0 and the unit points from -1 to 1;
+//! hexahedron [-1, 1]³.
 
 pub mod facet;
 mod quadrature;
@@ -137,7 +138,8 @@ impl CellKind {
 mod tests {
     use super::*;
 
-    /// Shape functions are 1 at their node and 0 at the others, add up to 1, and have the derivatives that differences show.
+    /// Shape functions are 1 at their node and 0 at the others, add up to 1, and have the derivatives that
+    /// differences show.
     #[test]
     fn shape_functions_interpolate() {
         for kind in CellKind::ALL {
@@ -173,7 +175,8 @@ mod tests {
         }
     }
 
-    /// Monomials over the reference cells, up to the degree that mass and stiffness of each ask for, against closed forms.
+    /// Monomials over the reference cells, up to the degree that mass and stiffness of each ask for, against closed
+    /// forms.
     #[test]
     fn rules_are_exact() {
         let factorial = |n: u32| (1..=n).product::<u32>() as f64;

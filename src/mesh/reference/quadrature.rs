@@ -34,7 +34,8 @@ pub(super) fn mass(kind: CellKind) -> Raw {
     }
 }
 
-/// Gauss's rule on [0, 1] with the weight (1 − z)², two or three points: zeros of the Jacobi polynomials of that weight.
+/// Gauss's rule on [0, 1] with the weight (1 − z)², two or three points: zeros of the Jacobi polynomials of that
+/// weight.
 fn gauss_squared(n: usize) -> Vec<(f64, f64)> {
     // ∫ (1 − z)² z^k dz.
     let moments = [1.0 / 3.0, 1.0 / 12.0, 1.0 / 30.0];
@@ -78,7 +79,8 @@ fn tet_4() -> Raw {
     [[a, a, a], [b, a, a], [a, b, a], [a, a, b]].map(|p| (p, 1.0 / 24.0)).to_vec()
 }
 
-/// Fourteen points in the tetrahedron, exact to degree 5. N. J. Walkington, Quadrature on simplices of arbitrary dimension, 2000.
+/// Fourteen points in the tetrahedron, exact to degree 5. N. J. Walkington, Quadrature on simplices of arbitrary
+/// dimension, 2000.
 fn tet_14() -> Raw {
     let mut points = Vec::with_capacity(14);
     for (a, w) in

@@ -72,7 +72,8 @@ fn wedge(kind: CellKind, [x, y, z]: [f64; 3]) -> Shape {
         }
         return shape;
     }
-    // Functions of the nodes on the edges and in the quadrilaterals; those of the corners are what these leave of the linear ones.
+    // Functions of the nodes on the edges and in the quadrilaterals; those of the corners are what these leave of the
+    // linear ones.
     let full = kind == CellKind::Wedge18;
     let mut further = [(0.0, [0.0; 3]); 12];
     for k in 0..3 {
@@ -106,9 +107,10 @@ fn wedge(kind: CellKind, [x, y, z]: [f64; 3]) -> Shape {
     shape
 }
 
-/// G. Bedrosian, Shape functions and integration formulas for three-dimensional finite element analysis, Int. J. Numer. Meth. Engng 35 (1992)
-/// 95–108. With u = ξ/(1 − ζ), v = η/(1 − ζ) every function but the apex's is (1 − ζ) P(u, v, ζ) with a polynomial P, so that
-/// the derivatives are P_u, P_v and −P + (1 − ζ) P_ζ + u P_u + v P_v. At the apex they depend on the direction: those along the axis are taken.
+/// G. Bedrosian, Shape functions and integration formulas for three-dimensional finite element analysis, Int. J.
+/// Numer. Meth. Engng 35 (1992) 95–108. With u = ξ/(1 − ζ), v = η/(1 − ζ) every function but the apex's is (1 − ζ)
+/// P(u, v, ζ) with a polynomial P, so that the derivatives are P_u, P_v and −P + (1 − ζ) P_ζ + u P_u + v P_v. At the
+/// apex they depend on the direction: those along the axis are taken.
 fn pyramid(kind: CellKind, [x, y, z]: [f64; 3]) -> Shape {
     let mut shape = zero();
     let rest = 1.0 - z;

@@ -103,8 +103,8 @@ impl Checkpoint {
     }
 }
 
-/// Refuses to continue what another version wrote, and what belongs to another job, naming the keys that differ. What comes after the steps
-/// that are done may be another: duration and histories.
+/// Refuses to continue what another version wrote, and what belongs to another job, naming the keys that differ. What
+/// comes after the steps that are done may be another: duration and histories.
 pub fn refuse_other_job(segments: &Segments, job: &Job) -> Result<()> {
     let parts = segments.parts();
     let Some(part) = parts.last() else {
@@ -124,7 +124,8 @@ pub fn refuse_other_job(segments: &Segments, job: &Job) -> Result<()> {
     let (done, total) = (segments.done(), wanted.steps());
     if total < done {
         return Err(Error::Job(format!(
-            "--resume: {place} holds {done} steps already, more than the {total} of analyses.transient.duration; expected {} s or more",
+            "--resume: {place} holds {done} steps already, more than the {total} of \
+             analyses.transient.duration; expected {} s or more",
             done as f64 * wanted.step
         )));
     }
@@ -133,7 +134,8 @@ pub fn refuse_other_job(segments: &Segments, job: &Job) -> Result<()> {
         return Ok(());
     }
     Err(Error::Job(format!(
-        "--resume: {place} belongs to another job; these keys differ: {}. Continue it with the job that it was begun with",
+        "--resume: {place} belongs to another job; these keys differ: {}. Continue it with the job that it was \
+         begun with",
         keys.join(", ")
     )))
 }

@@ -177,8 +177,12 @@ pub fn tables(branches: &[Branch], along: &str, points: usize, all: &[Cycle]) ->
             all.iter().map(|c| c.fate).collect::<Vec<i8>>(),
         ),
         numbers("frequency", "Hz", "One over the period; of what does not repeat itself the mean.", &|c| c.frequency),
-        counts("crossings", "Crossings of the section in a period; 0 where it does not repeat itself.", &|c| c.crossings),
-        numbers("apart", "1", "Largest distance of states any number of periods apart, of the amplitude.", &|c| c.apart),
+        counts("crossings", "Crossings of the section in a period; 0 where it does not repeat itself.", &|c| {
+            c.crossings
+        }),
+        numbers("apart", "1", "Largest distance of states any number of periods apart, of the amplitude.", &|c| {
+            c.apart
+        }),
         numbers("back", "1/s", "Rate at which small deviations of the amplitude go back.", &|c| c.back),
         numbers("time", "s", "Time that was simulated.", &|c| c.time),
         numbers("kinetic", "J", "Mean kinetic energy.", &|c| c.kinetic),
@@ -189,7 +193,8 @@ pub fn tables(branches: &[Branch], along: &str, points: usize, all: &[Cycle]) ->
         rows(
             "velocity_rms",
             "m/s",
-            "Root mean squares of the velocities (x, y, n) of the lower and the upper body at the middle of the contact.",
+            "Root mean squares of the velocities (x, y, n) of the lower and the upper body at the middle of the \
+             contact.",
             &[2, 3],
             &|c| c.velocity.to_vec(),
         ),

@@ -26,8 +26,8 @@ impl Points {
         Self { names: names.iter().map(|n| n.to_string()).collect(), at, modes, residual }
     }
 
-    /// On rank 0: the points of the run when it was begun, from its first segment; what moves them, computed again, would not be the same to the last
-    /// bit.
+    /// On rank 0: the points of the run when it was begun, from its first segment; what moves them, computed again,
+    /// would not be the same to the last bit.
     pub fn restore(wanted: &Transient, first: &Reader) -> Result<Self> {
         let names: Vec<String> = wanted.points.iter().map(|p| p.name.clone()).collect();
         if names.is_empty() {
@@ -58,7 +58,8 @@ impl Points {
         self.sum(&self.modes, q)
     }
 
-    /// Displacements of the points by the reactions beyond the modes, m, `[3 points]`; on rank 0. `reaction` is (tx, ty, p), N, `[3n]`.
+    /// Displacements of the points by the reactions beyond the modes, m, `[3 points]`; on rank 0. `reaction` is (tx,
+    /// ty, p), N, `[3n]`.
     pub fn residual(&self, reaction: &[f64]) -> Vec<f64> {
         self.sum(&self.residual, reaction)
     }

@@ -3,7 +3,8 @@
 use super::super::Table;
 use num_complex::Complex;
 
-/// Receptances of the `bodies`, lower first, m/N, `[frequencies][3][3]`, at the frequencies (Hz) for a force spread by `share` (`[n]`).
+/// Receptances of the `bodies`, lower first, m/N, `[frequencies][3][3]`, at the frequencies (Hz) for a force spread
+/// by `share` (`[n]`).
 pub fn tables(frequency: &[f64], share: &[f64], bodies: &[Vec<[[Complex<f64>; 3]; 3]>; 2]) -> Vec<Table> {
     let mut tables = vec![
         Table::list("/receptance/frequency", "Hz", "Frequencies.", frequency.to_vec()),

@@ -41,7 +41,8 @@ impl Column {
         }
     }
 
-    /// In chunks that end where segments of so many steps, a row every `stride` of them, do: such chunks go into the main file as they are.
+    /// In chunks that end where segments of so many steps, a row every `stride` of them, do: such chunks go into the
+    /// main file as they are.
     fn within(mut self, segment: u64, stride: u64) -> Self {
         let bytes = self.values.item_bytes() * self.row.iter().product::<usize>();
         let most = (CHUNK_BYTES / bytes.max(1)).max(1);
@@ -99,8 +100,8 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// An empty one, of a run that goes on from the reactions `reaction` (N, `[3n]`). For sound the amplitudes of the modes are kept every
-    /// `sound_stride` steps; 0 for never.
+    /// An empty one, of a run that goes on from the reactions `reaction` (N, `[3n]`). For sound the amplitudes of the
+    /// modes are kept every `sound_stride` steps; 0 for never.
     pub fn new(
         points: &'a Points,
         wanted: &job::Transient,

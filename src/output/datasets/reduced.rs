@@ -121,7 +121,8 @@ impl Known<'_> {
             tables.push(Table::list(&path("family"), "-", "What of each mode moves most.", families));
         }
         if !self.springs.is_empty() {
-            let text = "What each mode stores in springs that have a loss factor of their own, twice, over the square of its amplitude.";
+            let text = "What each mode stores in springs that have a loss factor of their own, twice, over the \
+             square of its amplitude.";
             tables.push(Table::list(&path("springs"), "1/s^2", text, self.springs.to_vec()));
         }
         let mut modal = |what: &str, units: &str, text: &str, matrix: &Mat<f64>| {
@@ -161,7 +162,8 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
     let name = reader.path().display();
     if !reader.has("/reduced/version") {
         return Err(Error::Input(format!(
-            "{name}: has no reduced model; it is written by runs with a contact of finite elements and output.reduced = true"
+            "{name}: has no reduced model; it is written by runs with a contact of finite elements and \
+             output.reduced = true"
         )));
     }
     let integer = |path: &str| match reader.verified(path)?.1 {

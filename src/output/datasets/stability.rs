@@ -123,7 +123,8 @@ pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullR
                 .map(|(q, r)| r.as_ref().map_or(0.0, |r| travelling(r, q)))
                 .collect::<Vec<_>>()
         };
-        let text = "Nodal diameters of the motion of the lower and of the upper body: positive where it travels with the rotation, negative against it, about 0 where it stands or the body does not rotate.";
+        let text = "Nodal diameters of the motion of the lower and of the upper body: positive where it travels \
+         with the rotation, negative against it, about 0 where it stands or the body does not rotate.";
         tables.push(Table::new(
             "/stability/diameters",
             "1",
@@ -233,7 +234,8 @@ pub fn causes(all: &[Criterion]) -> Vec<Table> {
     ]
 }
 
-/// The group `/stability/point`: one point in place of the contact, beside the `listed` eigenvalues of the reduced model.
+/// The group `/stability/point`: one point in place of the contact, beside the `listed` eigenvalues of the reduced
+/// model.
 pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
     let e = &all.ellipse;
     let mut tables = vec![
@@ -267,7 +269,8 @@ pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
             Table::list(
                 &path("partner"),
                 "1",
-                "Place in /stability/eigenvalue, from 0, of the mode of the discretised contact that moves alike; -1: none.",
+                "Place in /stability/eigenvalue, from 0, of the mode of the discretised contact that moves \
+                 alike; -1: none.",
                 of.partners.iter().map(|p| p.map_or(-1, |p| p as i64)).collect::<Vec<i64>>(),
             ),
             Table::list(

@@ -73,7 +73,8 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Tab
         Table::list(
             "/sweep/shape",
             "1",
-            "Numbers of values along the keys of a grid, the last key running fastest; one number where lists run side by side.",
+            "Numbers of values along the keys of a grid, the last key running fastest; one number where lists \
+             run side by side.",
             plan.shape.iter().map(|&n| n as i64).collect::<Vec<i64>>(),
         ),
         Table::list(
@@ -122,7 +123,8 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Tab
         Table::list(
             "/sweep/eigenvalue",
             "1/s",
-            "Eigenvalues of all points, one of each conjugate pair, by falling growth rate; offset says where each point begins.",
+            "Eigenvalues of all points, one of each conjugate pair, by falling growth rate; offset says where \
+             each point begins.",
             all.iter().flat_map(|o| o.eigenvalues.iter().copied()).collect::<Vec<Complex<f64>>>(),
         ),
         Table::list("/sweep/offset", "1", "First eigenvalue of each point in /sweep/eigenvalue, and the end.", offsets),

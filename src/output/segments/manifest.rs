@@ -1,9 +1,11 @@
-//! The manifest of a run in segments: the jobs it was begun and continued with, and step range and SHA-256 of each segment.
+//! The manifest of a run in segments: the jobs it was begun and continued with, and step range and SHA-256 of each
+//! segment.
 //!
-//! A file of lines `CHECKSUM RECORD`, a record being JSON and the checksum the SHA-256 of the checksum before it and the record. Lines
-//! are only added, and brought to the disk before the segment they speak of gets its name: a run killed at any moment leaves at the most the
-//! beginning of a line, or a last line whose segment is not there. What was altered, lost or put in does not fit the checksums.
-//! As long as a run has it open the file is locked; the lock ends with the process, however it ends.
+//! A file of lines `CHECKSUM RECORD`, a record being JSON and the checksum the SHA-256 of the checksum before it and
+//! the record. Lines are only added, and brought to the disk before the segment they speak of gets its name: a run
+//! killed at any moment leaves at the most the beginning of a line, or a last line whose segment is not there. What
+//! was altered, lost or put in does not fit the checksums. As long as a run has it open the file is locked; the lock
+//! ends with the process, however it ends.
 
 use super::super::partial::failure;
 use super::super::provenance::hexadecimal;
@@ -130,8 +132,8 @@ pub(super) struct Manifest {
 }
 
 impl Manifest {
-    /// Opens and locks the manifest of a folder; made where it is missing and `create`, none if not. A fault of its lines is the second
-    /// value: the caller may want to begin anew.
+    /// Opens and locks the manifest of a folder; made where it is missing and `create`, none if not. A fault of its
+    /// lines is the second value: the caller may want to begin anew.
     pub(super) fn open(folder: &Path, create: bool) -> Result<Option<(Self, Result<()>)>> {
         let path = folder.join("manifest");
         // The file may go between opening and locking it, with the run that it belonged to.

@@ -1,5 +1,6 @@
-//! Segments become part of the main file. Their chunks are copied as they lie in the file, compressed: what was compressed once is neither decoded nor
-//! compressed again. Where chunks do not fit (rows between two multiples of `segment`, tiny segments), values are read and written.
+//! Segments become part of the main file. Their chunks are copied as they lie in the file, compressed: what was
+//! compressed once is neither decoded nor compressed again. Where chunks do not fit (rows between two multiples of
+//! `segment`, tiny segments), values are read and written.
 
 use super::super::read::Reader;
 use super::super::table::Table;
@@ -13,8 +14,8 @@ use hdf5_chunks::Target;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// On rank 0: adds the datasets of `group` of all segments, one after the other along the first dimension, to the file `path`. One segment at a time
-/// is open, one of its datasets at the most in memory.
+/// On rank 0: adds the datasets of `group` of all segments, one after the other along the first dimension, to the
+/// file `path`. One segment at a time is open, one of its datasets at the most in memory.
 pub(crate) fn append_to(path: &Path, segments: &Segments, group: &str, progress: &mut Progress) -> Result<()> {
     let failure = |e: hdf5::Error| Error::Io(format!("cannot write {}: {e}", path.display()));
     let file = hdf5::File::with_options().with_fapl(strong).open_rw(path).map_err(failure)?;
@@ -73,7 +74,8 @@ impl Merged<'_> {
         Ok(())
     }
 
-    /// Makes the dataset that those of the segments become, like `from` and without rows: in chunks of the same size if these are large enough.
+    /// Makes the dataset that those of the segments become, like `from` and without rows: in chunks of the same size
+    /// if these are large enough.
     fn create(&mut self, segment: &Reader, at: &str, from: &Dataset) -> Result<()> {
         let (units, description) = (segment.attribute(at, "units")?, segment.attribute(at, "description")?);
         let (mut shape, none) = (from.shape(), segment.read(at)?.1.part(0..0));

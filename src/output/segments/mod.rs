@@ -1,6 +1,6 @@
-//! Results of a long run in segments: small files, each complete when it appears, so that a run killed at any moment leaves
-//! files that can be read, and continued. At the end they become part of the main file. A manifest beside them says which they are and
-//! what is in each: no segment is opened that is not as it was written.
+//! Results of a long run in segments: small files, each complete when it appears, so that a run killed at any moment
+//! leaves files that can be read, and continued. At the end they become part of the main file. A manifest beside them
+//! says which they are and what is in each: no segment is opened that is not as it was written.
 
 mod manifest;
 mod merge;
@@ -21,8 +21,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// The segments of a run, on rank 0: files `NUMBER.h5` in the folder `FILE.transient` beside the main file `FILE.h5`, their number being that
-/// of the last step in them, and the manifest. As long as one of these exists no other run can have them.
+/// The segments of a run, on rank 0: files `NUMBER.h5` in the folder `FILE.transient` beside the main file `FILE.h5`,
+/// their number being that of the last step in them, and the manifest. As long as one of these exists no other run
+/// can have them.
 #[derive(Debug, Clone)]
 pub struct Segments {
     held: Rc<Held>,
@@ -47,8 +48,8 @@ impl Drop for Held {
 }
 
 impl Segments {
-    /// For a run that begins, with the main file `result`. `Error::Job` if there is an unfinished run and not `overwrite`, or if another
-    /// process has it.
+    /// For a run that begins, with the main file `result`. `Error::Job` if there is an unfinished run and not
+    /// `overwrite`, or if another process has it.
     pub fn claim(result: &Path, overwrite: bool) -> Result<Self> {
         let folder = companion(result, "transient");
         let Some((manifest, read)) = Manifest::open(&folder, true)? else {
@@ -137,7 +138,8 @@ impl Segments {
         self.open(first)
     }
 
-    /// Checks every segment, before any is opened. Missing ones at the end are given up: a run that was killed may have announced one.
+    /// Checks every segment, before any is opened. Missing ones at the end are given up: a run that was killed may
+    /// have announced one.
     pub fn verify(&self) -> Result<()> {
         let there: BTreeSet<u64> = numbered(&self.held.folder)?.into_iter().collect();
         let entries = self.entries();
@@ -150,8 +152,14 @@ impl Segments {
         let left = entries.iter().rposition(|e| there.contains(&e.last)).map_or(0, |last| last + 1);
         if let Some(lost) = entries[..left].iter().find(|e| !there.contains(&e.last)) {
             let advice = match lost.last {
-                0 => "the first segment is missing, and with it the reduced model of the run; bring it back from a copy, or begin again with --force",
-                _ => "the segment is missing; bring it back from a copy, or remove all after it to continue from the one before",
+                0 => {
+                    "the first segment is missing, and with it the reduced model of the run; bring it back \
+                 from a copy, or begin again with --force"
+                }
+                _ => {
+                    "the segment is missing; bring it back from a copy, or remove all after it to continue \
+                 from the one before"
+                }
             };
             return Err(Error::Input(format!("{}: {advice}", self.path(lost).display())));
         }

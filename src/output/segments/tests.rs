@@ -169,7 +169,8 @@ fn two_runs_cannot_have_the_same_segments() {
     assert!(again.entries().is_empty());
 }
 
-/// A kill after the results were published, while the segments are removed: the run is over, and nothing is in the way of the next.
+/// A kill after the results were published, while the segments are removed: the run is over, and nothing is in the
+/// way of the next.
 #[test]
 fn a_run_whose_results_are_published_is_over() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -229,7 +230,8 @@ fn segments_are_put_together_whether_their_chunks_fit_or_not() {
     assert_eq!(sizes(&wide), sizes(&segment.dataset("/transient/wide").expect("wide")));
 }
 
-/// What is said where no segment is there: of a run that ended before its first one the model is named, as long as it lies there.
+/// What is said where no segment is there: of a run that ended before its first one the model is named, as long as it
+/// lies there.
 #[test]
 fn without_segments_the_model_is_pointed_to() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -245,7 +247,8 @@ fn without_segments_the_model_is_pointed_to() {
     assert!(!refused(&["nothing to continue", "name the result file"]).contains("model"));
     std::fs::write(&model, "model").expect("write");
     refused(&["nothing to continue", &reuse]);
-    // Killed when the run was begun, and when its first segment was announced: the manifest is there, and the segment is not.
+    // Killed when the run was begun, and when its first segment was announced: the manifest is there, and the segment
+    // is not.
     let segments = Segments::claim(&result, false).expect("a folder");
     segments.begin(json!({ "a": 0.1 })).expect("a run");
     drop(segments);

@@ -42,13 +42,16 @@ pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &Failed) -> Result<()
             Error::Memory(format!("out of memory in {what}: {need} (MUMPS error {code}, {detail}). Use {advice}."))
         }
         -8 | -9 | -14 | -15 | -17 | -20 => Error::Memory(format!(
-            "{what}: the workspace of MUMPS is too small even far above its estimate: {need} (error {code}, {detail}). Use {advice}."
+            "{what}: the workspace of MUMPS is too small even far above its estimate: {need} (error {code}, \
+             {detail}). Use {advice}."
         )),
         -90 => Error::Io(format!(
-            "{what}: MUMPS cannot write its factors to the disk or read them back (error -90, {detail}); is there space where solver.out_of_core says?"
+            "{what}: MUMPS cannot write its factors to the disk or read them back (error -90, {detail}); is \
+             there space where solver.out_of_core says?"
         )),
         SINGULAR | -6 => Error::NotConverged(format!(
-            "matrix {matrix} is singular (MUMPS error {code} after {detail} pivots): is the body held by a fixed group, is \
+            "matrix {matrix} is singular (MUMPS error {code} after {detail} pivots): is the body held by a \
+             fixed group, is \
              every node part of an element, and is a shift not an eigenvalue?"
         )),
         -40 => Error::NotConverged(format!("matrix {matrix} is not positive definite (MUMPS error -40)")),
@@ -56,8 +59,9 @@ pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &Failed) -> Result<()
     })
 }
 
-/// Collective: an error where the ranks of a node do not get the memory that the analysis found necessary, `megabytes` on this rank. It is asked for
-/// and given back, before MUMPS takes it piece by piece and the linear algebra beneath it is left without.
+/// Collective: an error where the ranks of a node do not get the memory that the analysis found necessary,
+/// `megabytes` on this rank. It is asked for and given back, before MUMPS takes it piece by piece and the linear
+/// algebra beneath it is left without.
 pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &Failed) -> Result<()> {
     let need = 1e6 * megabytes as f64;
     let node = world.sum_on_node(need);
@@ -92,7 +96,8 @@ pub(in crate::petsc) fn space(world: &World, bytes: f64, f: &Failed) -> Result<(
         match node <= free {
             true => Ok(()),
             false => Err(Error::Io(format!(
-                "solver.out_of_core: the factors of matrix {} need {:.1} GB of disk on this machine, there are {:.1} GB free at {}; name another folder",
+                "solver.out_of_core: the factors of matrix {} need {:.1} GB of disk on this machine, there are \
+                 {:.1} GB free at {}; name another folder",
                 f.matrix,
                 node / 1e9,
                 free / 1e9,

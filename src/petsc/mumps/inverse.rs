@@ -6,14 +6,14 @@ use faer::Mat;
 use mumps_sys::MUMPS_INT;
 use std::ptr;
 
-/// Columns of the inverse treated together. Each block walks up the elimination tree once, with messages between the ranks:
-/// of 900 rows, MUMPS's own 32 takes three to four times as long as 512 on two ranks.
+/// Columns of the inverse treated together. Each block walks up the elimination tree once, with messages between the
+/// ranks: of 900 rows, MUMPS's own 32 takes three to four times as long as 512 on two ranks.
 const INVERSE_BLOCK: MUMPS_INT = 512;
 
 impl Factor<'_> {
-    /// Collective: the entries of the inverse at `rows` × `rows` (global numbers, the same on every rank, none twice), of
-    /// a symmetric matrix, `[rows, rows]` on rank 0 and empty elsewhere. Works on the elimination tree alone, without one
-    /// full solve per row (MUMPS's selected entries of the inverse).
+    /// Collective: the entries of the inverse at `rows` × `rows` (global numbers, the same on every rank, none
+    /// twice), of a symmetric matrix, `[rows, rows]` on rank 0 and empty elsewhere. Works on the elimination tree
+    /// alone, without one full solve per row (MUMPS's selected entries of the inverse).
     pub fn inverse_block(&mut self, rows: &[u64]) -> Result<Mat<f64>> {
         let world = self.world;
         let n = self.ranges[world.size];

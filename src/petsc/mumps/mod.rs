@@ -35,8 +35,8 @@ pub enum Symmetry {
 /// Elimination order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ordering {
-    /// METIS nested dissection on blocks of rows with equal pattern. For [`Symmetry::General`] METIS sees the pattern as
-    /// it is, which must be symmetric.
+    /// METIS nested dissection on blocks of rows with equal pattern. For [`Symmetry::General`] METIS sees the pattern
+    /// as it is, which must be symmetric.
     Metis,
     /// SCOTCH inside MUMPS, where that was built with it.
     Scotch,
@@ -89,16 +89,18 @@ pub struct Factor<'w> {
     rows: solve::Rows,
 }
 
-/// Relaxation of the estimated workspace, percent, at the first attempt without and with pivoting, and at the last. Without pivots to delay the estimate is
-/// nearly what is needed, on several ranks too; what is beyond stays taken as long as the factor.
+/// Relaxation of the estimated workspace, percent, at the first attempt without and with pivoting, and at the last.
+/// Without pivots to delay the estimate is nearly what is needed, on several ranks too; what is beyond stays taken as
+/// long as the factor.
 const WORKSPACE: [MUMPS_INT; 3] = [2, 30, 1000];
 
-/// MUMPS's KEEP(1), which says how many zeros two fronts may be made one for; it takes 5. With 3 the factor of an annulus of hexahedra has 5 percent fewer
-/// entries and operations, and a solve takes as long.
+/// MUMPS's KEEP(1), which says how many zeros two fronts may be made one for; it takes 5. With 3 the factor of an
+/// annulus of hexahedra has 5 percent fewer entries and operations, and a solve takes as long.
 const AMALGAMATION: MUMPS_INT = 3;
 
 /// What helps against a factorisation without memory.
-const ADVICE: &str = "solver.out_of_core, more ranks on more machines, a coarser mesh or, for steady rolling alone, solver.linear \"gamg\"";
+const ADVICE: &str = "solver.out_of_core, more ranks on more machines, a coarser mesh or, for steady rolling \
+ alone, solver.linear \"gamg\"";
 
 /// A pivot below this fraction of the largest entry counts as zero. Stiffness matrices of graded meshes reach 1e-9,
 /// a free rigid-body motion leaves some 1e-16.
@@ -292,7 +294,8 @@ impl<'w> Factor<'w> {
         }
         if self.kind == Symmetry::Positive && self.id.infog[11] > 0 {
             return Err(Error::NotConverged(format!(
-                "matrix {name} is not positive definite: {} negative pivots. A stiffness matrix has none unless an element \
+                "matrix {name} is not positive definite: {} negative pivots. A stiffness matrix has none unless \
+                 an element \
                  is turned inside out or the material is unstable.",
                 self.id.infog[11]
             )));
@@ -305,7 +308,8 @@ impl<'w> Factor<'w> {
     fn check_condition(&mut self, matrix: &DistCsr, name: &str) -> Result<()> {
         let world = self.world;
         let scale = matrix.norm_inf(world);
-        // Any start will do that is not orthogonal to smooth or to local vectors, and is the same on any number of ranks.
+        // Any start will do that is not orthogonal to smooth or to local vectors, and is the same on any number of
+        // ranks.
         let mut x: Vec<f64> = matrix.rows_of(world.rank).map(|i| 1.0 + (i as f64 * 12.9898).sin()).collect();
         let mut growth = 0.0;
         for _ in 0..2 {
@@ -328,7 +332,8 @@ impl<'w> Factor<'w> {
         }
         let row = world.max(if largest.0 == world.max(largest.0) { largest.1 as f64 } else { -1.0 });
         Err(Error::NotConverged(format!(
-            "matrix {name} is singular to working precision: condition number {:.1e}, its null vector is largest in row {row}. \
+            "matrix {name} is singular to working precision: condition number {:.1e}, its null vector is \
+             largest in row {row}. \
              Does a fixed group hold the body, is every node part of an element, and is a shift not an eigenvalue?",
             growth * scale
         )))
@@ -347,7 +352,8 @@ impl<'w> Factor<'w> {
         let shown: Vec<String> = rows.iter().take(6).map(u64::to_string).collect();
         let more = if rows.len() > 6 { ", …" } else { "" };
         Error::NotConverged(format!(
-            "matrix {name} is singular: {null} zero pivots, in rows {}{more}. Six for one body mean that nothing holds it \
+            "matrix {name} is singular: {null} zero pivots, in rows {}{more}. Six for one body mean that \
+             nothing holds it \
              (give it a fixed group); others, nodes without elements or a shift that is an eigenvalue.",
             shown.join(", ")
         ))
@@ -411,7 +417,8 @@ impl Drop for Factor<'_> {
 fn put_text(field: &mut [std::ffi::c_char], text: &str) -> Result<()> {
     if text.len() >= field.len() || text.contains('\0') {
         return Err(Error::Job(format!(
-            "solver.out_of_core: found a path of {} bytes, {text}; expected one that MUMPS can hold, of at most {} bytes",
+            "solver.out_of_core: found a path of {} bytes, {text}; expected one that MUMPS can hold, of at most \
+             {} bytes",
             text.len(),
             field.len() - 1
         )));

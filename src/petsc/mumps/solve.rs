@@ -1,5 +1,5 @@
-//! Solutions with a real factor. Each rank gives its own rows of the right-hand sides and gets its own rows of the solutions; no rank sees
-//! a whole column.
+//! Solutions with a real factor. Each rank gives its own rows of the right-hand sides and gets its own rows of the
+//! solutions; no rank sees a whole column.
 
 use super::Factor;
 use crate::parallel::World;
@@ -11,7 +11,8 @@ use std::ptr;
 /// Columns solved at once: twice what MUMPS takes through the factor together, so that its buffers stay small.
 const BLOCK: usize = 64;
 
-/// Where the rows of right-hand sides and solutions lie. MUMPS leaves the solution with the ranks that eliminated its rows.
+/// Where the rows of right-hand sides and solutions lie. MUMPS leaves the solution with the ranks that eliminated its
+/// rows.
 #[derive(Default)]
 pub(super) struct Rows {
     /// This rank's rows, 1-based.
@@ -47,7 +48,8 @@ impl Way {
         Self { send, receive }
     }
 
-    /// Collective: `solution`, `[rows left here, k]` with leading dimension `stride`, as this rank's own rows, `[n, k]`.
+    /// Collective: `solution`, `[rows left here, k]` with leading dimension `stride`, as this rank's own rows, `[n,
+    /// k]`.
     fn bring(&self, world: &World, solution: &[f64], stride: usize, own: &mut [f64], k: usize) {
         let column = |j: usize, places: &[u32]| places.iter().map(|&p| solution[j * stride + p as usize]).collect();
         let part = |places: &Vec<u32>| (0..k).flat_map(|j| -> Vec<f64> { column(j, places) }).collect();

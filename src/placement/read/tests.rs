@@ -55,8 +55,9 @@ fn a_text_file_gives_the_profile_back_in_either_order_and_orientation() {
     let all = points(&exact, 2e-4);
     let (plain, notes) = wheel("w.txt", &format!("# S1002\ny z\n{}", text(&all))).unwrap();
     assert!(notes.is_empty(), "{notes:?}");
-    // A spline rounds the jumps J of z″ between arcs: by J h²/48, with 1/13 mm on the flank of 70 degrees 0.3 µm for points 0.2 mm apart along
-    // the line. The sections themselves meet at y = −26 mm with a step of 0.04 µm, of which a spline takes the mean.
+    // A spline rounds the jumps J of z″ between arcs: by J h²/48, with 1/13 mm on the flank of 70 degrees 0.3 µm for
+    // points 0.2 mm apart along the line. The sections themselves meet at y = −26 mm with a step of 0.04 µm, of which
+    // a spline takes the mean.
     for (range, limit) in [(TREAD, 2.5e-8), ([-0.067, 0.055], 3e-7)] {
         assert!(apart(&plain, &exact, range) < limit, "{}", apart(&plain, &exact, range));
     }
@@ -104,8 +105,10 @@ fn simpack_files_are_changed_as_their_keys_say() {
         })
         .collect();
     let keys = format!(
-        "! comment\nheader.begin\n version = 1 ! Version\nheader.end\nspline.begin\n file = 'x.txt'\n shift.y = 0.3\n shift.z = -0.2\n rotate = \
-         {:e}\n mirror.y = 1\n inversion = 1\n units.len.f = +1.0e+02 ! cm\n units.ang.f = 1\n bound.y.min = 1\n bound.y.max = 0\n \
+        "! comment\nheader.begin\n version = 1 ! Version\nheader.end\nspline.begin\n file = 'x.txt'\n shift.y = \
+         0.3\n shift.z = -0.2\n rotate = \
+         {:e}\n mirror.y = 1\n inversion = 1\n units.len.f = +1.0e+02 ! cm\n units.ang.f = 1\n bound.y.min = \
+         1\n bound.y.max = 0\n \
          point.begin\n ! y z\n",
         angle
     );

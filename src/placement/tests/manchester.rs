@@ -1,8 +1,9 @@
-//! The Manchester contact benchmark, case A-2.2 (S1002 on UIC 60 of 1:40, gauge 1435 mm at 14 mm, flanges 1360 mm apart back to back, R = 460
-//! mm), computed with CONTACT (github eve70a/CONTACT, Apache-2.0): `manchester_a22_sample.csv`, lengths in mm, forces in N.
+//! The Manchester contact benchmark, case A-2.2 (S1002 on UIC 60 of 1:40, gauge 1435 mm at 14 mm, flanges 1360 mm
+//! apart back to back, R = 460 mm), computed with CONTACT (github eve70a/CONTACT, Apache-2.0):
+//! `manchester_a22_sample.csv`, lengths in mm, forces in N.
 //!
-//! The benchmark's rail is no 60E1: its arcs of 300 and 80 mm meet 21 mm apart, those of 80 and 13 mm 51.976 mm apart (fitted to its points
-//! within 0.02 µm), where EN 13674-1 has 20.456 and 52.053 mm.
+//! The benchmark's rail is no 60E1: its arcs of 300 and 80 mm meet 21 mm apart, those of 80 and 13 mm 51.976 mm apart
+//! (fitted to its points within 0.02 µm), where EN 13674-1 has 20.456 and 52.053 mm.
 
 use super::super::builtin::{rail_head, s1002};
 use super::super::*;
@@ -69,7 +70,8 @@ fn the_centre_of_the_contact_is_that_of_contact() {
     }
 }
 
-/// Creepages beside CONTACT's, whose x points forwards and whose normal points down: ξ and φ have the other sign, forces along x as well.
+/// Creepages beside CONTACT's, whose x points forwards and whose normal points down: ξ and φ have the other sign,
+/// forces along x as well.
 #[test]
 fn creepages_are_those_of_contact() {
     for (side, row) in rows() {
@@ -88,7 +90,8 @@ fn creepages_are_those_of_contact() {
     }
 }
 
-/// The rolling radius: the wheel's circles through CONTACT's points. The point (y_w, z_w) is below the undeformed wheel by what the wheel gives way.
+/// The rolling radius: the wheel's circles through CONTACT's points. The point (y_w, z_w) is below the undeformed
+/// wheel by what the wheel gives way.
 #[test]
 fn rolling_radii_are_those_of_contact() {
     let wheel = s1002().unwrap();
@@ -103,7 +106,8 @@ fn rolling_radii_are_those_of_contact() {
     }
 }
 
-/// Pressures and forces are Hertz' where the curvatures are nearly the same all over the contact: on the cone outside the running circle.
+/// Pressures and forces are Hertz' where the curvatures are nearly the same all over the contact: on the cone outside
+/// the running circle.
 #[test]
 fn hertz_is_near_where_curvatures_are_even() {
     for (side, row) in rows().into_iter().filter(|(s, r)| *s == TrackSide::Left && r["case"] > 12.0) {

@@ -2,8 +2,8 @@
 
 use crate::{Error, Result};
 
-/// Points of Kronrod on [0, 1], half of [−1, 1], and their weights; each second one, from the first on, is one of Gauss' seven (A. S. Kronrod, 1965;
-/// R. Piessens et al., *QUADPACK*, 1983).
+/// Points of Kronrod on [0, 1], half of [−1, 1], and their weights; each second one, from the first on, is one of
+/// Gauss' seven (A. S. Kronrod, 1965; R. Piessens et al., *QUADPACK*, 1983).
 const KRONROD: [(f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_83),
     (0.207_784_955_007_898_47, 0.204_432_940_075_298_9),
@@ -47,8 +47,8 @@ fn estimate<const N: usize>(ends: [f64; 2], of: &mut impl FnMut(f64) -> [f64; N]
     Interval { ends, sum, error }
 }
 
-/// ∫ of N functions from the first to the last of `breaks`, ascending, between which they are smooth: those that `judged` names are right to `accuracy` of
-/// themselves. Errors: not converged.
+/// ∫ of N functions from the first to the last of `breaks`, ascending, between which they are smooth: those that
+/// `judged` names are right to `accuracy` of themselves. Errors: not converged.
 pub fn integral<const N: usize>(
     breaks: &[f64],
     judged: &[usize],

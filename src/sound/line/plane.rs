@@ -11,14 +11,16 @@ use std::f64::consts::PI;
 /// Directions beside those that resolve the waves over the circumference, twice as many as waves in the power.
 const DIRECTIONS: usize = 12;
 
-/// Number of directions, evenly spread, that tell the power of a surface that reaches `farthest`, m, from the origin, at the wavenumber `kappa`, 1/m.
+/// Number of directions, evenly spread, that tell the power of a surface that reaches `farthest`, m, from the origin,
+/// at the wavenumber `kappa`, 1/m.
 pub fn directions(kappa: f64, farthest: f64) -> usize {
     DIRECTIONS + (2.5 * kappa * farthest).ceil() as usize
 }
 
-/// The surface pressures over iωρ, m, `[nodes, m]`, of normal velocities at the nodes, outward, `[nodes, m]`, in the plane with the wavenumber `kappa`,
-/// 1/m: ½p = ∫ p ∂G/∂n′ ds + iωρ ∫ v G ds; at points inside the section, a quarter of a wave length apart, p = 0 is asked for in place of ½p, so that its
-/// resonances are not seen (H. A. Schenck, J. Acoust. Soc. Am. 44 (1968) 41–58). Errors: not converged.
+/// The surface pressures over iωρ, m, `[nodes, m]`, of normal velocities at the nodes, outward, `[nodes, m]`, in the
+/// plane with the wavenumber `kappa`, 1/m: ½p = ∫ p ∂G/∂n′ ds + iωρ ∫ v G ds; at points inside the section, a quarter
+/// of a wave length apart, p = 0 is asked for in place of ½p, so that its resonances are not seen (H. A. Schenck, J.
+/// Acoust. Soc. Am. 44 (1968) 41–58). Errors: not converged.
 pub fn pressures(surface: &Surface, kappa: f64, velocity: MatRef<'_, f64>) -> Result<Mat<Complex64>> {
     with_points(surface, kappa, velocity, &surface.inside(0.5 * PI / kappa))
 }
@@ -50,14 +52,16 @@ fn with_points(
     };
     if !found.norm_max().is_finite() {
         return Err(Error::NotConverged(format!(
-            "sound of a rail at the wavenumber {kappa} 1/m in the plane: the equations of the surface pressure are singular"
+            "sound of a rail at the wavenumber {kappa} 1/m in the plane: the equations of the surface pressure \
+             are singular"
         )));
     }
     Ok(found)
 }
 
-/// The far field over iωρ of the pressures of [`pressures`], m, in `count` directions, evenly spread, `[count, m]`: the pressure at the distance R is
-/// iωρ D (−i/4) √(2/(πκR)) e^{−i(κR − π/4)}, and each metre radiates ½ ωρ/(8π) ∫|D|² dθ of amplitudes.
+/// The far field over iωρ of the pressures of [`pressures`], m, in `count` directions, evenly spread, `[count, m]`:
+/// the pressure at the distance R is iωρ D (−i/4) √(2/(πκR)) e^{−i(κR − π/4)}, and each metre radiates ½ ωρ/(8π)
+/// ∫|D|² dθ of amplitudes.
 pub fn far(
     surface: &Surface,
     kappa: f64,

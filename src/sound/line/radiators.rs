@@ -13,8 +13,8 @@ use std::f64::consts::PI;
 /// Panels are at most this part of the wave length, and of the largest distance from the middle.
 const PANEL: f64 = 0.5;
 const PANEL_OF_SIZE: f64 = 0.2;
-/// Steps of κ times the largest distance from the middle between which the far field is interpolated. Below the first one each κ is this part of the
-/// next, so many times: there the field goes with powers of κ, and with its logarithm.
+/// Steps of κ times the largest distance from the middle between which the far field is interpolated. Below the first
+/// one each κ is this part of the next, so many times: there the field goes with powers of κ, and with its logarithm.
 const STEP: f64 = 0.25;
 const SMALLER: f64 = 0.6;
 const SMALL: i32 = 12;
@@ -24,12 +24,12 @@ const ACCURACY: f64 = 3e-3;
 const FINER: usize = 6;
 /// Parts of the angles whose cosines are κ/k, beside those that the travelling waves make.
 const PARTS: usize = 6;
-/// Waves up to this wavenumber count in what plane waves would radiate, 1/m: all that travel do, and what a force alone does to the section beside it is
-/// not seen from the air.
+/// Waves up to this wavenumber count in what plane waves would radiate, 1/m: all that travel do, and what a force
+/// alone does to the section beside it is not seen from the air.
 const SEEN: f64 = 60.0;
 
-/// What each metre radiates or would: (xx, yy, nn) and (Re yn, Im yn), in free air and as plane waves. Forces along x make motions that are odd where
-/// those of the others are even: they do not interact.
+/// What each metre radiates or would: (xx, yy, nn) and (Re yn, Im yn), in free air and as plane waves. Forces along x
+/// make motions that are odd where those of the others are even: they do not interact.
 const KINDS: usize = 5;
 /// Those that are judged: the powers of each force alone.
 const JUDGED: [usize; 6] = [0, 1, 2, 5, 6, 7];
@@ -85,7 +85,8 @@ impl<'a> Radiators<'a> {
         2 * self.count * self.normal.ncols()
     }
 
-    /// The far fields of part `part` of `parts`, 0 elsewhere: the sum over the parts is what [`Radiators::complete`] takes.
+    /// The far fields of part `part` of `parts`, 0 elsewhere: the sum over the parts is what [`Radiators::complete`]
+    /// takes.
     pub fn far(&self, part: usize, parts: usize) -> Result<Vec<f64>> {
         let size = self.size();
         let mut all = vec![0.0; size * self.kappa.len()];
@@ -138,8 +139,9 @@ impl<'a> Radiators<'a> {
         all
     }
 
-    /// Powers of unit forces at the frequencies of `grid` (Hz), W/N², real parts and then imaginary ones, `[frequencies × 2 × 3 × 3]`, and those of plane
-    /// waves in the same way: the mean power is ½ FᴴGF of complex amplitudes F. Those of part `part` of `parts`, 0 elsewhere.
+    /// Powers of unit forces at the frequencies of `grid` (Hz), W/N², real parts and then imaginary ones,
+    /// `[frequencies × 2 × 3 × 3]`, and those of plane waves in the same way: the mean power is ½ FᴴGF of complex
+    /// amplitudes F. Those of part `part` of `parts`, 0 elsewhere.
     pub fn powers(&self, grid: &[f64], part: usize, parts: usize) -> Result<[Vec<f64>; 2]> {
         const EACH: usize = 2 * FORCES * FORCES;
         let mut all = [0, 1].map(|_| vec![0.0; EACH * grid.len()]);
@@ -179,7 +181,8 @@ impl<'a> Radiators<'a> {
         angles.dedup();
         let endless = |e: Error| {
             Error::NotConverged(format!(
-                "sound of a rail without ends at {f:.1} Hz: {e}; without damping its waves go on for ever: give track.loss_factor, or its pads a loss factor"
+                "sound of a rail without ends at {f:.1} Hz: {e}; without damping its waves go on for ever: give \
+                 track.loss_factor, or its pads a loss factor"
             ))
         };
         let all = integral(&angles, &JUDGED, ACCURACY, |phi| {

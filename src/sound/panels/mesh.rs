@@ -16,7 +16,8 @@ const GROWTH: f64 = 0.7;
 pub struct Meshed {
     /// The panels.
     pub surface: Surface,
-    /// What each node of the panels takes from those of the outline: their places and weights; nothing where it stands still.
+    /// What each node of the panels takes from those of the outline: their places and weights; nothing where it
+    /// stands still.
     takes: Vec<Vec<(usize, f64)>>,
     /// Number of the outline's nodes.
     given: usize,
@@ -47,7 +48,8 @@ impl Meshed {
         Self { surface: Surface::new(panels), takes, given: outline.nodes.len() }
     }
 
-    /// Outward normal velocities at the nodes of the panels, `[nodes, m]`, of (u_r, u_y) at the nodes of the outline, `[2 · nodes, m]`, interleaved.
+    /// Outward normal velocities at the nodes of the panels, `[nodes, m]`, of (u_r, u_y) at the nodes of the outline,
+    /// `[2 · nodes, m]`, interleaved.
     pub fn normal(&self, motion: MatRef<'_, f64>) -> Mat<f64> {
         debug_assert_eq!(motion.nrows(), 2 * self.given);
         Mat::from_fn(self.takes.len(), motion.ncols(), |i, j| {

@@ -4,8 +4,8 @@ use crate::quadrature::legendre;
 use num_complex::Complex64;
 use std::sync::LazyLock;
 
-/// Nodes of a panel: the Gauss points, where pressure and velocity are known and between which they are quadratic. None lies on a corner or on the
-/// axis.
+/// Nodes of a panel: the Gauss points, where pressure and velocity are known and between which they are quadratic.
+/// None lies on a corner or on the axis.
 pub const NODES: usize = 3;
 /// Points of a panel, or of a part of it, that is far enough away, and fewer where it is farther still.
 const POINTS: usize = 6;
@@ -35,14 +35,13 @@ pub struct Point {
 
 /// The field of a source, of one order of Fourier or of several.
 pub trait Kernel {
-    /// [∫ G, ∫ ∂G/∂n′] of what is swept from `source`, of each order, at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must not
-    /// be the source.
+    /// [∫ G, ∫ ∂G/∂n′] of what is swept from `source`, of each order, at the point (r, y) `at` (m), with the wave
+    /// number `k` (1/m). The point must not be the source.
     fn of(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]];
 }
 
-/// A piece of the outline: a parabola (r, y)(t), −1 ≤ t ≤ 1, through three points, m. The body lies to the left of its direction, in the plane with
-/// r to
-/// the right and y upwards.
+/// A piece of the outline: a parabola (r, y)(t), −1 ≤ t ≤ 1, through three points, m. The body lies to the left of
+/// its direction, in the plane with r to the right and y upwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Panel {
     /// First, last and middle point.
@@ -89,7 +88,8 @@ impl Panel {
     }
 }
 
-/// ∫ G f ds and ∫ ∂G/∂n′ f ds of what is swept, m and 1, of f that is 1 at one node of a panel and 0 at the others; `[orders][nodes]`.
+/// ∫ G f ds and ∫ ∂G/∂n′ f ds of what is swept, m and 1, of f that is 1 at one node of a panel and 0 at the others;
+/// `[orders][nodes]`.
 pub struct Integrals<K> {
     kernel: K,
     /// [∫ G f, ∫ ∂G/∂n′ f].

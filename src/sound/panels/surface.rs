@@ -27,7 +27,8 @@ impl Surface {
         &self.panels
     }
 
-    /// The integral operators at a point (r, y): `[orders][2][nodes]` one after the other go to `take` as (order, node, [∫ G, ∫ ∂G/∂n′]).
+    /// The integral operators at a point (r, y): `[orders][2][nodes]` one after the other go to `take` as (order,
+    /// node, [∫ G, ∫ ∂G/∂n′]).
     pub fn at<K: Kernel>(
         &self,
         at: [f64; 2],

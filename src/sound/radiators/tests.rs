@@ -29,7 +29,8 @@ fn disc(size: f64, shapes: &[fn(f64, f64) -> f64]) -> Radiators {
     Radiators::new(patches, size, square)
 }
 
-/// Bessel function J1 by its integral (1/π) ∫ cos(t − x sin t) dt from 0 to π; the trapezoidal rule is exact to rounding.
+/// Bessel function J1 by its integral (1/π) ∫ cos(t − x sin t) dt from 0 to π; the trapezoidal rule is exact to
+/// rounding.
 fn j1(x: f64) -> f64 {
     let n = 200;
     let at = |i: usize| (PI * i as f64 / n as f64 - x * (PI * i as f64 / n as f64).sin()).cos();

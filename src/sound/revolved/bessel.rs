@@ -1,6 +1,7 @@
 //! Bessel functions of the first kind.
 
-/// J_0(x) … J_last(x), x ≥ 0, by downward recurrence (J. C. P. Miller), small ones to the same number of digits as large ones.
+/// J_0(x) … J_last(x), x ≥ 0, by downward recurrence (J. C. P. Miller), small ones to the same number of digits as
+/// large ones.
 pub fn bessel(last: usize, x: f64) -> Vec<f64> {
     let mut values = vec![0.0; last + 1];
     if x == 0.0 {
@@ -36,7 +37,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// J_n(x) = 1/π ∫ cos(nφ − x sin φ) dφ from 0 to π, whose mean over equal steps converges faster than any power; small arguments by the series.
+    /// J_n(x) = 1/π ∫ cos(nφ − x sin φ) dφ from 0 to π, whose mean over equal steps converges faster than any power;
+    /// small arguments by the series.
     #[test]
     fn they_are_those_of_bessels_integral() {
         for x in [1e-9, 0.01, 0.3, 1.0, 7.5, 30.0, 101.3] {

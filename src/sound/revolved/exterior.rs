@@ -14,7 +14,8 @@ use std::f64::consts::PI;
 /// Directions beside those that resolve the waves over half the circumference.
 const DIRECTIONS: usize = 12;
 
-/// The field outside of a surface that vibrates, of one order: pressure and normal velocity go with cos nθ (or sin nθ) round the axis.
+/// The field outside of a surface that vibrates, of one order: pressure and normal velocity go with cos nθ (or sin
+/// nθ) round the axis.
 #[derive(Debug, Clone)]
 pub struct Field {
     order: usize,
@@ -43,7 +44,8 @@ pub struct Exterior<'s> {
     operators: Vec<[Mat<Complex64>; 2]>,
 }
 
-/// ∫ v_i v_j dS of normal velocities at the nodes, `[nodes, m]`, of the order `order`: m² times their unit squared, `[m, m]`.
+/// ∫ v_i v_j dS of normal velocities at the nodes, `[nodes, m]`, of the order `order`: m² times their unit squared,
+/// `[m, m]`.
 pub fn square(surface: &Surface, order: usize, velocity: &Mat<f64>) -> Mat<f64> {
     let nodes = surface.nodes();
     let weighted = Mat::from_fn(velocity.nrows(), velocity.ncols(), |i, j| area(&nodes[i]) * velocity[(i, j)]);
@@ -59,10 +61,10 @@ fn area(node: &Node) -> f64 {
 impl<'s> Exterior<'s> {
     /// Of `surface` in `air` at the frequency `f` (Hz), for the orders from 0 to `last`.
     ///
-    /// The integral equation of the pressure has no unique solution at the resonances of the space inside. There its solutions do not vanish inside,
-    /// as the true one
-    /// does: it is asked for at points a quarter of a wave length apart, too, and the equations are solved by least squares (H. A. Schenck,
-    /// J. Acoust. Soc. Am. 44 (1968) 41–58). A space that is too narrow for such points is too narrow for a resonance.
+    /// The integral equation of the pressure has no unique solution at the resonances of the space inside. There its
+    /// solutions do not vanish inside, as the true one does: it is asked for at points a quarter of a wave length
+    /// apart, too, and the equations are solved by least squares (H. A. Schenck, J. Acoust. Soc. Am. 44 (1968)
+    /// 41–58). A space that is too narrow for such points is too narrow for a resonance.
     pub fn new(surface: &'s Surface, air: Air, f: f64, last: usize) -> Self {
         let mut points = surface.inside(0.25 * air.speed / f);
         points.retain(|x| x[0] > 0.0);
@@ -113,9 +115,9 @@ impl<'s> Exterior<'s> {
         Ok(Field { order, velocity, pressure })
     }
 
-    /// Radiation resistance of the velocities of a field, N·s/m, `[m, m]`: the mean power is ½ xᴴ R x of complex amplitudes x. Real, symmetric and
-    /// not negative
-    /// by its making: from the far field, whose intensity is integrated over all directions.
+    /// Radiation resistance of the velocities of a field, N·s/m, `[m, m]`: the mean power is ½ xᴴ R x of complex
+    /// amplitudes x. Real, symmetric and not negative by its making: from the far field, whose intensity is
+    /// integrated over all directions.
     pub fn resistance(&self, field: &Field) -> Mat<f64> {
         let m = field.velocity.ncols();
         let k = self.air.wave_number(self.frequency);
@@ -134,11 +136,11 @@ impl<'s> Exterior<'s> {
         Mat::from_fn(m, m, |i, j| factor * sum[(i, j)])
     }
 
-    /// The far field in the direction with this cosine against the axis, N/m, `[m]`: the pressure is D e^{−ikR}/(4πR) cos nθ at the distance R.
+    /// The far field in the direction with this cosine against the axis, N/m, `[m]`: the pressure is D e^{−ikR}/(4πR)
+    /// cos nθ at the distance R.
     ///
-    /// D = 2π iⁿ ∫ e^{iky cosΘ} {ikp [n_y cosΘ J_n(a) − i n_r sinΘ J_n′(a)] + iωρ v J_n(a)} r ds, a = kr sinΘ: the integral of Kirchhoff and
-    /// Helmholtz with
-    /// the phases of the plane wave, by Jacobi's and Anger's series.
+    /// D = 2π iⁿ ∫ e^{iky cosΘ} {ikp [n_y cosΘ J_n(a) − i n_r sinΘ J_n′(a)] + iωρ v J_n(a)} r ds, a = kr sinΘ: the
+    /// integral of Kirchhoff and Helmholtz with the phases of the plane wave, by Jacobi's and Anger's series.
     pub fn far(&self, field: &Field, cosine: f64) -> Vec<Complex64> {
         let k = self.air.wave_number(self.frequency);
         let n = field.order;

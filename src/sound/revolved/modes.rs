@@ -7,12 +7,12 @@ use crate::swept::OutlineModes;
 use crate::Result;
 use faer::{Mat, MatRef};
 
-/// Panels are at most this part of the wave length, and of the largest radius: the power of a wheel's modes is then within 0.02 dB of that of panels
-/// a third
-/// as long (a test).
+/// Panels are at most this part of the wave length, and of the largest radius: the power of a wheel's modes is then
+/// within 0.02 dB of that of panels a third as long (a test).
 const PANEL: f64 = 0.5;
 const PANEL_OF_RADIUS: f64 = 0.12;
-/// Neighbouring frequencies are at most this far apart, by the wave number times the largest radius, and a third of a third octave.
+/// Neighbouring frequencies are at most this far apart, by the wave number times the largest radius, and a third of a
+/// third octave.
 const APART: f64 = 0.75;
 
 /// Modes of a swept body in air.
@@ -31,9 +31,8 @@ impl<'a> Radiators<'a> {
         Self { modes, air, radius }
     }
 
-    /// Frequencies, Hz, at which the resistances are needed so that they can be interpolated over the bands: a third of a third octave apart, and
-    /// higher up so near to
-    /// each other that waves across the body are followed.
+    /// Frequencies, Hz, at which the resistances are needed so that they can be interpolated over the bands: a third
+    /// of a third octave apart, and higher up so near to each other that waves across the body are followed.
     pub fn frequencies(&self, bands: &Bands) -> Vec<f64> {
         let most = APART * self.air.speed / (2.0 * std::f64::consts::PI * self.radius);
         let mut all: Vec<f64> = Vec::new();
@@ -50,9 +49,9 @@ impl<'a> Radiators<'a> {
         Meshed::new(&self.modes.outline, size)
     }
 
-    /// Radiation resistances at the frequencies of `grid` (Hz), N·s/m per kg, `[frequencies × m × m]`: those of part `part` of `parts`, 0 elsewhere.
-    /// Modes of different
-    /// orders, and of different families, do not interact; the families of an order radiate alike.
+    /// Radiation resistances at the frequencies of `grid` (Hz), N·s/m per kg, `[frequencies × m × m]`: those of part
+    /// `part` of `parts`, 0 elsewhere. Modes of different orders, and of different families, do not interact; the
+    /// families of an order radiate alike.
     pub fn resistances(&self, grid: &[f64], part: usize, parts: usize) -> Result<Vec<f64>> {
         let m = self.modes.count;
         let last = self.modes.orders.iter().map(|o| o.order).max().unwrap_or(0);
@@ -68,7 +67,8 @@ impl<'a> Radiators<'a> {
         Ok(all)
     }
 
-    /// ρc ∫ φ_n,i φ_n,j dS, N·s/m per kg, `[m × m]`: what the resistances would be, did the surface radiate as a plane wave does.
+    /// ρc ∫ φ_n,i φ_n,j dS, N·s/m per kg, `[m × m]`: what the resistances would be, did the surface radiate as a
+    /// plane wave does.
     pub fn of_plane_waves(&self, bands: &Bands) -> Result<Vec<f64>> {
         let m = self.modes.count;
         let mut all = vec![0.0; m * m];

@@ -1,11 +1,12 @@
 //! The field of a ring of sources whose strength goes with cos nφ.
 //!
-//! With the distance R² = ρ² + 4 r r′ sin²(φ/2) of a point on the ring of radius r′ from a point at the radius r, ρ their distance in the plane of
-//! the section, the integrals ∫ f(φ) dφ/R over the ring have a peak of the width ρ/√(rr′). The substitution sin χ = sn(u), χ = (π − φ)/2, with the
-//! complementary modulus m = ρ/R_max turns them into (2/R_max) ∫ f du over the period 2K of what stays analytic in |Im u| < K′, the factor 1/R² of a
-//! derivative included (its poles are those of 1/dn²). The sum over equal steps then converges as e^{−2πHK′/K} with the number H of points on half
-//! the
-//! period, and K/K′ grows with the logarithm of 1/m only: a point close to the ring costs a few more evaluations than one far away.
+//! With the distance R² = ρ² + 4 r r′ sin²(φ/2) of a point on the ring of radius r′ from a point at the radius r, ρ
+//! their distance in the plane of the section, the integrals ∫ f(φ) dφ/R over the ring have a peak of the width
+//! ρ/√(rr′). The substitution sin χ = sn(u), χ = (π − φ)/2, with the complementary modulus m = ρ/R_max turns them
+//! into (2/R_max) ∫ f du over the period 2K of what stays analytic in |Im u| < K′, the factor 1/R² of a derivative
+//! included (its poles are those of 1/dn²). The sum over equal steps then converges as e^{−2πHK′/K} with the number H
+//! of points on half the period, and K/K′ grows with the logarithm of 1/m only: a point close to the ring costs a few
+//! more evaluations than one far away.
 
 use crate::sound::panels::{Kernel, Point};
 use num_complex::Complex64;
@@ -16,7 +17,8 @@ const DIGITS: f64 = 19.0;
 /// Points beside those that resolve the waves.
 const SPARE: f64 = 4.0;
 
-/// ∫ G cos nφ dφ, 1/m, and ∫ ∂G/∂n′ cos nφ dφ, 1/m², over a ring, G = e^{−ikR}/(4πR), for n = 0 … as far as `layers` reaches.
+/// ∫ G cos nφ dφ, 1/m, and ∫ ∂G/∂n′ cos nφ dφ, 1/m², over a ring, G = e^{−ikR}/(4πR), for n = 0 … as far as `layers`
+/// reaches.
 #[derive(Debug, Clone, Default)]
 pub struct Layers {
     /// [∫ G, ∫ ∂G/∂n′], `[orders]`.
@@ -58,7 +60,8 @@ impl Layers {
             let derivative = [along * (c + kr * s), along * (kr * c - s)];
             self.points.push((1.0 - 2.0 * sine2, [c, -s, derivative[0], derivative[1]]));
         };
-        // Half of the points from the far end u = 0 of the ring, the other half from its near end, where v = K − u: each with the digits it needs.
+        // Half of the points from the far end u = 0 of the ring, the other half from its near end, where v = K − u:
+        // each with the digits it needs.
         let start = Jacobi::at(0.5 * step, m);
         let whole = start.plus(&start, modulus);
         let mut here = start;
@@ -71,7 +74,8 @@ impl Layers {
         self.sum(step / (PI * far));
     }
 
-    /// Sums over the points with cos nφ, by recurrence from order to order; several points at once, so that they need not wait for each other.
+    /// Sums over the points with cos nφ, by recurrence from order to order; several points at once, so that they need
+    /// not wait for each other.
     fn sum(&mut self, weight: f64) {
         const TOGETHER: usize = 4;
         for chunk in self.points.chunks(TOGETHER) {
@@ -122,8 +126,8 @@ struct Jacobi {
 }
 
 impl Jacobi {
-    /// At `u` > 0 for the complementary modulus `m` > 0: descending Landen transformations (M. Abramowitz, I. A. Stegun, *Handbook of Mathematical
-    /// Functions*, 1964, 16.4).
+    /// At `u` > 0 for the complementary modulus `m` > 0: descending Landen transformations (M. Abramowitz, I. A.
+    /// Stegun, *Handbook of Mathematical Functions*, 1964, 16.4).
     fn at(u: f64, m: f64) -> Self {
         // The mean takes eight steps from m = 1e-16.
         let (mut a, mut b) = (1.0, m);
@@ -197,7 +201,8 @@ mod tests {
                     layers.of(&ring, [r, 0.0], k);
                     for n in [0, 1, 3, 8, 12] {
                         let wanted = brute(&ring, [r, 0.0], k, n);
-                        // Beside what the ring makes of a uniform strength: high orders of a distant ring are next to nothing.
+                        // Beside what the ring makes of a uniform strength: high orders of a distant ring are next to
+                        // nothing.
                         let size = brute(&ring, [r, 0.0], 0.0, 0);
                         for (kind, (found, wanted)) in layers.of_order[n].iter().zip(wanted).enumerate() {
                             let near = dr.hypot(dy);

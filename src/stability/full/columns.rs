@@ -1,4 +1,5 @@
-//! Real columns against blocks of complex vectors. The loads and the responses of a body have many columns; every pass through them takes a whole block.
+//! Real columns against blocks of complex vectors. The loads and the responses of a body have many columns; every
+//! pass through them takes a whole block.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -69,7 +70,8 @@ impl Columns {
         (MatRef::from_column_major_slice(&self.values[..rows * count], rows, count), stretches)
     }
 
-    /// Scalar products of the first `count` columns with those of `x`, this rank's part, as complex numbers, `[count]` for each vector.
+    /// Scalar products of the first `count` columns with those of `x`, this rank's part, as complex numbers,
+    /// `[count]` for each vector.
     pub fn dots(&self, count: usize, x: &Reals) -> Vec<Vec<C>> {
         let width = x.width();
         let mut sums = vec![0.0; count * width];

@@ -1,9 +1,10 @@
 //! The contact rows of the linearised system: what the closed nodes do to the motion of the two bodies.
 //!
 //! With the motion y = (w, change of gap) of the contact nodes the tractions change by t = −μ τ r − D (λ + V ∂x) w, and
-//! y_n = 0 at the closed nodes: all of them slide, so that there is a D ([`crate::contact::Tangent::resistance`]). Where the friction remembers,
-//! its coefficients are unknowns as well: f = P δμ with the largest normal force P of a node gives t = … − (p/P) τ f, and
-//! (λ + decay) f − upstream f′ − P gain τ·(λ + V ∂x) w = 0, f′ at the node upstream ([`crate::contact::LinearMemory`]).
+//! y_n = 0 at the closed nodes: all of them slide, so that there is a D ([`crate::contact::Tangent::resistance`]).
+//! Where the friction remembers, its coefficients are unknowns as well: f = P δμ with the largest normal force P of a
+//! node gives t = … − (p/P) τ f, and (λ + decay) f − upstream f′ − P gain τ·(λ + V ∂x) w = 0, f′ at the node upstream
+//! ([`crate::contact::LinearMemory`]).
 
 use crate::contact::{LinearContact, LinearMemory, LinearNode};
 use crate::{Error, Result};
@@ -52,7 +53,8 @@ impl Coupling {
         let resistance = contact.nodes.iter().map(|n| n.tangent.resistance()).collect::<Option<_>>();
         let damping = resistance.ok_or_else(|| {
             Error::Job(format!(
-                "analyses.stability.full: {} of {} closed nodes stick; the full system is for contacts that slide everywhere: \
+                "analyses.stability.full: {} of {} closed nodes stick; the full system is for contacts that \
+                 slide everywhere: \
                  leave it out, or let them slide by a larger creepage",
                 contact.sticking(),
                 contact.nodes.len()
@@ -87,7 +89,8 @@ impl Coupling {
         forces
     }
 
-    /// The rows of friction with the power `power` of λ, 1 or 0, on the motion `y` (`[3m]`) and the changes `f` (N, `[s]`): N or N/s, `[s]`.
+    /// The rows of friction with the power `power` of λ, 1 or 0, on the motion `y` (`[3m]`) and the changes `f` (N,
+    /// `[s]`): N or N/s, `[s]`.
     pub fn memory_rows(&self, power: usize, y: &[C], f: &[C]) -> Vec<C> {
         let row = |(i, m): (usize, &LinearMemory)| {
             let w = |q: usize| match power {
@@ -103,7 +106,8 @@ impl Coupling {
         self.memory.iter().enumerate().map(row).collect()
     }
 
-    /// Largest sums of the absolute coefficients of these rows with λ and without: of f, 1 and 1/s, and of the motion, N/m and N/(m s).
+    /// Largest sums of the absolute coefficients of these rows with λ and without: of f, 1 and 1/s, and of the
+    /// motion, N/m and N/(m s).
     pub fn largest_memory(&self) -> ([f64; 2], [f64; 2]) {
         let most = |of: &dyn Fn(&LinearMemory) -> f64| self.memory.iter().map(of).fold(0.0, f64::max);
         let moved = 2.0 * most(&|m| (self.unit * m.relaxation.gain).abs());
@@ -161,7 +165,8 @@ impl Coupling {
         self.convection.iter().zip(&self.edges).map(|(c, e)| along(c) + edge(e)).fold(0.0, f64::max)
     }
 
-    /// Factorises the contact problem at λ = `shift` for bodies whose receptance on the rows is `receptance` (y = H R), m/N, `[3m, 3m]`.
+    /// Factorises the contact problem at λ = `shift` for bodies whose receptance on the rows is `receptance` (y = H
+    /// R), m/N, `[3m, 3m]`.
     pub fn at(&self, receptance: &Mat<C>, shift: C) -> Result<CoupledContact> {
         let k = self.closed();
         let h = receptance;
@@ -172,7 +177,8 @@ impl Coupling {
                 "stability, full system: the receptance of the contact at the shift is {scale:e} m/N"
             )));
         }
-        // Unknown forces R of the closed nodes, `[3k]`: t + μτ p + (p0/P) τ f + D (λ + V∂x) w = 0 and y_n = g, with y = y0 + H R; then f, `[s]`.
+        // Unknown forces R of the closed nodes, `[3k]`: t + μτ p + (p0/P) τ f + D (λ + V∂x) w = 0 and y_n = g, with y
+        // = y0 + H R; then f, `[s]`.
         let size = 3 * k + self.memory.len();
         let mut a = Mat::<C>::zeros(size, size);
         for i in 0..k {
@@ -306,8 +312,8 @@ pub struct CoupledContact {
 }
 
 impl CoupledContact {
-    /// The forces (N, `[3m]`) that bring the motion `y0` (m, `[3m]`) to y_n = `gap` (m, `[k]`) at the closed nodes and obey friction, and its changes
-    /// (N, `[s]`), whose rows are to be `remembered` (N/s, `[s]`).
+    /// The forces (N, `[3m]`) that bring the motion `y0` (m, `[3m]`) to y_n = `gap` (m, `[k]`) at the closed nodes
+    /// and obey friction, and its changes (N, `[s]`), whose rows are to be `remembered` (N/s, `[s]`).
     pub fn forces(&self, coupling: &Coupling, y0: &[C], gap: &[C], remembered: &[C]) -> (Vec<C>, Vec<C>) {
         let k = coupling.closed();
         let (damped, rolling) = (coupling.damping_forces(y0), coupling.convection_forces(y0));

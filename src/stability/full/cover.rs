@@ -1,7 +1,7 @@
-//! Completeness of a spectrum found shift by shift. Around every shift all eigenvalues are known up to the farthest that
-//! was found. What is promised is a wedge about the imaginary axis: frequencies up to a limit, damping ratios up to a limit of either
-//! sign. The discs have to cover it without a gap, neighbours have to agree where they overlap, and every eigenvalue of the
-//! reduced model has to have its partner and the other way round.
+//! Completeness of a spectrum found shift by shift. Around every shift all eigenvalues are known up to the farthest
+//! that was found. What is promised is a wedge about the imaginary axis: frequencies up to a limit, damping ratios up
+//! to a limit of either sign. The discs have to cover it without a gap, neighbours have to agree where they overlap,
+//! and every eigenvalue of the reduced model has to have its partner and the other way round.
 
 use crate::{Error, Result};
 use num_complex::Complex;
@@ -66,8 +66,8 @@ fn hertz(height: f64) -> f64 {
 /// An eigenvalue: disc and place in its list.
 pub type Found = (usize, usize);
 
-/// The eigenvalues with Im λ between 0 and the height of the wedge that the discs hold, ascending, each once. An error if the discs
-/// leave a gap in the wedge or disagree where they overlap.
+/// The eigenvalues with Im λ between 0 and the height of the wedge that the discs hold, ascending, each once. An
+/// error if the discs leave a gap in the wedge or disagree where they overlap.
 pub fn merge(discs: &[Disc], wedge: &Wedge) -> Result<Vec<Found>> {
     let mut spans: Vec<(usize, f64, f64)> = discs
         .iter()
@@ -147,7 +147,8 @@ fn agree(a: &Disc, b: &Disc) -> Result<()> {
                 }
                 _ => {
                     return Err(Error::NotConverged(format!(
-                        "stability, full system: the spectrum is incomplete, the eigenvalue at {:.4} Hz, growth rate {:.4} 1/s, was found from the \
+                        "stability, full system: the spectrum is incomplete, the eigenvalue at {:.4} Hz, growth \
+                         rate {:.4} 1/s, was found from the \
                          shift at {:.2} Hz but not from the one at {:.2} Hz",
                         hertz(v.im),
                         v.re,
@@ -166,9 +167,9 @@ fn nearest(list: &[C], v: C) -> Option<(usize, f64)> {
     distances.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// Partner of each of `full` in `reduced`, or `None`: the nearest pairs are made first, up to the distance `agreement` |λ|. An error if
-/// an eigenvalue of either list in the wedge is left without one; near the upper end of the wedge the partner may lie beyond it, so both lists
-/// should go farther.
+/// Partner of each of `full` in `reduced`, or `None`: the nearest pairs are made first, up to the distance
+/// `agreement` |λ|. An error if an eigenvalue of either list in the wedge is left without one; near the upper end of
+/// the wedge the partner may lie beyond it, so both lists should go farther.
 pub fn partners(full: &[C], reduced: &[C], wedge: &Wedge, agreement: f64) -> Result<Vec<Option<usize>>> {
     let mut pairs = Vec::new();
     for (i, v) in full.iter().enumerate() {
@@ -192,8 +193,10 @@ pub fn partners(full: &[C], reduced: &[C], wedge: &Wedge, agreement: f64) -> Res
     for (values, partner, name, other) in lists {
         if let Some((v, _)) = values.iter().zip(partner.iter()).find(|(v, p)| safe.holds(**v) && p.is_none()) {
             return Err(Error::NotConverged(format!(
-                "stability: the eigenvalue of the {name} system at {:.3} Hz, growth rate {:.4} 1/s, has none of the {other} system within \
-                 {:.2} % of it. Either the spectrum of the {other} system is incomplete there, or the modes in analyses.modes are too few for this \
+                "stability: the eigenvalue of the {name} system at {:.3} Hz, growth rate {:.4} 1/s, has none of \
+                 the {other} system within \
+                 {:.2} % of it. Either the spectrum of the {other} system is incomplete there, or the modes in \
+                 analyses.modes are too few for this \
                  frequency (analyses.stability.full.agreement says how near is near enough)",
                 hertz(v.im),
                 v.re,
@@ -218,9 +221,10 @@ pub struct Next {
 /// Eigenvalues asked for beyond those expected: the farthest only bounds the disc, and the reduced model is not exact.
 const BEYOND: usize = 4;
 
-/// The next shift for the wedge from height `from` upwards: the largest part of it whose disc is expected (by the eigenvalues of the reduced
-/// model, all of them, conjugates included) to hold no more than `count` eigenvalues, at a distance from the frequencies `poles` (rad/s) at which the factorisations
-/// are singular. `shift` is the shift of a given imaginary part.
+/// The next shift for the wedge from height `from` upwards: the largest part of it whose disc is expected (by the
+/// eigenvalues of the reduced model, all of them, conjugates included) to hold no more than `count` eigenvalues, at a
+/// distance from the frequencies `poles` (rad/s) at which the factorisations are singular. `shift` is the shift of a
+/// given imaginary part.
 pub fn next(wedge: &Wedge, from: f64, count: usize, reduced: &[C], poles: &[f64], shift: impl Fn(f64) -> C) -> Next {
     let expected = |centre: C, radius: f64| reduced.iter().filter(|v| (*v - centre).norm() <= radius).count();
     let left = wedge.height - from;
@@ -253,7 +257,8 @@ mod tests {
         Wedge::new(1000.0, 0.05)
     }
 
-    /// A lightly damped spectrum with a close pair, a doublet and an unstable eigenvalue, beyond the wedge as well; upper half-plane.
+    /// A lightly damped spectrum with a close pair, a doublet and an unstable eigenvalue, beyond the wedge as well;
+    /// upper half-plane.
     fn spectrum() -> Vec<C> {
         let hertz =
             [110.0, 240.0, 240.01, 400.0, 400.0, 515.0, 640.0, 655.0, 780.0, 905.0, 990.0, 1080.0, 1200.0, 1350.0];

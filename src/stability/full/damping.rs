@@ -1,6 +1,7 @@
-//! Damping of the bodies of the full system: Rayleigh's, C = αM + βK, and what is given in the space of the free modes, MΦ L ΦᵀM, a matrix of low
-//! rank that enters the inverse at a shift by Woodbury's identity: modal damping, L = diag(c), and rotation as the modes see it. What they do not see of
-//! rotation improves the eigenpairs ([`super::pairs`]).
+//! Damping of the bodies of the full system: Rayleigh's, C = αM + βK, and what is given in the space of the free
+//! modes, MΦ L ΦᵀM, a matrix of low rank that enters the inverse at a shift by Woodbury's identity: modal damping, L
+//! = diag(c), and rotation as the modes see it. What they do not see of rotation improves the eigenpairs
+//! ([`super::pairs`]).
 
 use super::columns::{Columns, Reals};
 use crate::body::fe::BodyModes;
@@ -26,8 +27,8 @@ pub struct Damping {
 }
 
 impl Damping {
-    /// The shift of imaginary part `height` (rad/s) at which s is real, with that s (1/s²): the eigenvalue that a mode of a body with this
-    /// damping would have. `None` where so fast a mode would not oscillate.
+    /// The shift of imaginary part `height` (rad/s) at which s is real, with that s (1/s²): the eigenvalue that a
+    /// mode of a body with this damping would have. `None` where so fast a mode would not oscillate.
     pub fn on_curve(&self, height: f64) -> Option<(C, f64)> {
         let mut s = height * height;
         for _ in 0..200 {
@@ -74,7 +75,8 @@ impl DampedBody {
     }
 }
 
-/// What is given in the space of the free modes of a body in its place: B (λ L1 + L0) Bᵀ with B = MΦ: damping of its modes, and rotation as they see it, G → B ΦᵀGΦ Bᵀ.
+/// What is given in the space of the free modes of a body in its place: B (λ L1 + L0) Bᵀ with B = MΦ: damping of its
+/// modes, and rotation as they see it, G → B ΦᵀGΦ Bᵀ.
 pub(super) struct ModalTerms {
     /// B, this rank's rows of each column; shared by mirror images.
     pub loads: Rc<Columns>,
@@ -134,7 +136,8 @@ impl ModalTerms {
         summed(world, self.loads.dots(self.count(), u))
     }
 
-    /// Collective: out += what is given in the space of the modes and goes with the power 1 or 0 of λ, of each motion: modal damping, and C ΩD′.
+    /// Collective: out += what is given in the space of the modes and goes with the power 1 or 0 of λ, of each
+    /// motion: modal damping, and C ΩD′.
     pub fn add(&self, world: &World, power: usize, u: &Reals, out: &mut Reals) {
         let given = [self.given.as_ref(), self.damping.as_ref()];
         let Some(matrix) = given.get(power).copied().flatten() else { return };
@@ -163,7 +166,8 @@ impl ModalTerms {
         all.iter().map(of).sum()
     }
 
-    /// Collective: lower bounds of the norms of B L0 Bᵀ, N/m, and B L1 Bᵀ, N·s/m, max |l_jk| |b_j| |b_k|: the backward error is not flattered by them.
+    /// Collective: lower bounds of the norms of B L0 Bᵀ, N/m, and B L1 Bᵀ, N·s/m, max |l_jk| |b_j| |b_k|: the
+    /// backward error is not flattered by them.
     pub fn norms(&self, world: &World) -> [f64; 2] {
         let columns = (0..self.count()).map(|k| &self.loads.values[k * self.loads.rows..(k + 1) * self.loads.rows]);
         let squares: Vec<f64> = columns.map(|l| l.iter().map(|v| v * v).sum()).collect();
@@ -183,8 +187,8 @@ fn summed(world: &World, own: Vec<Vec<C>>) -> Vec<Vec<C>> {
     world.sum_all(&own.concat()).chunks_exact(count).map(<[C]>::to_vec).collect()
 }
 
-/// What modal terms add to an inverse at λ: with A the dynamic stiffness without them, L = λ L1 + L0, Z = A⁻¹B and G = BᵀZ,
-/// (A + B L Bᵀ)⁻¹ = A⁻¹ − Z (I + L G)⁻¹ L Zᵀ (M. A. Woodbury, 1950).
+/// What modal terms add to an inverse at λ: with A the dynamic stiffness without them, L = λ L1 + L0, Z = A⁻¹B and G
+/// = BᵀZ, (A + B L Bᵀ)⁻¹ = A⁻¹ − Z (I + L G)⁻¹ L Zᵀ (M. A. Woodbury, 1950).
 pub(super) struct ModalCorrection {
     factor: PartialPivLu<C>,
     /// L.
@@ -222,8 +226,9 @@ impl ModalCorrection {
         self.terms.transpose() * out
     }
 
-    /// Factors of the columns of Z that are taken off a solution whose amplitudes without modal terms are `amplitudes`, under contact forces
-    /// `forces`, `[modes]`; of a solution with the transposed matrix where this is `transposed`.
+    /// Factors of the columns of Z that are taken off a solution whose amplitudes without modal terms are
+    /// `amplitudes`, under contact forces `forces`, `[modes]`; of a solution with the transposed matrix where this is
+    /// `transposed`.
     pub fn factors(&self, amplitudes: &[C], forces: &[C], transposed: bool) -> Vec<C> {
         let rows = self.motion.nrows();
         let g = Mat::from_fn(self.terms.nrows(), 1, |k, _| {

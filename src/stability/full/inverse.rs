@@ -1,4 +1,5 @@
-//! The inverse of the dynamic stiffness of one body at a shift, with its responses to forces on the contact rows and on the modes that are damped.
+//! The inverse of the dynamic stiffness of one body at a shift, with its responses to forces on the contact rows and
+//! on the modes that are damped.
 
 use super::columns::{Columns, Reals};
 use crate::petsc::complex::ComplexFactor;
@@ -20,8 +21,8 @@ pub(super) enum Inverse<'a> {
 pub(super) struct ShiftedBody<'a> {
     /// The inverse.
     pub inverse: Inverse<'a>,
-    /// The inverse times [Bᵀ, MΦ] (without the factor of a real one): local rows of `[3m + modes]` columns, m/N; imaginary parts, empty if there
-    /// are none. MΦ only where modes are damped.
+    /// The inverse times [Bᵀ, MΦ] (without the factor of a real one): local rows of `[3m + modes]` columns, m/N;
+    /// imaginary parts, empty if there are none. MΦ only where modes are damped.
     pub columns: [Columns; 2],
     /// The parts that it stands for.
     pub parts: Vec<usize>,
@@ -74,7 +75,8 @@ impl<'a> ShiftedBody<'a> {
         }
     }
 
-    /// The columns times `factors` (of the contact rows in lower form, then of the damped modes), of each motion, are added to `u`.
+    /// The columns times `factors` (of the contact rows in lower form, then of the damped modes), of each motion, are
+    /// added to `u`.
     pub fn add_response(&self, factors: &[Vec<C>], u: &mut Reals) {
         let scaled = |unit: C| -> Vec<Vec<C>> {
             let factor = self.scale() * unit;

@@ -1,5 +1,5 @@
-//! Stability of steady sliding on the full finite-element system: the quadratic eigenproblem of both bodies with the pressures
-//! of the closed nodes as multipliers, by successive shifts up the imaginary axis.
+//! Stability of steady sliding on the full finite-element system: the quadratic eigenproblem of both bodies with the
+//! pressures of the closed nodes as multipliers, by successive shifts up the imaginary axis.
 
 mod columns;
 pub mod coupling;
@@ -122,8 +122,8 @@ pub struct FullBodies<'a, 'b> {
     pub places: &'b [DampedBody; 2],
 }
 
-/// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `reduced` are the eigenvalues of the reduced model (both of each
-/// conjugate pair), which say where to look.
+/// Collective: the eigenpairs of the bodies in sliding contact up to a frequency. `reduced` are the eigenvalues of
+/// the reduced model (both of each conjugate pair), which say where to look.
 pub fn spectrum<'a>(
     petsc: &'a Petsc<'a>,
     FullBodies { bodies, modes, places }: FullBodies<'a, '_>,
@@ -186,7 +186,8 @@ fn around(
         .map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
     if around.corrected {
         progress.note(format!(
-            "shift at {hertz:.0} Hz: the modes see little of the rotation there, so that each solution is corrected; more modes in analyses.modes make it faster"
+            "shift at {hertz:.0} Hz: the modes see little of the rotation there, so that each solution is \
+             corrected; more modes in analyses.modes make it faster"
         ));
     }
     let confirmations = confirm(petsc, system, &around.pairs, options)?;
@@ -196,8 +197,10 @@ fn around(
         let worst = residuals.backward_error.max(residuals.constraint);
         if !(worst <= options.tolerance && residuals.correction <= CORRECTION_LIMIT) {
             return Err(Error::NotConverged(format!(
-                "stability, full system: the method takes the eigenvalue {value:.6e} 1/s for converged, but its backward error is {:.1e} and its \
-                 violation of the closed contact {:.1e} (analyses.stability.full.tolerance is {:.1e}), and one more inverse iteration changes it by {:.1e} \
+                "stability, full system: the method takes the eigenvalue {value:.6e} 1/s for converged, but its \
+                 backward error is {:.1e} and its \
+                 violation of the closed contact {:.1e} (analyses.stability.full.tolerance is {:.1e}), and one \
+                 more inverse iteration changes it by {:.1e} \
                  (limit {CORRECTION_LIMIT:.0e})",
                 residuals.backward_error, residuals.constraint, options.tolerance, residuals.correction
             )));

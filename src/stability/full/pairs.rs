@@ -1,9 +1,12 @@
 //! Eigenpairs around a shift, with their residuals.
 //!
-//! The inverse at a shift takes rotation as the modes see it. So what the eigensolver finds with it are pairs of a nearby problem. They become those of the whole one in the space
-//! of their vectors, in which the whole problem is projected, and which is corrected by what one more inverse iteration would change of each: that is the measure of the error, too.
-//! What vectors have of eigenvectors that the space does not hold shrinks by their distances from the shift, so pairs beyond those that are needed are in it as well. Where it goes
-//! slowly and much is left, because the modes see too little of the rotation, the eigensolver works on the whole problem instead, with solutions that are corrected (`turning`).
+//! The inverse at a shift takes rotation as the modes see it. So what the eigensolver finds with it are pairs of a
+//! nearby problem. They become those of the whole one in the space of their vectors, in which the whole problem is
+//! projected, and which is corrected by what one more inverse iteration would change of each: that is the measure of
+//! the error, too. What vectors have of eigenvectors that the space does not hold shrinks by their distances from the
+//! shift, so pairs beyond those that are needed are in it as well. Where it goes slowly and much is left, because the
+//! modes see too little of the rotation, the eigensolver works on the whole problem instead, with solutions that are
+//! corrected (`turning`).
 
 use super::residuals::{Judged, Residuals};
 use super::system::System;
@@ -20,7 +23,8 @@ type C = Complex<f64>;
 
 /// Largest residual of θ = 1/(λ − σ) over θ.
 const TOLERANCE: f64 = 1e-10;
-/// The same where pairs of a nearby problem are improved anyway, and of vectors beyond them that help: without those what eigenvectors have of others just beyond is slow to go.
+/// The same where pairs of a nearby problem are improved anyway, and of vectors beyond them that help: without those
+/// what eigenvectors have of others just beyond is slow to go.
 const NEARBY: f64 = 1e-7;
 const LOOSE: f64 = 3e-2;
 /// Change of an eigenvector by one more inverse iteration, and backward error, after which it is not improved any more.
@@ -55,7 +59,8 @@ pub struct Around {
     pub corrected: bool,
 }
 
-/// What an eigensolver found: eigenvalues in units of the rate, the nearest first, their vectors, others that help, and the columns that were solved for.
+/// What an eigensolver found: eigenvalues in units of the rate, the nearest first, their vectors, others that help,
+/// and the columns that were solved for.
 struct Ritz {
     lambda: Vec<C>,
     vectors: Vec<Vec<C>>,
@@ -64,8 +69,9 @@ struct Ritz {
 }
 
 impl System<'_> {
-    /// Collective: the `count` eigenpairs nearest to the shift at which the system stands, or more; where bodies rotate only those of them within the `reach`, 1/s, if they come together.
-    /// `progress` is told converged and wanted pairs.
+    /// Collective: the `count` eigenpairs nearest to the shift at which the system stands, or more; where bodies
+    /// rotate only those of them within the `reach`, 1/s, if they come together. `progress` is told converged and
+    /// wanted pairs.
     pub fn nearest(
         &mut self,
         petsc: &Petsc,
@@ -96,7 +102,8 @@ impl System<'_> {
         Ok(Around { pairs, radius, solves, corrected: self.accuracy.is_some() })
     }
 
-    /// Collective: the `count` pairs nearest to the shift with residuals of `tolerance`, and vectors beside them that are `loose`, of the problem that solutions stand for.
+    /// Collective: the `count` pairs nearest to the shift with residuals of `tolerance`, and vectors beside them that
+    /// are `loose`, of the problem that solutions stand for.
     fn ritz(
         &mut self,
         petsc: &Petsc,
@@ -121,8 +128,9 @@ impl System<'_> {
         }
     }
 
-    /// Collective: the pairs of the whole problem that those of the `nearby` one within the `reach` (1/s) become; those beyond help. `None` where they come so slowly that corrected solutions
-    /// take less. The columns that are solved for are added to `solves`.
+    /// Collective: the pairs of the whole problem that those of the `nearby` one within the `reach` (1/s) become;
+    /// those beyond help. `None` where they come so slowly that corrected solutions take less. The columns that are
+    /// solved for are added to `solves`.
     fn improve(&mut self, nearby: Ritz, reach: f64, solves: &mut usize) -> Result<Option<Around>> {
         let target = self.sigma / self.rate;
         let n = Quadratic::n_local(self);

@@ -58,8 +58,9 @@ pub(super) struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// Collective: the body at `place`, whose contact rows are those of the `nodes` of the coupling and whose unknowns follow those of `earlier`. `modes` are its free
-    /// modes, asked for where the place has modal damping or rotates.
+    /// Collective: the body at `place`, whose contact rows are those of the `nodes` of the coupling and whose
+    /// unknowns follow those of `earlier`. `modes` are its free modes, asked for where the place has modal damping or
+    /// rotates.
     pub fn new(
         world: &World,
         bodies: &[&'a dyn FullSystem],

@@ -12,7 +12,8 @@ type C = Complex<f64>;
 pub struct Residuals {
     /// |P(λ)x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) (Tisseur, Linear Algebra Appl. 309, 2000).
     pub backward_error: f64,
-    /// |P(σ)⁻¹P(λ)x| / |x| with the last shift σ; where solutions are not corrected, that of the problem with the rotation that the modes see.
+    /// |P(σ)⁻¹P(λ)x| / |x| with the last shift σ; where solutions are not corrected, that of the problem with the
+    /// rotation that the modes see.
     pub correction: f64,
     /// Largest |Y_n u| of the closed nodes over the largest |u|.
     pub constraint: f64,

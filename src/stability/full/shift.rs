@@ -1,9 +1,10 @@
 //! The inverse of the system at a shift.
 //!
-//! The bodies meet in the contact rows alone. With Rayleigh damping λ²M + λC + K = (1 + λβ)(K − sM), s = −(λ² + λα)/(1 + λβ), and on the curve of
-//! the shifts that [`Damping::on_curve`] gives s is real: then one real symmetric factorisation for each body is all, and what couples the
-//! bodies is a small dense problem on their receptances at the contact rows (Woodbury's identity). What is given in the space of the modes, damping and
-//! rotation as far as they see it, is of low rank and enters in the same way.
+//! The bodies meet in the contact rows alone. With Rayleigh damping λ²M + λC + K = (1 + λβ)(K − sM), s = −(λ² +
+//! λα)/(1 + λβ), and on the curve of the shifts that [`Damping::on_curve`] gives s is real: then one real symmetric
+//! factorisation for each body is all, and what couples the bodies is a small dense problem on their receptances at
+//! the contact rows (Woodbury's identity). What is given in the space of the modes, damping and rotation as far as
+//! they see it, is of low rank and enters in the same way.
 
 use super::columns::Reals;
 use super::coupling::{CoupledContact, TransposedRows};
@@ -36,7 +37,8 @@ impl<'a> System<'a> {
         let damping = self.parts[0].damping;
         let (sigma, s) = damping.on_curve(height).ok_or_else(|| {
             Error::Job(format!(
-                "bodies.lower.damping: at {:.1} Hz it is beyond critical, so no mode of that frequency oscillates; lower analyses.stability.full.max_frequency",
+                "bodies.lower.damping: at {:.1} Hz it is beyond critical, so no mode of that frequency \
+                 oscillates; lower analyses.stability.full.max_frequency",
                 height / (2.0 * std::f64::consts::PI)
             ))
         })?;
@@ -114,15 +116,16 @@ impl<'a> System<'a> {
         ModalCorrection::new(damping, sigma, &gram, Mat::from_fn(m, count, |i, j| all[j * (count + m) + count + i]))
     }
 
-    /// The inverse of the parts `group` (one body, mirror images, damped alike but for their modes) at λ = `sigma`, with the real s that belongs to it
-    /// if there is one.
+    /// The inverse of the parts `group` (one body, mirror images, damped alike but for their modes) at λ = `sigma`,
+    /// with the real s that belongs to it if there is one.
     fn invert(&self, group: Vec<usize>, sigma: C, s: Option<f64>) -> Result<ShiftedBody<'a>> {
         let part = &self.parts[group[0]];
         let (n, m) = (part.len(), 3 * self.coupling.nodes.len());
         let (k, mass) = (part.body.stiffness(), part.body.mass());
         let name = format!("body {} at {:.1} Hz", part.body.name(), sigma.im / (2.0 * std::f64::consts::PI));
         let modal = part.modal.as_ref().or_else(|| group.iter().find_map(|&p| self.parts[p].modal.as_ref()));
-        // What a real inverse makes of MΦ is known from the modes, as exactly as they are; where a body rotates pairs are improved anyway.
+        // What a real inverse makes of MΦ is known from the modes, as exactly as they are; where a body rotates pairs
+        // are improved anyway.
         let turns = group.iter().any(|&p| self.parts[p].turns());
         let modes = group.iter().find_map(|&p| self.parts[p].modes);
         let known = s.filter(|_| turns).zip(modes);
@@ -158,8 +161,8 @@ impl<'a> System<'a> {
         Ok(body)
     }
 
-    /// Collective: a start for an eigensolver, the same on any number of ranks, columns of norm 1: the answers to unlike forces, in the first column on the contact rows,
-    /// in the others on the bodies.
+    /// Collective: a start for an eigensolver, the same on any number of ranks, columns of norm 1: the answers to
+    /// unlike forces, in the first column on the contact rows, in the others on the bodies.
     pub fn start(&mut self, columns: usize) -> Result<Vec<C>> {
         let n = self.n_local();
         let mut x = vec![C::default(); n * columns];

@@ -1,7 +1,8 @@
-//! The linearised system of two finite-element bodies in sliding contact: what its matrices do to a vector, and how a vector is read.
+//! The linearised system of two finite-element bodies in sliding contact: what its matrices do to a vector, and how a
+//! vector is read.
 //!
-//! (λ²M + λC + K) u − Yᵀ R = 0 with the tractions and pressures R of [`Coupling`], and Y_n u = 0 at the closed nodes; Y = [B1, E B2]
-//! gives the motion of the contact rows. Its inverse at a shift is in `shift.rs`.
+//! (λ²M + λC + K) u − Yᵀ R = 0 with the tractions and pressures R of [`Coupling`], and Y_n u = 0 at the closed nodes;
+//! Y = [B1, E B2] gives the motion of the contact rows. Its inverse at a shift is in `shift.rs`.
 
 use super::coupling::{Coupling, CouplingMatrices};
 use super::damping::DampedBody;
@@ -19,13 +20,15 @@ use std::cell::OnceCell;
 
 type C = Complex<f64>;
 
-/// The system, distributed: each rank has its rows of body 1, of body 2, and rank 0 those of the pressures and of the friction that remembers.
+/// The system, distributed: each rank has its rows of body 1, of body 2, and rank 0 those of the pressures and of the
+/// friction that remembers.
 pub struct System<'a> {
     pub(super) world: &'a World,
     pub(super) petsc: &'a Petsc<'a>,
     pub(super) parts: Vec<Part<'a>>,
     pub(super) coupling: Coupling,
-    /// Unit of λ, rad/s, and of stiffness, N/m: the pressures and the changes of friction are counted in it times a metre.
+    /// Unit of λ, rad/s, and of stiffness, N/m: the pressures and the changes of friction are counted in it times a
+    /// metre.
     pub(super) rate: f64,
     pub(super) stiffness: f64,
     /// ‖K‖, ‖C‖, ‖M‖ by row sums in these units.
@@ -33,15 +36,16 @@ pub struct System<'a> {
     pub(super) shift: Option<Shift<'a>>,
     /// λ there, 1/s.
     pub(super) sigma: C,
-    /// What may be left of a solution of the rotation that the modes do not see; none: solutions are not corrected for it.
+    /// What may be left of a solution of the rotation that the modes do not see; none: solutions are not corrected
+    /// for it.
     pub(super) accuracy: Option<f64>,
     /// The contact as matrices, made when the transposed system is asked for.
     matrices: OnceCell<CouplingMatrices>,
 }
 
 impl<'a> System<'a> {
-    /// Collective: the system of two `places` of `bodies`, lower first. `modes` are the free modes of each body, asked for where a place has modal
-    /// damping or rotates. `rate` is the unit of λ, rad/s.
+    /// Collective: the system of two `places` of `bodies`, lower first. `modes` are the free modes of each body,
+    /// asked for where a place has modal damping or rotates. `rate` is the unit of λ, rad/s.
     pub fn new(
         petsc: &'a Petsc<'a>,
         bodies: &[&'a dyn FullSystem],
@@ -156,12 +160,14 @@ impl<'a> System<'a> {
         forces
     }
 
-    /// Collective: what rotation of the lower and of the upper body adds to uᴴ K u, N/m times the square of the motion's unit.
+    /// Collective: what rotation of the lower and of the upper body adds to uᴴ K u, N/m times the square of the
+    /// motion's unit.
     pub fn stiffening(&self, x: &[C]) -> [C; 2] {
         [0, 1].map(|p| self.parts.get(p).map_or(C::default(), |part| part.stiffening(self.world, x)))
     }
 
-    /// Collective: uᴴ C u of the lower and of the upper body with their own damping, N·s/m times the square of the motion's unit.
+    /// Collective: uᴴ C u of the lower and of the upper body with their own damping, N·s/m times the square of the
+    /// motion's unit.
     pub fn dissipation(&self, x: &[C]) -> [f64; 2] {
         [0, 1].map(|p| self.parts.get(p).map_or(0.0, |part| part.dissipation(self.world, x)))
     }

@@ -1,5 +1,6 @@
-//! Rotation in the full system. The inverse at a shift knows what the modes see of it. The rest is sparse, small, and no matrix of low rank. Where the pairs of the nearby problem without
-//! it cannot be improved ([`super::pairs`]), each solution is corrected for it.
+//! Rotation in the full system. The inverse at a shift knows what the modes see of it. The rest is sparse, small, and
+//! no matrix of low rank. Where the pairs of the nearby problem without it cannot be improved ([`super::pairs`]),
+//! each solution is corrected for it.
 
 use super::system::System;
 use crate::{Error, Result};
@@ -9,8 +10,8 @@ use num_complex::Complex;
 
 type C = Complex<f64>;
 
-/// What corrections may leave of an eigenvector: the error of a solution counts by the eigenvalue nearest to the shift, of which there is most in it, and so more in
-/// those far away.
+/// What corrections may leave of an eigenvector: the error of a solution counts by the eigenvalue nearest to the
+/// shift, of which there is most in it, and so more in those far away.
 const CORRECTED: f64 = 1e-9;
 /// Bounds of what they may leave of a solution.
 const ACCURACY: [f64; 2] = [1e-14, 1e-11];
@@ -31,7 +32,8 @@ struct Column {
 }
 
 impl Column {
-    /// Collective: takes in `image`, the operator times the last vector of the basis; returns coordinates of the solution once no more than `accuracy` of it is left.
+    /// Collective: takes in `image`, the operator times the last vector of the basis; returns coordinates of the
+    /// solution once no more than `accuracy` of it is left.
     fn step(&mut self, system: &System, mut image: Vec<C>, accuracy: f64) -> Option<Vec<C>> {
         let mut h = vec![C::default(); self.basis.len()];
         // The second time takes what rounding left.
@@ -56,7 +58,8 @@ impl Column {
             image.iter_mut().for_each(|w| *w /= size);
         }
         self.basis.push(image);
-        // The operator is nearly one, so the rest is nearly its own correction: what is left then is smaller by as much as this step made it.
+        // The operator is nearly one, so the rest is nearly its own correction: what is left then is smaller by as
+        // much as this step made it.
         let done = left * (left / self.left) <= accuracy;
         self.left = left;
         done.then(|| {
@@ -112,7 +115,8 @@ impl System<'_> {
             open = still;
         }
         Err(Error::NotConverged(format!(
-            "stability, full system: the solution at {:.1} Hz does not take in the rotation that the modes do not see: {:.1e} of it is left; \
+            "stability, full system: the solution at {:.1} Hz does not take in the rotation that the modes do \
+             not see: {:.1e} of it is left; \
              ask for more modes in analyses.modes",
             self.sigma.im / (2.0 * std::f64::consts::PI),
             open.iter().map(|c| c.left).fold(0.0, f64::max)

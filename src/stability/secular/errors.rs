@@ -1,5 +1,6 @@
-//! Backward errors in the pencil of all unknowns, which is not made for them: what it has beside the bodies themselves is a matrix of the rank of the functions
-//! that the contact sees, whose amplitudes in the modes are of norm 1 and at right angles to each other.
+//! Backward errors in the pencil of all unknowns, which is not made for them: what it has beside the bodies
+//! themselves is a matrix of the rank of the functions that the contact sees, whose amplitudes in the modes are of
+//! norm 1 and at right angles to each other.
 
 use super::modal::{real_times, Modes};
 use super::{ContactRows, C};
@@ -83,7 +84,8 @@ impl Scaled {
         self.norms
     }
 
-    /// Backward errors of eigenvalues with their vectors, where q is the motion of the modes under the forces Bᵀφ; `forces` has φ for each.
+    /// Backward errors of eigenvalues with their vectors, where q is the motion of the modes under the forces Bᵀφ;
+    /// `forces` has φ for each.
     pub fn errors(&self, rows: &ContactRows, x: &Vectors<'_>, forces: &[Vec<C>]) -> Vec<f64> {
         let r = x.seen.nrows();
         let made = self.forces(rows, x);

@@ -1,7 +1,7 @@
 //! The unknowns of the contact as they follow what moves it, at one frequency after the other.
 //!
-//! With a real shift σ, (λA + C)⁻¹ = (1 + (λ − σ) M)⁻¹ (σA + C)⁻¹, M = (σA + C)⁻¹ A = Q H Qᵀ: of the matrix H, which is triangular but for one more
-//! diagonal, a frequency asks for n² operations.
+//! With a real shift σ, (λA + C)⁻¹ = (1 + (λ − σ) M)⁻¹ (σA + C)⁻¹, M = (σA + C)⁻¹ A = Q H Qᵀ: of the matrix H, which
+//! is triangular but for one more diagonal, a frequency asks for n² operations.
 
 use super::modal::real_times;
 use super::{ContactRows, C};
@@ -72,7 +72,8 @@ impl Following {
     }
 }
 
-/// Makes `matrix`, which has one diagonal below the main one, triangular, the larger row of two first; the rows of `x` go with it.
+/// Makes `matrix`, which has one diagonal below the main one, triangular, the larger row of two first; the rows of
+/// `x` go with it.
 fn eliminate(matrix: &mut Mat<C>, x: &mut Mat<C>) {
     let n = matrix.nrows();
     // Multipliers and exchanges of all rows first, column by column.

@@ -20,7 +20,8 @@ pub(super) struct Interpolated {
     middle: f64,
     half: f64,
     seen: usize,
-    /// Coefficients of Qᵀf ([`Following::turned`](super::following::Following::turned)), `[nf, r · kept]`, one polynomial after the other.
+    /// Coefficients of Qᵀf ([`Following::turned`](super::following::Following::turned)), `[nf, r · kept]`, one
+    /// polynomial after the other.
     follow: Mat<C>,
     /// Of K by columns, `[r², kept]`.
     stiffness: Mat<C>,

@@ -161,7 +161,8 @@ pub(super) struct Modes {
     modes: usize,
     /// Number r of functions of both bodies.
     pub seen: usize,
-    /// Amplitudes B of the functions in each mode, `[r, modes]`: its rows are of norm 1 and at right angles to each other.
+    /// Amplitudes B of the functions in each mode, `[r, modes]`: its rows are of norm 1 and at right angles to each
+    /// other.
     basis: Mat<f64>,
     /// Poles with Im > 0 that are hardly more damped than what is listed.
     pub poles: Vec<C>,
@@ -190,8 +191,9 @@ impl Given {
 }
 
 impl Modes {
-    /// Those of `bodies` with the functions of which they consist at these contact rows, and the functions there, `[3n, r]`, with the poles up to the angle
-    /// `within`; none where the functions are not few, or a mode by itself does not oscillate. Those of the last state are taken where they serve.
+    /// Those of `bodies` with the functions of which they consist at these contact rows, and the functions there,
+    /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
+    /// does not oscillate. Those of the last state are taken where they serve.
     pub fn at(bodies: &ModalPair, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
         let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
         let last = Self::last().filter(|known| known.of.is(bodies, within));
@@ -309,7 +311,8 @@ impl Modes {
         g
     }
 
-    /// G and dG/dλ at each of `values`, by columns, one after the other, `[r²]` each; and the logarithmic derivative of P.
+    /// G and dG/dλ at each of `values`, by columns, one after the other, `[r²]` each; and the logarithmic derivative
+    /// of P.
     pub fn compliances(&self, values: &[C]) -> ([Vec<C>; 2], Vec<C>) {
         self.with_derivatives(values)
     }
@@ -341,7 +344,8 @@ impl Modes {
         (all, slopes)
     }
 
-    /// No more than the squares of the norms of the amplitudes of the modes under the forces on the functions, for each of `values`.
+    /// No more than the squares of the norms of the amplitudes of the modes under the forces on the functions, for
+    /// each of `values`.
     pub fn least(&self, values: &[C], forces: &[Vec<C>]) -> Vec<f64> {
         let mut squares = vec![0.0; values.len()];
         for part in &self.parts {
@@ -403,7 +407,8 @@ impl Modes {
 }
 
 impl Part {
-    /// The modes from `first` to before `end`, whose amplitudes of the functions are in `basis`, `[functions, modes of both]`.
+    /// The modes from `first` to before `end`, whose amplitudes of the functions are in `basis`, `[functions, modes
+    /// of both]`.
     fn new(bodies: &ModalPair, (first, end): (usize, usize), basis: MatRef<'_, f64>, at: usize) -> Option<Self> {
         let functions = basis.nrows();
         let (mut singles, mut groups) = (Vec::new(), Vec::new());
@@ -461,8 +466,8 @@ impl Part {
         Some(Self { first: at, functions, singles, groups, terms, residues })
     }
 
-    /// Its G at each of `values`, real part and imaginary part, and the same of derivatives, N in all, `[functions², 2N values]`; and the logarithmic derivative
-    /// of its P.
+    /// Its G at each of `values`, real part and imaginary part, and the same of derivatives, N in all, `[functions²,
+    /// 2N values]`; and the logarithmic derivative of its P.
     fn compliance<const N: usize>(&self, values: &[C]) -> (Mat<f64>, Vec<C>) {
         let columns = self.terms.columns();
         let mut shares = vec![0.0; columns * 2 * N * values.len()];
@@ -495,7 +500,8 @@ impl Group {
         Some(Self { modes, own, driven })
     }
 
-    /// No more than the square of the norm of [`motions`](Self::motions) for each of `values`: as much as is read off them at one pole.
+    /// No more than the square of the norm of [`motions`](Self::motions) for each of `values`: as much as is read off
+    /// them at one pole.
     fn least(&self, values: &[C], force: &dyn Fn(usize, usize) -> C) -> Vec<f64> {
         let by_pole = &self.driven * Mat::from_fn(self.driven.ncols(), values.len(), force);
         let of = |(l, lambda): (usize, &C)| {
@@ -514,7 +520,8 @@ impl Group {
         let force = Mat::from_fn(f, count, force);
         let by_pole = &self.driven * &force;
         let by_other = Mat::from_fn(t, f, |i, j| self.driven[(i, j)].conj()) * force;
-        // Of the amplitudes a and b of a pole and of its conjugate the modes have Re (a + b) + i Im (a − b): a real product.
+        // Of the amplitudes a and b of a pole and of its conjugate the modes have Re (a + b) + i Im (a − b): a real
+        // product.
         let mut amplitudes = Mat::<f64>::zeros(2 * t, 2 * count);
         let sizes: Vec<f64> = self.own.terms.iter().map(|p| p.norm()).collect();
         for (l, lambda) in values.iter().enumerate() {
@@ -573,8 +580,8 @@ fn coupled(bodies: &ModalPair, first: usize, end: usize) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Orthonormal functions of the columns that the rows of `shapes` consist of, by elimination of the largest row each time; none where they are more
-/// than `limit`.
+/// Orthonormal functions of the columns that the rows of `shapes` consist of, by elimination of the largest row each
+/// time; none where they are more than `limit`.
 fn functions(mut shapes: Mat<f64>, limit: usize) -> Option<Vec<Vec<f64>>> {
     let (rows, columns) = (shapes.nrows(), shapes.ncols());
     let mut found: Vec<Vec<f64>> = Vec::new();

@@ -128,8 +128,8 @@ fn subtract(factor: C, x: &[C], out: &mut [C]) {
     }
 }
 
-/// Products of matrices that have blocks of their own: `out` += K G of matrices by columns, `[n, n]`, where G has entries in `blocks` alone, each with its
-/// first row and its size.
+/// Products of matrices that have blocks of their own: `out` += K G of matrices by columns, `[n, n]`, where G has
+/// entries in `blocks` alone, each with its first row and its size.
 pub(super) fn add_product((k, g): (&[C], &[C]), n: usize, blocks: &[[usize; 2]], out: &mut [C]) {
     Arch::new().dispatch(Product { k, g, n, blocks, out });
 }

@@ -1,4 +1,5 @@
-//! What the modes and the poles of a body make of λ, and what roots make of one among them: sums over many, in vector instructions.
+//! What the modes and the poles of a body make of λ, and what roots make of one among them: sums over many, in vector
+//! instructions.
 
 use super::C;
 use pulp::{Arch, Simd, WithSimd};
@@ -6,8 +7,9 @@ use pulp::{Arch, Simd, WithSimd};
 /// Numbers that are added up side by side.
 const LANES: usize = 8;
 
-/// What G of a body consists of, each with columns of residues of its own: first the modes by themselves, 1/(λ² + cλ + k); then real poles, 1/(λ − p); then
-/// pairs of poles, (λ − Re p)/|..|², where |..|² stands for (λ − p)(λ − p̄); and last those pairs once more, Im p/|..|².
+/// What G of a body consists of, each with columns of residues of its own: first the modes by themselves, 1/(λ² + cλ
+/// + k); then real poles, 1/(λ − p); then pairs of poles, (λ − Re p)/|..|², where |..|² stands for (λ − p)(λ − p̄);
+/// and last those pairs once more, Im p/|..|².
 #[derive(Default)]
 pub(super) struct Terms {
     /// k and c.
@@ -34,8 +36,8 @@ impl Terms {
         [first, first + self.pairs[0].len()]
     }
 
-    /// Shares of all at λ, real and imaginary parts, and those of their derivatives where `out` has four lists, of `columns` each; and what they have of the
-    /// logarithmic derivative of P.
+    /// Shares of all at λ, real and imaginary parts, and those of their derivatives where `out` has four lists, of
+    /// `columns` each; and what they have of the logarithmic derivative of P.
     pub fn at(&self, lambda: C, out: &mut [&mut [f64]]) -> C {
         let [re, im, more @ ..] = out else { return C::default() };
         let derivatives = match more {
@@ -165,7 +167,8 @@ impl WithSimd for Attraction<'_> {
     }
 }
 
-/// The sum of the inverses of the distances from each of `from`, whose imaginary parts are taken `sign` times, to a place.
+/// The sum of the inverses of the distances from each of `from`, whose imaginary parts are taken `sign` times, to a
+/// place.
 #[inline(always)]
 fn inverses((x, y): (f64, f64), (re, im): (&[f64], &[f64]), sign: f64) -> C {
     let one = |re: f64, im: f64| {

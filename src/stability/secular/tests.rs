@@ -9,8 +9,8 @@ use crate::stability::reduced::{self, assemble};
 
 const MODES: [usize; 2] = [50, 30];
 
-/// Two half-spaces with modes that move the contact as a whole and tilt it; those of the upper body are tied by a damping like that of
-/// rotation, two by two.
+/// Two half-spaces with modes that move the contact as a whole and tilt it; those of the upper body are tied by a
+/// damping like that of rotation, two by two.
 fn bodies(s: &Interface) -> ModalPair {
     let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
     let body = |count: usize, seed: f64| {
@@ -88,7 +88,8 @@ fn inside(value: C, ratio: f64) -> bool {
     value.im >= 0.0 && (value.re > 0.0 || -value.re <= ratio * value.norm())
 }
 
-/// Full sliding, stick and slip, friction that falls and is remembered: what is listed of the dense pencil, value by value and vector by vector.
+/// Full sliding, stick and slip, friction that falls and is remembered: what is listed of the dense pencil, value by
+/// value and vector by vector.
 #[test]
 fn they_are_those_of_the_dense_pencil() {
     let s = interface();
@@ -137,7 +138,8 @@ fn eigenvalues_come_without_motions() {
     }
 }
 
-/// Backward errors are those in the whole pencil, also of what is no eigenvalue; from the contact's side they are a little larger, never smaller.
+/// Backward errors are those in the whole pencil, also of what is no eigenvalue; from the contact's side they are a
+/// little larger, never smaller.
 #[test]
 fn errors_are_those_of_the_pencil() {
     let s = interface();
@@ -200,7 +202,8 @@ fn modes_are_kept_for_the_same_bodies() {
     assert!(!Rc::ptr_eq(&first, &Modes::at(&damped, &some, 1.9).unwrap().0));
 }
 
-/// Where an eigenvalue that is not listed stands in the place of one that is, each is one by itself: the count tells that one is missing.
+/// Where an eigenvalue that is not listed stands in the place of one that is, each is one by itself: the count tells
+/// that one is missing.
 #[test]
 fn one_that_is_missing_is_noticed() {
     let s = interface();
@@ -229,8 +232,8 @@ fn one_that_is_missing_is_noticed() {
     }
 }
 
-/// Along a line of states, back, and on by another step: the roots that go on from those before are those found from nothing, and they are taken to go on
-/// where the contact does.
+/// Along a line of states, back, and on by another step: the roots that go on from those before are those found from
+/// nothing, and they are taken to go on where the contact does.
 #[test]
 fn roots_go_on_from_state_to_state() {
     let s = interface();
@@ -258,7 +261,8 @@ fn roots_go_on_from_state_to_state() {
     assert!(ahead > 100, "{ahead} were foreseen");
 }
 
-/// Bodies that are a little different, and what the dense pencil has found: the roots that go on from these are those found from nothing.
+/// Bodies that are a little different, and what the dense pencil has found: the roots that go on from these are those
+/// found from nothing.
 #[test]
 fn roots_go_on_to_other_bodies() {
     let s = interface();

@@ -25,8 +25,8 @@ impl Drawing {
     }
 }
 
-/// The ring of radii 0.1 and 0.5 m, 0.1 m wide, in `n` × `n / 4` squares, or twice as many triangles, numbered clockwise or not, straight or of
-/// second order.
+/// The ring of radii 0.1 and 0.5 m, 0.1 m wide, in `n` × `n / 4` squares, or twice as many triangles, numbered
+/// clockwise or not, straight or of second order.
 fn ring(n: usize, triangles: bool, second: bool) -> Drawing {
     let m = n / 4;
     let half = if second { 2 } else { 1 };
@@ -90,7 +90,8 @@ fn a_drawn_ring_is_the_built_in_one() {
     }
 }
 
-/// Where it is touched it is as fine as asked, and hangs together: no edge but those of the border has an element on one side alone.
+/// Where it is touched it is as fine as asked, and hangs together: no edge but those of the border has an element on
+/// one side alone.
 #[test]
 fn the_contact_is_made_finer() {
     let drawn = Rc::new(ring(12, false, true).made().expect("a ring"));

@@ -31,8 +31,8 @@ fn free(beam: &Beam, omega: f64, x: f64) -> C64 {
     of((-b + root) / (2.0 * a)) + of((-b - root) / (2.0 * a))
 }
 
-/// Point receptance of the infinite beam on supports of the stiffness `support`, N/m, each on five points of the length of a pad, the contact at
-/// `position` from the middle of one.
+/// Point receptance of the infinite beam on supports of the stiffness `support`, N/m, each on five points of the
+/// length of a pad, the contact at `position` from the middle of one.
 fn on_supports(beam: &Beam, omega: f64, support: C64, (spacing, length, position): (f64, f64, f64)) -> C64 {
     const SUPPORTS: i32 = 30;
     const POINTS: usize = 5;
@@ -123,8 +123,9 @@ fn bays(position: f64, length: f64, sleeper: Option<Sleeper>) -> Bays {
     Bays { count: BAYS, spacing: SPACING, length, position, pad: pads().pad, sleeper }
 }
 
-/// The infinite beam on one pad each 0.6 m, over a sleeper and between two: within 1.1 % and 2.2° below the resonance of half a wave a bay, 4.4 %
-/// above it. At 1075 Hz the beam's peak between sleepers is 6.6 times as high as what is left over one, that of the rail with its ends 5.3 times.
+/// The infinite beam on one pad each 0.6 m, over a sleeper and between two: within 1.1 % and 2.2° below the resonance
+/// of half a wave a bay, 4.4 % above it. At 1075 Hz the beam's peak between sleepers is 6.6 times as high as what is
+/// left over one, that of the rail with its ends 5.3 times.
 #[test]
 fn a_rail_on_pads_that_stand_apart_is_pinned() {
     let even = even(&pads(), PERIOD, 3500.0);
@@ -160,7 +161,8 @@ fn a_rail_on_pads_that_stand_apart_is_pinned() {
     }
 }
 
-/// Pads as long as their bay are even; where the contact stands is then all the same, and half a bay to either side is the same place.
+/// Pads as long as their bay are even; where the contact stands is then all the same, and half a bay to either side
+/// is the same place.
 #[test]
 fn pads_that_meet_are_even() {
     let even = even(&pads(), PERIOD, 1200.0);
@@ -175,8 +177,8 @@ fn pads_that_meet_are_even() {
     assert!(apart(&lay(&bays(0.2, 0.15, None)), &pinned) < 1e-9);
 }
 
-/// Two layers, spread evenly, against the infinite beam on them: within 2 % and 5°. Sleepers have motions at every order, however short its waves: the
-/// list of orders ends all the same.
+/// Two layers, spread evenly, against the infinite beam on them: within 2 % and 5°. Sleepers have motions at every
+/// order, however short its waves: the list of orders ends all the same.
 #[test]
 fn the_rail_on_sleepers_responds_as_a_beam() {
     let track = Track { sleeper: Some(sleepers()), ..pads() };

@@ -45,7 +45,8 @@ fn a_drawn_rail_is_the_built_in_one() {
     for lateral in [false, true] {
         let [a, b] = [&built, &drawn].map(|rail| rail.beam(RAIL_STEEL, lateral, 0.02).unwrap());
         assert!((a.area / b.area - 1.0).abs() < 3e-3 && (a.inertia / b.inertia - 1.0).abs() < 1e-2, "{a:?} {b:?}");
-        // Vertically the web shears, as in the published figure. Laterally head and foot do, like rectangles; the published figure has the web's bending in it.
+        // Vertically the web shears, as in the published figure. Laterally head and foot do, like rectangles; the
+        // published figure has the web's bending in it.
         let shears = if lateral { 5.0 / 6.0 } else { a.sheared };
         assert!((b.sheared / shears - 1.0).abs() < if lateral { 0.03 } else { 0.15 }, "{a:?} {b:?}");
     }

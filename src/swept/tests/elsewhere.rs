@@ -13,7 +13,8 @@ fn rail(y: f64) -> (BuiltRail, Forms) {
     (rail, Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, PERIOD, Some(&pads()), angle).unwrap())
 }
 
-/// The waves of a rail touched at one place, turned to the frame of another one, are those that are found there, and the contact sees them as it does those.
+/// The waves of a rail touched at one place, turned to the frame of another one, are those that are found there, and
+/// the contact sees them as it does those.
 #[test]
 fn waves_of_a_rail_serve_wherever_it_is_touched() {
     let ((here, forms), (there, other)) = (rail(-0.004), rail(0.013));
@@ -38,7 +39,8 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
     }
 }
 
-/// The wheel has one mesh for its modes wherever it is touched, and another one from the other side; that of a cylinder has a line at the contact.
+/// The wheel has one mesh for its modes wherever it is touched, and another one from the other side; that of a
+/// cylinder has a line at the contact.
 #[test]
 fn meshes_that_move_are_told_from_those_that_change() {
     let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };

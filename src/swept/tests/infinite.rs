@@ -5,8 +5,9 @@ use super::*;
 use crate::swept::infinite::{Infinite, Making, FORCES};
 use num_complex::Complex64;
 
-/// Displacement at the contact along `c` under a unit force there, m/N, over the wavenumbers of `spans`, 1/m, each from where the one before ends with steps of
-/// its own; without what is left at the last of them, which only yields beside the contact.
+/// Displacement at the contact along `c` under a unit force there, m/N, over the wavenumbers of `spans`, 1/m, each
+/// from where the one before ends with steps of its own; without what is left at the last of them, which only yields
+/// beside the contact.
 fn receptance(rail: &Infinite, c: usize, omega: f64, spans: &[(f64, usize)]) -> Complex64 {
     let of = |xi: f64| -> Complex64 {
         let u = rail.response(omega, xi);
@@ -74,8 +75,8 @@ fn a_few_motions_of_the_section_are_enough() {
     }
 }
 
-/// The point receptance, an integral over all wavenumbers, beside that of an infinite Timoshenko beam on the same track, vertically; within what a solid
-/// section is stiffer or softer than a beam.
+/// The point receptance, an integral over all wavenumbers, beside that of an infinite Timoshenko beam on the same
+/// track, vertically; within what a solid section is stiffer or softer than a beam.
 #[test]
 fn its_receptance_is_that_of_an_infinite_beam() {
     let pad = Layer::with_loss([5e8, 7e7, 7e7], 0.25, 60.2);
@@ -94,8 +95,9 @@ fn its_receptance_is_that_of_an_infinite_beam() {
     }
 }
 
-/// Along itself a rail with dashpots at its ends is one without ends, from where its waves no longer are as long as the rail; without dashpots it is not. What
-/// the contact yields by itself is not in the sum over the wavenumbers: a real constant.
+/// Along itself a rail with dashpots at its ends is one without ends, from where its waves no longer are as long as
+/// the rail; without dashpots it is not. What the contact yields by itself is not in the sum over the wavenumbers: a
+/// real constant.
 #[test]
 fn dashpots_end_a_rail_along_itself() {
     let track = straight::pads();

@@ -15,8 +15,8 @@ fn bar(side: f64, cells: usize) -> Section {
     lines.section(|_, _| true, |at| at, |_, _| true)
 }
 
-/// Rods stretch at k√(E/ρ) less the part ν²k²I_p/2A of Rayleigh and Love, and square bars twist at k√(GJ/ρI_p), J = 0.1405770 a⁴, to which the mesh
-/// converges as h⁴: 5.8e-4 with four elements a side, 4.5e-5 with eight.
+/// Rods stretch at k√(E/ρ) less the part ν²k²I_p/2A of Rayleigh and Love, and square bars twist at k√(GJ/ρI_p), J =
+/// 0.1405770 a⁴, to which the mesh converges as h⁴: 5.8e-4 with four elements a side, 4.5e-5 with eight.
 #[test]
 fn a_bar_stretches_and_twists_as_it_must() {
     let (side, period) = (0.02, 2.0);
@@ -62,7 +62,8 @@ fn a_bar_bends_as_timoshenko_says() {
     }
 }
 
-/// 60.2 kg/m; the second moments from the frequencies of long waves; motions of the whole are free, and a turned section has the same modes.
+/// 60.2 kg/m; the second moments from the frequencies of long waves; motions of the whole are free, and a turned
+/// section has the same modes.
 #[test]
 fn the_rail_has_the_measures_of_its_drawing() {
     let steel = RAIL_STEEL;
@@ -160,14 +161,16 @@ fn apart(a: &Square, b: &Square) -> [f64; 2] {
     [of(0, 0), across]
 }
 
-/// To 1 pm/N in the orders, in the length of the rail, and in the mesh along x and the normal. Laterally the head of a rail on pads yields by 61
-/// nm/N, most of it by rolling; of that the mesh of the foot and web leaves 5e-4. Along x a rail on pads of 67 MN/m² moves as a whole over some ten
-/// metres: coth(λL/2)/(2√(EA s)), λ = √(s/EA), is what its length is seen by.
+/// To 1 pm/N in the orders, in the length of the rail, and in the mesh along x and the normal. Laterally the head of
+/// a rail on pads yields by 61 nm/N, most of it by rolling; of that the mesh of the foot and web leaves 5e-4. Along x
+/// a rail on pads of 67 MN/m² moves as a whole over some ten metres: coth(λL/2)/(2√(EA s)), λ = √(s/EA), is what its
+/// length is seen by.
 #[test]
 fn the_contact_on_the_rail_yields_as_it_must() {
     let [usual, wide] = at_contact(0.01, &[5e-3, 7.5e-3], 3.0, 14.0, None)[..] else { panic!() };
     assert!((usual[2][2] - 4.7e-9).abs() < 0.2e-9 && (usual[1][1] - 61.2e-9).abs() < 0.3e-9, "{usual:?}");
-    // Pressed down on the right of its middle the head rolls to the right; turned back from the tangent, which falls to the right there.
+    // Pressed down on the right of its middle the head rolls to the right; turned back from the tangent, which falls
+    // to the right there.
     let (sin, cos) = BuiltRail::new(&R60E1, 0.01).unwrap().contact().angle.sin_cos();
     let upright = (cos * cos - sin * sin) * usual[1][2] - sin * cos * (usual[1][1] - usual[2][2]);
     assert!(sin < 0.0 && (2e-9..4e-9).contains(&upright), "{upright:e}");
@@ -227,8 +230,8 @@ impl OnPads {
     }
 }
 
-/// The rail on pads against the infinite beam, vertically; up to 1.5 kHz the section is a beam. The rail is some 700 modes to 6.5 kHz; here to 3.5
-/// kHz.
+/// The rail on pads against the infinite beam, vertically; up to 1.5 kHz the section is a beam. The rail is some 700
+/// modes to 6.5 kHz; here to 3.5 kHz.
 #[test]
 fn the_rail_on_pads_responds_as_a_beam() {
     let (period, patch) = (14.0, Patch { radius: 5e-3 });

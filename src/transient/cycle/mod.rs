@@ -1,10 +1,10 @@
 //! Limit cycles: a motion is followed until it repeats itself or has died out.
 //!
-//! Modes are little damped, so a cycle is approached slowly: after ten thousands of periods as a rule. The way there is shortened. Between windows of some
-//! periods the deviation from rest is multiplied by a factor that leads to the amplitude at which, by what has been seen, nothing grows nor decays
-//! (`trail`). What is told of the cycle is then measured on a motion that has been left to itself (`alone`), after its
-//! return to a section has been looked at (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied
-//! Nonlinear Dynamics, 1995).
+//! Modes are little damped, so a cycle is approached slowly: after ten thousands of periods as a rule. The way there
+//! is shortened. Between windows of some periods the deviation from rest is multiplied by a factor that leads to the
+//! amplitude at which, by what has been seen, nothing grows nor decays (`trail`). What is told of the cycle is then
+//! measured on a motion that has been left to itself (`alone`), after its return to a section has been looked at
+//! (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
 //!
 //! One rule gives the verdict (`Fate::of`): a motion that has stopped changing is a cycle if it comes back to the
 //! section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is
@@ -26,7 +26,8 @@ use trail::{Next, Seen, Trail};
 
 /// Periods of a window over which amplitudes are averaged.
 const WINDOW: f64 = 16.0;
-/// Of the mean square of the velocities, the least share along the direction that is looked at: below it the motion has become another one.
+/// Of the mean square of the velocities, the least share along the direction that is looked at: below it the motion
+/// has become another one.
 const SHARE: f64 = 0.2;
 
 /// The golden section: its multiples are spread evenly between whole numbers.
@@ -45,7 +46,8 @@ pub struct Settings {
     pub longest: f64,
     /// Root mean square of the modal velocities, √J, below which a decaying motion counts as rest.
     pub floor: f64,
-    /// Whether small motions about rest decay: then those that meet no other nodes than at rest do have nothing else before them.
+    /// Whether small motions about rest decay: then those that meet no other nodes than at rest do have nothing else
+    /// before them.
     pub stable: bool,
     /// Closed and sticking nodes at rest.
     pub nodes: [usize; 2],
@@ -227,7 +229,8 @@ impl Walk<'_, '_, '_> {
         Ok(())
     }
 
-    /// Root mean square along the direction of the motion over a window, √J, its share of all motion, and whether no other nodes were met than at rest.
+    /// Root mean square along the direction of the motion over a window, √J, its share of all motion, and whether no
+    /// other nodes were met than at rest.
     fn mean(&mut self) -> Result<(f64, f64, bool)> {
         let steps = self.window();
         let (mut weights, mut along, mut all, mut linear) = (0.0, 0.0, 0.0, true);

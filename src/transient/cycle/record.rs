@@ -16,7 +16,8 @@ pub(super) const PERIODIC: f64 = 0.02;
 /// Periods that are measured, at least.
 const MEASURED: f64 = 16.0;
 
-/// How the motion comes back to a section through the space of states (Poincaré's): where its velocity along its own direction becomes positive.
+/// How the motion comes back to a section through the space of states (Poincaré's): where its velocity along its own
+/// direction becomes positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Returns {
     /// Period, s; the mean time between crossings where no period is found.
@@ -47,8 +48,8 @@ pub struct Record {
     pub velocity: Vec<f64>,
     /// Their amplitudes at the multiples of the frequency, m/s, `[harmonics][r]`.
     pub spectrum: Vec<Vec<C>>,
-    /// Modal displacements, √kg m, and impulse of the force on body 1 beside its first value, N·s, every [`Heard::stride`](super::Heard::stride) steps,
-    /// `[samples][m + 3]`; none where no sound is wanted.
+    /// Modal displacements, √kg m, and impulse of the force on body 1 beside its first value, N·s, every
+    /// [`Heard::stride`](super::Heard::stride) steps, `[samples][m + 3]`; none where no sound is wanted.
     pub heard: Vec<Vec<f64>>,
 }
 

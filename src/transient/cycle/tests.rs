@@ -1,4 +1,5 @@
-//! One mass on a belt, whose friction falls with the velocity and remembers little: a cycle of stick and slip beside a rest that is stable.
+//! One mass on a belt, whose friction falls with the velocity and remembers little: a cycle of stick and slip beside
+//! a rest that is stable.
 
 use super::*;
 use crate::contact::{Creepage, NormalLoad};
@@ -32,7 +33,8 @@ fn bessel(x: f64) -> f64 {
     sum
 }
 
-/// Growth rate of a motion whose velocity swings by `a` on a belt of the velocity `v` > a: the means of what friction feeds and damping takes.
+/// Growth rate of a motion whose velocity swings by `a` on a belt of the velocity `v` > a: the means of what friction
+/// feeds and damping takes.
 fn growth(v: f64, a: f64) -> f64 {
     LOAD * (STATIC - KINETIC) * (-v / DECAY).exp() * bessel(a / DECAY) / a - 0.5 * DAMPING
 }
@@ -46,7 +48,8 @@ fn fate(v: f64, a: f64) -> Followed {
     followed(v, kicked).0
 }
 
-/// What becomes of the motion that `start` makes of rest on a belt of the velocity `v`, m/s, and where it was at the end.
+/// What becomes of the motion that `start` makes of rest on a belt of the velocity `v`, m/s, and where it was at the
+/// end.
 fn followed(v: f64, start: impl FnOnce(State) -> State) -> (Followed, State) {
     beside(v, None, start)
 }
@@ -127,7 +130,8 @@ fn beside_a_stable_rest_large_motions_stick_and_stay() {
     assert_eq!(record.closed, 1);
 }
 
-/// The same cycle from far above, from just above the threshold, and where rest is unstable from next to nothing: as it would be without shortening the way.
+/// The same cycle from far above, from just above the threshold, and where rest is unstable from next to nothing: as
+/// it would be without shortening the way.
 #[test]
 fn the_way_to_a_cycle_does_not_matter() {
     let v = 0.4;
@@ -172,8 +176,9 @@ fn beyond_the_fold_every_motion_dies_out() {
     assert_eq!(fate(v, 1.5 * v).fate, Fate::Rest);
 }
 
-/// Largest velocity of the belt, m/s, at which the mass goes on coming back to the velocity of the belt, slip by slip, each begun where friction as it is then
-/// lets go: displacement, velocity and remembered friction by Runge and Kutta's method, stick in closed form, a contact without compliance.
+/// Largest velocity of the belt, m/s, at which the mass goes on coming back to the velocity of the belt, slip by
+/// slip, each begun where friction as it is then lets go: displacement, velocity and remembered friction by Runge and
+/// Kutta's method, stick in closed form, a contact without compliance.
 fn fold(memory: f64) -> f64 {
     let returns = |v: f64| {
         let rate = |[x, u, mu]: [f64; 3]| {
@@ -211,8 +216,8 @@ fn fold(memory: f64) -> f64 {
     low
 }
 
-/// Handed on from belt to faster belt the cycle lives up to the fold; handed on from belt to slower belt rest lives down to where it loses its stability.
-/// Between the two there are both.
+/// Handed on from belt to faster belt the cycle lives up to the fold; handed on from belt to slower belt rest lives
+/// down to where it loses its stability. Between the two there are both.
 #[test]
 fn squeal_ends_and_begins_at_different_velocities() {
     // Where small motions feed on friction what damping takes.

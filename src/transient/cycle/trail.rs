@@ -1,6 +1,7 @@
 //! How amplitudes grow, and where the amplitude lies that does not.
 //!
-//! On the slow manifold of one mode the amplitude a obeys d ln a/dt = g(a). What has been seen of g leads to its root: the cycle.
+//! On the slow manifold of one mode the amplitude a obeys d ln a/dt = g(a). What has been seen of g leads to its
+//! root: the cycle.
 
 /// Growth at an amplitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +25,8 @@ pub(super) enum Next {
     Near(f64),
 }
 
-/// Longest way in ln a at once: where nothing changes with the amplitude but the amplitude, and elsewhere, where a cycle could be missed.
+/// Longest way in ln a at once: where nothing changes with the amplitude but the amplitude, and elsewhere, where a
+/// cycle could be missed.
 const WAY: [f64; 2] = [1.4, 0.3];
 /// The first way from a place of which nothing is known.
 const FIRST: f64 = 0.1;
@@ -34,7 +36,8 @@ const NEAR: f64 = 0.02;
 const TURNS: usize = 4;
 /// What came back stays within this, in ln a.
 const STAYS: f64 = 1e-3;
-/// Levels that are nearer to each other tell nothing of the slope: their difference is rounding and beats. Those that are farther are of another part of the curve.
+/// Levels that are nearer to each other tell nothing of the slope: their difference is rounding and beats. Those that
+/// are farther are of another part of the curve.
 const APART: [f64; 2] = [0.01, 0.6];
 
 /// What has been seen.
@@ -57,7 +60,8 @@ impl Trail {
         Self { span, seen: Vec::new(), way: 0.0, sign: 0.0, turns: 0 }
     }
 
-    /// The rate, 1/s, at which the motion came back from where the last change had put it, if it did: a cycle that sticks is reached within a few periods.
+    /// The rate, 1/s, at which the motion came back from where the last change had put it, if it did: a cycle that
+    /// sticks is reached within a few periods.
     fn came_back(&self, now: Seen) -> Option<f64> {
         let left = (now.level - self.seen.last()?.level).abs();
         let stays = left <= STAYS && now.rate.abs() * self.span <= STAYS;
@@ -105,7 +109,8 @@ impl Trail {
             return Next::Near(f64::NAN);
         }
         if way < 0.0 && !now.linear {
-            // A step down could lead beyond a cycle and the threshold below it, which lie close to each other near a fold.
+            // A step down could lead beyond a cycle and the threshold below it, which lie close to each other near a
+            // fold.
             self.way = 0.0;
             return Next::Wait;
         }

@@ -6,8 +6,8 @@ use crate::dense::{dot, wide_dot};
 use crate::transient::lines::Lines;
 use crate::transient::problem::Effort;
 
-/// Conjugate gradients scaled by the diagonal, whose inverse is `scale`: 0 where there is no unknown. `apply` adds A v to zeros; what it leaves
-/// where there is no unknown does not matter. The scaled residual falls by `forcing`.
+/// Conjugate gradients scaled by the diagonal, whose inverse is `scale`: 0 where there is no unknown. `apply` adds A
+/// v to zeros; what it leaves where there is no unknown does not matter. The scaled residual falls by `forcing`.
 pub(super) fn conjugate_gradients(
     rhs: &[f32],
     scale: &[f32],

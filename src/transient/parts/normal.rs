@@ -12,8 +12,8 @@ use crate::transient::problem::Effort;
 /// Solutions after which the inverse of the normal part pays; until then conjugate gradients find the pressures too.
 const WORTH: usize = 8;
 
-/// What finds the pressures of k nodes in l places; `gaps` everywhere is W_nn in units of the operator, columns, `[k][l]`. Places without a node
-/// have no gap and no pressure.
+/// What finds the pressures of k nodes in l places; `gaps` everywhere is W_nn in units of the operator, columns,
+/// `[k][l]`. Places without a node have no gap and no pressure.
 pub(super) struct Normal {
     /// k.
     nodes: usize,
@@ -22,7 +22,8 @@ pub(super) struct Normal {
     /// Open nodes, and the factor of the rows and columns of the inverse that they have.
     open: Vec<usize>,
     shut: Option<PartialPivLu<f32>>,
-    /// Pressures that a uniform gap of minus the unit makes on the nodes that are not open, `[l]`; empty where not known.
+    /// Pressures that a uniform gap of minus the unit makes on the nodes that are not open, `[l]`; empty where not
+    /// known.
     uniform: Lines<f32>,
     /// Systems solved.
     solved: usize,
@@ -58,7 +59,8 @@ impl Normal {
         self.uniform = Lines::default();
     }
 
-    /// The pressures that do what is `wanted`, N, 0 at the `open` nodes, `[l]`, and the approach over the unit that this takes.
+    /// The pressures that do what is `wanted`, N, 0 at the `open` nodes, `[l]`, and the approach over the unit that
+    /// this takes.
     pub fn press(
         &mut self,
         gaps: &[f32],
@@ -111,8 +113,9 @@ impl Normal {
         out
     }
 
-    /// Pressures without friction, N, `[l]`, and the approach over the unit, from the gaps over the unit without any pressure, `[k]`; `None` where
-    /// the set of closed nodes does not settle. `load` is the total of the pressures where it is given.
+    /// Pressures without friction, N, `[l]`, and the approach over the unit, from the gaps over the unit without any
+    /// pressure, `[k]`; `None` where the set of closed nodes does not settle. `load` is the total of the pressures
+    /// where it is given.
     pub fn frictionless(
         &mut self,
         gaps: &[f32],

@@ -29,7 +29,8 @@ pub(super) struct Seen {
     pub soft: Lines<f64>,
     /// Coefficient of friction where it slips, else 0, `[l]`.
     pub mu: Lines<f64>,
-    /// −p dμ/d|u| where it slips, N/m, `[l]`: traction along d per motion along d. Empty where friction does not depend on the velocity.
+    /// −p dμ/d|u| where it slips, N/m, `[l]`: traction along d per motion along d. Empty where friction does not
+    /// depend on the velocity.
     pub feed: Lines<f64>,
     /// Coefficients of friction, `[l]`.
     friction: Lines<f64>,
@@ -245,7 +246,8 @@ mod tests {
     use crate::contact::law::{Node, Tangent};
     use crate::transient::Operator;
 
-    /// Node by node the laws say the same: with and without friction, open, in stick and in slip, at rest without a traction, in lanes that are full and not.
+    /// Node by node the laws say the same: with and without friction, open, in stick and in slip, at rest without a
+    /// traction, in lanes that are full and not.
     #[test]
     fn the_map_is_that_of_the_laws() {
         for (k, friction) in [(1, 0.3), (8, 0.3), (21, 0.3), (21, 0.0)] {

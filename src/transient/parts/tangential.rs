@@ -10,15 +10,16 @@ use crate::transient::lines::Lines;
 use crate::transient::problem::Effort;
 use crate::transient::sorted::{lane, lanes, lanes_mut, LANES};
 
-/// Sine of the angle by which a direction may leave the one that the stored operator was made for, at least, and as a share of what the
-/// residual of the linear system falls by.
+/// Sine of the angle by which a direction may leave the one that the stored operator was made for, at least, and as a
+/// share of what the residual of the linear system falls by.
 const TURN: [f64; 2] = [0.005, 1.0];
 
 /// Turns in which tractions follow the motion along the slip, at the most.
 const TURNS: usize = 8;
 
-/// The tangential operator on k nodes in l places, in units of that of W. e = (−d_y, d_x) is the direction across d. Vectors have what is across in
-/// the first l places and what is along d in the last l; places without a node hold zeros.
+/// The tangential operator on k nodes in l places, in units of that of W. e = (−d_y, d_x) is the direction across d.
+/// Vectors have what is across in the first l places and what is along d in the last l; places without a node hold
+/// zeros.
 pub(super) struct Tangential {
     /// k.
     nodes: usize,
@@ -26,12 +27,13 @@ pub(super) struct Tangential {
     direction: [Lines<f32>; 2],
     /// W between the components across (first k columns) and along d (last k), columns, `[2k][2l]`.
     tangential: Lines<f32>,
-    /// W from all normal components to the one across d at a node, `[l]`, node after node, then to the ones along, `[2k][l]`.
+    /// W from all normal components to the one across d at a node, `[l]`, node after node, then to the ones along,
+    /// `[2k][l]`.
     coupling: Lines<f32>,
     /// Its diagonal across and along d, as far as the columns are made, `[l]` each.
     diagonal: [Lines<f32>; 2],
-    /// 1 where the columns across and along d of a node are made, else 0, `[l]`: the ones where it is closed, the others where it sticks, or its motion along
-    /// d feeds its traction.
+    /// 1 where the columns across and along d of a node are made, else 0, `[l]`: the ones where it is closed, the
+    /// others where it sticks, or its motion along d feeds its traction.
     made: [Lines<f32>; 2],
 }
 
@@ -57,7 +59,8 @@ impl Tangential {
         [&self.direction[0], &self.direction[1]]
     }
 
-    /// Follows the nodes: their directions where they have changed by too much for a linear system whose residual falls by `forcing`.
+    /// Follows the nodes: their directions where they have changed by too much for a linear system whose residual
+    /// falls by `forcing`.
     pub fn follow(&mut self, w: &Operator, seen: &Seen, forcing: f32) {
         let (k, l) = (self.nodes, w.places());
         let mut turned = Lines::zeros(l);
@@ -108,8 +111,8 @@ impl Tangential {
         }
     }
 
-    /// The tangential unknowns, N: across at closed nodes, along where they stick, `[2l]`, or `[l]` where none sticks. `soft` is added to the diagonal
-    /// across.
+    /// The tangential unknowns, N: across at closed nodes, along where they stick, `[2l]`, or `[l]` where none
+    /// sticks. `soft` is added to the diagonal across.
     pub fn solve(
         &self,
         (seen, stick): Known<'_>,
@@ -138,8 +141,9 @@ impl Tangential {
         conjugate_gradients(&rhs[..size], &scale[..size], forcing, apply, effort)
     }
 
-    /// Follows the tractions `along` and the unknowns `found`, which were solved for with a right-hand side of the norm `rhs` and are right where
-    /// they do not feed the former, to where `along` has grown by `feed` (1, in the unit of W) times the motion along d at the nodes that slip.
+    /// Follows the tractions `along` and the unknowns `found`, which were solved for with a right-hand side of the
+    /// norm `rhs` and are right where they do not feed the former, to where `along` has grown by `feed` (1, in the
+    /// unit of W) times the motion along d at the nodes that slip.
     pub fn feed(
         &self,
         known: Known<'_>,
@@ -182,7 +186,8 @@ impl Tangential {
         }
     }
 
-    /// Adds the motion along d at nodes that slip, under tractions `along` at these and the unknowns `found`, as far as there are any.
+    /// Adds the motion along d at nodes that slip, under tractions `along` at these and the unknowns `found`, as far
+    /// as there are any.
     fn add_motion(&self, along: &[f32], found: &[f32], out: &mut [f32]) {
         let (k, l) = (self.nodes, along.len());
         add_columns(&self.tangential[2 * l * k + l..], 2 * l, &along[..k], out);

@@ -1,4 +1,5 @@
-//! Steps whose contact laws hold at points of quadrature, with the consistent matrices of the interface ([`crate::contact::consistent`]).
+//! Steps whose contact laws hold at points of quadrature, with the consistent matrices of the interface
+//! ([`crate::contact::consistent`]).
 
 use super::super::model::Impact;
 use super::super::problem::{Effort, StepProblem, StepSolution};
@@ -19,13 +20,15 @@ pub(super) struct Integrated {
 }
 
 impl Stepper<'_> {
-    /// The same with the laws at points of quadrature: `rho` are ρ_n in Pa/m and ρ_t V in Pa, as of the steady problem that the run begins with
-    /// ([`consistent::augmentation`]). Points without neighbours, bodies without residual compliance and friction that changes are errors.
+    /// The same with the laws at points of quadrature: `rho` are ρ_n in Pa/m and ρ_t V in Pa, as of the steady
+    /// problem that the run begins with ([`consistent::augmentation`]). Points without neighbours, bodies without
+    /// residual compliance and friction that changes are errors.
     pub fn consistent(mut self, rho: Augmentation) -> Result<Self> {
         let s = self.model.interface;
         if s.are_points() || self.impact == Impact::Rigid || !self.settings.friction.is_constant() {
             return Err(Error::Job(
-                "contact.quadrature: \"consistent\" is for bodies with a residual compliance that touch on a grid with a constant coefficient of friction; \
+                "contact.quadrature: \"consistent\" is for bodies with a residual compliance that touch on a \
+                 grid with a constant coefficient of friction; \
                  take \"nodal\""
                     .into(),
             ));
@@ -133,7 +136,8 @@ impl Integrated {
             spent = consistent::Effort::default();
             let reached = found.map_err(|left| {
                 Error::NotConverged(format!(
-                    "contact of a time step, consistent quadrature: Newton's method stalled at a residual of {:.2e} N, {target:.2e} N was asked for",
+                    "contact of a time step, consistent quadrature: Newton's method stalled at a residual of \
+                     {:.2e} N, {target:.2e} N was asked for",
                     left
                 ))
             })?;
@@ -151,7 +155,8 @@ impl Integrated {
             }
         }
         Err(Error::NotConverged(format!(
-            "contact of a time step, consistent quadrature: rounding leaves a residual of {:.2e} N, {target:.2e} N was asked for",
+            "contact of a time step, consistent quadrature: rounding leaves a residual of {:.2e} N, \
+             {target:.2e} N was asked for",
             now.largest
         )))
     }

@@ -24,7 +24,8 @@ pub(super) struct Working {
     /// Rows of W of the other nodes here, columns of the core nodes, `[3 core][rows − 3 core]`, every column in
     /// lines of its own.
     pub(super) around: Lines<f64>,
-    /// Rows of Ψ by what the contact sees of the modes: three of each full node, then the normal one of each other, `[rows][r]`.
+    /// Rows of Ψ by what the contact sees of the modes: three of each full node, then the normal one of each other,
+    /// `[rows][r]`.
     pub(super) psi: Lines<f64>,
     /// Foot of each core node with its line of the grid.
     pub(super) feet: Vec<(usize, Foot)>,
@@ -41,7 +42,8 @@ pub(super) enum Way {
     Node(usize),
     /// Between the first two nodes of a line: in a straight line.
     First([usize; 2], [f64; 2]),
-    /// The nodes after the foot, before it and upstream of that, and what they take part with where all three are closed.
+    /// The nodes after the foot, before it and upstream of that, and what they take part with where all three are
+    /// closed.
     Between([usize; 3], [f64; 3]),
 }
 
@@ -72,7 +74,8 @@ pub(super) struct Outside {
     /// Reactions on the core, N, `[3 core]`.
     reaction: Vec<f64>,
     shift: f64,
-    /// Largest change of a gap that a unit of each mode and of each reaction on the core makes out there, `[m]` and `[3 core]`.
+    /// Largest change of a gap that a unit of each mode and of each reaction on the core makes out there, `[m]` and
+    /// `[3 core]`.
     reach: [Vec<f64>; 2],
 }
 
@@ -128,8 +131,8 @@ impl Stepper<'_> {
         course.value(travel, h)
     }
 
-    /// Nodes outside the core that the solution presses into each other; those outside the working set are looked at when they may have
-    /// come near since the last time.
+    /// Nodes outside the core that the solution presses into each other; those outside the working set are looked at
+    /// when they may have come near since the last time.
     pub(super) fn entering(
         &mut self,
         solution: &StepSolution,
@@ -236,13 +239,17 @@ impl Stepper<'_> {
         let mut lines = Vec::with_capacity(core.len());
         for &i in &core {
             let (ix, iy) = (i % nx, i / nx);
-            let foot = self.feet[ix].filter(|_| !s.on_border(i) || self.impact == Impact::Rigid && !self.massive).ok_or_else(|| {
-                let [x, y] = s.point(i);
-                Error::Job(format!(
-                    "contact.patch: the contact reaches x = {x:.4e} m, y = {y:.4e} m, at the border of the patch; enlarge \
-                     contact.patch.half_length and contact.patch.half_width (of mesh files the groups \"contact\"), or lower the load"
-                ))
-            })?;
+            let foot = self.feet[ix]
+                .filter(|_| !s.on_border(i) || self.impact == Impact::Rigid && !self.massive)
+                .ok_or_else(|| {
+                    let [x, y] = s.point(i);
+                    Error::Job(format!(
+                        "contact.patch: the contact reaches x = {x:.4e} m, y = {y:.4e} m, at the border of the \
+                     patch; enlarge \
+                     contact.patch.half_length and contact.patch.half_width (of mesh files the groups \
+                     \"contact\"), or lower the load"
+                    ))
+                })?;
             lines.push((nx * iy, foot));
             beside.extend(
                 (ix.saturating_sub(1)..(ix + 2).min(nx))

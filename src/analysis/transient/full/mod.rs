@@ -1,4 +1,5 @@
-//! The transient on all degrees of freedom of the finite elements: the check of the reduced one, with its laws, its contact solver and its steps.
+//! The transient on all degrees of freedom of the finite elements: the check of the reduced one, with its laws, its
+//! contact solver and its steps.
 //!
 //! No residual compliance is left here, the nodes of the surface have mass, and the normal law is one of velocities
 //! ([`Impact::Rigid`](crate::transient::model::Impact)).
@@ -63,7 +64,8 @@ fn watches_modes(wanted: &job::Transient) -> bool {
     wanted.modal_stride > 0 || wanted.sound_power.is_some()
 }
 
-/// What a full transient takes of the bodies: their matrices, the shapes of the modes whose amplitudes are written, and at its start what it is moved along.
+/// What a full transient takes of the bodies: their matrices, the shapes of the modes whose amplitudes are written,
+/// and at its start what it is moved along.
 pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
     let moved = wanted.start.mode.is_some() || wanted.start.random.is_some();
     Needs { solvers: true, shapes: watches_modes(wanted) || (moved && !resume) }
@@ -75,7 +77,8 @@ pub(super) fn refuse_without_shapes(inputs: &Inputs<'_>) -> Result<()> {
         return Ok(());
     }
     Err(Error::Job(
-        "analyses.transient.model: found \"full\" with --reuse, where there are no mode shapes of the bodies; without them leave start.mode, start.random and \
+        "analyses.transient.model: found \"full\" with --reuse, where there are no mode shapes of the bodies; \
+         without them leave start.mode, start.random and \
          sound_power out and set modal_stride to 0, or run without --reuse"
             .into(),
     ))

@@ -1,6 +1,7 @@
 //! The two bodies of the full model on all ranks, and how rank 0, which has the contact, leads them.
 //!
-//! The steps are made on rank 0. What they ask of the bodies is collective: rank 0 says what comes next, the others listen ([`Pair::serve`]).
+//! The steps are made on rank 0. What they ask of the bodies is collective: rank 0 says what comes next, the others
+//! listen ([`Pair::serve`]).
 
 use crate::body::moving::{Energies, Moving};
 use crate::body::{Fields, Side};
@@ -52,8 +53,8 @@ pub(super) struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Collective: displacements and velocities of the contact rows (w, change of gap), then of the watched nodes (x, y, z), m and m/s, then amplitudes of the modes, on
-    /// rank 0.
+    /// Collective: displacements and velocities of the contact rows (w, change of gap), then of the watched nodes (x,
+    /// y, z), m and m/s, then amplitudes of the modes, on rank 0.
     pub(super) fn rows(&self) -> [Vec<f64>; 2] {
         let mut both = joined(&self.halves, |half| half.moving.at_contact());
         for (k, rows) in both.iter_mut().enumerate() {
@@ -190,7 +191,8 @@ impl<'a> Leader<'a> {
     }
 }
 
-/// What the steps know of the bodies. Its coordinates are the contact rows, then those of the watched nodes, then the amplitudes of the modes.
+/// What the steps know of the bodies. Its coordinates are the contact rows, then those of the watched nodes, then the
+/// amplitudes of the modes.
 pub(super) struct Led<'a>(pub(super) Rc<RefCell<Leader<'a>>>);
 
 impl Motion for Led<'_> {

@@ -68,7 +68,8 @@ pub(super) fn fresh(world: &World, inputs: &Inputs<'_>, rest: Option<&State>) ->
     Ok(Begun { motion, state: None, identity: None })
 }
 
-/// Collective: moves the bodies by a complex mode of their own. Its amplitude is that of the reduced one beside it: what the modes have of it at the contact.
+/// Collective: moves the bodies by a complex mode of their own. Its amplitude is that of the reduced one beside it:
+/// what the modes have of it at the contact.
 fn along(world: &World, inputs: &Inputs<'_>, beside: &Beside, motion: &mut [(Vec<f64>, Vec<f64>)]) -> Result<()> {
     let found =
         world.on_root(|| Ok(scale(&inputs.model.root()?.pair, &beside.amplitudes, inputs.wanted.start.amplitude)))?;
@@ -80,7 +81,8 @@ fn along(world: &World, inputs: &Inputs<'_>, beside: &Beside, motion: &mut [(Vec
     Ok(())
 }
 
-/// Collective: moves the bodies by a complex mode of the reduced model, with what its reactions do statically beyond the modes: the closed nodes stay closed.
+/// Collective: moves the bodies by a complex mode of the reduced model, with what its reactions do statically beyond
+/// the modes: the closed nodes stay closed.
 fn along_mode(world: &World, inputs: &Inputs<'_>, motion: &mut [(Vec<f64>, Vec<f64>)]) -> Result<()> {
     let mode = world.on_root(|| {
         let root = inputs.model.root()?;
@@ -139,7 +141,8 @@ pub(super) fn resumed(world: &World, inputs: &Inputs<'_>, halves: &[Half<'_>]) -
             let now: Vec<f64> = half.ranges.iter().map(|r| *r as f64).collect();
             if ranks != now {
                 return Err(Error::Job(format!(
-                    "--resume: {}: found degrees of freedom of the {} body on {} ranks, expected {}; continue a full transient on as many ranks as it was begun on",
+                    "--resume: {}: found degrees of freedom of the {} body on {} ranks, expected {}; continue a \
+                     full transient on as many ranks as it was begun on",
                     segments.path(last).display(),
                     side.name(),
                     ranks.len().saturating_sub(1),

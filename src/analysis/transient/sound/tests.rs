@@ -8,8 +8,8 @@ fn wanted(power: serde_json::Value) -> SoundPower {
     serde_json::from_value(power).expect("sound power")
 }
 
-/// Segments in which the amplitudes `q` of a time (s), `[m]`, are kept at every multiple of `interval` from the first on to `count`, some in
-/// each; the first segment holds none.
+/// Segments in which the amplitudes `q` of a time (s), `[m]`, are kept at every multiple of `interval` from the first
+/// on to `count`, some in each; the first segment holds none.
 fn record(folder: &tempfile::TempDir, interval: f64, count: usize, q: impl Fn(usize, f64) -> Vec<f64>) -> Segments {
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
     segments.begin(serde_json::Value::Null).expect("a run");
@@ -40,8 +40,9 @@ fn mean_squares(sound: &Sound<'_>, from: f64, segments: &Segments) -> Result<Vec
     Ok(found)
 }
 
-/// Harmonic motions keep their velocity to the highest frequency wanted, though it is the mean over an interval that is sampled; and of
-/// a motion so fast that it appears at this frequency no more than a fifth is left, without samples beyond need.
+/// Harmonic motions keep their velocity to the highest frequency wanted, though it is the mean over an interval that
+/// is sampled; and of a motion so fast that it appears at this frequency no more than a fifth is left, without
+/// samples beyond need.
 #[test]
 fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
@@ -74,7 +75,8 @@ fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() 
     assert_eq!(Sound::of(&wanted, bands, 1e-3).stride(), 1);
 }
 
-/// What was before `from` is in no piece; what remains of the record before the first piece is in none either, the last sample is.
+/// What was before `from` is in no piece; what remains of the record before the first piece is in none either, the
+/// last sample is.
 #[test]
 fn pieces_begin_after_from_and_end_with_the_record() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
@@ -82,7 +84,8 @@ fn pieces_begin_after_from_and_end_with_the_record() {
     let welch = Welch::new(1.0 / sound.interval, resolving_time(200.0));
     let (before, after) = (welch.hop() + 123, 3 * welch.hop() + 41);
     let count = before + after;
-    // The first sample from `from` on is number `before`; there are `after` mean velocities, of which the first 41 are in no piece.
+    // The first sample from `from` on is number `before`; there are `after` mean velocities, of which the first 41
+    // are in no piece.
     assert_eq!(welch.pieces(after), (2, 41));
     let from = before as f64 * sound.interval;
     let folder = tempfile::tempdir().expect("a folder");
@@ -109,8 +112,8 @@ fn pieces_begin_after_from_and_end_with_the_record() {
     assert!(error.message().contains("jump from"), "{error}");
 }
 
-/// A run that is not refused has a piece at least, however `from` and the steps fall; one that is refused falls short by a few samples
-/// at most.
+/// A run that is not refused has a piece at least, however `from` and the steps fall; one that is refused falls short
+/// by a few samples at most.
 #[test]
 fn a_record_that_is_accepted_is_long_enough() {
     let mut least = usize::MAX;
@@ -163,8 +166,9 @@ fn bands_end_below_the_highest_frequency_wanted_and_below_the_modes() {
     assert!(error.message().contains("reach 5000.0 Hz"), "{error}");
 }
 
-/// A third of the wavelength at the end of the last band, and never more than 3 % of the body: half a wave of 16 nodal diameters around
-/// a disc is 10 % of its diameter, so three patches at least, however long the waves in the air are.
+/// A third of the wavelength at the end of the last band, and never more than 3 % of the body: half a wave of 16
+/// nodal diameters around a disc is 10 % of its diameter, so three patches at least, however long the waves in the
+/// air are.
 #[test]
 fn patches_resolve_the_waves_in_the_air_and_those_of_the_body() {
     let wanted = wanted(json!({ "sound_speed": 340 }));
@@ -176,7 +180,8 @@ fn patches_resolve_the_waves_in_the_air_and_those_of_the_body() {
     }
 }
 
-/// The force at the contact is averaged over the same intervals as the modes, wherever segments end, and what is constant of it is not heard.
+/// The force at the contact is averaged over the same intervals as the modes, wherever segments end, and what is
+/// constant of it is not heard.
 #[test]
 fn forces_of_all_steps_become_means_between_the_samples() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));

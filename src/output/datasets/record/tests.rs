@@ -120,7 +120,8 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
             residual: r.residual,
             fields: stepper.fields(),
         });
-        // One segment in two parts, the second by the same recorder; then another recorder, as in a run that is continued.
+        // One segment in two parts, the second by the same recorder; then another recorder, as in a run that is
+        // continued.
         if [4, STEPS[1], STEPS[0]].contains(&step) {
             assert!(recorder.any());
             segments.write(step, &recorder.tables()).expect("a segment");

@@ -17,7 +17,8 @@ fn hankel(n: i32, z: f64) -> [Complex64; 2] {
     [of(n), 0.5 * (of(n - 1) - of(n + 1))]
 }
 
-/// Largest errors of the surface pressure and of the far field, beside their largest values, of the velocity cos nθ of a circle.
+/// Largest errors of the surface pressure and of the far field, beside their largest values, of the velocity cos nθ
+/// of a circle.
 fn of_circle(panels: usize, n: i32, ka: f64, points: Option<&[[f64; 2]]>) -> [f64; 2] {
     let surface = circle(panels);
     let angle = |at: [f64; 2]| at[1].atan2(at[0]);
@@ -36,7 +37,8 @@ fn of_circle(panels: usize, n: i32, ka: f64, points: Option<&[[f64; 2]]>) -> [f6
     let count = directions(ka, 1.0);
     let found = far(&surface, ka, velocity.as_ref(), &pressure, count);
     let size = Complex64::new(0.0, -4.0) * Complex64::i().powi(n) / (ka * slope);
-    // Harmonics of a small circle are next to nothing beside what a hundredth of their velocity would radiate, were it the same all round.
+    // Harmonics of a small circle are next to nothing beside what a hundredth of their velocity would radiate, were
+    // it the same all round.
     let least = 1e-2 * 4.0 / (ka * hankel(0, ka)[1].norm());
     let away = |d: usize| {
         let wanted = size * (2.0 * PI * f64::from(n) * d as f64 / count as f64).cos();
@@ -45,8 +47,8 @@ fn of_circle(panels: usize, n: i32, ka: f64, points: Option<&[[f64; 2]]>) -> [f6
     [near, (0..count).map(away).fold(0.0, f64::max)]
 }
 
-/// All harmonics, small and large circles; the errors fall with the third power of the panels or faster, down to 1e-5, those of the
-/// rule for panels beside.
+/// All harmonics, small and large circles; the errors fall with the third power of the panels or faster, down to
+/// 1e-5, those of the rule for panels beside.
 #[test]
 fn circles_radiate_as_hankels_functions_say() {
     for ka in [0.05, 0.4, 1.0, 3.0, 9.0] {

@@ -44,8 +44,8 @@ fn complete<'a>(rail: &'a Infinite, bands: &Bands) -> Radiators<'a> {
     radiators.complete(&all)
 }
 
-/// A thin round bar that bends like Euler's beam: each wavenumber moves a cylinder to and fro, whose radiation is that of H_1. Above its critical
-/// frequency and below it. What waves do not travel is in it.
+/// A thin round bar that bends like Euler's beam: each wavenumber moves a cylinder to and fro, whose radiation is
+/// that of H_1. Above its critical frequency and below it. What waves do not travel is in it.
 #[test]
 fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
     let (radius, loss) = (0.01, 0.05);
@@ -84,8 +84,8 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
         let steps = 40_000;
         let wanted: f64 = (0..steps).map(|i| k / steps as f64 * power(k * (i as f64 + 0.5) / steps as f64)).sum();
         let [free, plane] = radiators.at(f).expect("powers");
-        // Sideways it moves as much, and twists without a sound; what the force makes of its surroundings is not in the beam, and counts the more
-        // the faster it goes.
+        // Sideways it moves as much, and twists without a sound; what the force makes of its surroundings is not in
+        // the beam, and counts the more the faster it goes.
         let good = 0.06 * (f / 900.0).max(1.0);
         for power in &free[1..3] {
             let off = 10.0 * (power / wanted).log10();
@@ -114,7 +114,8 @@ fn rail(reach: f64) -> Infinite {
     Infinite::new(&making, 2.0 * PI * reach).expect("rail")
 }
 
-/// The power through the surface is that in the far field, for any motions of the rail, and what one radiates by another's pressure is mutual.
+/// The power through the surface is that in the far field, for any motions of the rail, and what one radiates by
+/// another's pressure is mutual.
 #[test]
 fn powers_are_the_same_near_and_far() {
     let rail = rail(3000.0);
@@ -145,8 +146,8 @@ fn powers_are_the_same_near_and_far() {
     }
 }
 
-/// Between the frequencies of the grid the power of a force is within 0.1 dB of the exact one, whatever its direction, and positive;
-/// a rail radiates little more than a plane wave would, and far less at low frequencies.
+/// Between the frequencies of the grid the power of a force is within 0.1 dB of the exact one, whatever its
+/// direction, and positive; a rail radiates little more than a plane wave would, and far less at low frequencies.
 #[test]
 fn powers_are_interpolated() {
     let rail = rail(5100.0);

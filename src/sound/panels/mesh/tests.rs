@@ -21,7 +21,8 @@ fn motion(forms: &Forms, outline: &Outline, vectors: MatRef<'_, f64>) -> Mat<f64
     })
 }
 
-/// With panels of half a wave length the power of the wheel's modes is within 0.02 dB of that of panels a third as long.
+/// With panels of half a wave length the power of the wheel's modes is within 0.02 dB of that of panels a third as
+/// long.
 #[test]
 fn the_modes_of_a_wheel_radiate_alike_from_coarse_and_fine_panels() {
     let (forms, outline) = wheel();

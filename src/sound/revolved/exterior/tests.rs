@@ -50,9 +50,8 @@ fn through_surface(surface: &Surface, field: &Field, i: usize, j: usize) -> Comp
     0.5 * round(field.order) * sum
 }
 
-/// Errors of a sphere of the radius 1 m that vibrates as the spherical harmonic (l, n): of the surface pressure beside its largest value, of the
-/// power from
-/// the far field and of that through the surface.
+/// Errors of a sphere of the radius 1 m that vibrates as the spherical harmonic (l, n): of the surface pressure
+/// beside its largest value, of the power from the far field and of that through the surface.
 fn of_sphere(panels: usize, [l, n]: [usize; 2], ka: f64, points: Option<&[[f64; 2]]>) -> [f64; 3] {
     let surface = spheroid(1.0, 1.0, panels);
     let velocity = velocities(&surface, |node| legendre_function(l, n, node.point.at[1].clamp(-1.0, 1.0)));
@@ -75,9 +74,9 @@ fn of_sphere(panels: usize, [l, n]: [usize; 2], ka: f64, points: Option<&[[f64; 
     [pressure, far / power - 1.0, near / power - 1.0]
 }
 
-/// Spherical harmonics of all kinds, small and large spheres. The error of the power is divided by 16 with each halving of the panels (parabolas in
-/// place of arcs, and
-/// quadratic pressures, whose errors add up to the fourth power), that of the pressure by 8 at least.
+/// Spherical harmonics of all kinds, small and large spheres. The error of the power is divided by 16 with each
+/// halving of the panels (parabolas in place of arcs, and quadratic pressures, whose errors add up to the fourth
+/// power), that of the pressure by 8 at least.
 #[test]
 fn spheres_radiate_as_hankels_functions_say() {
     for ka in [0.3, 1.0, 3.0, 8.0] {
@@ -100,7 +99,8 @@ fn spheres_radiate_as_hankels_functions_say() {
     }
 }
 
-/// At a resonance of the space inside the integral equation alone has errors of percents; with points inside, none beyond those beside it.
+/// At a resonance of the space inside the integral equation alone has errors of percents; with points inside, none
+/// beyond those beside it.
 #[test]
 fn resonances_of_the_space_inside_are_not_seen() {
     let mut worst: f64 = 0.0;
@@ -119,9 +119,9 @@ fn resonances_of_the_space_inside_are_not_seen() {
     assert!(worst > 100.0, "without points the resonances do no harm here: {worst:.1}");
 }
 
-/// A body that moves to and fro along its axis, small against the wave: the power of a dipole, P = ρc k⁴ (V + m_a/ρ)²/(24π), with the added mass m_a
-/// of the oblate
-/// spheroid (H. Lamb, *Hydrodynamics*, 6th ed., 1932, §114). However thin it is; the rest is of the order (ka)².
+/// A body that moves to and fro along its axis, small against the wave: the power of a dipole, P = ρc k⁴ (V +
+/// m_a/ρ)²/(24π), with the added mass m_a of the oblate spheroid (H. Lamb, *Hydrodynamics*, 6th ed., 1932, §114).
+/// However thin it is; the rest is of the order (ka)².
 #[test]
 fn thin_spheroids_are_dipoles_with_their_added_mass() {
     for (axial, panels) in [(0.5, 16), (0.1, 16), (0.02, 24), (0.005, 32)] {
@@ -155,9 +155,8 @@ fn disc(thickness: f64) -> Surface {
     Surface::new(corners.windows(2).map(straight).collect())
 }
 
-/// σ = 8 (ka)⁴/(27π²) on both faces of a rigid disc without thickness, ka ≪ 1 (from its added mass 8ρa³/3, as Lamb, §102). What the edge of a thick
-/// one adds goes with h and h ln h: three
-/// thicknesses tell the limit.
+/// σ = 8 (ka)⁴/(27π²) on both faces of a rigid disc without thickness, ka ≪ 1 (from its added mass 8ρa³/3, as Lamb,
+/// §102). What the edge of a thick one adds goes with h and h ln h: three thicknesses tell the limit.
 #[test]
 fn a_rigid_disc_radiates_as_its_added_mass_says() {
     let ka: f64 = 0.03;
@@ -178,9 +177,8 @@ fn a_rigid_disc_radiates_as_its_added_mass_says() {
     assert!((limit - 1.0).abs() < 2e-3, "{limit} of {a}, {b}, {c}");
 }
 
-/// A lathe's piece with a thin web and edges that stand out and in: what one velocity radiates by another's pressure is mutual, and the power
-/// through the surface is that in
-/// the far field, for all orders.
+/// A lathe's piece with a thin web and edges that stand out and in: what one velocity radiates by another's pressure
+/// is mutual, and the power through the surface is that in the far field, for all orders.
 #[test]
 fn resistances_are_symmetric_positive_and_the_same_near_and_far() {
     let corners: [[f64; 2]; 12] = [

@@ -32,8 +32,8 @@ fn wheel(orders: &[usize], reach: f64) -> (OutlineModes, Vec<f64>) {
     (found, frequency)
 }
 
-/// Between the frequencies of the grid the power of any mode is within 0.1 dB of the exact one, and so is that of a mixture; families do not
-/// interact.
+/// Between the frequencies of the grid the power of any mode is within 0.1 dB of the exact one, and so is that of a
+/// mixture; families do not interact.
 #[test]
 fn resistances_are_interpolated() {
     let (modes, _) = wheel(&[0, 2, 3], 2000.0);
@@ -68,7 +68,8 @@ fn resistances_are_interpolated() {
     }
 }
 
-/// The power of velocities that go with cos nθ by Rayleigh's integral, each smooth part of the surface in a baffle of its own.
+/// The power of velocities that go with cos nθ by Rayleigh's integral, each smooth part of the surface in a baffle of
+/// its own.
 fn baffled(meshed: &Meshed, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
     let size = 0.02;
     let mut patches: BTreeMap<Key, Patch> = BTreeMap::new();
@@ -93,9 +94,9 @@ fn baffled(meshed: &Meshed, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
     crate::sound::Radiators::new(patches, size, Mat::zeros(1, 1)).resistance(f, AIR)[(0, 0)]
 }
 
-/// What the baffles of the estimate for bodies of finite elements make of the wheel: too much sound at low frequencies, where air flows around the
-/// rim, 3.8 dB of the mode
-/// (2, 0), and sound within 1 dB from three nodal diameters on.
+/// What the baffles of the estimate for bodies of finite elements make of the wheel: too much sound at low
+/// frequencies, where air flows around the rim, 3.8 dB of the mode (2, 0), and sound within 1 dB from three nodal
+/// diameters on.
 #[test]
 fn baffles_are_too_loud_where_the_wheel_is_small_against_the_wave() {
     let (modes, frequency) = wheel(&[0, 2, 3, 4], 2000.0);
