@@ -15,7 +15,7 @@ use railsqueal::petsc::pep::{self, QuadraticOptions};
 use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::two_sided::{two_sided, Start, TwoSidedOptions};
 use railsqueal::petsc::{Petsc, Span};
-use railsqueal::stability::confirmation;
+use railsqueal::stability::confirmation::{self, Asked, Problem};
 use railsqueal::stability::dense::DensePencil;
 use railsqueal::{Error, Result};
 use std::f64::consts::PI;
@@ -26,6 +26,7 @@ pub const CHECKS: &[Check] = &[
     ("quadratic: a rank without rows is refused", empty_rank),
     ("quadratic: an error of the operator comes through", failing_operator),
     ("two-sided: a chain in a stream in closed form", chain_in_a_stream),
+    ("two-sided: vectors of another eigenvalue", other_vectors),
     ("two-sided: an eigenvalue that is none is not confirmed", wrong_eigenvalue),
     ("complex factor: few and many right-hand sides", complex_factor),
     ("complex factor: a singular matrix is an error", singular),
@@ -394,6 +395,34 @@ fn chain_in_a_stream(world: &World) {
             }
         }
     }
+}
+
+/// From the vectors of another eigenvalue, at a shift beside that one, a small space does not converge or finds the
+/// other one. The eigenvalue is confirmed all the same, by the second attempt.
+fn other_vectors(world: &World) {
+    let petsc = Petsc::start(world, &[], &[]).unwrap();
+    let n = 60;
+    let angle = |k: usize| k as f64 * PI / (n + 1) as f64;
+    let eigenvalue = |k: usize| {
+        let kappa = 2.5 - 2.0 * (BELOW * ABOVE).sqrt() * angle(k).cos();
+        Complex::new(-0.5 * FRICTION, (kappa - 0.25 * FRICTION * FRICTION).sqrt())
+    };
+    let (sought, other) = (eigenvalue(20), eigenvalue(24));
+    let shift = other + Complex::new(1e-3, 1e-3);
+    let mut operator = Stream::new(Some(world), n, shift);
+    let ratio = (BELOW / ABOVE).sqrt();
+    let vector = |by: f64| -> Vec<Complex<f64>> {
+        operator.rows.clone().map(|j| (by.powi(j as i32 + 1) * ((j + 1) as f64 * angle(24)).sin()).into()).collect()
+    };
+    let (right, left) = (vector(ratio), vector(1.0 / ratio));
+    let span = Span::World;
+    let effort = (1e-8, 4);
+    let problem = Problem { petsc: &petsc, span, norms: [4.5, 0.02, 1.0], rate: 1.0, system: "a chain" };
+    let asked = Asked { value: sought, shift, right: &right, left: &left, effort };
+    let found = problem.confirm(&mut operator, &asked).unwrap().expect("the second attempt converges");
+    assert!(found.difference < 1e-9, "{found:?}");
+    let absent = Asked { value: sought * 1.001, shift, right: &right, left: &left, effort };
+    assert_eq!(problem.confirm(&mut operator, &absent).unwrap_err().exit_code(), 4);
 }
 
 /// λ² + K with K = [2 1; −1 2]: λ² = −2 ± i, half of which grow. What is off by a thousandth is refused with both
