@@ -8,7 +8,7 @@ use crate::{Error, Result};
 struct Small {
     /// The key, and what was found.
     found: String,
-    /// What is small.
+    /// Name of the small quantity.
     what: &'static str,
     value: f64,
     warn: f64,

@@ -47,8 +47,7 @@ fn the_two_jobs_resolve_with_defaults() {
     assert_eq!(one.analyses.modes.as_ref().unwrap().extent(), ModesExtent::Count(30));
 }
 
-/// What a body does of which nothing is said: it rolls where there is an axle, a support, contact and modes, else it
-/// is at rest.
+/// Default rotation of a body: it rolls where there is an axle, a support, contact and modes, else it is at rest.
 #[test]
 fn rotation_is_that_of_rolling_unless_the_job_says_otherwise() {
     let lower = |sets: &[&str]| {

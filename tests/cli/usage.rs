@@ -45,7 +45,7 @@ fn wrong_usage_is_exit_2() {
     railsqueal(2, &["rum"]).failed(2, &["rum"]);
 }
 
-/// What a rank of `mpirun` does is a line of the shell, with the program as `$0` and the rank in `$rank`.
+/// Rank command of `mpirun`: a line of the shell, with the program as `$0` and the rank in `$rank`.
 fn ranks_by_shell(ranks: usize, line: &str) -> Ran {
     let line = format!("rank=$OMPI_COMM_WORLD_RANK; {line}");
     finish(mpirun().args(["-n", &ranks.to_string(), "sh", "-c", &line, PROGRAM]))
