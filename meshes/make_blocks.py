@@ -68,7 +68,10 @@ def block(name, sign, surface, n, path, binary):
                     contact.append(tag)
             else:
                 base.append(tag)
-        elif any(abs(a) > h - 1e-4 and abs(b) > h - 1e-4 and a * b > 0 for a, b, h in [(x0, x1, HALF_LENGTH), (y0, y1, HALF_WIDTH)]):
+        elif any(
+            abs(a) > h - 1e-4 and abs(b) > h - 1e-4 and a * b > 0
+            for a, b, h in [(x0, x1, HALF_LENGTH), (y0, y1, HALF_WIDTH)]
+        ):
             sides.append(tag)
     for title, tags in [("contact", contact), ("base", base), ("sides", sides)]:
         gmsh.model.addPhysicalGroup(2, tags, name=title)

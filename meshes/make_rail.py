@@ -62,11 +62,15 @@ def section(given):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--length", type=float, default=14.0, help="m")
-    parser.add_argument("--at", type=float, default=0.0, help="where on the head the cells are small, y of the upright section, m")
+    parser.add_argument(
+        "--at", type=float, default=0.0, help="where on the head the cells are small, y of the upright section, m"
+    )
     parser.add_argument("--size", type=float, default=0.025, help="largest edge length in the section, m")
     parser.add_argument("--along", type=float, default=0.1, help="largest edge length along the rail, m")
     parser.add_argument("--contact-size", type=float, default=0.004, help="edge length at the contact, m")
-    parser.add_argument("--patch", type=float, default=0.008, help="half length and half width of the place of small cells, m")
+    parser.add_argument(
+        "--patch", type=float, default=0.008, help="half length and half width of the place of small cells, m"
+    )
     parser.add_argument("file", help="ends in .msh or .inp")
     given = parser.parse_args()
     plane, cells, head, foot = section(given)
@@ -89,7 +93,17 @@ def main():
         a, b, c, ab, bc, ca = cell
         near, between, far = 2 * k, 2 * k + 1, 2 * k + 2
         corners = [(t, level) for level in (near, far) for t in (a, b, c)]
-        edges = [(ab, near), (ca, near), (a, between), (bc, near), (b, between), (c, between), (ab, far), (ca, far), (bc, far)]
+        edges = [
+            (ab, near),
+            (ca, near),
+            (a, between),
+            (bc, near),
+            (b, between),
+            (c, between),
+            (ab, far),
+            (ca, far),
+            (bc, far),
+        ]
         return [node(t, level) for t, level in corners + edges]
 
     def strip(edge, k):

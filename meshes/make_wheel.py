@@ -19,7 +19,10 @@ TREAD = RADII[3]
 WIDTHS = [-0.090, -0.065, -0.012, 0.012, 0.040, 0.070, 0.090]  # from the middle of the web towards the flange, m
 BANDS = [(0, 6), (2, 3), (1, 5), (4, 5)]  # first and last of the widths between two radii
 GROWTH = 0.35  # of the size of cells with the distance from the contact point
-STEEP_RADII, STEEP_WIDTHS = [0.095, 0.135], [-0.090, -0.012, 0.012, 0.090]  # where the stress is: at the ends of the clamped bore, between web and hub
+STEEP_RADII, STEEP_WIDTHS = (
+    [0.095, 0.135],
+    [-0.090, -0.012, 0.012, 0.090],
+)  # where the stress is: at the ends of the clamped bore, between web and hub
 
 
 def lines(ends, at, fine, patch, size, steep=(), corner=0.0):
@@ -27,6 +30,7 @@ def lines(ends, at, fine, patch, size, steep=(), corner=0.0):
     and larger ones away from there."""
     out = [ends[0]]
     for a, b in zip(ends, ends[1:]):
+
         def wanted(x):
             near = [corner + GROWTH * abs(x - place) for place in steep]
             return min(size, fine + GROWTH * max(0.0, abs(x - at) - patch), *near)
@@ -135,7 +139,10 @@ def free(given, offset, sign):
         if len(gmsh.model.getAdjacencies(dim, tag)[0]) != 1:
             continue
         low, high = gmsh.model.getParametrizationBounds(dim, tag)
-        places = [gmsh.model.getValue(dim, tag, [a + t * (b - a) for a, b, t in zip(low, high, s)]) for s in ((0.5, 0.5), (0.3, 0.6))]
+        places = [
+            gmsh.model.getValue(dim, tag, [a + t * (b - a) for a, b, t in zip(low, high, s)])
+            for s in ((0.5, 0.5), (0.3, 0.6))
+        ]
         radii = [math.hypot(x, z - sign * TREAD) for x, _, z in places]
         if all(abs(r - RADII[0]) < 1e-7 for r in radii):
             groups["inner"].append(tag)
@@ -149,7 +156,12 @@ def free(given, offset, sign):
     def size(dim, tag, x, y, z, lc=0.0):
         away = math.sqrt(x * x + y * y + z * z) - given.patch
         r = math.hypot(x, z - sign * TREAD)
-        bends = [(RADII[0], STEEP_WIDTHS[0]), (RADII[0], STEEP_WIDTHS[3]), (RADII[1], STEEP_WIDTHS[1]), (RADII[1], STEEP_WIDTHS[2])]
+        bends = [
+            (RADII[0], STEEP_WIDTHS[0]),
+            (RADII[0], STEEP_WIDTHS[3]),
+            (RADII[1], STEEP_WIDTHS[1]),
+            (RADII[1], STEEP_WIDTHS[2]),
+        ]
         steep = min(math.hypot(r - radius, y + offset - width) for radius, width in bends)
         return min(given.size, given.contact_size + GROWTH * max(0.0, away), given.corner_size + GROWTH * steep)
 
@@ -164,11 +176,25 @@ def free(given, offset, sign):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", choices=["tet10", "hex20"], default="hex20")
-    parser.add_argument("--size", type=float, default=0.03, help="largest edge length, m; of hexahedra that in a section, twice as long around the axle")
+    parser.add_argument(
+        "--size",
+        type=float,
+        default=0.03,
+        help="largest edge length, m; of hexahedra that in a section, twice as long around the axle",
+    )
     parser.add_argument("--contact-size", type=float, default=0.005, help="edge length at the contact, m")
-    parser.add_argument("--corner-size", type=float, default=0.01, help="edge length at the edges of the bore and between web and hub, m")
-    parser.add_argument("--patch", type=float, default=0.01, help="half length and half width of the patch of the group contact, m")
-    parser.add_argument("--offset", type=float, default=0.0, help="contact point from the middle of the web towards the flange, m")
+    parser.add_argument(
+        "--corner-size",
+        type=float,
+        default=0.01,
+        help="edge length at the edges of the bore and between web and hub, m",
+    )
+    parser.add_argument(
+        "--patch", type=float, default=0.01, help="half length and half width of the patch of the group contact, m"
+    )
+    parser.add_argument(
+        "--offset", type=float, default=0.0, help="contact point from the middle of the web towards the flange, m"
+    )
     parser.add_argument("--lower", action="store_true", help="below the plane z = 0")
     parser.add_argument("file", help="ends in .msh or .inp")
     given = parser.parse_args()

@@ -34,7 +34,11 @@ def beside():
             return parts(spent([program, "--size", "0.002"]), "inverse", "eigensolver")
 
         def theirs():
-            return parts(spent([DEBIAN, ROOT / "benches/peers/slepc4py_pep.py", file, 20], 1, petsc("complex")), "set-up", "solve")
+            return parts(
+                spent([DEBIAN, ROOT / "benches/peers/slepc4py_pep.py", file, 20], 1, petsc("complex")),
+                "set-up",
+                "solve",
+            )
 
         found = in_turn(ours, theirs)
     rows = []

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from clock import DEBIAN, PROGRAM, ROOT, Spent, busy, in_turn, middle, noted, ratio, run, spent, version
+from clock import DEBIAN, ROOT, Spent, busy, in_turn, middle, noted, ratio, run, spent, version
 from pages import put
 from peers import petsc
 from railsqueal import Fields
@@ -46,7 +46,12 @@ def dolfinx(result, count, ranks, *bore):
 
 
 def calculix(folder, count, threads):
-    return spent(["ccx", "-i", folder / "annulus"], 1, {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)}, folder)
+    return spent(
+        ["ccx", "-i", folder / "annulus"],
+        1,
+        {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)},
+        folder,
+    )
 
 
 def deck(result, count, path, bore=(0.1, -0.5), material=None):
@@ -66,7 +71,9 @@ def deck(result, count, path, bore=(0.1, -0.5), material=None):
             # A line has sixteen entries at the most.
             file.write(", ".join(words[:16]) + (",\n" + ", ".join(words[16:]) if len(words) > 16 else "") + "\n")
         file.write("*NSET, NSET=BORE\n" + "".join(f"{n + 1},\n" for n in bore))
-        file.write(f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{steel['young']}, {steel['poisson']}\n*DENSITY\n{steel['density']}\n")
+        file.write(
+            f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{steel['young']}, {steel['poisson']}\n*DENSITY\n{steel['density']}\n"
+        )
         file.write("*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL\n")
         file.write(f"*BOUNDARY\nBORE, 1, 3\n*STEP\n*FREQUENCY\n{count}\n*NODE FILE\nU\n*END STEP\n")
     return 3 * (len(points) - len(bore))
@@ -81,7 +88,11 @@ def meshed(folder, size):
 
 def packages():
     install("python3-dolfinx-real", "python3-slepc4py-real", "python3-h5py", "libopenblas0-pthread", "calculix-ccx")
-    return f"dolfinx {version('python3-dolfinx-real')}", f"SLEPc {version('python3-slepc4py-real')}", f"CalculiX {version('calculix-ccx')}"
+    return (
+        f"dolfinx {version('python3-dolfinx-real')}",
+        f"SLEPc {version('python3-slepc4py-real')}",
+        f"CalculiX {version('calculix-ccx')}",
+    )
 
 
 def lines(names, found):
@@ -157,9 +168,15 @@ def many():
         dolfinx(result, 4, 1)
         for ranks in (1, 2):
             names = ["railsqueal", "dolfinx + slepc4py"]
-            found, _ = lines(names, in_turn(lambda: ours(folder, MIDDLE, 400, ranks), lambda: dolfinx(result, 400, ranks), count=1))
+            found, _ = lines(
+                names, in_turn(lambda: ours(folder, MIDDLE, 400, ranks), lambda: dolfinx(result, 400, ranks), count=1)
+            )
             body += [[str(ranks), *row] for row in found]
-    put(PAGE, "many-modes", table(["ranks", "400 modes", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs, runs=1))
+    put(
+        PAGE,
+        "many-modes",
+        table(["ranks", "400 modes", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs, runs=1),
+    )
 
 
 @contextmanager
@@ -192,7 +209,9 @@ def out_of_core():
             disk = folder / "factors"
             disk.mkdir()
             with watched(disk) as most:
-                done = run("annulus.json", "--output", folder / "own.h5", sets=sized(size, 40) | {"solver.out_of_core": disk})
+                done = run(
+                    "annulus.json", "--output", folder / "own.h5", sets=sized(size, 40) | {"solver.out_of_core": disk}
+                )
             rows = re.search(r"(\d+) degrees of freedom", done.out)[1]
             inside = ours(folder, size, 40, 1) if size in SIZES else None
         beside = [f"{inside.wall:.0f} s", f"{1e-9 * inside.memory:.2f} GB"] if inside else ["", ""]

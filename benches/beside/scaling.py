@@ -37,7 +37,13 @@ def worked(program, size, ranks):
     """One run without anything twice, whose messages Open MPI counts."""
     with tempfile.TemporaryDirectory() as folder:
         monitoring = {"enable": "2", "enable_output": "3", "filename": f"{folder}/sent"}
-        done = called(program, size, ranks, "once", **{f"OMPI_MCA_pml_monitoring_{key}": value for key, value in monitoring.items()})
+        done = called(
+            program,
+            size,
+            ranks,
+            "once",
+            **{f"OMPI_MCA_pml_monitoring_{key}": value for key, value in monitoring.items()},
+        )
         sent = [sends(path.read_text()) for path in Path(folder).glob("sent.*.prof")]
     counted = next(row[1:] for row in rows(done.out) if row[0] == "counted")
     # Programs of one rank are not monitored.
@@ -57,7 +63,9 @@ def parts(program, size):
     assembly, modes = (next(what for what in timed if what.startswith(word)) for word in ("assembly", "modes"))
     solves = timed["3 solves of 8 right-hand sides"] / 24 * int(re.search(r"\d+", modes)[0])
     found = {
-        "mesh and order of elimination": timed["mesh on one rank"] + timed["its parts"] + timed["ordering and analysis"],
+        "mesh and order of elimination": timed["mesh on one rank"]
+        + timed["its parts"]
+        + timed["ordering and analysis"],
         "factorisation": timed["factorisation alone"],
         "solves": solves,
         "assembly, products, bases": timed[assembly] + timed[modes] - solves,
@@ -85,11 +93,33 @@ def ranks():
         for count in RANKS:
             work = worked(program, size, count)
             flops, entries = work.flops_max / work.flops * count, work.entries_max / work.entries * count
-            counts.append([order, str(count), f"{work.flops:.1e}", f"{flops:.2f}", f"{1e-6 * work.entries:.0f} M", f"{entries:.2f}", str(work.messages), f"{1e-6 * work.sent:.0f} MB"])
+            counts.append(
+                [
+                    order,
+                    str(count),
+                    f"{work.flops:.1e}",
+                    f"{flops:.2f}",
+                    f"{1e-6 * work.entries:.0f} M",
+                    f"{entries:.2f}",
+                    str(work.messages),
+                    f"{1e-6 * work.sent:.0f} MB",
+                ]
+            )
             there = expected(one, work, count)
             whole = sum(there.values())
-            times.append([order, str(count), *(f"{t:.2f}" for t in there.values()), f"{whole:.2f}", f"{alone / whole:.1f}"])
-    head = ["rows", "ranks", "operations", "busiest over mean", "entries", "busiest over mean", "messages of the busiest", "bytes of the busiest"]
+            times.append(
+                [order, str(count), *(f"{t:.2f}" for t in there.values()), f"{whole:.2f}", f"{alone / whole:.1f}"]
+            )
+    head = [
+        "rows",
+        "ranks",
+        "operations",
+        "busiest over mean",
+        "entries",
+        "busiest over mean",
+        "messages of the busiest",
+        "bytes of the busiest",
+    ]
     put(PAGE, "scaling-work", table(head, counts) + "\n" + noted(load, runs=1))
     head = ["rows", "ranks", *there, "in all, s", "gain"]
     put(PAGE, "scaling", table(head, times) + "\n" + noted(load, runs=1))

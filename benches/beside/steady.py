@@ -1,7 +1,5 @@
 """Steady rolling contact from nothing, and creep curves."""
 
-from pathlib import Path
-
 from clock import ROOT, benchmark, busy, noted, rows, spent
 from pages import put
 from report import table
@@ -12,7 +10,7 @@ PAGE = ROOT / "docs" / "performance.md"
 NAMES = {
     "dense": "with a matrix",
     "convolution": "half-spaces as a convolution, made within the time",
-    "hybrid": "bodies that yield as wholes beside it (`\"hybrid\"`)",
+    "hybrid": 'bodies that yield as wholes beside it (`"hybrid"`)',
 }
 
 
@@ -21,7 +19,11 @@ def cold():
     load = busy()
     found = rows(spent([benchmark("steady_contact")]).out)
     small = [[NAMES[row[0]], *row[1:]] for row in found if row[0] in NAMES]
-    put(PAGE, "steady", table(["processor time, best of 3", "smallest", "median", "largest"], small) + "\n" + noted(load, runs=1))
+    put(
+        PAGE,
+        "steady",
+        table(["processor time, best of 3", "smallest", "median", "largest"], small) + "\n" + noted(load, runs=1),
+    )
     head = ["nodes", "closed", "processor time, best of 3", "iterations on the finest grid", "products"]
     put(PAGE, "steady-large", table(head, [row[1:] for row in found if row[0] == "large"]) + "\n" + noted(load, runs=1))
 

@@ -52,6 +52,16 @@ for number, text in enumerate(sys.argv[2:]):
     if ksp.getConvergedReason() < 0:
         sys.exit(f"{text}: no convergence, {ksp.getConvergedReason()}")
     after = time.process_time()
-    figures = [tolerance, entries, operations, factorised - begin, memory, solved - factorised, residual, ksp.getIterationNumber(), after - before]
+    figures = [
+        tolerance,
+        entries,
+        operations,
+        factorised - begin,
+        memory,
+        solved - factorised,
+        residual,
+        ksp.getIterationNumber(),
+        after - before,
+    ]
     print("row: " + " | ".join(f"{value:.6g}" for value in figures), flush=True)
     ksp.destroy()

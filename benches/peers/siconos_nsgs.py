@@ -96,7 +96,9 @@ def main():
         problems = [Problem(file[name]) for name in sorted(file)]
     for p in problems:
         e = residual(p.w, p.b, p.mu, p.ours, p.rho) / p.normal
-        print(f"{p.nodes} nodes: {p.status()[0]} open, {p.status()[1]} in stick, {p.status()[2]} in slip; our residual {e:.1e}")
+        print(
+            f"{p.nodes} nodes: {p.status()[0]} open, {p.status()[1]} in stick, {p.status()[2]} in slip; our residual {e:.1e}"
+        )
     for row, limit in enumerate([1e-6, 1e-10]):
         seconds = np.median([p.seconds[row] for p in problems], axis=0)
         ours = {"cold": seconds[0], "warm": seconds[2]}

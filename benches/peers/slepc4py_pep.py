@@ -48,7 +48,9 @@ done, done_cpu = time.perf_counter(), time.process_time()
 print(f"set-up      {ready - begin:8.2f} s wall {ready_cpu - cpu:8.2f} s cpu")
 print(f"solve       {done - ready:8.2f} s wall {done_cpu - ready_cpu:8.2f} s cpu")
 memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-print(f"in all      {done - begin:8.2f} s wall {done_cpu - cpu:8.2f} s cpu, {pep.getConverged()} converged, {memory / 1e6:.2f} GB")
+print(
+    f"in all      {done - begin:8.2f} s wall {done_cpu - cpu:8.2f} s cpu, {pep.getConverged()} converged, {memory / 1e6:.2f} GB"
+)
 x = stiffness.createVecRight()
 y = [x.duplicate() for _ in range(3)]
 norms = [a.norm(PETSc.NormType.INFINITY) for a in (stiffness, damping, mass)]

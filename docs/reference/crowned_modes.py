@@ -106,8 +106,12 @@ def frequencies(offset, order, count, degree=8):
 
 
 if __name__ == "__main__":
-    print("# cylinders of jobs/curve.json: inner radius 0.1 m, outer 0.5 m, thickness 0.1 m, crown radius 0.5 m with its apex contact_offset from the mid-plane,")
-    print("# clamped bore, E = 205 GPa, nu = 0.3, rho = 7800 kg/m3; torsion about the axis left out; made by crowned_modes.py, converged to 2e-6")
+    print(
+        "# cylinders of jobs/curve.json: inner radius 0.1 m, outer 0.5 m, thickness 0.1 m, crown radius 0.5 m with its apex contact_offset from the mid-plane,"
+    )
+    print(
+        "# clamped bore, E = 205 GPa, nu = 0.3, rho = 7800 kg/m3; torsion about the axis left out; made by crowned_modes.py, converged to 2e-6"
+    )
     print("contact_offset_m,circumferential_order,frequency_Hz")
     for offset in (0.03, 0.02):
         for order in range(4):

@@ -31,11 +31,19 @@ class Mesh:
     """
 
     def __init__(self, root: Any) -> None:
-        points, body = np.asarray(root["Points"][()], dtype=np.float64), np.asarray(root["PointData/body"][: len(root["Points"])])
-        count = {name: np.asarray(root[f"NumberOf{name}"][()], dtype=np.int64) for name in ("Points", "Cells", "ConnectivityIds")}
+        points, body = (
+            np.asarray(root["Points"][()], dtype=np.float64),
+            np.asarray(root["PointData/body"][: len(root["Points"])]),
+        )
+        count = {
+            name: np.asarray(root[f"NumberOf{name}"][()], dtype=np.int64)
+            for name in ("Points", "Cells", "ConnectivityIds")
+        }
         starts = np.concatenate([[0], np.cumsum(count["Points"])[:-1]])
         joined = np.asarray(root["Connectivity"][()], dtype=np.int64) + np.repeat(starts, count["ConnectivityIds"])
-        lengths = np.concatenate([np.diff(piece) for piece in np.split(root["Offsets"][()], np.cumsum(count["Cells"] + 1)[:-1])])
+        lengths = np.concatenate(
+            [np.diff(piece) for piece in np.split(root["Offsets"][()], np.cumsum(count["Cells"] + 1)[:-1])]
+        )
         self.offsets: Integers = np.concatenate([[0], np.cumsum(lengths)])
         self.types: NDArray[np.uint8] = np.asarray(root["Types"][()])
         on_surface = np.zeros(len(points))
@@ -65,7 +73,9 @@ class Mesh:
         faces: list[Integers] = []
         for kind in np.setdiff1d(self.types, FLAT):
             if int(kind) not in FACES:
-                raise ResultError(f"cells of VTK's kind {kind} have no surface here; there is one for {', '.join(map(str, FACES))}")
+                raise ResultError(
+                    f"cells of VTK's kind {kind} have no surface here; there is one for {', '.join(map(str, FACES))}"
+                )
             cells = self.cells(int(kind), body)
             if len(cells):
                 faces.append(cells[:, FACES[int(kind)]].reshape(-1, 4))
@@ -95,7 +105,9 @@ class Fields:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._file.close()
 
     @property

@@ -51,7 +51,9 @@ class Result:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def __contains__(self, name: str) -> bool:
@@ -67,7 +69,9 @@ class Result:
                 return np.concatenate(list(self._pieces(name)))
             return dataset[()]
         except OSError as error:
-            raise ResultError(f"{self.path}: cannot read {name}: {error}; bring the file back from a copy, or run the job again") from error
+            raise ResultError(
+                f"{self.path}: cannot read {name}: {error}; bring the file back from a copy, or run the job again"
+            ) from error
 
     def _pieces(self, name: str) -> Iterator[NDArray[Any]]:
         for path in self._paths:
@@ -80,10 +84,16 @@ class Result:
         if not holders:
             groups = sorted({group for file in self._files for group in file})
             near = name.split("/")[0]
-            there = f"/{near} has {', '.join(self._files[-1][near])}" if near in self._files[-1] and near != name else f"it has {', '.join(groups)}"
+            there = (
+                f"/{near} has {', '.join(self._files[-1][near])}"
+                if near in self._files[-1] and near != name
+                else f"it has {', '.join(groups)}"
+            )
             raise ResultError(f"{self.path} has no dataset {name}; {there}")
         if not isinstance(holders[0][name], h5py.Dataset):
-            raise ResultError(f"{self.path}: {name} is a group, not a dataset; it has {', '.join(sorted(holders[0][name]))}")
+            raise ResultError(
+                f"{self.path}: {name} is a group, not a dataset; it has {', '.join(sorted(holders[0][name]))}"
+            )
         return holders[0][name]
 
     def names(self, group: str = "/") -> list[str]:

@@ -40,7 +40,9 @@ def write(result: Result, point: str | None = None, out: Path | None = None, lon
         there = ", ".join(history.points + bodies) or "none"
         raise ResultError(f"{result.path} has no point and no body with sound power {point!r}; it has {there}", USAGE)
     if not history.points and not bodies:
-        raise ResultError(f"{result.path} holds nothing to hear: give analyses.transient.points or analyses.transient.sound_power")
+        raise ResultError(
+            f"{result.path} holds nothing to hear: give analyses.transient.points or analyses.transient.sound_power"
+        )
     if history.points and (point is None or point in history.points):
         moving = signal(history, history.points.index(point) if point else 0)
         heard = Heard(moving.name, moving.value - moving.value.mean(), moving.step, "m/s", 1e-9, "1 nm/s")
@@ -61,12 +63,17 @@ def pressure(result: Result, body: str) -> Heard:
     that the way to the ear adds are not heard."""
     resistance = result.array(f"transient/sound_power/{body}/mode_resistance")
     time = result.array("transient/modal_time")
-    count = {name: len(result.array(f"modes/{name}/frequency")) if f"modes/{name}/frequency" in result else 0 for name in ("lower", "upper")}
+    count = {
+        name: len(result.array(f"modes/{name}/frequency")) if f"modes/{name}/frequency" in result else 0
+        for name in ("lower", "upper")
+    }
     # Both bodies may be one.
     count = {name: number or len(resistance) for name, number in count.items()}
     first = 0 if body == "lower" else count["lower"]
     if len(time) < 2:
-        raise ResultError(f"{result.path}: the amplitudes of the modes are not kept; set analyses.transient.modal_stride")
+        raise ResultError(
+            f"{result.path}: the amplitudes of the modes are not kept; set analyses.transient.modal_stride"
+        )
     step = float(time[1] - time[0])
     highest = float(result.array("transient/sound_power/band_frequency")[-1])
     if 2.5 * highest * step > 1:

@@ -64,7 +64,12 @@ def transient(tmp_path: Path) -> Callable[..., Path]:
         velocity = np.zeros((len(time), 1, 3))
         velocity[:, 0, 1] = motion(time)
         job = '{"title": "made", "analyses": {"transient": {"points": [{"name": "rim"}]}}}'
-        tables = {"time": time, "force": np.tile([0.0, -3.0, -10.0], (len(time), 1)), "closed": np.full(len(time), 4), "point_velocity": velocity}
+        tables = {
+            "time": time,
+            "force": np.tile([0.0, -3.0, -10.0], (len(time), 1)),
+            "closed": np.full(len(time), 4),
+            "point_velocity": velocity,
+        }
         tables["stick"] = np.where(time > 2, 1, 0)
         path = tmp_path / "run.h5"
         if segments:
@@ -85,7 +90,12 @@ def transient(tmp_path: Path) -> Callable[..., Path]:
             dataset(file, "transient/points/name", ["rim"], "-")
             dataset(file, "provenance/job", job, "-")
             # The mode that grows, another one that grows faster at another frequency, and a stable one.
-            dataset(file, "stability/eigenvalue", np.array([9 + 2j * np.pi * 600, RATE + 2j * np.pi * FREQUENCY, -3 + 2j * np.pi * 424]), "1/s")
+            dataset(
+                file,
+                "stability/eigenvalue",
+                np.array([9 + 2j * np.pi * 600, RATE + 2j * np.pi * FREQUENCY, -3 + 2j * np.pi * 424]),
+                "1/s",
+            )
         return path
 
     return write

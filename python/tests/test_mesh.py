@@ -6,7 +6,6 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-
 from railsqueal import Fields, ResultError, export
 
 

@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import dataset
-
 from railsqueal import ComplexModes, Result, labels, report
 from railsqueal.mode_names import ModeNames
 from railsqueal.stability import Budget, Sensitivities

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 from pages import put
 from program import ROOT, run
-from report import table
-
 from railsqueal import Result
 from railsqueal.pictures import Canvas, cycles, style
+from report import table
 from tables import frequency
 
 DOCS = ROOT / "docs"
@@ -45,13 +44,15 @@ def followed():
         # Of the two waves the one to which the single run came.
         branch = int(np.argmin(abs(tables[f"{group}/frequency"][:, at] - hertz)))
         one = lambda name: tables[f"{group}/{name}"][branch, at]  # noqa: E731
-        rows.append([
-            f"{100 * lateral:g} %",
-            f"{one('frequency'):.2f} ({hertz:.2f})",
-            f"{one('kinetic'):.4f} ({energy:.4f})",
-            f"{one('force_rms')[1]:.1f} ({sway:.1f})",
-            f"{one('time'):.2f} (8)",
-        ])
+        rows.append(
+            [
+                f"{100 * lateral:g} %",
+                f"{one('frequency'):.2f} ({hertz:.2f})",
+                f"{one('kinetic'):.4f} ({energy:.4f})",
+                f"{one('force_rms')[1]:.1f} ({sway:.1f})",
+                f"{one('time'):.2f} (8)",
+            ]
+        )
     head = ["lateral creepage", "Hz", "kinetic energy, J", "lateral force, N rms", "simulated, s"]
     put(DOCS / "transient.md", "limit-cycles-alone", table(head, rows))
     return {}

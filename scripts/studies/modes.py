@@ -29,13 +29,15 @@ def annulus():
             pairs = list(zip(found, wanted[support]))
             errors = [abs(f / w - 1) for f, w in pairs if w > 1.0]
             rigid = [f for f, w in pairs if w <= 1.0]
-            rows.append({
-                "support": support,
-                "size": size,
-                "largest": max(errors),
-                "first": errors[0],
-                "rigid": max(rigid, default=0.0),
-                "modes": len(pairs),
-                "seconds": seconds,
-            })
+            rows.append(
+                {
+                    "support": support,
+                    "size": size,
+                    "largest": max(errors),
+                    "first": errors[0],
+                    "rigid": max(rigid, default=0.0),
+                    "modes": len(pairs),
+                    "seconds": seconds,
+                }
+            )
     return rows

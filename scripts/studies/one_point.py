@@ -33,7 +33,13 @@ def narrow_curve():
         base = None
         for lateral in CREEPAGES:
             output = Path(folder) / f"{lateral}.h5"
-            tables, _ = run("curve.json", sets | {"contact.creepage.lateral": lateral}, reuse=base, output=output, groups=("stability",))
+            tables, _ = run(
+                "curve.json",
+                sets | {"contact.creepage.lateral": lateral},
+                reuse=base,
+                output=output,
+                groups=("stability",),
+            )
             base = base or output
             rows.append(figures(lateral, tables))
     return rows

@@ -86,8 +86,14 @@ def even():
         # Above, the section shows, and not the contact alone.
         low = hertz <= 1500
         own = itself(found[low], wanted[low])
-        rows.append([f"{name}, over the beam", *(f"{r:.3f}" for r in abs(found - own) / abs(wanted)), f"{1e12 * own:.0f} pm/N"])
-    put(PAGE, "rail-on-pads", table(["vertical, spread evenly", *(f"{f} Hz" for f in hertz), "the contact itself"], rows))
+        rows.append(
+            [f"{name}, over the beam", *(f"{r:.3f}" for r in abs(found - own) / abs(wanted)), f"{1e12 * own:.0f} pm/N"]
+        )
+    put(
+        PAGE,
+        "rail-on-pads",
+        table(["vertical, spread evenly", *(f"{f} Hz" for f in hertz), "the contact itself"], rows),
+    )
     return own
 
 
@@ -110,8 +116,15 @@ def lengths():
     for name, longitudinal in (("dashpots", 0.9), ("damping by the mass alone", 0.0)):
         for length in (14, 21, 28, 42):
             sets = {"bodies.lower.mesh.extruded.length": length, "bodies.lower.track.ends.longitudinal": longitudinal}
-            tables, _ = run("wheel-at-given-yaw.json", sets | {"analyses.modes.max_frequency": 2500, "output.fields": "false"}, groups=("stability",))
-            found = sorted(zip(tables["stability/frequency"], tables["stability/growth_rate"], strict=True), key=lambda pair: -pair[1])[:4]
+            tables, _ = run(
+                "wheel-at-given-yaw.json",
+                sets | {"analyses.modes.max_frequency": 2500, "output.fields": "false"},
+                groups=("stability",),
+            )
+            found = sorted(
+                zip(tables["stability/frequency"], tables["stability/growth_rate"], strict=True),
+                key=lambda pair: -pair[1],
+            )[:4]
             by_frequency = sorted(found)
             rows.append([name, length, *(f"{rate:.3f}" for _, rate in by_frequency)])
             heads = [f"{at:.0f} Hz, 1/s" for at, _ in by_frequency]

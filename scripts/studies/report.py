@@ -24,12 +24,33 @@ def steady(rows):
     forces, normal = [], []
     for r in rows:
         cells = [f"{p['force']:.4f} (a/{p['per_radius']})" for p in r["points"]]
-        forces.append([f"{r['load'] / 1e3:g}", f"{100 * r['eta']:g} %", *cells, f"{r['force']:.4f}", r["contact"], percent(r["force"] / r["contact"] - 1)])
+        forces.append(
+            [
+                f"{r['load'] / 1e3:g}",
+                f"{100 * r['eta']:g} %",
+                *cells,
+                f"{r['force']:.4f}",
+                r["contact"],
+                percent(r["force"] / r["contact"] - 1),
+            ]
+        )
         if r["eta"] == 0.003:
             for p in r["points"]:
-                normal.append([f"{r['load'] / 1e3:g}", f"a/{p['per_radius']}", percent(p["pressure"] - 1), percent(p["approach"] - 1), f"{p['along']:.1e}"])
+                normal.append(
+                    [
+                        f"{r['load'] / 1e3:g}",
+                        f"a/{p['per_radius']}",
+                        percent(p["pressure"] - 1),
+                        percent(p["approach"] - 1),
+                        f"{p['along']:.1e}",
+                    ]
+                )
     head = ["N, kN", "η", "coarse", "middle", "fine", "extrapolated", "CONTACT", "difference"]
-    return table(head, forces) + "\n" + table(["N, kN", "elements", "largest pressure − Hertz", "approach − Hertz", "F_x/μN"], normal)
+    return (
+        table(head, forces)
+        + "\n"
+        + table(["N, kN", "elements", "largest pressure − Hertz", "approach − Hertz", "F_x/μN"], normal)
+    )
 
 
 def spin(rows):
@@ -48,39 +69,79 @@ def modes(rows):
         order = f"{log2(before['largest'] / r['largest']):.2f}" if same else "–"
         rigid = f"{r['rigid']:.1e}" if r["support"] == "free" else "–"
         cells.append([r["support"], f"{1e3 * r['size']:g}", r["modes"], f"{100 * r['largest']:.3f} %", order, rigid])
-    return table(["support", "element size, mm", "modes", "largest error", "order", "largest rigid-body frequency, Hz"], cells)
+    return table(
+        ["support", "element size, mm", "modes", "largest error", "order", "largest rigid-body frequency, Hz"], cells
+    )
 
 
 def growth(rows):
     """One table for each sign of the creepage, direction of sliding and rotation: all unstable modes, or the least stable one."""
     parts = []
     for k, point in enumerate(rows[0]["points"]):
-        head = ["elements at the contact, mm", "far away, mm", "modes of each body", "closed nodes", "first frequencies apart, Hz", "growth rates, 1/s", "at, Hz"]
+        head = [
+            "elements at the contact, mm",
+            "far away, mm",
+            "modes of each body",
+            "closed nodes",
+            "first frequencies apart, Hz",
+            "growth rates, 1/s",
+            "at, Hz",
+        ]
         cells = []
         for r in rows:
             rates, frequencies = zip(*r["points"][k]["growth"])
             listed = lambda values, digits: ", ".join(f"{v:.{digits}f}" for v in values)  # noqa: E731
-            cells.append([f"{1e3 * r['contact']:g}", f"{1e3 * r['far']:g}", r["modes"], r["closed"], f"{r['gap']:.4f}", listed(rates, 3), listed(frequencies, 1)])
+            cells.append(
+                [
+                    f"{1e3 * r['contact']:g}",
+                    f"{1e3 * r['far']:g}",
+                    r["modes"],
+                    r["closed"],
+                    f"{r['gap']:.4f}",
+                    listed(rates, 3),
+                    listed(frequencies, 1),
+                ]
+            )
         wheels = "wheels that turn" if point["speed"] else "wheels at rest"
-        parts.append(f"Lateral creepage {100 * point['lateral']:+g} %, {point['direction']} direction of sliding, {wheels}:\n\n" + table(head, cells))
+        parts.append(
+            f"Lateral creepage {100 * point['lateral']:+g} %, {point['direction']} direction of sliding, {wheels}:\n\n"
+            + table(head, cells)
+        )
     return "\n".join(parts)
 
 
 def one_point(rows):
-    names = {"linear": "Kalker, linear", "shen_hedrick_elkins": "Shen, Hedrick, Elkins", "polach": "Polach", "fastsim": "FASTSIM"}
+    names = {
+        "linear": "Kalker, linear",
+        "shen_hedrick_elkins": "Shen, Hedrick, Elkins",
+        "polach": "Polach",
+        "fastsim": "FASTSIM",
+    }
     shown = lambda value: "–" if value is None else f"{value:+.2f}"  # noqa: E731
     cells = []
     for r in rows:
         first = [f"{100 * r['lateral']:+g} %", f"{100 * r['stick']:.0f} %"]
         for i, frequency in enumerate(r["frequency"]):
-            cells.append([*(first if i == 0 else [""] * 2), f"{frequency:.1f}", shown(r["patch"][i]), *(shown(r["laws"][law][i]) for law in names)])
+            cells.append(
+                [
+                    *(first if i == 0 else [""] * 2),
+                    f"{frequency:.1f}",
+                    shown(r["patch"][i]),
+                    *(shown(r["laws"][law][i]) for law in names),
+                ]
+            )
         cells.append(["", "", "unstable", r["unstable_patch"], *(r["unstable"][law] for law in names)])
-    return table(["lateral creepage", "nodes in stick", "Hz", "patch, 1/s", *(f"{name}, 1/s" for name in names.values())], cells)
+    return table(
+        ["lateral creepage", "nodes in stick", "Hz", "patch, 1/s", *(f"{name}, 1/s" for name in names.values())], cells
+    )
 
 
 def longitudinal(rows):
     heights = ["–" if m is None else f"{m[1]:.0f} Hz" for m in rows[-1]["modes"]]
-    cells = [[f"{1e3 * r['size']:g}", r["closed"], *("–" if m is None else f"{m[0]:.3f}" for m in r["modes"]), r["unstable"]] for r in rows]
+    cells = [
+        [f"{1e3 * r['size']:g}", r["closed"], *("–" if m is None else f"{m[0]:.3f}" for m in r["modes"]), r["unstable"]]
+        for r in rows
+    ]
     return table(["element size, mm", "closed nodes", *heights, "unstable modes"], cells)
 
 
@@ -99,7 +160,9 @@ def rotation(rows):
     for job in dict.fromkeys(r["job"] for r in rows):
         cells = [[f"{r['speed']:g}", listed(r["rolling"]), listed(r["none"])] for r in rows if r["job"] == job]
         # Jobs with the same figures share a table.
-        tables.setdefault(table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells), []).append(f"`jobs/{job}.json`")
+        tables.setdefault(table(["V, m/s", "wheels that turn: growth, 1/s (at, Hz)", "at rest"], cells), []).append(
+            f"`jobs/{job}.json`"
+        )
     parts = [f"{' and '.join(jobs)}:\n\n{text}" for text, jobs in tables.items()]
     return "![growth over the speed](pictures/rotation.svg)\n\n" + "\n".join(parts)
 
@@ -110,13 +173,34 @@ def ranks(rows):
 
 
 def transient(rows):
-    head = ["lateral creepage", "step, µs", "linear, 1/s", "transient, 1/s", "halves of the time, 1/s", "linear, Hz", "transient, Hz", "shift of the frequency", "−(hω)²/12"]
+    head = [
+        "lateral creepage",
+        "step, µs",
+        "linear, 1/s",
+        "transient, 1/s",
+        "halves of the time, 1/s",
+        "linear, Hz",
+        "transient, Hz",
+        "shift of the frequency",
+        "−(hω)²/12",
+    ]
     cells = []
     for r in rows:
         (rate, frequency), (fitted, at) = r["linear"], r["transient"]
         halves = ", ".join(f"{half:.3f}" for half in r["halves"])
         shifts = [f"{1e6 * (at / frequency - 1):.1f}e-6", f"{1e6 * r['scheme']:.1f}e-6"]
-        cells.append([f"{100 * r['lateral']:+g} %", f"{1e6 * r['step']:g}", f"{rate:.3f}", f"{fitted:.3f}", halves, f"{frequency:.3f}", f"{at:.3f}", *shifts])
+        cells.append(
+            [
+                f"{100 * r['lateral']:+g} %",
+                f"{1e6 * r['step']:g}",
+                f"{rate:.3f}",
+                f"{fitted:.3f}",
+                halves,
+                f"{frequency:.3f}",
+                f"{at:.3f}",
+                *shifts,
+            ]
+        )
     return table(head, cells)
 
 
@@ -165,7 +249,7 @@ SECTIONS = {
     ),
     "one_point": (
         "One point in place of the patch",
-        "`jobs/curve.json` with `analyses.stability.contact = \"point\"`: growth rates of the unstable modes, or of the three least stable ones, with the discretised contact and with one point on Hertz' spring, by "
+        '`jobs/curve.json` with `analyses.stability.contact = "point"`: growth rates of the unstable modes, or of the three least stable ones, with the discretised contact and with one point on Hertz\' spring, by '
         "each law of point contact; – where no mode with a damping ratio below 0.3 moves alike. Below them how many are unstable in all.",
         one_point,
     ),
@@ -177,7 +261,7 @@ SECTIONS = {
     ),
     "rotation": (
         "Wheels that turn",
-        "Every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of wheels that turn (`\"rolling\"`) and of wheels at rest (`\"none\"`). "
+        'Every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of wheels that turn (`"rolling"`) and of wheels at rest (`"none"`). '
         "V = 0 is the limit at the sliding velocity of 10 m/s: 0.125 m/s, 0.25 rad/s, with a creepage of 0.8. A pair of n nodal diameters splits into two waves, each of which has about half of the pair's growth. "
         "Circles turn, crosses are at rest.",
         rotation,
@@ -185,7 +269,7 @@ SECTIONS = {
     "transient": (
         "The transient against the linear analysis",
         "`jobs/squeal.json` from a start in each unstable mode with 0.05 µm, and at the other sign of the lateral creepage in as many of the least stable modes, against the eigenvalues of full "
-        "sliding (`\"actual\"`). Rates and frequencies are those of the modal amplitudes from 0.03 to 0.2 s, fitted by dynamic mode decomposition, and from either half of that time. "
+        'sliding (`"actual"`). Rates and frequencies are those of the modal amplitudes from 0.03 to 0.2 s, fitted by dynamic mode decomposition, and from either half of that time. '
         "The study fails where a rate is off by more than 2 % and more than 0.2 1/s, where the halves differ by more than a tenth of that, where the frequency is not low by (hω)²/12 "
         "within 1e-5 of it, where the rest of the difference does not fall with the step, or where a node sticks.",
         transient,

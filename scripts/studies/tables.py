@@ -27,7 +27,11 @@ def closed_nodes():
         force, closed = tables["contact/force"], int((tables["contact/state"] > 0).sum())
         found[closed] = abs(force[1]) / (0.3 * abs(force[2]))
     head = ["closed nodes", *map(str, sorted(found))]
-    put(DOCS / "theory.md", "closed-nodes", table(head, [["lateral force over μN", *(f"{found[n]:.3f}" for n in sorted(found))]]))
+    put(
+        DOCS / "theory.md",
+        "closed-nodes",
+        table(head, [["lateral force over μN", *(f"{found[n]:.3f}" for n in sorted(found))]]),
+    )
 
 
 def modes_of_a_rail():
@@ -61,15 +65,17 @@ def limit_cycles():
         end = slice(-int(0.5 / step), None)
         force, rim = tables["transient/force"][end], tables["transient/point_velocity"][end, 0, 1]
         sound = [float(tables[f"transient/sound_power/{body}/total_level_a"]) for body in ("lower", "upper")]
-        columns.append([
-            f"{tables['stability/growth_rate'][0]:.2f} ({tables['stability/frequency'][0]:.1f})",
-            f"{frequency(force[:, 1] / force[:, 2], step):.1f}",
-            str(int(tables["transient/stick"][end].max())),
-            f"{-force[:, 2].max() / 1e3:.1f} to {-force[:, 2].min() / 1e3:.1f}",
-            f"{tables['transient/kinetic'][end].mean():.3f}",
-            f"{1e3 * rim.std():.3g}",
-            ", ".join(f"{level:.1f}" for level in sound),
-        ])
+        columns.append(
+            [
+                f"{tables['stability/growth_rate'][0]:.2f} ({tables['stability/frequency'][0]:.1f})",
+                f"{frequency(force[:, 1] / force[:, 2], step):.1f}",
+                str(int(tables["transient/stick"][end].max())),
+                f"{-force[:, 2].max() / 1e3:.1f} to {-force[:, 2].min() / 1e3:.1f}",
+                f"{tables['transient/kinetic'][end].mean():.3f}",
+                f"{1e3 * rim.std():.3g}",
+                ", ".join(f"{level:.1f}" for level in sound),
+            ]
+        )
     names = [
         "fastest growth, 1/s (at, Hz)",
         "limit cycle, Hz",
@@ -79,7 +85,11 @@ def limit_cycles():
         "rim of the wheel, lateral, mm/s (root mean square)",
         "sound power of both wheels, dB(A)",
     ]
-    put(DOCS / "transient.md", "limit-cycles", table(["", *cases], [[name, *row] for name, row in zip(names, zip(*columns))]))
+    put(
+        DOCS / "transient.md",
+        "limit-cycles",
+        table(["", *cases], [[name, *row] for name, row in zip(names, zip(*columns))]),
+    )
 
 
 def partial_slip():
@@ -105,7 +115,11 @@ def partial_slip():
         low, high = tables["transient/stick"][end].min(), tables["transient/stick"][end].max()
         stick = f"{low}" if low == high else f"{low} to {high}"
         rows.append([f"{100 * lateral:g} %", f"{abs(force[1] / (0.3 * force[2])):.3f}", stick, f"{rate:+.1f}"])
-    put(DOCS / "transient.md", "partial-slip", table(["lateral creepage", "lateral force over μN", "nodes that stick", "rate, 1/s"], rows))
+    put(
+        DOCS / "transient.md",
+        "partial-slip",
+        table(["lateral creepage", "lateral force over μN", "nodes that stick", "rate, 1/s"], rows),
+    )
 
 
 # The lateral force of CONTACT 20.2 (E. A. H. Vollebregt) for two steel bodies of 0.5 m under 70 kN, of friction 0.3, over μN.
@@ -126,17 +140,23 @@ def laws_of_point_contact():
     load = abs(tables["creep_curve/force"][:, 2]) * 0.3
     columns = [tables["creep_curve/force"], *(tables[f"creep_curve/{law}"] for law in laws)]
     rows = [
-        [f"{100 * eta:g} %", f"{CONTACT[eta]:.4f}", *(f"{column[k, 1] / load[k]:.4f}" for column in columns)] for k, eta in enumerate(CONTACT)
+        [f"{100 * eta:g} %", f"{CONTACT[eta]:.4f}", *(f"{column[k, 1] / load[k]:.4f}" for column in columns)]
+        for k, eta in enumerate(CONTACT)
     ]
     put(DOCS / "theory.md", "laws-of-point-contact", table(["η", "CONTACT", "this program", *laws.values()], rows))
 
 
 def swept_cylinders():
     """Growth rates of the bodies of `curve.json` at rest, swept from their sections, by the spacing of the contact's grid, and on their meshes."""
-    sets = both("rotation", "none") | {"analyses.stability": '{"state": "sliding", "direction": "rigid"}', "output.fields": "false"}
+    sets = both("rotation", "none") | {
+        "analyses.stability": '{"state": "sliding", "direction": "rigid"}',
+        "output.fields": "false",
+    }
     rows = []
     for spacing in (3.5e-4, 5e-4, 7e-4, 8e-4, 1e-3):
-        tables, _ = run("swept-curve.json", sets | {"contact.patch.spacing": spacing}, only="stability", groups=("stability",))
+        tables, _ = run(
+            "swept-curve.json", sets | {"contact.patch.spacing": spacing}, only="stability", groups=("stability",)
+        )
         rows.append([f"swept, {1e3 * spacing:g} mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
     tables, _ = run("curve.json", sets, only="stability", groups=("stability",))
     rows.append(["finite elements, 1 mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
@@ -150,7 +170,11 @@ def full_and_reduced():
     for count in (20, 40, 80, 160):
         distances = []
         for beta in (1e-6, 0):
-            sets = both("rotation", "none") | both("mesh.cylinder.element_size", 0.002) | both("mesh.cylinder.max_element_size", 0.05)
+            sets = (
+                both("rotation", "none")
+                | both("mesh.cylinder.element_size", 0.002)
+                | both("mesh.cylinder.max_element_size", 0.05)
+            )
             sets |= both("damping.beta", beta) | {
                 "analyses.modes.count": count,
                 "analyses.stability": '{"state": "sliding", "direction": "rigid", "full": {"max_frequency": 2000}}',
@@ -166,9 +190,22 @@ def full_and_reduced():
                 rates = [f"{near(reduced, wave):.4f}" for wave in waves]
                 full = [f"{near(whole, wave):.4f}" for wave in waves]
                 highest = tables["modes/lower/frequency"].max()
-        rows.append([f"{count} ({highest / 1e3:.1f} kHz)", *rates, *(f"{of(d):.1e}" for d in distances for of in (np.max, np.median))])
+        rows.append(
+            [
+                f"{count} ({highest / 1e3:.1f} kHz)",
+                *rates,
+                *(f"{of(d):.1e}" for d in distances for of in (np.max, np.median)),
+            ]
+        )
     rows.append(["full", *full, "", "", "", ""])
-    head = ["modes (up to)", *(f"{wave} Hz" for wave in waves), "largest distance", "median", "largest, β = 0", "median, β = 0"]
+    head = [
+        "modes (up to)",
+        *(f"{wave} Hz" for wave in waves),
+        "largest distance",
+        "median",
+        "largest, β = 0",
+        "median, β = 0",
+    ]
     put(DOCS / "theory.md", "full-and-reduced", table(head, rows))
 
 
@@ -198,7 +235,16 @@ def quadratures():
                 (area, sticking), largest = tables["contact/area"], tables["contact/field"][:, 2].max()
             along = [f"{found[eta]['contact/force'][1] / (0.3 * 70e3):.4f}" for eta in CONTACT]
             ratios = [area / (np.pi * radius**2), largest / pressure, float(tables["contact/approach"]) / approach]
-            rows.append([kind, f"{1e3 * size:g} mm", *(f"{r:.4f}" for r in ratios), *along, f"{sticking / area:.3f}", f"{took[0.003]:.1f}"])
+            rows.append(
+                [
+                    kind,
+                    f"{1e3 * size:g} mm",
+                    *(f"{r:.4f}" for r in ratios),
+                    *along,
+                    f"{sticking / area:.3f}",
+                    f"{took[0.003]:.1f}",
+                ]
+            )
     names = [f"F_y/μN at {100 * eta:g} %" for eta in CONTACT]
     head = ["laws", "grid", "area", "largest pressure", "approach", *names, "stick at 0.3 %", "whole run, s"]
     put(DOCS / "theory.md", "quadratures", table(head, rows))
@@ -215,7 +261,17 @@ def manchester():
     put(DOCS / "placement.md", "manchester", table(head, rows))
 
 
-TABLES = [manchester, closed_nodes, quadratures, laws_of_point_contact, modes_of_a_rail, swept_cylinders, full_and_reduced, limit_cycles, partial_slip]
+TABLES = [
+    manchester,
+    closed_nodes,
+    quadratures,
+    laws_of_point_contact,
+    modes_of_a_rail,
+    swept_cylinders,
+    full_and_reduced,
+    limit_cycles,
+    partial_slip,
+]
 
 
 def written():

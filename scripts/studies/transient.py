@@ -61,7 +61,9 @@ def followed(lateral, mode, step, model):
     taken = (time > BEGIN - step) & (time < END + step)
     samples, wanted = samples[taken], linear[mode - 1]
     fitted = near(exponents(samples, SAMPLE), wanted)
-    halves = [near(exponents(part, SAMPLE), wanted) for part in (samples[: len(samples) // 2], samples[len(samples) // 2 :])]
+    halves = [
+        near(exponents(part, SAMPLE), wanted) for part in (samples[: len(samples) // 2], samples[len(samples) // 2 :])
+    ]
     row = {
         "lateral": lateral,
         "mode": mode,
@@ -85,12 +87,18 @@ def misses(row):
     if row["stick"]:
         found.append(f"{name}: {row['stick']} nodes stick, which is not the motion that was linearised")
     if abs(fitted - rate) > bound:
-        found.append(f"{name}: growth rate {fitted:.4f} 1/s, eigenvalue {rate:.4f} 1/s, further apart than {bound:.3f} 1/s")
+        found.append(
+            f"{name}: growth rate {fitted:.4f} 1/s, eigenvalue {rate:.4f} 1/s, further apart than {bound:.3f} 1/s"
+        )
     if abs(row["halves"][0] - row["halves"][1]) > 0.1 * bound:
-        found.append(f"{name}: the halves of the time give {row['halves'][0]:.4f} and {row['halves'][1]:.4f} 1/s: no exponential growth, or the fit fails")
+        found.append(
+            f"{name}: the halves of the time give {row['halves'][0]:.4f} and {row['halves'][1]:.4f} 1/s: no exponential growth, or the fit fails"
+        )
     shift, scheme = at / frequency - 1, row["scheme"]
     if abs(shift - scheme) > NEAR_FREQUENCY:
-        found.append(f"{name}: the frequency is off by {shift:.3e}, by the scheme it should be {scheme:.3e} within {NEAR_FREQUENCY:.0e}")
+        found.append(
+            f"{name}: the frequency is off by {shift:.3e}, by the scheme it should be {scheme:.3e} within {NEAR_FREQUENCY:.0e}"
+        )
     return found
 
 
@@ -108,7 +116,9 @@ def against_linear():
         first, count = followed(0.01, 1, STEP, model)
         if count == 0:
             raise SystemExit("jobs/squeal.json has no unstable mode")
-        steps = sorted([first, *(followed(0.01, 1, step, model)[0] for step in OTHER_STEPS)], key=lambda row: -row["step"])
+        steps = sorted(
+            [first, *(followed(0.01, 1, step, model)[0] for step in OTHER_STEPS)], key=lambda row: -row["step"]
+        )
         rows = [*steps, *(followed(0.01, mode, STEP, model)[0] for mode in range(2, count + 1))]
         rows += [followed(-0.01, mode, STEP, model)[0] for mode in range(1, count + 1)]
     for row in rows:
@@ -120,7 +130,9 @@ def against_linear():
     broken = [words for row in rows for words in misses(row)]
     for coarse, fine in zip(steps, steps[1:]):
         if rest(fine) >= rest(coarse):
-            broken.append(f"what is left of the difference does not fall with the step: {rest(coarse):.4f} 1/s at {coarse['step']:g} s, {rest(fine):.4f} at {fine['step']:g} s")
+            broken.append(
+                f"what is left of the difference does not fall with the step: {rest(coarse):.4f} 1/s at {coarse['step']:g} s, {rest(fine):.4f} at {fine['step']:g} s"
+            )
     if broken:
         raise SystemExit("\n".join(["the transient does not follow the linear analysis:", *broken]))
     return rows

@@ -100,20 +100,30 @@ def beside_all():
         apart = lambda key: f" ({100 * (row[key] / whole[key] - 1):+.1f} %)" if row["modes"] else ""  # noqa: E731, B023
         of_rate = f" ({100 * (rate / whole['full'][0] - 1):+.1f} %)" if row["modes"] else f" ({small:.2f} in the run)"
         sound = row["sound"]
-        cells.append([
-            f"{row['modes']}, to {row['reach']:.0f} Hz" if row["modes"] else "all",
-            f"{rate:.2f}{of_rate}",
-            f"{at:.2f}",
-            f"{row['cycle']:.2f}",
-            f"{row['energy']:.4f}{apart('energy')}",
-            f"{100 * row['drift']:+.2f} %",
-            f"{row['normal'][0] / 1e3:.2f} to {row['normal'][1] / 1e3:.2f}",
-            f"{row['lateral']:.0f}{apart('lateral')}",
-            row["stick"],
-            f"{sound['800']:.2f}",
-        ])
+        cells.append(
+            [
+                f"{row['modes']}, to {row['reach']:.0f} Hz" if row["modes"] else "all",
+                f"{rate:.2f}{of_rate}",
+                f"{at:.2f}",
+                f"{row['cycle']:.2f}",
+                f"{row['energy']:.4f}{apart('energy')}",
+                f"{100 * row['drift']:+.2f} %",
+                f"{row['normal'][0] / 1e3:.2f} to {row['normal'][1] / 1e3:.2f}",
+                f"{row['lateral']:.0f}{apart('lateral')}",
+                row["stick"],
+                f"{sound['800']:.2f}",
+            ]
+        )
     head = [
-        "modes of each body", "growth, 1/s", "Hz", "limit cycle, Hz", "kinetic energy, J", "change of it in 0.05 s", "normal force, kN", "lateral force, N rms", "stick at most",
+        "modes of each body",
+        "growth, 1/s",
+        "Hz",
+        "limit cycle, Hz",
+        "kinetic energy, J",
+        "change of it in 0.05 s",
+        "normal force, kN",
+        "lateral force, N rms",
+        "stick at most",
         "sound power, 800 Hz, dB",
     ]
     put(ROOT / "docs/transient.md", "truncation", table(head, cells))

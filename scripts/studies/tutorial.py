@@ -26,8 +26,16 @@ def performed():
         for words in commands(PAGE):
             subprocess.run(words, cwd=folder, env=environment, check="compare" not in words, stdout=subprocess.DEVNULL)
             if words[1] == "run":
-                result = next((w for k, w in enumerate(words) if words[k - 1] == "--output"), Path(words[2]).stem + ".h5")
-                subprocess.run(["railsqueal", "plot", result, "--format", "png,svg"], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+                result = next(
+                    (w for k, w in enumerate(words) if words[k - 1] == "--output"), Path(words[2]).stem + ".h5"
+                )
+                subprocess.run(
+                    ["railsqueal", "plot", result, "--format", "png,svg"],
+                    cwd=folder,
+                    env=environment,
+                    check=True,
+                    stdout=subprocess.DEVNULL,
+                )
         PICTURES.mkdir(exist_ok=True)
         for picture in SHOWN:
             shutil.copy(folder / picture, PICTURES / picture)

@@ -134,7 +134,13 @@ def performed(program):
             folder = Path(name)
             place(folder)
             for words in commands(page):
-                if words[0] in ("scripts/test", "scripts/validate", "scripts/golden", "scripts/install", "scripts/setup"):
+                if words[0] in (
+                    "scripts/test",
+                    "scripts/validate",
+                    "scripts/golden",
+                    "scripts/install",
+                    "scripts/setup",
+                ):
                     continue
                 words = [directory + "/railsqueal" if w == "target/release/railsqueal" else w for w in words]
                 words = [sys.executable if w == "python3" else w for w in words]

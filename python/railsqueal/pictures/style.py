@@ -36,7 +36,9 @@ class Canvas:
     def __post_init__(self) -> None:
         unknown = [f for f in self.formats if f not in FORMATS]
         if unknown or not self.formats:
-            raise ResultError(f"no picture format {', '.join(unknown) or 'given'}; there are {', '.join(FORMATS)}", USAGE)
+            raise ResultError(
+                f"no picture format {', '.join(unknown) or 'given'}; there are {', '.join(FORMATS)}", USAGE
+            )
 
     def path(self, name: str, ending: str) -> Path:
         """Path of a file of this canvas."""

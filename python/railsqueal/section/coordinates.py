@@ -16,7 +16,9 @@ from .drawing import UNITS, Drawing
 # Coordinates in the order of the columns: across (along the axle), then away from the axle or up.
 _ACROSS_FIRST = ("x", "y", "z", "r")
 _EXTRA = ("group", "bulge")
-_EXPECTED = "expected the columns y and r (wheel), y and z or x and z (rail), or x and y, and optionally group and bulge"
+_EXPECTED = (
+    "expected the columns y and r (wheel), y and z or x and z (rail), or x and y, and optionally group and bulge"
+)
 
 
 def read(path: Path) -> Drawing:

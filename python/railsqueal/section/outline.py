@@ -159,7 +159,9 @@ def _expect_pairs(curves: Sequence[Curve], ends: Floats, vertex: Integers) -> No
             lines.append(line)
         more = f"\n  and {len(alone) - 4} more" if len(alone) > 4 else ""
         raise InputError(
-            f"the outline is open, with {len(alone)} ends that meet no other:\n  " + "\n  ".join(lines) + more
+            f"the outline is open, with {len(alone)} ends that meet no other:\n  "
+            + "\n  ".join(lines)
+            + more
             + "\n  Close the drawing, leave out layers of other lines by --ignore LAYER, or give a larger --tolerance"
         )
     for k in range(len(flat)):
@@ -200,6 +202,8 @@ def _several(loops: list[list[Curve]]) -> str:
         layers = ", ".join(sorted({curve.group for curve in loop if curve.group})) or "without a group"
         lines.append(f"{len(loop)} curves from {place(points.min(axis=0))} to {place(points.max(axis=0))} ({layers})")
     return (
-        f"the drawing has {len(loops)} closed outlines:\n  " + "\n  ".join(lines) + "\n  Expected one: draw one half of a wheel, "
+        f"the drawing has {len(loops)} closed outlines:\n  "
+        + "\n  ".join(lines)
+        + "\n  Expected one: draw one half of a wheel, "
         "without holes, and leave out layers of other lines by --ignore LAYER"
     )

@@ -57,8 +57,12 @@ def unit_of(drawing: Drawing, path: Path, options: Options) -> str:
     away = _axes(options)(points)[:, 1]
     size = float(np.abs(away).max() if options.kind == "wheel" else np.ptp(away))
     fitting = [name for name, length in UNITS.items() if least <= size * length <= most]
-    fits = f"the unit that fits is {' or '.join(fitting)}" if fitting else (
-        f"no unit makes that {what} {least:g} to {most:g} m: is the axle at y = 0 (--origin), and the axis right (--axis)?"
+    fits = (
+        f"the unit that fits is {' or '.join(fitting)}"
+        if fitting
+        else (
+            f"no unit makes that {what} {least:g} to {most:g} m: is the axle at y = 0 (--origin), and the axis right (--axis)?"
+        )
     )
     unit = options.unit or drawing.unit
     if unit is None:
@@ -153,8 +157,11 @@ class RunningLine:
         starts = [k for k in range(len(edges)) if running[k] and not running[k - 1]]
         if len(starts) != 1:
             places = "; ".join(place(edges[k].point(0.0)) for k in starts)
-            raise InputError(f"the running line is in {len(starts)} pieces, which begin at {places}; expected one" if starts
-                             else "the whole outline is the running line; expected the tread or the head alone")
+            raise InputError(
+                f"the running line is in {len(starts)} pieces, which begin at {places}; expected one"
+                if starts
+                else "the whole outline is the running line; expected the tread or the head alone"
+            )
         order = [*range(starts[0], len(edges)), *range(starts[0])]
         self.edges = [edges[k] for k in order if running[k]]
         for edge in self.edges:
@@ -188,11 +195,17 @@ def remarks(outline: Outline, running: RunningLine, options: Options) -> list[st
         points = np.concatenate([curve.chords() for curve in outline.curves])
         top = points[int(np.argmax(points[:, 1]))]
         if top[0] < 0.5 * (low + high) and top[1] - running.height(0.5 * (low + high)) > 0.01:
-            found.append(f"the largest radius is at x = {1e3 * top[0]:.1f} mm: the flange is to be at +x; --mirror turns it")
+            found.append(
+                f"the largest radius is at x = {1e3 * top[0]:.1f} mm: the flange is to be at +x; --mirror turns it"
+            )
         if not low <= 0 <= high:
-            found.append(f"x = 0 is not on the running line ({1e3 * low:.1f} to {1e3 * high:.1f} mm); with contact.placement it is to be the running circle: --origin X Y")
+            found.append(
+                f"x = 0 is not on the running line ({1e3 * low:.1f} to {1e3 * high:.1f} mm); with contact.placement it is to be the running circle: --origin X Y"
+            )
         if "bore" not in outline.group_lengths():
             found.append("no edge is in the group 'bore': the job needs another group to hold the wheel by")
     elif abs(low + high) > 2 * _OFF_MIDDLE:
-        found.append(f"the running line reaches from x = {1e3 * low:.2f} to {1e3 * high:.2f} mm; x = 0 is to be the middle of the head: --origin X Y")
+        found.append(
+            f"the running line reaches from x = {1e3 * low:.2f} to {1e3 * high:.2f} mm; x = 0 is to be the middle of the head: --origin X Y"
+        )
     return found

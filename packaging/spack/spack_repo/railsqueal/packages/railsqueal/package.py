@@ -7,9 +7,8 @@ spack dev-build --source-path . railsqueal@main
 
 import os
 
-from spack_repo.builtin.build_systems.cargo import CargoPackage
-
 from spack.package import *
+from spack_repo.builtin.build_systems.cargo import CargoPackage
 
 
 class Railsqueal(CargoPackage):
