@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Makes the section of a worn rail with Gmsh, as a drawing of one's own would be: in millimetres, x across the track, y up, (0, 0) in the middle of the head.
+"""Makes the section of a worn rail with Gmsh, as a drawing of one's own would be: in millimetres, x across the track, y
+up, (0, 0) in the middle of the head.
 
     pip install gmsh
     python3 make_rail_section.py rail-section.msh
     python3 make_rail_section.py --worn 0 60e1.msh
 
-The rail is 60E1, its head lower by --worn mm: the arcs of the running surface moved down between its sides. Groups: `running` (the head from side to side), `foot` (what lies on the
-pads), and the surface `rail`.
+The rail is 60E1, its head lower by --worn mm: the arcs of the running surface moved down between its sides. Groups:
+`running` (the head from side to side), `foot` (what lies on the pads), and the surface `rail`.
 """
 
 import argparse
@@ -15,7 +16,8 @@ import math
 import gmsh
 
 HEIGHT = 172.0
-# Half of the outline of 60E1 from the end of the head's arcs down to the tip of the foot: the program Rolland (M. Mantel, BSD-3-Clause), y from the middle, z up from the foot, mm.
+# Half of the outline of 60E1 from the end of the head's arcs down to the tip of the foot: the program Rolland (M.
+# Mantel, BSD-3-Clause), y from the middle, z up from the foot, mm.
 SIDE = [(36.00, 157.70), (37.03, 136.60), (36.95, 135.94), (36.40, 134.73), (35.34, 133.90), (34.72, 133.63)]
 UNDERSIDE = [(16.91, 127.15), (15.08, 126.28), (13.56, 124.94), (12.79, 123.83), (12.25, 122.59), (11.35, 119.33)]
 WEB = [
@@ -83,8 +85,9 @@ def simplified(line, tolerance):
 
 
 def outline(worn, size, fine, tolerance=0.0):
-    """The section as geometry of Gmsh, mm: curves of the head, the curve of the foot, the surface. Edges of the length `size`, mm, `fine` on the head. Points
-    of the outline below the head that are no further than `tolerance`, mm, from the others are left out: each is a node."""
+    """The section as geometry of Gmsh, mm: curves of the head, the curve of the foot, the surface. Edges of the length
+    `size`, mm, `fine` on the head. Points of the outline below the head that are no further than `tolerance`, mm, from
+    the others are left out: each is a node."""
     surface = head(worn)
     down = [p for p in SIDE if p[1] < surface[-1][1] - 0.1] + UNDERSIDE + WEB + FILLET + FOOT
     down = simplified(down, tolerance) if tolerance > 0 else down

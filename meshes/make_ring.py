@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Makes the annular cylinder of docs/reference/annulus_modes.csv (radii 0.1 and 0.5 m, width 0.1 m) with Gmsh, of any kind of cell: a check of meshes from
-files against frequencies that are known otherwise.
+"""Makes the annular cylinder of docs/reference/annulus_modes.csv (radii 0.1 and 0.5 m, width 0.1 m) with Gmsh, of any
+kind of cell: a check of meshes from files against frequencies that are known otherwise.
 
     python3 make_ring.py --cells hex20 --size 0.03 ring.msh
     railsqueal run jobs/annulus.json --set bodies.lower.mesh='{"file": "ring.msh"}'
@@ -32,7 +32,8 @@ def main():
     parser.add_argument(
         "--contact-size",
         type=float,
-        help="edge length of tetrahedra about the contact point at the origin, m; makes the group contact, the running surface",
+        help="edge length of tetrahedra about the contact point at the origin, m; makes the group contact, the running "
+        "surface",
     )
     parser.add_argument("--version", default="4.1", choices=["4.1", "2.2"])
     parser.add_argument("--ascii", action="store_true")

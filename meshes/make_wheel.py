@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Makes a mesh of the wheel W920S with Gmsh: its section, as the swept wheel of the program has it, revolved about the axle; small cells at the contact.
+"""Makes a mesh of the wheel W920S with Gmsh: its section, as the swept wheel of the program has it, revolved about the
+axle; small cells at the contact.
 
     pip install gmsh
     python3 make_wheel.py --cells tet10 wheel.msh
     python3 make_wheel.py --cells hex20 --size 0.03 --contact-size 0.004 wheel.inp
 
-The wheel stands above the plane z = 0 as an upper body (--lower: below it), contact point at the origin, axle along y. Groups: `inner` (the bore), `contact`
-(a patch of the tread about the contact point), `tread`.
+The wheel stands above the plane z = 0 as an upper body (--lower: below it), contact point at the origin, axle along y.
+Groups: `inner` (the bore), `contact` (a patch of the tread about the contact point), `tread`.
 """
 
 import argparse
@@ -26,8 +27,8 @@ STEEP_RADII, STEEP_WIDTHS = (
 
 
 def lines(ends, at, fine, patch, size, steep=(), corner=0.0):
-    """Positions from the first to the last of `ends`, all of which are among them: small steps about `at`, and steps `corner` about the places `steep`,
-    and larger ones away from there."""
+    """Positions from the first to the last of `ends`, all of which are among them: small steps about `at`, and steps
+    `corner` about the places `steep`, and larger ones away from there."""
     out = [ends[0]]
     for a, b in zip(ends, ends[1:]):
 
@@ -50,7 +51,8 @@ def lines(ends, at, fine, patch, size, steep=(), corner=0.0):
 
 
 def structured(given, offset, sign):
-    """Hexahedra or wedges of revolution: rectangles of the section, swept through angles that grow away from the contact point."""
+    """Hexahedra or wedges of revolution: rectangles of the section, swept through angles that grow away from the
+    contact point."""
     widths = sorted(w - offset for w in WIDTHS)
     across = sorted({*widths, -given.patch, given.patch})
     across = [w for w in across if w in widths or widths[1] < w < widths[4]]

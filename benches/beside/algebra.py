@@ -16,7 +16,7 @@ SMALL, LARGE = "0.01723", "0.0117"
 
 
 def measured(*words, ranks=1, **settings):
-    """What the benchmark says of each step: {what: (wall s, CPU s, GB)}, and its other rows."""
+    """Times of each step by the benchmark: {what: (wall s, CPU s, GB)}, and its other rows."""
     done = spent([benchmark("linear_algebra"), *words], ranks, settings)
     timed, others = {}, []
     for row in rows(done.out):

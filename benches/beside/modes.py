@@ -39,7 +39,8 @@ def ours(folder, size, count, ranks):
 
 
 def dolfinx(result, count, ranks, *bore):
-    """The peer's own clock, without imports and the compilation of forms, and the memory it says; `bore` is what it clamps (dolfinx_modes.py)."""
+    """The peer's own clock, without imports and the compilation of forms, and the memory it says; `bore` is what it
+    clamps (dolfinx_modes.py)."""
     done = spent([DEBIAN, ROOT / "benches/peers/dolfinx_modes.py", result, count, *bore], ranks, petsc("real"))
     found = re.search(r"wall ([\d.]+) s  cpu ([\d.]+) s", done.out)
     return Spent(float(found[1]), float(found[2]), done.memory, done.out)
@@ -55,7 +56,8 @@ def calculix(folder, count, threads):
 
 
 def deck(result, count, path, bore=(0.1, -0.5), material=None):
-    """Our mesh as an input of CalculiX, clamped at a radius about an axis at a height, m; the number of its rows without supports."""
+    """Our mesh as an input of CalculiX, clamped at a radius about an axis at a height, m; the number of its rows
+    without supports."""
     with Fields(result) as fields:
         mesh = fields.mesh
     (kind,) = np.unique(mesh.types)

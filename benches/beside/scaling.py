@@ -13,13 +13,15 @@ PAGE = ROOT / "docs" / "scaling.md"
 RANKS = (1, 2, 4, 8, 16, 32, 64)
 # The annulus in uniform elements of this size, m: 94 and 279 thousand rows.
 SIZES = ("0.01723", "0.0117")
-# A cluster of today: s for a message, bytes a second of one rank. A node has several ranks on one memory: what each gets of it.
+# A cluster of today: s for a message, bytes a second of one rank. A node has several ranks on one memory: what each
+# gets of it.
 LATENCY, BANDWIDTH = 2e-6, 2e9
 
 
 @dataclass
 class Work:
-    """What the ranks of one run do: operations and entries of the factor, of all ranks and of the busiest one; messages and bytes that the busiest rank sends."""
+    """Work and messages of the ranks of one run: operations and entries of the factor, of all ranks and of the busiest
+    one; messages and bytes that the busiest rank sends."""
 
     flops: float
     flops_max: float
@@ -51,14 +53,15 @@ def worked(program, size, ranks):
 
 
 def sends(text):
-    """Messages and bytes that a rank sent to others: its own and those of its collective calls (lines `E|I from to N bytes M msgs sent`)."""
+    """Messages and bytes that a rank sent to others: its own and those of its collective calls (lines `E|I from to N
+    bytes M msgs sent`)."""
     lines = re.findall(r"^[EI]\t(\d+)\t(\d+)\t(\d+) bytes\t(\d+) msgs", text, re.MULTILINE)
     others = [(int(messages), int(size)) for here, there, size, messages in lines if here != there]
     return sum(m for m, _ in others), sum(b for _, b in others)
 
 
 def parts(program, size):
-    """What a run takes on one rank, s: {part: time}, and its rows."""
+    """Times of a run on one rank, s: {part: time}, and its rows."""
     timed = {row[0]: float(row[1]) for row in rows(called(program, size, 1, "parts").out) if row[0] != "counted"}
     assembly, modes = (next(what for what in timed if what.startswith(word)) for word in ("assembly", "modes"))
     solves = timed["3 solves of 8 right-hand sides"] / 24 * int(re.search(r"\d+", modes)[0])

@@ -15,7 +15,8 @@ NAMES = {
 
 
 def cold():
-    """Ten random cases of some 500 closed nodes, and three of many thousands; every time is the best of three in one process."""
+    """Ten random cases of some 500 closed nodes, and three of many thousands; every time is the best of three in one
+    process."""
     load = busy()
     found = rows(spent([benchmark("steady_contact")]).out)
     small = [[NAMES[row[0]], *row[1:]] for row in found if row[0] in NAMES]

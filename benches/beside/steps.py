@@ -1,4 +1,4 @@
-"""What a time step costs, in products with the influence matrix, and beside Siconos."""
+"""Cost of a time step, in products with the influence matrix, and beside Siconos."""
 
 import re
 import tempfile
@@ -127,7 +127,7 @@ def beside_siconos():
 
 
 def turning():
-    """What rotation costs: steps, a sweep, the full system; and what is written costs."""
+    """Cost of rotation in steps, a sweep and the full system, and cost of output."""
     load, body = busy(), []
     steps = {
         "analyses.transient.points": "[]",
@@ -192,7 +192,7 @@ def pair(found):
 
 
 def written(folder, again, steps):
-    """What fields at a stride cost the steps of the limit cycle."""
+    """Cost of fields at a stride for the steps of the limit cycle."""
     load = busy()
 
     def strided(stride):

@@ -211,7 +211,8 @@ def sweeps():
 
 
 def places():
-    """A map over places of the wheel on the rail, whose bodies are made anew at each: the whole run, the job's own model and its pictures included."""
+    """A map over places of the wheel on the rail, whose bodies are made anew at each: the whole run, the job's own
+    model and its pictures included."""
     load, body = busy(), []
     cases = [
         ("modes up to 2.5 kHz, as the job has it", {}, 1),

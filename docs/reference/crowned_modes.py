@@ -1,7 +1,9 @@
-"""Writes crowned_modes.csv: modes of the two clamped cylinders of jobs/curve.json, for comparison with the meshes of hexahedra.
+"""Writes crowned_modes.csv: modes of the two clamped cylinders of jobs/curve.json, for comparison with the meshes of
+hexahedra.
 
-The bodies are axisymmetric, so that the displacement is a Fourier series in the angle; over the section it is interpolated by polynomials on
-Gauss-Lobatto points, with elements graded towards the edges of the bore, where the stress is singular. Needs numpy and scipy:
+The bodies are axisymmetric, so that the displacement is a Fourier series in the angle; over the section it is
+interpolated by polynomials on Gauss-Lobatto points, with elements graded towards the edges of the bore, where the
+stress is singular. Needs numpy and scipy:
 
     python3 docs/reference/crowned_modes.py > docs/reference/crowned_modes.csv
 """
@@ -46,7 +48,8 @@ def lagrange(nodes, x):
 
 
 def frequencies(offset, order, count, degree=8):
-    """The lowest `count` frequencies (Hz) with `order` nodal diameters of the cylinder whose contact is `offset` (m) from the mid-plane. For order 0 without torsion."""
+    """The lowest `count` frequencies (Hz) with `order` nodal diameters of the cylinder whose contact is `offset` (m)
+    from the mid-plane. For order 0 without torsion."""
     nodes = lobatto(degree)
     points, weights = np.polynomial.legendre.leggauss(degree + 2)
     value, slope = lagrange(nodes, points)
@@ -107,10 +110,12 @@ def frequencies(offset, order, count, degree=8):
 
 if __name__ == "__main__":
     print(
-        "# cylinders of jobs/curve.json: inner radius 0.1 m, outer 0.5 m, thickness 0.1 m, crown radius 0.5 m with its apex contact_offset from the mid-plane,"
+        "# cylinders of jobs/curve.json: inner radius 0.1 m, outer 0.5 m, thickness 0.1 m, crown radius 0.5 m with its "
+        "apex contact_offset from the mid-plane,"
     )
     print(
-        "# clamped bore, E = 205 GPa, nu = 0.3, rho = 7800 kg/m3; torsion about the axis left out; made by crowned_modes.py, converged to 2e-6"
+        "# clamped bore, E = 205 GPa, nu = 0.3, rho = 7800 kg/m3; torsion about the axis left out; made by "
+        "crowned_modes.py, converged to 2e-6"
     )
     print("contact_offset_m,circumferential_order,frequency_Hz")
     for offset in (0.03, 0.02):

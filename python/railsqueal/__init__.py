@@ -1,4 +1,5 @@
-"""Result files of railsqueal: open one, take its tables as arrays and its fields on the mesh, draw, report, compare and export them.
+"""Result files of railsqueal: open one, take its tables as arrays and its fields on the mesh, draw, report, compare and
+export them.
 
     from railsqueal import Result, ComplexModes, Fields
 

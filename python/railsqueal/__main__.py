@@ -1,4 +1,5 @@
-"""The command line: `python -m railsqueal COMMAND FILE.h5`. Exit codes are those of the solver: 0 done, 2 usage, 3 input, 6 writing."""
+"""The command line: `python -m railsqueal COMMAND FILE.h5`. Exit codes are those of the solver: 0 done, 2 usage, 3
+input, 6 writing."""
 
 import argparse
 import sys
@@ -83,7 +84,8 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument(
         "--point",
         metavar="NAME",
-        help="name of the point (default: the first), or lower or upper: a body with sound power (default: the louder one, without points)",
+        help="name of the point (default: the first), or lower or upper: a body with sound power (default: the louder "
+        "one, without points)",
     )
     one.add_argument("--out", type=Path, metavar="FILE.wav", help="sound file (default: beside the result)")
 

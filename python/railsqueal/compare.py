@@ -59,7 +59,8 @@ def difference(one: Figure, other: Figure) -> float:
 
 
 def table_difference(one: Any, other: Any) -> float:
-    """Largest difference of two arrays of one shape over the largest value; infinite where a value is missing in one of them."""
+    """Largest difference of two arrays of one shape over the largest value; infinite where a value is missing in one of
+    them."""
     a, b = (np.asarray(v, dtype=np.complex128 if np.iscomplexobj(v) else np.float64) for v in (one, other))
     missing = np.isnan(a)
     if not np.array_equal(missing, np.isnan(b)):

@@ -69,7 +69,8 @@ def piece(mesh: Mesh, data: dict[str, NDArray[Any]]) -> bytes:
         "types": mesh.types,
     }
     parts = [
-        f'<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n<UnstructuredGrid>\n'
+        '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+        'header_type="UInt64">\n<UnstructuredGrid>\n'
         f'<Piece NumberOfPoints="{len(mesh.points)}" NumberOfCells="{len(mesh)}">\n',
         "<Points>\n" + array("Points", mesh.points) + "</Points>\n",
         "<Cells>\n" + "".join(array(name, values) for name, values in cells.items()) + "</Cells>\n",
@@ -86,7 +87,8 @@ def array(name: str, values: NDArray[Any]) -> str:
     values = values.astype(values.dtype.newbyteorder("<"))
     kind, components = VTK_TYPES[values.dtype.str[1:]], 1 if values.ndim == 1 else values.shape[1]
     content = base64.b64encode(np.uint64(values.nbytes).tobytes()) + base64.b64encode(values.tobytes())
-    return f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="binary">{content.decode()}</DataArray>\n'
+    head = f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="binary">'
+    return f"{head}{content.decode()}</DataArray>\n"
 
 
 def xdmf(fields: Fields, stem: Path) -> list[Path]:
@@ -108,7 +110,8 @@ def xdmf(fields: Fields, stem: Path) -> list[Path]:
             kind = f'NumberType="{number}" Precision="{values.dtype.itemsize}"'
             return f'<DataItem Dimensions="{size}" {kind} Format="HDF">{heavy.name}:/{name}</DataItem>'
 
-        topology = f'<Topology TopologyType="{XDMF_TYPES[int(kinds[0])]}" NumberOfElements="{len(cells)}">{item("cells", cells)}</Topology>'
+        opening = f'<Topology TopologyType="{XDMF_TYPES[int(kinds[0])]}" NumberOfElements="{len(cells)}">'
+        topology = f"{opening}{item('cells', cells)}</Topology>"
         geometry = f'<Geometry GeometryType="XYZ">{item("points", mesh.points)}</Geometry>'
         body = attribute("body", mesh.body, item("body", mesh.body))
         grids = []
@@ -127,4 +130,5 @@ def xdmf(fields: Fields, stem: Path) -> list[Path]:
 
 def attribute(name: str, values: NDArray[Any], item: str) -> str:
     """A field of an XDMF grid."""
-    return f'<Attribute Name="{name}" AttributeType="{"Scalar" if values.ndim == 1 else "Vector"}" Center="Node">{item}</Attribute>'
+    kind = "Scalar" if values.ndim == 1 else "Vector"
+    return f'<Attribute Name="{name}" AttributeType="{kind}" Center="Node">{item}</Attribute>'

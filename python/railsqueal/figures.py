@@ -1,4 +1,5 @@
-"""The figures by which a result is told to others: the report lists them, the comparison sets those of two results side by side."""
+"""The figures by which a result is told to others: the report lists them, the comparison sets those of two results side
+by side."""
 
 from dataclasses import dataclass
 
@@ -52,7 +53,7 @@ def of(result: Result) -> list[Figure]:
 
 
 def placement(result: Result) -> list[Figure]:
-    """Where wheel and rail touch, and the creepages that follow."""
+    """Point of contact of wheel and rail, and the creepages that follow."""
     wanted = (
         ("contact_angle", 1e3, "mrad"),
         ("rolling_radius", 1e3, "mm"),
@@ -228,7 +229,7 @@ def sound_power(result: Result) -> list[Figure]:
 
 
 def sweep(result: Result) -> list[Figure]:
-    """What a sweep found."""
+    """Figures of a sweep."""
     if not Sweep.present(result):
         return []
     table, name = Sweep.of(result), "sweep"
@@ -260,7 +261,7 @@ def sweep(result: Result) -> list[Figure]:
 
 
 def cycles(result: Result) -> list[Figure]:
-    """What the limit cycles of a sweep came to."""
+    """Figures of the limit cycles of a sweep."""
     if not Cycles.present(result):
         return []
     table, made = Cycles.of(result), []

@@ -25,9 +25,11 @@ FACES |= {24: FACES[10], 25: FACES[12], 26: FACES[13], 29: FACES[12]}
 
 
 class Mesh:
-    """Points [p, 3] in m, and cells of both bodies: cell i has the points `connectivity[offsets[i]:offsets[i + 1]]` and is of VTK's kind `types[i]`.
+    """Points [p, 3] in m, and cells of both bodies: cell i has the points `connectivity[offsets[i]:offsets[i + 1]]` and
+    is of VTK's kind `types[i]`.
 
-    `body` [p] and `cell_body` [c] are 1 for the lower and 2 for the upper body. Cells of a contact grid on the surfaces have points of their own.
+    `body` [p] and `cell_body` [c] are 1 for the lower and 2 for the upper body. Cells of a contact grid on the surfaces
+    have points of their own.
     """
 
     def __init__(self, root: Any) -> None:
@@ -87,7 +89,8 @@ class Mesh:
 
 
 class Fields:
-    """Fields of a result file or of a sequence (`FILE.free_modes.vtkhdf`, `FILE.modes.vtkhdf`, `FILE.transient.vtkhdf`) on their mesh."""
+    """Fields of a result file or of a sequence (`FILE.free_modes.vtkhdf`, `FILE.modes.vtkhdf`, `FILE.transient.vtkhdf`)
+    on their mesh."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)

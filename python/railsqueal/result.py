@@ -18,10 +18,11 @@ Complexes = NDArray[np.complex128]
 
 
 class Result:
-    """A result open for reading: `FILE.h5`, or, where a run was stopped before that file was there, the segments in `FILE.transient/`.
+    """A result open for reading: `FILE.h5`, or, where a run was stopped before that file was there, the segments in
+    `FILE.transient/`.
 
-    Datasets are read by their path as docs/output.md has it: `result["contact/force"]`. The tables of an analysis are in
-    `railsqueal.tables`, fields on the mesh in `railsqueal.mesh`.
+    Datasets are read by their path as docs/output.md has it: `result["contact/force"]`. The tables of an analysis are
+    in `railsqueal.tables`, fields on the mesh in `railsqueal.mesh`.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -31,7 +32,8 @@ class Result:
         self._paths = segments(self.path) if self.stopped else [self.path]
         self._files: list[Any] = []
         try:
-            # A run may leave more segments than files can be open: the first one has the job and the model, all others the same tables.
+            # A run may leave more segments than files can be open: the first one has the job and the model, all others
+            # the same tables.
             for file in dict.fromkeys([self._paths[0], self._paths[-1]]):
                 self._files.append(h5py.File(file))
         except OSError as error:
@@ -109,7 +111,7 @@ class Result:
         return str(self._dataset(name).attrs.get("units", "-"))
 
     def description(self, name: str) -> str:
-        """What a dataset is."""
+        """Description of a dataset."""
         return str(self._dataset(name).attrs.get("description", ""))
 
     def array(self, name: str) -> Floats:
@@ -167,7 +169,8 @@ def segments(path: Path) -> list[Path]:
 
 
 def derived(result: Result) -> dict[str, Any]:
-    """What a complete file has of a transient and the segments of a stopped run hold in another form: names of the points, and the contact grid."""
+    """Tables that segments of a stopped run hold in another form than a complete file: names of the points, and the
+    contact grid."""
     made: dict[str, Any] = {}
     points = lookup(result.job, "analyses.transient.points") or []
     if points:

@@ -1,5 +1,5 @@
-"""A transient as a sound file: the velocity of a point along the direction in which it moves most, or the pressure that the modes of a body make
-beside the track. Normalised; the true level is said."""
+"""A transient as a sound file: the velocity of a point along the direction in which it moves most, or the pressure that
+the modes of a body make beside the track. Normalised; the true level is said."""
 
 import wave
 from pathlib import Path
@@ -19,7 +19,7 @@ PRESSURE = 20e-6
 
 
 class Heard(NamedTuple):
-    """What is to be heard."""
+    """Signal to be heard."""
 
     name: str
     value: Floats  # [s]
@@ -54,13 +54,13 @@ def write(result: Result, point: str | None = None, out: Path | None = None, lon
 
 
 def loudest(result: Result, bodies: list[str]) -> str:
-    """Of these bodies the one with the largest sound power."""
+    """Body with the largest sound power among these."""
     return max(bodies, key=lambda name: float(result[f"transient/sound_power/{name}/total_level_a"]))
 
 
 def pressure(result: Result, body: str) -> Heard:
-    """The pressure beside the track, Pa, of the modes of a body: each as loud as its radiation resistance says, in phase with its velocity. The phases
-    that the way to the ear adds are not heard."""
+    """The pressure beside the track, Pa, of the modes of a body: each as loud as its radiation resistance says, in
+    phase with its velocity. The phases that the way to the ear adds are not heard."""
     resistance = result.array(f"transient/sound_power/{body}/mode_resistance")
     time = result.array("transient/modal_time")
     count = {
@@ -114,5 +114,6 @@ def saved(heard: Heard, out: Path, result: Result) -> str:
     rms = float(np.sqrt((value[len(value) // 2 :] ** 2).mean()))
     return (
         f"{out}: {heard.name}, full scale {peak / 0.9:.4e} {heard.unit}\n"
-        f"rms over the second half {rms:.4e} {heard.unit}, {20 * np.log10(rms / heard.reference):.1f} dB re {heard.level}"
+        f"rms over the second half {rms:.4e} {heard.unit}, {20 * np.log10(rms / heard.reference):.1f} dB re "
+        f"{heard.level}"
     )

@@ -19,14 +19,14 @@ OSCILLATION = 1e-6
 
 
 class Table:
-    """What all tables share."""
+    """Common base of all tables."""
 
     needs: ClassVar[str]
     analysis: ClassVar[str]
 
     @classmethod
     def present(cls, result: Result) -> bool:
-        """Whether the result holds this table."""
+        """Returns whether the result holds this table."""
         return cls.needs in result
 
     @classmethod
@@ -57,7 +57,8 @@ class Modes:
         path = f"modes/{body}"
         if f"{path}/frequency" not in result:
             raise ResultError(
-                f"{result.path} has no modes of the body {body!r}; it has those of {', '.join(cls.bodies(result)) or 'none'}"
+                f"{result.path} has no modes of the body {body!r}; it has those of "
+                f"{', '.join(cls.bodies(result)) or 'none'}"
             )
         speed = result.number(f"{path}/angular_velocity") if f"{path}/angular_velocity" in result else 0.0
         frequency = result.array(f"{path}/frequency")
@@ -157,7 +158,8 @@ class ComplexModes(Table):
         return "; ".join(words)
 
     def made_of(self, place: int, most: int = 2) -> str:
-        """Free modes with the largest shares, e.g. `51 % upper mode 1, 49 % lower mode 1`; shares below 10 % are left out."""
+        """Free modes with the largest shares, e.g. `51 % upper mode 1, 49 % lower mode 1`; shares below 10 % are left
+        out."""
         if self.participation is None or self.mode_body is None:
             return ""
         share = self.participation[place]
@@ -356,7 +358,8 @@ class Sweep(Table):
 
 @dataclass(frozen=True)
 class Cycles(Table):
-    """Limit cycles of the points of a sweep, one row for each branch; numbers of what rests or was not computed are 0 or NaN."""
+    """Limit cycles of the points of a sweep, one row for each branch; numbers of what rests or was not computed are 0
+    or NaN."""
 
     needs: ClassVar[str] = "sweep/cycles/fate"
     analysis: ClassVar[str] = "sweep.cycles"
@@ -429,7 +432,8 @@ class CreepCurve(Table):
         key = next((k for k in ("longitudinal", "lateral", "spin") if f"creep_curve/{k}" in result), None)
         if key is None:
             raise ResultError(
-                f"{result.path}: /creep_curve does not say which creepage changes; it has {', '.join(result.names('creep_curve'))}"
+                f"{result.path}: /creep_curve does not say which creepage changes; it has "
+                f"{', '.join(result.names('creep_curve'))}"
             )
         stable = "creep_curve/eigenvalue" in result
         return cls(
@@ -444,7 +448,7 @@ class CreepCurve(Table):
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a result comes from; what the file does not say is empty."""
+    """Provenance of a result; items that the file does not have are empty."""
 
     command: list[str]
     versions: dict[str, str]

@@ -32,7 +32,8 @@ def cube(x: float, z: float) -> list[list[float]]:
 
 @pytest.fixture
 def pieces(tmp_path: Path) -> Path:
-    """Two cubes side by side of body 1 in two pieces, and a third on top of the first one of body 2, in the second piece."""
+    """Two cubes side by side of body 1 in two pieces, and a third on top of the first one of body 2, in the second
+    piece."""
     path = tmp_path / "cubes.h5"
     first, second = cube(0, -1), cube(1, -1) + cube(0, 0)
     with h5py.File(path, "w") as file:

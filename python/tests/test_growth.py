@@ -65,7 +65,8 @@ def test_the_sound_has_the_frequency_of_the_motion(transient: Callable[..., Path
 
 def test_a_body_is_heard_by_its_modes(tmp_path: Path) -> None:
     time = 5e-5 * np.arange(1, 20001)
-    # Two modes of the lower body that do not sound here, and of the upper one's two one that is heard and one that does not radiate.
+    # Two modes of the lower body that do not sound here, and of the upper one's two one that is heard and one that does
+    # not radiate.
     amplitude = np.zeros((len(time), 4))
     speed = 1e-3
     amplitude[:, 1], amplitude[:, 3] = 1e-3 * np.sin(2000 * time), 1e-3 * time

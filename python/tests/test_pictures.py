@@ -115,7 +115,8 @@ def test_limit_cycles_are_drawn_branch_by_branch(tmp_path: Path) -> None:
         named = {(f.group, f.name): f.value for f in figures.cycles(result)}
         notes = verdict(result).notes
     assert notes == [
-        "Limit cycles: the loudest has 95 dB(A) of sound power at 420 Hz, with coefficient of friction μ = 0.4, normal load N = 40 kN."
+        "Limit cycles: the loudest has 95 dB(A) of sound power at 420 Hz, with coefficient of friction μ = 0.4, normal "
+        "load N = 40 kN."
     ]
     # The irregular one squeals too, and the largest energy is the fifth point's.
     assert [named[(f"limit cycles, {b}", "points that squeal")] for b in ("up", "down")] == [2, 3]

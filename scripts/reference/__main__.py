@@ -26,7 +26,7 @@ SMALL = {
 
 
 def inputs(folder):
-    """What the jobs name by relative paths."""
+    """Files that the jobs name by relative paths."""
     folder.mkdir(parents=True, exist_ok=True)
     links = {folder / "hulten": ROOT / "jobs/hulten", folder.parent / "meshes": ROOT / "meshes"}
     for link, to in links.items():
@@ -98,7 +98,7 @@ def recipe(name):
 
 
 def made(name):
-    """Whether the results of a case are there, of the job as it is now."""
+    """Returns whether the results of a case are there, of the job as it is now."""
     note = KEPT / f"{name}.recipe"
     return note.exists() and note.read_text() == recipe(name)
 
@@ -137,7 +137,8 @@ def compare(program, names):
         analyses = json.loads(text)["analyses"]
         if ((analyses.get("transient") or {}).get("start") or {}).get("mode") is not None:
             print(
-                f"{name}: not compared: a start along a mode begins with its largest displacement now, whatever phase the eigensolver gave it",
+                f"{name}: not compared: a start along a mode begins with its largest displacement now, whatever phase "
+                "the eigensolver gave it",
                 flush=True,
             )
             continue
@@ -158,7 +159,8 @@ def compare(program, names):
         )
         verdict = f"{len(found)} differences" if found else "the same"
         print(
-            f"{name}: {verdict} in {datasets} datasets{f', largest distance {worst[0]:.1e}, {worst[1]}' if worst[0] else ''} ({seconds:.1f} s)",
+            f"{name}: {verdict} in {datasets} "
+            f"datasets{f', largest distance {worst[0]:.1e}, {worst[1]}' if worst[0] else ''} ({seconds:.1f} s)",
             flush=True,
         )
         for line in found:

@@ -1,4 +1,5 @@
-"""The jobs whose results are kept: those of jobs/, coarse and short, with tolerances so small that what is compared does not depend on where an iteration stops."""
+"""The jobs whose results are kept: those of jobs/, coarse and short, with tolerances so small that what is compared
+does not depend on where an iteration stops."""
 
 import json
 
@@ -60,7 +61,8 @@ def in_time(steps, **keys):
     )
 
 
-# Name: job, keys set, and the case whose results --reuse takes up: those of the same program, or with "kept:" those of the earlier one.
+# Name: job, keys set, and the case whose results --reuse takes up: those of the same program, or with "kept:" those of
+# the earlier one.
 CASES = {
     "annulus": (
         "annulus.json",
@@ -173,8 +175,8 @@ CASES = {
             analyses__stability=SLIDING | {"max_frequency": None, "full": {"max_frequency": 550, "agreement": 0.1}},
         ),
     ),
-    # With the creepage that damps: growth would amplify rounding in the modes.
-    # The modes of the cases in time, which take them from the earlier program: so rounding in the modes, which unstable motion amplifies, and their signs,
+    # With the creepage that damps: growth would amplify rounding in the modes. The modes of the cases in time, which
+    # take them from the earlier program: so rounding in the modes, which unstable motion amplifies, and their signs,
     # which random velocities have a part in, do not matter.
     "squeal-model": (
         "squeal.json",
@@ -220,7 +222,8 @@ CASES = {
         | {"contact.creepage.lateral": 0.003, "analyses.stability": None, "contact.friction": FALLING},
         "squeal-model",
     ),
-    # Without a mode to start from: in the earlier program bodies at rest had its phase as the eigensolver left it, which is rounding.
+    # Without a mode to start from: in the earlier program bodies at rest had its phase as the eigensolver left it,
+    # which is rounding.
     "squeal-approach": (
         "squeal.json",
         in_time(
@@ -290,7 +293,8 @@ def lattice(folder, side=30):
     for j in range(side):
         for i in range(side):
             for c in range(3):
-                # Unlike along the two sides, so that no frequencies coincide; bound to the ground, a little more on one side.
+                # Unlike along the two sides, so that no frequencies coincide; bound to the ground, a little more on one
+                # side.
                 row = unknown(i, j, c)
                 entries[row, row] = entries.get((row, row), 0.0) + 2e5 * (1 + 0.01 * i + 0.017 * j * j / side + 0.3 * c)
                 if i + 1 < side:

@@ -1,7 +1,8 @@
 """Compares two result files, and the sequences beside them, dataset by dataset.
 
-Names, shapes, types and attributes must be the same, values within LIMIT of the largest of their dataset. Not compared are provenance, checksums and counts
-of iterations. Residuals must not have grown. Modes are compared up to sign and, where frequencies lie together, up to a rotation among them.
+Names, shapes, types and attributes must be the same, values within LIMIT of the largest of their dataset. Not compared
+are provenance, checksums and counts of iterations. Residuals must not have grown. Modes are compared up to sign and,
+where frequencies lie together, up to a rotation among them.
 """
 
 import json
@@ -46,9 +47,10 @@ INTENDED = {
     "reduced/*/family": "is new",
     "transient/sound_power/*/pressure_level_a": "is new",
 }
-# Looser limits, with their reasons: modes are computed to a residual of 1e-9, on which their values at the contact and their shares in complex modes rest; a start in steady rolling has
-# the accuracy of that. Between the frequencies where radiation is known it was interpolated on a line, and is now in proportion, over the logarithm: the two per cent between them are the error of
-# the lines on the wide bands of these cases.
+# Looser limits, with their reasons: modes are computed to a residual of 1e-9, on which their values at the contact and
+# their shares in complex modes rest; a start in steady rolling has the accuracy of that. Between the frequencies where
+# radiation is known it was interpolated on a line, and is now in proportion, over the logarithm: the two per cent
+# between them are the error of the lines on the wide bands of these cases.
 MODES, STEADY_START, SOUND = 1e-9, 1e-8, 3e-2
 LIMITS = {
     "transient/sound_power/*": SOUND,
@@ -60,7 +62,7 @@ LIMITS = {
 
 
 def intended(name):
-    """Whether a dataset may be another one, or new."""
+    """Returns whether a dataset may be another one, or new."""
     return any(fnmatch(name, pattern) for pattern in INTENDED)
 
 
@@ -145,7 +147,7 @@ def files(a, b, bases, limit):
 
 
 def values(name, one, two, a, bases, limit):
-    """What differs, or None; and the distance relative to the measure."""
+    """Difference, or None; and the distance relative to the measure."""
     x, y = one[()], two[()]
     if one.dtype.kind == "O":
         read = lambda v: json.loads(v) if name.endswith("inputs") else v  # noqa: E731
@@ -159,7 +161,8 @@ def values(name, one, two, a, bases, limit):
             return None, 0.0
         where = np.argwhere(np.asarray(x != y))
         return (
-            f"{len(where)} of {np.size(x)} differ, first {list(map(int, where[0]))}: was {first(x, where)}, is {first(y, where)}",
+            f"{len(where)} of {np.size(x)} differ, first {list(map(int, where[0]))}: was {first(x, where)}, is "
+            f"{first(y, where)}",
             0.0,
         )
     if any(fnmatch(name, r) for r in RESIDUALS):
@@ -182,7 +185,8 @@ def values(name, one, two, a, bases, limit):
     where = np.argwhere(distance > limit)
     top = np.unravel_index(np.argmax(distance), distance.shape)
     return (
-        f"{worst:.1e} apart at {list(map(int, top))}: was {x[top]!r}, is {y[top]!r}; {len(where)} of {x.size} beyond {limit:.0e}",
+        f"{worst:.1e} apart at {list(map(int, top))}: was {x[top]!r}, is {y[top]!r}; {len(where)} of {x.size} beyond "
+        f"{limit:.0e}",
         worst,
     )
 

@@ -1,4 +1,4 @@
-"""Limit cycles of `limit-cycles.json` beside transients of single points that nothing has shortened, and their picture."""
+"""Limit cycles of `limit-cycles.json` beside full transients of single points, and their picture."""
 
 import json
 import tempfile
@@ -18,7 +18,7 @@ SINGLE = (0.008, 0.010, 0.012)
 
 
 def alone(lateral):
-    """Kinetic energy, J, frequency, Hz, and lateral force, N, of the last second of eight, from the most unstable mode."""
+    """Energy, J, frequency, Hz, and lateral force, N, of the last second of eight, from the most unstable mode."""
     transient = {"duration": 8, "start": {"mode": 1, "amplitude": 1e-5}, "contact_stride": 0, "modal_stride": 0}
     sets = {"analyses.sweep": "null", "contact.creepage.lateral": lateral, "analyses.transient": json.dumps(transient)}
     tables, _ = run("limit-cycles.json", sets, ranks=1, groups=("transient",))

@@ -21,7 +21,8 @@ COLOURS = ["#4477aa", "#66ccee", "#cc3311", "#ee7733"]
 
 
 class Point:
-    """A point of a sweep: the values of its keys, and growth rates, 1/s, of the four waves (NaN where it decays too fast to be one)."""
+    """A point of a sweep: the values of its keys, and growth rates, 1/s, of the four waves (NaN where it decays too
+    fast to be one)."""
 
     def __init__(self, values, eigenvalues):
         hertz = eigenvalues.imag / (2 * np.pi)

@@ -1,4 +1,5 @@
-"""Runs that are killed, damaged or given nonsense, with fixed seeds. FAULTS=10 does ten times as many; it fails where anything is silently wrong."""
+"""Runs that are killed, damaged or given nonsense, with fixed seeds. FAULTS=10 does ten times as many; it fails where
+anything is silently wrong."""
 
 import json
 import os
@@ -79,7 +80,7 @@ def prepared(folder):
 
 
 def kills():
-    """Killed again and again at any moment, the final write included, until it is done: bit for bit the unbroken run."""
+    """Kills a run again and again until it is done: bit for bit the unbroken run."""
     dice, rows = random.Random(1), []
     for ranks in (1, 2):
         # What a rank writes whose launcher was killed may come while the folder goes.
@@ -219,7 +220,8 @@ def models():
                 outcome["crash" if "libhdf5 crashed" in done.stderr else "refused"] += 1
             else:
                 raise SystemExit(f"{what}: ended with {code}, silently wrong:\n{done.stderr}")
-        text = f"{outcome['refused'] + outcome['crash']} refused ({outcome['crash']} where libhdf5 itself crashed), {outcome['right']} right"
+        refused = outcome["refused"] + outcome["crash"]
+        text = f"{refused} refused ({outcome['crash']} where libhdf5 itself crashed), {outcome['right']} right"
         return [{"what": "damaged models of --reuse", "cases": count, "outcome": text}]
 
 
@@ -367,7 +369,8 @@ def altered(dice, given):
 
 
 def patient(what, path):
-    """Exit code of a run; what takes long is asked to stop, and what does not come to the end of a step then, once more."""
+    """Exit code of a run; what takes long is asked to stop, and what does not come to the end of a step then, once
+    more."""
     process = subprocess.Popen(
         launch(["run", path, "--force"]), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )

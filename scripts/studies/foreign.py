@@ -1,4 +1,5 @@
-"""A mesh of another program: the annulus as CalculiX's own mesher makes it, its modes by CalculiX and by this program; docs/meshes.md."""
+"""A mesh of another program: the annulus as CalculiX's own mesher makes it, its modes by CalculiX and by this program;
+docs/meshes.md."""
 
 import json
 import re

@@ -1,5 +1,5 @@
-"""Growth rates of the narrow-curve job against the mesh at the contact, the mesh far away and the number of modes, for both signs of the lateral creepage, with
-wheels that turn and at rest."""
+"""Growth rates of the narrow-curve job against the mesh at the contact, the mesh far away and the number of modes, for
+both signs of the lateral creepage, with wheels that turn and at rest."""
 
 import json
 

@@ -1,4 +1,5 @@
-"""Longitudinal sliding, where the term V ∂x acts on the directions that friction damps: growth rates against the grid spacing."""
+"""Longitudinal sliding, where the term V ∂x acts on the directions that friction damps: growth rates against the grid
+spacing."""
 
 import numpy as np
 from program import both, run

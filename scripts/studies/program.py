@@ -33,7 +33,8 @@ def run(job, sets, ranks=2, only=None, reuse=None, output=None, groups=("contact
         with Result(output) as result:
             tables = {name: result[name] for group in groups for name in result.names(group)}
     print(
-        f"   {job}, {', '.join(f'{k.split(chr(46))[-1]} {v}' for k, v in sets.items() if 'upper' not in k)}: {seconds:.0f} s",
+        f"   {job}, {', '.join(f'{k.split(chr(46))[-1]} {v}' for k, v in sets.items() if 'upper' not in k)}: "
+        f"{seconds:.0f} s",
         flush=True,
     )
     return tables, seconds

@@ -1,13 +1,14 @@
 """docs/validation.md from the figures of the studies."""
 
+import textwrap
 from math import log2
 
 from program import ROOT
 
 INTRODUCTION = """# Validation
 
-Written by `scripts/validate`, which runs the program on the jobs of `jobs/` with other mesh sizes, loads and creepages. The tests hold
-more comparisons, of the single parts.
+Written by `scripts/validate`, which runs the program on the jobs of `jobs/` with other mesh sizes, loads and creepages.
+The tests hold more comparisons, of the single parts.
 """
 
 
@@ -75,7 +76,8 @@ def modes(rows):
 
 
 def growth(rows):
-    """One table for each sign of the creepage, direction of sliding and rotation: all unstable modes, or the least stable one."""
+    """One table for each sign of the creepage, direction of sliding and rotation: all unstable modes, or the least
+    stable one."""
     parts = []
     for k, point in enumerate(rows[0]["points"]):
         head = [
@@ -212,8 +214,10 @@ def faults(rows):
 SECTIONS = {
     "half_space": (
         "Steady rolling on half-spaces",
-        "Lateral force F_y/μN of two equal steel bodies with radii of 0.5 m both ways, μ = 0.3, with element sizes of a "
-        "fraction of Hertz's contact radius a, extrapolated by f0 + c h² (the order of the upstream difference), beside CONTACT extrapolated "
+        "Lateral force F_y/μN of two equal steel bodies with radii of 0.5 m both ways, μ = 0.3, with element sizes of "
+        "a "
+        "fraction of Hertz's contact radius a, extrapolated by f0 + c h² (the order of the upstream difference), "
+        "beside CONTACT extrapolated "
         "to zero grid size. Pressure and approach beside Hertz.",
         steady,
     ),
@@ -232,45 +236,58 @@ SECTIONS = {
     "finite_elements": (
         "Steady rolling with finite elements",
         "The same with the compliance of the finite-element cylinders. Their approach is larger than Hertz's "
-        "half-space value: it includes the deformation of the whole disc, from the contact to the clamped bore (0.04 nm/N for each).",
+        "half-space value: it includes the deformation of the whole disc, from the contact to the clamped bore (0.04 "
+        "nm/N for each).",
         steady,
     ),
     "modes": (
         "Modes of the plain annular cylinder",
         "First 30 modes on uniform meshes against the converged reference in `docs/reference/annulus_modes.csv`; "
-        "the order is that of the largest error. Clamping makes the stress singular at the edges of the bore, which costs some of the order.",
+        "the order is that of the largest error. Clamping makes the stress singular at the edges of the bore, which "
+        "costs some of the order.",
         modes,
     ),
     "growth": (
         "Growth rates of the narrow curve",
-        "`jobs/curve.json` on other meshes and with other numbers of modes, with wheels that turn and at rest: every unstable mode, or the least stable one where there is none. "
-        "The distance between the first frequencies of the two cylinders, on which the growth depends, is 1.0369 Hz by `docs/reference/crowned_modes.csv`.",
+        "`jobs/curve.json` on other meshes and with other numbers of modes, with wheels that turn and at rest: every "
+        "unstable mode, or the least stable one where there is none. "
+        "The distance between the first frequencies of the two cylinders, on which the growth depends, is 1.0369 Hz by "
+        "`docs/reference/crowned_modes.csv`.",
         growth,
     ),
     "one_point": (
         "One point in place of the patch",
-        '`jobs/curve.json` with `analyses.stability.contact = "point"`: growth rates of the unstable modes, or of the three least stable ones, with the discretised contact and with one point on Hertz\' spring, by '
-        "each law of point contact; – where no mode with a damping ratio below 0.3 moves alike. Below them how many are unstable in all.",
+        '`jobs/curve.json` with `analyses.stability.contact = "point"`: growth rates of the unstable modes, or of the '
+        "three least stable ones, with the discretised contact and with one point on Hertz' spring, by "
+        "each law of point contact; – where no mode with a damping ratio below 0.3 moves alike. Below them how many "
+        "are unstable in all.",
         one_point,
     ),
     "longitudinal": (
         "Longitudinal sliding",
-        "`jobs/curve.json` with wheels at rest, a longitudinal creepage of 1 % in place of the lateral one and 20 modes of each body: growth rates, 1/s, of three modes that the "
-        "contact moves much, against the grid; – where no eigenvalue near that frequency has a damping ratio below 0.2.",
+        "`jobs/curve.json` with wheels at rest, a longitudinal creepage of 1 % in place of the lateral one and 20 "
+        "modes of each body: growth rates, 1/s, of three modes that the "
+        "contact moves much, against the grid; – where no eigenvalue near that frequency has a damping ratio below "
+        "0.2.",
         longitudinal,
     ),
     "rotation": (
         "Wheels that turn",
-        'Every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of wheels that turn (`"rolling"`) and of wheels at rest (`"none"`). '
-        "V = 0 is the limit at the sliding velocity of 10 m/s: 0.125 m/s, 0.25 rad/s, with a creepage of 0.8. A pair of n nodal diameters splits into two waves, each of which has about half of the pair's growth. "
+        "Every unstable mode of the narrow curve against the speed, the creepage being the same, with the inertia of "
+        'wheels that turn (`"rolling"`) and of wheels at rest (`"none"`). '
+        "V = 0 is the limit at the sliding velocity of 10 m/s: 0.125 m/s, 0.25 rad/s, with a creepage of 0.8. A pair "
+        "of n nodal diameters splits into two waves, each of which has about half of the pair's growth. "
         "Circles turn, crosses are at rest.",
         rotation,
     ),
     "transient": (
         "The transient against the linear analysis",
-        "`jobs/squeal.json` from a start in each unstable mode with 0.05 µm, and at the other sign of the lateral creepage in as many of the least stable modes, against the eigenvalues of full "
-        'sliding (`"actual"`). Rates and frequencies are those of the modal amplitudes from 0.03 to 0.2 s, fitted by dynamic mode decomposition, and from either half of that time. '
-        "The study fails where a rate is off by more than 2 % and more than 0.2 1/s, where the halves differ by more than a tenth of that, where the frequency is not low by (hω)²/12 "
+        "`jobs/squeal.json` from a start in each unstable mode with 0.05 µm, and at the other sign of the lateral "
+        "creepage in as many of the least stable modes, against the eigenvalues of full "
+        'sliding (`"actual"`). Rates and frequencies are those of the modal amplitudes from 0.03 to 0.2 s, fitted by '
+        "dynamic mode decomposition, and from either half of that time. "
+        "The study fails where a rate is off by more than 2 % and more than 0.2 1/s, where the halves differ by more "
+        "than a tenth of that, where the frequency is not low by (hω)²/12 "
         "within 1e-5 of it, where the rest of the difference does not fall with the step, or where a node sticks.",
         transient,
     ),
@@ -290,10 +307,17 @@ SECTIONS = {
     ),
     "faults": (
         "Faults",
-        "Runs that are killed again and again until they are done, segments and models with one fault each (a bit, a byte more, a piece of zeros, the end cut off, the file gone), and jobs "
-        "with one to three, by fixed seeds; odd jobs have one to three values that nobody means, and are run. Readers are called as a library. The study fails where a result is silently wrong or has NaN "
-        "where there should be a number, where steps are made on what is damaged, where a process ends by a signal or with exit code 1 or does not end when it is asked to, and where a reader panics, works for more than 2 s, or takes more memory "
-        "than ten times the file and 64 MB. Result files keep to that because the process that reads them gets no more: one byte of damage can make libhdf5 ask for gigabytes, which is refused. Its time is by the clock, with whatever else the machine does. `FAULTS=12.5`, 40 minutes, does the 500 kills of the table; `scripts/validate readers` a million files of each kind for the readers, a tenth of segments and results.",
+        "Runs that are killed again and again until they are done, segments and models with one fault each (a bit, a "
+        "byte more, a piece of zeros, the end cut off, the file gone), and jobs "
+        "with one to three, by fixed seeds; odd jobs have one to three values that nobody means, and are run. Readers "
+        "are called as a library. The study fails where a result is silently wrong or has NaN "
+        "where there should be a number, where steps are made on what is damaged, where a process ends by a signal or "
+        "with exit code 1 or does not end when it is asked to, and where a reader panics, works for more than 2 s, or "
+        "takes more memory "
+        "than ten times the file and 64 MB. Result files keep to that because the process that reads them gets no "
+        "more: one byte of damage can make libhdf5 ask for gigabytes, which is refused. Its time is by the clock, with "
+        "whatever else the machine does. `FAULTS=12.5`, 40 minutes, does the 500 kills of the table; `scripts/validate "
+        "readers` a million files of each kind for the readers, a tenth of segments and results.",
         faults,
     ),
 }
@@ -311,7 +335,8 @@ def write(found):
     old, parts = written(page), [INTRODUCTION]
     for name, (title, words, rows) in SECTIONS.items():
         if name in found:
-            parts.append(f"## {title}\n\n{words}\n\n{rows(found[name])}")
+            prose = textwrap.fill(words, 120, break_long_words=False, break_on_hyphens=False)
+            parts.append(f"## {title}\n\n{prose}\n\n{rows(found[name])}")
         elif title in old:
             parts.append(old[title])
     page.write_text("\n".join(parts))

@@ -1,4 +1,5 @@
-"""Unstable modes of the narrow curve against the speed, with wheels that turn and with wheels at rest: a table and a picture."""
+"""Unstable modes of the narrow curve against the speed, with wheels that turn and with wheels at rest: a table and a
+picture."""
 
 import tempfile
 from pathlib import Path
@@ -52,7 +53,7 @@ def narrow_curve():
 
 
 def draw(rows):
-    """Growth over the speed of each job: circles turn, crosses are at rest, colours the pairs and the mode by itself."""
+    """Growth over the speed of each job: circles turn, crosses are at rest, colours tell the modes."""
     import matplotlib
 
     matplotlib.use("svg")

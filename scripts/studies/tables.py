@@ -56,7 +56,7 @@ def frequency(values, step):
 
 
 def limit_cycles():
-    """What rotation makes of the limit cycle of `squeal.json`, at its speed and at 3 m/s: the last half second."""
+    """Effect of rotation on the limit cycle of `squeal.json`, at its speed and at 3 m/s: the last half second."""
     cases = {"turns, 10 m/s": {}, "at rest, 10 m/s": both("rotation", "none"), "turns, 3 m/s": {"contact.speed": 3}}
     columns = []
     for sets in cases.values():
@@ -93,7 +93,7 @@ def limit_cycles():
 
 
 def partial_slip():
-    """What becomes of 1 mJ of vibration in partial slip: the rate of the amplitude between 0.1 and 0.3 s."""
+    """Decay of 1 mJ of vibration in partial slip: the rate of the amplitude between 0.1 and 0.3 s."""
     rows = []
     for lateral in (0.003, 0.005, 0.006, 0.007, 0.0075, 0.008):
         sets = both("rotation", "none") | {
@@ -122,12 +122,14 @@ def partial_slip():
     )
 
 
-# The lateral force of CONTACT 20.2 (E. A. H. Vollebregt) for two steel bodies of 0.5 m under 70 kN, of friction 0.3, over μN.
+# The lateral force of CONTACT 20.2 (E. A. H. Vollebregt) for two steel bodies of 0.5 m under 70 kN, of friction 0.3,
+# over μN.
 CONTACT = {0.001: -0.3005, 0.003: -0.7177, 0.005: -0.9304}
 
 
 def laws_of_point_contact():
-    """The lateral force by the laws of point contact on the bodies of `two-cylinders.json`, beside the discretised contact and CONTACT."""
+    """The lateral force by the laws of point contact on the bodies of `two-cylinders.json`, beside the discretised
+    contact and CONTACT."""
     laws = {"fastsim": "FASTSIM", "shen_hedrick_elkins": "Shen, Hedrick, Elkins", "polach": "Polach"}
     sets = both("mesh.cylinder.element_size", 5e-4) | {
         "contact.compliance": "half_space",
@@ -147,7 +149,8 @@ def laws_of_point_contact():
 
 
 def swept_cylinders():
-    """Growth rates of the bodies of `curve.json` at rest, swept from their sections, by the spacing of the contact's grid, and on their meshes."""
+    """Growth rates of the bodies of `curve.json` at rest, swept from their sections, by the spacing of the contact's
+    grid, and on their meshes."""
     sets = both("rotation", "none") | {
         "analyses.stability": '{"state": "sliding", "direction": "rigid"}',
         "output.fields": "false",
@@ -186,7 +189,7 @@ def full_and_reduced():
             whole, reduced, there = values[is_full], values[~is_full], is_full & (partner >= 0)
             distances.append(abs(values[there] - values[partner[there]]) / abs(values[there]))
             if beta:
-                near = lambda values, wave: max(v.real for v in values if abs(v.imag / (2 * np.pi) - wave) < 8)  # noqa: E731
+                near = lambda values, wave: max(v.real for v in values if abs(v.imag / (2 * np.pi) - wave) < 8)
                 rates = [f"{near(reduced, wave):.4f}" for wave in waves]
                 full = [f"{near(whole, wave):.4f}" for wave in waves]
                 highest = tables["modes/lower/frequency"].max()
@@ -210,7 +213,8 @@ def full_and_reduced():
 
 
 def quadratures():
-    """Laws at nodes and at points of quadrature: `two-cylinders.json` on half-spaces beside Hertz and CONTACT, on two grids."""
+    """Laws at nodes and at points of quadrature: `two-cylinders.json` on half-spaces beside Hertz and CONTACT, on two
+    grids."""
     radius, pressure, approach = steady.HERTZ[70e3]
     stick = 0.518  # CONTACT's, at 0.3 %
     rows = [["Hertz, CONTACT", "", "1", "1", "1", *(f"{force:.4f}" for force in CONTACT.values()), f"{stick:.3f}", ""]]

@@ -57,7 +57,9 @@ impl Attempt<'_> {
     pub(crate) fn identity(&self, branch: Branch) -> Result<Vec<u8>> {
         let text =
             |v: serde_json::Value| serde_json::to_vec(&v).map_err(|e| Error::Defect(format!("resolved job: {e}")));
-        let own = serde_json::json!({ "contact": self.job.contact, "bodies": self.job.bodies, "stability": self.job.analyses.stability });
+        let own = serde_json::json!({
+            "contact": self.job.contact, "bodies": self.job.bodies, "stability": self.job.analyses.stability
+        });
         let cycles = Cycles { branches: vec![branch], ..self.cycles.clone() };
         let mut all = text(own)?;
         all.extend(serde_json::to_vec(&cycles).map_err(|e| Error::Defect(format!("resolved job: {e}")))?);

@@ -191,7 +191,9 @@ mod tests {
         let job = |duration: f64, lateral: Value| {
             json!({
                 "contact": { "creepage": { "lateral": 0.01 } },
-                "analyses": { "transient": { "duration": duration, "step": 1e-5, "histories": { "lateral": lateral } } },
+                "analyses": {
+                    "transient": { "duration": duration, "step": 1e-5, "histories": { "lateral": lateral } }
+                },
                 "output": { "fields": duration > 1.0 },
             })
         };

@@ -89,9 +89,11 @@ def main():
         load = -wanted["force"][2]
         sides = found["traction"][0, :2] - wanted["force"][:2]
         print(
-            f"body {body}: integral of pressure {found['pressure'][0]:.6e} N, normal force {load:.6e} N, tangential {found['traction'][0, :2]}, {wanted['force'][:2]} N"
+            f"body {body}: integral of pressure {found['pressure'][0]:.6e} N, normal force {load:.6e} N, tangential "
+            f"{found['traction'][0, :2]}, {wanted['force'][:2]} N"
         )
-        # Slopes of the surface in the contact are some hundredths: cells are larger than in plan by half the square of them.
+        # Slopes of the surface in the contact are some hundredths: cells are larger than in plan by half the square of
+        # them.
         assert abs(found["pressure"][0] / load - 1) < 1e-3 and (abs(sides) < 1e-3 * load).all()
 
 

@@ -25,7 +25,7 @@ def table():
 
 
 def undocumented(path, ignore=()):
-    """What is wrong with the datasets of a file, one line each."""
+    """Faults of the datasets of a file, one line each."""
     rows, faults = table(), []
 
     def visit(name, item):

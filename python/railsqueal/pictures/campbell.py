@@ -81,7 +81,7 @@ def followed(steps: list[Floats]) -> Floats:
 
 
 def frequencies(omega: Floats, gyroscopic: Floats, stiffness: Floats) -> Floats:
-    """Of q̈ + G q̇ + (ω² + K) q = 0, rising, Hz."""
+    """Frequencies of q̈ + G q̇ + (ω² + K) q = 0, rising, Hz."""
     m = len(omega)
     companion = np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(omega**2) - stiffness, -gyroscopic]])
     values = np.linalg.eigvals(companion).imag

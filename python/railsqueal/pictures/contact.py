@@ -96,7 +96,7 @@ def reference(job: dict[str, Any]) -> tuple[Floats, Floats, Floats] | None:
 
 
 def case(result: Result, force: Floats) -> str:
-    """What was computed: the title of the job, if it has one, and below it the load and the creepages."""
+    """Title of a picture: the title of the job, if it has one, and below it the load and the creepages."""
     words = [f"N = {-force[2] / 1e3:.4g} kN"]
     friction = lookup(result.job, "contact.friction")
     if isinstance(friction, (int, float)):

@@ -111,7 +111,8 @@ def kind(names: ModeNames, body: str, number: int) -> str:
 
 
 def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
-    """Complex modes over half a period, the most unstable first: a wave travels round a body where its parts move one after the other."""
+    """Complex modes over half a period, the most unstable first: a wave travels round a body where its parts move one
+    after the other."""
     table, names = ComplexModes.of(result) if ComplexModes.present(result) else None, ModeNames.of(result)
     with Fields(path) as fields:
         frequency, growth, phase, place = (
@@ -130,7 +131,8 @@ def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
         )
         for part, start in zip(parts, first):
             steps = np.flatnonzero(place == place[start])
-            # The motion is the real part and a quarter period later minus the imaginary one: any phase follows from two steps.
+            # The motion is the real part and a quarter period later minus the imaginary one: any phase follows from two
+            # steps.
             real, later = (fields.field("motion", int(k)).astype(float) for k in (steps[0], steps[len(steps) // 4]))
             largest = float(np.sqrt((real**2 + later**2).sum(axis=1)).max())
             for axis, turn in zip(part.subplots(1, PHASES), np.arange(PHASES) / (2 * PHASES)):
@@ -159,7 +161,8 @@ def view() -> Floats:
 
 
 def draw(axis: Axes, surface: Surface, shape: Floats, largest: float | None = None) -> ScalarMappable:
-    """The deformed surface in parallel projection, faces from back to front, coloured by the displacement relative to the `largest`."""
+    """The deformed surface in parallel projection, faces from back to front, coloured by the displacement relative to
+    the `largest`."""
     used = np.unique(surface.faces)
     size = np.linalg.norm(shape, axis=1)
     largest = largest or float(size[used].max()) or 1.0

@@ -1,4 +1,4 @@
-"""A wheel on a rail: both lines with the point of contact, and the gap of the undeformed bodies with the contact in it."""
+"""A wheel on a rail: both profiles with the point of contact, and the gap of the undeformed bodies."""
 
 from pathlib import Path
 

@@ -26,7 +26,7 @@ BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
 
 @dataclass(frozen=True)
 class Canvas:
-    """Where pictures go: `DIRECTORY/STEM-NAME.FORMAT`, in each of the formats."""
+    """Place of pictures: `DIRECTORY/STEM-NAME.FORMAT`, in each of the formats."""
 
     directory: Path
     stem: str

@@ -1,4 +1,5 @@
-"""The surfaces of meshes before a run (`railsqueal check JOB --mesh FILE.vtkhdf`): from three sides, with groups, supports and contact nodes, those of the meshes or of a common grid."""
+"""The surfaces of meshes before a run (`railsqueal check JOB --mesh FILE.vtkhdf`): from three sides, with groups,
+supports and contact nodes, those of the meshes or of a common grid."""
 
 from pathlib import Path
 from typing import Any
@@ -26,10 +27,11 @@ VIEWS = [("from the side", 0, 2, 1, -1.0), ("along the rail", 1, 2, 0, -1.0), ("
 
 
 class Surfaces:
-    """Facets with corners [f, 4] (a triangle repeats its last one), their bodies [f] and groups [f], and the contact nodes [n, 3].
+    """Facets with corners [f, 4] (a triangle repeats its last one), their bodies [f] and groups [f], and the contact
+    nodes [n, 3].
 
-    Nodes are of the bodies `contact_body` [n]; where `on_face` [n] is False the contact grid leaves the surface. `common` is the number of nodes along x and y of a
-    common grid, (0, 0) where the nodes are those of the meshes.
+    Nodes are of the bodies `contact_body` [n]; where `on_face` [n] is False the contact grid leaves the surface.
+    `common` is the number of nodes along x and y of a common grid, (0, 0) where the nodes are those of the meshes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -58,7 +60,8 @@ class Surfaces:
         self.common = (nx, ny)
 
     def lines(self, body: int) -> list[Floats]:
-        """Lines of the common grid on the surface of a body, places [k, 3] of each: those along x, then those along y. None where there is no such grid."""
+        """Lines of the common grid on the surface of a body, places [k, 3] of each: those along x, then those along y.
+        None where there is no such grid."""
         nodes = self.contact[self.contact_body == body]
         nx, ny = self.common
         if not nx or len(nodes) != nx * ny:
@@ -68,7 +71,7 @@ class Surfaces:
 
     @staticmethod
     def present(path: Path) -> bool:
-        """Whether the file is one of surfaces."""
+        """Returns whether the file is one of surfaces."""
         try:
             with h5py.File(path) as file:
                 return "surface/group" in file
@@ -128,7 +131,7 @@ def draw(path: Path, canvas: Canvas) -> list[Path]:
 
 
 def node_handles(surfaces: Surfaces) -> list[Line2D]:
-    """What the legend says of the contact nodes: whose they are, and how many are beside the surface."""
+    """Legend of the contact nodes: the body they belong to, and how many are beside the surface."""
     nx, ny = surfaces.common
     found: list[Line2D] = []
     if nx:
@@ -179,7 +182,8 @@ def nodes(axis: Any, surfaces: Surfaces, body: int, view: tuple[str, int, int, i
 
 
 def close(surfaces: Surfaces) -> Any:
-    """Facets about the contact: those with a corner within three times the reach of the contact nodes, or within a twentieth of the bodies' size."""
+    """Facets about the contact: those with a corner within three times the reach of the contact nodes, or within a
+    twentieth of the bodies' size."""
     reach = (
         3 * abs(surfaces.contact[:, :2]).max()
         if len(surfaces.contact)

@@ -44,7 +44,7 @@ class Key:
         self.even = len(gaps) == 0 or bool(np.ptp(gaps) <= 1e-6 * gaps.max())
 
     def tick(self, level: float) -> str:
-        """What stands at a value."""
+        """Label of a value."""
         if not self.words:
             return number(level)
         text = words(self.words[int(level)])
@@ -58,13 +58,14 @@ class Key:
         return f"{name} = {number(level)} {self.quantity.unit}".rstrip()
 
     def label_axis(self, axis: Axis) -> None:
-        """Of a picture whose axis is to scale."""
+        """Axis of a picture to scale."""
         axis.set_label_text(self.label)
         if self.words:
             axis.set_ticks(range(len(self.words)), [self.tick(k) for k in range(len(self.words))])
 
     def cells(self) -> tuple[Floats, float]:
-        """Centres of the cells of a map along this key, and their width: to scale where the values are evenly spaced, else one beside the other.
+        """Centres of the cells of a map along this key, and their width: to scale where the values are evenly spaced,
+        else one beside the other.
 
         A cell as wide as the way to the next value would show what was never computed.
         """
@@ -73,7 +74,7 @@ class Key:
         return np.arange(len(self.levels), dtype=float), CELL
 
     def label_map(self, axis: Axis) -> None:
-        """Of a map."""
+        """Axis of a map."""
         if self.even:
             self.label_axis(axis)
         else:
@@ -193,8 +194,8 @@ def border(axes: Axes, x: Floats, y: Floats, unstable: NDArray[np.bool_], known:
 
 
 def tracked(spectra: list[Complexes]) -> list[Complexes]:
-    """Branches through the spectra of the points, `[branch][point]`, NaN where one has no continuation: each eigenvalue goes
-    on to the nearest one of the next point, measured in frequency and growth rate alike."""
+    """Branches through the spectra of the points, `[branch][point]`, NaN where one has no continuation: each eigenvalue
+    goes on to the nearest one of the next point, measured in frequency and growth rate alike."""
     branches: list[Complexes] = []
     ends: list[int] = []
     for point, spectrum in enumerate(spectra):
@@ -233,7 +234,8 @@ def alone(spectra: list[Complexes]) -> list[Complexes]:
 
 
 def spread(wanted: Floats, least: float) -> Floats:
-    """Heights as near as can be to the wanted ones, at least this far apart: each cluster about its mean, by merging neighbours that meet."""
+    """Heights as near as can be to the wanted ones, at least this far apart: each cluster about its mean, by merging
+    neighbours that meet."""
     order = np.argsort(wanted, kind="stable")
     groups: list[list[int]] = []
     for k in order:

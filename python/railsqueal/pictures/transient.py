@@ -1,4 +1,5 @@
-"""Transients: growth with the predicted envelope, limit cycle, force–creep loops, spectrogram, stick and slip over a cycle, sound power."""
+"""Transients: growth with the predicted envelope, limit cycle, force–creep loops, spectrogram, stick and slip over a
+cycle, sound power."""
 
 from pathlib import Path
 
@@ -117,13 +118,16 @@ def spectrogram(result: Result, moving: growing.Signal, canvas: Canvas) -> list[
 
 
 def coarse(when: Floats, span: float, step: float) -> str:
-    """What is to be said where the contact fields are too far apart to show a period; empty where they are near enough."""
+    """Remark where the contact fields are too far apart to show a period; else empty."""
     interval = float(when[1] - when[0])
     each = span / interval
     if each >= PHASES * (1 - 1e-6):
         return ""
     stride = max(1, int(span / (PHASES * step)))
-    return f"\ncontact fields every {1e3 * interval:.3g} ms are {each:.1f} in a period: too coarse; contact_stride of at most {stride} shows {PHASES}"
+    return (
+        f"\ncontact fields every {1e3 * interval:.3g} ms are {each:.1f} in a period: too coarse; "
+        f"contact_stride of at most {stride} shows {PHASES}"
+    )
 
 
 def grid_shape(result: Result) -> tuple[int, int] | None:

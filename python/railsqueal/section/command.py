@@ -133,8 +133,10 @@ def make(path: Path, options: Options) -> Section:
         f"{1e3 * options.tolerance:g} mm, x {left:.2f} to {right:.2f} mm, y {low:.2f} to {high:.2f} mm",
         f"groups: {groups}",
         *properties.lines(options.density),
-        f"mesh: {len(mesh.triangles)} triangles of 6 nodes, {len(mesh.nodes)} nodes, edges of {1e3 * options.size:g} mm on the boundary "
-        f"down to {1e3 * sides.min():.2g} mm, area {mesh.area() / outline.moment(0, 0) - 1:+.1e} of that of the outline",
+        f"mesh: {len(mesh.triangles)} triangles of 6 nodes, {len(mesh.nodes)} nodes, edges of {1e3 * options.size:g} "
+        "mm on the boundary "
+        f"down to {1e3 * sides.min():.2g} mm, area {mesh.area() / outline.moment(0, 0) - 1:+.1e} of that of the "
+        "outline",
     ]
     return Section(
         outline, mesh, running, properties, lines, [*drawing.remarks, *found, *remarks(outline, running, options)]

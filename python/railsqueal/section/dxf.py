@@ -1,4 +1,5 @@
-"""Outlines from DXF drawings, read by ezdxf: lines, arcs, circles, ellipses, polylines with bulges, splines, and blocks of them.
+"""Outlines from DXF drawings, read by ezdxf: lines, arcs, circles, ellipses, polylines with bulges, splines, and blocks
+of them.
 
 The layer of a curve is its group; layers that are off or frozen are left out.
 """
@@ -132,7 +133,8 @@ def _plane(points: Sequence[Any], source: str) -> Floats:
     size = float(np.abs(values).max(initial=0.0))
     if np.ptp(values[:, 2]) > _FLAT * size:
         raise InputError(
-            f"{source} reaches from z = {values[:, 2].min():g} to {values[:, 2].max():g}; expected a plane drawing, z = const"
+            f"{source} reaches from z = {values[:, 2].min():g} to {values[:, 2].max():g}; expected a plane drawing, z "
+            "= const"
         )
     return values[:, :2]
 

@@ -83,7 +83,8 @@ class Outline:
         if crossing is not None:
             i, j = crossing
             raise InputError(
-                f"the outline crosses itself near {place(0.5 * (starts[i] + ends[i]))}: {self.curves[owner[i]].source} and "
+                f"the outline crosses itself near {place(0.5 * (starts[i] + ends[i]))}: {self.curves[owner[i]].source} "
+                "and "
                 f"{self.curves[owner[j]].source}; expected a boundary that encloses one area"
             )
 
@@ -114,7 +115,8 @@ def _expect_lengths(curves: Sequence[Curve], tolerance: float) -> None:
     for curve in curves:
         if curve.length() <= tolerance:
             raise InputError(
-                f"{curve.source} at {place(curve.ends[0])} has no length (at most the tolerance of {1e3 * tolerance:g} mm): "
+                f"{curve.source} at {place(curve.ends[0])} has no length (at most the tolerance of {1e3 * tolerance:g} "
+                "mm): "
                 "delete it, or give a smaller --tolerance if it is meant"
             )
 
@@ -128,7 +130,8 @@ def _without_duplicates(curves: Sequence[Curve], tolerance: float) -> list[Curve
             if len(same):
                 other = curves[k + 1 + int(same[0])]
                 raise InputError(
-                    f"{curves[k].source} and {other.source} are the same curve, from {place(points[0])} to {place(points[-1])}: delete one"
+                    f"{curves[k].source} and {other.source} are the same curve, from {place(points[0])} to "
+                    f"{place(points[-1])}: delete one"
                 )
     return list(curves)
 
@@ -168,7 +171,8 @@ def _expect_pairs(curves: Sequence[Curve], ends: Floats, vertex: Integers) -> No
         if count[numbers[k]] > 2:
             sources = ", ".join(curves[j // 2].source for j in np.flatnonzero(numbers == numbers[k]).tolist())
             raise InputError(
-                f"{count[numbers[k]]} ends of curves meet at {place(flat[k])} ({sources}); expected two, the outline of one area"
+                f"{count[numbers[k]]} ends of curves meet at {place(flat[k])} ({sources}); expected two, the outline "
+                "of one area"
             )
 
 

@@ -1,4 +1,5 @@
-"""Makes the meshes of this folder with Gmsh: every kind of cell in MSH 4.1 and 2.2, ASCII and binary. Needs the Python package `gmsh` (4.15 was used)."""
+"""Makes the meshes of this folder with Gmsh: every kind of cell in MSH 4.1 and 2.2, ASCII and binary. Needs the Python
+package `gmsh` (4.15 was used)."""
 
 import gmsh
 
