@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the annular cylinder of docs/reference/annulus_modes.csv (radii 0.1 and 0.5 m, width 0.1 m) with Gmsh, of any
+"""Makes the annular cylinder of docs/data/annulus_modes.csv (radii 0.1 and 0.5 m, width 0.1 m) with Gmsh, of any
 kind of cell: a check of meshes from files against frequencies that are known otherwise.
 
     python3 make_ring.py --cells hex20 --size 0.03 ring.msh

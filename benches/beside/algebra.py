@@ -1,4 +1,5 @@
-"""Tables of docs/linear-algebra.md: elimination orders, solves, blocks of the modes, multigrid, low-rank factors."""
+"""Tables of docs/developers/linear-algebra.md: elimination orders, solves, blocks of the modes, multigrid, low-rank
+factors."""
 
 import re
 import tempfile
@@ -10,7 +11,7 @@ from pages import put
 from peers import petsc
 from report import table
 
-PAGE = ROOT / "docs" / "linear-algebra.md"
+PAGE = ROOT / "docs" / "developers" / "linear-algebra.md"
 # The annulus in uniform elements of this size, m: 94 and 279 thousand rows.
 SMALL, LARGE = "0.01723", "0.0117"
 

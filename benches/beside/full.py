@@ -10,7 +10,7 @@ from peers import petsc
 from report import table
 from system import install
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 
 
 def parts(done, first, second):

@@ -18,7 +18,7 @@ from system import install
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 PICTURE = ROOT / "docs" / "pictures" / "performance-modes.svg"
 # Edge lengths, m: 30, 98, 180 and 300 thousand rows.
 SIZES = (0.026, 0.017, 0.0137, 0.0115)
@@ -131,7 +131,7 @@ def sizes():
                     drawn.setdefault((program, ranks), []).append((rows, m[0], m[2] / 1e9))
     head = ["rows", "ranks", "", "wall", "CPU", "memory"]
     draw(drawn)
-    shown = f"\n![wall time and memory over the number of rows](pictures/{PICTURE.name})\n"
+    shown = f"\n![wall time and memory over the number of rows](../pictures/{PICTURE.name})\n"
     put(PAGE, "modes", table(head, body) + "\n" + noted(load, *programs[:-1], f"{programs[-1]} (one run)") + shown)
 
 

@@ -1,4 +1,4 @@
-"""docs/scaling.md: what more ranks would give, from what each of them would have to do and to send."""
+"""docs/developers/scaling.md: what more ranks would give, from what each of them would have to do and to send."""
 
 import re
 import tempfile
@@ -9,7 +9,7 @@ from clock import ROOT, benchmark, busy, noted, rows, spent
 from pages import put
 from report import table
 
-PAGE = ROOT / "docs" / "scaling.md"
+PAGE = ROOT / "docs" / "developers" / "scaling.md"
 RANKS = (1, 2, 4, 8, 16, 32, 64)
 # The annulus in uniform elements of this size, m: 94 and 279 thousand rows.
 SIZES = ("0.01723", "0.0117")

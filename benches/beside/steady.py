@@ -4,7 +4,7 @@ from clock import ROOT, benchmark, busy, noted, rows, spent
 from pages import put
 from report import table
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 
 
 NAMES = {

@@ -9,7 +9,7 @@ from pages import put
 from report import table
 from system import install
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 # Elements at the contact, m.
 SIZES = (1e-3, 0.64e-3, 0.55e-3, 0.47e-3)
 

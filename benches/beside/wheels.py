@@ -10,7 +10,7 @@ from pages import put
 from report import table
 from system import install
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 # Kind of cell, edge length and edge length at the corners, m: 100 and 300 thousand rows of each.
 WHEELS = (("tet10", 0.0255, 0.017), ("tet10", 0.0157, 0.0105), ("hex20", 0.026, 0.012), ("hex20", 0.016, 0.008))
 NAMES = {"tet10": "tetrahedra of 10 nodes", "hex20": "hexahedra of 20 nodes"}

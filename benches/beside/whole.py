@@ -10,7 +10,7 @@ from clock import PROGRAM, ROOT, RUNS, busy, in_turn, middle, noted, ratio, run,
 from pages import put
 from report import table
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 # The program before modes were found in blocks, which scripts/golden builds.
 FORMER = ROOT / "target/golden/railsqueal-c62cf57"
 

@@ -5,11 +5,11 @@
 
 Written for Siconos 4.4 (Debian 12: python3-siconos, python3-h5py). Every problem is u = W R + b with the law of Coulomb
 and Signorini at each node, W dense. Forces are in units of the largest reaction and displacements in units of W's mean
-diagonal times that, so that the solver's tolerances mean something. The residual is that of docs/transient.md: the
-largest component of R - Proj(R - rho u) over the normal force. For each local solver the error asked of Siconos is
-lowered by steps of sqrt(10) until the residual is reached; only the run that reaches it is timed (processor time, the
-best of ten, cold from R = 0, warm from the reactions of the step before). Our times are those that the benchmark
-measured, the best of twenty.
+diagonal times that, so that the solver's tolerances mean something. The residual is that of
+docs/explanation/transient.md: the largest component of R - Proj(R - rho u) over the normal force. For each local solver
+the error asked of Siconos is lowered by steps of sqrt(10) until the residual is reached; only the run that reaches it
+is timed (processor time, the best of ten, cold from R = 0, warm from the reactions of the step before). Our times are
+those that the benchmark measured, the best of twenty.
 """
 
 import sys

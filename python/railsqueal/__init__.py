@@ -9,7 +9,7 @@ export them.
     with Fields("curve.free_modes.vtkhdf") as fields:
         shape = fields.field("shape", step=0)      # [points, 3]
 
-Units are SI, shapes those of docs/output.md. What is wrong with a file is a `ResultError` in words.
+Units are SI, shapes those of docs/reference/output.md. What is wrong with a file is a `ResultError` in words.
 """
 
 from .curving import Curving, CurvingRadii

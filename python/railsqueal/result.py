@@ -21,8 +21,8 @@ class Result:
     """A result open for reading: `FILE.h5`, or, where a run was stopped before that file was there, the segments in
     `FILE.transient/`.
 
-    Datasets are read by their path as docs/output.md has it: `result["contact/force"]`. The tables of an analysis are
-    in `railsqueal.tables`, fields on the mesh in `railsqueal.mesh`.
+    Datasets are read by their path as docs/reference/output.md has it: `result["contact/force"]`. The tables of an
+    analysis are in `railsqueal.tables`, fields on the mesh in `railsqueal.mesh`.
     """
 
     def __init__(self, path: str | Path) -> None:

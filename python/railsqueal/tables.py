@@ -1,4 +1,4 @@
-"""The tables of a result, one class for each analysis, in SI units and with the shapes of docs/output.md.
+"""The tables of a result, one class for each analysis, in SI units and with the shapes of docs/reference/output.md.
 
 Each `of(result)` raises `ResultError` if the result has no such analysis; `present(result)` says whether it has.
 """

@@ -1,4 +1,4 @@
-"""Convergence studies with the program itself; writes docs/validation.md. Called by scripts/validate."""
+"""Convergence studies with the program itself; writes docs/explanation/validation.md. Called by scripts/validate."""
 
 import json
 import sys

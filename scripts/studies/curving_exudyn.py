@@ -1,6 +1,6 @@
 """Steady curving of a two-axle bogie by a multibody program: Exudyn runs it round the curve in time.
 
-    python3 scripts/studies/curving_exudyn.py           writes docs/reference/curving_exudyn.csv
+    python3 scripts/studies/curving_exudyn.py           writes docs/data/curving_exudyn.csv
     python3 scripts/studies/curving_exudyn.py 600       one radius, m, with the history of the shifts
 
 Needs numpy and exudyn (pip install exudyn; the table was made with 1.13.6). Two wheelsets that spin and a frame are
@@ -27,7 +27,7 @@ from curving_contact import Array, TrackGeometry, creep_force, hertz
 from curving_model import COLUMNS, Axle, Bogie, Contact, Vehicle, rows
 from exudyn.utilities import RigidBodyInertia
 
-TABLE = Path(__file__).resolve().parents[2] / "docs/reference/curving_exudyn.csv"
+TABLE = Path(__file__).resolve().parents[2] / "docs/data/curving_exudyn.csv"
 RADII = (600.0, 200.0)
 SPEED = 20.0  # m/s
 STEP = 6e-4  # s

@@ -1,6 +1,6 @@
 """Steady curving of a two-axle bogie: an independent model, beside which the program's own can be laid.
 
-    python3 scripts/studies/curving_model.py           writes docs/reference/curving_bogie.csv
+    python3 scripts/studies/curving_model.py           writes docs/data/curving_bogie.csv
     python3 scripts/studies/curving_model.py limits    compares with closed forms
 
 Needs numpy alone. Frames, signs and units are those of curving_contact.py: track frame at each axle, curve to the
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from curving_contact import Array, Circle, Cone, Ellipse, Touch, TrackGeometry, creep_force, hertz
 
-TABLE = Path(__file__).resolve().parents[2] / "docs/reference/curving_bogie.csv"
+TABLE = Path(__file__).resolve().parents[2] / "docs/data/curving_bogie.csv"
 
 
 @dataclass

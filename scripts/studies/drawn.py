@@ -1,4 +1,4 @@
-"""The wheel W920S and the rail 60E1 drawn in Gmsh beside the built-in sections; docs/sections.md."""
+"""The wheel W920S and the rail 60E1 drawn in Gmsh beside the built-in sections; docs/reference/sections.md."""
 
 import json
 import subprocess
@@ -24,7 +24,7 @@ RAILS = {
     "triangles of 6 nodes, 6 mm, 3 mm on the head": ["--size", "6", "--fine", "3"],
     "quadrilaterals of 9 nodes, 12 mm": ["--cells", "quad"],
 }
-PAGE = ROOT / "docs" / "sections.md"
+PAGE = ROOT / "docs" / "reference" / "sections.md"
 
 
 def beside():

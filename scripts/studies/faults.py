@@ -281,7 +281,7 @@ BASES = (
     "curve-falling",
     "sweep-zip",
 )
-# Where NaN says that there is nothing (docs/output.md).
+# Where NaN says that there is nothing (docs/reference/output.md).
 NOTHING = ("stability/criterion/", "stability/sensitivity/", "stability/point/", "creep_curve/", "sweep/")
 
 

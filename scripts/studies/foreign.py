@@ -1,5 +1,5 @@
 """A mesh of another program: the annulus as CalculiX's own mesher makes it, its modes by CalculiX and by this program;
-docs/meshes.md."""
+docs/reference/meshes.md."""
 
 import json
 import re
@@ -109,5 +109,5 @@ def ring():
         "railsqueal",
         "largest difference",
     ]
-    put(ROOT / "docs" / "meshes.md", "foreign", table(head, rows))
+    put(ROOT / "docs" / "reference" / "meshes.md", "foreign", table(head, rows))
     return {}

@@ -1,4 +1,4 @@
-"""The annulus of docs/reference/annulus_modes.csv on meshes of Gmsh, of several kinds of cells; docs/meshes.md."""
+"""The annulus of docs/data/annulus_modes.csv on meshes of Gmsh, of several kinds of cells; docs/reference/meshes.md."""
 
 import json
 import subprocess
@@ -51,7 +51,7 @@ def rings():
                 row += [f"{error.max():.1e}", f"{np.median(error):.1e}"]
             rows.append(row)
     put(
-        ROOT / "docs" / "meshes.md",
+        ROOT / "docs" / "reference" / "meshes.md",
         "rings",
         table(["cells", "nodes", "free: largest error", "median", "clamped: largest error", "median"], rows),
     )

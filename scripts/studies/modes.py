@@ -7,7 +7,7 @@ from program import ROOT, run
 
 def reference():
     found = {"clamped": [], "free": []}
-    with open(ROOT / "docs/reference/annulus_modes.csv") as file:
+    with open(ROOT / "docs/data/annulus_modes.csv") as file:
         for row in csv.DictReader(line for line in file if not line.startswith("#")):
             found[row["support"]].append(float(row["frequency_Hz"]))
     return found

@@ -5,7 +5,7 @@ import csv
 import numpy as np
 from program import ROOT, run
 
-TABLE = ROOT / "docs/reference/curving_exudyn.csv"
+TABLE = ROOT / "docs/data/curving_exudyn.csv"
 WHEELS = (("1", "right"), ("1", "left"), ("2", "right"), ("2", "left"))  # as numbered in /curving/contacts/wheel
 
 

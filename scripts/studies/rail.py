@@ -1,5 +1,5 @@
 """A rail beside Timoshenko's beam in closed form: on pads that are spread evenly, and on pads that stand apart; and
-what its length does to squeal; docs/rail.md."""
+what its length does to squeal; docs/explanation/rail.md."""
 
 import json
 
@@ -8,7 +8,7 @@ from pages import put
 from program import ROOT, run
 from report import table
 
-PAGE = ROOT / "docs" / "rail.md"
+PAGE = ROOT / "docs" / "explanation" / "rail.md"
 STEEL = {"young": 210e9, "shear": 210e9 / 2.6, "density": 7860.0}
 # 60E1, vertical: area, m²; second moment, m⁴ (EN 13674-1); the part that shears (D. J. Thompson, Railway Noise and
 # Vibration, 2009).

@@ -1,4 +1,4 @@
-"""docs/validation.md from the figures of the studies."""
+"""docs/explanation/validation.md from the figures of the studies."""
 
 import textwrap
 from math import log2
@@ -166,7 +166,7 @@ def rotation(rows):
             f"`jobs/{job}.json`"
         )
     parts = [f"{' and '.join(jobs)}:\n\n{text}" for text, jobs in tables.items()]
-    return "![growth over the speed](pictures/rotation.svg)\n\n" + "\n".join(parts)
+    return "![growth over the speed](../pictures/rotation.svg)\n\n" + "\n".join(parts)
 
 
 def ranks(rows):
@@ -242,7 +242,7 @@ SECTIONS = {
     ),
     "modes": (
         "Modes of the plain annular cylinder",
-        "First 30 modes on uniform meshes against the converged reference in `docs/reference/annulus_modes.csv`; "
+        "First 30 modes on uniform meshes against the converged reference in `docs/data/annulus_modes.csv`; "
         "the order is that of the largest error. Clamping makes the stress singular at the edges of the bore, which "
         "costs some of the order.",
         modes,
@@ -252,7 +252,7 @@ SECTIONS = {
         "`jobs/curve.json` on other meshes and with other numbers of modes, with wheels that turn and at rest: every "
         "unstable mode, or the least stable one where there is none. "
         "The distance between the first frequencies of the two cylinders, on which the growth depends, is 1.0369 Hz by "
-        "`docs/reference/crowned_modes.csv`.",
+        "`docs/data/crowned_modes.csv`.",
         growth,
     ),
     "one_point": (
@@ -294,7 +294,7 @@ SECTIONS = {
     "multibody": (
         "A bogie in curves, beside a multibody program",
         "The metro bogie with a friction of 0.35: steady curving of the program, and in brackets the end of a run in "
-        "time by Exudyn 1.13.6 (`scripts/studies/curving_exudyn.py`, `docs/reference/curving_exudyn.csv`), in which "
+        "time by Exudyn 1.13.6 (`scripts/studies/curving_exudyn.py`, `docs/data/curving_exudyn.csv`), in which "
         "two wheelsets that spin and a frame run 30 m round the curve. Inertia, rotations, suspension and the "
         "velocities of which the creepages are made are Exudyn's; profiles, Hertz' contact and the creep law are those "
         "of the independent model in Python.",
@@ -331,7 +331,7 @@ def written(path):
 
 def write(found):
     """The page anew; a study without figures keeps the section it has."""
-    page = ROOT / "docs/validation.md"
+    page = ROOT / "docs/explanation/validation.md"
     old, parts = written(page), [INTRODUCTION]
     for name, (title, words, rows) in SECTIONS.items():
         if name in found:
@@ -340,4 +340,4 @@ def write(found):
         elif title in old:
             parts.append(old[title])
     page.write_text("\n".join(parts))
-    print("docs/validation.md")
+    print("docs/explanation/validation.md")

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # jobs/slurm.sh under a true SLURM of one node, which this script installs (Debian: slurm-wlm, munge; as root), starts
 # without systemd in a folder of its own, and stops at the end: scripts/validate slurm. Some five minutes; it fails at
-# the first thing that is not as docs/install.md says.
+# the first thing that is not as docs/how-to/install.md says.
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/../env"
 [ "$(id -u)" = 0 ] || fail "starts the daemons of SLURM and needs root: in a container, for example"

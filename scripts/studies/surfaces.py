@@ -1,4 +1,4 @@
-"""Meshes that meet on a common contact grid, and a wheel on a rail in three dimensions; docs/meshes.md."""
+"""Meshes that meet on a common contact grid, and a wheel on a rail in three dimensions; docs/reference/meshes.md."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ from program import ROOT, both, run
 from report import table
 from system import install
 
-PAGE = ROOT / "docs" / "meshes.md"
+PAGE = ROOT / "docs" / "reference" / "meshes.md"
 # Compliance, elements of both bodies at the contact, common grid or none, half side of the patch; m.
 CASES = (
     ("fe", 2e-3, None, 8e-3),

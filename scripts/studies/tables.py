@@ -28,7 +28,7 @@ def closed_nodes():
         found[closed] = abs(force[1]) / (0.3 * abs(force[2]))
     head = ["closed nodes", *map(str, sorted(found))]
     put(
-        DOCS / "theory.md",
+        DOCS / "explanation" / "stability.md",
         "closed-nodes",
         table(head, [["lateral force over μN", *(f"{found[n]:.3f}" for n in sorted(found))]]),
     )
@@ -44,7 +44,7 @@ def modes_of_a_rail():
         near = [max((g for g, f in zip(rates, hertz) if abs(f - wave) < 8), default=float("nan")) for wave in waves]
         rows.append([highest, *(f"{g:.3f}" for g in near)])
     head = ["modes up to, Hz", *(f"{wave} Hz, 1/s" for wave in waves)]
-    put(DOCS / "wheel-on-rail.md", "modes-of-a-rail", table(head, rows))
+    put(DOCS / "examples" / "wheel-on-rail.md", "modes-of-a-rail", table(head, rows))
 
 
 def frequency(values, step):
@@ -86,7 +86,7 @@ def limit_cycles():
         "sound power of both wheels, dB(A)",
     ]
     put(
-        DOCS / "transient.md",
+        DOCS / "explanation" / "transient.md",
         "limit-cycles",
         table(["", *cases], [[name, *row] for name, row in zip(names, zip(*columns))]),
     )
@@ -116,7 +116,7 @@ def partial_slip():
         stick = f"{low}" if low == high else f"{low} to {high}"
         rows.append([f"{100 * lateral:g} %", f"{abs(force[1] / (0.3 * force[2])):.3f}", stick, f"{rate:+.1f}"])
     put(
-        DOCS / "transient.md",
+        DOCS / "explanation" / "transient.md",
         "partial-slip",
         table(["lateral creepage", "lateral force over μN", "nodes that stick", "rate, 1/s"], rows),
     )
@@ -145,7 +145,11 @@ def laws_of_point_contact():
         [f"{100 * eta:g} %", f"{CONTACT[eta]:.4f}", *(f"{column[k, 1] / load[k]:.4f}" for column in columns)]
         for k, eta in enumerate(CONTACT)
     ]
-    put(DOCS / "theory.md", "laws-of-point-contact", table(["η", "CONTACT", "this program", *laws.values()], rows))
+    put(
+        DOCS / "explanation" / "stability.md",
+        "laws-of-point-contact",
+        table(["η", "CONTACT", "this program", *laws.values()], rows),
+    )
 
 
 def swept_cylinders():
@@ -163,7 +167,7 @@ def swept_cylinders():
         rows.append([f"swept, {1e3 * spacing:g} mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
     tables, _ = run("curve.json", sets, only="stability", groups=("stability",))
     rows.append(["finite elements, 1 mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
-    put(DOCS / "theory.md", "swept-cylinders", table(["grid", "first", "second", "third"], rows))
+    put(DOCS / "explanation" / "stability.md", "swept-cylinders", table(["grid", "first", "second", "third"], rows))
 
 
 def full_and_reduced():
@@ -209,7 +213,7 @@ def full_and_reduced():
         "largest, β = 0",
         "median, β = 0",
     ]
-    put(DOCS / "theory.md", "full-and-reduced", table(head, rows))
+    put(DOCS / "explanation" / "stability.md", "full-and-reduced", table(head, rows))
 
 
 def quadratures():
@@ -251,7 +255,7 @@ def quadratures():
             )
     names = [f"F_y/μN at {100 * eta:g} %" for eta in CONTACT]
     head = ["laws", "grid", "area", "largest pressure", "approach", *names, "stick at 0.3 %", "whole run, s"]
-    put(DOCS / "theory.md", "quadratures", table(head, rows))
+    put(DOCS / "explanation" / "stability.md", "quadratures", table(head, rows))
 
 
 def manchester():
@@ -262,7 +266,7 @@ def manchester():
         raise SystemExit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
     rows = [line.partition("row: ")[2].split(" | ") for line in done.stdout.splitlines() if "row: " in line]
     head = ["case", "approach, µm", "largest pressure, MPa", "Fx, N; on CONTACT's grid", "Fs, N; on CONTACT's grid"]
-    put(DOCS / "placement.md", "manchester", table(head, rows))
+    put(DOCS / "explanation" / "placement.md", "manchester", table(head, rows))
 
 
 TABLES = [

@@ -130,5 +130,5 @@ def beside_all():
         "stick at most",
         "sound power, 800 Hz, dB",
     ]
-    put(ROOT / "docs/transient.md", "truncation", table(head, cells))
+    put(ROOT / "docs/explanation/transient.md", "truncation", table(head, cells))
     return rows

@@ -1,4 +1,4 @@
-"""The pictures of docs/tutorial.md: its commands, as they stand on the page, in a folder of their own."""
+"""The pictures of docs/tutorials/mesh-to-sound.md: runs the commands of the page in a folder of their own."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ from program import ROOT
 sys.path.insert(0, str(ROOT / "tests" / "python"))
 from documents import commands  # noqa: E402
 
-PAGE = ROOT / "docs" / "tutorial.md"
+PAGE = ROOT / "docs" / "tutorials" / "mesh-to-sound.md"
 PICTURES = ROOT / "docs" / "pictures"
 SHOWN = ["own-mesh-contact-map.svg", "squeal-growth.png", "squeal-cycle.png", "squeal-sound-power.svg"]
 

@@ -16,7 +16,7 @@ use crate::mesh::{quality, Mesh};
 use crate::{Error, Result};
 use std::rc::Rc;
 
-/// Contacts of fewer closed nodes are coarse: `docs/theory.md`, "Range", has forces for 5 to 161 of them.
+/// Contacts of fewer closed nodes are coarse: `docs/explanation/limits.md`, "Range", has forces for 5 to 161 of them.
 const FEW: f64 = 40.0;
 /// At most so many grid lines in each direction are taken: the contact is to be foreseen, not computed.
 const LINES: usize = 40;

@@ -21,7 +21,7 @@ const FACES: f64 = 2.5;
 /// An error of the gap of more than this part of the approach is warned of.
 const GAP: f64 = 0.02;
 /// Distances of nodes in the smaller half axis of the contact from which on their own compliance is nearer to the
-/// truth than that of a half-space with what the rest adds: docs/meshes.md has the study.
+/// truth than that of a half-space with what the rest adds: docs/reference/meshes.md has the study.
 const FINE: f64 = 7.0;
 /// By how much the spacing of a grid may fall short of the size of the faces.
 const SHORT: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! The laws of Signorini and Coulomb at a node, as projections, with their derivative (`docs/theory.md`).
+//! The laws of Signorini and Coulomb at a node, as projections, with their derivative (`docs/explanation/contact.md`).
 //!
 //! From the pressure p and the traction t of a node, its gap and its creep there follow the projections q = max(0, p
 //! − ρ_n g) and Proj(z), z = t − ρ_t ṡ, on the disc of radius μ q; the status; the natural map, which is zero where

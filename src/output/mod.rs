@@ -7,7 +7,7 @@
 //! fail;
 //! 3. rank 0 adds the tables (compressed where that pays), syncs, and renames the file to its final name.
 //!
-//! `docs/output.md` lists what is in the file.
+//! `docs/reference/output.md` lists what is in the file.
 
 mod checksums;
 mod claim;

@@ -1,5 +1,5 @@
-//! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws (`docs/output.md`,
-//! "Meshes before a run").
+//! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws
+//! (`docs/reference/output.md`, "Meshes before a run").
 
 use super::partial::{sweep, Partial};
 use super::read::Reader;

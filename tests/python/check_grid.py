@@ -69,7 +69,7 @@ def main():
             most = np.argmax(wanted["pressure"])
             assert (fields["displacement"][own][most, 2] < 0) == (body == 1)
             assert fields["von_mises"][own].max() > 0.1 * wanted["pressure"].max()
-    # What docs/output.md says for ParaView: the surface, points on the grid.
+    # What docs/reference/output.md says for ParaView: the surface, points on the grid.
     surface = vtkGeometryFilter()
     surface.SetInputData(grid)
     surface.Update()

@@ -145,8 +145,8 @@ def main():
     assert np.all(data["pressure"][~seen] == 0) and np.all(data["traction"][~seen] == 0)
     assert np.all(data["state"][~seen] == -1)
 
-    # The four nodes are the corners of one face of each body: what docs/output.md says of the contact in ParaView shows
-    # it, and of the bodies themselves nothing.
+    # The four nodes are the corners of one face of each body: what docs/reference/output.md says of the contact in
+    # ParaView shows it, and of the bodies themselves nothing.
     assert threshold(grid) == 0
     surface = vtkGeometryFilter()
     surface.SetInputData(grid)

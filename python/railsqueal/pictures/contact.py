@@ -21,7 +21,7 @@ from .style import SLIP as SLIP_COLOUR
 from .style import STICK as STICK_COLOUR
 
 # What other programs computed for some of the jobs; beside the pictures where the package lies in its checkout.
-REFERENCES = Path(__file__).parents[3] / "docs/reference"
+REFERENCES = Path(__file__).parents[3] / "docs/data"
 MM, MPA = 1e3, 1e-6
 
 

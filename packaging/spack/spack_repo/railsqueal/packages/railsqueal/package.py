@@ -32,7 +32,7 @@ class Railsqueal(CargoPackage):
     depends_on("slepc@3.18:3.24")
     depends_on("mumps+double+complex+mpi")
     depends_on("metis@5:~int64~real64")
-    # docs/install.md says which.
+    # docs/how-to/install.md says which.
     depends_on("hdf5@1.10.7:1.10,1.12.1: +mpi")
 
     with when("+python"):

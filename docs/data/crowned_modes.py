@@ -5,7 +5,7 @@ The bodies are axisymmetric, so that the displacement is a Fourier series in the
 interpolated by polynomials on Gauss-Lobatto points, with elements graded towards the edges of the bore, where the
 stress is singular. Needs numpy and scipy:
 
-    python3 docs/reference/crowned_modes.py > docs/reference/crowned_modes.csv
+    python3 docs/data/crowned_modes.py > docs/data/crowned_modes.csv
 """
 
 import numpy as np
