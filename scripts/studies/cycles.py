@@ -54,5 +54,5 @@ def followed():
             ]
         )
     head = ["lateral creepage", "Hz", "kinetic energy, J", "lateral force, N rms", "simulated, s"]
-    put(DOCS / "explanation" / "transient.md", "limit-cycles-alone", table(head, rows))
+    put(DOCS / "explanation" / "limit-cycles.md", "limit-cycles-alone", table(head, rows))
     return {}

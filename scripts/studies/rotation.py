@@ -48,7 +48,7 @@ def narrow_curve():
     listed = lambda pairs: ", ".join(f"{g:.2f} ({f:.1f})" for g, f in pairs)  # noqa: E731
     shown = [r for r in rows if r["job"] == JOBS[0] and r["speed"] in SHOWN]
     cells = [[f"{r['speed']:g}", listed(r["rolling"]), listed(r["none"])] for r in shown]
-    put(ROOT / "docs/explanation/stability.md", "rotation", table(["V, m/s", "wheels that turn", "at rest"], cells))
+    put(ROOT / "docs/explanation/rotation.md", "rotation", table(["V, m/s", "wheels that turn", "at rest"], cells))
     return rows
 
 

@@ -28,7 +28,7 @@ def closed_nodes():
         found[closed] = abs(force[1]) / (0.3 * abs(force[2]))
     head = ["closed nodes", *map(str, sorted(found))]
     put(
-        DOCS / "explanation" / "stability.md",
+        DOCS / "explanation" / "limits.md",
         "closed-nodes",
         table(head, [["lateral force over μN", *(f"{found[n]:.3f}" for n in sorted(found))]]),
     )
@@ -146,7 +146,7 @@ def laws_of_point_contact():
         for k, eta in enumerate(CONTACT)
     ]
     put(
-        DOCS / "explanation" / "stability.md",
+        DOCS / "explanation" / "contact.md",
         "laws-of-point-contact",
         table(["η", "CONTACT", "this program", *laws.values()], rows),
     )
@@ -167,7 +167,7 @@ def swept_cylinders():
         rows.append([f"swept, {1e3 * spacing:g} mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
     tables, _ = run("curve.json", sets, only="stability", groups=("stability",))
     rows.append(["finite elements, 1 mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
-    put(DOCS / "explanation" / "stability.md", "swept-cylinders", table(["grid", "first", "second", "third"], rows))
+    put(DOCS / "explanation" / "bodies.md", "swept-cylinders", table(["grid", "first", "second", "third"], rows))
 
 
 def full_and_reduced():
@@ -255,7 +255,7 @@ def quadratures():
             )
     names = [f"F_y/μN at {100 * eta:g} %" for eta in CONTACT]
     head = ["laws", "grid", "area", "largest pressure", "approach", *names, "stick at 0.3 %", "whole run, s"]
-    put(DOCS / "explanation" / "stability.md", "quadratures", table(head, rows))
+    put(DOCS / "explanation" / "contact.md", "quadratures", table(head, rows))
 
 
 def manchester():
