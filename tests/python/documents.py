@@ -144,7 +144,8 @@ def performed(program):
                     continue
                 words = [directory + "/railsqueal" if w == "target/release/railsqueal" else w for w in words]
                 words = [sys.executable if w == "python3" else w for w in words]
-                if importlib.util.find_spec("gmsh") is None and any(made in word for made in MADE for word in words):
+                missing = any(made in word and not (folder / made).exists() for made in MADE for word in words)
+                if missing and "section" not in words and importlib.util.find_spec("gmsh") is None:
                     print(f"{page.relative_to(ROOT)}: {shlex.join(words)} left out: Python has no gmsh", flush=True)
                     continue
                 begun = time.monotonic()
