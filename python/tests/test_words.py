@@ -48,3 +48,15 @@ def test_sentences_of_guides_are_short(words: ModuleType) -> None:
     faults = list(words.long_sentences("docs/how-to/a.md", page))
     assert [fault.split(":")[1] for fault in faults] == ["3", "10"]
     assert not list(words.long_sentences("docs/explanation/a.md", page))
+
+
+def test_paragraphs_are_wrapped_and_tables_and_code_are_not(words: ModuleType, tmp_path: Path) -> None:
+    long = "word " * 40
+    text = f"# Title\n\n{long}- end\n- {long}\n  more\n\n| {long} |\n\n    {long}\n"
+    page = tmp_path / "page.md"
+    page.write_text(text, encoding="utf-8")
+    words.wrap(page)
+    lines = page.read_text(encoding="utf-8").split("\n")
+    assert max(len(line) for line in lines if not line.startswith(("|", "    "))) <= 120
+    assert " ".join(lines).split() == text.split()
+    assert [line for line in lines if line.startswith("- ")] == [line for line in lines if line.startswith("- word")]
