@@ -1,5 +1,5 @@
-//! What only the final binary can say to the linker: which MUMPS comes first, and where libraries outside the system's
-//! directories are found at run time. Passes the versions found on to the program.
+//! Linker arguments of the final binary: the order of MUMPS, and run-time paths of libraries outside the system's
+//! directories. Passes the versions found on to the program.
 
 use std::path::Path;
 use std::{env, process::Command};

@@ -238,8 +238,8 @@ impl Shifted for Timed<'_, '_> {
     }
 }
 
-/// What a run of modes consists of, one part after the other: what is done on one rank, and what is shared. With
-/// `once` nothing is done twice.
+/// Operation counts of a run of modes, one part after the other: work on one rank, and shared work. With `once` nothing
+/// is done twice.
 fn counts(
     world: &World,
     petsc: &Petsc,

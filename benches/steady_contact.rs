@@ -1,9 +1,11 @@
-//! Steady rolling contact, cold start: ten random creepages on unlike bodies with some 500 contact nodes, and one of each of these on many more.
+//! Steady rolling contact, cold start: ten random creepages on unlike bodies with some 500 contact nodes, and one of
+//! each of these on many more.
 //!
-//! Half-space influence (assembled outside the timing), steel on a softer material, ξ, η, φ all nonzero, residual 1e-8 of the natural map: as a dense matrix,
-//! as a convolution, and as one beside which the bodies yield as wholes ("hybrid"). Prints one line per case and the minimum, median and maximum of the times.
-//! Then half-spaces on 12 100 nodes, and with 12 000 nodes in contact, everything within the timing. Arguments choose among `dense`, `convolution`, `hybrid`
-//! and `large`.
+//! Half-space influence (assembled outside the timing), steel on a softer material, ξ, η, φ all nonzero, residual 1e-8
+//! of the natural map: as a dense matrix, as a convolution, and as one beside which the bodies yield as wholes
+//! ("hybrid"). Prints one line per case and the minimum, median and maximum of the times. Then half-spaces on 12 100
+//! nodes, and with 12 000 nodes in contact, everything within the timing. Arguments choose among `dense`,
+//! `convolution`, `hybrid` and `large`.
 
 use std::time::Instant;
 
@@ -92,7 +94,9 @@ fn hybrid(s: &Interface) -> Convolution {
     Convolution::found_in(w.as_ref(), &s.x, &s.y).unwrap()
 }
 
-const HEAD: &str = "case nodes closed stick     xi      eta     phi  iterations products  residual   wall_s    cpu_s   tangential_force/muN";
+const HEAD: &str =
+    "case nodes closed stick     xi      eta     phi  iterations products  residual   wall_s    cpu_s   \
+                    tangential_force/muN";
 
 fn line(case: usize, c: &Creepage, s: &SteadySolution, times: [f64; 2]) {
     let count = |k: u8| s.state.iter().filter(|&&v| v == k).count();

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Points per minute of a sweep on jobs/curve.json: modes and compliance once, then 1000 points from them on 1 and 2 ranks.
-# usage: benches/sweep.sh [FOLDER for the result files, kept to be used again]
+# Points per minute of a sweep on jobs/curve.json: modes and compliance once, then 1000 points from them on 1 and 2
+# ranks. usage: benches/sweep.sh [FOLDER for the result files, kept to be used again]
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 . "$root/scripts/env"
@@ -9,7 +9,8 @@ mkdir -p "$folder"
 program=$root/target/release/railsqueal
 [ -x "$program" ] || (cd "$root" && cargo build --release --bin railsqueal)
 plain="--set output.fields=false"
-[ -f "$folder/model.h5" ] || mpirun -n 2 "$program" run "$root/jobs/curve.json" $plain --output "$folder/model.h5" >/dev/null
+[ -f "$folder/model.h5" ] ||
+    mpirun -n 2 "$program" run "$root/jobs/curve.json" $plain --output "$folder/model.h5" >/dev/null
 sweep='{"keys": {"contact.friction": {"from": 0.1, "to": 0.5, "count": 25},
                  "contact.creepage.lateral": {"from": 0.005, "to": 0.02, "count": 8},
                  "contact.normal_load": {"from": 50e3, "to": 70e3, "count": 5}}}'

@@ -246,7 +246,7 @@ fn half_spaces() {
     }
 }
 
-/// What a result file says of its model and its contact.
+/// Model and contact of a result file.
 struct Case {
     interface: Interface,
     pair: ModalPair,

@@ -5,8 +5,9 @@
 #PBS -l select=1:ncpus=8:mpiprocs=8:mem=32gb
 #PBS -l walltime=02:00:00
 #PBS -j oe
-# A transient saves its state when OPTIONS has "--wall-time 7000", a little less than walltime in seconds, or on `qsig -s SIGUSR1 JOB`
-# (exit code 5); OPTIONS="--resume FILE.h5" continues it. At the end of walltime mpirun leaves the ranks little time.
+# A transient saves its state when OPTIONS has "--wall-time 7000", a little less than walltime in seconds, or on `qsig
+# -s SIGUSR1 JOB` (exit code 5); OPTIONS="--resume FILE.h5" continues it. At the end of walltime mpirun leaves the ranks
+# little time.
 set -euo pipefail
 
 # The modules that railsqueal was built with, for example:

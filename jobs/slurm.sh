@@ -2,8 +2,9 @@
 # Runs a job under SLURM:  sbatch jobs/slurm.sh jobs/two-cylinders.json [options of `railsqueal run`]
 # Submit it from the folder of the project; adjust the resources below to the site (partition, account, modules).
 #
-# A transient stops two minutes before the end of the job's time, its state saved (exit code 5); SLURM then puts the same job into its queue again, and it goes
-# on from there. RAILSQUEAL_RESTARTS says how often at the most (50). `scancel --signal=USR1 JOBID` stops it earlier. Other analyses are not stopped.
+# A transient stops two minutes before the end of the job's time, its state saved (exit code 5); SLURM then puts the
+# same job into its queue again, and it goes on from there. RAILSQUEAL_RESTARTS says how often at the most (50).
+# `scancel --signal=USR1 JOBID` stops it earlier. Other analyses are not stopped.
 #SBATCH --job-name=railsqueal
 #SBATCH --nodes=1
 #SBATCH --ntasks=8
@@ -44,8 +45,8 @@ for ((i = 0; i < ${#given[@]}; i++)); do
     esac
 done
 
-# One world of all tasks needs a PMI that srun and the MPI library share. Where srun has no pmix the MPI library's own mpirun starts the ranks.
-# RAILSQUEAL_LAUNCH names another launcher.
+# One world of all tasks needs a PMI that srun and the MPI library share. Where srun has no pmix the MPI library's own
+# mpirun starts the ranks. RAILSQUEAL_LAUNCH names another launcher.
 if [ -n "${RAILSQUEAL_LAUNCH:-}" ]; then
     read -ra launch <<<"$RAILSQUEAL_LAUNCH"
 elif srun --mpi=list 2>&1 | grep -qw 'pmix[_v0-9]*'; then
@@ -57,8 +58,8 @@ fi
 # Its errors go to the log, what it says does not.
 plan=$("${launch[@]}" "$program" check "$job" "${checked[@]}") || exit
 
-# SLURM puts the job into the queue again after exit code 5 and after the failure of a node: what there is of the run is continued.
-# A run that ended before its first segment may have left modes and compliance.
+# SLURM puts the job into the queue again after exit code 5 and after the failure of a node: what there is of the run is
+# continued. A run that ended before its first segment may have left modes and compliance.
 options=("${given[@]}") taken=() model=${result%.*}.model.h5
 if [ "${SLURM_RESTART_COUNT:-0}" -gt 0 ]; then
     number="start number $((SLURM_RESTART_COUNT + 1))"

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Makes the small meshes of this folder: a flat block (lower body) and a block with a doubly curved running surface (upper body).
+"""Makes the small meshes of this folder: a flat block (lower body) and a block with a doubly curved running surface
+(upper body).
 
     pip install gmsh
     python3 make_blocks.py [--binary] [--elements N] [--output-directory DIR]
 
-Both blocks have the same 3 x 3 plan: a patch of equal quadrilaterals in the middle, graded columns around it. Transfinite surfaces
-extruded in layers give hexahedra, and contact surfaces whose nodes lie at the same x and y on both bodies.
+Both blocks have the same 3 x 3 plan: a patch of equal quadrilaterals in the middle, graded columns around it.
+Transfinite surfaces extruded in layers give hexahedra, and contact surfaces whose nodes lie at the same x and y on both
+bodies.
 """
 
 import argparse
@@ -68,7 +70,10 @@ def block(name, sign, surface, n, path, binary):
                     contact.append(tag)
             else:
                 base.append(tag)
-        elif any(abs(a) > h - 1e-4 and abs(b) > h - 1e-4 and a * b > 0 for a, b, h in [(x0, x1, HALF_LENGTH), (y0, y1, HALF_WIDTH)]):
+        elif any(
+            abs(a) > h - 1e-4 and abs(b) > h - 1e-4 and a * b > 0
+            for a, b, h in [(x0, x1, HALF_LENGTH), (y0, y1, HALF_WIDTH)]
+        ):
             sides.append(tag)
     for title, tags in [("contact", contact), ("base", base), ("sides", sides)]:
         gmsh.model.addPhysicalGroup(2, tags, name=title)

@@ -32,12 +32,21 @@ def corners():
     bottom = HEIGHT - DEPTH
     left, right = WEB_AT - HALF_WEB, WEB_AT + HALF_WEB
     return [
-        (WEB_AT - HALF_FOOT, 0.0, 1.5), (WEB_AT + HALF_FOOT, 0.0, 1.5), (WEB_AT + HALF_FOOT, TOE, 3.0),
-        (right, root, 20.0), (right, bottom - 20.0, 14.0), (gauge - 4.0, bottom - 9.0, 20.0),
-        (gauge + KEEPER, bottom + 16.0, 12.0), (gauge + KEEPER, HEIGHT - KEEPER_BELOW, 3.0),
-        (gauge, HEIGHT - KEEPER_BELOW, 3.0), (gauge - 5.0, bottom, 10.0),
-        (HALF_HEAD + (DEPTH - 14.0) / GAUGE_SLOPE, bottom, 10.0), HEAD,
-        (-HALF_HEAD, bottom + 18.0, 2.0), (left, bottom + 8.0, 10.0), (left, root, 20.0),
+        (WEB_AT - HALF_FOOT, 0.0, 1.5),
+        (WEB_AT + HALF_FOOT, 0.0, 1.5),
+        (WEB_AT + HALF_FOOT, TOE, 3.0),
+        (right, root, 20.0),
+        (right, bottom - 20.0, 14.0),
+        (gauge - 4.0, bottom - 9.0, 20.0),
+        (gauge + KEEPER, bottom + 16.0, 12.0),
+        (gauge + KEEPER, HEIGHT - KEEPER_BELOW, 3.0),
+        (gauge, HEIGHT - KEEPER_BELOW, 3.0),
+        (gauge - 5.0, bottom, 10.0),
+        (HALF_HEAD + (DEPTH - 14.0) / GAUGE_SLOPE, bottom, 10.0),
+        HEAD,
+        (-HALF_HEAD, bottom + 18.0, 2.0),
+        (left, bottom + 8.0, 10.0),
+        (left, root, 20.0),
         (WEB_AT - HALF_FOOT, TOE, 3.0),
     ]
 
@@ -80,9 +89,14 @@ def head():
     field = (-CROWN * math.sin(b), c0[1] + CROWN * math.cos(b))
     c2y = c0[1] + (CROWN - FIELD_CORNER) * math.cos(b)
     return {
-        "low": low, "top": top, "field": field, "side": (-HALF_HEAD, c2y), "corner": c1,
+        "low": low,
+        "top": top,
+        "field": field,
+        "side": (-HALF_HEAD, c2y),
+        "corner": c1,
         "bulges": [math.tan(0.25 * (steep - a)), math.tan(0.25 * (a + b)), math.tan(0.25 * (0.5 * math.pi - b))],
-        "angles": (steep, a, b), "centre": c0,
+        "angles": (steep, a, b),
+        "centre": c0,
     }
 
 
@@ -91,7 +105,7 @@ def outline():
     h = head()
     given = corners()
     at = given.index(HEAD)
-    ring = given[:at] + [(*h["low"], 0.0), (*h["side"], 0.0)] + given[at + 1:]
+    ring = given[:at] + [(*h["low"], 0.0), (*h["side"], 0.0)] + given[at + 1 :]
     edges = []
     for k, (x, y, radius) in enumerate(ring):
         if radius == 0.0:
@@ -121,8 +135,13 @@ def measures(edges, parts=64):
         apothem = radius * math.cos(half)
         mx, my = 0.5 * (x + u) - apothem * (v - y) / length, 0.5 * (y + v) + apothem * (u - x) / length
         start = math.atan2(y - my, x - mx)
-        points += [(mx + abs(radius) * math.cos(start + 2 * half * k / parts),
-                    my + abs(radius) * math.sin(start + 2 * half * k / parts)) for k in range(parts)]
+        points += [
+            (
+                mx + abs(radius) * math.cos(start + 2 * half * k / parts),
+                my + abs(radius) * math.sin(start + 2 * half * k / parts),
+            )
+            for k in range(parts)
+        ]
     a = sx = sy = ix = iy = 0.0
     for (x, y), (u, v) in zip(points, points[1:] + points[:1]):
         c = x * v - u * y

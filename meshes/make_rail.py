@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Makes a mesh of a piece of the rail 60E1 with Gmsh: triangles of its section, drawn along x to wedges of 15 nodes; small cells at the contact.
+"""Makes a mesh of a piece of the rail 60E1 with Gmsh: triangles of its section, drawn along x to wedges of 15 nodes;
+small cells at the contact.
 
     pip install gmsh
     python3 make_rail.py rail.msh
     python3 make_rail.py --length 8 --at -0.008 --contact-size 0.003 rail.inp
 
-The rail stands below the plane z = 0, its crown at the origin, upright, along x. Groups: `contact` (the running surface about the middle of the length), `foot` (what lies on
-the pads), `end_minus` and `end_plus` (its two ends).
+The rail stands below the plane z = 0, its crown at the origin, upright, along x. Groups: `contact` (the running surface
+about the middle of the length), `foot` (what lies on the pads), `end_minus` and `end_plus` (its two ends).
 """
 
 import argparse
@@ -20,7 +21,8 @@ TOLERANCE = 0.15  # of the outline below the head, mm
 
 
 def places(half, fine, patch, size):
-    """Places along x from −`half` to `half`, m: steps of `fine` within ±`patch`, larger ones away from there, up to `size`."""
+    """Places along x from −`half` to `half`, m: steps of `fine` within ±`patch`, larger ones away from there, up to
+    `size`."""
     steps, at = [0.0], 0.0
     while at < half:
         at += min(size, fine + GROWTH * max(0.0, at - patch))
@@ -30,7 +32,8 @@ def places(half, fine, patch, size):
 
 
 def section(given):
-    """The nodes of the meshed section, (y, z) in m by their numbers, its cells, and the edges on the head and on the foot, all of second order."""
+    """The nodes of the meshed section, (y, z) in m by their numbers, its cells, and the edges on the head and on the
+    foot, all of second order."""
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
     arcs, foot, face = outline(0.0, given.size / MILLI, given.size / MILLI, TOLERANCE)
@@ -62,11 +65,15 @@ def section(given):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--length", type=float, default=14.0, help="m")
-    parser.add_argument("--at", type=float, default=0.0, help="where on the head the cells are small, y of the upright section, m")
+    parser.add_argument(
+        "--at", type=float, default=0.0, help="where on the head the cells are small, y of the upright section, m"
+    )
     parser.add_argument("--size", type=float, default=0.025, help="largest edge length in the section, m")
     parser.add_argument("--along", type=float, default=0.1, help="largest edge length along the rail, m")
     parser.add_argument("--contact-size", type=float, default=0.004, help="edge length at the contact, m")
-    parser.add_argument("--patch", type=float, default=0.008, help="half length and half width of the place of small cells, m")
+    parser.add_argument(
+        "--patch", type=float, default=0.008, help="half length and half width of the place of small cells, m"
+    )
     parser.add_argument("file", help="ends in .msh or .inp")
     given = parser.parse_args()
     plane, cells, head, foot = section(given)
@@ -85,11 +92,21 @@ def main():
         return number[tag, level]
 
     def wedge(cell, k):
-        """Of a triangle between two places along x, in Gmsh's order. y, z and x are right-handed."""
+        """Wedge over a triangle between two places along x, in Gmsh's order. y, z and x are right-handed."""
         a, b, c, ab, bc, ca = cell
         near, between, far = 2 * k, 2 * k + 1, 2 * k + 2
         corners = [(t, level) for level in (near, far) for t in (a, b, c)]
-        edges = [(ab, near), (ca, near), (a, between), (bc, near), (b, between), (c, between), (ab, far), (ca, far), (bc, far)]
+        edges = [
+            (ab, near),
+            (ca, near),
+            (a, between),
+            (bc, near),
+            (b, between),
+            (c, between),
+            (ab, far),
+            (ca, far),
+            (bc, far),
+        ]
         return [node(t, level) for t, level in corners + edges]
 
     def strip(edge, k):

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Makes the section of a worn rail with Gmsh, as a drawing of one's own would be: in millimetres, x across the track, y up, (0, 0) in the middle of the head.
+"""Makes the section of a worn rail with Gmsh, as a drawing of one's own would be: in millimetres, x across the track, y
+up, (0, 0) in the middle of the head.
 
     pip install gmsh
     python3 make_rail_section.py rail-section.msh
     python3 make_rail_section.py --worn 0 60e1.msh
 
-The rail is 60E1, its head lower by --worn mm: the arcs of the running surface moved down between its sides. Groups: `running` (the head from side to side), `foot` (what lies on the
-pads), and the surface `rail`.
+The rail is 60E1, its head lower by --worn mm: the arcs of the running surface moved down between its sides. Groups:
+`running` (the head from side to side), `foot` (what lies on the pads), and the surface `rail`.
 """
 
 import argparse
@@ -15,12 +16,41 @@ import math
 import gmsh
 
 HEIGHT = 172.0
-# Half of the outline of 60E1 from the end of the head's arcs down to the tip of the foot: the program Rolland (M. Mantel, BSD-3-Clause), y from the middle, z up from the foot, mm.
+# Half of the outline of 60E1 from the end of the head's arcs down to the tip of the foot: the program Rolland (M.
+# Mantel, BSD-3-Clause), y from the middle, z up from the foot, mm.
 SIDE = [(36.00, 157.70), (37.03, 136.60), (36.95, 135.94), (36.40, 134.73), (35.34, 133.90), (34.72, 133.63)]
 UNDERSIDE = [(16.91, 127.15), (15.08, 126.28), (13.56, 124.94), (12.79, 123.83), (12.25, 122.59), (11.35, 119.33)]
-WEB = [(10.37, 114.69), (9.38, 108.68), (8.76, 103.30), (8.38, 97.90), (8.25, 92.49), (8.25, 59.31), (8.39, 54.58), (8.70, 49.85)]
-FILLET = [(9.12, 45.81), (9.68, 41.79), (10.37, 37.78), (11.35, 33.15), (12.51, 29.26), (14.05, 27.06), (15.70, 25.88), (16.94, 25.36)]
-FOOT = [(44.94, 15.18), (48.82, 13.99), (52.80, 13.20), (70.35, 11.83), (72.34, 11.51), (73.52, 10.86), (74.40, 9.84), (74.99, 7.93), (75.00, 0.0)]
+WEB = [
+    (10.37, 114.69),
+    (9.38, 108.68),
+    (8.76, 103.30),
+    (8.38, 97.90),
+    (8.25, 92.49),
+    (8.25, 59.31),
+    (8.39, 54.58),
+    (8.70, 49.85),
+]
+FILLET = [
+    (9.12, 45.81),
+    (9.68, 41.79),
+    (10.37, 37.78),
+    (11.35, 33.15),
+    (12.51, 29.26),
+    (14.05, 27.06),
+    (15.70, 25.88),
+    (16.94, 25.36),
+]
+FOOT = [
+    (44.94, 15.18),
+    (48.82, 13.99),
+    (52.80, 13.20),
+    (70.35, 11.83),
+    (72.34, 11.51),
+    (73.52, 10.86),
+    (74.40, 9.84),
+    (74.99, 7.93),
+    (75.00, 0.0),
+]
 # Arcs of the head from the middle outwards: radius, and the distance from the middle at which it ends, mm.
 ARCS = [(300.0, 10.228), (80.0, 26.0265)]
 CORNER = 13.0
@@ -55,8 +85,9 @@ def simplified(line, tolerance):
 
 
 def outline(worn, size, fine, tolerance=0.0):
-    """The section as geometry of Gmsh, mm: curves of the head, the curve of the foot, the surface. Edges of the length `size`, mm, `fine` on the head. Points
-    of the outline below the head that are no further than `tolerance`, mm, from the others are left out: each is a node."""
+    """The section as geometry of Gmsh, mm: curves of the head, the curve of the foot, the surface. Edges of the length
+    `size`, mm, `fine` on the head. Points of the outline below the head that are no further than `tolerance`, mm, from
+    the others are left out: each is a node."""
     surface = head(worn)
     down = [p for p in SIDE if p[1] < surface[-1][1] - 0.1] + UNDERSIDE + WEB + FILLET + FOOT
     down = simplified(down, tolerance) if tolerance > 0 else down

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Makes the annular cylinder of docs/reference/annulus_modes.csv (radii 0.1 and 0.5 m, width 0.1 m) with Gmsh, of any kind of cell: a check of meshes from
-files against frequencies that are known otherwise.
+"""Makes the annular cylinder of docs/data/annulus_modes.csv (radii 0.1 and 0.5 m, width 0.1 m) with Gmsh, of any
+kind of cell: a check of meshes from files against frequencies that are known otherwise.
 
     python3 make_ring.py --cells hex20 --size 0.03 ring.msh
     railsqueal run jobs/annulus.json --set bodies.lower.mesh='{"file": "ring.msh"}'
 """
+
 import argparse
 import math
 
@@ -28,7 +29,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", choices=CELLS, default="hex20")
     parser.add_argument("--size", type=float, default=0.03, help="edge length, m")
-    parser.add_argument("--contact-size", type=float, help="edge length of tetrahedra about the contact point at the origin, m; makes the group contact, the running surface")
+    parser.add_argument(
+        "--contact-size",
+        type=float,
+        help="edge length of tetrahedra about the contact point at the origin, m; makes the group contact, the running "
+        "surface",
+    )
     parser.add_argument("--version", default="4.1", choices=["4.1", "2.2"])
     parser.add_argument("--ascii", action="store_true")
     parser.add_argument("file")
@@ -44,7 +50,10 @@ def main():
     ring = occ.cut([(2, disc)], [(2, bore)])[0]
     if shape == "hexahedra":
         # Four quarters, which can be meshed in lines.
-        lines = [(1, occ.addLine(occ.addPoint(0, 0, 0), occ.addPoint(x, y, 0))) for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+        lines = [
+            (1, occ.addLine(occ.addPoint(0, 0, 0), occ.addPoint(x, y, 0)))
+            for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))
+        ]
         ring = [e for e in occ.fragment(ring, lines)[0] if e[0] == 2]
     occ.rotate(ring, 0, 0, 0, 1, 0, 0, math.pi / 2)
     occ.translate(ring, 0, -WIDTH / 2, -OUTER)
@@ -86,6 +95,7 @@ def main():
                 gmsh.model.mesh.setTransfiniteSurface(surface)
                 gmsh.model.mesh.setRecombine(dim, surface)
     if given.contact_size:
+
         def size(dim, tag, x, y, z, lc=0.0):
             return min(given.size, given.contact_size + GROWTH * max(0.0, math.sqrt(x * x + y * y + z * z) - PATCH))
 

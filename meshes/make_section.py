@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes the section of a wheel with a curved web with Gmsh, as a drawing of one's own would be: in millimetres, x along the axle, y away from it.
+"""Makes the section of a wheel with a curved web with Gmsh, as a drawing of one's own would be: in millimetres, x along
+the axle, y away from it.
 
     pip install gmsh
     python3 make_section.py wheel-section.msh

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Makes a mesh of the wheel W920S with Gmsh: its section, as the swept wheel of the program has it, revolved about the axle; small cells at the contact.
+"""Makes a mesh of the wheel W920S with Gmsh: its section, as the swept wheel of the program has it, revolved about the
+axle; small cells at the contact.
 
     pip install gmsh
     python3 make_wheel.py --cells tet10 wheel.msh
     python3 make_wheel.py --cells hex20 --size 0.03 --contact-size 0.004 wheel.inp
 
-The wheel stands above the plane z = 0 as an upper body (--lower: below it), contact point at the origin, axle along y. Groups: `inner` (the bore), `contact`
-(a patch of the tread about the contact point), `tread`.
+The wheel stands above the plane z = 0 as an upper body (--lower: below it), contact point at the origin, axle along y.
+Groups: `inner` (the bore), `contact` (a patch of the tread about the contact point), `tread`.
 """
 
 import argparse
@@ -19,14 +20,18 @@ TREAD = RADII[3]
 WIDTHS = [-0.090, -0.065, -0.012, 0.012, 0.040, 0.070, 0.090]  # from the middle of the web towards the flange, m
 BANDS = [(0, 6), (2, 3), (1, 5), (4, 5)]  # first and last of the widths between two radii
 GROWTH = 0.35  # of the size of cells with the distance from the contact point
-STEEP_RADII, STEEP_WIDTHS = [0.095, 0.135], [-0.090, -0.012, 0.012, 0.090]  # where the stress is: at the ends of the clamped bore, between web and hub
+STEEP_RADII, STEEP_WIDTHS = (
+    [0.095, 0.135],
+    [-0.090, -0.012, 0.012, 0.090],
+)  # where the stress is: at the ends of the clamped bore, between web and hub
 
 
 def lines(ends, at, fine, patch, size, steep=(), corner=0.0):
-    """Positions from the first to the last of `ends`, all of which are among them: small steps about `at`, and steps `corner` about the places `steep`,
-    and larger ones away from there."""
+    """Positions from the first to the last of `ends`, all of which are among them: small steps about `at`, and steps
+    `corner` about the places `steep`, and larger ones away from there."""
     out = [ends[0]]
     for a, b in zip(ends, ends[1:]):
+
         def wanted(x):
             near = [corner + GROWTH * abs(x - place) for place in steep]
             return min(size, fine + GROWTH * max(0.0, abs(x - at) - patch), *near)
@@ -46,7 +51,8 @@ def lines(ends, at, fine, patch, size, steep=(), corner=0.0):
 
 
 def structured(given, offset, sign):
-    """Hexahedra or wedges of revolution: rectangles of the section, swept through angles that grow away from the contact point."""
+    """Hexahedra or wedges of revolution: rectangles of the section, swept through angles that grow away from the
+    contact point."""
     widths = sorted(w - offset for w in WIDTHS)
     across = sorted({*widths, -given.patch, given.patch})
     across = [w for w in across if w in widths or widths[1] < w < widths[4]]
@@ -135,7 +141,10 @@ def free(given, offset, sign):
         if len(gmsh.model.getAdjacencies(dim, tag)[0]) != 1:
             continue
         low, high = gmsh.model.getParametrizationBounds(dim, tag)
-        places = [gmsh.model.getValue(dim, tag, [a + t * (b - a) for a, b, t in zip(low, high, s)]) for s in ((0.5, 0.5), (0.3, 0.6))]
+        places = [
+            gmsh.model.getValue(dim, tag, [a + t * (b - a) for a, b, t in zip(low, high, s)])
+            for s in ((0.5, 0.5), (0.3, 0.6))
+        ]
         radii = [math.hypot(x, z - sign * TREAD) for x, _, z in places]
         if all(abs(r - RADII[0]) < 1e-7 for r in radii):
             groups["inner"].append(tag)
@@ -149,7 +158,12 @@ def free(given, offset, sign):
     def size(dim, tag, x, y, z, lc=0.0):
         away = math.sqrt(x * x + y * y + z * z) - given.patch
         r = math.hypot(x, z - sign * TREAD)
-        bends = [(RADII[0], STEEP_WIDTHS[0]), (RADII[0], STEEP_WIDTHS[3]), (RADII[1], STEEP_WIDTHS[1]), (RADII[1], STEEP_WIDTHS[2])]
+        bends = [
+            (RADII[0], STEEP_WIDTHS[0]),
+            (RADII[0], STEEP_WIDTHS[3]),
+            (RADII[1], STEEP_WIDTHS[1]),
+            (RADII[1], STEEP_WIDTHS[2]),
+        ]
         steep = min(math.hypot(r - radius, y + offset - width) for radius, width in bends)
         return min(given.size, given.contact_size + GROWTH * max(0.0, away), given.corner_size + GROWTH * steep)
 
@@ -164,11 +178,25 @@ def free(given, offset, sign):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", choices=["tet10", "hex20"], default="hex20")
-    parser.add_argument("--size", type=float, default=0.03, help="largest edge length, m; of hexahedra that in a section, twice as long around the axle")
+    parser.add_argument(
+        "--size",
+        type=float,
+        default=0.03,
+        help="largest edge length, m; of hexahedra that in a section, twice as long around the axle",
+    )
     parser.add_argument("--contact-size", type=float, default=0.005, help="edge length at the contact, m")
-    parser.add_argument("--corner-size", type=float, default=0.01, help="edge length at the edges of the bore and between web and hub, m")
-    parser.add_argument("--patch", type=float, default=0.01, help="half length and half width of the patch of the group contact, m")
-    parser.add_argument("--offset", type=float, default=0.0, help="contact point from the middle of the web towards the flange, m")
+    parser.add_argument(
+        "--corner-size",
+        type=float,
+        default=0.01,
+        help="edge length at the edges of the bore and between web and hub, m",
+    )
+    parser.add_argument(
+        "--patch", type=float, default=0.01, help="half length and half width of the patch of the group contact, m"
+    )
+    parser.add_argument(
+        "--offset", type=float, default=0.0, help="contact point from the middle of the web towards the flange, m"
+    )
     parser.add_argument("--lower", action="store_true", help="below the plane z = 0")
     parser.add_argument("file", help="ends in .msh or .inp")
     given = parser.parse_args()

@@ -28,7 +28,7 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Where there is no memory the process ends with its message and code.
+/// Allocator that ends the process with its message and code where there is no memory.
 #[global_allocator]
 static MEMORY: allocator::Exiting = allocator::Exiting;
 
@@ -41,7 +41,7 @@ fn main() {
     std::process::exit(start());
 }
 
-/// What needs no MPI: usage, help, versions, the schema.
+/// Commands without MPI: usage, help, versions, the schema.
 fn start() -> i32 {
     let speaks = launch::speaks(&launch::environment);
     let said = |result: Result<()>| match result {
@@ -181,8 +181,8 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
     }
 }
 
-/// Whether the other ranks come to the same end. They do where errors were agreed upon; where one rank alone failed,
-/// the others wait in a collective call for ever, and it must end them.
+/// Returns whether the other ranks come to the same end. They do where errors were agreed upon; where one rank alone
+/// failed, the others wait in a collective call for ever, and it must end them.
 fn all_arrive(farewell: &SimpleCommunicator) -> bool {
     let begun = Instant::now();
     let mut request = farewell.immediate_barrier();

@@ -6,7 +6,7 @@
 pub struct Limit {
     /// Byte.
     pub bytes: f64,
-    /// Where the figure comes from, for messages.
+    /// Source of the figure, for messages.
     pub source: String,
 }
 
@@ -19,7 +19,7 @@ impl Limit {
         }
     }
 
-    /// What this process may add to its address space (`ulimit -v`); infinite without such a limit.
+    /// Address space that this process may still add (`ulimit -v`); infinite without such a limit.
     pub fn of_process() -> Limit {
         let pages = std::fs::read_to_string("/proc/self/statm").ok();
         let used = pages.as_deref().and_then(|t| number(t.split(' ').next()?)).unwrap_or(0.0);
@@ -28,7 +28,7 @@ impl Limit {
         Limit { bytes, source: "the limit of the address space (ulimit -v)".into() }
     }
 
-    /// What is free of the swap, byte: a run that needs it is slow, and runs.
+    /// Free part of the swap, byte: a run that needs it is slow, and runs.
     pub fn swap() -> f64 {
         std::fs::read_to_string("/proc/meminfo").ok().as_deref().and_then(|t| kibibytes(t, "SwapFree:")).unwrap_or(0.0)
     }
@@ -69,7 +69,7 @@ pub fn confine(bytes: u64) {
     let _ = setrlimit(Resource::Data, Rlimit { current, maximum });
 }
 
-/// Whether the last call of the system or the C library that failed, on this thread, got no memory.
+/// Returns whether the last call of the system or the C library that failed, on this thread, got no memory.
 pub fn refused() -> bool {
     std::io::Error::last_os_error().kind() == std::io::ErrorKind::OutOfMemory
 }

@@ -23,7 +23,7 @@ pub struct World {
     pub rank: usize,
     /// Number of ranks.
     pub size: usize,
-    /// Where this rank keeps the factors of matrices; none: in memory.
+    /// Folder in which this rank keeps the factors of matrices; none: in memory.
     pub scratch: OnceLock<Scratch>,
 }
 

@@ -55,7 +55,7 @@ impl Scratch {
         &self.folder
     }
 
-    /// What is free on its disk, byte.
+    /// Free space on its disk, byte.
     pub fn free(&self) -> Result<f64> {
         free(&self.folder)
     }
@@ -68,7 +68,7 @@ impl Drop for Scratch {
     }
 }
 
-/// What is free on the disk of the folder `place`, byte.
+/// Free space on the disk of the folder `place`, byte.
 pub fn free(place: &Path) -> Result<f64> {
     let there = rustix::fs::statvfs(place)
         .map_err(|e| Error::Io(format!("solver.out_of_core: {}: {}", place.display(), io::Error::from(e))))?;

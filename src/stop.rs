@@ -40,7 +40,7 @@ impl Stop {
         Self { signal, limit: wall_time.map(|s| (begun, Duration::from_secs_f64(s.max(0.0)))) }
     }
 
-    /// Whether a signal came.
+    /// Returns whether a signal came.
     pub fn signalled(&self) -> bool {
         self.signal.load(Ordering::Relaxed)
     }

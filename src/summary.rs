@@ -12,9 +12,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// What has to be told of `job` before anything is computed: the defaults it takes up that are not those of its
-    /// format, the damping of its
-    /// bodies, what is implausible, and what comes near the ends of the range of the theory.
+    /// Summary of `job` before anything is computed: the defaults it takes up that are not those of its format, the
+    /// damping of its bodies, what is implausible, and what comes near the ends of the range of the theory.
     pub fn of(job: &Job) -> Self {
         let told = |line: &String| format!("default changed: {line}");
         let mut summary =
@@ -49,7 +48,7 @@ impl Summary {
         self.failure.get_or_insert(error);
     }
 
-    /// What [`Summary::fail`] was told first.
+    /// Returns the first error given to [`Summary::fail`].
     pub fn failure(&self) -> Option<&Error> {
         self.failure.as_ref()
     }

@@ -561,7 +561,7 @@ fn a_curve_at_its_own_residual_has_the_forces() {
     }
 }
 
-/// What half-spaces have between them, by offsets.
+/// Compliance of a pair of half-spaces, by offsets.
 fn convolution(s: &Interface, lower: HalfSpace, upper: HalfSpace) -> Convolution {
     let [lower, upper] = [lower, upper].map(|m| Convolution::of_half_space(&m, &s.x, &s.y).unwrap().unwrap());
     Convolution::combined(&lower, &upper).unwrap()

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// What every room may use; `Error` and `Result` of the crate are those of `error`.
+/// Modules that every room may use; `Error` and `Result` of the crate are those of `error`.
 const BASE: &[&str] = &["error"];
 
 /// The rooms from the lowest to the highest, and what each may use besides the base.

@@ -45,7 +45,7 @@ fn main() -> ExitCode {
 
 // ---- The test side ----
 
-/// What a run with modes and a transient leaves.
+/// Files of a run with modes and a transient.
 const WHOLE: [&str; 4] = ["run.free_modes.vtkhdf", "run.h5", "run.hdf", "run.transient.vtkhdf"];
 
 fn one_file_on_any_number_of_ranks() {

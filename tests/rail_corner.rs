@@ -15,8 +15,8 @@ fn pads() -> Track {
     Track { pad: Layer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 60.2), sleeper: None }
 }
 
-/// What a rail adds to the half-space under loads on a disc, in the frame of its surface at the contact, with orders up
-/// to `last`.
+/// Compliance that a rail adds to the half-space under loads on a disc, in the frame of its surface at the contact,
+/// with orders up to `last`.
 fn constant(rail: &BuiltRail, last: Option<usize>) -> Square {
     let patch = Patch { radius: RADIUS };
     let section = rail.for_loads(patch.radius).expect("a section");
@@ -66,7 +66,7 @@ fn compliance_is_continuous_along_the_head() {
     assert!(corner < 6e-3, "0.02 rad at the corner: {corner:e}");
 }
 
-/// What is odd in y changes its sign, all else is equal to rounding.
+/// Components that are odd in y change their sign, all others are equal to rounding.
 #[test]
 fn the_left_corner_mirrors_the_right_one() {
     let [right, left] = [1.0, -1.0].map(|angle| constant(&at_angle(angle), None));

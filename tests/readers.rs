@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// What is read is counted.
+/// Allocator that counts what is read.
 #[global_allocator]
 static MEMORY: allocator::Counting = allocator::Counting;
 
@@ -78,13 +78,13 @@ impl Dice {
     }
 }
 
-/// What became of the files.
+/// Outcomes of the files.
 #[derive(Default)]
 struct Count {
     read: usize,
     refused: usize,
     slowest: Duration,
-    /// Of the one that took most beside ten times its size.
+    /// Memory of the file that took most, beside ten times its size.
     largest: usize,
 }
 
@@ -239,7 +239,7 @@ fn odd_values_of_every_key() {
     count.say("odd values");
 }
 
-/// What is read holds together: nodes, cells and groups that are there.
+/// Checks that a mesh is consistent: nodes, cells and groups that are there.
 fn holds(mesh: &Mesh) {
     assert!(mesh.cells.all_nodes().all(|n| (n as usize) < mesh.nodes.len()));
     let faces = |f: &Facet| mesh.cells.get(f.cell as usize).kind.faces().len();
@@ -284,7 +284,7 @@ fn inp_meshes() {
     meshes(&seeds, "meshes (INP)", |bytes, name| inp::parse(bytes, name).map(|(mesh, _)| mesh));
 }
 
-/// What is measured: profiles in the formats that there are, heights in columns and in a table.
+/// Measured data: profiles in the formats that there are, heights in columns and in a table.
 #[test]
 fn profiles_and_heights() {
     let worn = files("jobs/profiles", &["txt"]);
@@ -483,7 +483,7 @@ fn a_dataset_is_not_larger_than_its_file() {
     }
 }
 
-/// What [`results`] starts: one process that reads the files named in the environment.
+/// Process started by [`results`]: one process that reads the files named in the environment.
 #[test]
 fn a_process_that_reads() {
     let Some(files) = std::env::var_os("RAILSQUEAL_READ") else { return };

@@ -137,8 +137,9 @@ fn sliding_damps_the_motion_across() {
     }
 }
 
-/// Where the contact sticks the residual compliance s holds the mass, λ² + cλ + ω² + φ²/s = 0, along either axis;
-/// sliding that comes to rest has the same limit across it. Two more eigenvalues are 0: where it sticks is arbitrary.
+/// A sticking contact is a spring: the residual compliance s holds the mass, λ² + cλ + ω² + φ²/s = 0, along either
+/// axis; sliding that comes to rest has the same limit across it. Two more eigenvalues are 0: where it sticks is
+/// arbitrary.
 #[test]
 fn a_stuck_contact_is_a_spring() {
     let (omega, c, phi, s) = (2.0 * PI * 500.0, 3.0, 0.2, 1e-7);
@@ -678,7 +679,7 @@ fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f6
     SteadyProblem { interface, compliance, friction, speed, creepage, load, stencil, tolerance, max_iterations }
 }
 
-/// Where nothing sticks the steady state is that of sliding along the actual creep, with constant friction and with
+/// Without sticking nodes, the steady state is that of sliding along the actual creep, with constant friction and with
 /// friction that falls.
 #[test]
 fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
@@ -699,9 +700,9 @@ fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
     }
 }
 
-/// Where part of the contact sticks, two relaxations a node in stick and one a node in slip come to the modes, and
-/// none of them grows. Modes of the bodies converge with the grid; what goes with the speed over the spacing of the
-/// nodes is damped too much to be listed.
+/// In a partly sticking contact, two relaxations a node in stick and one a node in slip come to the modes, and none of
+/// them grows. Modes of the bodies converge with the grid; what goes with the speed over the spacing of the nodes is
+/// damped too much to be listed.
 #[test]
 fn contacts_that_stick_in_part_have_modes_and_relaxations() {
     let about = |k: usize, eta: f64| {

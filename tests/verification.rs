@@ -31,7 +31,7 @@ fn numbers(file: &Reader, path: &str) -> Vec<f64> {
 
 /// Frequencies (Hz) and numbers of nodal diameters of one support, ascending.
 fn reference(support: &str) -> Vec<(f64, usize)> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/annulus_modes.csv");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/data/annulus_modes.csv");
     let text = std::fs::read_to_string(path).expect("reference frequencies");
     let rows = text.lines().filter(|l| l.starts_with(support)).map(|l| {
         let cells: Vec<&str> = l.split(',').collect();
@@ -97,7 +97,7 @@ fn frequencies_converge_at_the_order_of_the_element() {
 /// from the contacts both have the same mesh.
 #[test]
 fn the_distance_between_the_frequencies_of_two_wheels() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/crowned_modes.csv");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/data/crowned_modes.csv");
     let text = std::fs::read_to_string(path).expect("reference frequencies");
     let first = |offset: &str, order: usize| -> f64 {
         let row = text.lines().find(|l| l.starts_with(&format!("{offset},{order},"))).expect("a row of the reference");

@@ -81,8 +81,8 @@ fn forces_are_those_of_contact() {
         let part = 0.2e-3 / spacing;
         let limit = 0.3 * row["fn"];
         let grid = |c: usize| found.force[c] + part * (first.force[c] - found.force[c]);
-        // In CONTACT's axes, its own figures in brackets: the row of the table in docs/placement.md, which a study
-        // writes.
+        // In CONTACT's axes, its own figures in brackets: the row of the table in docs/explanation/placement.md, which
+        // a study writes.
         println!(
             "row: {} {} mm | {:.2} ({:.2}) | {:.1} ({:.1}) | {:.0}; {:.0} ({:.0}) | {:.0}; {:.0} ({:.0})",
             format!("{side:?}").to_lowercase(),

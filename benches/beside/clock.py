@@ -22,7 +22,8 @@ RUNS = int(os.environ.get("RUNS", "3"))
 
 @dataclass
 class Spent:
-    """What one run took: wall and processor time of all ranks in s, largest resident size summed over the ranks in bytes, and what it printed."""
+    """Cost of one run: wall and processor time of all ranks in s, largest resident size summed over the ranks in
+    bytes, and what it printed."""
 
     wall: float
     cpu: float
@@ -31,17 +32,33 @@ class Spent:
 
 
 def spent(command, ranks=1, settings=None, folder=None):
-    """Runs a command on so many ranks; ends the study where it fails. `settings` are variables of its environment, `folder` is where it works."""
+    """Runs a command on so many ranks; ends the study where it fails. `settings` are variables of its environment,
+    `folder` is where it works."""
     with tempfile.TemporaryDirectory() as taken:
-        line = ["mpirun", "-n", str(ranks), sys.executable, str(Path(__file__).with_name("rank.py")), taken, *map(str, command)]
+        line = [
+            "mpirun",
+            "-n",
+            str(ranks),
+            sys.executable,
+            str(Path(__file__).with_name("rank.py")),
+            taken,
+            *map(str, command),
+        ]
         # Variables of this project's own Python do not belong to another one's.
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(settings or {})}
         done = subprocess.run(line, capture_output=True, text=True, env=environment, cwd=folder)
         if done.returncode:
-            raise SystemExit(f"{' '.join(map(str, command))}\nended with {done.returncode}:\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
+            raise SystemExit(
+                f"{' '.join(map(str, command))}\nended with "
+                f"{done.returncode}:\n{done.stdout[-2000:]}{done.stderr[-4000:]}"
+            )
         parts = [json.loads(path.read_text()) for path in sorted(Path(taken).glob("*.json"))]
     wall, cpu, memory = max(p["wall"] for p in parts), sum(p["cpu"] for p in parts), sum(p["memory"] for p in parts)
-    print(f"   {Path(str(command[0])).name} {' '.join(map(str, command[1:4]))} … on {ranks}: {wall:.1f} s, {cpu:.1f} s of CPU, {memory / 1e9:.2f} GB", flush=True)
+    print(
+        f"   {Path(str(command[0])).name} {' '.join(map(str, command[1:4]))} … on {ranks}: {wall:.1f} s, {cpu:.1f} s "
+        f"of CPU, {memory / 1e9:.2f} GB",
+        flush=True,
+    )
     return Spent(wall, cpu, memory, done.stdout)
 
 
@@ -79,14 +96,16 @@ def benchmark(name):
 
 
 def rows(out):
-    """What a benchmark says in lines `row: a | b | c`."""
+    """Rows that a benchmark prints in lines `row: a | b | c`."""
     return [line.partition("row: ")[2].split(" | ") for line in out.splitlines() if line.startswith("row: ")]
 
 
 def stages(result):
     """Seconds of each stage of a run by its name, from its result file."""
     with h5py.File(result) as file:
-        return dict(zip((n.decode() for n in file["provenance/stage_names"][()]), file["provenance/stage_times"][()].tolist()))
+        return dict(
+            zip((n.decode() for n in file["provenance/stage_names"][()]), file["provenance/stage_times"][()].tolist())
+        )
 
 
 def version(package):
@@ -104,7 +123,9 @@ def noted(load, *programs, runs=RUNS):
     """The line below a table: when, with what, how often, and the load of the machine before."""
     own = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout.split("\n")[0]
     count = f"medians of {runs} runs in turn" if runs > 1 else "one run each"
-    return f"_{', '.join([own, *programs])}; {datetime.date.today()}; {count}; load of the machine before: {load:.1f}._\n"
+    return (
+        f"_{', '.join([own, *programs])}; {datetime.date.today()}; {count}; load of the machine before: {load:.1f}._\n"
+    )
 
 
 def ratio(ours, theirs):

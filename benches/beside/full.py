@@ -10,7 +10,7 @@ from peers import petsc
 from report import table
 from system import install
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 
 
 def parts(done, first, second):
@@ -34,7 +34,11 @@ def beside():
             return parts(spent([program, "--size", "0.002"]), "inverse", "eigensolver")
 
         def theirs():
-            return parts(spent([DEBIAN, ROOT / "benches/peers/slepc4py_pep.py", file, 20], 1, petsc("complex")), "set-up", "solve")
+            return parts(
+                spent([DEBIAN, ROOT / "benches/peers/slepc4py_pep.py", file, 20], 1, petsc("complex")),
+                "set-up",
+                "solve",
+            )
 
         found = in_turn(ours, theirs)
     rows = []

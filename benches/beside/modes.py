@@ -8,7 +8,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from clock import DEBIAN, PROGRAM, ROOT, Spent, busy, in_turn, middle, noted, ratio, run, spent, version
+from clock import DEBIAN, ROOT, Spent, busy, in_turn, middle, noted, ratio, run, spent, version
 from pages import put
 from peers import petsc
 from railsqueal import Fields
@@ -18,7 +18,7 @@ from system import install
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 PICTURE = ROOT / "docs" / "pictures" / "performance-modes.svg"
 # Edge lengths, m: 30, 98, 180 and 300 thousand rows.
 SIZES = (0.026, 0.017, 0.0137, 0.0115)
@@ -39,18 +39,25 @@ def ours(folder, size, count, ranks):
 
 
 def dolfinx(result, count, ranks, *bore):
-    """The peer's own clock, without imports and the compilation of forms, and the memory it says; `bore` is what it clamps (dolfinx_modes.py)."""
+    """The peer's own clock, without imports and the compilation of forms, and the memory it says; `bore` is what it
+    clamps (dolfinx_modes.py)."""
     done = spent([DEBIAN, ROOT / "benches/peers/dolfinx_modes.py", result, count, *bore], ranks, petsc("real"))
     found = re.search(r"wall ([\d.]+) s  cpu ([\d.]+) s", done.out)
     return Spent(float(found[1]), float(found[2]), done.memory, done.out)
 
 
 def calculix(folder, count, threads):
-    return spent(["ccx", "-i", folder / "annulus"], 1, {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)}, folder)
+    return spent(
+        ["ccx", "-i", folder / "annulus"],
+        1,
+        {"OMP_NUM_THREADS": str(threads), "CCX_NPROC_EQUATION_SOLVER": str(threads)},
+        folder,
+    )
 
 
 def deck(result, count, path, bore=(0.1, -0.5), material=None):
-    """Our mesh as an input of CalculiX, clamped at a radius about an axis at a height, m; the number of its rows without supports."""
+    """Our mesh as an input of CalculiX, clamped at a radius about an axis at a height, m; the number of its rows
+    without supports."""
     with Fields(result) as fields:
         mesh = fields.mesh
     (kind,) = np.unique(mesh.types)
@@ -66,7 +73,9 @@ def deck(result, count, path, bore=(0.1, -0.5), material=None):
             # A line has sixteen entries at the most.
             file.write(", ".join(words[:16]) + (",\n" + ", ".join(words[16:]) if len(words) > 16 else "") + "\n")
         file.write("*NSET, NSET=BORE\n" + "".join(f"{n + 1},\n" for n in bore))
-        file.write(f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{steel['young']}, {steel['poisson']}\n*DENSITY\n{steel['density']}\n")
+        file.write(
+            f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{steel['young']}, {steel['poisson']}\n*DENSITY\n{steel['density']}\n"
+        )
         file.write("*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL\n")
         file.write(f"*BOUNDARY\nBORE, 1, 3\n*STEP\n*FREQUENCY\n{count}\n*NODE FILE\nU\n*END STEP\n")
     return 3 * (len(points) - len(bore))
@@ -81,7 +90,11 @@ def meshed(folder, size):
 
 def packages():
     install("python3-dolfinx-real", "python3-slepc4py-real", "python3-h5py", "libopenblas0-pthread", "calculix-ccx")
-    return f"dolfinx {version('python3-dolfinx-real')}", f"SLEPc {version('python3-slepc4py-real')}", f"CalculiX {version('calculix-ccx')}"
+    return (
+        f"dolfinx {version('python3-dolfinx-real')}",
+        f"SLEPc {version('python3-slepc4py-real')}",
+        f"CalculiX {version('calculix-ccx')}",
+    )
 
 
 def lines(names, found):
@@ -118,7 +131,7 @@ def sizes():
                     drawn.setdefault((program, ranks), []).append((rows, m[0], m[2] / 1e9))
     head = ["rows", "ranks", "", "wall", "CPU", "memory"]
     draw(drawn)
-    shown = f"\n![wall time and memory over the number of rows](pictures/{PICTURE.name})\n"
+    shown = f"\n![wall time and memory over the number of rows](../pictures/{PICTURE.name})\n"
     put(PAGE, "modes", table(head, body) + "\n" + noted(load, *programs[:-1], f"{programs[-1]} (one run)") + shown)
 
 
@@ -157,9 +170,15 @@ def many():
         dolfinx(result, 4, 1)
         for ranks in (1, 2):
             names = ["railsqueal", "dolfinx + slepc4py"]
-            found, _ = lines(names, in_turn(lambda: ours(folder, MIDDLE, 400, ranks), lambda: dolfinx(result, 400, ranks), count=1))
+            found, _ = lines(
+                names, in_turn(lambda: ours(folder, MIDDLE, 400, ranks), lambda: dolfinx(result, 400, ranks), count=1)
+            )
             body += [[str(ranks), *row] for row in found]
-    put(PAGE, "many-modes", table(["ranks", "400 modes", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs, runs=1))
+    put(
+        PAGE,
+        "many-modes",
+        table(["ranks", "400 modes", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs, runs=1),
+    )
 
 
 @contextmanager
@@ -192,7 +211,9 @@ def out_of_core():
             disk = folder / "factors"
             disk.mkdir()
             with watched(disk) as most:
-                done = run("annulus.json", "--output", folder / "own.h5", sets=sized(size, 40) | {"solver.out_of_core": disk})
+                done = run(
+                    "annulus.json", "--output", folder / "own.h5", sets=sized(size, 40) | {"solver.out_of_core": disk}
+                )
             rows = re.search(r"(\d+) degrees of freedom", done.out)[1]
             inside = ours(folder, size, 40, 1) if size in SIZES else None
         beside = [f"{inside.wall:.0f} s", f"{1e-9 * inside.memory:.2f} GB"] if inside else ["", ""]

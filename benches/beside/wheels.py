@@ -10,7 +10,7 @@ from pages import put
 from report import table
 from system import install
 
-PAGE = ROOT / "docs" / "performance.md"
+PAGE = ROOT / "docs" / "developers" / "performance.md"
 # Kind of cell, edge length and edge length at the corners, m: 100 and 300 thousand rows of each.
 WHEELS = (("tet10", 0.0255, 0.017), ("tet10", 0.0157, 0.0105), ("hex20", 0.026, 0.012), ("hex20", 0.016, 0.008))
 NAMES = {"tet10": "tetrahedra of 10 nodes", "hex20": "hexahedra of 20 nodes"}
@@ -23,7 +23,20 @@ MATERIAL = {"young": 210e9, "poisson": 0.3, "density": 7860}
 def made(folder, cells, size, corner):
     """The mesh of the wheel and a job with its modes."""
     path = folder / "wheel.msh"
-    words = ["--lower", "--cells", cells, "--size", size, "--contact-size", size, "--corner-size", corner, "--patch", "0.02", path]
+    words = [
+        "--lower",
+        "--cells",
+        cells,
+        "--size",
+        size,
+        "--contact-size",
+        size,
+        "--corner-size",
+        corner,
+        "--patch",
+        "0.02",
+        path,
+    ]
     spent([DEBIAN, ROOT / "meshes/make_wheel.py", *words])
     job = {
         "version": 4,
@@ -63,5 +76,15 @@ def wheels():
                     calls.append(lambda: calculix(folder, COUNT, ranks))
                 found, _ = lines(names, in_turn(*calls))
                 body += [[NAMES[cells], f"{rows}", str(ranks), *row] for row in found]
-    put(PAGE, "wheels", table(["cells", "rows", "ranks", "", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs))
-    put(PAGE, "wheel-assembly", table(["cells", "rows, one rank", "distribution and assembly", "factorisation", "ratio"], parts) + "\n" + noted(load, runs=1))
+    put(
+        PAGE,
+        "wheels",
+        table(["cells", "rows", "ranks", "", "wall", "CPU", "memory"], body) + "\n" + noted(load, *programs),
+    )
+    put(
+        PAGE,
+        "wheel-assembly",
+        table(["cells", "rows, one rank", "distribution and assembly", "factorisation", "ratio"], parts)
+        + "\n"
+        + noted(load, runs=1),
+    )

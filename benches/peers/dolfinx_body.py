@@ -1,7 +1,8 @@
 """Stiffness and mass of a clamped body by dolfinx, on the mesh of a railsqueal result file.
 
-Hexahedra of 8 nodes, hexahedra of 20 nodes (serendipity on trilinear geometry from the corners) and tetrahedra of 10 nodes (with their curved edges). Written for
-dolfinx 0.5 (Debian 12: python3-dolfinx-real). Needs h5py where the file is read: rank 0.
+Hexahedra of 8 nodes, hexahedra of 20 nodes (serendipity on trilinear geometry from the corners) and tetrahedra of 10
+nodes (with their curved edges). Written for dolfinx 0.5 (Debian 12: python3-dolfinx-real). Needs h5py where the file is
+read: rank 0.
 """
 
 import json
@@ -11,7 +12,8 @@ import numpy as np
 import ufl
 from dolfinx import fem, mesh
 
-# By VTK's number of a kind: the form of the cell, the degree of its geometry, our nodes in the peer's order, the space, and the degree that is integrated exactly.
+# By VTK's number of a kind: the form of the cell, the degree of its geometry, our nodes in the peer's order, the space,
+# and the degree that is integrated exactly.
 KINDS = {
     12: ("hexahedron", 1, [0, 1, 3, 2, 4, 5, 7, 6], ("Lagrange", 1), None),
     24: ("tetrahedron", 2, [0, 1, 2, 3, 9, 8, 5, 7, 6, 4], ("Lagrange", 2), 4),
@@ -49,7 +51,8 @@ def distributed(comm, path):
 
 
 def assembled(domain, kind, job, bore=None):
-    """Stiffness and mass, clamped on a radius about an axis along y through (0, 0, centre): `bore` is (radius, centre), m; without it the inner radius of the built-in cylinder."""
+    """Stiffness and mass, clamped on a radius about an axis along y through (0, 0, centre): `bore` is (radius, centre),
+    m; without it the inner radius of the built-in cylinder."""
     body = job["bodies"]["lower"]
     material = body["material"]
     if bore is None:
@@ -68,7 +71,8 @@ def assembled(domain, kind, job, bore=None):
     k_form = fem.form(ufl.inner(stress, strain(v)) * dx)
     m_form = fem.form(rho * ufl.inner(u, v) * dx)
     radius, centre = bore
-    # Faces, not nodes: the nodes of a serendipity space between corners have no place that could be asked for, and straight ones are not on the radius.
+    # Faces, not nodes: the nodes of a serendipity space between corners have no place that could be asked for, and
+    # straight ones are not on the radius.
     faces = mesh.locate_entities_boundary(domain, 2, lambda x: np.abs(np.hypot(x[0], x[2] - centre) - radius) < 1e-6)
     clamped = fem.dirichletbc(fem.Function(space), fem.locate_dofs_topological(space, 2, faces))
     k = fem.petsc.assemble_matrix(k_form, [clamped])

@@ -2,9 +2,10 @@
 
     python3 dolfinx_modes.py RESULT.h5 [COUNT [RADIUS CENTRE]]
 
-Clamps the inner radius of the built-in cylinder, or a RADIUS about an axis at the height CENTRE, and asks SLEPc for the COUNT (40) lowest modes by shift-invert about 0 with a MUMPS Cholesky factorisation.
-Written for dolfinx 0.5 (Debian 12: python3-dolfinx-real, python3-slepc4py-real, libopenblas0-pthread); run with
-OPENBLAS_NUM_THREADS=1 and under `mpirun -n 2` as well as alone. Needs h5py where the file is read: rank 0.
+Clamps the inner radius of the built-in cylinder, or a RADIUS about an axis at the height CENTRE, and asks SLEPc for the
+COUNT (40) lowest modes by shift-invert about 0 with a MUMPS Cholesky factorisation. Written for dolfinx 0.5 (Debian 12:
+python3-dolfinx-real, python3-slepc4py-real, libopenblas0-pthread); run with OPENBLAS_NUM_THREADS=1 and under `mpirun -n
+2` as well as alone. Needs h5py where the file is read: rank 0.
 """
 
 import resource

@@ -1,11 +1,12 @@
-"""What block low-rank factors give: MUMPS by PETSc, on the stiffness of a body of a railsqueal result file.
+"""Block low-rank factors: MUMPS by PETSc, on the stiffness of a body of a railsqueal result file.
 
     python3 low_rank.py RESULT.h5 TOLERANCE...
 
-For each tolerance (0: full rank) a Cholesky factorisation with ICNTL(35) = 2, CNTL(7) = TOLERANCE, and conjugate gradients to 1e-12 with it as the
-preconditioner. Prints lines `row: tolerance | entries | operations | factorisation s | memory MB | solve s | residual of one solve | iterations | s`: entries
-and operations as the compression leaves them (INFOG(35), RINFOG(14)), processor time of one rank, MUMPS's own memory (INFOG(22)).
-Debian 12: python3-dolfinx-real, python3-petsc4py-real; one rank.
+For each tolerance (0: full rank) a Cholesky factorisation with ICNTL(35) = 2, CNTL(7) = TOLERANCE, and conjugate
+gradients to 1e-12 with it as the preconditioner. Prints lines `row: tolerance | entries | operations | factorisation s
+| memory MB | solve s | residual of one solve | iterations | s`: entries and operations as the compression leaves them
+(INFOG(35), RINFOG(14)), processor time of one rank, MUMPS's own memory (INFOG(22)). Debian 12: python3-dolfinx-real,
+python3-petsc4py-real; one rank.
 """
 
 import sys
@@ -52,6 +53,16 @@ for number, text in enumerate(sys.argv[2:]):
     if ksp.getConvergedReason() < 0:
         sys.exit(f"{text}: no convergence, {ksp.getConvergedReason()}")
     after = time.process_time()
-    figures = [tolerance, entries, operations, factorised - begin, memory, solved - factorised, residual, ksp.getIterationNumber(), after - before]
+    figures = [
+        tolerance,
+        entries,
+        operations,
+        factorised - begin,
+        memory,
+        solved - factorised,
+        residual,
+        ksp.getIterationNumber(),
+        after - before,
+    ]
     print("row: " + " | ".join(f"{value:.6g}" for value in figures), flush=True)
     ksp.destroy()

@@ -3,11 +3,13 @@
     cargo bench --bench transient -- --model squeal.h5 --export problems.h5
     OPENBLAS_NUM_THREADS=1 /usr/bin/python3 benches/peers/siconos_nsgs.py problems.h5
 
-Written for Siconos 4.4 (Debian 12: python3-siconos, python3-h5py). Every problem is u = W R + b with the law of Coulomb and Signorini at each node, W dense.
-Forces are in units of the largest reaction and displacements in units of W's mean diagonal times that, so that the solver's tolerances mean
-something. The residual is that of docs/transient.md: the largest component of R - Proj(R - rho u) over the normal force. For each local solver
-the error asked of Siconos is lowered by steps of sqrt(10) until the residual is reached; only the run that reaches it is timed (processor time, the best of ten, cold from R = 0,
-warm from the reactions of the step before). Our times are those that the benchmark measured, the best of twenty.
+Written for Siconos 4.4 (Debian 12: python3-siconos, python3-h5py). Every problem is u = W R + b with the law of Coulomb
+and Signorini at each node, W dense. Forces are in units of the largest reaction and displacements in units of W's mean
+diagonal times that, so that the solver's tolerances mean something. The residual is that of
+docs/explanation/transient.md: the largest component of R - Proj(R - rho u) over the normal force. For each local solver
+the error asked of Siconos is lowered by steps of sqrt(10) until the residual is reached; only the run that reaches it
+is timed (processor time, the best of ten, cold from R = 0, warm from the reactions of the step before). Our times are
+those that the benchmark measured, the best of twenty.
 """
 
 import sys
@@ -96,12 +98,16 @@ def main():
         problems = [Problem(file[name]) for name in sorted(file)]
     for p in problems:
         e = residual(p.w, p.b, p.mu, p.ours, p.rho) / p.normal
-        print(f"{p.nodes} nodes: {p.status()[0]} open, {p.status()[1]} in stick, {p.status()[2]} in slip; our residual {e:.1e}")
+        print(
+            f"{p.nodes} nodes: {p.status()[0]} open, {p.status()[1]} in stick, {p.status()[2]} in slip; our residual "
+            f"{e:.1e}"
+        )
     for row, limit in enumerate([1e-6, 1e-10]):
         seconds = np.median([p.seconds[row] for p in problems], axis=0)
         ours = {"cold": seconds[0], "warm": seconds[2]}
         print(
-            f"residual {limit:.0e}, ours: cold {1e3 * seconds[0]:.3f} ms ({1e3 * seconds[1]:.3f} ms where W was known), "
+            f"residual {limit:.0e}, ours: cold {1e3 * seconds[0]:.3f} ms ({1e3 * seconds[1]:.3f} ms where W was "
+            "known), "
             f"warm {1e3 * seconds[2]:.3f} ms"
         )
         for name, local in LOCAL.items():
@@ -115,7 +121,8 @@ def main():
                 sweeps = np.median([r[1] for r, _ in done])
                 off = max(np.abs(r[2] - p.ours).max() / (p.mu * p.normal) for r, p in done)
                 print(
-                    f"residual {limit:.0e}, {name}, {kind}: {1e3 * seconds:.3f} ms, {sweeps:.0f} iterations, {seconds / ours[kind]:.1f} "
+                    f"residual {limit:.0e}, {name}, {kind}: {1e3 * seconds:.3f} ms, {sweeps:.0f} iterations, "
+                    f"{seconds / ours[kind]:.1f} "
                     f"times ours; {len(done)} of {len(problems)}, reactions differ by up to {off:.1e} muN"
                 )
 

@@ -3,9 +3,10 @@
     cargo bench --bench full_stability -- --export matrices.bin
     python3 slepc4py_pep.py matrices.bin [COUNT]
 
-The file holds K, C and M in PETSc's binary format with complex scalars. Written for slepc4py 3.18 with the complex PETSc (Debian 12:
-python3-slepc4py-complex, libopenblas0-pthread, PETSC_DIR and SLEPC_DIR set to the complex builds); run with OPENBLAS_NUM_THREADS=1. Scaling as in
--pep_scale both, with which the pairs are right; with the default scaling they are not.
+The file holds K, C and M in PETSc's binary format with complex scalars. Written for slepc4py 3.18 with the complex
+PETSc (Debian 12: python3-slepc4py-complex, libopenblas0-pthread, PETSC_DIR and SLEPC_DIR set to the complex builds);
+run with OPENBLAS_NUM_THREADS=1. Scaling as in -pep_scale both, with which the pairs are right; with the default scaling
+they are not.
 """
 
 import resource
@@ -48,7 +49,10 @@ done, done_cpu = time.perf_counter(), time.process_time()
 print(f"set-up      {ready - begin:8.2f} s wall {ready_cpu - cpu:8.2f} s cpu")
 print(f"solve       {done - ready:8.2f} s wall {done_cpu - ready_cpu:8.2f} s cpu")
 memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-print(f"in all      {done - begin:8.2f} s wall {done_cpu - cpu:8.2f} s cpu, {pep.getConverged()} converged, {memory / 1e6:.2f} GB")
+print(
+    f"in all      {done - begin:8.2f} s wall {done_cpu - cpu:8.2f} s cpu, {pep.getConverged()} converged, "
+    f"{memory / 1e6:.2f} GB"
+)
 x = stiffness.createVecRight()
 y = [x.duplicate() for _ in range(3)]
 norms = [a.norm(PETSc.NormType.INFINITY) for a in (stiffness, damping, mass)]

@@ -1,4 +1,5 @@
-"""Result files of railsqueal: open one, take its tables as arrays and its fields on the mesh, draw, report, compare and export them.
+"""Result files of railsqueal: open one, take its tables as arrays and its fields on the mesh, draw, report, compare and
+export them.
 
     from railsqueal import Result, ComplexModes, Fields
 
@@ -8,7 +9,7 @@
     with Fields("curve.free_modes.vtkhdf") as fields:
         shape = fields.field("shape", step=0)      # [points, 3]
 
-Units are SI, shapes those of docs/output.md. What is wrong with a file is a `ResultError` in words.
+Units are SI, shapes those of docs/reference/output.md. What is wrong with a file is a `ResultError` in words.
 """
 
 from .curving import Curving, CurvingRadii

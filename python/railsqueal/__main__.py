@@ -1,4 +1,5 @@
-"""The command line: `python -m railsqueal COMMAND FILE.h5`. Exit codes are those of the solver: 0 done, 2 usage, 3 input, 6 writing."""
+"""The command line: `python -m railsqueal COMMAND FILE.h5`. Exit codes are those of the solver: 0 done, 2 usage, 3
+input, 6 writing."""
 
 import argparse
 import sys
@@ -6,9 +7,9 @@ import unicodedata
 from pathlib import Path
 
 from . import compare, export, sound
-from .section import command as section
 from .errors import INPUT, USAGE, ResultError
 from .result import Result
+from .section import command as section
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -27,6 +28,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def printable(text: str) -> str:
     """The text with characters that steer a terminal as escapes; lines and tabs stay."""
+
     def steers(c: str) -> bool:
         return c not in "\n\t" and unicodedata.category(c) in ("Cc", "Cf", "Zl", "Zp")
 
@@ -44,12 +46,21 @@ def parser() -> argparse.ArgumentParser:
         return made
 
     one = command("plot", plot, "Pictures of a result, of a stopped run as far as it came.")
-    one.add_argument("file", type=Path, metavar="FILE.h5", help="result, or the surfaces that `railsqueal check JOB --mesh FILE.vtkhdf` wrote")
+    one.add_argument(
+        "file",
+        type=Path,
+        metavar="FILE.h5",
+        help="result, or the surfaces that `railsqueal check JOB --mesh FILE.vtkhdf` wrote",
+    )
     one.add_argument("--out", type=Path, metavar="DIR", help="folder of the pictures (default: beside the file)")
     one.add_argument("--modes", type=int, default=12, metavar="N", help="modes drawn for each body (default 12)")
     one.add_argument("--format", default="png", metavar="LIST", help="png, pdf, svg, or several: png,pdf (default png)")
 
-    one = command("report", reported, "One HTML file with figures, tables, pictures, warnings and provenance, and tables as CSV beside it.")
+    one = command(
+        "report",
+        reported,
+        "One HTML file with figures, tables, pictures, warnings and provenance, and tables as CSV beside it.",
+    )
     one.add_argument("file", type=Path, metavar="FILE.h5")
     one.add_argument("--out", type=Path, metavar="DIR", help="folder of the report (default: beside the file)")
 
@@ -57,19 +68,35 @@ def parser() -> argparse.ArgumentParser:
     one = command("compare", compared, f"What differs between two results: keys of the job, figures, tables. {codes}")
     one.add_argument("one", type=Path, metavar="A.h5")
     one.add_argument("other", type=Path, metavar="B.h5")
-    one.add_argument("--tolerance", type=float, default=1e-6, metavar="T", help="relative difference that counts as none (default 1e-6)")
+    one.add_argument(
+        "--tolerance",
+        type=float,
+        default=1e-6,
+        metavar="T",
+        help="relative difference that counts as none (default 1e-6)",
+    )
 
     words = "The section of a wheel or a rail from a DXF drawing or a table of coordinates, as a mesh for the job."
     section.add_arguments(command("section", section.run, words))
 
     one = command("sound", heard, "The motion of a point, or the sound of a body's modes, as a sound file.")
     one.add_argument("file", type=Path, metavar="FILE.h5")
-    one.add_argument("--point", metavar="NAME", help="name of the point (default: the first), or lower or upper: a body with sound power (default: the louder one, without points)")
+    one.add_argument(
+        "--point",
+        metavar="NAME",
+        help="name of the point (default: the first), or lower or upper: a body with sound power (default: the louder "
+        "one, without points)",
+    )
     one.add_argument("--out", type=Path, metavar="FILE.wav", help="sound file (default: beside the result)")
 
     one = command("export", exported, "Fields or a sequence on the joined mesh, for programs that do not read VTKHDF.")
     one.add_argument("file", type=Path, metavar="FILE", help="FILE.h5 or one of its .vtkhdf sequences")
-    one.add_argument("--format", choices=("vtu", "xdmf"), default="vtu", help="vtu: a file a step and a .pvd; xdmf: one and its .h5 (default vtu)")
+    one.add_argument(
+        "--format",
+        choices=("vtu", "xdmf"),
+        default="vtu",
+        help="vtu: a file a step and a .pvd; xdmf: one and its .h5 (default vtu)",
+    )
     one.add_argument("--out", type=Path, metavar="DIR", help="folder (default: beside the file)")
     return top
 

@@ -59,7 +59,8 @@ def difference(one: Figure, other: Figure) -> float:
 
 
 def table_difference(one: Any, other: Any) -> float:
-    """Largest difference of two arrays of one shape over the largest value; infinite where a value is missing in one of them."""
+    """Largest difference of two arrays of one shape over the largest value; infinite where a value is missing in one of
+    them."""
     a, b = (np.asarray(v, dtype=np.complex128 if np.iscomplexobj(v) else np.float64) for v in (one, other))
     missing = np.isnan(a)
     if not np.array_equal(missing, np.isnan(b)):
@@ -79,7 +80,11 @@ def text(one: Result, other: Result, tolerance: float) -> tuple[str, bool]:
     rows, same = side_by_side(one, other, tolerance)
     lines += ["", f"figures (* differs by more than {tolerance:g}, relative)", *rows]
     found, tables_same = tables(one, other, tolerance)
-    lines += ["", f"tables that differ by more than {tolerance:g}, relative to their largest value: {len(found)}", *found]
+    lines += [
+        "",
+        f"tables that differ by more than {tolerance:g}, relative to their largest value: {len(found)}",
+        *found,
+    ]
     if not rows and not any(name in one and name in other for name in TABLES):
         return "\n".join([*lines, "", "the two results have nothing in common that could be compared"]), False
     # Shapes are told for readers; where frequencies are close they turn by small changes, so they do not decide.
@@ -117,5 +122,9 @@ def tables(one: Result, other: Result, tolerance: float) -> tuple[list[str], boo
             if np.shape(a) != np.shape(b):
                 found.append(f"  {name}: shapes {np.shape(a)} and {np.shape(b)}")
             elif (apart := table_difference(a, b)) > tolerance:
-                found.append(f"  {name}: {apart:.1e}" if np.isfinite(apart) else f"  {name}: values that are missing in one of them")
+                found.append(
+                    f"  {name}: {apart:.1e}"
+                    if np.isfinite(apart)
+                    else f"  {name}: values that are missing in one of them"
+                )
     return found, not found

@@ -4,7 +4,8 @@ USAGE, INPUT, WRITING = 2, 3, 6
 
 
 class ResultError(Exception):
-    """A result file that cannot be used for what is asked of it: the message names the file, what was found and what to do."""
+    """A result file that cannot be used for what is asked of it: the message names the file, what was found and what to
+    do."""
 
     def __init__(self, message: str, code: int = INPUT) -> None:
         super().__init__(message)

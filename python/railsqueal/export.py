@@ -13,7 +13,15 @@ from .mesh import Fields, Mesh
 
 VTK_TYPES = {"f4": "Float32", "f8": "Float64", "i1": "Int8", "u1": "UInt8", "i4": "Int32", "i8": "Int64"}
 # Names of cells in XDMF by VTK's number; all cells of a mesh must be of one kind for it.
-XDMF_TYPES = {10: "Tetrahedron", 12: "Hexahedron", 13: "Wedge", 14: "Pyramid", 24: "Tetrahedron_10", 25: "Hexahedron_20", 26: "Wedge_15"}
+XDMF_TYPES = {
+    10: "Tetrahedron",
+    12: "Hexahedron",
+    13: "Wedge",
+    14: "Pyramid",
+    24: "Tetrahedron_10",
+    25: "Hexahedron_20",
+    26: "Wedge_15",
+}
 
 
 def write(path: Path, directory: Path, form: str) -> list[Path]:
@@ -46,15 +54,23 @@ def vtu(fields: Fields, stem: Path) -> list[Path]:
         lines.append(f'    <DataSet timestep="{value:.17g}" file="{made[-1].name}"/>')
     head = stem.with_name(stem.name + ".pvd")
     body = "\n".join(lines)
-    head.write_text(f'<VTKFile type="Collection" version="1.0">\n  <Collection>\n{body}\n  </Collection>\n</VTKFile>\n', encoding="utf-8")
+    head.write_text(
+        f'<VTKFile type="Collection" version="1.0">\n  <Collection>\n{body}\n  </Collection>\n</VTKFile>\n',
+        encoding="utf-8",
+    )
     return [head, *made]
 
 
 def piece(mesh: Mesh, data: dict[str, NDArray[Any]]) -> bytes:
     """A VTU file of one piece."""
-    cells: dict[str, NDArray[Any]] = {"connectivity": mesh.connectivity, "offsets": mesh.offsets[1:], "types": mesh.types}
+    cells: dict[str, NDArray[Any]] = {
+        "connectivity": mesh.connectivity,
+        "offsets": mesh.offsets[1:],
+        "types": mesh.types,
+    }
     parts = [
-        f'<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n<UnstructuredGrid>\n'
+        '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+        'header_type="UInt64">\n<UnstructuredGrid>\n'
         f'<Piece NumberOfPoints="{len(mesh.points)}" NumberOfCells="{len(mesh)}">\n',
         "<Points>\n" + array("Points", mesh.points) + "</Points>\n",
         "<Cells>\n" + "".join(array(name, values) for name, values in cells.items()) + "</Cells>\n",
@@ -71,7 +87,8 @@ def array(name: str, values: NDArray[Any]) -> str:
     values = values.astype(values.dtype.newbyteorder("<"))
     kind, components = VTK_TYPES[values.dtype.str[1:]], 1 if values.ndim == 1 else values.shape[1]
     content = base64.b64encode(np.uint64(values.nbytes).tobytes()) + base64.b64encode(values.tobytes())
-    return f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="binary">{content.decode()}</DataArray>\n'
+    head = f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="binary">'
+    return f"{head}{content.decode()}</DataArray>\n"
 
 
 def xdmf(fields: Fields, stem: Path) -> list[Path]:
@@ -79,7 +96,9 @@ def xdmf(fields: Fields, stem: Path) -> list[Path]:
     mesh = fields.mesh
     kinds = np.unique(mesh.types)
     if len(kinds) != 1 or int(kinds[0]) not in XDMF_TYPES:
-        raise ResultError(f"{fields.path}: XDMF is written for cells of one kind, found VTK's kinds {kinds.tolist()}; export as vtu")
+        raise ResultError(
+            f"{fields.path}: XDMF is written for cells of one kind, found VTK's kinds {kinds.tolist()}; export as vtu"
+        )
     head, heavy = stem.with_name(stem.name + ".xdmf"), stem.with_name(stem.name + ".xdmf.h5")
     cells = mesh.cells(int(kinds[0]))
     with h5py.File(heavy, "w") as file:
@@ -91,7 +110,8 @@ def xdmf(fields: Fields, stem: Path) -> list[Path]:
             kind = f'NumberType="{number}" Precision="{values.dtype.itemsize}"'
             return f'<DataItem Dimensions="{size}" {kind} Format="HDF">{heavy.name}:/{name}</DataItem>'
 
-        topology = f'<Topology TopologyType="{XDMF_TYPES[int(kinds[0])]}" NumberOfElements="{len(cells)}">{item("cells", cells)}</Topology>'
+        opening = f'<Topology TopologyType="{XDMF_TYPES[int(kinds[0])]}" NumberOfElements="{len(cells)}">'
+        topology = f"{opening}{item('cells', cells)}</Topology>"
         geometry = f'<Geometry GeometryType="XYZ">{item("points", mesh.points)}</Geometry>'
         body = attribute("body", mesh.body, item("body", mesh.body))
         grids = []
@@ -102,10 +122,13 @@ def xdmf(fields: Fields, stem: Path) -> list[Path]:
             grids.append(f'<Grid Name="step {k}" GridType="Uniform">\n{inner}\n</Grid>')
     content = "\n".join(grids)
     collection = f'<Grid Name="steps" GridType="Collection" CollectionType="Temporal">\n{content}\n</Grid>'
-    head.write_text(f'<?xml version="1.0"?>\n<Xdmf Version="3.0"><Domain>\n{collection}\n</Domain></Xdmf>\n', encoding="utf-8")
+    head.write_text(
+        f'<?xml version="1.0"?>\n<Xdmf Version="3.0"><Domain>\n{collection}\n</Domain></Xdmf>\n', encoding="utf-8"
+    )
     return [head, heavy]
 
 
 def attribute(name: str, values: NDArray[Any], item: str) -> str:
     """A field of an XDMF grid."""
-    return f'<Attribute Name="{name}" AttributeType="{"Scalar" if values.ndim == 1 else "Vector"}" Center="Node">{item}</Attribute>'
+    kind = "Scalar" if values.ndim == 1 else "Vector"
+    return f'<Attribute Name="{name}" AttributeType="{kind}" Center="Node">{item}</Attribute>'

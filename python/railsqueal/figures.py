@@ -1,4 +1,5 @@
-"""The figures by which a result is told to others: the report lists them, the comparison sets those of two results side by side."""
+"""The figures by which a result is told to others: the report lists them, the comparison sets those of two results side
+by side."""
 
 from dataclasses import dataclass
 
@@ -52,10 +53,19 @@ def of(result: Result) -> list[Figure]:
 
 
 def placement(result: Result) -> list[Figure]:
-    """Where wheel and rail touch, and the creepages that follow."""
-    wanted = (("contact_angle", 1e3, "mrad"), ("rolling_radius", 1e3, "mm"), ("wheel_y", 1e3, "mm"), ("rail_y", 1e3, "mm"), ("speed", 1, "m/s"))
+    """Point of contact of wheel and rail, and the creepages that follow."""
+    wanted = (
+        ("contact_angle", 1e3, "mrad"),
+        ("rolling_radius", 1e3, "mm"),
+        ("wheel_y", 1e3, "mm"),
+        ("rail_y", 1e3, "mm"),
+        ("speed", 1, "m/s"),
+    )
     found = [(name, factor, unit) for name, factor, unit in wanted if f"placement/{name}" in result]
-    made = [Figure("placement", name.replace("_", " "), factor * result.number(f"placement/{name}"), unit) for name, factor, unit in found]
+    made = [
+        Figure("placement", name.replace("_", " "), factor * result.number(f"placement/{name}"), unit)
+        for name, factor, unit in found
+    ]
     if "placement/creepage" in result:
         values = result.array("placement/creepage")
         for (name, factor, unit), value in zip(CREEPAGES, values):
@@ -90,8 +100,14 @@ def steady(result: Result) -> list[Figure]:
     grid, name = ContactGrid.of(result), "steady rolling"
     size = float(np.linalg.norm(grid.force))
     made = [Figure(name, f"force {axis} on body 1", float(f), "N", size) for axis, f in zip("xyz", grid.force)]
-    made.append(Figure(name, "friction over normal force", float(np.hypot(*grid.force[:2]) / max(-grid.force[2], 1e-300))))
-    made.append(Figure(name, "moment about the normal", grid.moment_z, "N m", size * float(np.sqrt(grid.weight[grid.closed].sum()))))
+    made.append(
+        Figure(name, "friction over normal force", float(np.hypot(*grid.force[:2]) / max(-grid.force[2], 1e-300)))
+    )
+    made.append(
+        Figure(
+            name, "moment about the normal", grid.moment_z, "N m", size * float(np.sqrt(grid.weight[grid.closed].sum()))
+        )
+    )
     made.append(Figure(name, "approach", 1e6 * grid.approach, "µm"))
     made.append(Figure(name, "largest pressure", 1e-6 * float(grid.pressure.max()), "MPa"))
     made.append(Figure(name, "closed nodes", float(grid.closed.sum())))
@@ -107,7 +123,10 @@ def modes(result: Result) -> list[Figure]:
         made.append(Figure(f"modes of the {body} body", "modes computed", float(len(table.frequency))))
         # Rigid-body motions have the frequency 0 but for rounding.
         scale = float(table.frequency.max(initial=0.0))
-        made += [Figure(f"modes of the {body} body", f"mode {k + 1}", float(f), "Hz", 1e-3 * scale) for k, f in enumerate(table.frequency[:MODES])]
+        made += [
+            Figure(f"modes of the {body} body", f"mode {k + 1}", float(f), "Hz", 1e-3 * scale)
+            for k, f in enumerate(table.frequency[:MODES])
+        ]
     return made
 
 
@@ -116,7 +135,10 @@ def stability(result: Result) -> list[Figure]:
     if not ComplexModes.present(result):
         return []
     table, name = ComplexModes.of(result), "stability"
-    made = [Figure(name, "eigenvalues listed", float(len(table.eigenvalue))), Figure(name, "unstable", float(len(table.unstable)))]
+    made = [
+        Figure(name, "eigenvalues listed", float(len(table.eigenvalue))),
+        Figure(name, "unstable", float(len(table.unstable))),
+    ]
     for place in range(min(EIGENVALUES, len(table.eigenvalue))):
         source = f" ({table.source[place]})" if len(set(table.source)) > 1 else ""
         made.append(Figure(name, f"frequency {place + 1}{source}", float(table.frequency[place]), "Hz"))
@@ -132,11 +154,17 @@ def creep_curve(result: Result) -> list[Figure]:
         return []
     curve = CreepCurve.of(result)
     name = f"creep curve, {curve.key}"
-    made = [Figure(name, "points", float(len(curve.creepage))), Figure(name, "failed points", float((curve.status != 0).sum()))]
+    made = [
+        Figure(name, "points", float(len(curve.creepage))),
+        Figure(name, "failed points", float((curve.status != 0).sum())),
+    ]
     size = np.hypot(curve.force[:, 0], curve.force[:, 1])
     if np.isfinite(size).any():
         at = int(np.nanargmax(size))
-        made += [Figure(name, "largest friction", float(size[at]), "N"), Figure(name, "creepage of the largest friction", float(curve.creepage[at]))]
+        made += [
+            Figure(name, "largest friction", float(size[at]), "N"),
+            Figure(name, "creepage of the largest friction", float(curve.creepage[at])),
+        ]
     if curve.eigenvalue is not None:
         made.append(Figure(name, "unstable points", float(growing(curve.eigenvalue).sum())))
     return made
@@ -165,7 +193,10 @@ def transient(result: Result) -> list[Figure]:
     phase = growth.exponential(*growth.envelope(moving, 2 * span))
     size = float(np.linalg.norm(history.force[late].mean(axis=0)))
     made = [Figure(name, "simulated time", float(history.time[-1]), "s")]
-    made += [Figure(name, f"mean force {axis}, last quarter", float(f), "N", size) for axis, f in zip("xyz", history.force[late].mean(axis=0))]
+    made += [
+        Figure(name, f"mean force {axis}, last quarter", float(f), "N", size)
+        for axis, f in zip("xyz", history.force[late].mean(axis=0))
+    ]
     made.append(Figure(name, "largest normal force", float(-history.force[:, 2].min()), "N"))
     made.append(Figure(name, "share of nodes in stick, last quarter", float(history.stick_share[late].mean()), "", 1.0))
     made.append(Figure(name, "least number of closed nodes", float(history.closed.min())))
@@ -190,19 +221,34 @@ def sound_power(result: Result) -> list[Figure]:
     path = "transient/sound_power"
     bodies = [body for body in BODIES.values() if f"{path}/{body}/total_level_a" in result]
     wanted = (("total_level", "dB"), ("total_level_a", "dB(A)"))
-    return [Figure("sound power", f"{body} body", result.number(f"{path}/{body}/{name}"), unit) for body in bodies for name, unit in wanted]
+    return [
+        Figure("sound power", f"{body} body", result.number(f"{path}/{body}/{name}"), unit)
+        for body in bodies
+        for name, unit in wanted
+    ]
 
 
 def sweep(result: Result) -> list[Figure]:
-    """What a sweep found."""
+    """Figures of a sweep."""
     if not Sweep.present(result):
         return []
     table, name = Sweep.of(result), "sweep"
-    made = [Figure(name, "points", float(len(table.status))), Figure(name, "failed points", float((table.status != 0).sum()))]
+    made = [
+        Figure(name, "points", float(len(table.status))),
+        Figure(name, "failed points", float((table.status != 0).sum())),
+    ]
     made.append(Figure(name, "unstable points", float((table.unstable > 0).sum())))
     if np.isfinite(table.growth_rate).any():
         at = int(np.nanargmax(table.growth_rate))
-        made.append(Figure(name, "largest growth rate", float(table.growth_rate[at]), "1/s", 1e-3 * 2 * np.pi * float(table.frequency[at])))
+        made.append(
+            Figure(
+                name,
+                "largest growth rate",
+                float(table.growth_rate[at]),
+                "1/s",
+                1e-3 * 2 * np.pi * float(table.frequency[at]),
+            )
+        )
         made.append(Figure(name, "its frequency", float(table.frequency[at]), "Hz"))
         for key in table.keys:
             found = quantity(key, result.units(f"sweep/values/{key}"), body_words(result.job))
@@ -215,7 +261,7 @@ def sweep(result: Result) -> list[Figure]:
 
 
 def cycles(result: Result) -> list[Figure]:
-    """What the limit cycles of a sweep came to."""
+    """Figures of the limit cycles of a sweep."""
     if not Cycles.present(result):
         return []
     table, made = Cycles.of(result), []
@@ -229,5 +275,7 @@ def cycles(result: Result) -> list[Figure]:
     loudest = table.loudest()
     for name, fate, level in zip(table.branch, table.fate, [] if loudest is None else loudest):
         if (fate > 0).any():
-            made.append(Figure(f"limit cycles, {name}", "largest sound power", float(np.nanmax(level[fate > 0])), "dB(A)"))
+            made.append(
+                Figure(f"limit cycles, {name}", "largest sound power", float(np.nanmax(level[fate > 0])), "dB(A)")
+            )
     return made

@@ -1,4 +1,4 @@
-"""What a transient does: the motion that is looked at, its period, its envelope, and the time in which it grows exponentially."""
+"""Motion of a transient: its period, its envelope, and the time in which it grows exponentially."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,8 @@ import numpy as np
 from .result import Floats, Result, lookup
 from .tables import ComplexModes, History
 
-# Largest rms departure of the logarithm of the envelope from a line, the strictest first: other modes that grow as well make it wave.
+# Largest rms departure of the logarithm of the envelope from a line, the strictest first: other modes that grow as well
+# make it wave.
 STRAIGHT = (0.005, 0.01, 0.02, 0.04, 0.08)
 # Least number of values on the line, and least factor by which it rises.
 LEAST, RISE = 6, 2.0
@@ -31,7 +32,7 @@ class Signal:
 
 
 def signal(history: History, point: int = 0) -> Signal:
-    """Velocity of a point along the direction in which it moves most; without points the lateral force less its mean."""
+    """Velocity of a point along its largest motion; without points the lateral force less its mean."""
     if history.velocity is not None and history.points:
         v = history.velocity[:, point]
         axis = int(np.argmax(v.std(axis=0)))
@@ -138,7 +139,8 @@ def driven(result: Result) -> list[str]:
 
 
 def linear(result: Result, at: float) -> float | None:
-    """Growth rate, 1/s, of the unstable mode at this frequency, Hz; None where there is none or the steady state changes with time."""
+    """Growth rate, 1/s, of the unstable mode at this frequency, Hz; None where there is none or the steady state
+    changes with time."""
     if driven(result) or not ComplexModes.present(result):
         return None
     modes = ComplexModes.of(result)

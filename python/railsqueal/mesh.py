@@ -25,17 +25,27 @@ FACES |= {24: FACES[10], 25: FACES[12], 26: FACES[13], 29: FACES[12]}
 
 
 class Mesh:
-    """Points [p, 3] in m, and cells of both bodies: cell i has the points `connectivity[offsets[i]:offsets[i + 1]]` and is of VTK's kind `types[i]`.
+    """Points [p, 3] in m, and cells of both bodies: cell i has the points `connectivity[offsets[i]:offsets[i + 1]]` and
+    is of VTK's kind `types[i]`.
 
-    `body` [p] and `cell_body` [c] are 1 for the lower and 2 for the upper body. Cells of a contact grid on the surfaces have points of their own.
+    `body` [p] and `cell_body` [c] are 1 for the lower and 2 for the upper body. Cells of a contact grid on the surfaces
+    have points of their own.
     """
 
     def __init__(self, root: Any) -> None:
-        points, body = np.asarray(root["Points"][()], dtype=np.float64), np.asarray(root["PointData/body"][: len(root["Points"])])
-        count = {name: np.asarray(root[f"NumberOf{name}"][()], dtype=np.int64) for name in ("Points", "Cells", "ConnectivityIds")}
+        points, body = (
+            np.asarray(root["Points"][()], dtype=np.float64),
+            np.asarray(root["PointData/body"][: len(root["Points"])]),
+        )
+        count = {
+            name: np.asarray(root[f"NumberOf{name}"][()], dtype=np.int64)
+            for name in ("Points", "Cells", "ConnectivityIds")
+        }
         starts = np.concatenate([[0], np.cumsum(count["Points"])[:-1]])
         joined = np.asarray(root["Connectivity"][()], dtype=np.int64) + np.repeat(starts, count["ConnectivityIds"])
-        lengths = np.concatenate([np.diff(piece) for piece in np.split(root["Offsets"][()], np.cumsum(count["Cells"] + 1)[:-1])])
+        lengths = np.concatenate(
+            [np.diff(piece) for piece in np.split(root["Offsets"][()], np.cumsum(count["Cells"] + 1)[:-1])]
+        )
         self.offsets: Integers = np.concatenate([[0], np.cumsum(lengths)])
         self.types: NDArray[np.uint8] = np.asarray(root["Types"][()])
         on_surface = np.zeros(len(points))
@@ -65,7 +75,9 @@ class Mesh:
         faces: list[Integers] = []
         for kind in np.setdiff1d(self.types, FLAT):
             if int(kind) not in FACES:
-                raise ResultError(f"cells of VTK's kind {kind} have no surface here; there is one for {', '.join(map(str, FACES))}")
+                raise ResultError(
+                    f"cells of VTK's kind {kind} have no surface here; there is one for {', '.join(map(str, FACES))}"
+                )
             cells = self.cells(int(kind), body)
             if len(cells):
                 faces.append(cells[:, FACES[int(kind)]].reshape(-1, 4))
@@ -77,7 +89,8 @@ class Mesh:
 
 
 class Fields:
-    """Fields of a result file or of a sequence (`FILE.free_modes.vtkhdf`, `FILE.modes.vtkhdf`, `FILE.transient.vtkhdf`) on their mesh."""
+    """Fields of a result file or of a sequence (`FILE.free_modes.vtkhdf`, `FILE.modes.vtkhdf`, `FILE.transient.vtkhdf`)
+    on their mesh."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -95,7 +108,9 @@ class Fields:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._file.close()
 
     @property

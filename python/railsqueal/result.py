@@ -18,10 +18,11 @@ Complexes = NDArray[np.complex128]
 
 
 class Result:
-    """A result open for reading: `FILE.h5`, or, where a run was stopped before that file was there, the segments in `FILE.transient/`.
+    """A result open for reading: `FILE.h5`, or, where a run was stopped before that file was there, the segments in
+    `FILE.transient/`.
 
-    Datasets are read by their path as docs/output.md has it: `result["contact/force"]`. The tables of an analysis are in
-    `railsqueal.tables`, fields on the mesh in `railsqueal.mesh`.
+    Datasets are read by their path as docs/reference/output.md has it: `result["contact/force"]`. The tables of an
+    analysis are in `railsqueal.tables`, fields on the mesh in `railsqueal.mesh`.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -31,7 +32,8 @@ class Result:
         self._paths = segments(self.path) if self.stopped else [self.path]
         self._files: list[Any] = []
         try:
-            # A run may leave more segments than files can be open: the first one has the job and the model, all others the same tables.
+            # A run may leave more segments than files can be open: the first one has the job and the model, all others
+            # the same tables.
             for file in dict.fromkeys([self._paths[0], self._paths[-1]]):
                 self._files.append(h5py.File(file))
         except OSError as error:
@@ -51,7 +53,9 @@ class Result:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def __contains__(self, name: str) -> bool:
@@ -67,7 +71,9 @@ class Result:
                 return np.concatenate(list(self._pieces(name)))
             return dataset[()]
         except OSError as error:
-            raise ResultError(f"{self.path}: cannot read {name}: {error}; bring the file back from a copy, or run the job again") from error
+            raise ResultError(
+                f"{self.path}: cannot read {name}: {error}; bring the file back from a copy, or run the job again"
+            ) from error
 
     def _pieces(self, name: str) -> Iterator[NDArray[Any]]:
         for path in self._paths:
@@ -80,10 +86,16 @@ class Result:
         if not holders:
             groups = sorted({group for file in self._files for group in file})
             near = name.split("/")[0]
-            there = f"/{near} has {', '.join(self._files[-1][near])}" if near in self._files[-1] and near != name else f"it has {', '.join(groups)}"
+            there = (
+                f"/{near} has {', '.join(self._files[-1][near])}"
+                if near in self._files[-1] and near != name
+                else f"it has {', '.join(groups)}"
+            )
             raise ResultError(f"{self.path} has no dataset {name}; {there}")
         if not isinstance(holders[0][name], h5py.Dataset):
-            raise ResultError(f"{self.path}: {name} is a group, not a dataset; it has {', '.join(sorted(holders[0][name]))}")
+            raise ResultError(
+                f"{self.path}: {name} is a group, not a dataset; it has {', '.join(sorted(holders[0][name]))}"
+            )
         return holders[0][name]
 
     def names(self, group: str = "/") -> list[str]:
@@ -99,7 +111,7 @@ class Result:
         return str(self._dataset(name).attrs.get("units", "-"))
 
     def description(self, name: str) -> str:
-        """What a dataset is."""
+        """Description of a dataset."""
         return str(self._dataset(name).attrs.get("description", ""))
 
     def array(self, name: str) -> Floats:
@@ -157,7 +169,8 @@ def segments(path: Path) -> list[Path]:
 
 
 def derived(result: Result) -> dict[str, Any]:
-    """What a complete file has of a transient and the segments of a stopped run hold in another form: names of the points, and the contact grid."""
+    """Tables that segments of a stopped run hold in another form than a complete file: names of the points, and the
+    contact grid."""
     made: dict[str, Any] = {}
     points = lookup(result.job, "analyses.transient.points") or []
     if points:

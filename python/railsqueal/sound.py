@@ -1,5 +1,5 @@
-"""A transient as a sound file: the velocity of a point along the direction in which it moves most, or the pressure that the modes of a body make
-beside the track. Normalised; the true level is said."""
+"""A transient as a sound file: the velocity of a point along the direction in which it moves most, or the pressure that
+the modes of a body make beside the track. Normalised; the true level is said."""
 
 import wave
 from pathlib import Path
@@ -19,7 +19,7 @@ PRESSURE = 20e-6
 
 
 class Heard(NamedTuple):
-    """What is to be heard."""
+    """Signal to be heard."""
 
     name: str
     value: Floats  # [s]
@@ -40,7 +40,9 @@ def write(result: Result, point: str | None = None, out: Path | None = None, lon
         there = ", ".join(history.points + bodies) or "none"
         raise ResultError(f"{result.path} has no point and no body with sound power {point!r}; it has {there}", USAGE)
     if not history.points and not bodies:
-        raise ResultError(f"{result.path} holds nothing to hear: give analyses.transient.points or analyses.transient.sound_power")
+        raise ResultError(
+            f"{result.path} holds nothing to hear: give analyses.transient.points or analyses.transient.sound_power"
+        )
     if history.points and (point is None or point in history.points):
         moving = signal(history, history.points.index(point) if point else 0)
         heard = Heard(moving.name, moving.value - moving.value.mean(), moving.step, "m/s", 1e-9, "1 nm/s")
@@ -52,21 +54,26 @@ def write(result: Result, point: str | None = None, out: Path | None = None, lon
 
 
 def loudest(result: Result, bodies: list[str]) -> str:
-    """Of these bodies the one with the largest sound power."""
+    """Body with the largest sound power among these."""
     return max(bodies, key=lambda name: float(result[f"transient/sound_power/{name}/total_level_a"]))
 
 
 def pressure(result: Result, body: str) -> Heard:
-    """The pressure beside the track, Pa, of the modes of a body: each as loud as its radiation resistance says, in phase with its velocity. The phases
-    that the way to the ear adds are not heard."""
+    """The pressure beside the track, Pa, of the modes of a body: each as loud as its radiation resistance says, in
+    phase with its velocity. The phases that the way to the ear adds are not heard."""
     resistance = result.array(f"transient/sound_power/{body}/mode_resistance")
     time = result.array("transient/modal_time")
-    count = {name: len(result.array(f"modes/{name}/frequency")) if f"modes/{name}/frequency" in result else 0 for name in ("lower", "upper")}
+    count = {
+        name: len(result.array(f"modes/{name}/frequency")) if f"modes/{name}/frequency" in result else 0
+        for name in ("lower", "upper")
+    }
     # Both bodies may be one.
     count = {name: number or len(resistance) for name, number in count.items()}
     first = 0 if body == "lower" else count["lower"]
     if len(time) < 2:
-        raise ResultError(f"{result.path}: the amplitudes of the modes are not kept; set analyses.transient.modal_stride")
+        raise ResultError(
+            f"{result.path}: the amplitudes of the modes are not kept; set analyses.transient.modal_stride"
+        )
     step = float(time[1] - time[0])
     highest = float(result.array("transient/sound_power/band_frequency")[-1])
     if 2.5 * highest * step > 1:
@@ -107,5 +114,6 @@ def saved(heard: Heard, out: Path, result: Result) -> str:
     rms = float(np.sqrt((value[len(value) // 2 :] ** 2).mean()))
     return (
         f"{out}: {heard.name}, full scale {peak / 0.9:.4e} {heard.unit}\n"
-        f"rms over the second half {rms:.4e} {heard.unit}, {20 * np.log10(rms / heard.reference):.1f} dB re {heard.level}"
+        f"rms over the second half {rms:.4e} {heard.unit}, {20 * np.log10(rms / heard.reference):.1f} dB re "
+        f"{heard.level}"
     )

@@ -1,4 +1,5 @@
-"""Tables of numbers in text files, by the same rules as the solver reads profiles and roughness (docs/tables.md).
+"""Tables of numbers in text files, by the same rules as the solver reads profiles and roughness
+(docs/reference/tables.md).
 
 Separator and decimal sign are found from the whole file, headings followed, numberings of rows recognised.
 `Table.understood` says in words what was found.

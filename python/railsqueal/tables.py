@@ -1,4 +1,4 @@
-"""The tables of a result, one class for each analysis, in SI units and with the shapes of docs/output.md.
+"""The tables of a result, one class for each analysis, in SI units and with the shapes of docs/reference/output.md.
 
 Each `of(result)` raises `ResultError` if the result has no such analysis; `present(result)` says whether it has.
 """
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from .errors import ResultError
 from .result import Complexes, Floats, Integers, Result
 
-
 BODIES = {1: "lower", 2: "upper"}
 OPEN, STICK, SLIP = 0, 1, 2
 # Imaginary part of an eigenvalue over its modulus from which it oscillates; below it is rounding.
@@ -20,21 +19,23 @@ OSCILLATION = 1e-6
 
 
 class Table:
-    """What all tables share."""
+    """Common base of all tables."""
 
     needs: ClassVar[str]
     analysis: ClassVar[str]
 
     @classmethod
     def present(cls, result: Result) -> bool:
-        """Whether the result holds this table."""
+        """Returns whether the result holds this table."""
         return cls.needs in result
 
     @classmethod
     def expect(cls, result: Result) -> None:
         """`ResultError` if it does not."""
         if not cls.present(result):
-            raise ResultError(f"{result.path} has no /{cls.needs}: its job has no analyses.{cls.analysis}, or the run ended before it")
+            raise ResultError(
+                f"{result.path} has no /{cls.needs}: its job has no analyses.{cls.analysis}, or the run ended before it"
+            )
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,10 @@ class Modes:
         """The modes of the `lower` or the `upper` body."""
         path = f"modes/{body}"
         if f"{path}/frequency" not in result:
-            raise ResultError(f"{result.path} has no modes of the body {body!r}; it has those of {', '.join(cls.bodies(result)) or 'none'}")
+            raise ResultError(
+                f"{result.path} has no modes of the body {body!r}; it has those of "
+                f"{', '.join(cls.bodies(result)) or 'none'}"
+            )
         speed = result.number(f"{path}/angular_velocity") if f"{path}/angular_velocity" in result else 0.0
         frequency = result.array(f"{path}/frequency")
         residual = result.optional(f"{path}/residual")
@@ -154,7 +158,8 @@ class ComplexModes(Table):
         return "; ".join(words)
 
     def made_of(self, place: int, most: int = 2) -> str:
-        """Free modes with the largest shares, e.g. `51 % upper mode 1, 49 % lower mode 1`; shares below 10 % are left out."""
+        """Free modes with the largest shares, e.g. `51 % upper mode 1, 49 % lower mode 1`; shares below 10 % are left
+        out."""
         if self.participation is None or self.mode_body is None:
             return ""
         share = self.participation[place]
@@ -259,7 +264,9 @@ class History(Table):
             result.array("transient/point_velocity") if has_points else None,
         )
         if len(history.time) < 2:
-            raise ResultError(f"{result.path}: the transient has {len(history.time)} steps, too few to show: let the run go on")
+            raise ResultError(
+                f"{result.path}: the transient has {len(history.time)} steps, too few to show: let the run go on"
+            )
         return history
 
     @property
@@ -351,7 +358,8 @@ class Sweep(Table):
 
 @dataclass(frozen=True)
 class Cycles(Table):
-    """Limit cycles of the points of a sweep, one row for each branch; numbers of what rests or was not computed are 0 or NaN."""
+    """Limit cycles of the points of a sweep, one row for each branch; numbers of what rests or was not computed are 0
+    or NaN."""
 
     needs: ClassVar[str] = "sweep/cycles/fate"
     analysis: ClassVar[str] = "sweep.cycles"
@@ -368,7 +376,9 @@ class Cycles(Table):
     velocity_rms: Floats  # [b, s, 2, 3], m/s
     force_harmonics: Floats  # [b, s, h, 3], N
     message: list[str]  # [b s]
-    level_a: dict[str, Floats]  # A-weighted sound power level of each body that is heard, [b, s], dB re 1 pW; -inf at rest
+    level_a: dict[
+        str, Floats
+    ]  # A-weighted sound power level of each body that is heard, [b, s], dB re 1 pW; -inf at rest
 
     @classmethod
     def of(cls, result: Result) -> Self:
@@ -389,7 +399,11 @@ class Cycles(Table):
             result.array(group + "velocity_rms"),
             result.array(group + "force_harmonics"),
             [m.decode() if isinstance(m, bytes) else str(m) for m in messages],
-            {b: result.array(path) for b in BODIES.values() if (path := f"{group}sound_power/{b}/total_level_a") in result},
+            {
+                b: result.array(path)
+                for b in BODIES.values()
+                if (path := f"{group}sound_power/{b}/total_level_a") in result
+            },
         )
 
     def loudest(self) -> Floats | None:
@@ -417,7 +431,10 @@ class CreepCurve(Table):
         cls.expect(result)
         key = next((k for k in ("longitudinal", "lateral", "spin") if f"creep_curve/{k}" in result), None)
         if key is None:
-            raise ResultError(f"{result.path}: /creep_curve does not say which creepage changes; it has {', '.join(result.names('creep_curve'))}")
+            raise ResultError(
+                f"{result.path}: /creep_curve does not say which creepage changes; it has "
+                f"{', '.join(result.names('creep_curve'))}"
+            )
         stable = "creep_curve/eigenvalue" in result
         return cls(
             key,
@@ -431,7 +448,7 @@ class CreepCurve(Table):
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a result comes from; what the file does not say is empty."""
+    """Provenance of a result; items that the file does not have are empty."""
 
     command: list[str]
     versions: dict[str, str]
@@ -445,6 +462,7 @@ class Provenance:
     @classmethod
     def of(cls, result: Result) -> Self:
         """The provenance of a result."""
+
         def texts(name: str) -> list[str]:
             return result.texts(f"provenance/{name}") if f"provenance/{name}" in result else []
 

@@ -32,7 +32,8 @@ def cube(x: float, z: float) -> list[list[float]]:
 
 @pytest.fixture
 def pieces(tmp_path: Path) -> Path:
-    """Two cubes side by side of body 1 in two pieces, and a third on top of the first one of body 2, in the second piece."""
+    """Two cubes side by side of body 1 in two pieces, and a third on top of the first one of body 2, in the second
+    piece."""
     path = tmp_path / "cubes.h5"
     first, second = cube(0, -1), cube(1, -1) + cube(0, 0)
     with h5py.File(path, "w") as file:
@@ -64,7 +65,12 @@ def transient(tmp_path: Path) -> Callable[..., Path]:
         velocity = np.zeros((len(time), 1, 3))
         velocity[:, 0, 1] = motion(time)
         job = '{"title": "made", "analyses": {"transient": {"points": [{"name": "rim"}]}}}'
-        tables = {"time": time, "force": np.tile([0.0, -3.0, -10.0], (len(time), 1)), "closed": np.full(len(time), 4), "point_velocity": velocity}
+        tables = {
+            "time": time,
+            "force": np.tile([0.0, -3.0, -10.0], (len(time), 1)),
+            "closed": np.full(len(time), 4),
+            "point_velocity": velocity,
+        }
         tables["stick"] = np.where(time > 2, 1, 0)
         path = tmp_path / "run.h5"
         if segments:
@@ -85,7 +91,12 @@ def transient(tmp_path: Path) -> Callable[..., Path]:
             dataset(file, "transient/points/name", ["rim"], "-")
             dataset(file, "provenance/job", job, "-")
             # The mode that grows, another one that grows faster at another frequency, and a stable one.
-            dataset(file, "stability/eigenvalue", np.array([9 + 2j * np.pi * 600, RATE + 2j * np.pi * FREQUENCY, -3 + 2j * np.pi * 424]), "1/s")
+            dataset(
+                file,
+                "stability/eigenvalue",
+                np.array([9 + 2j * np.pi * 600, RATE + 2j * np.pi * FREQUENCY, -3 + 2j * np.pi * 424]),
+                "1/s",
+            )
         return path
 
     return write

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from conftest import RADII
 from matplotlib.figure import Figure
-
 from railsqueal import Curving, CurvingRadii, Result, ResultError, compare, figures, report
 from railsqueal.curving import WHEELS
-from railsqueal.pictures import Canvas, curving as drawn, draw
+from railsqueal.pictures import Canvas, draw
+from railsqueal.pictures import curving as drawn
 
 DOTS = 40
 

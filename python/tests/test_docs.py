@@ -33,7 +33,9 @@ def test_every_picture_is_on_the_page_of_results() -> None:
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "python/railsqueal/pictures").glob("*.py")]
     names = {name for text in sources for name in re.findall(r'canvas\.save\(figure, f?"([^"]+)"\)', text)}
     made = {name.replace("{name}", body) for name in names for body in ("lower", "upper")}
-    page = (ROOT / "docs/output.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/reference/output.md").read_text(encoding="utf-8")
     section = page[page.index("## Pictures") : page.index("## Report")]
-    named = {name for row in re.findall(r"^\| (`[^|]*`) \|", section, re.MULTILINE) for name in re.findall(r"`([^`]+)`", row)}
+    named = {
+        name for row in re.findall(r"^\| (`[^|]*`) \|", section, re.MULTILINE) for name in re.findall(r"`([^`]+)`", row)
+    }
     assert len(made) > 10 and named - {"frequencies.md"} == made

@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import FREQUENCY, RATE, dataset, motion
-
 from railsqueal import History, Result, ResultError, growth, sound
 
 
@@ -42,7 +41,9 @@ def test_what_does_not_grow_has_no_growth() -> None:
 
 def test_a_driven_job_has_no_linear_line(transient: Callable[..., Path]) -> None:
     with Result(transient()) as result:
-        result.__dict__["_derived"]["provenance/job"] = '{"analyses": {"transient": {"histories": {"normal_load": [[0, 1], [1, 2]]}}}}'
+        result.__dict__["_derived"]["provenance/job"] = (
+            '{"analyses": {"transient": {"histories": {"normal_load": [[0, 1], [1, 2]]}}}}'
+        )
         assert growth.driven(result) == ["normal_load"] and growth.linear(result, FREQUENCY) is None
 
 
@@ -52,7 +53,9 @@ def test_the_sound_has_the_frequency_of_the_motion(transient: Callable[..., Path
     with wave.open(str(tmp_path / "a.wav")) as file:
         samples = np.frombuffer(file.readframes(file.getnframes()), "<i2")
         rate = file.getframerate()
-    assert len(samples) == pytest.approx(3.0 * rate, rel=1e-3) and np.abs(samples).max() == pytest.approx(0.9 * 32767, abs=2)
+    assert len(samples) == pytest.approx(3.0 * rate, rel=1e-3) and np.abs(samples).max() == pytest.approx(
+        0.9 * 32767, abs=2
+    )
     lines = np.abs(np.fft.rfft(samples * np.hanning(len(samples))))
     assert np.fft.rfftfreq(len(samples), 1 / rate)[lines.argmax()] == pytest.approx(FREQUENCY, abs=0.5)
     late = motion(1e-4 * np.arange(15001, 30001))
@@ -62,7 +65,8 @@ def test_the_sound_has_the_frequency_of_the_motion(transient: Callable[..., Path
 
 def test_a_body_is_heard_by_its_modes(tmp_path: Path) -> None:
     time = 5e-5 * np.arange(1, 20001)
-    # Two modes of the lower body that do not sound here, and of the upper one's two one that is heard and one that does not radiate.
+    # Two modes of the lower body that do not sound here, and of the upper one's two one that is heard and one that does
+    # not radiate.
     amplitude = np.zeros((len(time), 4))
     speed = 1e-3
     amplitude[:, 1], amplitude[:, 3] = 1e-3 * np.sin(2000 * time), 1e-3 * time
@@ -71,7 +75,12 @@ def test_a_body_is_heard_by_its_modes(tmp_path: Path) -> None:
     job = json.dumps({"analyses": {"transient": {"sound_power": air}}})
     path = tmp_path / "run.h5"
     with h5py.File(path, "w") as file:
-        tables = {"time": time, "force": np.zeros((len(time), 3)), "closed": np.full(len(time), 4), "stick": np.zeros(len(time), int)}
+        tables = {
+            "time": time,
+            "force": np.zeros((len(time), 3)),
+            "closed": np.full(len(time), 4),
+            "stick": np.zeros(len(time), int),
+        }
         for name, values in (tables | {"modal_time": time, "modal_displacement": amplitude}).items():
             dataset(file, f"transient/{name}", values)
         dataset(file, "transient/sound_power/band_frequency", [400.0, 500.0], "Hz")

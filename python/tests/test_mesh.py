@@ -6,12 +6,11 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-
 from railsqueal import Fields, ResultError, export
 
 
 def volume(points: Any, faces: Any) -> float:
-    """Of what a closed surface with outward faces encloses, by the divergence theorem on two triangles a face."""
+    """Volume inside a closed surface with outward faces, by the divergence theorem on two triangles a face."""
     p = points[faces]
     return float(sum(np.einsum("ij,ij->", p[:, 0], np.cross(p[:, a], p[:, a + 1])) for a in (1, 2)) / 6)
 

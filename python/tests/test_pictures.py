@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 import pytest
 from conftest import dataset
-
 from railsqueal import Result, ResultError, compare, figures, report, tables
-from railsqueal.pictures import Canvas, draw, receptance, style, sweep, transient as drawn
+from railsqueal.pictures import Canvas, draw, receptance, style, sweep
+from railsqueal.pictures import transient as drawn
 from railsqueal.tables import Sweep
 from railsqueal.verdict import verdict
 
@@ -42,7 +42,9 @@ def test_names_and_formats(cylinders: Path, tmp_path: Path) -> None:
     with Result(cylinders) as result:
         made = draw(result, Canvas(tmp_path, result.stem, ["png", "svg", "pdf"], DOTS))
         assert {p.suffix for p in made} == {".png", ".svg", ".pdf", ".md"} and all(p.stat().st_size > 0 for p in made)
-        assert {p.stem for p in made} == {f"two-cylinders-{name}" for name in ("contact-line", "contact-map", "frequencies")}
+        assert {p.stem for p in made} == {
+            f"two-cylinders-{name}" for name in ("contact-line", "contact-map", "frequencies")
+        }
         with pytest.raises(ResultError, match="gif.*png, pdf, svg"):
             Canvas(tmp_path, "a", ["gif"])
 
@@ -54,7 +56,9 @@ def test_a_direction_has_one_colour(cylinders: Path, tmp_path: Path, monkeypatch
     with Result(cylinders) as result:
         draw(result, Canvas(tmp_path, result.stem, resolution=DOTS))
     colours = {
-        str(line.get_label()).split(",")[0]: line.get_color() for axes in kept["contact-line"].axes for line in axes.lines
+        str(line.get_label()).split(",")[0]: line.get_color()
+        for axes in kept["contact-line"].axes
+        for line in axes.lines
     }
     assert colours["pressure"] == style.NORMAL and colours["traction $t_y$"] == style.LATERAL
     assert {label.split()[0]: colour for *_, label, colour in receptance.CURVES} == {
@@ -111,7 +115,8 @@ def test_limit_cycles_are_drawn_branch_by_branch(tmp_path: Path) -> None:
         named = {(f.group, f.name): f.value for f in figures.cycles(result)}
         notes = verdict(result).notes
     assert notes == [
-        "Limit cycles: the loudest has 95 dB(A) of sound power at 420 Hz, with coefficient of friction μ = 0.4, normal load N = 40 kN."
+        "Limit cycles: the loudest has 95 dB(A) of sound power at 420 Hz, with coefficient of friction μ = 0.4, normal "
+        "load N = 40 kN."
     ]
     # The irregular one squeals too, and the largest energy is the fifth point's.
     assert [named[(f"limit cycles, {b}", "points that squeal")] for b in ("up", "down")] == [2, 3]

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import h5py
 import pytest
-
 from railsqueal import Result, compare, figures, report, tables
 from railsqueal.__main__ import main
 
@@ -42,7 +41,11 @@ def test_the_report_is_one_page_that_loads_nothing(cylinders: Path, tmp_path: Pa
         text = page.read_text(encoding="utf-8")
         reader = Reader()
         reader.feed(text)
-        assert reader.open == [] and len(reader.loaded) == 2 and all(s.startswith("data:image/png;base64,") for s in reader.loaded)
+        assert (
+            reader.open == []
+            and len(reader.loaded) == 2
+            and all(s.startswith("data:image/png;base64,") for s in reader.loaded)
+        )
         assert 'src="http' not in text and 'href="http' not in text
         assert "a &lt; b &amp; c" in text and "the contact is &lt;coarse&gt;" in text
         force = next(f for f in figures.of(result) if f.name == "force y on body 1")
@@ -55,7 +58,9 @@ def test_the_report_is_one_page_that_loads_nothing(cylinders: Path, tmp_path: Pa
         contents = {name: base64.b64decode(data) for name, data in embedded.items()}
         assert contents == {t.name: t.read_bytes() for t in tables}
         # To the last bit.
-        assert [float(r["frequency_Hz"]) for r in rows["modes"] if r["body"] == "upper"] == result["modes/upper/frequency"].tolist()
+        assert [float(r["frequency_Hz"]) for r in rows["modes"] if r["body"] == "upper"] == result[
+            "modes/upper/frequency"
+        ].tolist()
         assert float(rows["forces"][0]["force_y_N"]) == result["contact/force"][1]
         assert len(rows["unstable"]) == (result["stability/growth_rate"] > 0).sum()
         assert [float(r["growth_rate_1/s"]) for r in rows["eigenvalues"]] == result["stability/growth_rate"].tolist()

@@ -6,7 +6,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-
 from railsqueal import ComplexModes, ContactGrid, History, Modes, Receptances, Result, ResultError
 from railsqueal.tables import growing
 
@@ -22,7 +21,11 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 def test_what_is_not_there_is_said_with_what_is(cylinders: Path) -> None:
     with Result(cylinders) as result:
-        for name, part in (("contact/presure", "contact/pressure".split("/")[1]), ("nothing", "contact, modes"), ("contact", "is a group")):
+        for name, part in (
+            ("contact/presure", "contact/pressure".split("/")[1]),
+            ("nothing", "contact, modes"),
+            ("contact", "is a group"),
+        ):
             with pytest.raises(ResultError, match=part):
                 result[name]
         with pytest.raises(ResultError, match="analyses.receptance"):

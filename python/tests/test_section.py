@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from railsqueal.__main__ import main
 from railsqueal.errors import InputError, ResultError
 from railsqueal.section import Options, Section, WheelProperties, make
@@ -115,7 +114,9 @@ def test_table_and_drawing_give_the_same_loop_with_the_moments_of_closed_forms(c
     table, drawing = made(csv(RING), unit="mm"), made(dxf(ring))
     np.testing.assert_allclose(moments(drawing.outline), moments(table.outline), rtol=1e-12, atol=1e-16)
     assert drawing.outline.group_lengths() == pytest.approx(table.outline.group_lengths())
-    assert table.outline.length() == pytest.approx(1e-3 * (2 * WIDTH - 2 * ROUND + 2 * (OUTER - INNER - ROUND) + math.pi * ROUND))
+    assert table.outline.length() == pytest.approx(
+        1e-3 * (2 * WIDTH - 2 * ROUND + 2 * (OUTER - INNER - ROUND) + math.pi * ROUND)
+    )
     # Bulges of a polyline, clockwise, in inches.
     rows = [(x / 25.4, y / 25.4, -RING[k - 1][3]) for k, (x, y, *_) in reversed(list(enumerate(RING)))]
     path = dxf(lambda space: space.add_lwpolyline(rows, format="xyb", close=True), units=1)
@@ -177,7 +178,8 @@ def test_rail_has_the_published_properties_of_60e1() -> None:
     found = make(MESHES / "rail-outline.csv", Options("rail")).properties
     # EN 13674-1: 76.70 cm², 60.21 kg/m, 3038.3 and 512.3 cm⁴, recalled; the outline has 0.01 mm.
     assert 1e4 * found.area == pytest.approx(76.70, rel=2e-3)
-    assert [1e8 * found.vertical, 1e8 * found.lateral] == pytest.approx([3038.3, 512.3], rel=3e-3)  # type: ignore[union-attr]
+    moments = [1e8 * found.vertical, 1e8 * found.lateral]  # type: ignore[union-attr]
+    assert moments == pytest.approx([3038.3, 512.3], rel=3e-3)
     assert 1e3 * found.centroid[1] == pytest.approx(80.9, abs=0.1)  # type: ignore[union-attr]
 
 
@@ -195,7 +197,14 @@ def test_examples_are_those_of_their_script(tmp_path: Path, monkeypatch: pytest.
 def test_points_along_an_arc_become_quadratic_edges(csv: Any) -> None:
     # A bowed web of 1 mm long lines: edges of 6 mm pass several of them.
     bow = [(30 + 20 * math.sin(math.pi * k / 300), 120.0 + k) for k in range(1, 300)]
-    rows = [(-30, 120, "bore"), (30, 120, ""), *((x, y, "") for x, y in bow), (30, 420, ""), (30, 430, "running"), (-30, 430, "")]
+    rows = [
+        (-30, 120, "bore"),
+        (30, 120, ""),
+        *((x, y, "") for x, y in bow),
+        (30, 420, ""),
+        (30, 430, "running"),
+        (-30, 430, ""),
+    ]
     path = csv(rows, "x,y,group")
     found = made(path, unit="mm")
     assert len(found.outline.curves) == len(rows)
@@ -229,15 +238,24 @@ def test_splines_ellipses_blocks_and_mirrored_arcs_are_exact(dxf: Any) -> None:
         space.add_polyline2d([(-150, 300), (150, 300)], dxfattribs={"layer": "bore"})
 
     assert made(dxf(oval)).outline.moment(0, 0) == pytest.approx(1e-6 * math.pi * 150 * 75 / 2, rel=1e-12)
-    half = made(dxf(lambda space: (ring(space, skip=(0,)), space.add_ellipse((0, INNER), (WIDTH / 2, 0), 0.5, math.pi, 0))))
+    half = made(
+        dxf(lambda space: (ring(space, skip=(0,)), space.add_ellipse((0, INNER), (WIDTH / 2, 0), 0.5, math.pi, 0)))
+    )
     assert half.outline.moment(0, 0) == pytest.approx(ring_moment(0) + 1e-6 * math.pi * WIDTH**2 / 16, rel=1e-12)
 
 
 def test_axes_origin_and_mirror(csv: Any) -> None:
-    flange = [*RING[:1], (WIDTH / 2, INNER, "", 0.0), (WIDTH / 2, OUTER + 28, "", 0.0), (WIDTH / 2 - 30, OUTER + 28, "", 0.0)]
+    flange = [
+        *RING[:1],
+        (WIDTH / 2, INNER, "", 0.0),
+        (WIDTH / 2, OUTER + 28, "", 0.0),
+        (WIDTH / 2 - 30, OUTER + 28, "", 0.0),
+    ]
     flange += [(WIDTH / 2 - 30, OUTER, "running", 0.0), (-WIDTH / 2, OUTER, "", 0.0)]
     plain = made(csv(flange), unit="mm")
-    turned = made(csv([(y + 7, -x - 5, g, b) for x, y, g, b in flange]), unit="mm", axis="y", mirror=True, origin=(7, -5))
+    turned = made(
+        csv([(y + 7, -x - 5, g, b) for x, y, g, b in flange]), unit="mm", axis="y", mirror=True, origin=(7, -5)
+    )
     np.testing.assert_allclose(moments(turned.outline), moments(plain.outline), rtol=1e-12, atol=1e-18)
     below = made(csv([(x, -y, g, b) for x, y, g, b in flange]), unit="mm")
     np.testing.assert_allclose(moments(below.outline), moments(plain.outline), rtol=1e-12, atol=1e-18)
@@ -249,9 +267,17 @@ def test_axes_origin_and_mirror(csv: Any) -> None:
 
 @pytest.mark.parametrize(
     ("separator", "decimal", "end", "mark"),
-    [(";", ",", "\n", b""), ("\t", ",", "\r\n", b"\xef\xbb\xbf"), (" ", ".", "\n", b""), (",", ".", "\r\n", b""), (" ", ",", "\n", b"")],
+    [
+        (";", ",", "\n", b""),
+        ("\t", ",", "\r\n", b"\xef\xbb\xbf"),
+        (" ", ".", "\n", b""),
+        (",", ".", "\r\n", b""),
+        (" ", ",", "\n", b""),
+    ],
 )
-def test_tables_of_any_separator_decimal_sign_and_line_end_are_one(csv: Any, separator: str, decimal: str, end: str, mark: bytes) -> None:
+def test_tables_of_any_separator_decimal_sign_and_line_end_are_one(
+    csv: Any, separator: str, decimal: str, end: str, mark: bytes
+) -> None:
     rows = [separator.join(f"{v:.3f}".replace(".", decimal) for v in row[:2]) for row in RING]
     found = made(csv(mark + (end.join(rows) + end).encode()), unit="mm", picks=[("running", 0, OUTER)])
     sign = {".": "decimal point", ",": "decimal comma"}[decimal]
@@ -319,14 +345,23 @@ def test_open_branched_and_double_outlines_are_refused_with_places(dxf: Any) -> 
     assert "the outline is open" in said and "(x = 53.0000, y = 460.0000) mm" in said and "106 mm away" in said, said
     said = refused(dxf(lambda space: ring(space, shift=0.5)))
     assert "0.5 mm away" in said, said
-    assert made(dxf(lambda space: ring(space, shift=0.005))).outline.moment(0, 0) == pytest.approx(ring_moment(0), rel=1e-4)
+    assert made(dxf(lambda space: ring(space, shift=0.005))).outline.moment(0, 0) == pytest.approx(
+        ring_moment(0), rel=1e-4
+    )
     two = refused(dxf(lambda space: (ring(space), space.add_circle((0, 300), 20, dxfattribs={"layer": "hole"}))))
     assert "2 closed outlines" in two and "hole" in two and "--ignore" in two, two
-    found = made(dxf(lambda space: (ring(space), space.add_circle((0, 300), 20, dxfattribs={"layer": "hole"}))), ignored=["HOLE"])
-    assert found.outline.moment(0, 0) == pytest.approx(ring_moment(0), rel=1e-12) and "layers left out: hole (1)" in found.remarks
+    found = made(
+        dxf(lambda space: (ring(space), space.add_circle((0, 300), 20, dxfattribs={"layer": "hole"}))), ignored=["HOLE"]
+    )
+    assert (
+        found.outline.moment(0, 0) == pytest.approx(ring_moment(0), rel=1e-12)
+        and "layers left out: hole (1)" in found.remarks
+    )
     said = refused(dxf(lambda space: (ring(space), space.add_line((0, 100), (0, 460)))))
     assert "ends that meet no other" in said, said
-    said = refused(dxf(lambda space: (ring(space), space.add_line((-65, 100), (0, 300)), space.add_line((-65, 100), (0, 300)))))
+    said = refused(
+        dxf(lambda space: (ring(space), space.add_line((-65, 100), (0, 300)), space.add_line((-65, 100), (0, 300))))
+    )
     assert "are the same curve" in said, said
     said = refused(dxf(lambda space: (ring(space), space.add_line((0, 200), (0, 200)))))
     assert "has no length" in said and "(x = 0.0000, y = 200.0000) mm" in said, said
@@ -347,7 +382,9 @@ def test_groups_come_from_layers_options_and_points(dxf: Any) -> None:
     assert set(made(path, picks=[("running", 10, 460.5)]).outline.group_lengths()) == {"running", "bore"}
     assert "the nearest curve" in refused(path, Options("wheel", picks=[("running", 10, 470)]), 2)
     assert "'hub'" in refused(path, Options("wheel", ignored=["hub"]), 2)
-    whole = dxf(lambda space: space.add_lwpolyline([row[:2] for row in RING], close=True, dxfattribs={"layer": "running"}))
+    whole = dxf(
+        lambda space: space.add_lwpolyline([row[:2] for row in RING], close=True, dxfattribs={"layer": "running"})
+    )
     assert "whole outline" in refused(whole)
 
 
@@ -410,4 +447,7 @@ def test_a_loop_is_the_same_from_shuffled_and_turned_curves() -> None:
     moved = [line.transformed(Affine(2 * np.eye(2), np.array([1.0, 0.0]))) for line in lines]
     assert Outline.join(moved, 1e-6).moment(0, 0) == pytest.approx(4 * expected.moment(0, 0))
     with pytest.raises(InputError, match="ends of curves meet"):
-        Outline.join([*lines, *(Line("", "other", a, b) for a, b in ((points[0], points[2] * 2), (points[2] * 2, points[3])))], 1e-6)
+        Outline.join(
+            [*lines, *(Line("", "other", a, b) for a, b in ((points[0], points[2] * 2), (points[2] * 2, points[3])))],
+            1e-6,
+        )

@@ -12,11 +12,10 @@ import h5py
 import numpy as np
 import pytest
 from conftest import cube, dataset
-from test_verdict import at, spectrum
-
 from railsqueal import Result, compare, mac, report
 from railsqueal.report import shapes
 from railsqueal.result import Floats
+from test_verdict import at, spectrum
 
 STEPS = 16
 

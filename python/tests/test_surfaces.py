@@ -5,7 +5,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-
 from railsqueal import ResultError
 from railsqueal.__main__ import main
 from railsqueal.pictures import Canvas
@@ -48,7 +47,9 @@ def test_a_common_grid_has_lines_on_each_body(tmp_path: Path) -> None:
     for body, height in ((1, 0.0), (2, 0.5)):
         lines = surfaces.lines(body)
         assert [len(line) for line in lines] == [3, 3, 2, 2, 2]
-        assert all((line[:, 1] == line[0, 1]).all() for line in lines[:2]) and all((line[:, 0] == line[0, 0]).all() for line in lines[2:])
+        assert all((line[:, 1] == line[0, 1]).all() for line in lines[:2]) and all(
+            (line[:, 0] == line[0, 0]).all() for line in lines[2:]
+        )
         assert all((line[:, 2] == height).all() for line in lines)
     labels = [str(handle.get_label()) for handle in node_handles(surfaces)]
     assert labels == ["common grid: 3 x 2 nodes, 1e+03 mm", "upper: 1 of them off its surface"]

@@ -15,7 +15,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import FREQUENCY, dataset
-
 from railsqueal import Result, report
 from railsqueal.pictures import Canvas, draw, slices
 from railsqueal.pictures.sweep import Key

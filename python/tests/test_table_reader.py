@@ -5,7 +5,6 @@ import re
 from pathlib import Path
 
 import pytest
-
 from railsqueal.errors import InputError
 from railsqueal.table_reader import Heading, Table
 

@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import dataset
-
 from railsqueal import ComplexModes, Result, labels, report
 from railsqueal.mode_names import ModeNames
 from railsqueal.stability import Budget, Sensitivities
@@ -237,8 +236,8 @@ def test_axes_have_names_and_units() -> None:
 
 
 def test_units_are_those_of_the_job_page() -> None:
-    """SI units of `labels.NAMES` against those that docs/job.md has for keys of the same last name."""
-    page = (ROOT / "docs/job.md").read_text(encoding="utf-8")
+    """SI units of `labels.NAMES` against those that docs/reference/job.md has for keys of the same last name."""
+    page = (ROOT / "docs/reference/job.md").read_text(encoding="utf-8")
     units: dict[str, set[str]] = {}
     for keys, unit in re.findall(r"^\| (`[^|]*`) \| ([^|]*) \|", page, re.MULTILINE):
         for place, key in enumerate(re.findall(r"`([^`]+)`", keys)):
@@ -249,7 +248,7 @@ def test_units_are_those_of_the_job_page() -> None:
         known = {u for u in units.get(suffix.split(".")[-1], set()) if u}
         if si != "-" and known:
             compared += 1
-            assert si in known, f"{suffix}: {si} here, {known} in docs/job.md"
+            assert si in known, f"{suffix}: {si} here, {known} in docs/reference/job.md"
     assert compared > 60
 
 

@@ -31,7 +31,9 @@ def part(surface, lowest, name):
 def main():
     given = [word for word in sys.argv[1:] if word.endswith((".h5", ".hdf"))]
     # ParaView knows .hdf by its name; a file of another name is given to the reader itself.
-    opened = simple.OpenDataFile if given and given[0].endswith(".hdf") else lambda name: simple.VTKHDFReader(FileName=name)
+    opened = (
+        simple.OpenDataFile if given and given[0].endswith(".hdf") else lambda name: simple.VTKHDFReader(FileName=name)
+    )
     source = opened(given[0]) if given else simple.GetActiveSource()
     if source is None:
         raise SystemExit("open a result first, FILE.hdf, and press Apply; or: pvpython contact.py FILE.hdf")

@@ -26,7 +26,7 @@ SMALL = {
 
 
 def inputs(folder):
-    """What the jobs name by relative paths."""
+    """Files that the jobs name by relative paths."""
     folder.mkdir(parents=True, exist_ok=True)
     links = {folder / "hulten": ROOT / "jobs/hulten", folder.parent / "meshes": ROOT / "meshes"}
     for link, to in links.items():
@@ -53,7 +53,12 @@ def earlier(job):
     """The file of a job as it was when the earlier program was the present one."""
     if job == "lattice-source.json":
         return KEPT / job
-    shown = subprocess.run(["git", "-C", str(ROOT), "show", f"{os.environ['GOLDEN_COMMIT']}:jobs/{job}"], capture_output=True, text=True, check=True)
+    shown = subprocess.run(
+        ["git", "-C", str(ROOT), "show", f"{os.environ['GOLDEN_COMMIT']}:jobs/{job}"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     path = KEPT / f"source-{job}"
     path.write_text(shown.stdout)
     return path
@@ -81,7 +86,11 @@ def reused(name):
 
 def reuse(name, folder):
     """The result file of that case, of the program that writes to `folder`."""
-    return (KEPT if "".join(cases.CASES[name][2:]).startswith("kept:") else folder) / f"{reused(name)}.h5" if reused(name) else None
+    return (
+        (KEPT if "".join(cases.CASES[name][2:]).startswith("kept:") else folder) / f"{reused(name)}.h5"
+        if reused(name)
+        else None
+    )
 
 
 def recipe(name):
@@ -89,7 +98,7 @@ def recipe(name):
 
 
 def made(name):
-    """Whether the results of a case are there, of the job as it is now."""
+    """Returns whether the results of a case are there, of the job as it is now."""
     note = KEPT / f"{name}.recipe"
     return note.exists() and note.read_text() == recipe(name)
 
@@ -127,7 +136,11 @@ def compare(program, names):
             continue
         analyses = json.loads(text)["analyses"]
         if ((analyses.get("transient") or {}).get("start") or {}).get("mode") is not None:
-            print(f"{name}: not compared: a start along a mode begins with its largest displacement now, whatever phase the eigensolver gave it", flush=True)
+            print(
+                f"{name}: not compared: a start along a mode begins with its largest displacement now, whatever phase "
+                "the eigensolver gave it",
+                flush=True,
+            )
             continue
         stability = analyses.get("stability")
         # By matrices everything slides.
@@ -139,9 +152,17 @@ def compare(program, names):
             differing.append(name)
             print(f"{name}: {error}", flush=True)
             continue
-        found, datasets, worst = comparison.results(KEPT / f"{name}.h5", PRESENT / f"{name}.h5", comparison.STEADY_START if name in cases.STEADY_START else comparison.LIMIT)
+        found, datasets, worst = comparison.results(
+            KEPT / f"{name}.h5",
+            PRESENT / f"{name}.h5",
+            comparison.STEADY_START if name in cases.STEADY_START else comparison.LIMIT,
+        )
         verdict = f"{len(found)} differences" if found else "the same"
-        print(f"{name}: {verdict} in {datasets} datasets{f', largest distance {worst[0]:.1e}, {worst[1]}' if worst[0] else ''} ({seconds:.1f} s)", flush=True)
+        print(
+            f"{name}: {verdict} in {datasets} "
+            f"datasets{f', largest distance {worst[0]:.1e}, {worst[1]}' if worst[0] else ''} ({seconds:.1f} s)",
+            flush=True,
+        )
         for line in found:
             print(f"    {line}")
         if found:

@@ -1,7 +1,8 @@
 """Compares two result files, and the sequences beside them, dataset by dataset.
 
-Names, shapes, types and attributes must be the same, values within LIMIT of the largest of their dataset. Not compared are provenance, checksums and counts
-of iterations. Residuals must not have grown. Modes are compared up to sign and, where frequencies lie together, up to a rotation among them.
+Names, shapes, types and attributes must be the same, values within LIMIT of the largest of their dataset. Not compared
+are provenance, checksums and counts of iterations. Residuals must not have grown. Modes are compared up to sign and,
+where frequencies lie together, up to a rotation among them.
 """
 
 import json
@@ -46,24 +47,36 @@ INTENDED = {
     "reduced/*/family": "is new",
     "transient/sound_power/*/pressure_level_a": "is new",
 }
-# Looser limits, with their reasons: modes are computed to a residual of 1e-9, on which their values at the contact and their shares in complex modes rest; a start in steady rolling has
-# the accuracy of that. Between the frequencies where radiation is known it was interpolated on a line, and is now in proportion, over the logarithm: the two per cent between them are the error of
-# the lines on the wide bands of these cases.
+# Looser limits, with their reasons: modes are computed to a residual of 1e-9, on which their values at the contact and
+# their shares in complex modes rest; a start in steady rolling has the accuracy of that. Between the frequencies where
+# radiation is known it was interpolated on a line, and is now in proportion, over the logarithm: the two per cent
+# between them are the error of the lines on the wide bands of these cases.
 MODES, STEADY_START, SOUND = 1e-9, 1e-8, 3e-2
-LIMITS = {"transient/sound_power/*": SOUND, "reduced/*/contact_modes": MODES, "stability/participation": MODES, "modes/*/residual": MODES, "reduced/*/residual": MODES}
+LIMITS = {
+    "transient/sound_power/*": SOUND,
+    "reduced/*/contact_modes": MODES,
+    "stability/participation": MODES,
+    "modes/*/residual": MODES,
+    "reduced/*/residual": MODES,
+}
 
 
 def intended(name):
-    """Whether a dataset may be another one, or new."""
+    """Returns whether a dataset may be another one, or new."""
     return any(fnmatch(name, pattern) for pattern in INTENDED)
 
 
 def results(old, new, limit=LIMIT):
     """The differences, one line each, the number of datasets compared, and the largest distance with its place."""
     found, count, worst = [], 0, (0.0, "")
-    stem = lambda path: {p.name[len(path.stem):]: p for p in path.parent.glob(f"{path.stem}.*") if p.suffix in (".h5", ".vtkhdf")}  # noqa: E731
+    stem = lambda path: {
+        p.name[len(path.stem) :]: p for p in path.parent.glob(f"{path.stem}.*") if p.suffix in (".h5", ".vtkhdf")
+    }  # noqa: E731
     before, after = stem(old), stem(new)
-    found += [f"{name}: written only by the {'earlier' if name in before else 'present'} program" for name in sorted(set(before) ^ set(after))]
+    found += [
+        f"{name}: written only by the {'earlier' if name in before else 'present'} program"
+        for name in sorted(set(before) ^ set(after))
+    ]
     with h5py.File(old) as tables:
         bases = clusters(tables)
     for name in sorted(set(before) & set(after)):
@@ -103,7 +116,11 @@ def same(a, b):
 
 def files(a, b, bases, limit):
     before, after = members(a), members(b)
-    lines = [f"{n}: only in the results of the {'earlier' if n in before else 'present'} program" for n in sorted(set(before) ^ set(after)) if not intended(n)]
+    lines = [
+        f"{n}: only in the results of the {'earlier' if n in before else 'present'} program"
+        for n in sorted(set(before) ^ set(after))
+        if not intended(n)
+    ]
     worst, count = (0.0, ""), 0
     for name in sorted(set(before) & set(after)):
         one, two = before[name], after[name]
@@ -118,7 +135,9 @@ def files(a, b, bases, limit):
         if one.shape != two.shape or one.dtype != two.dtype:
             lines.append(f"{name}: was {one.dtype}{list(one.shape)}, is {two.dtype}{list(two.shape)}")
             continue
-        line, distance = values(name, one, two, a, bases, max([limit, *(v for path, v in LIMITS.items() if fnmatch(name, path))]))
+        line, distance = values(
+            name, one, two, a, bases, max([limit, *(v for path, v in LIMITS.items() if fnmatch(name, path))])
+        )
         if intended(name):
             line, distance = None, 0.0
         if line:
@@ -128,20 +147,32 @@ def files(a, b, bases, limit):
 
 
 def values(name, one, two, a, bases, limit):
-    """What differs, or None; and the distance relative to the measure."""
+    """Difference, or None; and the distance relative to the measure."""
     x, y = one[()], two[()]
     if one.dtype.kind == "O":
         read = lambda v: json.loads(v) if name.endswith("inputs") else v  # noqa: E731
-        return (None, 0.0) if (read(x) == read(y) if one.shape == () else list(x) == list(y)) else (f"was {brief(x)}, is {brief(y)}", 0.0)
+        return (
+            (None, 0.0)
+            if (read(x) == read(y) if one.shape == () else list(x) == list(y))
+            else (f"was {brief(x)}, is {brief(y)}", 0.0)
+        )
     if one.dtype.kind not in "fc":
         if np.array_equal(x, y):
             return None, 0.0
         where = np.argwhere(np.asarray(x != y))
-        return f"{len(where)} of {np.size(x)} differ, first {list(map(int, where[0]))}: was {first(x, where)}, is {first(y, where)}", 0.0
+        return (
+            f"{len(where)} of {np.size(x)} differ, first {list(map(int, where[0]))}: was {first(x, where)}, is "
+            f"{first(y, where)}",
+            0.0,
+        )
     if any(fnmatch(name, r) for r in RESIDUALS):
         of = np.max(np.abs(x), initial=0.0), np.max(np.abs(y), initial=0.0)
         allowed = limit if limit > LIMIT else 0.1 * limit
-        return (None if of[1] <= max(10 * of[0], allowed * measure(name, a, 1.0)) else f"has grown from {of[0]:.1e} to {of[1]:.1e}"), 0.0
+        return (
+            None
+            if of[1] <= max(10 * of[0], allowed * measure(name, a, 1.0))
+            else f"has grown from {of[0]:.1e} to {of[1]:.1e}"
+        ), 0.0
     if np.any(np.isnan(x) != np.isnan(y)):
         return "not a number at other places", 0.0
     x, y = np.nan_to_num(x), np.nan_to_num(y)
@@ -153,7 +184,11 @@ def values(name, one, two, a, bases, limit):
         return None, worst if limit != SINGLE else 0.0
     where = np.argwhere(distance > limit)
     top = np.unravel_index(np.argmax(distance), distance.shape)
-    return f"{worst:.1e} apart at {list(map(int, top))}: was {x[top]!r}, is {y[top]!r}; {len(where)} of {x.size} beyond {limit:.0e}", worst
+    return (
+        f"{worst:.1e} apart at {list(map(int, top))}: was {x[top]!r}, is {y[top]!r}; {len(where)} of {x.size} beyond "
+        f"{limit:.0e}",
+        worst,
+    )
 
 
 def measure(name, file, own):
@@ -166,7 +201,7 @@ def measure(name, file, own):
 def turned(name, x, y, file, bases):
     """The second values with signs, and rotations within a cluster, that bring them nearest to the first ones."""
     if name == "VTKHDF/PointData/shape" and "modes/body" in file:
-        body, number = file["modes/body"][()], file["modes/number"][()]
+        body = file["modes/body"][()]
         columns = [x.reshape(len(body), -1).T.astype(float), y.reshape(len(body), -1).T.astype(float)]
         spans = []
         for k, label in ((1, "lower"), (2, "upper")):

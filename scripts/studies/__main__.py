@@ -1,16 +1,14 @@
-"""Convergence studies with the program itself; writes docs/validation.md. Called by scripts/validate."""
+"""Convergence studies with the program itself; writes docs/explanation/validation.md. Called by scripts/validate."""
 
 import json
 import sys
 
 import cycles
 import drawn
-import examples
 import faults
 import foreign
 import growth
 import longitudinal
-import meshes
 import modes
 import multibody
 import one_point
@@ -21,10 +19,13 @@ import rotation
 import steady
 import surfaces
 import tables
-import transient
 import truncation
 import tutorial
 from program import KEPT
+
+import examples
+import meshes
+import transient
 
 STUDIES = {
     "half_space": steady.half_space,

@@ -1,6 +1,6 @@
 """Steady curving of a two-axle bogie by a multibody program: Exudyn runs it round the curve in time.
 
-    python3 scripts/studies/curving_exudyn.py           writes docs/reference/curving_exudyn.csv
+    python3 scripts/studies/curving_exudyn.py           writes docs/data/curving_exudyn.csv
     python3 scripts/studies/curving_exudyn.py 600       one radius, m, with the history of the shifts
 
 Needs numpy and exudyn (pip install exudyn; the table was made with 1.13.6). Two wheelsets that spin and a frame are
@@ -27,7 +27,7 @@ from curving_contact import Array, TrackGeometry, creep_force, hertz
 from curving_model import COLUMNS, Axle, Bogie, Contact, Vehicle, rows
 from exudyn.utilities import RigidBodyInertia
 
-TABLE = Path(__file__).resolve().parents[2] / "docs/reference/curving_exudyn.csv"
+TABLE = Path(__file__).resolve().parents[2] / "docs/data/curving_exudyn.csv"
 RADII = (600.0, 200.0)
 SPEED = 20.0  # m/s
 STEP = 6e-4  # s
@@ -116,8 +116,9 @@ class Wheelset:
                 f = fx * ahead + ellipse.force * up + tangential * across
                 force, moment = force + f, moment + np.cross(arm, f)
                 self.contacts.append(Contact(t, ellipse, creepages, fx, tangential, f[1], f[2]))
-        about = sum(c.touch.radius * (c.longitudinal + c.tangential * pose[1] / np.cos(c.touch.angle))
-                    for c in self.contacts)
+        about = sum(
+            c.touch.radius * (c.longitudinal + c.tangential * pose[1] / np.cos(c.touch.angle)) for c in self.contacts
+        )
         self.resultants = np.array([force[1], force[2], moment[0], moment[2], about])
         return axes.T @ force, axes.T @ moment
 
@@ -147,12 +148,19 @@ class Run:
             at = [self.radius * np.sin(angle), -height, self.radius * (1 - np.cos(angle))]
             velocity = [SPEED * np.cos(angle), 0.0, SPEED * np.sin(angle)]
             heading = [0.0, -angle, 0.0]
-            node = mbs.AddNode(eii.NodeRigidBodyRxyz(
-                referenceCoordinates=[*at, *heading], initialVelocities=[*velocity, 0.0, -SPEED / self.radius, spin],
-            ))
-            return mbs.AddObject(eii.ObjectRigidBody(
-                mass=inertia.mass, inertia=inertia.GetInertia6D(), nodeNumber=node,
-            ))
+            node = mbs.AddNode(
+                eii.NodeRigidBodyRxyz(
+                    referenceCoordinates=[*at, *heading],
+                    initialVelocities=[*velocity, 0.0, -SPEED / self.radius, spin],
+                )
+            )
+            return mbs.AddObject(
+                eii.ObjectRigidBody(
+                    mass=inertia.mass,
+                    inertia=inertia.GetInertia6D(),
+                    nodeNumber=node,
+                )
+            )
 
         def connect(body: int, law) -> None:
             """A force and a moment at the centre of a body, from its motion."""
@@ -163,10 +171,14 @@ class Run:
                 force, moment = law(np.array(displacement), axle, np.array(velocity), np.array(turning))
                 return [*(-force), *(-moment)]
 
-            mbs.AddObject(eii.ObjectConnectorRigidBodySpringDamper(
-                markerNumbers=[origin, mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=body))],
-                stiffness=np.zeros((6, 6)), damping=np.zeros((6, 6)), springForceTorqueUserFunction=user,
-            ))
+            mbs.AddObject(
+                eii.ObjectConnectorRigidBodySpringDamper(
+                    markerNumbers=[origin, mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=body))],
+                    stiffness=np.zeros((6, 6)),
+                    damping=np.zeros((6, 6)),
+                    springForceTorqueUserFunction=user,
+                )
+            )
 
         def inwards(place: Array, mass: float) -> Array:
             """The part of gravity in the plane of the track that balances the curve."""
@@ -189,8 +201,11 @@ class Run:
         for s in (1, -1):
             wheelset = Wheelset(v, track)
             self.sets.append(wheelset)
-            body = on_track(s * turn, RigidBodyInertia(
-                mass=WHEELSET, inertiaTensor=np.diag([diametral, diametral, polar])), -SPEED / v.geometry.radius)
+            body = on_track(
+                s * turn,
+                RigidBodyInertia(mass=WHEELSET, inertiaTensor=np.diag([diametral, diametral, polar])),
+                -SPEED / v.geometry.radius,
+            )
 
             def contact(place, axle, velocity, turning, wheelset=wheelset):
                 force, moment = wheelset.forces(place, axle, velocity, turning)
@@ -203,13 +218,18 @@ class Run:
             connect(body, contact)
             for side in (1, -1):
                 box = v.half_boxes * side
-                mbs.AddObject(eii.ObjectConnectorRigidBodySpringDamper(
-                    markerNumbers=[
-                        mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=frame, localPosition=[s * v.half_base, 0, box])),
-                        mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=body, localPosition=[0, 0, box])),
-                    ],
-                    stiffness=stiffness, damping=np.diag([DAMPING, 0.0, DAMPING, 0.0, 0.0, 0.0]),
-                ))
+                mbs.AddObject(
+                    eii.ObjectConnectorRigidBodySpringDamper(
+                        markerNumbers=[
+                            mbs.AddMarker(
+                                eii.MarkerBodyRigid(bodyNumber=frame, localPosition=[s * v.half_base, 0, box])
+                            ),
+                            mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=body, localPosition=[0, 0, box])),
+                        ],
+                        stiffness=stiffness,
+                        damping=np.diag([DAMPING, 0.0, DAMPING, 0.0, 0.0, 0.0]),
+                    )
+                )
         mbs.Assemble()
 
     def solve(self, distance: float, report: bool = False) -> None:
@@ -257,8 +277,7 @@ def run(radius: float, report: bool) -> Run:
 def write_table() -> None:
     """Writes the steady states in all curves."""
     head = [
-        "# Steady curving of a bogie to the right, run in time by the multibody program Exudyn "
-        f"{exu.__version__}:",
+        f"# Steady curving of a bogie to the right, run in time by the multibody program Exudyn {exu.__version__}:",
         "# made by scripts/studies/curving_exudyn.py. Bogie, track, profiles, columns and signs are those of",
         f"# curving_bogie.csv. {SPEED:g} m/s, {DISTANCE:g} m from the middle of the track, Runge-Kutta steps of"
         f" {1e3 * STEP:g} ms.",

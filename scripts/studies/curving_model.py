@@ -1,6 +1,6 @@
 """Steady curving of a two-axle bogie: an independent model, beside which the program's own can be laid.
 
-    python3 scripts/studies/curving_model.py           writes docs/reference/curving_bogie.csv
+    python3 scripts/studies/curving_model.py           writes docs/data/curving_bogie.csv
     python3 scripts/studies/curving_model.py limits    compares with closed forms
 
 Needs numpy alone. Frames, signs and units are those of curving_contact.py: track frame at each axle, curve to the
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from curving_contact import Array, Circle, Cone, Ellipse, Touch, TrackGeometry, creep_force, hertz
 
-TABLE = Path(__file__).resolve().parents[2] / "docs/reference/curving_bogie.csv"
+TABLE = Path(__file__).resolve().parents[2] / "docs/data/curving_bogie.csv"
 
 
 @dataclass
@@ -72,7 +72,9 @@ def axle_forces(v: Vehicle, curvature: float, state: Array) -> Axle:
             ellipse = hertz(t.approach, t.along, t.across)
             c, s = np.cos(t.angle), np.sin(t.angle)
             creepages = (
-                1 - t.track * curvature - spin * t.radius, yaw / c, spin * np.sin(t.angle - roll) + c * curvature
+                1 - t.track * curvature - spin * t.radius,
+                yaw / c,
+                spin * np.sin(t.angle - roll) + c * curvature,
             )
             fx, tangential = creep_force(ellipse, creepages, v.friction)
             fy, fz = ellipse.force * s + tangential * c, -ellipse.force * c + tangential * s
@@ -173,9 +175,9 @@ def bogie_equilibrium(v: Vehicle, curvature: float, start: Array, tolerance: flo
 
     def residual(q: Array, axles: list[Axle]) -> Array:
         _, lateral, moment = frame_equilibrium(v, curvature, q[::2], q[1::2])
-        return 1e-3 * np.ravel([
-            (a.resultants[0] + lateral[i] + v.unbalanced, a.resultants[3] + moment[i]) for i, a in enumerate(axles)
-        ])
+        return 1e-3 * np.ravel(
+            [(a.resultants[0] + lateral[i] + v.unbalanced, a.resultants[3] + moment[i]) for i, a in enumerate(axles)]
+        )
 
     q = np.array(start, float)
     axles = [equilibrium(i, q) for i in (0, 1)]

@@ -1,4 +1,4 @@
-"""Limit cycles of `limit-cycles.json` beside transients of single points that nothing has shortened, and their picture."""
+"""Limit cycles of `limit-cycles.json` beside full transients of single points, and their picture."""
 
 import json
 import tempfile
@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 from pages import put
 from program import ROOT, run
-from report import table
-
 from railsqueal import Result
 from railsqueal.pictures import Canvas, cycles, style
+from report import table
 from tables import frequency
 
 DOCS = ROOT / "docs"
@@ -19,7 +18,7 @@ SINGLE = (0.008, 0.010, 0.012)
 
 
 def alone(lateral):
-    """Kinetic energy, J, frequency, Hz, and lateral force, N, of the last second of eight, from the most unstable mode."""
+    """Energy, J, frequency, Hz, and lateral force, N, of the last second of eight, from the most unstable mode."""
     transient = {"duration": 8, "start": {"mode": 1, "amplitude": 1e-5}, "contact_stride": 0, "modal_stride": 0}
     sets = {"analyses.sweep": "null", "contact.creepage.lateral": lateral, "analyses.transient": json.dumps(transient)}
     tables, _ = run("limit-cycles.json", sets, ranks=1, groups=("transient",))
@@ -45,13 +44,15 @@ def followed():
         # Of the two waves the one to which the single run came.
         branch = int(np.argmin(abs(tables[f"{group}/frequency"][:, at] - hertz)))
         one = lambda name: tables[f"{group}/{name}"][branch, at]  # noqa: E731
-        rows.append([
-            f"{100 * lateral:g} %",
-            f"{one('frequency'):.2f} ({hertz:.2f})",
-            f"{one('kinetic'):.4f} ({energy:.4f})",
-            f"{one('force_rms')[1]:.1f} ({sway:.1f})",
-            f"{one('time'):.2f} (8)",
-        ])
+        rows.append(
+            [
+                f"{100 * lateral:g} %",
+                f"{one('frequency'):.2f} ({hertz:.2f})",
+                f"{one('kinetic'):.4f} ({energy:.4f})",
+                f"{one('force_rms')[1]:.1f} ({sway:.1f})",
+                f"{one('time'):.2f} (8)",
+            ]
+        )
     head = ["lateral creepage", "Hz", "kinetic energy, J", "lateral force, N rms", "simulated, s"]
-    put(DOCS / "transient.md", "limit-cycles-alone", table(head, rows))
+    put(DOCS / "explanation" / "limit-cycles.md", "limit-cycles-alone", table(head, rows))
     return {}

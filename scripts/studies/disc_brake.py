@@ -69,20 +69,24 @@ def polar(radius, sector, height):
 def disc():
     """Disc of quadratic hexahedra, clamped at its bore; node 1 + i + 100 j + 10000 k of half steps i along the radius,
     j round the disc and k through its thickness."""
+
     def label(i, j, k):
         return 1 + i + 100 * (j % (2 * SECTORS)) + 10000 * k
 
     rings = np.interp(np.arange(2 * len(RADII) - 1) / 2.0, np.arange(len(RADII)), RADII)
     nodes = {
         label(i, j, k): polar(radius, 0.5 * j, 0.5 * THICKNESS * (k - 1))
-        for k in range(3) for j in range(2 * SECTORS) for i, radius in enumerate(rings)
+        for k in range(3)
+        for j in range(2 * SECTORS)
+        for i, radius in enumerate(rings)
         if i % 2 + j % 2 + k % 2 < 2
     }
     square, edges = ((0, 0), (2, 0), (2, 2), (0, 2)), ((1, 0), (2, 1), (1, 2), (0, 1))
     places = [(i, j, k) for part in (square, edges) for k in (0, 2) for i, j in part] + [(i, j, 1) for i, j in square]
     cells = [
         [label(i + di, j + dj, dk) for di, dj, dk in places]
-        for j in range(0, 2 * SECTORS, 2) for i in range(0, len(rings) - 1, 2)
+        for j in range(0, 2 * SECTORS, 2)
+        for i in range(0, len(rings) - 1, 2)
     ]
     fixed = [n for n in nodes if (n - 1) % 100 == 0]
     contacts = [[label(2 * r, 2 * s, k) for r in (1, 3) for s in (-1, 1)] for k in (0, 2)]
@@ -175,18 +179,24 @@ def write():
         "version": 5,
         "title": "A disc brake from matrices of other programs: disc from DMIG, pads from CalculiX",
         "bodies": {
-            "lower": {"matrices": {
-                "stiffness": {"path": "disc-brake/disc.pch", "name": "KAAX"},
-                "mass": {"path": "disc-brake/disc.pch", "name": "MAAX"},
-                "damping": {"path": "disc-brake/disc.pch", "name": "BAAX"},
-                "contacts": lower,
-            }},
-            "upper": {"matrices": {
-                "stiffness": "disc-brake/pads.sti",
-                "mass": "disc-brake/pads.mas",
-                "supports": [{"nodes": [n for side in backs for n in side], "stiffness": SPRINGS, "damping": DASHPOTS}],
-                "contacts": upper,
-            }},
+            "lower": {
+                "matrices": {
+                    "stiffness": {"path": "disc-brake/disc.pch", "name": "KAAX"},
+                    "mass": {"path": "disc-brake/disc.pch", "name": "MAAX"},
+                    "damping": {"path": "disc-brake/disc.pch", "name": "BAAX"},
+                    "contacts": lower,
+                }
+            },
+            "upper": {
+                "matrices": {
+                    "stiffness": "disc-brake/pads.sti",
+                    "mass": "disc-brake/pads.mas",
+                    "supports": [
+                        {"nodes": [n for side in backs for n in side], "stiffness": SPRINGS, "damping": DASHPOTS}
+                    ],
+                    "contacts": upper,
+                }
+            },
         },
         "contact": {"friction": 0.5, "points": points},
         "analyses": {"modes": {"count": 38}, "stability": STABILITY},
@@ -263,8 +273,8 @@ def solve(friction=None):
         damping = damping + friction * point["force"] / point["slip_velocity"] * np.outer(across, across)
     normals, forces = np.array(normals), np.array(forces)
     # u = Z q with N u = 0, and the equations in the space that the contact forces do not reach.
-    null = np.linalg.svd(normals)[2][len(normals):].T
-    left = np.linalg.svd(forces)[2][len(forces):]
+    null = np.linalg.svd(normals)[2][len(normals) :].T
+    left = np.linalg.svd(forces)[2][len(forces) :]
     k, m, c = (left @ a @ null for a in (stiffness, mass, damping))
     size = len(m)
     inverse = np.linalg.inv(m)

@@ -1,4 +1,4 @@
-"""The wheel W920S and the rail 60E1 drawn in Gmsh beside the built-in sections; docs/sections.md."""
+"""The wheel W920S and the rail 60E1 drawn in Gmsh beside the built-in sections; docs/reference/sections.md."""
 
 import json
 import subprocess
@@ -24,7 +24,7 @@ RAILS = {
     "triangles of 6 nodes, 6 mm, 3 mm on the head": ["--size", "6", "--fine", "3"],
     "quadrilaterals of 9 nodes, 12 mm": ["--cells", "quad"],
 }
-PAGE = ROOT / "docs" / "sections.md"
+PAGE = ROOT / "docs" / "reference" / "sections.md"
 
 
 def beside():
@@ -41,7 +41,16 @@ def rails():
     def said(name, found):
         frequency, rates = found["modes/lower/frequency"], found["stability/growth_rate"][:4]
         force = found["contact/force"]
-        rows.append([name, f"{len(frequency)}", f"{frequency[50]:.2f}", f"{frequency[400]:.1f}", f"{force[1] / force[2]:.5f}", *(f"{g:.3f}" for g in rates)])
+        rows.append(
+            [
+                name,
+                f"{len(frequency)}",
+                f"{frequency[50]:.2f}",
+                f"{frequency[400]:.1f}",
+                f"{force[1] / force[2]:.5f}",
+                *(f"{g:.3f}" for g in rates),
+            ]
+        )
 
     with tempfile.TemporaryDirectory() as folder:
         for name, words in RAILS.items():
@@ -49,9 +58,26 @@ def rails():
             command = ["/usr/bin/python3", ROOT / "meshes/make_rail_section.py", "--worn", "0", *words, path]
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
             section = {"file": {"path": str(path), "scale": 0.001}}
-            said(name, run("wheel-at-given-yaw.json", {"bodies.lower.mesh.extruded.section": json.dumps(section)}, groups=groups)[0])
+            said(
+                name,
+                run(
+                    "wheel-at-given-yaw.json",
+                    {"bodies.lower.mesh.extruded.section": json.dumps(section)},
+                    groups=groups,
+                )[0],
+            )
     said("built in", run("wheel-at-given-yaw.json", {}, groups=groups)[0])
-    head = ["section", "modes of the rail", "the 50th, Hz", "the 400th", "lateral over normal force", "growth, 1/s", "second", "third", "fourth"]
+    head = [
+        "section",
+        "modes of the rail",
+        "the 50th, Hz",
+        "the 400th",
+        "lateral over normal force",
+        "growth, 1/s",
+        "second",
+        "third",
+        "fourth",
+    ]
     put(PAGE, "drawn-rail", table(head, rows))
 
 
@@ -77,5 +103,13 @@ def wheels():
             rates = [t["stability/growth_rate"][:4] for t in (found, wanted)]
             rows.append([name, f"{len(frequency)}", f"{off.max():.1e}", *(f"{g:.3f}" for g in rates[0])])
     rows.append(["built in", f"{len(wanted['modes/upper/frequency'])}", "", *(f"{g:.3f}" for g in rates[1])])
-    head = ["section", "modes up to 6 kHz", "largest distance of a frequency", "growth, 1/s", "second", "third", "fourth"]
+    head = [
+        "section",
+        "modes up to 6 kHz",
+        "largest distance of a frequency",
+        "growth, 1/s",
+        "second",
+        "third",
+        "fourth",
+    ]
     put(PAGE, "drawn-wheel", table(head, rows))

@@ -21,12 +21,16 @@ COLOURS = ["#4477aa", "#66ccee", "#cc3311", "#ee7733"]
 
 
 class Point:
-    """A point of a sweep: the values of its keys, and growth rates, 1/s, of the four waves (NaN where it decays too fast to be one)."""
+    """A point of a sweep: the values of its keys, and growth rates, 1/s, of the four waves (NaN where it decays too
+    fast to be one)."""
 
     def __init__(self, values, eigenvalues):
         hertz = eigenvalues.imag / (2 * np.pi)
         self.values = values
-        self.growth = [max((e.real for e, f in zip(eigenvalues, hertz) if abs(f - wave) < NEAR and e.real > LOST), default=np.nan) for wave, _ in WAVES]
+        self.growth = [
+            max((e.real for e, f in zip(eigenvalues, hertz) if abs(f - wave) < NEAR and e.real > LOST), default=np.nan)
+            for wave, _ in WAVES
+        ]
         beside = [abs(f - wave) >= NEAR for f in hertz for wave, _ in WAVES]
         apart = np.reshape(beside, (-1, len(WAVES))).all(axis=1)
         self.others = [(e.real, f) for e, f, a in zip(eigenvalues, hertz, apart) if a and e.real > 0]
@@ -72,7 +76,9 @@ def write(name, head, rows, draw):
 def lines(axes, x, found, waves=range(len(WAVES)), **style):
     """Growth rates of the waves over x."""
     for k in waves:
-        axes.plot(x, [p.growth[k] for p in found], marker="o", markersize=4, color=COLOURS[k], label=WAVES[k][1], **style)
+        axes.plot(
+            x, [p.growth[k] for p in found], marker="o", markersize=4, color=COLOURS[k], label=WAVES[k][1], **style
+        )
 
 
 def damped_wheel():
@@ -86,21 +92,33 @@ def damped_wheel():
         lines(axes, [p.values[1] for p in three], three, waves=(2, 3))
         axes.set_xlabel("loss factor of the modes with as many nodal diameters")
 
-    rows = [[f"{p.values[0]:g}", f"{p.values[1]:g}", *p.cells()] for p in found if p in two or p in three or p is found[-1]]
+    rows = [
+        [f"{p.values[0]:g}", f"{p.values[1]:g}", *p.cells()] for p in found if p in two or p in three or p is found[-1]
+    ]
     write("damped-wheel", ["loss factor, n = 2", "n = 3"], rows, draw)
 
 
 def friction_modifier():
     """A dry rail, constant coefficients, and friction that rises."""
     found = points("friction-modifier.json")
-    names = ["dry: 0.4 falling to 0.3", "constant 0.38", "constant 0.25", "constant 0.15", "modifier: 0.15 rising to 0.35"]
+    names = [
+        "dry: 0.4 falling to 0.3",
+        "constant 0.38",
+        "constant 0.25",
+        "constant 0.15",
+        "modifier: 0.15 rising to 0.35",
+    ]
 
     def draw(axes):
         place = np.arange(len(names))
         for k, (_, name) in enumerate(WAVES):
-            axes.bar(place + 0.2 * (k - 1.5), [np.nan_to_num(p.growth[k]) for p in found], 0.2, color=COLOURS[k], label=name)
+            axes.bar(
+                place + 0.2 * (k - 1.5), [np.nan_to_num(p.growth[k]) for p in found], 0.2, color=COLOURS[k], label=name
+            )
         axes.set_yscale("symlog", linthresh=1)
-        axes.set_xticks(place, [n.replace(": ", ":\n").replace("constant", "constant\n") for n in names], fontsize="small")
+        axes.set_xticks(
+            place, [n.replace(": ", ":\n").replace("constant", "constant\n") for n in names], fontsize="small"
+        )
 
     write("friction-modifier", ["friction"], [[name, *p.cells()] for name, p in zip(names, found)], draw)
 

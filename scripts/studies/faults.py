@@ -1,4 +1,5 @@
-"""Runs that are killed, damaged or given nonsense, with fixed seeds. FAULTS=10 does ten times as many; it fails where anything is silently wrong."""
+"""Runs that are killed, damaged or given nonsense, with fixed seeds. FAULTS=10 does ten times as many; it fails where
+anything is silently wrong."""
 
 import json
 import os
@@ -27,7 +28,12 @@ def squeal(folder):
     """A job of some seconds: lateral sliding on a coarse mesh."""
     job = json.loads((ROOT / "jobs/two-cylinders.json").read_text())
     for body, offset in (("lower", 0.03), ("upper", 0.02)):
-        job["bodies"][body]["mesh"]["cylinder"] |= {"contact_offset": offset, "element_size": 0.002, "growth": 2.0, "max_element_size": 0.05}
+        job["bodies"][body]["mesh"]["cylinder"] |= {
+            "contact_offset": offset,
+            "element_size": 0.002,
+            "growth": 2.0,
+            "max_element_size": 0.05,
+        }
     job["contact"] |= {"patch": {"half_length": 0.01, "half_width": 0.01}, "creepage": {"lateral": 0.01}}
     start = {"mode": 1, "amplitude": 3e-6, "random": {"seed": 5, "energy": 1e-4}}
     transient = {"duration": 0.1, "step": 1e-5, "segment": 100, "contact_stride": 500, "start": start}
@@ -74,7 +80,7 @@ def prepared(folder):
 
 
 def kills():
-    """Killed again and again at any moment, the final write included, until it is done: bit for bit the unbroken run."""
+    """Kills a run again and again until it is done: bit for bit the unbroken run."""
     dice, rows = random.Random(1), []
     for ranks in (1, 2):
         # What a rank writes whose launcher was killed may come while the folder goes.
@@ -88,10 +94,18 @@ def kills():
             output.unlink()
             while count < wanted:
                 going = (Path(folder) / "run.transient/manifest").exists()
-                target = ["--resume", output] if going and any((Path(folder) / "run.transient").glob("*.h5")) else ["--output", output, "--force"]
+                target = (
+                    ["--resume", output]
+                    if going and any((Path(folder) / "run.transient").glob("*.h5"))
+                    else ["--output", output, "--force"]
+                )
                 begun = time.monotonic()
                 process = subprocess.Popen(
-                    launch(["run", job, "--reuse", model, *target], ranks), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+                    launch(["run", job, "--reuse", model, *target], ranks),
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                    start_new_session=True,
                 )
                 try:
                     _, text = process.communicate(timeout=dice.uniform(0.05, 1.1) * length)
@@ -116,7 +130,13 @@ def kills():
                     raise SystemExit(f"after {count} kills on {ranks} ranks: other results")
                 output.unlink()
                 shutil.rmtree(Path(folder) / "run.transient", ignore_errors=True)
-            rows.append({"what": f"kills, {ranks} rank{'s'[: ranks - 1]}", "cases": count, "outcome": f"{runs} runs came to their end, all bit for bit the same"})
+            rows.append(
+                {
+                    "what": f"kills, {ranks} rank{'s'[: ranks - 1]}",
+                    "cases": count,
+                    "outcome": f"{runs} runs came to their end, all bit for bit the same",
+                }
+            )
     return rows
 
 
@@ -166,7 +186,13 @@ def segments():
                 outcome["refused"] += 1
             else:
                 raise SystemExit(f"{what}: ended with {code}, silently wrong or after steps:\n{done.stderr}")
-        return [{"what": "damaged or missing segments", "cases": count, "outcome": f"{outcome['refused']} refused before any step, {outcome['right']} right"}]
+        return [
+            {
+                "what": "damaged or missing segments",
+                "cases": count,
+                "outcome": f"{outcome['refused']} refused before any step, {outcome['right']} right",
+            }
+        ]
 
 
 def models():
@@ -194,7 +220,8 @@ def models():
                 outcome["crash" if "libhdf5 crashed" in done.stderr else "refused"] += 1
             else:
                 raise SystemExit(f"{what}: ended with {code}, silently wrong:\n{done.stderr}")
-        text = f"{outcome['refused'] + outcome['crash']} refused ({outcome['crash']} where libhdf5 itself crashed), {outcome['right']} right"
+        refused = outcome["refused"] + outcome["crash"]
+        text = f"{refused} refused ({outcome['crash']} where libhdf5 itself crashed), {outcome['right']} right"
         return [{"what": "damaged models of --reuse", "cases": count, "outcome": text}]
 
 
@@ -202,8 +229,8 @@ def jobs():
     """Mutated job files through `check`."""
     dice, codes, slowest = random.Random(4), {}, 0.0
     texts = [path.read_bytes() for path in sorted((ROOT / "jobs").glob("*.json"))]
-    signs = b"0123456789.eE-+\"[]{},:"
-    numbers = [b"1e308", b"-1", b"0", b"1e-300", b"17", b"0.5", b"1e9", b"null", b"true", b"\"x\""]
+    signs = b'0123456789.eE-+"[]{},:'
+    numbers = [b"1e308", b"-1", b"0", b"1e-300", b"17", b"0.5", b"1e9", b"null", b"true", b'"x"']
     with tempfile.TemporaryDirectory() as folder:
         path, count = Path(folder) / "job.json", round(200 * TIMES)
         for case in range(count):
@@ -219,7 +246,11 @@ def jobs():
                     data.insert(at, dice.choice(signs))
                 else:
                     # A number in place of another.
-                    places = [i for i, b in enumerate(data) if chr(b).isdigit() and not chr(data[i - 1]).isalnum() and data[i - 1] not in b".\"_-"]
+                    places = [
+                        i
+                        for i, b in enumerate(data)
+                        if chr(b).isdigit() and not chr(data[i - 1]).isalnum() and data[i - 1] not in b'."_-'
+                    ]
                     if places:
                         at = dice.choice(places)
                         end = at
@@ -238,8 +269,19 @@ def jobs():
 
 
 # Jobs of a second or so, with the keys that make them so (scripts/reference/cases.py).
-BASES = ("blocks", "hulten", "hulten-full", "hulten-sweep", "two-cylinders", "half-space", "approach", "curve", "curve-falling", "sweep-zip")
-# Where NaN says that there is nothing (docs/output.md).
+BASES = (
+    "blocks",
+    "hulten",
+    "hulten-full",
+    "hulten-sweep",
+    "two-cylinders",
+    "half-space",
+    "approach",
+    "curve",
+    "curve-falling",
+    "sweep-zip",
+)
+# Where NaN says that there is nothing (docs/reference/output.md).
 NOTHING = ("stability/criterion/", "stability/sensitivity/", "stability/point/", "creep_curve/", "sweep/")
 
 
@@ -250,7 +292,11 @@ def bases():
     step = reference["in_time"](100, contact_stride=10) | {"contact.creepage.lateral": 0.01}
     cases |= {"in-time": ("squeal.json", step), "belt": ("belt.json", {})}
     for name, (file, keys) in cases.items():
-        sets = [word for key, value in keys.items() for word in ("--set", f"{key}={'null' if value is None else reference['plain'](value)}")]
+        sets = [
+            word
+            for key, value in keys.items()
+            for word in ("--set", f"{key}={'null' if value is None else reference['plain'](value)}")
+        ]
         done = call(["check", ROOT / "jobs" / file, *sets])
         if done.returncode:
             raise SystemExit(f"{name}: {done.stderr}")
@@ -272,19 +318,42 @@ def strange(dice, value):
     if isinstance(value, bool) or value is None or dice.random() < 0.08:
         return dice.choice([None, True, False, "x", "", [], {}, -1, 0, [0, 0]])
     if isinstance(value, (int, float)):
-        others = [0, -value, 10 * value, value / 10, 1e3 * value, value / 1e3, 1e6 * value, value / 1e6, 1, 2, 1e308, 1e-308, -1e-12, 1e15, 2**31, 0.5]
+        others = [
+            0,
+            -value,
+            10 * value,
+            value / 10,
+            1e3 * value,
+            value / 1e3,
+            1e6 * value,
+            value / 1e6,
+            1,
+            2,
+            1e308,
+            1e-308,
+            -1e-12,
+            1e15,
+            2**31,
+            0.5,
+        ]
         odd = dice.choice(others)
         return round(odd) if isinstance(value, int) and dice.random() < 0.7 and abs(odd) < 1e18 else odd
     if isinstance(value, list):
         return dice.choice([[], value + value, value[::-1], value[:1]])
-    return dice.choice(["", "x", "fe", "half_space", "steady", "full", "load", "gamg", "patch"]) if isinstance(value, str) else {}
+    return (
+        dice.choice(["", "x", "fe", "half_space", "steady", "full", "load", "gamg", "patch"])
+        if isinstance(value, str)
+        else {}
+    )
 
 
 def altered(dice, given):
     """A job with one to three strange values, and what was done to it."""
     job, changes = json.loads(json.dumps(given)), []
     for _ in range(dice.choice([1, 1, 1, 2, 3])):
-        places = [p for p in leaves(job) if p[-1] not in {"memory_limit", "version", "title"} and "matrices" not in p[-2:-1]]
+        places = [
+            p for p in leaves(job) if p[-1] not in {"memory_limit", "version", "title"} and "matrices" not in p[-2:-1]
+        ]
         *way, key = dice.choice(places)
         inside = job
         for part in way:
@@ -300,8 +369,11 @@ def altered(dice, given):
 
 
 def patient(what, path):
-    """Exit code of a run; what takes long is asked to stop, and what does not come to the end of a step then, once more."""
-    process = subprocess.Popen(launch(["run", path, "--force"]), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    """Exit code of a run; what takes long is asked to stop, and what does not come to the end of a step then, once
+    more."""
+    process = subprocess.Popen(
+        launch(["run", path, "--force"]), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
     for patience in (30, 60, 10):
         try:
             _, text = process.communicate(timeout=patience)
@@ -341,11 +413,22 @@ def odd():
     if failed:
         raise SystemExit(f"{len(failed)} of {count} odd jobs end badly")
     told = ", ".join(f"{n} with {code}" for code, n in sorted(codes.items()))
-    return [{"what": "odd jobs, run", "cases": count, "outcome": f"{told}; no result of 0 has NaN; the slowest took {slowest:.0f} s"}]
+    return [
+        {
+            "what": "odd jobs, run",
+            "cases": count,
+            "outcome": f"{told}; no result of 0 has NaN; the slowest took {slowest:.0f} s",
+        }
+    ]
 
 
 def finite(what, where, item):
-    if isinstance(item, h5py.Dataset) and item.dtype.kind in "fc" and not where.startswith(NOTHING) and not np.isfinite(item[()]).all():
+    if (
+        isinstance(item, h5py.Dataset)
+        and item.dtype.kind in "fc"
+        and not where.startswith(NOTHING)
+        and not np.isfinite(item[()]).all()
+    ):
         raise SystemExit(f"{what}: ended well with NaN in /{where}")
 
 
@@ -360,7 +443,11 @@ def readers():
     count = round(1000 * TIMES)
     begun = time.monotonic()
     done = subprocess.run(
-        [*command, "--nocapture", "--test-threads=1"], capture_output=True, text=True, cwd=ROOT, env=os.environ | {"RAILSQUEAL_FUZZ": str(count)}
+        [*command, "--nocapture", "--test-threads=1"],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        env=os.environ | {"RAILSQUEAL_FUZZ": str(count)},
     )
     if done.returncode:
         raise SystemExit(done.stdout + done.stderr)
@@ -368,7 +455,10 @@ def readers():
     if len(told) != READERS:
         raise SystemExit(f"{READERS} readers were to say what they read:\n{done.stdout}")
     print(f"   {time.monotonic() - begun:.0f} s", flush=True)
-    return [{"what": f"readers, {what}", "cases": int(good) + int(bad), "outcome": f"{good} {how}, {bad} {rest}"} for what, good, how, bad, rest in told]
+    return [
+        {"what": f"readers, {what}", "cases": int(good) + int(bad), "outcome": f"{good} {how}, {bad} {rest}"}
+        for what, good, how, bad, rest in told
+    ]
 
 
 def broken():

@@ -1,4 +1,5 @@
-"""A mesh of another program: the annulus as CalculiX's own mesher makes it, its modes by CalculiX and by this program; docs/meshes.md."""
+"""A mesh of another program: the annulus as CalculiX's own mesher makes it, its modes by CalculiX and by this program;
+docs/reference/meshes.md."""
 
 import json
 import re
@@ -71,13 +72,42 @@ def ring():
             for command in (["cgx", "-bg", "ring.fbd"], ["ccx", "-i", "ring"]):
                 subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
             lines = (folder / "ring.dat").read_text().splitlines()
-            theirs = np.array([float(line.split()[3]) for line in lines if re.match(r" +\d+ +\S+E\S+ +\S+E", line)][:COUNT])
-            nodes = len(re.findall(r"^ *\d+,[^,]+,[^,]+,[^,]+$", (folder / "all.msh").read_text().partition("*ELEMENT")[0], re.M))
+            theirs = np.array(
+                [float(line.split()[3]) for line in lines if re.match(r" +\d+ +\S+E\S+ +\S+E", line)][:COUNT]
+            )
+            nodes = len(
+                re.findall(
+                    r"^ *\d+,[^,]+,[^,]+,[^,]+$", (folder / "all.msh").read_text().partition("*ELEMENT")[0], re.M
+                )
+            )
             mesh = {"file": {"path": str(folder / "ring.inp"), "transform": [{"translate": [0, 0, -0.5]}]}}
-            sets = {"bodies.lower.mesh": json.dumps(mesh), "bodies.lower.fixed": '["nbore"]', "analyses.modes.count": COUNT, "output.fields": "false"}
+            sets = {
+                "bodies.lower.mesh": json.dumps(mesh),
+                "bodies.lower.fixed": '["nbore"]',
+                "analyses.modes.count": COUNT,
+                "output.fields": "false",
+            }
             ours = np.sort(run("annulus.json", sets, groups=("modes",))[0]["modes/lower/frequency"])[:COUNT]
         difference = abs(ours / theirs - 1)
-        rows.append([f"{name}, {said}", str(nodes), f"{theirs[0]:.2f}", f"{ours[0]:.2f}", f"{theirs[-1]:.1f}", f"{ours[-1]:.1f}", f"{difference.max():.0e}"])
-    head = ["cells", "nodes", "first mode, CalculiX, Hz", "railsqueal", f"mode {COUNT}, CalculiX", "railsqueal", "largest difference"]
-    put(ROOT / "docs" / "meshes.md", "foreign", table(head, rows))
+        rows.append(
+            [
+                f"{name}, {said}",
+                str(nodes),
+                f"{theirs[0]:.2f}",
+                f"{ours[0]:.2f}",
+                f"{theirs[-1]:.1f}",
+                f"{ours[-1]:.1f}",
+                f"{difference.max():.0e}",
+            ]
+        )
+    head = [
+        "cells",
+        "nodes",
+        "first mode, CalculiX, Hz",
+        "railsqueal",
+        f"mode {COUNT}, CalculiX",
+        "railsqueal",
+        "largest difference",
+    ]
+    put(ROOT / "docs" / "reference" / "meshes.md", "foreign", table(head, rows))
     return {}

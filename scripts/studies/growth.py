@@ -1,5 +1,5 @@
-"""Growth rates of the narrow-curve job against the mesh at the contact, the mesh far away and the number of modes, for both signs of the lateral creepage, with
-wheels that turn and at rest."""
+"""Growth rates of the narrow-curve job against the mesh at the contact, the mesh far away and the number of modes, for
+both signs of the lateral creepage, with wheels that turn and at rest."""
 
 import json
 
@@ -17,7 +17,13 @@ CASES = [
     (0.00035, 0.025, 40),
 ]
 # Lateral creepage, direction of sliding, angular velocity in rad/s (of rolling: 10 m/s over 0.5 m).
-POINTS = [(0.01, "actual", 20.0), (0.01, "actual", 0.0), (0.01, "rigid", 0.0), (-0.01, "actual", 20.0), (-0.01, "actual", 0.0)]
+POINTS = [
+    (0.01, "actual", 20.0),
+    (0.01, "actual", 0.0),
+    (0.01, "rigid", 0.0),
+    (-0.01, "actual", 20.0),
+    (-0.01, "actual", 0.0),
+]
 KEYS = ["contact.creepage.lateral", "analyses.stability.direction", "bodies.lower.rotation", "bodies.upper.rotation"]
 SWEEP = json.dumps({"keys": dict(zip(KEYS, zip(*[(*p, p[2]) for p in POINTS]))), "combine": "zip"})
 
@@ -35,19 +41,23 @@ def narrow_curve():
         for k, (lateral, direction, speed) in enumerate(POINTS):
             eigenvalue = tables["sweep/eigenvalue"][offset[k] : offset[k + 1]]
             shown = [e for e in eigenvalue if e.real > 0] or list(eigenvalue[:1])
-            points.append({
-                "lateral": lateral,
-                "direction": direction,
-                "speed": speed,
-                "growth": [[float(e.real), float(e.imag / (2 * np.pi))] for e in shown],
-            })
-        rows.append({
-            "contact": contact,
-            "far": far,
-            "modes": modes,
-            "closed": int(tables["sweep/closed"][0]),
-            "gap": float(tables["modes/lower/frequency"][0] - tables["modes/upper/frequency"][0]),
-            "points": points,
-            "seconds": seconds,
-        })
+            points.append(
+                {
+                    "lateral": lateral,
+                    "direction": direction,
+                    "speed": speed,
+                    "growth": [[float(e.real), float(e.imag / (2 * np.pi))] for e in shown],
+                }
+            )
+        rows.append(
+            {
+                "contact": contact,
+                "far": far,
+                "modes": modes,
+                "closed": int(tables["sweep/closed"][0]),
+                "gap": float(tables["modes/lower/frequency"][0] - tables["modes/upper/frequency"][0]),
+                "points": points,
+                "seconds": seconds,
+            }
+        )
     return rows

@@ -1,4 +1,4 @@
-"""The annulus of docs/reference/annulus_modes.csv on meshes of Gmsh, of several kinds of cells; docs/meshes.md."""
+"""The annulus of docs/data/annulus_modes.csv on meshes of Gmsh, of several kinds of cells; docs/reference/meshes.md."""
 
 import json
 import subprocess
@@ -14,12 +14,22 @@ from system import install
 
 # Kind of cell and its edge, m.
 RINGS = (("tet10", 0.0285), ("wedge15", 0.026), ("hex20", 0.02), ("tet4", 0.0205))
-NAMES = {"tet10": "tetrahedra of 10 nodes", "wedge15": "wedges of 15 nodes", "hex20": "hexahedra of 20 nodes", "tet4": "tetrahedra of 4 nodes, asked for"}
+NAMES = {
+    "tet10": "tetrahedra of 10 nodes",
+    "wedge15": "wedges of 15 nodes",
+    "hex20": "hexahedra of 20 nodes",
+    "tet4": "tetrahedra of 4 nodes, asked for",
+}
 
 
 def errors(path, cells, wanted, fixed):
     given = {"path": str(path)} | ({"linear_tetrahedra": True} if cells == "tet4" else {})
-    sets = {"bodies.lower.mesh": json.dumps({"file": given}), "bodies.lower.fixed": fixed, "analyses.modes.count": len(wanted), "output.fields": "false"}
+    sets = {
+        "bodies.lower.mesh": json.dumps({"file": given}),
+        "bodies.lower.fixed": fixed,
+        "analyses.modes.count": len(wanted),
+        "output.fields": "false",
+    }
     tables, _ = run("annulus.json", sets, groups=("modes",))
     found = np.sort(tables["modes/lower/frequency"])[: len(wanted)]
     wanted = np.sort(wanted)
@@ -40,5 +50,9 @@ def rings():
                 error = errors(path, cells, wanted[support], fixed)
                 row += [f"{error.max():.1e}", f"{np.median(error):.1e}"]
             rows.append(row)
-    put(ROOT / "docs" / "meshes.md", "rings", table(["cells", "nodes", "free: largest error", "median", "clamped: largest error", "median"], rows))
+    put(
+        ROOT / "docs" / "reference" / "meshes.md",
+        "rings",
+        table(["cells", "nodes", "free: largest error", "median", "clamped: largest error", "median"], rows),
+    )
     return {}

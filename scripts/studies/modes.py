@@ -7,7 +7,7 @@ from program import ROOT, run
 
 def reference():
     found = {"clamped": [], "free": []}
-    with open(ROOT / "docs/reference/annulus_modes.csv") as file:
+    with open(ROOT / "docs/data/annulus_modes.csv") as file:
         for row in csv.DictReader(line for line in file if not line.startswith("#")):
             found[row["support"]].append(float(row["frequency_Hz"]))
     return found
@@ -29,13 +29,15 @@ def annulus():
             pairs = list(zip(found, wanted[support]))
             errors = [abs(f / w - 1) for f, w in pairs if w > 1.0]
             rigid = [f for f, w in pairs if w <= 1.0]
-            rows.append({
-                "support": support,
-                "size": size,
-                "largest": max(errors),
-                "first": errors[0],
-                "rigid": max(rigid, default=0.0),
-                "modes": len(pairs),
-                "seconds": seconds,
-            })
+            rows.append(
+                {
+                    "support": support,
+                    "size": size,
+                    "largest": max(errors),
+                    "first": errors[0],
+                    "rigid": max(rigid, default=0.0),
+                    "modes": len(pairs),
+                    "seconds": seconds,
+                }
+            )
     return rows

@@ -5,7 +5,7 @@ import csv
 import numpy as np
 from program import ROOT, run
 
-TABLE = ROOT / "docs/reference/curving_exudyn.csv"
+TABLE = ROOT / "docs/data/curving_exudyn.csv"
 WHEELS = (("1", "right"), ("1", "left"), ("2", "right"), ("2", "left"))  # as numbered in /curving/contacts/wheel
 
 
@@ -24,7 +24,9 @@ def compared():
     found = []
     for radius, rows in reference().items():
         sets = {
-            "curve.radius": radius, "curve.rail_cant": np.arctan(1 / 40), "contact.friction": rows[0]["friction"],
+            "curve.radius": radius,
+            "curve.rail_cant": np.arctan(1 / 40),
+            "contact.friction": rows[0]["friction"],
             "analyses": '{"curving":{}}',
         }
         got, _ = run("wheel-on-rail.json", sets, ranks=1, groups=("curving",))
@@ -38,14 +40,22 @@ def compared():
             if apart[k] > 0.2:
                 raise SystemExit(f"R {radius:g} m: no contact of the {row['wheel']} wheel at {row['wheel_y']} mm")
             program = [
-                1e3 * got["curving/axles/shift"][axle], 1e3 * got["curving/axles/yaw"][axle],
-                1e-3 * contacts["normal_force"][k], 1e3 * contacts["creepage"][k][0], 1e3 * contacts["creepage"][k][1],
+                1e3 * got["curving/axles/shift"][axle],
+                1e3 * got["curving/axles/yaw"][axle],
+                1e-3 * contacts["normal_force"][k],
+                1e3 * contacts["creepage"][k][0],
+                1e3 * contacts["creepage"][k][1],
                 1e-3 * contacts["force"][k][1],
             ]
             exudyn = [float(row[name]) for name in ("y", "yaw", "N", "xi", "eta", "F_lateral")]
             place = f"{('leading', 'trailing')[axle]} {('outer', 'inner')[row['wheel'] == 'right']}"
-            found.append({
-                "radius": radius, "place": place, "wheel_y": float(row["wheel_y"]),
-                "program": [float(p) for p in program], "exudyn": exudyn,
-            })
+            found.append(
+                {
+                    "radius": radius,
+                    "place": place,
+                    "wheel_y": float(row["wheel_y"]),
+                    "program": [float(p) for p in program],
+                    "exudyn": exudyn,
+                }
+            )
     return found

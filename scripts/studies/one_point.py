@@ -1,4 +1,5 @@
-"""Growth rates of the narrow-curve job with the discretised contact and with one point in its place, by each law of point contact."""
+"""Growth rates of the narrow-curve job with the discretised contact and with one point in its place, by each law of
+point contact."""
 
 import tempfile
 from pathlib import Path
@@ -11,7 +12,8 @@ CREEPAGES = [0.01, 0.006, 0.004, -0.01]
 
 
 def figures(lateral, tables):
-    """What there is to say of one run: the unstable modes of the patch, or the three least stable ones, and their partners."""
+    """Results of one run: the unstable modes of the patch, or the three least stable ones, and their
+    partners."""
     patch, state = tables["stability/eigenvalue"], tables["stability/state"]
     listed = max(3, int(np.sum(patch.real > 0)))
     beside = {law: tables[f"stability/point/{law}/beside"].real[:listed] for law in LAWS}
@@ -33,7 +35,13 @@ def narrow_curve():
         base = None
         for lateral in CREEPAGES:
             output = Path(folder) / f"{lateral}.h5"
-            tables, _ = run("curve.json", sets | {"contact.creepage.lateral": lateral}, reuse=base, output=output, groups=("stability",))
+            tables, _ = run(
+                "curve.json",
+                sets | {"contact.creepage.lateral": lateral},
+                reuse=base,
+                output=output,
+                groups=("stability",),
+            )
             base = base or output
             rows.append(figures(lateral, tables))
     return rows

@@ -20,7 +20,9 @@ def run(job, sets, ranks=2, only=None, reuse=None, output=None, groups=("contact
     with tempfile.TemporaryDirectory() as folder:
         output = output or Path(folder) / "run.h5"
         command = ["mpirun", "-n", str(ranks), str(ROOT / "target/release/railsqueal"), "run", str(ROOT / "jobs" / job)]
-        command += ["--output", str(output)] + (["--only", only] if only else []) + (["--reuse", str(reuse)] if reuse else [])
+        command += (
+            ["--output", str(output)] + (["--only", only] if only else []) + (["--reuse", str(reuse)] if reuse else [])
+        )
         for key, value in sets.items():
             command += ["--set", f"{key}={value}"]
         begun = time.monotonic()
@@ -30,7 +32,11 @@ def run(job, sets, ranks=2, only=None, reuse=None, output=None, groups=("contact
             raise SystemExit(f"{' '.join(command)}\nended with {done.returncode}:\n{done.stderr}")
         with Result(output) as result:
             tables = {name: result[name] for group in groups for name in result.names(group)}
-    print(f"   {job}, {', '.join(f'{k.split(chr(46))[-1]} {v}' for k, v in sets.items() if 'upper' not in k)}: {seconds:.0f} s", flush=True)
+    print(
+        f"   {job}, {', '.join(f'{k.split(chr(46))[-1]} {v}' for k, v in sets.items() if 'upper' not in k)}: "
+        f"{seconds:.0f} s",
+        flush=True,
+    )
     return tables, seconds
 
 

@@ -1,4 +1,5 @@
-"""A rail beside Timoshenko's beam in closed form: on pads that are spread evenly, and on pads that stand apart; and what its length does to squeal; docs/rail.md."""
+"""A rail beside Timoshenko's beam in closed form: on pads that are spread evenly, and on pads that stand apart; and
+what its length does to squeal; docs/explanation/rail.md."""
 
 import json
 
@@ -7,9 +8,10 @@ from pages import put
 from program import ROOT, run
 from report import table
 
-PAGE = ROOT / "docs" / "rail.md"
+PAGE = ROOT / "docs" / "explanation" / "rail.md"
 STEEL = {"young": 210e9, "shear": 210e9 / 2.6, "density": 7860.0}
-# 60E1, vertical: area, m²; second moment, m⁴ (EN 13674-1); the part that shears (D. J. Thompson, Railway Noise and Vibration, 2009).
+# 60E1, vertical: area, m²; second moment, m⁴ (EN 13674-1); the part that shears (D. J. Thompson, Railway Noise and
+# Vibration, 2009).
 AREA, INERTIA, SHEARED = 76.70e-4, 3.037e-5, 0.393
 LOSS, SPACING = 0.02, 0.6
 # One pad, and the ballast under one sleeper: N/m, loss factor; the length of a pad, m; half a sleeper, kg.
@@ -18,7 +20,8 @@ SUPPORTS = 61
 
 
 def beam(omega, distances, foundation=0.0):
-    """Displacement of the infinite beam at `distances` from a unit force, m/N, e^{+iωt}: the residues of its integral over the wavenumber."""
+    """Displacement of the infinite beam at `distances` from a unit force, m/N, e^{+iωt}: the residues of its integral
+    over the wavenumber."""
     bend = STEEL["young"] * INERTIA * (1 + 1j * LOSS)
     shear = STEEL["shear"] * AREA * SHEARED * (1 + 1j * LOSS)
     turning = STEEL["density"] * INERTIA * omega**2
@@ -34,7 +37,8 @@ def beam(omega, distances, foundation=0.0):
 
 
 def layer(omega, mass=STEEL["density"] * AREA * SPACING):
-    """Complex stiffness of one pad, N/m, or of the ballast under one sleeper: its dashpot has the loss factor where the mass swings on it."""
+    """Complex stiffness of one pad, N/m, or of the ballast under one sleeper: its dashpot has the loss factor where the
+    mass swings on it."""
     return PAD * (1 + 1j * PAD_LOSS * omega / np.sqrt(PAD / mass))
 
 
@@ -49,7 +53,8 @@ def on_pads(hertz, sleepers):
 
 
 def on_supports(hertz, position):
-    """The beam on 61 pads that stand apart, each of five springs along its length, loaded at `position` from the middle of a pad."""
+    """The beam on 61 pads that stand apart, each of five springs along its length, loaded at `position` from the middle
+    of a pad."""
     omega = 2 * np.pi * hertz
     points, weights = np.polynomial.legendre.leggauss(5)
     middles = (np.arange(SUPPORTS) - SUPPORTS // 2) * SPACING
@@ -71,7 +76,8 @@ def receptance(job, frequencies, sets):
 
 
 def itself(found, wanted):
-    """The compliance of the contact itself, which the beam has not, m/N: the real constant that leaves the least of the relative differences."""
+    """The compliance of the contact itself, which the beam has not, m/N: the real constant that leaves the least of the
+    relative differences."""
     weight = 1 / abs(wanted) ** 2
     return float(np.sum(weight * (found - wanted).real) / np.sum(weight))
 
@@ -86,8 +92,14 @@ def even():
         # Above, the section shows, and not the contact alone.
         low = hertz <= 1500
         own = itself(found[low], wanted[low])
-        rows.append([f"{name}, over the beam", *(f"{r:.3f}" for r in abs(found - own) / abs(wanted)), f"{1e12 * own:.0f} pm/N"])
-    put(PAGE, "rail-on-pads", table(["vertical, spread evenly", *(f"{f} Hz" for f in hertz), "the contact itself"], rows))
+        rows.append(
+            [f"{name}, over the beam", *(f"{r:.3f}" for r in abs(found - own) / abs(wanted)), f"{1e12 * own:.0f} pm/N"]
+        )
+    put(
+        PAGE,
+        "rail-on-pads",
+        table(["vertical, spread evenly", *(f"{f} Hz" for f in hertz), "the contact itself"], rows),
+    )
     return own
 
 
@@ -110,8 +122,15 @@ def lengths():
     for name, longitudinal in (("dashpots", 0.9), ("damping by the mass alone", 0.0)):
         for length in (14, 21, 28, 42):
             sets = {"bodies.lower.mesh.extruded.length": length, "bodies.lower.track.ends.longitudinal": longitudinal}
-            tables, _ = run("wheel-at-given-yaw.json", sets | {"analyses.modes.max_frequency": 2500, "output.fields": "false"}, groups=("stability",))
-            found = sorted(zip(tables["stability/frequency"], tables["stability/growth_rate"], strict=True), key=lambda pair: -pair[1])[:4]
+            tables, _ = run(
+                "wheel-at-given-yaw.json",
+                sets | {"analyses.modes.max_frequency": 2500, "output.fields": "false"},
+                groups=("stability",),
+            )
+            found = sorted(
+                zip(tables["stability/frequency"], tables["stability/growth_rate"], strict=True),
+                key=lambda pair: -pair[1],
+            )[:4]
             by_frequency = sorted(found)
             rows.append([name, length, *(f"{rate:.3f}" for _, rate in by_frequency)])
             heads = [f"{at:.0f} Hz, 1/s" for at, _ in by_frequency]

@@ -22,7 +22,9 @@ def agreement():
         # Lists of modes may differ in length where a cluster at the end is completed.
         shared = {name: min(len(values[name]), len(first[name])) for name in names}
         difference = {
-            name: float(np.abs(values[name][: shared[name]] - first[name][: shared[name]]).max() / np.abs(first[name]).max())
+            name: float(
+                np.abs(values[name][: shared[name]] - first[name][: shared[name]]).max() / np.abs(first[name]).max()
+            )
             for name in names
         }
         rows.append({"ranks": ranks, "difference": difference, "seconds": seconds})

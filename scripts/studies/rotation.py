@@ -1,4 +1,5 @@
-"""Unstable modes of the narrow curve against the speed, with wheels that turn and with wheels at rest: a table and a picture."""
+"""Unstable modes of the narrow curve against the speed, with wheels that turn and with wheels at rest: a table and a
+picture."""
 
 import tempfile
 from pathlib import Path
@@ -47,12 +48,12 @@ def narrow_curve():
     listed = lambda pairs: ", ".join(f"{g:.2f} ({f:.1f})" for g, f in pairs)  # noqa: E731
     shown = [r for r in rows if r["job"] == JOBS[0] and r["speed"] in SHOWN]
     cells = [[f"{r['speed']:g}", listed(r["rolling"]), listed(r["none"])] for r in shown]
-    put(ROOT / "docs/theory.md", "rotation", table(["V, m/s", "wheels that turn", "at rest"], cells))
+    put(ROOT / "docs/explanation/rotation.md", "rotation", table(["V, m/s", "wheels that turn", "at rest"], cells))
     return rows
 
 
 def draw(rows):
-    """Growth over the speed of each job: circles turn, crosses are at rest, colours the pairs and the mode by itself."""
+    """Growth over the speed of each job: circles turn, crosses are at rest, colours tell the modes."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -60,13 +61,19 @@ def draw(rows):
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(1, len(JOBS), figsize=(9, 4.2), sharey=True, layout="constrained")
-    bands = [(380, 452, "C0", "about 423 Hz, n = 1"), (452, 520, "C1", "483 Hz, n = 0"), (520, 640, "C2", "about 575 Hz, n = 2")]
+    bands = [
+        (380, 452, "C0", "about 423 Hz, n = 1"),
+        (452, 520, "C1", "483 Hz, n = 0"),
+        (520, 640, "C2", "about 575 Hz, n = 2"),
+    ]
     for axis, job in zip(axes, JOBS):
         for low, high, colour, name in bands:
             for rotation, marker, words in (("rolling", "o", "turning"), ("none", "x", "at rest")):
                 points = [(r["speed"], g) for r in rows if r["job"] == job for g, f in r[rotation] if low <= f < high]
                 if points:
-                    axis.plot(*zip(*points), marker, color=colour, fillstyle="none", markersize=5, label=f"{name}, {words}")
+                    axis.plot(
+                        *zip(*points), marker, color=colour, fillstyle="none", markersize=5, label=f"{name}, {words}"
+                    )
         axis.set(title=f"jobs/{job}.json", xlabel="speed V, m/s")
         axis.grid(alpha=0.3)
     axes[0].set(ylabel="growth, 1/s", ylim=(0, None))

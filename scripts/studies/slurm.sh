@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
-# jobs/slurm.sh under a true SLURM of one node, which this script installs (Debian: slurm-wlm, munge; as root), starts without systemd in a folder of
-# its own, and stops at the end: scripts/validate slurm. Some five minutes; it fails at the first thing that is not as docs/install.md says.
+# jobs/slurm.sh under a true SLURM of one node, which this script installs (Debian: slurm-wlm, munge; as root), starts
+# without systemd in a folder of its own, and stops at the end: scripts/validate slurm. Some five minutes; it fails at
+# the first thing that is not as docs/how-to/install.md says.
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/../env"
 [ "$(id -u)" = 0 ] || fail "starts the daemons of SLURM and needs root: in a container, for example"
 for name in munged slurmctld slurmd; do
     command -v "$name" > /dev/null || {
-        apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends -qq slurm-wlm munge > /dev/null
+        apt-get update -qq && DEBIAN_FRONTEND=noninteractive \
+            apt-get install --yes --no-install-recommends -qq slurm-wlm munge > /dev/null
         break
     }
 done
-[ -e /etc/slurm/slurm.conf ] && fail "/etc/slurm/slurm.conf: there is a SLURM here already; use it with sbatch jobs/slurm.sh"
+[ -e /etc/slurm/slurm.conf ] &&
+    fail "/etc/slurm/slurm.conf: there is a SLURM here already; use it with sbatch jobs/slurm.sh"
 
 place=$(mktemp -d)
 host=$(hostname -s)
@@ -55,8 +58,8 @@ key=$place/munge.key
 dd if=/dev/urandom of="$key" bs=1024 count=1 status=none
 chmod 400 "$key"
 chmod 755 "$place"
-munged --foreground --force --key-file="$key" --socket="$place/munge.socket" --pid-file="$place/munge.pid" --log-file="$place/munge.log" \
-    --seed-file="$place/munge.seed" > /dev/null 2>&1 &
+munged --foreground --force --key-file="$key" --socket="$place/munge.socket" --pid-file="$place/munge.pid" \
+    --log-file="$place/munge.log" --seed-file="$place/munge.seed" > /dev/null 2>&1 &
 processes+=($!)
 until [ -S "$place/munge.socket" ]; do sleep 0.2; done
 slurmctld -D > /dev/null 2>&1 &
@@ -126,7 +129,8 @@ silent "$id" "s] "
 say "3. srun without an interface, or with one that the MPI library does not speak, is refused in words"
 for mpi in none pmi2; do
     code=0
-    srun --mpi="$mpi" -n 2 --overcommit --oversubscribe "$RAILSQUEAL" run job.json --output wrong.h5 > wrong.log 2>&1 || code=$?
+    srun --mpi="$mpi" -n 2 --overcommit --oversubscribe "$RAILSQUEAL" run job.json --output wrong.h5 \
+        > wrong.log 2>&1 || code=$?
     if [ "$code" != 2 ] || ! grep -q "srun --mpi=list" wrong.log; then
         cat wrong.log >&2
         fail "--mpi=$mpi ended with $code"
@@ -159,7 +163,8 @@ assert faults.same(a, b), "other results"
 SAME
 
 say "6. a job that is cancelled leaves its segments"
-id=$(submit "$root/jobs/slurm.sh" job.json --reuse first.h5 --set contact.friction=0.31 --output gone.h5 --set analyses.transient.duration=50)
+id=$(submit "$root/jobs/slurm.sh" job.json --reuse first.h5 --set contact.friction=0.31 --output gone.h5 \
+    --set analyses.transient.duration=50)
 until [ "$(segments gone)" -ge 3 ]; do sleep 0.2; done
 scancel "$id"
 await "$id" 60 CANCELLED

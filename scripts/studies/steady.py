@@ -28,15 +28,17 @@ def sweep(compliance, loads, grids):
                 "output.fields": "false",
             }
             tables, seconds = run("two-cylinders.json", sets, only="steady")
-            points.append({
-                "per_radius": k,
-                "size": size,
-                "force": float(tables["contact/force"][1]) / (MU * load),
-                "along": float(tables["contact/force"][0]) / (MU * load),
-                "pressure": float(tables["contact/pressure"].max()) / pressure,
-                "approach": float(tables["contact/approach"]) / approach,
-                "seconds": seconds,
-            })
+            points.append(
+                {
+                    "per_radius": k,
+                    "size": size,
+                    "force": float(tables["contact/force"][1]) / (MU * load),
+                    "along": float(tables["contact/force"][0]) / (MU * load),
+                    "pressure": float(tables["contact/pressure"].max()) / pressure,
+                    "approach": float(tables["contact/approach"]) / approach,
+                    "seconds": seconds,
+                }
+            )
         force = extrapolated([p["size"] for p in points], [p["force"] for p in points])
         rows.append({"load": load, "eta": eta, "contact": reference, "points": points, "force": force})
     return rows

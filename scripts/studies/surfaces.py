@@ -1,4 +1,4 @@
-"""Meshes that meet on a common contact grid, and a wheel on a rail in three dimensions; docs/meshes.md."""
+"""Meshes that meet on a common contact grid, and a wheel on a rail in three dimensions; docs/reference/meshes.md."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ from program import ROOT, both, run
 from report import table
 from system import install
 
-PAGE = ROOT / "docs" / "meshes.md"
+PAGE = ROOT / "docs" / "reference" / "meshes.md"
 # Compliance, elements of both bodies at the contact, common grid or none, half side of the patch; m.
 CASES = (
     ("fe", 2e-3, None, 8e-3),
@@ -29,7 +29,9 @@ HALF_AXIS = 4.9e-3  # of Hertz' circle
 
 def made(name, *options):
     """Runs a script of meshes/ with Gmsh."""
-    subprocess.run(["/usr/bin/python3", ROOT / "meshes" / name, *map(str, options)], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        ["/usr/bin/python3", ROOT / "meshes" / name, *map(str, options)], check=True, stdout=subprocess.DEVNULL
+    )
 
 
 def lateral(sets):
@@ -66,10 +68,24 @@ def compliances():
             "bodies.lower.mesh": json.dumps({"file": str(path)}),
             "bodies.upper.mesh": json.dumps({"file": {"path": str(path), "transform": turned}}),
             "contact.patch": "null",
-            "contact.grid": json.dumps({"half_length": 7e-3, "half_width": 7e-3, "spacing": 7e-4, "curvatures": [4, 4]}),
+            "contact.grid": json.dumps(
+                {"half_length": 7e-3, "half_width": 7e-3, "spacing": 7e-4, "curvatures": [4, 4]}
+            ),
         }
-        rows.append(["fe", "tetrahedra of 10 nodes", "0.52", "0.7", f"{HALF_AXIS / 5.2e-4:.1f}", lateral(sets), "–", "–", "–"])
-    head = ["compliance", "cells", "nodes apart, mm", "grid, mm", "in the half axis", "F_y/μN at 0.3 %", "growth, 1/s", "second", "first frequencies apart, Hz"]
+        rows.append(
+            ["fe", "tetrahedra of 10 nodes", "0.52", "0.7", f"{HALF_AXIS / 5.2e-4:.1f}", lateral(sets), "–", "–", "–"]
+        )
+    head = [
+        "compliance",
+        "cells",
+        "nodes apart, mm",
+        "grid, mm",
+        "in the half axis",
+        "F_y/μN at 0.3 %",
+        "growth, 1/s",
+        "second",
+        "first frequencies apart, Hz",
+    ]
     put(PAGE, "compliances", table(head, rows))
 
 
@@ -93,7 +109,11 @@ def three_dimensions():
             cells = []
             for (at, rate), (known_at, known) in zip(found, wanted):
                 text = f"{rate:.3f} at {at:.1f} Hz"
-                cells.append(text if found is wanted else f"{text} ({100 * (rate / known - 1):+.1f} %, {100 * (at / known_at - 1):+.2f} %)")
+                cells.append(
+                    text
+                    if found is wanted
+                    else f"{text} ({100 * (rate / known - 1):+.1f} %, {100 * (at / known_at - 1):+.2f} %)"
+                )
             rows.append([of_wheel, of_rail, *cells])
     put(PAGE, "three-dimensions", table(["wheel", "rail", "growth, 1/s", "second", "third", "fourth"], rows))
 

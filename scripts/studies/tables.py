@@ -27,7 +27,11 @@ def closed_nodes():
         force, closed = tables["contact/force"], int((tables["contact/state"] > 0).sum())
         found[closed] = abs(force[1]) / (0.3 * abs(force[2]))
     head = ["closed nodes", *map(str, sorted(found))]
-    put(DOCS / "theory.md", "closed-nodes", table(head, [["lateral force over μN", *(f"{found[n]:.3f}" for n in sorted(found))]]))
+    put(
+        DOCS / "explanation" / "limits.md",
+        "closed-nodes",
+        table(head, [["lateral force over μN", *(f"{found[n]:.3f}" for n in sorted(found))]]),
+    )
 
 
 def modes_of_a_rail():
@@ -40,7 +44,7 @@ def modes_of_a_rail():
         near = [max((g for g, f in zip(rates, hertz) if abs(f - wave) < 8), default=float("nan")) for wave in waves]
         rows.append([highest, *(f"{g:.3f}" for g in near)])
     head = ["modes up to, Hz", *(f"{wave} Hz, 1/s" for wave in waves)]
-    put(DOCS / "wheel-on-rail.md", "modes-of-a-rail", table(head, rows))
+    put(DOCS / "examples" / "wheel-on-rail.md", "modes-of-a-rail", table(head, rows))
 
 
 def frequency(values, step):
@@ -52,7 +56,7 @@ def frequency(values, step):
 
 
 def limit_cycles():
-    """What rotation makes of the limit cycle of `squeal.json`, at its speed and at 3 m/s: the last half second."""
+    """Effect of rotation on the limit cycle of `squeal.json`, at its speed and at 3 m/s: the last half second."""
     cases = {"turns, 10 m/s": {}, "at rest, 10 m/s": both("rotation", "none"), "turns, 3 m/s": {"contact.speed": 3}}
     columns = []
     for sets in cases.values():
@@ -61,15 +65,17 @@ def limit_cycles():
         end = slice(-int(0.5 / step), None)
         force, rim = tables["transient/force"][end], tables["transient/point_velocity"][end, 0, 1]
         sound = [float(tables[f"transient/sound_power/{body}/total_level_a"]) for body in ("lower", "upper")]
-        columns.append([
-            f"{tables['stability/growth_rate'][0]:.2f} ({tables['stability/frequency'][0]:.1f})",
-            f"{frequency(force[:, 1] / force[:, 2], step):.1f}",
-            str(int(tables["transient/stick"][end].max())),
-            f"{-force[:, 2].max() / 1e3:.1f} to {-force[:, 2].min() / 1e3:.1f}",
-            f"{tables['transient/kinetic'][end].mean():.3f}",
-            f"{1e3 * rim.std():.3g}",
-            ", ".join(f"{level:.1f}" for level in sound),
-        ])
+        columns.append(
+            [
+                f"{tables['stability/growth_rate'][0]:.2f} ({tables['stability/frequency'][0]:.1f})",
+                f"{frequency(force[:, 1] / force[:, 2], step):.1f}",
+                str(int(tables["transient/stick"][end].max())),
+                f"{-force[:, 2].max() / 1e3:.1f} to {-force[:, 2].min() / 1e3:.1f}",
+                f"{tables['transient/kinetic'][end].mean():.3f}",
+                f"{1e3 * rim.std():.3g}",
+                ", ".join(f"{level:.1f}" for level in sound),
+            ]
+        )
     names = [
         "fastest growth, 1/s (at, Hz)",
         "limit cycle, Hz",
@@ -79,11 +85,15 @@ def limit_cycles():
         "rim of the wheel, lateral, mm/s (root mean square)",
         "sound power of both wheels, dB(A)",
     ]
-    put(DOCS / "transient.md", "limit-cycles", table(["", *cases], [[name, *row] for name, row in zip(names, zip(*columns))]))
+    put(
+        DOCS / "explanation" / "transient.md",
+        "limit-cycles",
+        table(["", *cases], [[name, *row] for name, row in zip(names, zip(*columns))]),
+    )
 
 
 def partial_slip():
-    """What becomes of 1 mJ of vibration in partial slip: the rate of the amplitude between 0.1 and 0.3 s."""
+    """Decay of 1 mJ of vibration in partial slip: the rate of the amplitude between 0.1 and 0.3 s."""
     rows = []
     for lateral in (0.003, 0.005, 0.006, 0.007, 0.0075, 0.008):
         sets = both("rotation", "none") | {
@@ -105,15 +115,21 @@ def partial_slip():
         low, high = tables["transient/stick"][end].min(), tables["transient/stick"][end].max()
         stick = f"{low}" if low == high else f"{low} to {high}"
         rows.append([f"{100 * lateral:g} %", f"{abs(force[1] / (0.3 * force[2])):.3f}", stick, f"{rate:+.1f}"])
-    put(DOCS / "transient.md", "partial-slip", table(["lateral creepage", "lateral force over μN", "nodes that stick", "rate, 1/s"], rows))
+    put(
+        DOCS / "explanation" / "transient.md",
+        "partial-slip",
+        table(["lateral creepage", "lateral force over μN", "nodes that stick", "rate, 1/s"], rows),
+    )
 
 
-# The lateral force of CONTACT 20.2 (E. A. H. Vollebregt) for two steel bodies of 0.5 m under 70 kN, of friction 0.3, over μN.
+# The lateral force of CONTACT 20.2 (E. A. H. Vollebregt) for two steel bodies of 0.5 m under 70 kN, of friction 0.3,
+# over μN.
 CONTACT = {0.001: -0.3005, 0.003: -0.7177, 0.005: -0.9304}
 
 
 def laws_of_point_contact():
-    """The lateral force by the laws of point contact on the bodies of `two-cylinders.json`, beside the discretised contact and CONTACT."""
+    """The lateral force by the laws of point contact on the bodies of `two-cylinders.json`, beside the discretised
+    contact and CONTACT."""
     laws = {"fastsim": "FASTSIM", "shen_hedrick_elkins": "Shen, Hedrick, Elkins", "polach": "Polach"}
     sets = both("mesh.cylinder.element_size", 5e-4) | {
         "contact.compliance": "half_space",
@@ -126,21 +142,32 @@ def laws_of_point_contact():
     load = abs(tables["creep_curve/force"][:, 2]) * 0.3
     columns = [tables["creep_curve/force"], *(tables[f"creep_curve/{law}"] for law in laws)]
     rows = [
-        [f"{100 * eta:g} %", f"{CONTACT[eta]:.4f}", *(f"{column[k, 1] / load[k]:.4f}" for column in columns)] for k, eta in enumerate(CONTACT)
+        [f"{100 * eta:g} %", f"{CONTACT[eta]:.4f}", *(f"{column[k, 1] / load[k]:.4f}" for column in columns)]
+        for k, eta in enumerate(CONTACT)
     ]
-    put(DOCS / "theory.md", "laws-of-point-contact", table(["η", "CONTACT", "this program", *laws.values()], rows))
+    put(
+        DOCS / "explanation" / "contact.md",
+        "laws-of-point-contact",
+        table(["η", "CONTACT", "this program", *laws.values()], rows),
+    )
 
 
 def swept_cylinders():
-    """Growth rates of the bodies of `curve.json` at rest, swept from their sections, by the spacing of the contact's grid, and on their meshes."""
-    sets = both("rotation", "none") | {"analyses.stability": '{"state": "sliding", "direction": "rigid"}', "output.fields": "false"}
+    """Growth rates of the bodies of `curve.json` at rest, swept from their sections, by the spacing of the contact's
+    grid, and on their meshes."""
+    sets = both("rotation", "none") | {
+        "analyses.stability": '{"state": "sliding", "direction": "rigid"}',
+        "output.fields": "false",
+    }
     rows = []
     for spacing in (3.5e-4, 5e-4, 7e-4, 8e-4, 1e-3):
-        tables, _ = run("swept-curve.json", sets | {"contact.patch.spacing": spacing}, only="stability", groups=("stability",))
+        tables, _ = run(
+            "swept-curve.json", sets | {"contact.patch.spacing": spacing}, only="stability", groups=("stability",)
+        )
         rows.append([f"swept, {1e3 * spacing:g} mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
     tables, _ = run("curve.json", sets, only="stability", groups=("stability",))
     rows.append(["finite elements, 1 mm", *(f"{g:.2f}" for g in tables["stability/growth_rate"][:3])])
-    put(DOCS / "theory.md", "swept-cylinders", table(["grid", "first", "second", "third"], rows))
+    put(DOCS / "explanation" / "bodies.md", "swept-cylinders", table(["grid", "first", "second", "third"], rows))
 
 
 def full_and_reduced():
@@ -150,7 +177,11 @@ def full_and_reduced():
     for count in (20, 40, 80, 160):
         distances = []
         for beta in (1e-6, 0):
-            sets = both("rotation", "none") | both("mesh.cylinder.element_size", 0.002) | both("mesh.cylinder.max_element_size", 0.05)
+            sets = (
+                both("rotation", "none")
+                | both("mesh.cylinder.element_size", 0.002)
+                | both("mesh.cylinder.max_element_size", 0.05)
+            )
             sets |= both("damping.beta", beta) | {
                 "analyses.modes.count": count,
                 "analyses.stability": '{"state": "sliding", "direction": "rigid", "full": {"max_frequency": 2000}}',
@@ -162,18 +193,32 @@ def full_and_reduced():
             whole, reduced, there = values[is_full], values[~is_full], is_full & (partner >= 0)
             distances.append(abs(values[there] - values[partner[there]]) / abs(values[there]))
             if beta:
-                near = lambda values, wave: max(v.real for v in values if abs(v.imag / (2 * np.pi) - wave) < 8)  # noqa: E731
+                near = lambda values, wave: max(v.real for v in values if abs(v.imag / (2 * np.pi) - wave) < 8)
                 rates = [f"{near(reduced, wave):.4f}" for wave in waves]
                 full = [f"{near(whole, wave):.4f}" for wave in waves]
                 highest = tables["modes/lower/frequency"].max()
-        rows.append([f"{count} ({highest / 1e3:.1f} kHz)", *rates, *(f"{of(d):.1e}" for d in distances for of in (np.max, np.median))])
+        rows.append(
+            [
+                f"{count} ({highest / 1e3:.1f} kHz)",
+                *rates,
+                *(f"{of(d):.1e}" for d in distances for of in (np.max, np.median)),
+            ]
+        )
     rows.append(["full", *full, "", "", "", ""])
-    head = ["modes (up to)", *(f"{wave} Hz" for wave in waves), "largest distance", "median", "largest, β = 0", "median, β = 0"]
-    put(DOCS / "theory.md", "full-and-reduced", table(head, rows))
+    head = [
+        "modes (up to)",
+        *(f"{wave} Hz" for wave in waves),
+        "largest distance",
+        "median",
+        "largest, β = 0",
+        "median, β = 0",
+    ]
+    put(DOCS / "explanation" / "stability.md", "full-and-reduced", table(head, rows))
 
 
 def quadratures():
-    """Laws at nodes and at points of quadrature: `two-cylinders.json` on half-spaces beside Hertz and CONTACT, on two grids."""
+    """Laws at nodes and at points of quadrature: `two-cylinders.json` on half-spaces beside Hertz and CONTACT, on two
+    grids."""
     radius, pressure, approach = steady.HERTZ[70e3]
     stick = 0.518  # CONTACT's, at 0.3 %
     rows = [["Hertz, CONTACT", "", "1", "1", "1", *(f"{force:.4f}" for force in CONTACT.values()), f"{stick:.3f}", ""]]
@@ -198,10 +243,19 @@ def quadratures():
                 (area, sticking), largest = tables["contact/area"], tables["contact/field"][:, 2].max()
             along = [f"{found[eta]['contact/force'][1] / (0.3 * 70e3):.4f}" for eta in CONTACT]
             ratios = [area / (np.pi * radius**2), largest / pressure, float(tables["contact/approach"]) / approach]
-            rows.append([kind, f"{1e3 * size:g} mm", *(f"{r:.4f}" for r in ratios), *along, f"{sticking / area:.3f}", f"{took[0.003]:.1f}"])
+            rows.append(
+                [
+                    kind,
+                    f"{1e3 * size:g} mm",
+                    *(f"{r:.4f}" for r in ratios),
+                    *along,
+                    f"{sticking / area:.3f}",
+                    f"{took[0.003]:.1f}",
+                ]
+            )
     names = [f"F_y/μN at {100 * eta:g} %" for eta in CONTACT]
     head = ["laws", "grid", "area", "largest pressure", "approach", *names, "stick at 0.3 %", "whole run, s"]
-    put(DOCS / "theory.md", "quadratures", table(head, rows))
+    put(DOCS / "explanation" / "contact.md", "quadratures", table(head, rows))
 
 
 def manchester():
@@ -212,10 +266,20 @@ def manchester():
         raise SystemExit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
     rows = [line.partition("row: ")[2].split(" | ") for line in done.stdout.splitlines() if "row: " in line]
     head = ["case", "approach, µm", "largest pressure, MPa", "Fx, N; on CONTACT's grid", "Fs, N; on CONTACT's grid"]
-    put(DOCS / "placement.md", "manchester", table(head, rows))
+    put(DOCS / "explanation" / "placement.md", "manchester", table(head, rows))
 
 
-TABLES = [manchester, closed_nodes, quadratures, laws_of_point_contact, modes_of_a_rail, swept_cylinders, full_and_reduced, limit_cycles, partial_slip]
+TABLES = [
+    manchester,
+    closed_nodes,
+    quadratures,
+    laws_of_point_contact,
+    modes_of_a_rail,
+    swept_cylinders,
+    full_and_reduced,
+    limit_cycles,
+    partial_slip,
+]
 
 
 def written():

@@ -1,4 +1,5 @@
-"""Growth rates and frequencies of the transient against the eigenvalues of full sliding, from a start in each mode; for both signs of the lateral creepage."""
+"""Growth rates and frequencies of the transient against the eigenvalues of full sliding, from a start in each mode; for
+both signs of the lateral creepage."""
 
 import tempfile
 from pathlib import Path
@@ -9,23 +10,26 @@ from program import run
 STEP = 1e-5
 # Steps at which the first mode is followed as well.
 OTHER_STEPS = (2e-5, 5e-6, 2.5e-6, 1.25e-6)
-# Start of the modes, m, and the time during which they are looked at, s: what the start is not exactly a mode of has left the contact, and nothing sticks.
+# Start of the modes, m, and the time during which they are looked at, s: what the start is not exactly a mode of has
+# left the contact, and nothing sticks.
 AMPLITUDE, BEGIN, END = 5e-8, 0.03, 0.2
 # Time between two samples of the modal amplitudes, s.
 SAMPLE = 1e-4
-# Samples that the fit joins to one, and the singular value below which it takes a direction for rounding, relative to the largest.
+# Samples that the fit joins to one, and the singular value below which it takes a direction for rounding, relative to
+# the largest.
 JOINED, ROUNDING = 10, 1e-6
-# The rates must agree within one of these, relative and in 1/s; the frequency relative to the linear one must be low by (hω)²/12 within the third, a sixth of
-# that at the first step above.
+# The rates must agree within one of these, relative and in 1/s; the frequency relative to the linear one must be low by
+# (hω)²/12 within the third, a sixth of that at the first step above.
 NEAR_RELATIVE, NEAR = 0.02, 0.2
 NEAR_FREQUENCY = 1e-5
 
 
 def exponents(samples, interval):
-    """All λ of q(t) = Σ c e^{λt} + constant in the samples [times, amplitudes], 1/s: the shift of the principal directions in time by one sample.
+    """All λ of q(t) = Σ c e^{λt} + constant in the samples [times, amplitudes], 1/s: the shift of the principal
+    directions in time by one sample.
 
-    Dynamic mode decomposition with delays (J. H. Tu et al., J. Comput. Dyn. 1, 2014) in the form of ESPRIT (R. Roy, T. Kailath, IEEE Trans. Acoust. Speech
-    Signal Process. 37, 1989).
+    Dynamic mode decomposition with delays (J. H. Tu et al., J. Comput. Dyn. 1, 2014) in the form of ESPRIT (R. Roy, T.
+    Kailath, IEEE Trans. Acoust. Speech Signal Process. 37, 1989).
     """
     changes = np.diff(samples, axis=0)
     rows = len(changes) - JOINED
@@ -41,7 +45,8 @@ def near(values, wanted):
 
 
 def followed(lateral, mode, step, model):
-    """The row of a start in this mode, from 1, and the number of unstable modes; `model` is the result file whose reduced model is taken."""
+    """The row of a start in this mode, from 1, and the number of unstable modes; `model` is the result file whose
+    reduced model is taken."""
     sets = {
         "contact.creepage.lateral": lateral,
         "analyses.stability.direction": "actual",
@@ -61,7 +66,9 @@ def followed(lateral, mode, step, model):
     taken = (time > BEGIN - step) & (time < END + step)
     samples, wanted = samples[taken], linear[mode - 1]
     fitted = near(exponents(samples, SAMPLE), wanted)
-    halves = [near(exponents(part, SAMPLE), wanted) for part in (samples[: len(samples) // 2], samples[len(samples) // 2 :])]
+    halves = [
+        near(exponents(part, SAMPLE), wanted) for part in (samples[: len(samples) // 2], samples[len(samples) // 2 :])
+    ]
     row = {
         "lateral": lateral,
         "mode": mode,
@@ -77,7 +84,7 @@ def followed(lateral, mode, step, model):
 
 
 def misses(row):
-    """What a row breaks of the bounds, in words."""
+    """Bounds that a row breaks, in words."""
     (rate, frequency), (fitted, at) = row["linear"], row["transient"]
     bound = max(NEAR_RELATIVE * abs(rate), NEAR)
     name = f"lateral creepage {row['lateral']:+g}, mode {row['mode']}, step {row['step']:g} s"
@@ -85,12 +92,20 @@ def misses(row):
     if row["stick"]:
         found.append(f"{name}: {row['stick']} nodes stick, which is not the motion that was linearised")
     if abs(fitted - rate) > bound:
-        found.append(f"{name}: growth rate {fitted:.4f} 1/s, eigenvalue {rate:.4f} 1/s, further apart than {bound:.3f} 1/s")
+        found.append(
+            f"{name}: growth rate {fitted:.4f} 1/s, eigenvalue {rate:.4f} 1/s, further apart than {bound:.3f} 1/s"
+        )
     if abs(row["halves"][0] - row["halves"][1]) > 0.1 * bound:
-        found.append(f"{name}: the halves of the time give {row['halves'][0]:.4f} and {row['halves'][1]:.4f} 1/s: no exponential growth, or the fit fails")
+        found.append(
+            f"{name}: the halves of the time give {row['halves'][0]:.4f} and {row['halves'][1]:.4f} 1/s: no "
+            "exponential growth, or the fit fails"
+        )
     shift, scheme = at / frequency - 1, row["scheme"]
     if abs(shift - scheme) > NEAR_FREQUENCY:
-        found.append(f"{name}: the frequency is off by {shift:.3e}, by the scheme it should be {scheme:.3e} within {NEAR_FREQUENCY:.0e}")
+        found.append(
+            f"{name}: the frequency is off by {shift:.3e}, by the scheme it should be {scheme:.3e} within "
+            f"{NEAR_FREQUENCY:.0e}"
+        )
     return found
 
 
@@ -108,19 +123,26 @@ def against_linear():
         first, count = followed(0.01, 1, STEP, model)
         if count == 0:
             raise SystemExit("jobs/squeal.json has no unstable mode")
-        steps = sorted([first, *(followed(0.01, 1, step, model)[0] for step in OTHER_STEPS)], key=lambda row: -row["step"])
+        steps = sorted(
+            [first, *(followed(0.01, 1, step, model)[0] for step in OTHER_STEPS)], key=lambda row: -row["step"]
+        )
         rows = [*steps, *(followed(0.01, mode, STEP, model)[0] for mode in range(2, count + 1))]
         rows += [followed(-0.01, mode, STEP, model)[0] for mode in range(1, count + 1)]
     for row in rows:
         print(
-            f"   {100 * row['lateral']:+g} %, mode {row['mode']}, {1e6 * row['step']:g} µs: linear {row['linear'][0]:.4f} 1/s {row['linear'][1]:.4f} Hz, "
-            f"transient {row['transient'][0]:.4f} 1/s {row['transient'][1]:.4f} Hz (halves {row['halves'][0]:.4f}, {row['halves'][1]:.4f} 1/s)",
+            f"   {100 * row['lateral']:+g} %, mode {row['mode']}, {1e6 * row['step']:g} µs: linear "
+            f"{row['linear'][0]:.4f} 1/s {row['linear'][1]:.4f} Hz, "
+            f"transient {row['transient'][0]:.4f} 1/s {row['transient'][1]:.4f} Hz (halves {row['halves'][0]:.4f}, "
+            f"{row['halves'][1]:.4f} 1/s)",
             flush=True,
         )
     broken = [words for row in rows for words in misses(row)]
     for coarse, fine in zip(steps, steps[1:]):
         if rest(fine) >= rest(coarse):
-            broken.append(f"what is left of the difference does not fall with the step: {rest(coarse):.4f} 1/s at {coarse['step']:g} s, {rest(fine):.4f} at {fine['step']:g} s")
+            broken.append(
+                f"what is left of the difference does not fall with the step: {rest(coarse):.4f} 1/s at "
+                f"{coarse['step']:g} s, {rest(fine):.4f} at {fine['step']:g} s"
+            )
     if broken:
         raise SystemExit("\n".join(["the transient does not follow the linear analysis:", *broken]))
     return rows

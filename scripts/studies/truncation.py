@@ -1,4 +1,5 @@
-"""What the modes left out do to growth, limit cycle, and sound: `full-squeal.json` on its modes, more and more of them, beside the same on all degrees of freedom."""
+"""Effect of truncation of the modes on growth, limit cycle, and sound: `full-squeal.json` on its modes, more and more
+of them, beside the same on all degrees of freedom."""
 
 import json
 
@@ -10,19 +11,21 @@ from tables import frequency
 
 # Modes of each body that are kept, and those in whose amplitudes the motion of all degrees of freedom is written.
 COUNTS, WATCHED = (4, 8, 16, 40), 40
-# Start near the limit cycle, m; the time that is simulated, the last part of it that is looked at, and the time between two samples of the amplitudes, s. From rest the cycle takes
-# a second, which is most of an hour on all degrees of freedom.
+# Start near the limit cycle, m; the time that is simulated, the last part of it that is looked at, and the time between
+# two samples of the amplitudes, s. From rest the cycle takes a second, which is most of an hour on all degrees of
+# freedom.
 AMPLITUDE, DURATION, LATE, SAMPLE = 5.3e-5, 0.35, 0.05, 1e-4
 # The most by which the energy may differ between the last part and the one before it: it is the cycle then.
 SETTLED = 0.005
-# The largest distance of the growth rate that is fitted to the run of all degrees of freedom from its eigenvalue, relative.
+# The largest distance of the growth rate that is fitted to the run of all degrees of freedom from its eigenvalue,
+# relative.
 NEAR = 0.01
 # Start of that fit, m, its duration and its first part that is left to what is no motion of the mode, s.
 SMALL, FITTED, LEFT = 1e-7, 5e-3, 1e-3
 
 
 def fitted(samples, interval):
-    """Growth rate, 1/s, of amplitudes dominated by one oscillation: x₂ = a x₁ − b x₀ of their changes, b = e^{2σ Δt}."""
+    """Growth rate, 1/s, of one dominant oscillation: x₂ = a x₁ − b x₀ of its changes, b = e^{2σ Δt}."""
     x = np.diff(samples, axis=0)
     past = np.column_stack([x[1:-1].ravel(), -x[:-2].ravel()])
     _, b = np.linalg.lstsq(past, x[2:].ravel(), rcond=None)[0]
@@ -30,7 +33,8 @@ def fitted(samples, interval):
 
 
 def followed(sets):
-    """A run to the limit cycle: eigenvalue of the first mode of the reduced model and of the full one, and what the motion is at its end."""
+    """A run to the limit cycle: eigenvalue of the first mode of the reduced model and of the full one, and what the
+    motion is at its end."""
     step = json.loads((ROOT / "jobs/full-squeal.json").read_text())["analyses"]["transient"]["step"]
     given = {
         "analyses.transient.duration": DURATION,
@@ -100,21 +104,31 @@ def beside_all():
         apart = lambda key: f" ({100 * (row[key] / whole[key] - 1):+.1f} %)" if row["modes"] else ""  # noqa: E731, B023
         of_rate = f" ({100 * (rate / whole['full'][0] - 1):+.1f} %)" if row["modes"] else f" ({small:.2f} in the run)"
         sound = row["sound"]
-        cells.append([
-            f"{row['modes']}, to {row['reach']:.0f} Hz" if row["modes"] else "all",
-            f"{rate:.2f}{of_rate}",
-            f"{at:.2f}",
-            f"{row['cycle']:.2f}",
-            f"{row['energy']:.4f}{apart('energy')}",
-            f"{100 * row['drift']:+.2f} %",
-            f"{row['normal'][0] / 1e3:.2f} to {row['normal'][1] / 1e3:.2f}",
-            f"{row['lateral']:.0f}{apart('lateral')}",
-            row["stick"],
-            f"{sound['800']:.2f}",
-        ])
+        cells.append(
+            [
+                f"{row['modes']}, to {row['reach']:.0f} Hz" if row["modes"] else "all",
+                f"{rate:.2f}{of_rate}",
+                f"{at:.2f}",
+                f"{row['cycle']:.2f}",
+                f"{row['energy']:.4f}{apart('energy')}",
+                f"{100 * row['drift']:+.2f} %",
+                f"{row['normal'][0] / 1e3:.2f} to {row['normal'][1] / 1e3:.2f}",
+                f"{row['lateral']:.0f}{apart('lateral')}",
+                row["stick"],
+                f"{sound['800']:.2f}",
+            ]
+        )
     head = [
-        "modes of each body", "growth, 1/s", "Hz", "limit cycle, Hz", "kinetic energy, J", "change of it in 0.05 s", "normal force, kN", "lateral force, N rms", "stick at most",
+        "modes of each body",
+        "growth, 1/s",
+        "Hz",
+        "limit cycle, Hz",
+        "kinetic energy, J",
+        "change of it in 0.05 s",
+        "normal force, kN",
+        "lateral force, N rms",
+        "stick at most",
         "sound power, 800 Hz, dB",
     ]
-    put(ROOT / "docs/transient.md", "truncation", table(head, cells))
+    put(ROOT / "docs/explanation/transient.md", "truncation", table(head, cells))
     return rows

@@ -30,11 +30,11 @@ struct Shape {
     forces: Vec<C>,
     /// Power of the damping of each body with this motion over |λ|²: uᴴ C u, N·s/m·m².
     damping: [f64; 2],
-    /// What rotation adds to uᴴ K u of each body.
+    /// Contribution of rotation to uᴴ K u of each body.
     stiffening: [f64; 2],
 }
 
-/// What a complex mode is made of.
+/// Energy of a complex mode.
 struct Energy {
     /// Share of each body in kinetic and strain energy.
     body: [f64; 2],
@@ -415,7 +415,7 @@ fn before(a: &[f64], b: &[f64]) -> std::cmp::Ordering {
 mod tests {
     use super::*;
 
-    /// What rounding makes a little larger does not decide; what is smaller has no part in it.
+    /// Differences of the order of rounding do not decide; smaller components do not count.
     #[test]
     fn of_equal_components_the_last_place_counts() {
         let at = |x: f64, direction: f64| [0.0, x, 0.0, 0.0, direction];

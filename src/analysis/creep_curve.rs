@@ -39,7 +39,7 @@ pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, mo
     Ok(())
 }
 
-/// What is computed, on rank 0.
+/// Creep curve as it is computed, on rank 0.
 struct Curve<'a> {
     wanted: &'a CreepCurve,
     contact: &'a job::Contact,
@@ -87,7 +87,7 @@ impl<'a> Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// What laws of point contact have for the solution `r` under `contact`, on half-spaces of the bodies' materials,
+    /// Results of laws of point contact for the solution `r` under `contact`, on half-spaces of the bodies' materials,
     /// with the coefficient of friction at the rigid creep of the centre. None where there is no ellipse in the range
     /// of their table.
     fn baseline(&self, contact: &job::Contact, r: &SteadySolution) -> Result<Option<Baseline>> {
@@ -103,7 +103,7 @@ impl Curve<'_> {
     }
 }
 
-/// What there is to say of a solution on the interface `s`.
+/// Point of a curve from a solution on the interface `s`.
 fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> Point {
     let nodes = |status: u8| r.state.iter().zip(&s.weight).filter(move |(state, _)| **state == status).map(|(_, w)| *w);
     let area = |status: u8| nodes(status).sum::<f64>();

@@ -69,7 +69,7 @@ pub fn run(
     Ok(FullResult { spectrum, shares, amplitudes, partners })
 }
 
-/// What the full system found beside an eigenvalue of the reduced one.
+/// Result that the full system found beside an eigenvalue of the reduced one.
 pub struct Beside {
     /// λ, 1/s.
     pub value: C,
@@ -229,7 +229,7 @@ fn modal(world: &World, bodies: &Bodies, pair: &FullPair) -> Vec<C> {
     world.sum_all(&q)
 }
 
-/// What the summary says of it.
+/// Writes the summary lines of a result.
 pub fn summarise(found: &FullResult, summary: &mut Summary) {
     let FullSpectrum { pairs, shifts } = &found.spectrum;
     let worst = |of: &dyn Fn(&FullPair) -> f64| pairs.iter().map(of).fold(0.0, f64::max);

@@ -37,14 +37,14 @@ use stock::Stock;
 
 pub use run::Run;
 
-/// What the command line adds to the job.
+/// Options of the command line beside the job.
 #[derive(Debug, Clone)]
 pub struct RunOptions {
     /// The job file; none where the job comes from the run that is continued.
     pub job: Option<PathBuf>,
     /// The result file.
     pub output: PathBuf,
-    /// Whether existing results are overwritten.
+    /// True if existing results are overwritten.
     pub force: bool,
     /// A result file whose modes and compliance are taken instead of computing them.
     pub reuse: Option<PathBuf>,
@@ -52,13 +52,13 @@ pub struct RunOptions {
     pub command: Vec<String>,
     /// Name and version of the program and of its libraries, for the provenance.
     pub versions: Vec<(String, String)>,
-    /// Whether a transient is continued from the segments beside `output`.
+    /// True if a transient is continued from the segments beside `output`.
     pub resume: bool,
     /// Wall time after which a transient stops, s.
     pub wall_time: Option<f64>,
 }
 
-/// What of the analyses can be refused before anything is meshed, beyond what the job itself shows.
+/// Refuses analyses that cannot run, before anything is meshed; rules of the job itself are checked elsewhere.
 pub fn check(job: &Job) -> Result<()> {
     capable(job)?;
     match (&job.analyses.transient, &job.contact) {
@@ -67,7 +67,7 @@ pub fn check(job: &Job) -> Result<()> {
     }
 }
 
-/// What the analyses of the contact need of the bodies in it, and the keys that ask for it.
+/// Capabilities of the bodies that the analyses of the contact need, and the keys that ask for them.
 fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
     let a = &job.analyses;
     let cycles = a.sweep.as_ref().and_then(|s| s.cycles.as_ref());
@@ -136,10 +136,10 @@ fn capable(job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// What a run finds when it begins.
+/// Surroundings of a run at its beginning.
 #[derive(Clone, Copy)]
 pub struct Around<'r> {
-    /// What was read of the mesh files to plan the run, on rank 0.
+    /// Data read of the mesh files to plan the run, on rank 0.
     pub meshes: &'r Meshes,
     /// When to stop.
     pub stop: &'r Stop,

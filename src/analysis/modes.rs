@@ -180,7 +180,7 @@ fn orders(place: &str, names: &[ModeName]) -> Option<Table> {
     (!names.is_empty()).then(|| Table::list(&format!("/modes/{place}/diameters"), "1", text, values))
 }
 
-/// What of the modes moves most, where it is known.
+/// Component with the largest motion in each mode, where it is known.
 fn families(place: &str, names: &[ModeName]) -> Option<Table> {
     let text = "What of each mode moves most, numbered from 0 by frequency within a number of diameters.";
     let values: Vec<String> = names.iter().map(|n| n.family.clone()).collect();

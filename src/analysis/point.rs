@@ -55,7 +55,8 @@ pub(super) fn wanted(examined: &Examined, found: &Found) -> Result<Option<Compar
     Ok(Some(Comparison { ellipse, laws }))
 }
 
-/// What the summary says of it, beside the eigenvalues of `patch`, of which the first `listed` are told of.
+/// Writes the summary lines of the comparison, beside the eigenvalues of `patch`, of which the first `listed` are told
+/// of.
 pub(super) fn summarise(all: &Comparison, patch: &Spectrum, listed: usize, summary: &mut Summary) {
     let names: Vec<&str> = all.laws.iter().map(|l| LAWS[l.law].1).collect();
     let unstable = |l: &OfLaw| l.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).count();

@@ -25,7 +25,7 @@ pub(super) struct Given {
     pub(super) grid: Vec<f64>,
     /// At these, N·s/m per kg, `[frequencies × m × m]`; of a rail W/N², as [`line::Radiators::powers`] has it.
     pub(super) resistances: Vec<f64>,
-    /// That of plane waves, `[m × m]`; of a rail as `resistances`.
+    /// Matrix of plane waves, `[m × m]`; of a rail as `resistances`.
     pub(super) plane: Vec<f64>,
 }
 
@@ -70,7 +70,7 @@ impl Given {
         Ok(Self { grid: bands.grid(), resistances: world.sum_all(&some), plane })
     }
 
-    /// Of so many modes, or forces, in `bands`, those that it was made for.
+    /// Radiation of this many modes, or forces, in `bands`, those that it was made for.
     pub(super) fn within(&self, channels: usize, bands: Bands) -> Radiation {
         Radiation::new(bands, self.grid.clone(), channels, [&self.resistances, &self.plane])
     }
@@ -86,7 +86,7 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// Those of a body on this side, a rail or not, whose modes are `modes` of `all`.
+    /// Radiation of a body on this side, a rail or not, whose modes are `modes` of `all`.
     pub(super) fn of(rail: bool, side: Side, (modes, all): (Range<usize>, usize)) -> Self {
         if !rail {
             return Self { columns: modes, signs: None };
@@ -96,7 +96,7 @@ impl Channels {
         Self { columns: all..all + FORCES, signs: Some([along, along, -1.0]) }
     }
 
-    /// Whether they are forces.
+    /// Returns whether they are forces.
     pub(super) fn are_forces(&self) -> bool {
         self.signs.is_some()
     }
@@ -133,7 +133,7 @@ pub fn bands_of((key, wanted): (&str, &SoundPower), bodies: &Bodies, modes: &[Tr
     bands_within(key, wanted, heard.map(|place| highest(place.body)).fold(f64::INFINITY, f64::min))
 }
 
-/// Of steps of length `step`, s, between two samples.
+/// Stride between two samples, in steps of length `step`, s.
 pub(super) fn stride(bands: Bands, step: f64) -> u64 {
     (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0) as u64
 }
@@ -145,7 +145,7 @@ pub(super) fn patch_sizes((bands, air): (Bands, Air), diameter: f64) -> [f64; 2]
     [Radiation::patch_size(&bands, air).min(coarsest), coarsest]
 }
 
-/// What makes sound of recorded modal displacements, on every rank.
+/// Sound of recorded modal displacements, on every rank.
 pub struct Sounding {
     /// Name of each body that is heard, by what, how it radiates.
     parts: Vec<(&'static str, Channels, Radiation)>,
@@ -195,7 +195,7 @@ impl Sounding {
         Ok(Self { parts: parts.collect(), bands, air: air(wanted), heard, welch })
     }
 
-    /// What is to be kept of a motion.
+    /// Quantities of a motion to be recorded.
     pub fn heard(&self) -> Heard {
         self.heard
     }

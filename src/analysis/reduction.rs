@@ -156,14 +156,14 @@ fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
     ))
 }
 
-/// What making the reduced model needs of the bodies.
+/// Requirements of the reduced model on the bodies.
 pub(super) fn needs(job: &Job) -> Needs {
     let elements = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
     Needs { solvers: elements, shapes: elements && job.analyses.modes.is_some() }
 }
 
-/// Whether the compliance of the bodies is left unmade: an iterative solver gives one displacement at a time, which
-/// is enough for steady rolling where nothing else asks for the compliance.
+/// Returns whether the compliance of the bodies is left unmade: an iterative solver gives one displacement at a time,
+/// which is enough for steady rolling where nothing else asks for the compliance.
 pub(super) fn by_products(job: &Job) -> bool {
     let analyses = &job.analyses;
     job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe)

@@ -1,4 +1,4 @@
-//! What every analysis of a run works with.
+//! Context that all analyses of a run share.
 
 use super::RunOptions;
 use crate::case::meshes::Meshes;
@@ -20,9 +20,9 @@ pub struct Run<'r> {
     /// The job as it was given: without what its placement fills in. What is written and what a run is known by is
     /// this one.
     pub given: &'r Job,
-    /// What the command line adds to it.
+    /// Options of the command line.
     pub options: &'r RunOptions,
-    /// What was read of mesh files to plan the run, on rank 0.
+    /// Data read of mesh files to plan the run, on rank 0.
     pub meshes: &'r Meshes,
     /// When to stop.
     pub stop: &'r Stop,
@@ -32,7 +32,7 @@ pub struct Run<'r> {
     pub file: ResultFile<'r>,
     /// Stages, steps and remarks, on stderr.
     pub progress: &'r mut Progress,
-    /// What the run says at its end, on stdout.
+    /// Summary that the run prints at its end, on stdout.
     pub summary: Summary,
 }
 
@@ -55,7 +55,7 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// Whether files beside the result file are replaced where they exist: with `--force`, and by a run that is
+    /// Returns whether files beside the result file are replaced where they exist: with `--force`, and by a run that is
     /// continued.
     pub fn replaces(&self) -> bool {
         self.options.force || self.options.resume

@@ -1,5 +1,5 @@
-//! What would move the eigenvalues of `stability`: their derivatives by what the job gives, the state of rest
-//! following it.
+//! Sensitivities of the eigenvalues of `stability`: derivatives with respect to parameters of the job, the equilibrium
+//! following them.
 
 use super::stability::mode_name;
 use crate::body::Side;
@@ -34,7 +34,7 @@ pub(super) fn analyse(examined: &Examined, found: &Found, model: &ReducedModel) 
     Ok(Sensitivities { parameters, damping: here.by_damping(&model.pair) })
 }
 
-/// What is examined.
+/// Stability problem under examination.
 struct Study<'a> {
     examined: &'a Examined<'a>,
     model: &'a ReducedModel,
@@ -134,8 +134,8 @@ fn total_force(contact: &job::Contact) -> Option<f64> {
 /// Changes of a mode that would end its growth, at the most so many.
 const CURES: usize = 4;
 
-/// What would end the growth of the eigenvalue `index`, `pair`, by its derivatives alone, the smallest changes first;
-/// `model` has its modes.
+/// Changes that would end the growth of the eigenvalue `index`, `pair`, by its derivatives alone, the smallest changes
+/// first; `model` has its modes.
 pub(super) fn cures(all: &Sensitivities, index: usize, pair: &Eigenpair, model: &ModalPair) -> String {
     let growth = pair.growth_rate();
     // Changes with their sizes over what would be a large one.

@@ -116,27 +116,27 @@ pub(super) fn run(
     Ok((found, full))
 }
 
-/// Whether complex modes are to be written.
+/// Returns whether complex modes are to be written.
 pub(super) fn writes_shapes(job: &Job) -> bool {
     job.output.fields && !job.by_matrices() && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
 }
 
-/// Whether bodies rotate in the full system.
+/// Returns whether bodies rotate in the full system.
 pub(super) fn turns_in_full(job: &Job) -> bool {
     let full = job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some());
     full && job.bodies().iter().any(|(_, b)| b.rotates())
 }
 
-/// What the analysis needs of the bodies: those of the full system come with their displacements.
+/// Requirements of the analysis on the bodies: those of the full system come with their displacements.
 pub(super) fn needs(job: &Job, wanted: &job::Stability) -> Needs {
     let full = wanted.full.is_some();
     Needs { solvers: writes_shapes(job) && !full, shapes: writes_shapes(job) || full }
 }
 
-/// What the bodies give.
+/// Contributions of the bodies.
 pub(super) struct Parts<'a> {
     pub(super) bodies: &'a Bodies<'a>,
-    /// Whether the bodies have their mode shapes, or why an earlier run does not give them.
+    /// Mode shapes of the bodies, or the reason why an earlier run does not give them.
     pub(super) shapes: std::result::Result<(), &'a Error>,
     pub(super) model: &'a Reduction,
 }
@@ -171,7 +171,7 @@ fn told(spectrum: &Spectrum) -> usize {
     unstable.max(LISTED[0]).min(spectrum.eigenpairs.len())
 }
 
-/// What the summary says of a contact that moves as `moves` says, of bodies with their modes and what would move the
+/// Writes the summary of a contact in the motion `moves`, of bodies with their modes, and of the sensitivities of the
 /// eigenvalues.
 pub(super) fn summarise(
     spectrum: &Spectrum,

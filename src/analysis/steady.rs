@@ -19,7 +19,8 @@ use crate::parallel::World;
 use crate::summary::Summary;
 use crate::{Error, Result};
 
-/// What the analysis needs of the bodies: their displacements, for the fields or because their compliance is not made.
+/// Requirements of the analysis on the bodies: their displacements, for the fields or because their compliance is not
+/// made.
 pub(super) fn needs(job: &Job) -> Needs {
     let elements = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe);
     Needs { solvers: elements && (job.output.fields || by_products(job)), shapes: false }
@@ -176,7 +177,7 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
     summary.value("residual, iterations", format!("{:.1e}, {}", r.residual, r.iterations));
 }
 
-/// What the bodies give way by at the middle of the contact, where their placement has it already.
+/// Displacement of the bodies at the middle of the contact that the placement already includes.
 fn deflection(interface: &Interface, pair: &ModalPair, solution: &SteadySolution) -> Option<[f64; 3]> {
     let of = |i: usize| {
         let [x, y] = solution.traction[i];

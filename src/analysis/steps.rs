@@ -40,7 +40,7 @@ pub enum Step {
     FreeModes,
 }
 
-/// What a step takes from those before it.
+/// Requirements of a step on earlier steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Needs {
     /// Static solves of the bodies.
@@ -49,7 +49,7 @@ pub struct Needs {
     pub shapes: bool,
 }
 
-/// What the steps of a job depend on beside the job.
+/// State that the steps of a job depend on, beside the job itself.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Earlier {
     /// Modes and compliance come from an earlier run (`--reuse`).
@@ -67,13 +67,13 @@ pub struct Earlier {
 }
 
 impl Earlier {
-    /// Whether an earlier run gives the compliance.
+    /// Returns whether an earlier run gives the compliance.
     pub fn compliance(self) -> bool {
         self.resume || (self.reuse && !self.alone)
     }
 }
 
-/// Whether mode shapes of the job can be shown on meshes.
+/// Returns whether mode shapes of the job can be shown on meshes.
 fn on_meshes(job: &Job) -> bool {
     needs_elements(job) && job.bodies().iter().all(|(_, b)| b.is_meshed())
 }
@@ -96,7 +96,7 @@ fn finds_again(job: &Job, earlier: Earlier) -> bool {
     swept && job.analyses.modes.is_some() && unfinished && (seen || (earlier.reuse && earlier.alone))
 }
 
-/// What the analyses of the job need of the bodies.
+/// Requirements of the analyses of the job on the bodies.
 fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
     let wanted = &job.analyses;
     let all = [
@@ -109,7 +109,7 @@ fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
     all.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect()
 }
 
-/// Whether the shapes of the modes are written, or an analysis looks at them.
+/// Returns whether the shapes of the modes are written, or an analysis looks at them.
 pub fn seeks_shapes(job: &Job, resume: bool) -> bool {
     let shown = job.output.fields || is_heard(job) || analyses(job, resume).iter().any(|(_, n)| n.shapes);
     job.analyses.modes.is_some() && on_meshes(job) && shown
@@ -229,7 +229,7 @@ mod tests {
         );
     }
 
-    /// What a run has left that did not come to its end: the modes, their shapes, the compliance.
+    /// Modes, shapes and compliance that an unfinished run has left on the disk are not computed again.
     #[test]
     fn nothing_is_made_that_is_on_the_disk() {
         let left = Before { reuse: true, own: true, shapes: true, ..Before::default() };

@@ -1,4 +1,4 @@
-//! What the steps of a run make and later steps take.
+//! Data that the steps of a run compute and later steps use.
 
 use super::full_stability::Beside;
 use super::reduction::Reduction;
@@ -18,13 +18,13 @@ use crate::{Error, Result};
 /// The model of an earlier run, where there is one; on rank 0.
 type Earlier = Option<Option<Reused>>;
 
-/// What the steps of a run have made so far.
+/// Data that the steps of a run have computed so far.
 pub struct Stock<'s> {
     earlier: steps::Earlier,
     bodies: Bodies<'s>,
     /// Free modes of each of [`Bodies::unique`]; those of an earlier run on rank 0, elsewhere their frequencies.
     modes: Vec<TraceModes>,
-    /// Whether the mode shapes that an earlier run wrote could be read, where they were wanted.
+    /// Result of reading the mode shapes of an earlier run, where they were wanted.
     shapes: Option<Result<()>>,
     /// True if this run has computed the modes.
     computed: bool,
@@ -36,7 +36,7 @@ pub struct Stock<'s> {
     /// The reduced model.
     model: Option<Reduction>,
     found: Option<crate::case::examined::Found>,
-    /// What the full system found beside the mode that a full transient begins along.
+    /// Result that the full system found beside the mode that a full transient begins along.
     beside: Option<Beside>,
 }
 
@@ -314,7 +314,7 @@ impl<'s> Stock<'s> {
     }
 }
 
-/// Whether modes and compliance are kept on the disk for later runs.
+/// Returns whether modes and compliance are kept on the disk for later runs.
 fn keeps(job: &job::Job) -> bool {
     let of_bodies = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
     job.output.reduced && of_bodies && !job.by_matrices() && !job.analyses.on_contact().is_empty()

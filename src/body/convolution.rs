@@ -18,8 +18,8 @@ use product::Transformed;
 
 /// Forces and moments that a motion of the whole answers: (1, x, y) times (x, y, n).
 const LOADS: usize = 9;
-/// What rounding may leave between a matrix and the convolution that stands for it, as a part of the matrix's largest
-/// entry.
+/// Difference that rounding may leave between a matrix and the convolution that stands for it, as a part of the
+/// matrix's largest entry.
 const ALIKE: f64 = 2e-14;
 
 type Block = [[f64; 3]; 3];
@@ -37,7 +37,7 @@ pub struct Convolution {
     double: OnceLock<Arc<Transformed<f64>>>,
     single: OnceLock<Arc<Transformed<f32>>>,
     inverse: OnceLock<Arc<Transformed<f32>>>,
-    /// What [`along`](Self::along) takes from.
+    /// Data that [`along`](Self::along) takes from.
     lines: OnceLock<[Vec<[f64; 2]>; 2]>,
 }
 
@@ -161,8 +161,8 @@ impl Convolution {
         Some(Self::new(x, y, kernel.chunks_exact(9).map(block).collect(), whole))
     }
 
-    /// Whether no entry of `w` is farther than `allowed` from that of the convolution, in one column of nodes in
-    /// `every`.
+    /// Returns whether no entry of `w` is farther than `allowed` from that of the convolution, in one column of nodes
+    /// in `every`.
     fn stands_for(&self, w: MatRef<'_, f64>, allowed: f64, every: usize) -> bool {
         let n = self.x.len() * self.y.len();
         let columns = w.try_as_col_major().is_some();
@@ -359,8 +359,8 @@ fn size(x: &[f64], y: &[f64]) -> f64 {
     [x, y].into_iter().flatten().fold(1.0, |m: f64, v| m.max(v * v))
 }
 
-/// What of A the entries `at` of a matrix on the grid tell: of pairs of nodes at the same offset all but A differ by
-/// nothing. What of A depends on the offset alone belongs to k as well, and is left there.
+/// Part A of a matrix on the grid, from its entries `at`: pairs of nodes at the same offset differ by A alone. What of
+/// A depends on the offset alone belongs to k as well, and is left there.
 fn whole_of(at: impl Fn(usize, usize) -> Block, x: &[f64], y: &[f64]) -> Option<[[f64; LOADS]; LOADS]> {
     let (nx, ny) = (x.len(), y.len());
     let unit = [x, y].into_iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));

@@ -44,7 +44,7 @@ pub struct Elements<'p> {
     eigen: sparse::Method,
     /// The axis about which it rotates.
     axis: Option<Axis>,
-    /// What the centrifugal forces do to its nodes at 1 rad/s, m; known with the modes.
+    /// Displacement of the nodes by centrifugal forces at 1 rad/s, m; known with the modes.
     spread: Option<Vec<[f64; 3]>>,
     statics: RefCell<Option<Statics<'p>>>,
     shapes: Option<BodyModes>,

@@ -9,9 +9,9 @@ use std::rc::Rc;
 /// Modes of a body, and of what they are.
 #[derive(Clone)]
 pub enum Elsewhere {
-    /// Those of a rail.
+    /// Modes of a rail.
     Rail(Rc<rail::Found>),
-    /// Those of a body of revolution.
+    /// Modes of a body of revolution.
     Swept(Rc<swept::Found>),
 }
 

@@ -33,9 +33,9 @@ pub struct FeBody {
     pub operators: Operators,
     /// Its contact rows; none where it has no contact surface.
     pub trace: Trace,
-    /// What its contact rows are made of, where they follow from means over a disc.
+    /// Terms of its contact rows, where they follow from means over a disc.
     pub means: Option<MeanTraces>,
-    /// What its supports do beside stiffness and mass.
+    /// Terms of its supports beside stiffness and mass.
     pub effect: Effect,
     /// The rigid motions that its supports leave free.
     pub rigid: RigidMotions,
@@ -127,7 +127,8 @@ impl FeBody {
         Ok(u)
     }
 
-    /// Where the three degrees of freedom of an owned node begin among those of this rank; none at a support.
+    /// Position at which the three degrees of freedom of an owned node begin among those of this rank; none at a
+    /// support.
     fn first_of(&self, node: usize) -> Option<usize> {
         let first = self.dofs.local[node];
         (first != FIXED).then(|| (first - self.dofs.begin()) as usize)

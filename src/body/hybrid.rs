@@ -50,13 +50,13 @@ pub fn expansion([x, y]: &[Vec<f64>; 2]) -> Mat<f64> {
     pi
 }
 
-/// What the contact rows of a body need: it yields as a half-space does and by motions that are constant or go with x
-/// and y, as its modes move.
+/// Low-rank compliance of a body at its contact rows: it yields as a half-space does and by motions that are constant
+/// or go with x and y, as its modes move.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compact {
     /// The half-space.
     pub half_space: HalfSpace,
-    /// What there is beside it that the modes have no part in, m/N and so on.
+    /// Compliance beside it that the modes have no part in, m/N and so on.
     pub beside: Square,
     /// The modes, 1/√kg and 1/(√kg m), `[m]`.
     pub seen: Vec<[f64; LOADS]>,
@@ -68,9 +68,9 @@ pub struct Hybrid {
     /// Lines of the contact grid along x and y, m; none without contact.
     grid: [Vec<f64>; 2],
     half_space: HalfSpace,
-    /// What is added to the half-space, m/N and so on, once it is made.
+    /// Compliance added to the half-space, m/N and so on, once it is made.
     constant: Option<Square>,
-    /// What is added to that by what the section's forms do not know.
+    /// Compliance added to `constant` by effects outside the section's forms.
     beside: Square,
     /// The modes at the contact, once they are known, and their part of it.
     seen: Vec<[f64; LOADS]>,
@@ -78,7 +78,8 @@ pub struct Hybrid {
 }
 
 impl Hybrid {
-    /// That of a body of the material of `half_space` with the lines of its contact grid, m, where there is a contact.
+    /// Compliance of a body of the material of `half_space` with the lines of its contact grid, m, where there is a
+    /// contact.
     pub fn new(half_space: HalfSpace, grid: Option<[&[f64]; 2]>) -> Self {
         let grid = grid.map_or([Vec::new(), Vec::new()], |lines| lines.map(<[f64]>::to_vec));
         let none = [[0.0; LOADS]; LOADS];
@@ -129,8 +130,8 @@ impl Hybrid {
         )))
     }
 
-    /// What `yielding`, Γ⁻¹BΓ⁻¹ of loads on the discs `circles`, leaves beside the half-space is kept; said in words,
-    /// for the summary.
+    /// Keeps the compliance that `yielding`, Γ⁻¹BΓ⁻¹ of loads on the discs `circles`, leaves beside the half-space is
+    /// kept; said in words, for the summary.
     pub fn complete(&mut self, yielding: &[Square], circles: &[Patch]) -> Result<String> {
         let beside = |(b, &patch): (&Square, &Patch)| -> Square {
             let load = HalfSpaceLoad { patch, shear: self.half_space.shear(), poisson: self.half_space.poisson };
@@ -184,7 +185,7 @@ impl Hybrid {
         })
     }
 
-    /// What the body yields at its contact beside what the forms of its section say, m/N and so on; the last one
+    /// Adds compliance of the body at its contact beside what the forms of its section say, m/N and so on; the last one
     /// given counts.
     pub fn add(&mut self, beside: Square) {
         self.beside = beside;
@@ -196,7 +197,7 @@ impl Hybrid {
         Ok(std::array::from_fn(|i| std::array::from_fn(|j| constant[i][j] + self.beside[i][j])))
     }
 
-    /// What the contact rows of the body `name` need, after its modes are known.
+    /// Data that the contact rows of the body `name` need, after its modes are known.
     pub fn compact(&self, name: &str) -> Result<Compact> {
         let constant = self.constant(name)?;
         let beside = std::array::from_fn(|i| std::array::from_fn(|j| constant[i][j] - self.modal[i][j]));
@@ -316,7 +317,7 @@ fn forces(product: &mut Product<'_, f64>, motion: &[f64]) -> Option<Vec<f64>> {
     None
 }
 
-/// Whether 1 + LᵀDL, LLᵀ = `punch`, D = `left`, is positive definite; none where that is not certain.
+/// Returns whether 1 + LᵀDL, LLᵀ = `punch`, D = `left`, is positive definite; none where that is not certain.
 fn stays_positive(punch: &Square, left: &Square) -> Option<bool> {
     let [punch, left] = [punch, left].map(|of| Mat::from_fn(LOADS, LOADS, |i, j| of[i][j]));
     let factor = punch.llt(faer::Side::Lower).ok()?;

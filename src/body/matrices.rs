@@ -61,7 +61,7 @@ impl Matrices {
     }
 }
 
-/// What the reduction of matrices gives; on rank 0.
+/// Result of the reduction of matrices; on rank 0.
 pub struct Reduced {
     /// The kept modes.
     pub modes: TraceModes,
@@ -101,7 +101,7 @@ fn mean_shift(m: &Matrices) -> f64 {
     -1e-4 * stiffness / trace(&m.mass)
 }
 
-/// Whether K has rigid-body motions, from the pivots of its Cholesky factor after scaling to a unit diagonal.
+/// Returns whether K has rigid-body motions, from the pivots of its Cholesky factor after scaling to a unit diagonal.
 fn singular(k: &Mat<f64>) -> bool {
     let n = k.nrows();
     if (0..n).any(|i| k[(i, i)] <= 0.0) {

@@ -1,4 +1,4 @@
-//! What a body gives to contact, whatever it is made of.
+//! Interface of a body to the contact, whatever it is made of.
 
 pub mod align;
 pub mod balanced;
@@ -60,7 +60,7 @@ pub struct ReducedBody {
     pub stiffness: ModalMatrix,
     /// Modal damping C, 1/s; with gyroscopic terms of a body that rotates.
     pub damping: ModalMatrix,
-    /// What of both comes from rotation; none of a body at rest.
+    /// Terms of rotation in both; none of a body at rest.
     pub turning: Option<Turning>,
     /// Mass-normalised modes at the contact rows, 1/√kg, `[3n, m]`.
     pub contact_modes: Mat<f64>,
@@ -68,7 +68,7 @@ pub struct ReducedBody {
     pub compliance: Mat<f64>,
     /// Angular frequency up to which the modes are known, rad/s; infinite where these are all there are.
     pub reach: f64,
-    /// What the modes are called, `[m]`; empty where that is not known.
+    /// Names of the modes, `[m]`; empty where that is not known.
     pub names: Vec<ModeName>,
 }
 
@@ -102,9 +102,9 @@ pub struct TraceModes {
     pub springs: Vec<f64>,
     /// Angular frequency up to which all modes are known, rad/s; infinite where these are all there are.
     pub reach: f64,
-    /// What rotation of the body adds, where it was asked for; on every rank.
+    /// Contribution of rotation of the body, where it was asked for; on every rank.
     pub rotation: Option<ModalRotation>,
-    /// What the modes are called, `[m]`, where that is known; on every rank.
+    /// Names of the modes, `[m]`, where that is known; on every rank.
     pub names: Vec<ModeName>,
 }
 
@@ -118,7 +118,7 @@ impl TraceModes {
 /// Is told how far a long computation is: steps done, and steps in all.
 pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
 
-/// What there are bodies of.
+/// Kinds of bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Finite elements on a mesh.
@@ -135,7 +135,7 @@ pub enum Kind {
     Rigid,
 }
 
-/// What an analysis may need of a body.
+/// Capabilities of a body that an analysis may need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Capability {
     /// A contact surface with a grid of nodes.
@@ -151,7 +151,7 @@ pub enum Capability {
 }
 
 impl Kind {
-    /// Whether bodies of this kind can give it.
+    /// Returns whether bodies of this kind can give it.
     pub fn can(self, what: Capability) -> bool {
         match self {
             Kind::Elements => true,
@@ -171,7 +171,7 @@ pub trait Body {
     /// Name in messages and results.
     fn name(&self) -> &str;
 
-    /// What it is made of.
+    /// Returns the kind of the body.
     fn kind(&self) -> Kind;
 
     /// Number of contact rows, 3n, on every rank.
@@ -192,8 +192,8 @@ pub trait Body {
     /// 0.
     fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>>;
 
-    /// What its contact rows need, where that is few numbers, the same on every rank, after [`Body::factorise`] and
-    /// [`Body::modes`].
+    /// Low-rank data of its contact rows, where that is few numbers, the same on every rank, after [`Body::factorise`]
+    /// and [`Body::modes`].
     fn compact(&self) -> Result<Option<Compact>> {
         Ok(None)
     }
@@ -218,8 +218,8 @@ pub trait Body {
         None
     }
 
-    /// What the air sees of its modes, after [`Body::modes`], of a body that is swept from a section. An error where
-    /// the section has no outline that could radiate.
+    /// Returns the radiating outline of its modes, after [`Body::modes`], of a body that is swept from a section. An
+    /// error where the section has no outline that could radiate.
     fn outline(&self) -> Result<Option<&OutlineModes>> {
         Ok(None)
     }
@@ -261,7 +261,7 @@ pub trait Fields {
     /// Number of this rank's degrees of freedom.
     fn len(&self) -> usize;
 
-    /// Whether this rank has none.
+    /// Returns whether this rank has none.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }

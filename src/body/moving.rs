@@ -18,7 +18,7 @@ use faer::{Mat, Scale};
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// What does not change in time.
+/// Matrices that are constant in time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct March {
     /// h, s.
@@ -106,7 +106,7 @@ impl<'a> Moving<'a> {
         })
     }
 
-    /// What the factorisation took.
+    /// Statistics of the factorisation.
     pub fn statistics(&self) -> FactorStatistics {
         self.factor.borrow().statistics()
     }

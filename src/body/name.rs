@@ -1,14 +1,14 @@
-//! What free modes are called.
+//! Names of free modes.
 
 use crate::parallel::World;
 
-/// What a free mode is called: its waves along the body, and what moves most.
+/// Name of a free mode: its waves along the body, and what moves most.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ModeName {
     /// Nodal diameters of a body of revolution; waves on the length of a rail.
     pub order: u32,
-    /// What moves most and how many modes of its kind lie below, such as "axial 0"; empty where only the order is
-    /// known.
+    /// Component with the largest motion, and how many modes of its kind lie below, such as "axial 0"; empty where only
+    /// the order is known.
     pub family: String,
 }
 
@@ -22,7 +22,7 @@ impl std::fmt::Display for ModeName {
 }
 
 impl ModeName {
-    /// Those of modes of which only the number of waves is known.
+    /// Names of modes of which only the number of waves is known.
     pub fn of_orders(orders: &[f64]) -> Vec<Self> {
         orders.iter().map(|n| Self { order: n.round() as u32, family: String::new() }).collect()
     }

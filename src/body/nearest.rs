@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 pub struct Nearest {
     /// Its number among the nodes of this rank, if this rank owns it.
     pub node: Option<usize>,
-    /// Where it is, m.
+    /// Position, m.
     pub position: [f64; 3],
     /// How far it is from the point, m.
     pub distance: f64,

@@ -21,7 +21,7 @@ use std::rc::Rc;
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
 const BEYOND: usize = 4;
 
-/// What a rail is made of.
+/// Construction parameters of a rail.
 #[derive(Debug, Clone)]
 pub struct Making<'a> {
     /// The section, with the contact point on its head.
@@ -30,9 +30,9 @@ pub struct Making<'a> {
     pub material: Material,
     /// Length after which it repeats itself, m.
     pub period: f64,
-    /// What it lies on, spread evenly.
+    /// Track under the rail, spread evenly.
     pub track: Track,
-    /// Where its pads and sleepers stand, if they stand apart; its `track` is then the pads alone.
+    /// Positions of pads and sleepers, if they stand apart; its `track` is then the pads alone.
     pub bays: Option<Bays>,
     /// Its damping beside that of the track.
     pub damping: Damping,
@@ -67,7 +67,7 @@ pub struct Rail<'w> {
 /// The modes of a rail, and what they depend on.
 pub struct Found {
     forms: Rc<Forms>,
-    /// Of the frame of their amplitudes against the upright section, rad.
+    /// Angle between the frame of their amplitudes and the upright section, rad.
     angle: f64,
     track: Track,
     losses: Damping,
@@ -113,7 +113,7 @@ impl<'w> Rail<'w> {
         self.forms.section.area() * self.forms.material.density
     }
 
-    /// What takes the place of the rolling radius of a body of revolution: order n has the wavenumber n over it.
+    /// Equivalent of the rolling radius of a body of revolution: order n has the wavenumber n over it.
     fn radius(&self) -> f64 {
         self.period / (2.0 * PI)
     }
@@ -244,7 +244,7 @@ impl<'w> Rail<'w> {
 struct OnBays {
     /// Angular frequencies, rad/s, `[m]`.
     omega: Vec<f64>,
-    /// What the contact sees of them, `[m]`, as [`Rail::seen`].
+    /// Their values at the contact, `[m]`, as [`Rail::seen`].
     seen: Vec<[f64; LOADS]>,
     /// Their damping matrix, 1/s, `[m, m]`; on rank 0.
     damping: Option<Mat<f64>>,

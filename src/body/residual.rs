@@ -1,4 +1,5 @@
-//! What contact forces move in a body beyond the modes that are kept: K⁻¹ − Φ Ω⁻² Φᵀ, taken statically.
+//! Residual flexibility: displacements by contact forces beyond the modes that are kept: K⁻¹ − Φ Ω⁻² Φᵀ, taken
+//! statically.
 
 use super::fe::{BodyModes, FeBody};
 use super::statics::Statics;

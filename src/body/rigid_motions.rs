@@ -89,7 +89,7 @@ impl RigidMotions {
         self.shapes.len()
     }
 
-    /// Whether the body is held.
+    /// Returns whether the body is held.
     pub fn is_empty(&self) -> bool {
         self.shapes.is_empty()
     }

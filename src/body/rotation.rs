@@ -1,4 +1,4 @@
-//! What rotation of a body of finite elements adds to its modes, and whether it is one of revolution.
+//! Terms that rotation of a body of finite elements adds to its modes, and whether it is one of revolution.
 
 use super::fe::{BodyModes, FeBody};
 use super::modal::ModalMatrix;
@@ -43,7 +43,7 @@ impl ModalRotation {
     }
 }
 
-/// What turns with the bodies of modes that rotate.
+/// Rotating parts of the bodies of modes that rotate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turning {
     /// The material damping C, 1/s: it takes (q̇ + D′q)ᵀ C (q̇ + D′q).
@@ -63,7 +63,7 @@ impl Turning {
         self.derivative.as_ref().map(|d| ModalMatrix::Blocks(vec![self.dissipation.full() * d.full()]))
     }
 
-    /// Those of two bodies together, each given with its damping; none where both are at rest.
+    /// Rotation terms of two bodies together, each given with its damping; none where both are at rest.
     pub fn joined(lower: (Option<&Self>, &ModalMatrix), upper: (Option<&Self>, &ModalMatrix)) -> Option<Self> {
         lower.0.or(upper.0)?;
         let [a, b] = [lower, upper].map(|(t, damping)| t.cloned().unwrap_or_else(|| Self::none(damping.clone())));
@@ -85,7 +85,7 @@ impl Turning {
     }
 }
 
-/// What rotation adds to the matrices of a body, at 1 rad/s.
+/// Matrices of rotation of a body, at 1 rad/s.
 #[derive(Debug, Clone)]
 pub struct RotationForms {
     /// The axis.

@@ -104,7 +104,7 @@ impl<'p> Statics<'p> {
         }
     }
 
-    /// What the summary says of it.
+    /// Describes it for the summary.
     pub fn describe(&self) -> String {
         match self {
             Statics::Direct(factor) => of_factor(factor),

@@ -1,4 +1,4 @@
-//! What supports do to the matrices of a body of finite elements.
+//! Contributions of supports to the matrices of a body of finite elements.
 //!
 //! A component that is clamped alone stays among the degrees of freedom, so that each node has three: its row and
 //! column couple with nothing, its stiffness is kept and its mass almost taken away. It is an oscillator of its own
@@ -17,7 +17,8 @@ use crate::petsc::csr::DistCsr;
 use crate::{Error, Result};
 use std::rc::Rc;
 
-/// What of its mass a clamped component keeps: its frequency is a thousand times one of the highest of the mesh.
+/// Fraction of its mass that a clamped component keeps: its frequency is a thousand times one of the highest of the
+/// mesh.
 const MASS_LEFT: f64 = 1e-6;
 /// Largest angle of the normals of a surface that counts as plane against their mean, rad.
 const PLANE: f64 = 1e-4;
@@ -36,7 +37,7 @@ pub struct Supported<'a> {
     pub material: Material,
 }
 
-/// What supports leave beside stiffness and mass.
+/// Contributions of supports beside stiffness and mass.
 #[derive(Debug, Clone, Default)]
 pub struct Effect {
     /// Degrees of freedom that are clamped alone, global, ascending: those of this rank and of its ghosts.
@@ -45,9 +46,9 @@ pub struct Effect {
     pub damping: Option<DistCsr>,
     /// Stiffness of each support with springs, N/m: a static load may rest on them.
     pub springs: Vec<DistCsr>,
-    /// That of the springs which have a loss factor of their own, N/m, if there are any.
+    /// Stiffness of the springs which have a loss factor of their own, N/m, if there are any.
     pub lossy: Option<DistCsr>,
-    /// What was made, a line each.
+    /// Description of the supports, a line each.
     pub lines: Vec<String>,
 }
 

@@ -25,7 +25,7 @@ use std::rc::Rc;
 /// Modes computed beyond the wanted ones, to see where the last cluster ends.
 const BEYOND: usize = 4;
 
-/// What a swept body is made of.
+/// Construction parameters of a swept body.
 #[derive(Debug, Clone)]
 pub struct Making<'a> {
     /// Its section.
@@ -38,7 +38,7 @@ pub struct Making<'a> {
     pub springs: &'a [EdgeSprings],
     /// Tuned absorbers and ring dampers, with their places as the job gives them.
     pub attachments: &'a [Attachment],
-    /// Whether it rotates.
+    /// True if it rotates.
     pub rotates: bool,
     /// Lines of the contact grid along x and y, m, where there is a contact.
     pub grid: Option<[&'a [f64]; 2]>,
@@ -58,7 +58,7 @@ pub struct Swept<'w> {
     rotates: bool,
     tilt: f64,
     contact: Hybrid,
-    /// What meets the air, or why that cannot be said; with the modes, once they are known.
+    /// Radiating outline, or why that cannot be said; with the modes, once they are known.
     outline: Result<OutlineModes>,
     /// Its modes on a mesh that shows them, once they are known.
     picture: Option<PictureModes>,
@@ -247,7 +247,7 @@ fn members(all: &[Seen]) -> Vec<Member<'_>> {
     list
 }
 
-/// What moves most: names of U, V and W.
+/// Component with the largest motion: names of U, V and W.
 const KINDS: [&str; 3] = ["radial", "circumferential", "axial"];
 
 /// Names of the modes of all orders: what moves most, numbered from 0 within an order, by frequency.
@@ -436,8 +436,7 @@ mod tests {
         }
     }
 
-    /// What the air sees of the modes that are kept, by orders, with their places in the list; and the way between
-    /// ranks.
+    /// Modes on the outline, by orders, with their places in the list, and their transfer between ranks.
     #[test]
     fn modes_on_the_outline_know_their_places() {
         let all = [seen(0, &[5.0, 9.0]), seen(2, &[4.0, 9.0])];

@@ -1,12 +1,12 @@
-//! What of a body the contact sees: its contact rows as combinations of its degrees of freedom, and the side on which
-//! it stands. The signs of contact rows are made here and nowhere else.
+//! Contact trace of a body: its contact rows as combinations of its degrees of freedom, and the side on which it
+//! stands. The signs of contact rows are made here and nowhere else.
 
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
 use mpi::traits::Equivalence;
 
-/// Where a body stands. Bodies are given in lower form, the upper one reflected in z.
+/// Side of the contact interface. Bodies are given in lower form, the upper one reflected in z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Body 1, under the contact.
@@ -87,7 +87,7 @@ pub struct Trace {
     own: Vec<(usize, usize, f64)>,
     /// On rank 0: the rows of the terms of each rank.
     arriving: Vec<Vec<usize>>,
-    /// What makes the contact rows of the rows of the terms, `[3n, rows]`; none where these are the contact rows.
+    /// Factors between the contact rows and the rows of the terms, `[3n, rows]`; none where these are the contact rows.
     factors: Option<Mat<f64>>,
 }
 
@@ -119,7 +119,7 @@ impl Trace {
         Self { factors: Some(factors), ..self }
     }
 
-    /// Whether each contact row has degrees of freedom of its own.
+    /// Returns whether each contact row has degrees of freedom of its own.
     pub fn is_sparse(&self) -> bool {
         self.factors.is_none()
     }

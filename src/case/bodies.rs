@@ -34,7 +34,7 @@ pub fn eigen_method(job: &Job) -> sparse::Method {
 pub struct Place {
     /// "lower" or "upper", as in the job and the results.
     pub name: &'static str,
-    /// Where it is.
+    /// Side of the contact.
     pub side: Side,
     /// Index in [`Bodies::unique`].
     pub body: usize,
@@ -181,7 +181,7 @@ impl<'p> Bodies<'p> {
         Ok(bodies)
     }
 
-    /// Whether the bodies can be shown on meshes.
+    /// Returns whether the bodies can be shown on meshes.
     pub fn on_meshes(&self) -> bool {
         !self.unique.is_empty() && self.unique.iter().all(|b| b.fields().is_some())
     }
@@ -322,7 +322,7 @@ pub(super) fn of_elements<'p>(
     }
 }
 
-/// Whether some analysis of the job works on finite elements.
+/// Returns whether some analysis of the job works on finite elements.
 pub(crate) fn needs_elements(job: &Job) -> bool {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
     !job.by_matrices() && (job.analyses.modes.is_some() || !half_space)

@@ -15,10 +15,10 @@ use faer::Mat;
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
-/// Of the velocities in the mode that a point begins with: what moves less has died out.
+/// Fraction of the initial velocity in the mode below which the motion counts as decayed.
 const FLOOR: f64 = 1e-2;
 
-/// Where the motion of a point has come to: what the next one begins with.
+/// End of the motion of a point: the start of the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Motion {
     /// Deviations from rest.
@@ -33,14 +33,14 @@ pub(crate) struct Attempt<'a> {
     pub(crate) job: &'a Job,
     pub(crate) cycles: &'a Cycles,
     pub(crate) model: (&'a Interface, &'a ModalPair),
-    /// What is to be kept for the sound.
+    /// Quantities recorded for the sound.
     pub(crate) heard: Option<Heard>,
 }
 
-/// What became of a point.
+/// Outcome of a point.
 pub(crate) struct Outcome {
     pub(crate) cycle: Cycle,
-    /// What the next point begins with.
+    /// Motion that the next point begins with.
     pub(crate) motion: Option<Motion>,
     /// Modal displacements of the motion and impulses of the contact for its sound, `[samples][m + 3]`.
     pub(crate) heard: Vec<Vec<f64>>,
@@ -53,11 +53,13 @@ impl Outcome {
 }
 
 impl Attempt<'_> {
-    /// What the point rests on, but for the points before it.
+    /// Identity of everything that a point depends on, except the points before it.
     pub(crate) fn identity(&self, branch: Branch) -> Result<Vec<u8>> {
         let text =
             |v: serde_json::Value| serde_json::to_vec(&v).map_err(|e| Error::Defect(format!("resolved job: {e}")));
-        let own = serde_json::json!({ "contact": self.job.contact, "bodies": self.job.bodies, "stability": self.job.analyses.stability });
+        let own = serde_json::json!({
+            "contact": self.job.contact, "bodies": self.job.bodies, "stability": self.job.analyses.stability
+        });
         let cycles = Cycles { branches: vec![branch], ..self.cycles.clone() };
         let mut all = text(own)?;
         all.extend(serde_json::to_vec(&cycles).map_err(|e| Error::Defect(format!("resolved job: {e}")))?);

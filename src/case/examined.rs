@@ -1,4 +1,4 @@
-//! What stability is examined about: the state of a job's contact, linearised, and the eigenvalues there.
+//! Stability problem: the state of a job's contact, linearised, and the eigenvalues there.
 
 use super::interface::{at_rest, given_forces, steady_sliding};
 use super::well_posed;
@@ -12,7 +12,7 @@ use crate::stability::reduced::sharpness;
 use crate::stability::{eigenvalues, spectrum, Equilibrium, Spectrum};
 use crate::{Error, Result};
 
-/// What rank 0 found on the reduced model.
+/// Result of rank 0 on the reduced model.
 pub(crate) struct Found {
     /// The state; none where the forces of points are given.
     pub(crate) state: Option<Equilibrium>,
@@ -20,7 +20,7 @@ pub(crate) struct Found {
     pub(crate) spectrum: Spectrum,
 }
 
-/// What is examined, on rank 0.
+/// Stability problem, on rank 0.
 #[derive(Clone, Copy)]
 pub(crate) struct Examined<'a> {
     pub(crate) job: &'a Job,

@@ -1,5 +1,5 @@
-//! What is known of the contact before anything is factorised: whether the bodies overlap, how large the contact will
-//! be on half-spaces of their materials, whether the patch holds it, and whether the grid resolves it.
+//! Checks of the contact before anything is factorised: whether the bodies overlap, how large the contact will be on
+//! half-spaces of their materials, whether the patch holds it, and whether the grid resolves it.
 
 use super::bodies::matrices_of;
 use super::interface::{creepage, interface_between};
@@ -16,7 +16,7 @@ use crate::mesh::{quality, Mesh};
 use crate::{Error, Result};
 use std::rc::Rc;
 
-/// Contacts of fewer closed nodes are coarse: `docs/theory.md`, "Range", has forces for 5 to 161 of them.
+/// Contacts of fewer closed nodes are coarse: `docs/explanation/limits.md`, "Range", has forces for 5 to 161 of them.
 const FEW: f64 = 40.0;
 /// At most so many grid lines in each direction are taken: the contact is to be foreseen, not computed.
 const LINES: usize = 40;
@@ -26,9 +26,9 @@ const NODES: u64 = 3_000_000;
 /// Lines and warnings about a contact.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Report {
-    /// What is foreseen, one line each.
+    /// Lines of the report.
     pub lines: Vec<String>,
-    /// What makes results doubtful.
+    /// Properties that make results doubtful.
     pub warnings: Vec<String>,
 }
 
@@ -142,7 +142,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<Report> {
     Ok(report)
 }
 
-/// What the mesh of the body `name` is like: size, mass, worst element, modes, and how it lies.
+/// Reads the mesh of the body `name` and describes it: size, mass, worst element, modes, and position.
 fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> Result<(Rc<Meshed>, Report)> {
     let mut report = Report::default();
     let found = meshes.of(job, name, body)?;

@@ -102,7 +102,7 @@ fn beside(
     Ok(z)
 }
 
-/// What is wrong with the axle of a body that turns.
+/// Fault in the axle of a body that turns.
 fn axle(body: &job::Body, attitude: &Attitude) -> Option<String> {
     let given = body.axle_distance?;
     let [x, _, z] = attitude.centre;

@@ -15,7 +15,7 @@ pub struct Meshed {
     pub mesh: Mesh,
     /// The grid of its group `contact`, where there is a contact, or why that is none.
     pub grid: Option<Result<ContactGrid>>,
-    /// What was left out of its file, or taken for something else.
+    /// Items left out of its file, or taken for something else.
     pub remarks: Vec<String>,
 }
 
@@ -125,7 +125,7 @@ fn cylinder_mesh(spec: &CylinderSpec) -> Result<Mesh> {
     )))
 }
 
-/// Where an element of the mesh is inverted or degenerate: its first node, m.
+/// First node, m, of an inverted or degenerate element of the mesh, if there is one.
 fn folded(mesh: &Mesh) -> Option<[f64; 3]> {
     let positive = |x: &[[f64; 3]], kind: CellKind| quality::jacobian_range(kind, x)[0] > 0.0;
     let bad = mesh.cells.iter().map(|c| (c.kind, c.places(&mesh.nodes))).find(|(kind, x)| !positive(x, *kind));

@@ -17,7 +17,7 @@ pub struct Pictures<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    /// Those of the kinds that are `wanted`; the meshes are on rank 0.
+    /// Display meshes of the kinds that are `wanted`; the meshes are on rank 0.
     pub fn of(world: &World, bodies: &'a Bodies, wanted: impl Fn(Kind) -> bool) -> Self {
         let of = |place: &'a Place| {
             let body = bodies.unique.get(place.body).filter(|b| wanted(b.kind()))?;
@@ -31,7 +31,7 @@ impl<'a> Pictures<'a> {
         Self { all: bodies.places.iter().filter_map(of).collect() }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are none.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }

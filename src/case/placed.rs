@@ -145,7 +145,7 @@ impl Placed {
         [&self.gap.x, &self.gap.y]
     }
 
-    /// Where the body `name` is touched.
+    /// Position of the contact on the body `name`.
     pub(crate) fn seat(&self, name: &str) -> Result<Seat> {
         let seats = self.placed.seats(&self.frame).map_err(|e| e.context("contact.placement"))?;
         Ok(seats[Side::named(name).unwrap_or(Side::Lower).index()])
@@ -182,7 +182,7 @@ impl Placed {
         }
     }
 
-    /// What was found, for the summary, one line each.
+    /// Lines of the result, for the summary, one line each.
     pub fn lines(&self) -> Vec<String> {
         let touch = self.placed.touch();
         let c = &self.creepages;
@@ -241,7 +241,7 @@ impl Placed {
         })
     }
 
-    /// What makes results doubtful.
+    /// Properties that make results doubtful.
     pub fn warnings(&self) -> Vec<String> {
         let others = self.placed.others(self.ellipse.approach).unwrap_or_default();
         let second = others.into_iter().filter(|t| t.separate);
@@ -283,8 +283,8 @@ impl Placed {
     }
 }
 
-/// Whether undeformed bodies that have approached each other by `approach` (m) overlap on the border of the grid,
-/// where x ends and where y ends: the contact is smaller than the overlap.
+/// Returns whether undeformed bodies that have approached each other by `approach` (m) overlap on the border of the
+/// grid, where x ends and where y ends: the contact is smaller than the overlap.
 fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
     let (nx, ny) = (gap.x.len(), gap.y.len());
     let closed = |ix: usize, iy: usize| gap.gap[ix + nx * iy] < approach;
@@ -469,7 +469,7 @@ pub(crate) fn build<'p>(
     Ok(bodies)
 }
 
-/// Where the rail on a side of the track is touched.
+/// Position of the contact on the rail on a side of the track.
 fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
     rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
 }

@@ -32,14 +32,14 @@ const NEXT: f64 = 1.01;
 /// Largest angle between the contact's frame, which is that of the profiles, and the surface of the section, rad.
 const ASKEW: f64 = 0.5;
 
-/// Where the contact is on a rail.
+/// Position of the contact on a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct At {
     /// To the right of the middle of the upright section, m.
     pub y: f64,
     /// Height over the middle of the head, m; none: that of the surface at y.
     pub z: Option<f64>,
-    /// Whether it is the right-hand rail: a drawing is of the left-hand one.
+    /// True if it is the right-hand rail: a drawing is of the left-hand one.
     pub right: bool,
     /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface.
     pub tilt: Option<f64>,
@@ -53,7 +53,7 @@ pub fn extruded(body: &job::Body) -> Option<&Extruded> {
     }
 }
 
-/// Where the contact is without a placement.
+/// Position of the contact without a placement.
 fn given(extruded: &Extruded) -> At {
     At { y: extruded.contact_offset, z: None, right: false, tilt: None }
 }
@@ -138,7 +138,7 @@ pub fn measured(job: &Job) -> Result<Vec<String>> {
     rails.map(|(name, body, rail)| line(name, body, rail)).collect()
 }
 
-/// What a rail of the mass `mass`, kg/m, lies on.
+/// Track under a rail of the mass `mass`, kg/m.
 fn laid(track: &job::Track, mass: f64) -> Track {
     let layer = |of: &job::Layer, mass: f64| {
         let [vertical, lateral] = [of.vertical, of.lateral].map(|k| k / track.spacing);
@@ -151,7 +151,7 @@ fn laid(track: &job::Track, mass: f64) -> Track {
     Track { pad: layer(&track.pad, mass), sleeper }
 }
 
-/// Where pads and sleepers of `laid` stand on a rail of the length `period`, m; none where they are spread evenly.
+/// Discrete pads and sleepers of `laid` on a rail of the length `period`, m; none where they are spread evenly.
 fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<Bays> {
     let length = track.pad_length?;
     let count = (period / track.spacing).round() as usize;
@@ -354,7 +354,7 @@ mod tests {
         let long = job::Track { ends: job::Ends { length: number("track.ends.length "), ..usual_ends }, ..short };
         assert!(found(&long, number("expected "), 300.0).0 <= OFF, "{message}");
     }
-    /// What goes along the rail is much longer: what ends do to it is told.
+    /// Waves along the rail are much longer; the summary tells the effect of the ends on them.
     #[test]
     fn longer_rails_are_endless_from_lower_on() {
         let usual = job::Track::default();

@@ -1,4 +1,4 @@
-//! What rolls in time before it is disturbed: the state of rest, and what is prescribed.
+//! State of a transient before it is disturbed: equilibrium and prescribed quantities.
 
 use super::interface::{self, creepage, given_forces, normal_load, steady_sliding};
 use super::well_posed;
@@ -26,7 +26,7 @@ pub(crate) struct Rolling<'a> {
     pub(crate) model: (&'a Interface, &'a ModalPair),
 }
 
-/// What is known before the first step.
+/// State known before the first step.
 pub(crate) struct Ready {
     interface: Interface,
     begin: Begin,
@@ -110,7 +110,7 @@ struct Rest {
     friction: Vec<f64>,
     /// m.
     approach: f64,
-    /// What of the displacements the placement has already, m, `[3n]`.
+    /// Displacements that the placement already includes, m, `[3n]`.
     deflection: Option<Vec<f64>>,
 }
 
@@ -227,8 +227,8 @@ fn at_points(rolling: &Rolling<'_>) -> Result<Option<PointModel>> {
     Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.approach, span)))
 }
 
-/// What is prescribed in time; `deflected` are the derivatives along x of a deflection that is part of the placement:
-/// its material passes too.
+/// Prescribed quantities in time; `deflected` are the derivatives along x of a deflection that is part of the
+/// placement: its material passes too.
 pub(crate) fn drive(
     wanted: &job::Transient,
     contact: &job::Contact,
@@ -272,9 +272,9 @@ pub(crate) fn moved(state: State, pair: &ModalPair, mode: &Eigenpair, amplitude:
     state.perturbed(&modal, mode.value, 1.0)
 }
 
-/// What a complex mode with the amplitudes `modal` of the free modes is multiplied by for the largest displacement of
-/// a contact node to be `amplitude`, m, and to be now: an eigenvector has neither phase nor sign of its own, and
-/// those of the modes come from the solver.
+/// Factor of a complex mode with the amplitudes `modal` of the free modes that makes the largest displacement of a
+/// contact node `amplitude`, m, at this moment: an eigenvector has neither phase nor sign of its own, and those of the
+/// modes come from the solver.
 pub(crate) fn scale(pair: &ModalPair, modal: &[Complex64], amplitude: f64) -> Complex64 {
     let largest = largest_displacement(pair.modes.as_ref(), modal);
     largest.conj() * (amplitude / largest.norm_sqr())

@@ -34,7 +34,7 @@ pub fn surface(job: &Job, [x, y]: [&[f64]; 2]) -> Result<Option<Surface>> {
     Ok(Some(Surface { speed: contact.speed, onset: rough.onset, parts }))
 }
 
-/// What can be refused before there is a grid.
+/// Checks that need no grid.
 pub fn check(job: &Job) -> Result<()> {
     surface(job, [&[], &[]]).map(|_| ())
 }

@@ -82,7 +82,7 @@ fn number(side: Side) -> i8 {
     side.index() as i8 + 1
 }
 
-/// What the job does with the group `name` of a body.
+/// Use by the job of the group `name` of a body.
 fn role(body: &job::Body, name: &str) -> &'static str {
     match name {
         "contact" => "contact",

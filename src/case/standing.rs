@@ -21,7 +21,7 @@ pub(crate) struct Standing {
     pub transfer: Transfer,
     /// Distance of the axle of a wheel from the contact point, m.
     pub axle: f64,
-    /// That in words.
+    /// The same in words.
     pub text: String,
 }
 
@@ -98,7 +98,7 @@ pub(crate) fn standing(
     Ok(Standing { mesh, transfer, axle: radius + height, text })
 }
 
-/// What is wrong with the axle of a wheel that turns, whose mesh stands.
+/// Fault in the axle of a wheel that turns, whose mesh stands.
 pub(crate) fn axle(body: &Body, standing: &Standing) -> Option<String> {
     let attitude = Attitude::of(&standing.mesh);
     let ([x, _, z], wanted) = (attitude.centre, standing.axle);
@@ -177,8 +177,7 @@ mod tests {
         assert!(error.contains("1.000 mm spacing") && error.contains("Take \"hybrid\", or a finer mesh"), "{error}");
     }
 
-    /// Where a placement says that a rail is touched, its mesh touches the plane of the contact: on both sides of the
-    /// track, which are mirror images.
+    /// Rail meshes in a placement touch the plane of the contact: on both sides of the track, which are mirror images.
     #[test]
     fn a_rail_touches_the_plane_of_the_contact() {
         let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));

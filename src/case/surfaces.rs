@@ -21,7 +21,7 @@ const FACES: f64 = 2.5;
 /// An error of the gap of more than this part of the approach is warned of.
 const GAP: f64 = 0.02;
 /// Distances of nodes in the smaller half axis of the contact from which on their own compliance is nearer to the
-/// truth than that of a half-space with what the rest adds: docs/meshes.md has the study.
+/// truth than that of a half-space with what the rest adds: docs/reference/meshes.md has the study.
 const FINE: f64 = 7.0;
 /// By how much the spacing of a grid may fall short of the size of the faces.
 const SHORT: f64 = 1e-6;
@@ -31,9 +31,9 @@ const SHORT: f64 = 1e-6;
 pub struct Meeting {
     /// The grid as the lower and the upper body meet it; two of them.
     pub grids: Vec<ContactGrid>,
-    /// What was done, one line each.
+    /// Description of the steps taken, one line each.
     pub lines: Vec<String>,
-    /// What makes results doubtful.
+    /// Properties that make results doubtful.
     pub warnings: Vec<String>,
 }
 
@@ -44,7 +44,7 @@ struct Lines {
     ellipse: Option<Ellipse>,
 }
 
-/// Whether the job asks for a common grid, and why.
+/// Returns whether the job asks for a common grid, and why.
 fn asked(contact: &job::Contact) -> Option<&'static str> {
     match (contact.grid, contact.compliance) {
         (Some(_), _) => Some("contact.grid"),
@@ -68,7 +68,7 @@ pub(crate) fn spacing(grid: &ContactGrid) -> f64 {
     grid.x.windows(2).chain(grid.y.windows(2)).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min)
 }
 
-/// What a body is where its description says it exactly.
+/// Exact geometry of a body, where its description gives it.
 fn exact(body: &job::Body) -> Option<Given> {
     let Some(MeshSource::Cylinder(c)) = &body.mesh else { return None };
     let &job::Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset, .. } = c;
@@ -234,8 +234,8 @@ pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([
     Ok(y.iter().flat_map(|&b| x.iter().map(move |&a| (a, b))).map(|(a, b)| node(a, b)).collect())
 }
 
-/// Where the nodes of a contact `grid` are on the surface of a mesh, as [`laid`] has it, m; none where they are nodes
-/// of the mesh.
+/// Positions of nodes of a contact `grid` on the surface of a mesh, as [`laid`] has it, m; none where they are nodes of
+/// the mesh.
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {
         Some(Transfer::Averages { .. } | Transfer::Means { .. }) => {

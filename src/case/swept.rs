@@ -131,7 +131,7 @@ fn held(body: &job::Body, section: &crate::swept::Section) -> Result<()> {
     Ok(())
 }
 
-/// Where the contact of a wheel on a rail is on its section: the wheel at a seat, on a side of the track.
+/// Position of the contact on the section of a wheel or a rail: the wheel at a seat, on a side of the track.
 fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Given> {
     // A right-hand wheel has its flange at −y.
     let right = side == job::TrackSide::Right;

@@ -72,7 +72,7 @@ pub(crate) fn rolling(problem: &SteadyProblem, law: &FrictionLaw, pair: &ModalPa
     sharpness(pair, &problem.contact(&problem.solve()?))
 }
 
-/// What is written of the smallest sound length `smallest`, m, where the law has a memory.
+/// Writes the smallest memory length for well-posedness, `smallest`, m, where the law has a memory.
 pub(crate) fn say(law: &FrictionLaw, smallest: f64, file: &mut ResultFile, summary: &mut Summary) {
     let Some(memory) = law.memory() else { return };
     let text = "Length that the memory of friction must be longer than for the contact to be well-posed.";

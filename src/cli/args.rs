@@ -25,12 +25,12 @@ pub struct Cli {
     /// Print the versions of railsqueal and of the libraries it uses
     #[arg(short = 'V', long)]
     pub version: bool,
-    /// What to do.
+    /// Subcommand
     #[command(subcommand)]
     pub command: Option<Command>,
 }
 
-/// What to do.
+/// Subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run the analyses of a job and write the results
@@ -83,7 +83,7 @@ pub enum Command {
     },
     /// Write a job to begin with: NAME.json, and the meshes it needs
     Init {
-        /// What kind of job
+        /// Kind of job
         #[arg(value_name = "NAME")]
         example: Example,
         /// Job file [default: NAME.json in this folder]
@@ -146,14 +146,14 @@ pub enum Command {
         /// The files
         #[arg(required = true)]
         files: Vec<PathBuf>,
-        /// What they are, and no more
+        /// List of the differing values only
         #[arg(long)]
         head: bool,
     },
 }
 
 impl Command {
-    /// Whether one process does it, however many were started.
+    /// Returns whether one process does it, however many were started.
     pub fn is_of_one(&self) -> bool {
         matches!(
             self,
@@ -283,7 +283,7 @@ pub fn manual() -> String {
     String::from_utf8_lossy(&text).into_owned()
 }
 
-/// What the command line changes in the job.
+/// Changes that the command line makes in the job.
 #[derive(Debug, Args)]
 pub struct Changes {
     /// Override a key of the job: dotted path and JSON value (or text), e.g. contact.friction=0.4; repeatable

@@ -10,7 +10,7 @@ const SIZES: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SI
 /// Variables with the rank of the process, in the same order.
 const RANKS: [&str; 5] = ["OMPI_COMM_WORLD_RANK", "PMI_RANK", "MV2_COMM_WORLD_RANK", "PMIX_RANK", "SLURM_PROCID"];
 
-/// What the environment says: a lookup that tests can replace.
+/// Environment: a lookup that tests can replace.
 pub type Lookup<'a> = &'a dyn Fn(&str) -> Option<String>;
 
 /// The process's environment.

@@ -56,7 +56,7 @@ pub fn watch(world: &World) {
     });
 }
 
-/// What became of a process, by its line in `/proc/PID/stat`, empty where there is none; `None` if it is at work.
+/// End of a process, by its line in `/proc/PID/stat`, empty where there is none; `None` if it is at work.
 fn fate(stat: &str) -> Option<&'static str> {
     // PID (NAME) STATE …
     match stat.rsplit_once(") ").map_or("", |(_, rest)| rest).chars().next() {

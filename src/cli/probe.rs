@@ -37,7 +37,7 @@ fn limit_processor(seconds: u64) {
     let _ = setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: getrlimit(Resource::Core).maximum });
 }
 
-/// What the child does: reads, and takes no notice of errors that the run will meet itself. Its exit code.
+/// Work of the child: reads, and takes no notice of errors that the run will meet itself. Its exit code.
 pub fn child(file: &Path, head: bool) -> i32 {
     limit_processor(seconds(file));
     match survey(file, head) {

@@ -10,8 +10,8 @@ use std::process::{Command, Stdio};
 /// Names the Python to take, and no other.
 const CHOSEN: &str = "RAILSQUEAL_PYTHON";
 
-/// Where a Python for the package lies beneath a folder above the program: that of `scripts/setup`, and that of
-/// `scripts/install`.
+/// Places of a Python interpreter for the package, below a folder above the program: that of `scripts/setup`, and that
+/// of `scripts/install`.
 const PLACES: [&str; 2] = [".venv/bin/python", "lib/railsqueal/bin/python"];
 
 /// Exit code 0 where the package and what it needs can be found; nothing is imported, which would take a second.

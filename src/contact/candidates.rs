@@ -20,7 +20,7 @@ pub(super) struct Candidates<'a> {
     pub line: Vec<usize>,
     /// Numbers of the nodes that are seen, ascending, `[q]`.
     pub seen: Vec<usize>,
-    /// Where among them each node of the interface is, `[n]`.
+    /// Place among the candidates of each node of the interface, `[n]`.
     place: Vec<usize>,
     /// Augmentation parameter of the normal law, Pa/m, `[m]`.
     pub rho: Vec<f64>,
@@ -44,7 +44,7 @@ pub(super) struct Candidates<'a> {
     /// Approach in m per scaled approach.
     pub approach_unit: f64,
     products: Products<'a>,
-    /// What Newton's method has made of them.
+    /// Factors of Newton's method.
     pub factors: Factors<'a>,
 }
 
@@ -71,12 +71,12 @@ struct Columns<'a> {
     /// The mean motion (x, y, n) of each column: what bodies yield as wholes may be much more than what moves the
     /// nodes against each other.
     mean: Vec<[f64; 3]>,
-    /// Where the three of each candidate begin, in columns, `[m]`.
+    /// First column of each candidate, `[m]`.
     first: Vec<Option<usize>>,
 }
 
 impl<'a> Candidates<'a> {
-    /// Of `nodes`; `stress` (Pa, `[3n]`) sets the unit of stress.
+    /// Candidates at `nodes`; `stress` (Pa, `[3n]`) sets the unit of stress.
     pub fn new(problem: &SteadyProblem<'a>, upstream: &Upstream, nodes: Vec<usize>, stress: &[f64]) -> Result<Self> {
         let s = problem.interface;
         let m = nodes.len();
@@ -253,7 +253,8 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Those of [`displaced`](Self::displaced) in full precision, under the stresses `x` of all candidates, `[3m]`.
+    /// Displacements as by [`displaced`](Self::displaced) in full precision, under the stresses `x` of all candidates,
+    /// `[3m]`.
     pub fn displaced_exactly(&self, problem: &SteadyProblem<'_>, x: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; 3 * problem.interface.len()];
         for ((v, &i), weight) in x.chunks_exact(3).zip(&self.nodes).zip(&self.weight) {
@@ -262,7 +263,7 @@ impl<'a> Candidates<'a> {
         self.of_all(&problem.compliance.multiply(&forces), 1.0)
     }
 
-    /// What there is to see of the displacements `all` of all nodes, `[3n]`, times `scale`.
+    /// Observed part of the displacements `all` of all nodes, `[3n]`, times `scale`.
     pub fn of_all(&self, all: &[f64], scale: f64) -> Vec<f64> {
         self.seen.iter().flat_map(|&i| (3 * i..3 * i + 3).map(|k| scale * all[k])).collect()
     }
@@ -311,7 +312,7 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Where candidate `a` is among the nodes that are seen.
+    /// Place of candidate `a` among the observed nodes.
     pub fn place(&self, a: usize) -> usize {
         self.place[self.nodes[a]]
     }

@@ -20,7 +20,7 @@ pub struct Continuation<'a> {
 }
 
 impl<'a> Continuation<'a> {
-    /// That of `problem`, from nothing.
+    /// Continuation of `problem`, from rest.
     pub fn new(problem: SteadyProblem<'a>) -> Self {
         Self { problem, candidates: None, last: VecDeque::new() }
     }

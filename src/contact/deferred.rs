@@ -24,7 +24,7 @@ pub struct DeferredSteady<'a> {
     problem: SteadyProblem<'a>,
     /// The interface with what the matrix leaves out of the displacement.
     interface: Interface,
-    /// What the interface holds, d of the problem solved last, m, `[3n]`.
+    /// Assumed difference of the problem solved last, m, `[3n]`.
     assumed: Vec<f64>,
     /// Pairs of d assumed and d found less d assumed, the latest last.
     history: Vec<[Vec<f64>; 2]>,
@@ -129,7 +129,7 @@ impl<'a> DeferredSteady<'a> {
         self.assumed = next;
     }
 
-    /// What counts of a displacement: that of the closed nodes, and at given load less its mean.
+    /// Relevant part of a displacement: that of the closed nodes, and at given load less its mean.
     fn counting(&self, d: &[f64]) -> Vec<f64> {
         let closed: Vec<usize> = match &self.proposed {
             Some(p) => (0..p.pressure.len()).filter(|&i| p.pressure[i] > 0.0).collect(),

@@ -1,4 +1,4 @@
-//! The laws of Signorini and Coulomb at a node, as projections, with their derivative (`docs/theory.md`).
+//! The laws of Signorini and Coulomb at a node, as projections, with their derivative (`docs/explanation/contact.md`).
 //!
 //! From the pressure p and the traction t of a node, its gap and its creep there follow the projections q = max(0, p
 //! − ρ_n g) and Proj(z), z = t − ρ_t ṡ, on the disc of radius μ q; the status; the natural map, which is zero where
@@ -57,8 +57,8 @@ pub struct Augmentation {
     pub tangential: f64,
 }
 
-/// What the laws are about at a node. Stresses and nodal forces serve alike, and so do velocities and displacements
-/// over a step.
+/// State of a node in the laws. Stresses and nodal forces serve alike, and so do velocities and displacements over a
+/// step.
 #[derive(Debug, Clone, Copy)]
 pub struct Node {
     /// Pressure p.
@@ -194,8 +194,8 @@ pub struct Slip {
 }
 
 impl Slip {
-    /// Where the laws hold: sliding along `direction` (a unit vector) at `velocity` ≥ 0 under the pressure or force
-    /// `pressure`, with the coefficient of friction `friction` and its slope there.
+    /// State of steady sliding that satisfies the laws: sliding along `direction` (a unit vector) at `velocity` ≥ 0
+    /// under the pressure or force `pressure`, with the coefficient of friction `friction` and its slope there.
     pub fn steady(pressure: f64, direction: [f64; 2], velocity: f64, friction: f64, slope: f64) -> Self {
         let falling = direction.map(|t| pressure * slope * t);
         Self { direction, friction, across: [velocity, friction * pressure], falling }
@@ -316,7 +316,8 @@ impl LinearContact {
         self.nodes.iter().filter(|n| matches!(n.tangent, Tangent::Stick { .. })).count()
     }
 
-    /// Whether `other` has the same closed nodes, with the same status, so that the two differ in their numbers alone.
+    /// Returns whether `other` has the same closed nodes, with the same status, so that the two differ in their numbers
+    /// alone.
     pub fn alike(&self, other: &Self) -> bool {
         let nodes = |c: &Self| -> Vec<_> {
             let of = |n: &LinearNode| (n.node, std::mem::discriminant(&n.tangent), n.tangent.yielding().count());
@@ -351,7 +352,7 @@ impl LinearContact {
         out
     }
 
-    /// What [`LinearContact::numbers`] made numbers of.
+    /// Restores the law from the output of [`LinearContact::numbers`].
     pub fn from_numbers(numbers: &[f64]) -> Self {
         let mut nodes = Vec::new();
         let (head, rest) = numbers.split_at(numbers.len().min(2));
@@ -517,8 +518,8 @@ mod tests {
         assert!(seen.iter().all(|&s| s >= 2), "{seen:?}");
     }
 
-    /// Where the laws hold the rows are those of steady sliding, and they have a limit as the sliding ends: that of
-    /// stick across it.
+    /// Rows at states that satisfy the laws are those of steady sliding, and they have a limit as the sliding ends:
+    /// that of stick across it.
     #[test]
     fn rows_of_steady_sliding_end_in_stick() {
         let (p, mu, direction) = (3.0, 0.3, [0.6, -0.8]);

@@ -54,7 +54,7 @@ impl<'a> OfAll<'a> {
 }
 
 impl<'a> NormalFactor<'a> {
-    /// That of k nodes whose W_nn has the entries `entry`, on and below the diagonal, m/N.
+    /// Solver of k nodes whose W_nn has the entries `entry`, on and below the diagonal, m/N.
     pub fn of_dense(k: usize, entry: impl Fn(usize, usize) -> f64) -> Result<Self> {
         let unit = (0..k).map(|i| entry(i, i).abs()).fold(f64::MIN_POSITIVE, f64::max);
         let a = Mat::from_fn(k, k, |i, j| if i >= j { (entry(i, j) / unit) as f32 } else { 0.0 });
@@ -65,7 +65,7 @@ impl<'a> NormalFactor<'a> {
         Ok(Self::Double(a.llt(Side::Lower).map_err(|_| not_definite())?, unit))
     }
 
-    /// That of any nodes of a convolution.
+    /// Solver of any nodes of a convolution.
     pub fn of_spectrum(convolution: &'a Convolution) -> Self {
         Self::Spectrum(RefCell::new(Box::new(OfAll::new(convolution.inverse_normal(), convolution.rows() / 3))))
     }

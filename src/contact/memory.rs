@@ -1,5 +1,4 @@
-//! What the material remembers on its way through a steady contact: the coefficient of friction at each node, and how
-//! small motions change it.
+//! Memory of friction in a steady contact: the coefficient of friction at each node, and how small motions change it.
 
 use super::law::size;
 use crate::friction::{FrictionLaw, Relaxation};
@@ -87,7 +86,7 @@ pub(super) fn linear(law: &FrictionLaw, s: &Interface, speed: f64, nodes: &[Slid
 }
 
 impl LinearMemory {
-    /// That of a contact that does not roll: a body that slides along `direction` at `velocity` (m/s) under `force`
+    /// Memory of a contact that does not roll: a body that slides along `direction` at `velocity` (m/s) under `force`
     /// (N) with the place `at` in the list of contacts. None where the law has no memory.
     pub fn at_a_point(law: &FrictionLaw, at: usize, direction: [f64; 2], force: f64, velocity: f64) -> Option<Self> {
         let relaxation = law.relaxation(law.coefficient(velocity), velocity, f64::INFINITY)?;
@@ -101,7 +100,7 @@ impl LinearMemory {
         [self.at as f64, x, y, self.force, decay, upstream, gain, self.upstream.map_or(-1.0, |u| u as f64)]
     }
 
-    /// What [`LinearMemory::numbers`] made numbers of.
+    /// Restores the memory from the output of [`LinearMemory::numbers`].
     pub(super) fn from_numbers(&[at, x, y, force, decay, upstream, gain, from]: &[f64; 8]) -> Self {
         Self {
             at: at as usize,

@@ -1,8 +1,8 @@
 //! Rolling contact on its own interface S_c: kinematics, laws as projections, the frictional contact solver on dense
 //! influence matrices. It knows neither PETSc nor MPI: everything here runs on rank 0 and can be tested alone.
 //!
-//! Signs (see `docs/conventions.md`): body 1 is the lower one; w = u1 − u2 tangential; material flows towards +x, so
-//! the upstream neighbour of a node is the one with the smaller x; the traction t acts on body 1 and opposes the
+//! Signs (see `docs/reference/conventions.md`): body 1 is the lower one; w = u1 − u2 tangential; material flows towards
+//! +x, so the upstream neighbour of a node is the one with the smaller x; the traction t acts on body 1 and opposes the
 //! creep ṡ = c + V ∂w/∂x; |t| ≤ μp.
 
 pub(crate) mod active_set;

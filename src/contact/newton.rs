@@ -26,7 +26,7 @@ pub(super) fn node(x: &[f64], y: &[f64]) -> Node {
     Node { pressure: x[2], traction: [x[0], x[1]], gap: y[2], creep: [y[0], y[1]] }
 }
 
-/// What a product in single precision leaves, as a part of the stresses that it is of: creep is a difference of
+/// Rounding error of a product in single precision, as a part of the stresses that it is of: creep is a difference of
 /// displacements that are almost the same.
 const ROUNDING: f64 = 1e-6;
 /// Residual below which the rounding of products is removed.
@@ -74,7 +74,7 @@ impl Iterate {
     }
 }
 
-/// What the map needs to know of the problem.
+/// Data of the problem that the map needs.
 #[derive(Clone, Copy)]
 pub(super) struct Law<'a> {
     /// Coefficient of friction of each candidate, `[m]`.
@@ -85,7 +85,7 @@ pub(super) struct Law<'a> {
     pub force_given: bool,
 }
 
-/// What was made of the closed nodes for the linear systems; of use as long as these nodes stay, from one solution to
+/// Factorisations of the closed nodes for the linear systems; of use as long as these nodes stay, from one solution to
 /// the next.
 #[derive(Default)]
 pub(super) struct Factors<'a> {

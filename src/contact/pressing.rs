@@ -27,7 +27,7 @@ pub(super) struct Pressed<'a, 's> {
     gap: Vec<f64>,
     /// Nodes that may close, ascending, `[m]`.
     nodes: Vec<usize>,
-    /// Those of the first guess, `[k]`.
+    /// Nodes of the first guess, `[k]`.
     guess: Vec<usize>,
     factor: NormalFactor<'a>,
     product: Compliance<'a>,
@@ -101,7 +101,7 @@ impl<'a, 's> Pressed<'a, 's> {
         self.gap = self.nodes.iter().map(|&i| gap[i]).collect();
     }
 
-    /// What it is preconditioned by, for Newton's method.
+    /// Preconditioner for Newton's method.
     pub fn block(self) -> NormalBlock<'a> {
         NormalBlock::of(self.factor, self.guess)
     }

@@ -1,4 +1,4 @@
-//! Steady sliding of the whole contact: the state about which stability is examined (`docs/theory.md`).
+//! Steady sliding of the whole contact: the state about which stability is examined (`docs/explanation/stability.md`).
 //!
 //! Every closed node slides along τ, so that t = −μ p τ, and the pressure follows from the nonsymmetric problem
 //! g = g0 − δ + (W_nn − W_nt μ τ) p ≥ 0 ⟂ p ≥ 0.

@@ -1,4 +1,4 @@
-//! Where Newton's method begins: pressures without friction, tractions for these, and the pressures that the
+//! Initial guess of Newton's method: pressures without friction, tractions for these, and the pressures that the
 //! tractions leave.
 
 use super::candidates::Candidates;

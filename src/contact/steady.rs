@@ -12,7 +12,7 @@ use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::{Error, Result};
 
-/// What presses the bodies together.
+/// Normal load: the quantity that presses the bodies together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NormalLoad {
     /// Given total normal force, N; the approach is found.

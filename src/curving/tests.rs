@@ -285,7 +285,7 @@ fn curves_that_cannot_be_run_through_are_refused() {
     refused(&narrow_gauge, &["curve.gauge", "flange"]);
 }
 
-/// Number in a row of `docs/reference/curving_bogie.csv` by the name of its column, without the unit.
+/// Number in a row of `docs/data/curving_bogie.csv` by the name of its column, without the unit.
 fn cell(names: &[&str], row: &[&str], name: &str) -> f64 {
     let column = names.iter().position(|n| n.split(' ').next() == Some(name)).unwrap();
     row[column].parse().unwrap()
@@ -369,7 +369,7 @@ fn compare_table(table: &str, cases: &[(f64, f64)], allowed: &Allowed) -> usize 
 /// All places of contact of an independent program with contact of its own, at radii from 1000 to 150 m.
 #[test]
 fn independent_model_is_met() {
-    let table = include_str!("../../docs/reference/curving_bogie.csv");
+    let table = include_str!("../../docs/data/curving_bogie.csv");
     let cases = [(1000.0, 0.35), (600.0, 0.35), (450.0, 0.35), (200.0, 0.35), (150.0, 0.35), (150.0, 0.5)];
     let allowed = Allowed { yaw: 2e-3, longitudinal: 0.03, force: 0.05, second_order: false };
     assert_eq!(compare_table(table, &cases, &allowed), 29);
@@ -380,7 +380,7 @@ fn independent_model_is_met() {
 /// 0.01 mrad.
 #[test]
 fn multibody_program_is_met() {
-    let table = include_str!("../../docs/reference/curving_exudyn.csv");
+    let table = include_str!("../../docs/data/curving_exudyn.csv");
     let allowed = Allowed { yaw: 15e-3, longitudinal: 0.12, force: 0.1, second_order: true };
     assert_eq!(compare_table(table, &[(600.0, 0.35), (200.0, 0.35)], &allowed), 10);
 }

@@ -306,7 +306,7 @@ impl Lanczos<'_> {
         Ok(Ritz { theta, vectors, residual })
     }
 
-    /// Whether the goal is reached, and how many pairs that belong to it have converged.
+    /// Returns whether the goal is reached, and how many pairs that belong to it have converged.
     fn reached(&self, ritz: &Ritz, goal: Goal) -> (bool, usize) {
         let all = || self.locked.iter().map(|t| (*t, true)).chain(ritz.converged());
         match goal {
@@ -322,8 +322,8 @@ impl Lanczos<'_> {
         }
     }
 
-    /// Whether the pairs are those of the whole space: where the basis was invariant, what is beside it shows in some
-    /// blocks from new columns, or in that a further invariant basis has the same pairs.
+    /// Returns whether the pairs are those of the whole space: where the basis was invariant, what is beside it shows
+    /// in some blocks from new columns, or in that a further invariant basis has the same pairs.
     fn settled(&mut self, ritz: &Ritz, goal: Goal) -> bool {
         if self.since > 0 {
             return self.since >= SETTLED;

@@ -39,7 +39,8 @@ pub(super) struct Orthonormal {
     pub rank: usize,
     /// The columns before, in the block: `[rank, columns before]`.
     pub factors: Mat<f64>,
-    /// What was taken off the columns before, in columns of the basis, `[basis, columns before]`.
+    /// Coefficients of the projection that was subtracted from the columns before, in columns of the basis, `[basis,
+    /// columns before]`.
     pub taken: Mat<f64>,
 }
 

@@ -19,7 +19,7 @@ pub struct Projection {
     n: usize,
     /// Local rows of the basis Q, column by column.
     basis: Vec<C>,
-    /// Those of K Q, C Q, M Q.
+    /// Images K Q, C Q, M Q.
     images: [Vec<C>; 3],
     /// QᴴKQ, QᴴCQ, QᴴMQ.
     matrices: [Mat<C>; 3],

@@ -52,7 +52,7 @@ pub trait Quadratic {
     fn solve(&mut self, x: &mut [C], columns: usize) -> Result<()>;
 }
 
-/// What to compute.
+/// Settings of the computation.
 #[derive(Debug, Clone, Copy)]
 pub struct Wanted {
     /// The shift σ of the inverse: the eigenvalues nearest to it are sought.

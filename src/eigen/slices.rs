@@ -14,7 +14,7 @@ use crate::{Error, Result};
 const PAIRS: usize = 80;
 /// More missing pairs than this below a shift, and one nearer to the shift before is taken.
 const TOO_MANY: usize = 2 * PAIRS;
-/// Where to go, in parts of the step to the shift, when that is an eigenvalue to working precision.
+/// Alternative shifts, in parts of the step to the shift, when that is an eigenvalue to working precision.
 const ASIDE: [f64; 4] = [0.0, 1.3e-2, -1.7e-2, 3.1e-2];
 /// The same at the ends of a band, in parts of its width: those that count as within it lie outside by less.
 const BARELY: [f64; 4] = [0.0, 1e-9, 1e-7, 1e-5];
@@ -92,7 +92,7 @@ struct Slices<'a> {
     count: Option<usize>,
     /// Eigenvalues below the first shift, which nobody asks for.
     base: u64,
-    /// Where the residuals are measured from.
+    /// Reference eigenvalue of the residuals.
     reference: f64,
     /// The shift up to which all is found.
     shift: f64,

@@ -20,7 +20,7 @@ pub enum Method {
     Slepc,
 }
 
-/// What to compute.
+/// Settings of the computation.
 #[derive(Debug, Clone)]
 pub struct ModesOptions {
     /// Shift σ that was factorised; the eigenvalues nearest to it are sought.

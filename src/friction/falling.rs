@@ -1,5 +1,5 @@
-//! What all laws share whose coefficient falls from rest to fast sliding: two levels, the part of their difference
-//! that is left, a memory.
+//! Common part of laws whose coefficient falls from rest to fast sliding: two levels, the part of their difference that
+//! is left, a memory.
 
 /// How a law falls between its levels.
 pub(super) trait Falling {
@@ -22,7 +22,7 @@ pub(super) trait Falling {
     /// How it falls, as the end of a sentence with its comma or space.
     fn shape(&self) -> String;
 
-    /// What is wrong with the parameters of the shape beyond the bounds of each: the key, and the rest of the message.
+    /// Fault in the parameters of the shape beyond the bounds of each: the key, and the rest of the message.
     fn shape_fault(&self) -> Option<(&'static str, String)> {
         None
     }

@@ -10,7 +10,7 @@ const LANES: usize = 16;
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
 /// Added to a number, it leaves the nearest integer in the last digits.
 const INTEGER: f64 = 6_755_399_441_055_744.0;
-/// Where e^(−x) is smaller than any sum notices.
+/// Argument beyond which e^(−x) is smaller than any sum notices.
 const FAR: f64 = 708.0;
 /// Below it the series of 1 − e^(−x), above it the difference.
 const NEAR: f64 = 0.1;

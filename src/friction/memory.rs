@@ -26,7 +26,7 @@ pub(super) fn default_velocity() -> f64 {
     1e-3
 }
 
-/// What a law remembers over.
+/// Length or time over which a law remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Memory {
     /// Length of sliding d, m.
@@ -51,7 +51,7 @@ impl Memory {
     }
 }
 
-/// What came to a node before a step of time.
+/// Contribution that came to a node before a step of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Remembered {
     /// Coefficient at the node before the step.

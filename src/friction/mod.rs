@@ -20,7 +20,7 @@ pub enum FrictionLaw {
     Varying(VaryingFriction),
 }
 
-/// What all laws that depend on the velocity have.
+/// Common part of all laws that depend on the velocity.
 trait Remembers {
     /// Its memory.
     fn memory(&self) -> Memory;
@@ -55,7 +55,7 @@ trait Law: Remembers + std::fmt::Display {
     /// Multiplies the coefficient by `factor` at all velocities.
     fn scale(&mut self, factor: f64);
 
-    /// What is wrong with the parameters, if anything: the key, and the rest of the message.
+    /// Fault in the parameters, if anything: the key, and the rest of the message.
     fn fault(&self) -> Option<(&'static str, String)>;
 }
 
@@ -184,8 +184,7 @@ impl FrictionLaw {
         matches!(self, Self::Constant(_))
     }
 
-    /// What is wrong with the parameters beyond the bounds of each, if anything; `path` is the place of the law in
-    /// the job.
+    /// Fault in the parameters beyond the bounds of each, if anything; `path` is the place of the law in the job.
     pub fn fault(&self, path: &str) -> Option<String> {
         let Self::Varying(varying) = self else { return None };
         varying.law().fault().map(|(key, text)| format!("{path}.{}.{key}: {text}", varying.key()))
@@ -204,7 +203,7 @@ impl std::fmt::Display for FrictionLaw {
     }
 }
 
-/// That the slope of a law is its derivative, and that it begins and ends as told.
+/// Checks that the slope of a law is its derivative, and that it begins and ends as told.
 #[cfg(test)]
 fn check(law: &FrictionLaw, at_rest: f64, fast: f64) {
     assert!((law.coefficient(0.0) - at_rest).abs() < 1e-15, "at rest: {}", law.coefficient(0.0));

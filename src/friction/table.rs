@@ -50,7 +50,8 @@ impl Law for Table {
              [1, 0.3]]".into());
         };
         if first[0] != 0.0 {
-            return wrong(format!("the table begins at {} m/s, expected 0: the coefficient at rest is needed", first[0]));
+            let begin = first[0];
+            return wrong(format!("the table begins at {begin} m/s, expected 0: the coefficient at rest is needed"));
         }
         if let Some(p) = self.points.iter().find(|p| p[1] < 0.0) {
             return wrong(format!("found the coefficient {} at {} m/s, expected at least 0", p[1], p[0]));

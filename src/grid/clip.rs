@@ -10,8 +10,8 @@ pub fn doubled_area([a, b, c]: [Plane; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// What of the triangle lies in the rectangle from `low` to `high`: a convex polygon, its corners in order; fewer
-/// than three if there is nothing. (I. E. Sutherland, G. W. Hodgman, Comm. ACM 17 (1974) 32.)
+/// Part of the triangle in the rectangle from `low` to `high`: a convex polygon, its corners in order; fewer than three
+/// if there is nothing. (I. E. Sutherland, G. W. Hodgman, Comm. ACM 17 (1974) 32.)
 pub fn clipped(triangle: [Plane; 3], low: Plane, high: Plane) -> Vec<Plane> {
     let mut polygon = triangle.to_vec();
     for (c, bound, sign) in [(0, low[0], 1.0), (0, high[0], -1.0), (1, low[1], 1.0), (1, high[1], -1.0)] {

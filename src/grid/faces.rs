@@ -24,7 +24,7 @@ struct Face {
     kind: FacetKind,
     /// Its nodes in the mesh.
     nodes: Vec<u32>,
-    /// Where they are, m.
+    /// Positions, m.
     places: Vec<[f64; 3]>,
 }
 
@@ -231,7 +231,7 @@ impl Faces {
         (0..self.faces.len()).filter(|&k| reaches[k]).map(of).fold(0.0, f64::max)
     }
 
-    /// Whether all faces in the rectangle are flat ones, of first order: the surface is a polyhedron there.
+    /// Returns whether all faces in the rectangle are flat ones, of first order: the surface is a polyhedron there.
     pub fn are_flat(&self, half: [f64; 2]) -> bool {
         let flat = |p: &Piece| self.faces[p.face].kind.nodes() == self.faces[p.face].kind.corners();
         self.pieces.iter().filter(|p| p.reaches(half)).all(flat)

@@ -57,7 +57,7 @@ impl Interface {
         Ok(Self { x, y: vec![0.0], gap, shift: vec![[0.0; 2]; n], weight: vec![1.0; n], creep })
     }
 
-    /// Whether the nodes are points without neighbours.
+    /// Returns whether the nodes are points without neighbours.
     pub fn are_points(&self) -> bool {
         !self.creep.is_empty()
     }

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 /// Nodes of a mesh and the weights of their displacements, by ascending nodes.
 pub type Weights = Vec<(u32, f64)>;
 
-/// What part of the area of a node may miss a face, or have two.
+/// Fraction of the area of a node that may miss a face, or have two.
 const COVERED: f64 = 1e-6;
 /// Points of the disc along its radius and around it.
 const RADII: usize = 32;
@@ -24,7 +24,7 @@ pub enum Transfer {
     /// Each grid node moves as the mean of the surface about it, u_i = (1/A_i) Σ_a ∫N_i N_a ds u_a, with N_i bilinear
     /// on the grid and N_a the shape functions of the faces, seen in plan.
     Averages {
-        /// Of each node of the grid, `[n]`.
+        /// Weights of each node of the grid, `[n]`.
         rows: Vec<Weights>,
         /// As that of the means over a disc.
         tilt: f64,
@@ -124,7 +124,7 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
     Ok((rows.into_iter().map(sorted).collect(), z))
 }
 
-/// What is wrong where faces make up `found` of the area of a node at `p`.
+/// Error of a node at `p` of whose area faces make up `found`.
 fn uncovered(faces: &Faces, p: [f64; 2], found: f64) -> Error {
     let [[x0, x1], [y0, y1]] = faces.ends();
     let surface = match faces.height(p) {

@@ -4,7 +4,7 @@ use super::{Body, GivenCreepage, Job, Placement};
 use serde_json::{json, Value};
 use std::fmt;
 
-/// What of a job its reduced model depends on, damping apart: two jobs with the same have the same modes and
+/// Inputs that the reduced model of a job depends on, damping apart: two jobs with the same have the same modes and
 /// compliances.
 pub fn fe_inputs(job: &Job) -> Value {
     let body = |b: &Body| {
@@ -105,7 +105,8 @@ fn table(value: &Value) -> Option<Vec<[f64; 2]>> {
     value.as_array()?.iter().map(point).collect()
 }
 
-/// Whether two histories, straight between their points, are the same function up to the time `until`, to rounding.
+/// Returns whether two histories, straight between their points, are the same function up to the time `until`, to
+/// rounding.
 fn same_until(a: &[[f64; 2]], b: &[[f64; 2]], until: f64) -> bool {
     let at = |points: &[[f64; 2]], t: f64| {
         let after = points.iter().position(|p| p[0] > t).unwrap_or(points.len());
@@ -184,13 +185,15 @@ mod tests {
         assert_eq!(found[1].to_string(), "x.b ([1,2] there, [1,3] here)");
     }
 
-    /// What lies before the steps that are done must be the same, what comes after them need not.
+    /// Histories before the completed steps must be the same; later ones may differ.
     #[test]
     fn a_run_may_go_on_longer_and_with_other_histories() {
         let job = |duration: f64, lateral: Value| {
             json!({
                 "contact": { "creepage": { "lateral": 0.01 } },
-                "analyses": { "transient": { "duration": duration, "step": 1e-5, "histories": { "lateral": lateral } } },
+                "analyses": {
+                    "transient": { "duration": duration, "step": 1e-5, "histories": { "lateral": lateral } }
+                },
                 "output": { "fields": duration > 1.0 },
             })
         };

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cycles {
-    /// Where the motion of a point comes from. With `"up"` and `"down"` one sees where squeal persists that does not
-    /// begin by itself.
+    /// Origin of the motion of a point. With `"up"` and `"down"` one sees where squeal persists that does not begin by
+    /// itself.
     #[serde(default = "default_branches")]
     #[schemars(length(min = 1))]
     pub branches: Vec<Branch>,
@@ -49,7 +49,7 @@ pub struct Cycles {
     #[serde(default = "default_step_tolerance")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 1e-6))]
     pub tolerance: f64,
-    /// What stays as it is at rest: the approach, or the normal load.
+    /// Quantity held at rest: the approach, or the normal load.
     #[serde(default)]
     pub hold: Hold,
     /// Sound power of the motions, in third octaves; `from` is not given here.
@@ -80,7 +80,7 @@ impl Cycles {
     }
 }
 
-/// Where the motion of a point of a sweep comes from.
+/// Origin of the motion of a point of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Branch {

@@ -11,15 +11,14 @@ pub(super) fn stated(job: &Value) -> [bool; 2] {
 }
 
 impl Section {
-    /// Whether the section is that of a wheel by its name.
+    /// Returns whether the section is that of a wheel by its name.
     fn is_wheel(&self) -> bool {
         !matches!(self, Section::Cylinder(_) | Section::File(_))
     }
 }
 
-/// Whether a body is a wheel whose modes have nodal diameters: one with a built-in section of a wheel, or, as the
-/// wheel of a placement (`on_rail`), one with
-/// any section of revolution or with a mesh file that turns.
+/// Returns whether a body is a wheel whose modes have nodal diameters: one with a built-in section of a wheel, or, as
+/// the wheel of a placement (`on_rail`), one with any section of revolution or with a mesh file that turns.
 fn is_wheel(body: &Body, on_rail: bool) -> bool {
     match &body.mesh {
         Some(MeshSource::Revolved(revolved)) => on_rail || revolved.section.is_wheel(),
@@ -41,8 +40,8 @@ impl Job {
     }
 }
 
-/// Whether the damping of a resolved `body` is none other than before format 5, in which the section W920S alone had
-/// that of steel wheels by default.
+/// Returns whether the damping of a resolved `body` is none other than before format 5, in which the section W920S
+/// alone had that of steel wheels by default.
 pub(super) fn as_before_5(body: &Value) -> bool {
     let wheels = serde_json::to_value(Damping::of_steel_wheels()).ok();
     let built_in = body.pointer("/mesh/revolved/section").is_some_and(|s| s == "W920S");

@@ -124,8 +124,8 @@ const WHEELBASE: f64 = 3.0;
 const CURVED: f64 = 1e-3;
 /// Largest usual yaw of a wheelset, rad.
 const STEERED: f64 = 0.1;
-/// Modes of a rail reach this many times as far as the frequencies that are asked about: `docs/wheel-on-rail.md`,
-/// "Modes to keep".
+/// Modes of a rail reach this many times as far as the frequencies that are asked about:
+/// `docs/examples/wheel-on-rail.md`, "Modes to keep".
 const REACH: f64 = 2.0;
 /// They reach as far as this, Hz, where the job does not say about which frequencies it asks.
 const SQUEAL: f64 = 2000.0;

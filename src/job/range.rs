@@ -1,4 +1,4 @@
-//! The range in which the theory holds, as far as the job alone shows it (`docs/theory.md`, "Range").
+//! The range in which the theory holds, as far as the job alone shows it (`docs/explanation/limits.md`, "Range").
 
 use super::hertz::{contact_size, small_strain};
 use super::{Contact, CreepageKey, Job, Transient};
@@ -8,7 +8,7 @@ use crate::{Error, Result};
 struct Small {
     /// The key, and what was found.
     found: String,
-    /// What is small.
+    /// Name of the small quantity.
     what: &'static str,
     value: f64,
     warn: f64,

@@ -241,7 +241,7 @@ impl Checker {
         }
     }
 
-    /// What is expected at `node`: every form of it, and the keys of forms that are told apart by them.
+    /// Expected values at `node`: every form, and the keys of forms that are told apart by them.
     fn expectation(&self, node: &Value) -> String {
         let resolved = self.resolve(node);
         let null = |n: &Value| n.get("type").and_then(Value::as_str) == Some("null");
@@ -309,7 +309,7 @@ fn is_type(value: &Value, name: &str) -> bool {
     }
 }
 
-/// What was found, short enough for a message.
+/// Found value, short enough for a message.
 fn brief(value: &Value) -> String {
     match value {
         Value::Null => "null".into(),
@@ -329,7 +329,7 @@ fn brief(value: &Value) -> String {
     }
 }
 
-/// What the schema expects, with bounds and unit.
+/// Expected value, with bounds and unit.
 fn expectation(node: &Value, bounds: &Value) -> String {
     if let Some(fixed) = node.get("const").or_else(|| bounds.get("const")) {
         return fixed.to_string();

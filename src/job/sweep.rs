@@ -137,7 +137,7 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
     Ok(SweepPlan { keys, units, values, shape, points })
 }
 
-/// Whether a key can change the stability of steady sliding.
+/// Returns whether a key can change the stability of steady sliding.
 fn sweepable(segments: &[&str]) -> bool {
     segments.get(..3) != Some(&["analyses", "stability", "full"])
         && matches!(

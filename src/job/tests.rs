@@ -47,8 +47,7 @@ fn the_two_jobs_resolve_with_defaults() {
     assert_eq!(one.analyses.modes.as_ref().unwrap().extent(), ModesExtent::Count(30));
 }
 
-/// What a body does of which nothing is said: it rolls where there is an axle, a support, contact and modes, else it
-/// is at rest.
+/// Default rotation of a body: it rolls where there is an axle, a support, contact and modes, else it is at rest.
 #[test]
 fn rotation_is_that_of_rolling_unless_the_job_says_otherwise() {
     let lower = |sets: &[&str]| {
@@ -130,7 +129,7 @@ fn the_documentation_names_every_key() {
     let mut all = Vec::new();
     keys(&schema(), &mut all);
     assert!(all.len() > 40, "{all:?}");
-    let text = include_str!("../../docs/job.md");
+    let text = include_str!("../../docs/reference/job.md");
     let named = |key: &str| text.contains(&format!("`{key}`")) || text.contains(&format!(".{key}`"));
     let missing: Vec<&String> = all.iter().filter(|k| !named(k)).collect();
     // Groups of keys are named by the keys in them.
@@ -150,7 +149,7 @@ fn the_documentation_names_every_key() {
         "sound_power",
     ];
     let missing: Vec<_> = missing.into_iter().filter(|k| !groups.contains(&k.as_str())).collect();
-    assert!(missing.is_empty(), "docs/job.md does not name {missing:?}");
+    assert!(missing.is_empty(), "docs/reference/job.md does not name {missing:?}");
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub struct Transient {
     #[serde(default = "default_theta")]
     #[schemars(range(min = 0.5, max = 1.0), extend("unit" = "1"))]
     pub theta: f64,
-    /// What moves: the modes of the bodies, or all degrees of freedom of their finite elements.
+    /// Moving model: the modes of the bodies, or all degrees of freedom of their finite elements.
     #[serde(default)]
     pub model: TransientModel,
     /// Solver of the contact problem of a step.
@@ -31,7 +31,7 @@ pub struct Transient {
     /// The state at time 0.
     #[serde(default)]
     pub start: Start,
-    /// What stays as it is at the start: the approach, or the normal load.
+    /// Quantity held at the start: the approach, or the normal load.
     #[serde(default)]
     pub hold: Hold,
     /// Load and creepages as functions of time; those not given are constant.
@@ -89,7 +89,7 @@ fn default_segment() -> u32 {
     1000
 }
 
-/// What moves in time.
+/// Model that moves in time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TransientModel {
@@ -111,7 +111,7 @@ pub enum TransientSolver {
     FixedPoint,
 }
 
-/// What stays as it is at the start.
+/// Quantity held at the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {

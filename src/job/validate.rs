@@ -1,4 +1,4 @@
-//! What the schema cannot say: rules between keys.
+//! Rules between keys, which the schema cannot express.
 
 use super::model::*;
 use super::transient::{Hold, SoundPower, StartState, Transient, TransientModel};
@@ -138,7 +138,7 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
     }
 }
 
-/// What rotation needs of the rest of the job, and what does not take it.
+/// Checks the keys that rotation requires, and those that exclude it.
 fn check_rotating(job: &Job, faults: &mut Vec<String>) {
     for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.rotates()) {
         let path = format!("bodies.{name}.rotation");
@@ -190,8 +190,8 @@ fn check_damping(path: &str, damping: &Damping, faults: &mut Vec<String>) {
     }
 }
 
-/// Whether the dimensions of a ring fit together; `offset` is the key of the contact's distance from its mid-plane
-/// and that, m.
+/// Returns whether the dimensions of a ring fit together; `offset` is the key of the contact's distance from its
+/// mid-plane and that, m.
 fn check_ring(path: &str, c: &Ring, (key, offset): (&str, f64), faults: &mut Vec<String>) -> bool {
     if c.inner_radius >= c.outer_radius {
         faults.push(format!(
@@ -552,7 +552,7 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
     }
 }
 
-/// What the model of all degrees of freedom leaves to that of the modes.
+/// Refuses keys that the model of all degrees of freedom leaves to the model of the modes.
 fn check_full(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<String>)) {
     let load = transient.histories.as_ref().is_some_and(|h| h.normal_load.is_some());
     let mut refuse = |key: &str, found: &str, why: &str| {

@@ -23,7 +23,7 @@ pub struct Attitude {
 }
 
 impl Attitude {
-    /// That of a mesh, by quadrature over its cells.
+    /// Attitude of a mesh, by quadrature over its cells.
     pub fn of(mesh: &Mesh) -> Attitude {
         let fold = |start: f64, f: fn(f64, f64) -> f64| {
             mesh.nodes.iter().fold([start; 3], |m, x| [f(m[0], x[0]), f(m[1], x[1]), f(m[2], x[2])])

@@ -50,7 +50,8 @@ pub struct Facet {
     pub face: u8,
 }
 
-/// What two cells on either side of a facet agree upon: its corners, ascending; the last is `u32::MAX` for a triangle.
+/// Key on which two cells on either side of a facet agree: its corners, ascending; the last is `u32::MAX` for a
+/// triangle.
 pub type FacetKey = [u32; 4];
 
 /// The key of a facet with three or four `corners` in any order.

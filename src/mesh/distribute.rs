@@ -161,7 +161,7 @@ fn metis_owners(rows: &[usize], cols: &[u32], parts: usize) -> Result<Vec<u32>> 
         .ok_or_else(|| Error::Defect(format!("METIS returned a part outside 0..{parts}")))
 }
 
-/// What rank 0 sends to the ranks, one entry each.
+/// Data that rank 0 sends to the ranks, one entry each.
 #[derive(Default)]
 struct Shares {
     ranges: Vec<u64>,

@@ -53,14 +53,14 @@ pub enum FacetKind {
 /// A face of a cell.
 #[derive(Debug)]
 pub struct Face {
-    /// What it is.
+    /// Kind.
     pub kind: FacetKind,
     /// Nodes of the cell that are its nodes, `[kind.nodes()]`: corners counter-clockwise seen from outside, the nodes
     /// on the edges behind each corner, the one in the middle.
     pub nodes: &'static [u8],
 }
 
-/// What is particular to a kind of cell.
+/// Properties of a kind of cell.
 #[derive(Debug)]
 pub struct Topology {
     /// Its name in messages.
@@ -285,7 +285,7 @@ impl CellKind {
         [Tet4, Tet10, Pyramid5, Pyramid13, Wedge6, Wedge15, Wedge18, Hex8, Hex20, Hex27]
     };
 
-    /// What is particular to the kind.
+    /// Returns the properties of the kind.
     pub fn topology(self) -> &'static Topology {
         &TABLE[self as usize]
     }

@@ -31,13 +31,13 @@ pub struct Mesh {
     pub cells: Cells,
     /// Boundary facets by physical group name.
     pub groups: BTreeMap<String, Vec<Facet>>,
-    /// Where the groups got their names.
+    /// Source of the names of the groups.
     pub naming: Naming,
     /// Groups by their full names in a deck with parts, `instance.set`, where they have another name.
     pub aliases: BTreeMap<String, String>,
 }
 
-/// Where surfaces are named.
+/// Place in the file at which surfaces are named.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Naming {
     /// Physical groups of Gmsh.
@@ -48,7 +48,7 @@ pub enum Naming {
 }
 
 impl Naming {
-    /// What a surface is made a group by.
+    /// Returns the way to make a surface a group.
     fn advice(self) -> &'static str {
         match self {
             Self::Gmsh => "Name the surface as a physical group in Gmsh",

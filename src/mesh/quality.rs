@@ -36,7 +36,7 @@ pub fn jacobian_range(kind: CellKind, x: &[[f64; 3]]) -> [f64; 2] {
     })
 }
 
-/// Whether each node that is no corner lies in the middle of the corners around it, to rounding.
+/// Returns whether each node that is no corner lies in the middle of the corners around it, to rounding.
 fn is_straight(kind: CellKind, x: &[[f64; 3]]) -> bool {
     kind.between().zip(&x[kind.corners()..]).all(|(around, node)| {
         (0..3).all(|c| {

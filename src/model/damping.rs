@@ -5,7 +5,7 @@ use crate::job::{self, ModalDamping};
 use crate::parallel::World;
 use crate::{Error, Result};
 
-/// What a body brings of damping by itself.
+/// Intrinsic damping of a body.
 #[derive(Debug, Clone, Default)]
 pub struct Own {
     /// ΦᵀCΦ of its damping matrix, 1/s, where it has one.

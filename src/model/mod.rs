@@ -35,15 +35,15 @@ pub struct ReducedModel {
     pub place: [usize; 2],
     /// Both bodies together: W, its residual, the modes.
     pub pair: ModalPair,
-    /// What the lower and the upper body bring of damping by themselves.
+    /// Intrinsic damping of the lower and the upper body.
     pub own: [Own; 2],
-    /// What rotation adds to the lower and to the upper body, where they were made for it.
+    /// Contribution of rotation to the lower and to the upper body, where they were made for it.
     pub rotation: [Option<ModalRotation>; 2],
     /// The compliances of `bodies` at rest, where these rotate, m/N, `[3n, 3n]`.
     pub at_rest: Vec<Option<Mat<f64>>>,
 }
 
-/// What a body gives of itself, in lower form.
+/// Contact trace of a body, in lower form.
 #[derive(Debug, Clone)]
 pub struct AtContact {
     /// Its modes at the contact rows.
@@ -152,7 +152,7 @@ fn damping_of(job: &Job, side: Side, (omega, names): (&[f64], &[ModeName]), own:
     })
 }
 
-/// What of a reduced model stays when damping changes, on every rank.
+/// Part of a reduced model that stays when damping changes, on every rank.
 #[derive(Debug, Clone)]
 pub struct SharedModel {
     /// The grid or the points, with the gap.

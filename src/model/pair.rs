@@ -13,11 +13,11 @@ use faer::{Mat, MatRef};
 pub struct ModalPair {
     /// W = C1 + E C2 E, m/N, `[3n, 3n]`; its transpose where bodies rotate, see [`influence`](Self::influence).
     pub compliance: Mat<f64>,
-    /// What of W a state of rest sees where the bodies are placed as they are under the load: that of half-spaces,
-    /// m/N, `[3n, 3n]`.
+    /// Local part of W for a state of rest, where the bodies are placed as they are under the load: that of
+    /// half-spaces, m/N, `[3n, 3n]`.
     pub local: Option<Mat<f64>>,
-    /// What a state of rest sees of W, where that is a convolution: of half-spaces alone, whose `compliance` is not
-    /// made and empty, or found in the matrix.
+    /// W for a state of rest, where that is a convolution: of half-spaces alone, whose `compliance` is not made and
+    /// empty, or found in the matrix.
     pub convolution: Option<Convolution>,
     /// Residual S = W − Ψ K⁻¹ Ψᵀ, m/N, `[3n, 3n]`.
     pub residual: Mat<f64>,
@@ -29,11 +29,11 @@ pub struct ModalPair {
     pub stiffness: ModalMatrix,
     /// Modal damping, 1/s, in the same order; with gyroscopic terms of bodies that rotate.
     pub damping: ModalMatrix,
-    /// What of both comes from rotation; none of bodies at rest.
+    /// Terms of rotation in both; none of bodies at rest.
     pub turning: Option<Turning>,
     /// m1.
     pub lower_modes: usize,
-    /// What the modes of the lower and of the upper body are called; empty where that is not known.
+    /// Names of the modes of the lower and of the upper body; empty where that is not known.
     pub names: [Vec<ModeName>; 2],
     /// Highest frequency up to which the modes of both bodies are known, Hz.
     pub reach: f64,
@@ -117,8 +117,8 @@ impl ModalPair {
         }
     }
 
-    /// What the bodies give way by at the contact rows under the reactions `reaction`, N, `[3n]`, and has no part in
-    /// a state of rest, m, `[3n]`; none where all has.
+    /// Displacement of the bodies at the contact rows under the reactions `reaction`, N, `[3n]`, that has no part in a
+    /// state of rest, m, `[3n]`; none where all of it has.
     pub fn deflection(&self, reaction: &[f64]) -> Option<Vec<f64>> {
         let local = self.local.as_ref()?;
         let force = faer::ColRef::from_slice(reaction);

@@ -14,12 +14,12 @@ pub struct Dynamics {
     pub stiffness: ModalMatrix,
     /// Modal damping, 1/s, with the gyroscopic terms of a body that rotates.
     pub damping: ModalMatrix,
-    /// What of both comes from rotation.
+    /// Terms of rotation in both.
     pub turning: Option<Turning>,
 }
 
 impl Dynamics {
-    /// Those of modes with the angular frequencies `omega` (rad/s) and the damping C of the body at rest, that
+    /// Rotation of modes with the angular frequencies `omega` (rad/s) and the damping C of the body at rest, that
     /// rotates with the angular velocity given beside its `rotation`, rad/s.
     pub fn new(omega: &[f64], damping: ModalMatrix, rotation: Option<(&ModalRotation, f64)>) -> Self {
         let Some((rotation, speed)) = rotation else {

@@ -112,8 +112,8 @@ impl Pieces {
         Some(Self(pieces))
     }
 
-    /// Whether the `rows` rows of a dataset from `start` on, which `part` gives by index of the first and number, are
-    /// whole pieces with the right sums.
+    /// Returns whether the `rows` rows of a dataset from `start` on, which `part` gives by index of the first and
+    /// number, are whole pieces with the right sums.
     pub(super) fn fit(&self, path: &str, start: usize, rows: usize, part: impl Fn(usize, usize) -> Values) -> bool {
         let mut next = start;
         for (first, count, sum) in self.0.get(path).into_iter().flatten() {

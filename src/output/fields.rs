@@ -13,7 +13,7 @@ pub struct BodyPart<'a> {
     pub upper: bool,
 }
 
-/// What the values of a field are.
+/// Kind of the values of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FieldKind {
     /// One number a node.
@@ -41,7 +41,7 @@ pub struct FieldSpec {
     pub name: String,
     /// SI unit, "1" or "-".
     pub units: String,
-    /// What it is.
+    /// Description.
     pub description: String,
     /// Scalar, vector or label.
     pub kind: FieldKind,

@@ -1,4 +1,4 @@
-//! What a run leaves behind: one HDF5 file with fields for ParaView, tables and provenance, and sequences beside it.
+//! Files of a run: one HDF5 file with fields for ParaView, tables and provenance, and sequences beside it.
 //!
 //! A file is made in three steps, so that a failure is one error on all ranks and leaves nothing behind:
 //! 1. rank 0 makes a temporary file beside the final name, with every group and every dataset of the fields, allocated
@@ -7,7 +7,7 @@
 //! fail;
 //! 3. rank 0 adds the tables (compressed where that pays), syncs, and renames the file to its final name.
 //!
-//! `docs/output.md` lists what is in the file.
+//! `docs/reference/output.md` lists what is in the file.
 
 mod checksums;
 mod claim;

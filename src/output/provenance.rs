@@ -1,4 +1,4 @@
-//! Where a result comes from: the group `/provenance`.
+//! Provenance of a result: the group `/provenance`.
 
 use super::segments::Part;
 use super::table::Table;
@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// What is needed to make a result again.
+/// Data needed to reproduce a result.
 #[derive(Debug, Clone, Default)]
 pub struct Provenance {
     /// The resolved job as JSON.
@@ -26,7 +26,7 @@ pub struct Provenance {
     pub date: String,
     /// The parts in which a transient was made.
     pub parts: Vec<Part>,
-    /// What makes the results doubtful.
+    /// Properties that make the results doubtful.
     pub warnings: Vec<String>,
     /// The damping of each body with modes, in words.
     pub damping: Vec<String>,

@@ -1,4 +1,4 @@
-//! What a run may replace: regular result files of this program, and nothing else.
+//! Files that a run may replace: regular result files of this program, and nothing else.
 
 use super::read::Reader;
 use crate::{Error, Result};
@@ -47,7 +47,8 @@ pub(super) fn replaceable(target: &Path, overwrite: bool) -> Result<()> {
     }
 }
 
-/// Whether a regular file is a result of this program: an HDF5 file with provenance, or a sequence for ParaView.
+/// Returns whether a regular file is a result of this program: an HDF5 file with provenance, or a sequence for
+/// ParaView.
 pub fn is_result(path: &Path) -> Result<bool> {
     use std::io::Read;
     let mut start = Vec::new();

@@ -16,7 +16,7 @@ use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// What may stand beside a main file: real modes of the bodies, complex modes of the coupled system, a transient.
+/// Companion files beside a main file: real modes of the bodies, complex modes of the coupled system, a transient.
 const COMPANIONS: [&str; 3] = ["free_modes.vtkhdf", "modes.vtkhdf", "transient.vtkhdf"];
 
 /// The reduced model of a run that is not complete, or the modes in it.
@@ -35,16 +35,16 @@ pub struct ResultFile<'w> {
     /// On rank 0: unfinished files of earlier runs.
     left: Leftovers,
     partial: Option<Partial>,
-    /// Whether it has fields.
+    /// True if it has fields.
     fields: bool,
     tables: Vec<Table>,
     attached: Vec<Partial>,
     segments: Option<(Segments, String)>,
-    /// Where this run keeps the reduced model until the file is complete.
+    /// File in which this run keeps the reduced model until the file is complete.
     kept: Option<PathBuf>,
-    /// Whether the compliance is among it.
+    /// True if the compliance is among it.
     all: bool,
-    /// What is of no use when the file is complete.
+    /// Temporary files, removed when the file is complete.
     leftovers: Vec<PathBuf>,
     /// A folder that goes once the file is complete.
     discarded: Option<PathBuf>,
@@ -147,12 +147,12 @@ impl<'w> ResultFile<'w> {
         Ok(())
     }
 
-    /// Whether the compliance was among the tables of the last [`ResultFile::keep`].
+    /// Returns whether the compliance was among the tables of the last [`ResultFile::keep`].
     pub fn keeps_all(&self) -> bool {
         self.all
     }
 
-    /// Where the mode shapes are kept until the file is complete: `FILE.model.shapes.h5`.
+    /// File in which the mode shapes are kept until the file is complete: `FILE.model.shapes.h5`.
     pub fn shapes(&self) -> PathBuf {
         companion(&self.target, SHAPES)
     }

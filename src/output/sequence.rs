@@ -25,7 +25,7 @@ pub struct SequenceFile<'w> {
     written: Option<Written>,
 }
 
-/// What a sequence holds.
+/// Contents of a sequence.
 pub struct Sequence<'a> {
     /// The fields that every step has.
     pub fields: Vec<FieldSpec>,
@@ -33,13 +33,13 @@ pub struct Sequence<'a> {
     pub values: &'a [f64],
     /// Unit of the values.
     pub units: &'a str,
-    /// What the values are.
+    /// Description of the values.
     pub description: &'a str,
     /// Further datasets, from rank 0.
     pub tables: &'a [Table],
-    /// Whether the SHA-256 of what each rank writes goes into the file, for what later runs take up.
+    /// True if the SHA-256 of what each rank writes goes into the file, for what later runs take up.
     pub summed: bool,
-    /// Whether fields are in single precision.
+    /// True if fields are in single precision.
     pub single: bool,
 }
 

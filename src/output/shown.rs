@@ -5,7 +5,7 @@ use std::io;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-/// What these programs know a file with fields by.
+/// Extension by which these programs recognise a file with fields.
 const EXTENSION: &str = "hdf";
 
 /// The link to the main file `path`, whether there is one or not: `run.hdf` of `run.h5`. None for a file that has

@@ -1,5 +1,5 @@
-//! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws (`docs/output.md`,
-//! "Meshes before a run").
+//! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws
+//! (`docs/reference/output.md`, "Meshes before a run").
 
 use super::partial::{sweep, Partial};
 use super::read::Reader;
@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Ending of the file, which ParaView goes by.
 const ENDING: &str = "vtkhdf";
-/// What tells such a file from all others.
+/// Dataset that tells such a file from all others.
 const GROUPS: &str = "/surface/group";
 
 /// A facet of a surface.
@@ -30,7 +30,7 @@ pub struct Face {
 pub struct Group {
     /// "lower" or "upper", and its name in the mesh.
     pub name: String,
-    /// What the job does with it: "contact", "fixed", "support" or nothing.
+    /// Role of the group in the job: "contact", "fixed", "support" or nothing.
     pub role: &'static str,
 }
 
@@ -39,9 +39,9 @@ pub struct Group {
 pub struct ContactNode {
     /// 1 lower, 2 upper.
     pub body: i8,
-    /// Where it is, m; in the plane of the contact where there is no facet.
+    /// Position, m; in the plane of the contact where there is no facet.
     pub place: [f64; 3],
-    /// Whether a facet of the contact surface of the body is there.
+    /// True if a facet of the contact surface of the body is there.
     pub on_face: bool,
 }
 

@@ -18,7 +18,7 @@ pub struct Table {
     pub(super) description: String,
     pub(super) shape: Vec<usize>,
     pub(super) values: Values,
-    /// Whether the first dimension can grow, by chunks of so many rows (0: as the size of a row asks for).
+    /// Extendible first dimension, by chunks of so many rows (0: as the size of a row asks for).
     pub(super) extendible: Option<usize>,
     pub(super) summed: bool,
 }
@@ -71,7 +71,7 @@ impl Table {
         (self.values.bytes() + 2048) as u64
     }
 
-    /// What is wrong with the table, if anything.
+    /// Fault in the table, if anything.
     pub(super) fn fault(&self) -> Option<String> {
         let path = &self.path;
         let expected: usize = self.shape.iter().product();

@@ -61,7 +61,7 @@ pub(super) struct Piece {
     patch: Option<Block>,
 }
 
-/// Where to find what in [`Piece::counts`].
+/// Indices into [`Piece::counts`].
 const POINTS: usize = 0;
 const CELLS: usize = 1;
 const ENTRIES: usize = 2;

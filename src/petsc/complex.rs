@@ -10,7 +10,7 @@ use num_complex::Complex;
 use petsc_sys as sys;
 use std::ffi::CString;
 
-/// What helps against a complex factorisation without memory.
+/// Advice against a complex factorisation without memory.
 const ADVICE: &str =
     "solver.out_of_core, more ranks on more machines, a coarser mesh, or equal damping.alpha and damping.beta \
      for both bodies, \

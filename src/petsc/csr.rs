@@ -8,13 +8,13 @@ use mpi::traits::*;
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// What a rank stores of the entries between its own rows.
+/// Entries between its own rows that a rank stores.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Stored {
     /// All of them.
     #[default]
     Whole,
-    /// Those on and below the diagonal, of a symmetric matrix. An entry between rows of two ranks stands on both all
+    /// Entries on and below the diagonal, of a symmetric matrix. An entry between rows of two ranks stands on both all
     /// the same, so that a product needs what one with all entries needs from other ranks.
     Lower {
         /// This rank's first row, global.

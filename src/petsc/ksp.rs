@@ -41,7 +41,7 @@ pub struct Iterative<'p> {
     solves: usize,
 }
 
-/// What a solution is measured by.
+/// Norm of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Norm {
     /// The Euclidean norm of the residual r.

@@ -137,7 +137,7 @@ mod tests {
         assert!(dissect(&[], vec![], &[]).unwrap().is_empty());
     }
 
-    /// Of the width that the installed METIS has, whichever it is.
+    /// Graphs with more edges than the installed METIS can count are refused, whichever width it has.
     #[test]
     fn more_edges_than_metis_counts_are_refused() {
         let error = dissect(&[idx_t::MAX, 1], vec![1, 0], &[0, 1]).unwrap_err();

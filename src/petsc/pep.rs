@@ -16,7 +16,7 @@ use slepc_sys as slepc;
 use std::ffi::CString;
 use std::ptr;
 
-/// What to compute.
+/// Settings of the computation.
 #[derive(Debug, Clone)]
 pub struct QuadraticOptions {
     /// The eigenvalues nearest to this one are sought.

@@ -109,7 +109,7 @@ impl<'w> Petsc<'w> {
     /// Collective: has OpenBLAS take its buffers now, if there is room for them. It takes them at the first product
     /// otherwise, and where MUMPS has left no memory by then it asks for them again and again, for ever.
     fn touch_blas(&self) -> Result<()> {
-        /// What OpenBLAS takes for a thread is at most half of this.
+        /// Twice an upper bound of the memory that OpenBLAS takes for a thread, byte.
         const BUFFERS: f64 = 256e6;
         /// Products of smaller matrices get by with the stack.
         const N: usize = 128;

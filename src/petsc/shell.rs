@@ -35,7 +35,7 @@ pub trait ShellOperator {
     }
 }
 
-/// What the callbacks work on.
+/// Data of the callbacks.
 struct Work<'a> {
     operator: &'a mut dyn ShellOperator,
     progress: &'a mut dyn FnMut(usize, usize),

@@ -12,7 +12,7 @@ pub(super) struct Point {
     pub z: f64,
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Raw {
     /// Points in the order of the file.
@@ -25,7 +25,7 @@ pub(super) struct Raw {
     pub down: bool,
     /// Format, columns, separator and decimal sign in words.
     pub source: String,
-    /// What was left out or done to the points.
+    /// Remarks on points that were left out or changed.
     pub notes: Vec<String>,
 }
 

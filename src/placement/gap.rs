@@ -24,7 +24,7 @@ pub struct Gap {
     pub y: Vec<f64>,
     /// Gap, m, `[nx*ny]`, node (i, j) at i + nx j.
     pub gap: Vec<f64>,
-    /// Whether a node lies beyond the end of a profile, `[nx*ny]`: there the profile was taken to go on straight.
+    /// Flags of nodes beyond the end of a profile, `[nx*ny]`: there the profile was taken to go on straight.
     pub beyond: Vec<bool>,
 }
 

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 /// Largest ratio of the semi-axes for which a contact counts as that of a point.
 const MAX_ELONGATION: f64 = 50.0;
 
-/// What presses two surfaces together.
+/// Load that presses two surfaces together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Press {
     /// Normal force, N.

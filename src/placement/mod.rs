@@ -92,7 +92,7 @@ impl TrackSide {
     }
 }
 
-/// Where the wheel is.
+/// Position of the wheel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Position {
     /// The wheelset's shift to the right (m), its yaw (rad, positive to the right) and its roll (rad, positive lowers
@@ -132,7 +132,7 @@ pub struct Placement {
     pub radius: f64,
     /// Distance of the two running circles.
     pub circles: f64,
-    /// Where the wheel is.
+    /// Position of the wheel.
     pub position: Position,
     /// Position on the wheel's profile near which the contact is, of a wheel that touches at several places. Without it
     /// the place of
@@ -155,20 +155,20 @@ pub struct Touch {
     pub radius: f64,
     /// Gap along the normal at first touch, m: zero for the first point.
     pub gap: f64,
-    /// Whether open places lie between this contact and the first one.
+    /// True if open places lie between this contact and the first one.
     pub separate: bool,
 }
 
 /// Curvatures at a point of contact, 1/m, positive for a body that is round outwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Curvatures {
-    /// Of the wheel around its axle.
+    /// Curvature of the wheel around its axle.
     pub wheel_rolling: f64,
-    /// Of the wheel across.
+    /// Curvature of the wheel across.
     pub wheel_across: f64,
-    /// Of the rail along the track: none.
+    /// Curvature of the rail along the track: none.
     pub rail_rolling: f64,
-    /// Of the rail across.
+    /// Curvature of the rail across.
     pub rail_across: f64,
     /// Second derivatives of the gap in x and y of the program's frame, with the angle between the wheel's and the
     /// rail's directions.
@@ -193,7 +193,7 @@ pub struct Placed {
     middle: f64,
 }
 
-/// Where a contact is on a body drawn in a frame of its own, y to the right and z up in the lower form.
+/// Position of a contact on a body drawn in a frame of its own, y to the right and z up in the lower form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seat {
     /// y of the contact on the body's drawing, m: from the running circle of a wheel, from the middle of a rail's
@@ -497,7 +497,7 @@ impl Placed {
         points.map(|l| [self.side.sign() * l.point[1], l.point[2]]).collect()
     }
 
-    /// Where the origin of a frame is on the rail's and on the wheel's own drawings.
+    /// Positions of the origin of a frame on the rail's and on the wheel's own drawings.
     ///
     /// # Errors
     /// Where there is no wheel above the origin.

@@ -17,7 +17,7 @@ pub(super) const UPRIGHT: f64 = 5e-3;
 pub enum Piece {
     /// z = Σ c_k (y − at)^k, c_k in m^(1−k).
     Polynomial {
-        /// Where the polynomial is expanded, m.
+        /// Centre of the expansion of the polynomial, m.
         at: f64,
         /// Coefficients c_0, c_1, …
         coefficients: Vec<f64>,
@@ -126,7 +126,7 @@ impl Profile {
         Ok(Self { name, breaks, pieces })
     }
 
-    /// What the profile is called in messages: the name of a built-in one, the path of a file.
+    /// Name of the profile in messages: the name of a built-in one, the path of a file.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -136,13 +136,13 @@ impl Profile {
         [self.breaks[0], self.breaks[self.pieces.len()]]
     }
 
-    /// Whether `y` (m) is within the range.
+    /// Returns whether `y` (m) is within the range.
     pub fn contains(&self, y: f64) -> bool {
         let [a, b] = self.range();
         (a..=b).contains(&y)
     }
 
-    /// Where one piece ends and the next begins, and both ends, m.
+    /// Break points between pieces, and both ends, m.
     pub fn breaks(&self) -> &[f64] {
         &self.breaks
     }

@@ -32,7 +32,7 @@ const HOLE: f64 = 4e-3;
 /// Place of the running circle in a wheel's file of Miniprof, whose origin is the back of the flange, m.
 const MINIPROF_CIRCLE: f64 = 0.07;
 
-/// What a profile is of.
+/// Body that a profile belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProfileKind {
     /// A wheel.

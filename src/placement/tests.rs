@@ -23,7 +23,7 @@ fn standard(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placed {
     placement(side, lateral, yaw, roll).place(&s1002().unwrap(), &rail_60e1().unwrap()).unwrap()
 }
 
-/// The example of `docs/placement.md`.
+/// The example of `docs/explanation/placement.md`.
 /// Nodes an eighth of the smaller extent apart; along a contact twelve times as long as wide as many lines as there
 /// may be.
 #[test]

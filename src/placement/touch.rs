@@ -1,4 +1,4 @@
-//! Where a wheel first touches a rail, and where else it would.
+//! Search for the first point of contact of wheel and rail, and for further ones.
 
 use super::pose::{along, dot, Lowest, Vector, Wheel};
 use super::profile::Profile;

@@ -13,9 +13,9 @@ use crate::job::{
 
 /// Memory of a real Cholesky factorisation with MUMPS, byte per n^(4/3): 111 to 126 on one rank.
 const FACTOR: f64 = 125.0;
-/// What a factorisation takes more on many ranks than on one, as a share; half of it on two.
+/// Additional memory of a factorisation on many ranks over that on one, as a share; half of it on two.
 const FACTOR_SPREAD: f64 = 0.2;
-/// What stays in memory of a factorisation whose factors go to the disk, as a share of what it takes otherwise: the
+/// Memory that stays in use of a factorisation whose factors go to the disk, as a share of what it takes otherwise: the
 /// fronts that are not yet eliminated, and buffers. On one rank 0.11 to 0.14 for flat rings of 190 to 960 thousand
 /// degrees of freedom, 0.28 for thick ones of 140 to 340 thousand.
 const OUT_OF_CORE: f64 = 0.3;
@@ -28,19 +28,19 @@ const ENTRY: f64 = 16.0;
 const MATRICES: f64 = 22.0;
 /// More modes than this are found in slices.
 const SLICED: f64 = crate::eigen::sparse::SLICED as f64;
-/// What steady rolling takes for a contact node beside the compliance where that is a convolution, byte: from runs of
-/// 12 100 and 23 409 nodes.
+/// Memory of steady rolling per a contact node beside the compliance where that is a convolution, byte: from runs of 12
+/// 100 and 23 409 nodes.
 const SOLVER: f64 = 5000.0;
 /// Program, MPI and libraries, per rank.
 const BASE: f64 = 120e6;
 
-/// What takes memory at the peak and how much, byte.
+/// Consumers of memory at the peak, byte.
 pub(super) struct Estimate {
     /// Summed over the ranks.
     pub shared: Vec<(&'static str, f64)>,
     /// On rank 0 alone.
     pub on_root: Vec<(&'static str, f64)>,
-    /// What goes to the disk, of all ranks.
+    /// Bytes on the disk, of all ranks.
     pub on_disk: f64,
 }
 
@@ -147,10 +147,10 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
     Estimate { shared, on_root, on_disk }
 }
 
-/// What of the memory are factors, which may go to the disk.
+/// Items of the memory that are factors, which may go to the disk.
 const FACTORS: [&str; 3] = ["factorisation", "factorisations of slices", "factorisations at a shift"];
 
-/// Whether all degrees of freedom move in time.
+/// Returns whether all degrees of freedom move in time.
 fn full_transient(job: &Job) -> bool {
     job.analyses.transient.as_ref().is_some_and(|t| t.model == TransientModel::Full)
 }
@@ -163,9 +163,9 @@ fn mode_count(modes: &Modes) -> f64 {
     }
 }
 
-/// What stability on the full system takes beside the rest: a factorisation per body and shift, complex (twice the
-/// bytes) for a body that is damped unlike the lower one, responses to unit forces on the contact rows and on modes
-/// that are damped or turn, and the Krylov basis with the eigenvectors.
+/// Additional memory of stability on the full system: a factorisation per body and shift, complex (twice the bytes) for
+/// a body that is damped unlike the lower one, responses to unit forces on the contact rows and on modes that are
+/// damped or turn, and the Krylov basis with the eigenvectors.
 fn full_stability(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize) -> Vec<(&'static str, f64)> {
     let Some(wanted) = job.analyses.stability.as_ref().and_then(|s| s.full.as_ref()) else { return Vec::new() };
     let damping: Vec<_> = job.bodies().iter().map(|(_, b)| (b.damping.alpha, b.damping.beta)).collect();

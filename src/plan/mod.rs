@@ -1,5 +1,5 @@
-//! What a job would compute, how large it is, and how much memory it needs: `railsqueal check`, and the refusal of a
-//! job that cannot fit before anything is meshed.
+//! Plan of a job: its steps, size and memory, for `railsqueal check` and for the refusal of a job that cannot fit
+//! before anything is meshed.
 
 mod memory;
 mod text;
@@ -44,13 +44,13 @@ pub struct Plan {
     pub alike: bool,
     /// Number of ranks.
     pub ranks: usize,
-    /// What is computed, in order, one line each.
+    /// Steps of the run, in order, one line each.
     pub steps: Vec<String>,
-    /// What takes memory at the peak and how much, byte; summed over the ranks.
+    /// Consumers of memory at the peak, byte; summed over the ranks.
     pub shared: Vec<(&'static str, f64)>,
-    /// What takes memory on rank 0 alone, byte.
+    /// Consumers of memory on rank 0 alone, byte.
     pub on_root: Vec<(&'static str, f64)>,
-    /// Where factors go on the disk, if they do, and how large they are, byte; summed over the ranks.
+    /// Folder of factors on the disk, if any, and how large they are, byte; summed over the ranks.
     pub on_disk: Option<(PathBuf, f64)>,
 }
 

@@ -4,7 +4,7 @@ use super::{models, BodySize};
 use crate::analysis::steps::{steps, Earlier, Step};
 use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, MeshSource, ModesExtent, TransientModel};
 
-/// What a run of `job` computes, in order, one line each.
+/// Steps of a run of `job`, in order, one line each.
 pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
     let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
     let mut lines: Vec<String> =
@@ -29,7 +29,7 @@ fn modes(job: &Job, once: &str) -> Option<String> {
     })
 }
 
-/// What supports add to the matrices of the bodies, in words.
+/// Describes the terms of supports in the matrices of the bodies.
 fn supports(job: &Job) -> String {
     let of = |(name, body): (&str, &job::Body)| {
         let groups: Vec<&str> = body.supports.iter().map(|s| s.group.as_str()).collect();
@@ -39,7 +39,7 @@ fn supports(job: &Job) -> String {
     job.bodies().into_iter().filter_map(of).collect()
 }
 
-/// What is given of the contact.
+/// Describes the given quantities of the contact.
 fn given(contact: &Contact) -> String {
     if let Some(points) = &contact.points {
         let pressed = match (contact.normal_load, contact.approach) {
@@ -128,7 +128,7 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
     }
 }
 
-/// What the contact does that stability is examined about.
+/// Describes the motion of the contact about which stability is examined.
 fn moves(stability: &crate::job::Stability) -> &'static str {
     match stability.state() {
         crate::job::StabilityState::Steady => "rolling",

@@ -11,14 +11,14 @@ const MIN_SAMPLES: usize = 16;
 /// said to be.
 const HEIGHTS: [f64; 2] = [1e-9, 2e-3];
 const DISTANCES: [f64; 2] = [1e-6, 2e-2];
-/// What a straight line leaves of heights by rounding, m.
+/// Residual of a straight line in heights by rounding, m.
 const FLAT: f64 = 1e-14;
 /// Distance of two samples over the usual one: samples are missing, which is said; and too many, which is refused.
 const MISSING: [f64; 2] = [1.6, 5.0];
 /// Widest area, m.
 const WIDTH: f64 = 0.2;
 
-/// What was measured, its mean and the straight line through it taken away.
+/// Measured heights, without their mean and the straight line through them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// Way, m, ascending, `[n]`.
@@ -34,9 +34,9 @@ pub struct Measured {
 /// Units of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Units {
-    /// Of heights, m.
+    /// Unit of heights, m.
     pub height: f64,
-    /// Of distances, along and across, m.
+    /// Unit of distances, along and across, m.
     pub distance: f64,
 }
 

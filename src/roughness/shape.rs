@@ -9,7 +9,7 @@ pub enum Shape {
     Wave {
         /// m.
         length: f64,
-        /// Of a crest, m.
+        /// Height of a crest, m.
         height: f64,
     },
     /// A new flat: what a chord cuts off a wheel, −depth (1 − (2s/length)²).

@@ -31,7 +31,7 @@ impl Part {
         }
     }
 
-    /// Whether it differs across the contact.
+    /// Returns whether it differs across the contact.
     fn varies(&self) -> bool {
         matches!(self, Part::Lines(lines) if lines.len() > 1)
     }
@@ -44,7 +44,7 @@ pub struct Surface {
     pub speed: f64,
     /// Way over which all heights grow from nothing, m.
     pub onset: f64,
-    /// What the lower and the upper body have.
+    /// Roughness of the lower and of the upper body.
     pub parts: [Vec<Part>; 2],
 }
 
@@ -93,7 +93,7 @@ mod tests {
         Line::through(vec![-10.0, 10.0], vec![-10.0 * slope, 10.0 * slope]).unwrap()
     }
 
-    /// What is ahead, at −x, comes to x after x/V: a bump of either body closes the gap there.
+    /// Roughness ahead, at −x, comes to x after x/V: a bump of either body closes the gap there.
     #[test]
     fn material_flows_towards_plus_x_and_bumps_close_the_gap() {
         let bump = |at| Part::Shape { shape: Shape::Joint { length: 0.2, depth: -1e-3 }, at, period: None };

@@ -1,6 +1,6 @@
 //! Sound radiated by vibrating surfaces: radiators, their radiation resistance, spectra, third octaves
-//! (`docs/transient.md`). Only `surface`, which makes radiators of a body's distributed mesh, knows MPI. Bodies of
-//! revolution are solved exactly in `revolved`, rails in `line`.
+//! (`docs/explanation/sound.md`). Only `surface`, which makes radiators of a body's distributed mesh, knows MPI. Bodies
+//! of revolution are solved exactly in `revolved`, rails in `line`.
 //!
 //! The velocity of a surface in its modes is v_n(x, t) = Σ_j φ_n,j(x) q̇_j(t). With the cross-spectral density S(f)
 //! of the modal velocities the sound power per hertz is W(f) = tr(R(f) S(f)), R being the real symmetric radiation

@@ -14,7 +14,7 @@ pub struct Radiation {
     grid: Vec<f64>,
     /// Radiation resistances at each frequency.
     resistance: Vec<Scaled>,
-    /// Those of plane waves, ρc ∫ φ_n,i φ_n,j dS, the same unit: at each frequency, or one for all.
+    /// Matrices of plane waves, ρc ∫ φ_n,i φ_n,j dS, the same unit: at each frequency, or one for all.
     plane: Vec<Scaled>,
 }
 
@@ -26,7 +26,8 @@ struct Hermitian {
 }
 
 impl Hermitian {
-    /// Of the real parts, column by column, and the imaginary ones, if any, times factors of rows and columns.
+    /// Scaled matrices of the real parts, column by column, and the imaginary ones, if any, times factors of rows and
+    /// columns.
     fn new(m: usize, values: &[f64], scale: &[f64]) -> Self {
         let part = |v: &[f64]| Mat::from_fn(m, m, |i, j| v[i + m * j] / (scale[i] * scale[j]));
         let (real, imaginary) = values.split_at(m * m);
@@ -57,7 +58,7 @@ struct Scaled {
     coherence: Hermitian,
 }
 
-/// What does not radiate at all has a logarithm all the same.
+/// Smallest value whose logarithm is taken: modes that do not radiate have one all the same.
 const NOTHING: f64 = 1e-200;
 
 impl Scaled {

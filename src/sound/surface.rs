@@ -74,7 +74,7 @@ fn parts(corners: &[[u64; 4]], normal: &[[f64; 3]]) -> Vec<u64> {
 struct Sample {
     at: [f64; 3],
     area: [f64; 3],
-    /// Where it is on the reference facet.
+    /// Position on the reference facet.
     reference: [f64; 2],
 }
 

@@ -48,7 +48,7 @@ const SAME: f64 = 1e-9;
 /// Place of the normal among the mean motions (x, y, n), which come first of all.
 const NORMAL: usize = 2;
 
-/// What one free mode, or a pair, does on the rest. Of an eigenvalue that does not oscillate, as friction that falls
+/// Single-mode criterion for one free mode or a pair. Of an eigenvalue that does not oscillate, as friction that falls
 /// steeply has them, it is not a number but for the mode and its damping.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Criterion {
@@ -56,9 +56,9 @@ pub struct Criterion {
     pub modes: Vec<usize>,
     /// −c/2, the part of the growth rate that damping takes, 1/s: the mean of a pair.
     pub damping: f64,
-    /// What motion along the surface, the creep that it makes, takes of the growth rate, 1/s.
+    /// Creep damping: reduction of the growth rate by motion along the surface, 1/s.
     pub across: f64,
-    /// What the course of the motion over the contact adds to it, 1/s.
+    /// Contribution of the variation of the motion over the contact, 1/s.
     pub tilting: f64,
     /// κ, 1/kg: the sum over a pair.
     pub coupling: f64,
@@ -69,7 +69,7 @@ pub struct Criterion {
 }
 
 impl Criterion {
-    /// What κ/H, the normal motion with its friction, gives, 1/s.
+    /// Contribution of κ/H, normal motion with its friction, 1/s.
     pub fn friction(&self) -> f64 {
         self.growth_rate - self.damping - self.across - self.tilting
     }

@@ -2,8 +2,8 @@
 //!
 //! (λ²M + λ(C + P_tᵀ D P_t) + K) u = (P_n − μ τᵀP_t)ᵀ r,  P_n u = 0,  D = (μp0/|ṡ0|)(I − ττᵀ) + μ′p0 ττᵀ
 //!
-//! (`docs/theory.md`). The multipliers r are taken out exactly: u = Z q with P_n Z = 0, and the equations are
-//! projected on Y with (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric
+//! (`docs/explanation/bodies.md`). The multipliers r are taken out exactly: u = Z q with P_n Z = 0, and the equations
+//! are projected on Y with (P_n − μ τᵀP_t) Y = 0, which leaves a quadratic problem without constraints, nonsymmetric
 //! since Y ≠ Z.
 
 use crate::body::matrices::DENSE;

@@ -5,7 +5,7 @@ use crate::contact::{SlidingSolution, Status, SteadySolution};
 /// A contact that rolls or slides steadily, on n nodes.
 #[derive(Debug, Clone)]
 pub struct Equilibrium {
-    /// Whether nodes that would stick are made to slide.
+    /// True if nodes that would stick are made to slide.
     pub sliding: bool,
     /// Pressure, Pa, `[n]`.
     pub pressure: Vec<f64>,

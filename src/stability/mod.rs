@@ -82,7 +82,7 @@ fn by(few: Few, stability: &job::Stability, pair: &ModalPair, contact: &LinearCo
     Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
 }
 
-/// What [`secular`] has to give.
+/// Function that [`secular`] supplies.
 type Few = fn(&ModalPair, &LinearContact, f64, f64) -> Result<Option<Vec<Eigenpair>>>;
 
 /// On rank 0: the first of those that [`spectrum`] lists, of many modes without its motion.
@@ -130,12 +130,13 @@ fn limit(stability: &job::Stability, pair: &ModalPair) -> Result<f64> {
     }
 }
 
-/// Those of `pairs` that are listed, by the frequency `limit`, Hz.
+/// Members of `pairs` that are listed, by the frequency `limit`, Hz.
 pub fn kept(stability: &job::Stability, pairs: Vec<Eigenpair>, limit: f64) -> Vec<Eigenpair> {
     pairs.into_iter().filter(|e| listed(stability, e, limit)).collect()
 }
 
-/// Whether an eigenvalue is listed: up to the frequency `limit`, Hz, and the damping ratio, or because it grows.
+/// Returns whether an eigenvalue is listed: up to the frequency `limit`, Hz, and the damping ratio, or because it
+/// grows.
 fn listed(stability: &job::Stability, e: &Eigenpair, limit: f64) -> bool {
     // What the full system has within its wedge must find its partner, at the edge as well.
     let least = stability.full.as_ref().map_or(0.0, |f| 1.5 * f.damping_ratio);

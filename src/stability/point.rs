@@ -24,7 +24,7 @@ const ALIKE: f64 = 0.5;
 
 /// A contact of one point about a steady state.
 pub struct PointContact<'a> {
-    /// Where it is on the interface.
+    /// Position on the interface.
     pub place: &'a Footprint,
     /// Hertz' stiffness k_H, N/m.
     pub stiffness: f64,
@@ -34,7 +34,7 @@ pub struct PointContact<'a> {
     pub friction: LinearForce,
 }
 
-/// What laws of point contact make of the eigenvalues.
+/// Eigenvalues by laws of point contact.
 pub struct Comparison {
     /// The contact.
     pub ellipse: Ellipse,
@@ -42,13 +42,13 @@ pub struct Comparison {
     pub laws: Vec<OfLaw>,
 }
 
-/// What one law makes of them.
+/// Eigenvalues by one law.
 pub struct OfLaw {
     /// Its place among the laws.
     pub law: usize,
     /// Friction (x, y) on body 1, N.
     pub force: [f64; 2],
-    /// Those listed, by falling growth rate.
+    /// Listed eigenpairs, by falling growth rate.
     pub eigenpairs: Vec<Eigenpair>,
     /// For each its place among those of the discretised contact.
     pub partners: Vec<Option<usize>>,

@@ -73,7 +73,7 @@ pub(super) struct Scales {
     pub rate: f64,
     /// Unit of the tangential forces, N.
     pub force: f64,
-    /// What the row of each of the unknowns f is divided by.
+    /// Divisors of the rows of the unknowns f.
     pub rows: Vec<f64>,
 }
 
@@ -106,7 +106,7 @@ pub fn eigenpairs(bodies: &ModalPair, contact: &LinearContact, tolerance: f64) -
 }
 
 impl Pencil {
-    /// Of two matrices in units of their own.
+    /// Pencil of two matrices, each scaled.
     pub fn of(a: Mat<f64>, e: Mat<f64>) -> Self {
         Self { a, e, scales: Scales { rate: 1.0, force: 1.0, rows: Vec::new() }, parts: None }
     }
@@ -291,8 +291,8 @@ fn yielding(contact: &LinearContact) -> Vec<Yielding> {
     all
 }
 
-/// What the contact sees of the bodies: functions with the amplitudes of which they move at the contact rows, the
-/// modes or others of which these consist, and what is left of the compliance.
+/// Bodies as the contact reaches them: functions with the amplitudes of which they move at the contact rows, the modes
+/// or others of which these consist, and what is left of the compliance.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     /// `[3n, m]`.
@@ -447,7 +447,7 @@ pub(super) struct Coupling {
 }
 
 impl Coupling {
-    /// That of the closed nodes of `contact` with these unknowns.
+    /// System of the closed nodes of `contact` with these unknowns.
     fn new(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Self> {
         let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
         let (psi, nodes) = (bodies.modes, &contact.nodes);
@@ -486,7 +486,7 @@ pub(super) struct ContactRows {
     pub forces: Mat<f64>,
 }
 
-/// Those of `contact` on bodies that move as `bodies` says.
+/// Contact rows of `contact` on bodies that move as `bodies` says.
 pub(super) fn contact_rows(bodies: View<'_>, contact: &LinearContact) -> Result<ContactRows> {
     let (m, unknowns) = (bodies.modes.ncols(), yielding(contact));
     let Coupling { g: forces, w: mut by_rate, x: mut at_rest } = Coupling::new(bodies, contact, &unknowns)?;
@@ -593,7 +593,7 @@ fn largest(matrices: [&Mat<f64>; 2], first: usize) -> Vec<f64> {
 /// A compliance that is left below this part of the whole one is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether the modes are all of the compliance of a closed node along its normal.
+/// Returns whether the modes are all of the compliance of a closed node along its normal.
 fn rigid(bodies: &ModalPair, contact: &LinearContact) -> bool {
     contact.nodes.iter().map(|c| 3 * c.node + 2).any(|k| {
         let (left, whole) = (bodies.residual[(k, k)].abs(), bodies.compliance[(k, k)]);

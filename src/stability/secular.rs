@@ -47,8 +47,8 @@ const ITERATIONS: usize = 40;
 const FAR: f64 = 0.05;
 /// Times that missing ones are looked for.
 const ROUNDS: usize = 8;
-/// Where between the imaginary axis and the ray that bounds the list they are looked for, time after time, and by how
-/// much of their distances the places move.
+/// Fractions of the way between the imaginary axis and the ray that bounds the list at which roots are searched for,
+/// search after search.
 const BETWEEN: [f64; 4] = [0.5, 0.1, 0.9, 0.3];
 const MOVED: f64 = 0.618;
 /// Change of a root, over its size, that is rounding; and what may be left of one by the estimate from the changes of
@@ -85,12 +85,12 @@ const LOOKED_AT: [usize; 2] = [16, 48];
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
 
-/// What is known of the last state.
+/// Data of the last state.
 #[derive(Clone, Default)]
 struct Last {
     poles: Vec<C>,
     roots: Vec<C>,
-    /// Where each of them was a state before.
+    /// Their positions a state earlier.
     before: Vec<C>,
     /// K at some frequencies.
     contact: Vec<C>,
@@ -296,8 +296,8 @@ impl Secular {
         C::from_polar(size, FRAC_PI_2 + part * (self.angle - FRAC_PI_2))
     }
 
-    /// Where the search begins of which nothing is known: at the poles, of which the contact brings back some that
-    /// are damped more.
+    /// Start of the search without earlier roots: the poles, of which the contact brings back some that are damped
+    /// more.
     fn anew(&self) -> Vec<C> {
         let damped = self.modes.damped.iter().map(|p| self.between(p.norm(), BETWEEN[0]));
         self.modes.starts().into_iter().chain(self.relaxations.iter().copied()).chain(damped).collect()
@@ -371,8 +371,8 @@ impl Secular {
         (found, left)
     }
 
-    /// Whether the polynomials give the contact at λ: far from the frequencies of the modes they may have roots of
-    /// their own.
+    /// Returns whether the polynomials give the contact at λ: far from the frequencies of the modes they may have roots
+    /// of their own.
     fn sound(&self, lambda: C) -> bool {
         if self.along.is_near(lambda) {
             return true;
@@ -541,13 +541,13 @@ pub fn begin_at(values: impl Iterator<Item = C>) {
 }
 
 impl Last {
-    /// Whether these poles are those of the last state, or near them one by one.
+    /// Returns whether these poles are those of the last state, or near them one by one.
     fn is_near(&self, poles: &[C]) -> bool {
         let near = |(a, b): (&C, &C)| (a - b).norm() <= FAR * b.norm();
         !self.roots.is_empty() && self.poles.len() == poles.len() && self.poles.iter().zip(poles).all(near)
     }
 
-    /// Where the roots are to be expected when the contact is `now`: on their way, if the contact goes on as it went.
+    /// Expected positions of the roots when the contact is `now`: on their way, if the contact goes on as it went.
     fn foreseen(&self, now: &[C]) -> Vec<C> {
         if self.before.is_empty() || self.change.len() != now.len() {
             return self.roots.clone();
@@ -567,8 +567,8 @@ impl Last {
     }
 }
 
-/// What is left of the distance of a root to its place after a change, by the `changes` of all, each with its number:
-/// that of another root counts by the square of the distance to it.
+/// Estimate of the distance of a root to its place after a change, by the `changes` of all, each with its number: that
+/// of another root counts by the square of the distance to it.
 fn left(all: &[C], changes: &[(usize, f64)], (own, change): (usize, f64)) -> f64 {
     let value = all[own];
     let others = changes.iter().filter(|c| c.0 != own);

@@ -46,7 +46,7 @@ pub struct Derivative {
     pub by: Vec<Complex<f64>>,
 }
 
-/// What an eigenvalue may move with.
+/// Parameter of a derivative of an eigenvalue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// The coefficient of friction at all velocities, over what it is.
@@ -98,8 +98,8 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// That of those `pairs` which [`super::reduced::eigenpairs`] found of this contact, with Im λ ≥ 0; left vectors
-    /// have at most the backward error `tolerance`.
+    /// Sensitivities of those `pairs` that [`super::reduced::eigenpairs`] found of this contact, with Im λ ≥ 0; left
+    /// vectors have at most the backward error `tolerance`.
     pub fn new(bodies: &ModalPair, contact: &LinearContact, pairs: &[Eigenpair], tolerance: f64) -> Result<Self> {
         let pencil = assemble(bodies, contact, None)?;
         let vectors: Vec<_> = pairs.iter().map(|p| pencil.vector(p)).collect();

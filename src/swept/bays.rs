@@ -38,7 +38,7 @@ pub struct Bays {
 pub struct Laid {
     /// Angular frequencies, rad/s, ascending, `[m']`.
     pub omega: Vec<f64>,
-    /// What each has of the modes of the rail on even pads, `[m, m']`.
+    /// Share of each in the modes of the rail on even pads, `[m, m']`.
     pub shares: Mat<f64>,
     /// Damping, 1/s, `[m', m']`.
     pub damping: Mat<f64>,
@@ -47,7 +47,7 @@ pub struct Laid {
 /// Motions along x at a wavenumber: cosine or sine, and the sign.
 type Shape = (bool, f64);
 
-/// Those of (U, W) and of V of a mode.
+/// Shapes of (U, W) and of V of a mode.
 fn shapes(waves: &[Wave], &(of, _, family): &Member) -> [Shape; 2] {
     let (cos, sign) = shape(waves[of].order, family);
     [(cos, 1.0), if sign == 0.0 { (false, 1.0) } else { (true, sign) }]

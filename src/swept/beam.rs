@@ -28,7 +28,7 @@ pub struct Beam {
     pub loss: f64,
 }
 
-/// What is stiff and what is heavy of a beam at an angular frequency.
+/// Stiffness and inertia of a beam at an angular frequency.
 struct At {
     bend: C64,
     shear: C64,
@@ -102,8 +102,7 @@ impl Beam {
         (self.young / self.density).sqrt()
     }
 
-    /// What its resistance to a wave of compression along it is at an angular frequency, EAq, N/m, and q, 1/m, of
-    /// e^{−qx}.
+    /// Resistance of the beam to a wave of compression at an angular frequency, EAq, N/m, and q, 1/m, of e^{−qx}.
     fn compressed(&self, omega: f64, foundation: C64) -> (C64, C64) {
         let stiffness = self.young * self.area * Complex::new(1.0, self.loss);
         let q = ((foundation - self.density * self.area * omega * omega) / stiffness).sqrt();

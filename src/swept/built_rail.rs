@@ -226,7 +226,7 @@ impl BuiltRail {
         self.contact().seen([z, y])
     }
 
-    /// Whether the contact is on the corner or on the face below it.
+    /// Returns whether the contact is on the corner or on the face below it.
     fn on_corner(&self) -> bool {
         self.contact().angle.abs() > CROWN
     }

@@ -19,7 +19,7 @@ pub struct Focus {
     pub largest: f64,
 }
 
-/// What the edge length grows by with each metre.
+/// Growth of the edge length with each metre.
 const GROWTH: f64 = 0.45;
 /// Parts of a stretch over which sizes are summed.
 const PARTS: usize = 512;
@@ -149,7 +149,7 @@ pub enum Given {
         drawn: Rc<Drawn>,
         /// y of the contact point in the drawing, m.
         offset: f64,
-        /// Whether it is seen from the other side.
+        /// True if it is seen from the other side.
         mirrored: bool,
     },
 }
@@ -159,7 +159,7 @@ const BESIDE: f64 = 0.002;
 
 /// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
 const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
-/// Those of the wheel, m.
+/// Edge lengths of the wheel, m.
 const PARTS_OF_THE_WHEEL: [f64; 2] = [0.003, 0.02];
 
 impl Given {
@@ -172,7 +172,7 @@ impl Given {
         }
     }
 
-    /// Where the loads of the contact act on the section.
+    /// Points at which the loads of the contact act on the section.
     pub fn contact(&self) -> SectionContact {
         match self {
             Given::Cylinder(_) => SectionContact::level(self.radius()),

@@ -58,8 +58,8 @@ fn blocks(forms: &Forms, last: usize) -> Vec<(usize, usize)> {
 }
 
 impl<'f> Constant<'f> {
-    /// That of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the next
-    /// edge asks for.
+    /// Compliance of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the
+    /// next edge asks for.
     pub fn new(forms: &'f Forms, patches: &[Patch], radius: f64) -> Result<Self> {
         Self::at(forms, patches, &SectionContact::level(radius))
     }
@@ -111,8 +111,8 @@ impl<'f> Constant<'f> {
         std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (moments[c] * moments[d])))
     }
 
-    /// What a block adds, for each patch; factorised in the `memory` of the block before, which then holds that of
-    /// this one.
+    /// Contribution of a block, for each patch; factorised in the `memory` of the block before, which then holds that
+    /// of this one.
     pub fn block(&self, index: usize, memory: &mut Vec<f64>) -> Result<Vec<Square>> {
         let (n, width) = self.blocks[index];
         let forms = self.forms;

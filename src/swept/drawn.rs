@@ -26,8 +26,8 @@ const STEEPEST: f64 = 5.671;
 const SLICES: usize = 1000;
 
 impl Drawn {
-    /// Of what is swept along `path`: nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles of
-    /// the edges, then the centre; edges of named curves, first and last node first. Straight edges get a node in
+    /// Forms of a body swept along `path`: nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles
+    /// of the edges, then the centre; edges of named curves, first and last node first. Straight edges get a node in
     /// their middle. `running` names the running line. An error says what of the drawing is wrong, and where.
     pub fn new(
         path: Path,

@@ -37,8 +37,8 @@ impl Ends {
         0.5 * (self.wave(i.abs_diff(j)) + self.wave(i + j))
     }
 
-    /// What the dashpots at both sides of the closing of the period do to motions along the rail with cos k_i x and
-    /// cos k_j x, m/s. Those with sin kx rest there.
+    /// Damping, by the dashpots at both sides of the closing of the period, of motions along the rail with cos k_i x
+    /// and cos k_j x, m/s. Those with sin kx rest there.
     pub fn closing(&self, i: usize, j: usize) -> f64 {
         if (i + j).is_multiple_of(2) {
             2.0 * self.along

@@ -19,19 +19,19 @@ pub(super) const BLOCK: usize = 24;
 /// A pivot of this part of its diagonal entry is lost in rounding.
 const LOST: f64 = 1e-13;
 
-/// Where the entries of a symmetric matrix are: the blocks of its lower triangle, row by row, from the first one of
-/// each row that is not empty. All matrices of a section have one envelope.
+/// Envelope of a symmetric matrix: the blocks of its lower triangle, row by row, from the first one of each row that is
+/// not empty. All matrices of a section have one envelope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Envelope {
     n: usize,
     /// First block column of each block row.
     first: Vec<usize>,
-    /// Where each block row begins among the values, and their number. A block row is stored by columns.
+    /// Start of each block row among the values, and their number. A block row is stored by columns.
     start: Vec<usize>,
 }
 
 impl Envelope {
-    /// That of a matrix of order `n` with `entries` (row, column ≤ row).
+    /// Envelope of a matrix of order `n` with `entries` (row, column ≤ row).
     pub fn new(n: usize, entries: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut first: Vec<usize> = (0..n.div_ceil(BLOCK)).collect();
         entries.for_each(|(i, j)| first[i / BLOCK] = first[i / BLOCK].min(j / BLOCK));

@@ -29,7 +29,7 @@ pub struct Forms {
     pub section: Section,
     /// Its material.
     pub material: Material,
-    /// What the section is swept along.
+    /// Path along which the section is swept.
     pub path: Path,
     /// Number of each node among those that are free to move.
     place: Vec<Option<usize>>,
@@ -221,8 +221,8 @@ impl Forms {
         -(SHIFT / size).powi(2) * self.material.young / self.material.density
     }
 
-    /// Whether `other` is the same section of the same material on the same way, in a frame that is elsewhere and
-    /// turned by `angle`, rad, from y to z against that of this one; of a body of revolution along the axle alone.
+    /// Returns whether `other` is the same section of the same material on the same way, in a frame that is elsewhere
+    /// and turned by `angle`, rad, from y to z against that of this one; of a body of revolution along the axle alone.
     /// Tracks and springs are not looked at.
     pub fn is_elsewhere(&self, other: &Self, angle: f64) -> bool {
         let (a, b) = (&self.section, &other.section);
@@ -358,8 +358,8 @@ impl Forms {
         self.product(x, |k| scaled(&IDENTITY, self.path.whole(n) * self.mass[k]))
     }
 
-    /// Of columns at the order n, at 1 rad/s of rotation: (K_σ − K_c) x with the prestress `sigma`. K_c alone without
-    /// it.
+    /// Applies rotation at the order n, at 1 rad/s, to columns: (K_σ − K_c) x with the prestress `sigma`. K_c alone
+    /// without it.
     pub fn rotation(&self, n: usize, sigma: Option<&Prestress>, x: MatRef<'_, f64>) -> Mat<f64> {
         let bracket = brackets(n);
         self.product(x, |k| {

@@ -27,14 +27,14 @@ const STEP: f64 = 0.5;
 /// Forces along (x, y, n into the body) at the contact.
 pub const FORCES: usize = 3;
 
-/// What an infinite rail is made of.
+/// Construction parameters of an infinite rail.
 #[derive(Debug, Clone)]
 pub struct Making {
     /// The section, in the frame of the surface at the contact point.
     pub section: Section,
     /// Its material.
     pub material: Material,
-    /// What it lies on, spread evenly.
+    /// Track, spread evenly.
     pub track: Option<Track>,
     /// Angle of the section's frame against the upright one, from y to z, rad.
     pub angle: f64,
@@ -57,7 +57,7 @@ pub struct Infinite {
     /// Springs and dashpots of the track, `[q, q]`.
     springs: Mat<f64>,
     dashpots: Mat<f64>,
-    /// What the forces do to the motions, `[q, 3]`.
+    /// Coupling of the forces to the motions, `[q, 3]`.
     loads: Mat<f64>,
     loss: f64,
     /// Angular frequencies of the waves at the multiples of [`STEP`], rad/s, ascending, without damping.
@@ -125,7 +125,7 @@ impl Infinite {
         self.motion.as_ref()
     }
 
-    /// What the forces do to the motions, which is what the contact sees of them, `[q, 3]`.
+    /// Coupling of the forces to the motions, which is what the contact sees of them, `[q, 3]`.
     pub fn loads(&self) -> MatRef<'_, f64> {
         self.loads.as_ref()
     }

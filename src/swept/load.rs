@@ -32,8 +32,7 @@ pub const LOADS: usize = 9;
 /// A value for each pair of loads.
 pub type Square = [[f64; LOADS]; LOADS];
 
-/// Of order n ≥ 1: the family, 0 (U cos nθ, V sin nθ, W cos nθ) or 1 (U sin nθ, −V cos nθ, W sin nθ), that each load
-/// moves and no other.
+/// Family that each load of order n ≥ 1 moves: 0 (U cos nθ, V sin nθ, W cos nθ) or 1 (U sin nθ, −V cos nθ, W sin nθ).
 pub const FAMILY: [usize; LOADS] = [1, 0, 0, 0, 1, 1, 1, 0, 0];
 
 /// ∫ω … dx with cos nθ, sin nθ, and the tilt of e_r and e_θ against the fixed axes: along, cos θ; tilt, sin θ.
@@ -186,7 +185,7 @@ impl LineLoad {
         means
     }
 
-    /// Whether two loads move the same family.
+    /// Returns whether two loads move the same family.
     pub fn together(&self, a: usize, b: usize) -> bool {
         self.order == 0 || FAMILY[a] == FAMILY[b]
     }
@@ -243,7 +242,7 @@ const FAR: f64 = 400.0;
 /// Parts of what goes up to there.
 const PANELS: usize = 300;
 
-/// What the factors i of a pair of loads and of the displacement of one under the other make together: 1 or −1; 0
+/// Sign of the product of the factors i of a pair of loads and of the displacement of one under the other: 1 or −1; 0
 /// where the product is odd along x or along y.
 const PHASE: Square = {
     let mut all = [[0.0; LOADS]; LOADS];

@@ -26,7 +26,7 @@ pub struct Modes {
     pub residual: Vec<f64>,
 }
 
-/// What contact and rotation see of the modes of an order: numbers alone, for all ranks.
+/// Modes of an order as contact and rotation need them: numbers alone, for all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
     /// Number of nodal diameters n.
@@ -55,7 +55,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one, and the
+    /// Modal data of `modes` of `forms`, with the load of their order at the contact, where there is one, and the
     /// centrifugal prestress of a body that rotates.
     pub fn of(
         forms: &Forms,
@@ -218,8 +218,8 @@ pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
     Ok(Modes { order: n, omega: lambda.iter().map(root).collect(), vectors, residual })
 }
 
-/// What `of` finds of each order, where `size` of it is not 0, until it finds nothing in some orders on end; it is
-/// given the orders to look at, as many as `together`.
+/// Collects the results of `of` of each order, where `size` of it is not 0, until it finds nothing in some orders on
+/// end; it is given the orders to look at, as many as `together`.
 pub fn by_orders<T>(
     together: usize,
     size: impl Fn(&T) -> usize,

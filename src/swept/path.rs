@@ -1,4 +1,4 @@
-//! What a section is swept along: round an axle, or along a line.
+//! Sweep path: round an axle, or along a line.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ pub enum Path {
 }
 
 impl Path {
-    /// What the derivative along the way brings down: n, or k = 2πn/L, 1/m.
+    /// Factor of a derivative along the path: n, or k = 2πn/L, 1/m.
     pub fn wavenumber(self, n: usize) -> f64 {
         match self {
             Path::Axle => n as f64,

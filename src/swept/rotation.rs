@@ -1,4 +1,4 @@
-//! What rotation adds to the modes of one order, at 1 rad/s: exact, as the section holds for all angles.
+//! Rotation terms of the modes of one order, at 1 rad/s: exact, as the section holds for all angles.
 
 use super::forms::Prestress;
 use super::modes::Modes;

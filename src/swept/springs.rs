@@ -13,7 +13,7 @@ pub struct EdgeSprings {
     /// Stiffness across the axle (radially and along the circle), along it, and along the normal of the surface: N/m,
     /// or N/m³ per area.
     pub stiffness: [f64; 3],
-    /// Whether that is the stiffness of each square metre, and not of the whole group.
+    /// True if that is the stiffness of each square metre, and not of the whole group.
     pub per_area: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What a rail lies on: pads along the whole foot, and under them sleepers on ballast, all spread evenly along the
+//! Track under a rail: pads along the whole foot, and under them sleepers on ballast, all spread evenly along the
 //! track.
 //!
 //! A layer has springs and dashpots, which are the viscous equivalent of a loss factor η at the angular frequency
@@ -30,11 +30,11 @@ impl Layer {
 pub struct Sleeper {
     /// Mass under one rail, kg/m.
     pub mass: f64,
-    /// What they lie on.
+    /// Ballast.
     pub ballast: Layer,
 }
 
-/// What a rail lies on.
+/// Track under a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track {
     /// Between foot and sleeper, or foot and ground.
@@ -61,7 +61,7 @@ pub(super) fn block(layer: &Layer, tilt: f64) -> Springs {
     Springs { stiffness: turned(layer.stiffness, tilt), viscosity: turned(layer.viscosity, tilt) }
 }
 
-/// What a track adds to the matrices of a section: blocks at pairs of nodes, and the sleeper's mass.
+/// Matrices that a track adds to the matrices of a section: blocks at pairs of nodes, and the sleeper's mass.
 pub(super) struct Added {
     /// Node, node, springs and dashpots of each metre between what the first and the second of them move.
     pub blocks: Vec<(usize, usize, Springs)>,
@@ -75,8 +75,8 @@ impl Track {
         self.sleeper.map_or(0, |_| 3)
     }
 
-    /// What it adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its group
-    /// `foot`. A sleeper becomes another node.
+    /// Terms that the track adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its
+    /// group `foot`. A sleeper becomes another node.
     pub(super) fn added(&self, section: &mut Section, tilt: f64) -> Result<Added> {
         let edges = section.edges("foot");
         let length: f64 = edges.iter().flat_map(|e| section.along(e)).map(|(_, step)| step).sum();

@@ -5,8 +5,8 @@ use super::{Ends, Forms, LineLoad, Patch, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 
-/// What contact and damping see of the modes of an order: numbers alone, for all ranks. For n ≥ 1 each stands for
-/// two, one of either family.
+/// Modes of an order as contact and damping need them: numbers alone, for all ranks. For n ≥ 1 each stands for two, one
+/// of either family.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wave {
     /// Number n of waves on the period.
@@ -38,7 +38,7 @@ pub struct Damping {
 pub type Member = (usize, usize, usize);
 
 impl Wave {
-    /// That of `modes` of `forms`, with the load of their order at the contact, where there is one.
+    /// Modal data of `modes` of `forms`, with the load of their order at the contact, where there is one.
     pub fn of(forms: &Forms, modes: Modes, contact: Option<(&LineLoad, Patch)>) -> Self {
         let Modes { order, omega, vectors, residual } = modes;
         let m = omega.len();
@@ -106,8 +106,8 @@ impl Wave {
     }
 }
 
-/// Whether (U, W) of a mode goes with cos kx, and the sign with which V does; 0 where V goes with sin kx. An order
-/// without waves has its one family constant along the rail.
+/// Returns whether (U, W) of a mode goes with cos kx, and the sign with which V does; 0 where V goes with sin kx. An
+/// order without waves has its one family constant along the rail.
 pub(super) fn shape(order: usize, family: usize) -> (bool, f64) {
     match (order, family) {
         (0, _) => (true, 1.0),

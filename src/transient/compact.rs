@@ -71,7 +71,7 @@ impl Operator {
         dense::add_symmetric(&self.columns, self.stride(), x, out);
     }
 
-    /// What single precision is relative to, m/N.
+    /// Reference compliance of single precision, m/N.
     pub(super) fn unit(&self) -> f64 {
         self.unit
     }
@@ -92,7 +92,7 @@ impl Operator {
         &self.gaps
     }
 
-    /// What the normal components `x`, `[l]`, do, in single precision: (x, y, n) in `unit`, `[3][l]`.
+    /// Response to the normal components `x`, `[l]`, in single precision: (x, y, n) in `unit`, `[3][l]`.
     pub(super) fn pressed(&self, x: &[f32]) -> Lines<f32> {
         let (k, l) = (self.size / 3, self.places());
         let mut out = Lines::zeros(3 * l);
@@ -105,7 +105,7 @@ impl Operator {
         out
     }
 
-    /// What the tangential components `[x, y]`, `[l]` each, do along the surface, in single precision: (x, y) in
+    /// Response along the surface to the tangential components `[x, y]`, `[l]` each, in single precision: (x, y) in
     /// `unit`, `[2][l]`.
     pub(super) fn pulled(&self, [x, y]: [Vec<f32>; 2]) -> Lines<f32> {
         let (k, l) = (self.size / 3, self.places());

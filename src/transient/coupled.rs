@@ -167,7 +167,7 @@ impl Coupled {
         self.inverse.times(x)
     }
 
-    /// What the skew part of A⁻¹ makes of the modal reactions `f`, m √kg, `[m]`.
+    /// Displacements by the skew part of A⁻¹ under the modal reactions `f`, m √kg, `[m]`.
     pub(super) fn lag(&self, f: &[f64]) -> Option<Vec<f64>> {
         self.lag.as_ref().map(|lag| lag.times(f))
     }

@@ -1,4 +1,4 @@
-//! What is prescribed in time: load or approach, creepages.
+//! Prescribed quantities in time: load or approach, creepages.
 
 use crate::contact::NormalLoad;
 use crate::{Error, Result};
@@ -58,7 +58,7 @@ impl History {
     }
 }
 
-/// What is prescribed of the relative motion in one tangential direction.
+/// Prescribed relative motion in one tangential direction.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Tangential {
     /// Rigid creep velocity at the origin, m/s.
@@ -67,7 +67,7 @@ pub enum Tangential {
     Force(History),
 }
 
-/// What is prescribed of the normal motion.
+/// Prescribed normal motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Normal {
     /// Total normal force, N; the approach, which is massless, is found at each step.

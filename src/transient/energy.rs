@@ -27,8 +27,8 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// What the discretisation gained: stored + dissipated − supplied, J. Zero for the exact motion; with θ = ½ all
-    /// there is comes from contacts that open or close within a step.
+    /// Energy gained by the discretisation: stored + dissipated − supplied, J. Zero for the exact motion; with θ = ½
+    /// all there is comes from contacts that open or close within a step.
     pub fn residual(&self) -> f64 {
         self.kinetic + self.elastic - self.start + self.friction + self.damping + self.impact - self.drive
     }

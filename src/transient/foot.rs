@@ -1,11 +1,11 @@
-//! Where the material at a node was a step ago: x − Vh on the lines of the grid. Its displacement there lies on the
-//! [`Course`] upstream, as in the steady and the linear analyses: for short steps the difference along the particle
+//! Departure points of the semi-Lagrangian transport: x − Vh on the lines of the grid. Its displacement there lies on
+//! the [`Course`] upstream, as in the steady and the linear analyses: for short steps the difference along the particle
 //! is theirs ([`crate::contact::Stencil::Edge`]), node by node, and what the three find is the same but for the first
 //! order in Vh.
 //!
 //! [`Course`]: crate::contact::course::Course
 
-/// Where the foot of a node lies on its line of the grid.
+/// Position of the departure point of a node on its line of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Foot {
     /// On the node with this index along x.

@@ -1,6 +1,6 @@
 //! Rolling contact in time on the reduced model: modes of both bodies by a θ-method, the residual compliance of the
-//! contact statically, Signorini's and Coulomb's laws at every step (`docs/transient.md`). It knows neither PETSc nor
-//! MPI nor files: everything here is dense, runs on rank 0 and can be tested alone.
+//! contact statically, Signorini's and Coulomb's laws at every step (`docs/explanation/transient.md`). It knows neither
+//! PETSc nor MPI nor files: everything here is dense, runs on rank 0 and can be tested alone.
 //!
 //! Over a step h the modes obey, with u the modal amplitudes and v their velocities,
 //!

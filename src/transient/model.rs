@@ -34,7 +34,7 @@ pub struct Model<'a> {
     pub stiffness: ModalMatrix,
     /// Modal damping, 1/s, symmetric of bodies at rest.
     pub damping: ModalMatrix,
-    /// What of both comes from rotation.
+    /// Terms of rotation in both.
     pub turning: Option<Turning>,
     /// Modal loads that are not contact forces, ΦᵀF, N/√kg, `[m]`; an empty slice for none.
     pub load: &'a [f64],

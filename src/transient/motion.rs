@@ -1,5 +1,5 @@
-//! What moves behind the contact, as the steps ask it: modes ([`Modal`](super::scheme::Modal)), or bodies that
-//! another room advances.
+//! Dynamics behind the contact, as the steps ask it: modes ([`Modal`](super::scheme::Modal)), or bodies that another
+//! room advances.
 //!
 //! The steps know it by m coordinates `q` and their rates `v`. They see them at the contact through Ψ of the
 //! [`Model`], and act on them by f = Ψᵀ R.
@@ -18,8 +18,8 @@ pub trait Motion {
     /// v) at the end. Once in each step.
     fn free(&mut self, q: &[f64], v: &[f64], f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)>;
 
-    /// What W leaves out of the response to the forces `f` at the beginning of a step, for the contact to see, `[m]`;
-    /// none where it leaves out nothing.
+    /// Part of the response that W leaves out, under the forces `f` at the beginning of a step, at the contact, `[m]`;
+    /// none where W is complete.
     fn lag(&self, f: &[f64]) -> Option<Vec<f64>>;
 
     /// Adds what the forces `f` at the end of the step do.

@@ -14,7 +14,7 @@ use crate::contact::krylov::gmres;
 use crate::contact::law::{Status, Tangent};
 use crate::Result;
 
-/// What serves the next step too.
+/// Data kept for the next step.
 #[derive(Default)]
 pub struct Memory {
     factor: Option<PartialPivLu<f64>>,
@@ -40,7 +40,7 @@ impl Memory {
         *self = Self { parts, ..Self::default() };
     }
 
-    /// Whether the next step is to be tried by parts.
+    /// Returns whether the next step is to be tried by parts.
     pub(super) fn by_parts(&mut self) -> bool {
         self.pause = self.pause.saturating_sub(1);
         self.pause == 0

@@ -28,7 +28,7 @@ mod seen;
 mod start;
 mod tangential;
 
-/// What serves the following steps on the same nodes.
+/// Operators kept for the following steps on the same nodes.
 struct Operators {
     seen: Seen,
     normal: Normal,
@@ -171,7 +171,7 @@ impl Operators {
         Self { seen: Seen::new(p), normal: Normal::new(p.nodes()), tangential: None, spare }
     }
 
-    /// Where a load is given and no node is closed: lets the nearest one touch with that load. Whether it had to.
+    /// If a load is given and no node is closed, lets the nearest one touch with that load. Whether it had to.
     fn approach(&self, p: &StepProblem<'_>, now: &mut Iterate) -> bool {
         let Some(load) = p.total[2].filter(|_| self.seen.closed.iter().all(|c| *c == 0.0)) else { return false };
         let gap = &self.seen.u.row(2)[..p.nodes()];
@@ -282,7 +282,7 @@ impl WithSimd for Gaps<'_> {
     }
 }
 
-/// What the tangential unknowns are to do, in newtons as everything in single precision.
+/// Right-hand side of the tangential unknowns, in newtons as everything in single precision.
 struct Wish<'a> {
     seen: &'a Seen,
     /// Directions of the operator, which are those of nodes that stick.
@@ -295,7 +295,7 @@ struct Wish<'a> {
     along: &'a mut [f32],
     /// Minus the motion across and along d, `[2l]`.
     rhs: &'a mut [f32],
-    /// What is added to the diagonal across, `[l]`.
+    /// Compliance added to the tangential diagonal, `[l]`.
     soft: &'a mut [f32],
 }
 

@@ -59,7 +59,7 @@ pub struct StepProblem<'a> {
     pub free: &'a [f64],
     /// Friction law, of the velocity |d|/h.
     pub friction: &'a FrictionLaw,
-    /// What the nodes remember of it, `[k]`; empty where the coefficient is that of the law itself.
+    /// Memory of friction of the nodes, `[k]`; empty where the coefficient is that of the law itself.
     pub before: &'a [Remembered],
     /// Step h, s.
     pub step: f64,

@@ -135,9 +135,9 @@ impl Motion for Modal {
         Ok((q_end, v_end))
     }
 
-    /// What the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal reactions:
-    /// displacements of the modes, m √kg, `[m]`; none where there is no such part. The steps take it from the
-    /// reactions at their beginning, which changes the contact by less than the scheme's own error.
+    /// Modal displacements that the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal
+    /// reactions: displacements of the modes, m √kg, `[m]`; none where there is no such part. The steps take it from
+    /// the reactions at their beginning, which changes the contact by less than the scheme's own error.
     fn lag(&self, f: &[f64]) -> Option<Vec<f64>> {
         match &self.motion {
             Modes::Apart { .. } => None,

@@ -34,7 +34,7 @@ struct Mix {
 }
 
 impl Shapes {
-    /// Those of Ψ, `[N, m]`.
+    /// Low-rank factors of Ψ, `[N, m]`.
     pub(super) fn new(modes: MatRef<'_, f64>) -> Self {
         let (n, m) = modes.shape();
         // B and C together are to be smaller than Ψ, and as a step reads less of B than of C they are to be much
@@ -56,7 +56,7 @@ impl Shapes {
         Self { rows, rank, mix: Some(mix) }
     }
 
-    /// Those of Ψ as they are.
+    /// Factors of Ψ as they are.
     pub(super) fn whole(modes: MatRef<'_, f64>) -> Self {
         let (n, m) = modes.shape();
         let rows = (0..n).flat_map(|i| (0..m).map(move |k| modes[(i, k)])).collect();

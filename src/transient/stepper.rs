@@ -36,7 +36,7 @@ const FAR: f64 = 1.0;
 /// Steps that the first guess of the next one is extrapolated from.
 const PAST: usize = 4;
 
-/// What does not change in time.
+/// Settings that are constant in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Step and θ.
@@ -47,7 +47,7 @@ pub struct Settings {
     pub solver: ContactSolver,
     /// Residual of a step relative to the normal force.
     pub tolerance: f64,
-    /// What is prescribed.
+    /// Prescribed quantities.
     pub drive: Drive,
 }
 
@@ -79,7 +79,7 @@ pub struct Stepper<'a> {
     settings: Settings,
     impact: Impact,
     motion: Box<dyn Motion + 'a>,
-    /// Whether the nodes of the surface have mass: all degrees of freedom move, none is taken statically.
+    /// True if the nodes of the surface have mass: all degrees of freedom move, none is taken statically.
     massive: bool,
     /// W, m/N, `[3n, 3n]`.
     w: Mat<f64>,
@@ -103,11 +103,11 @@ pub struct Stepper<'a> {
     modal_now: Option<Vec<f64>>,
     /// Reactions on the core and their responses at the end of the last steps, the last one first.
     past: Vec<(Vec<f64>, Vec<f64>)>,
-    /// What the last step found.
+    /// Result of the last step.
     met: Met,
     /// Displacements of the core without its reactions in the last step, m, `[3 core]`; empty where the nodes are new.
     posed: Vec<f64>,
-    /// What they remembered of friction before it, `[core]`.
+    /// Memory of friction before it, `[core]`.
     before: Vec<Remembered>,
     report: Report,
     /// The start has settled and no step has followed: the reactions are those of a step later.

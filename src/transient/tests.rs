@@ -129,7 +129,7 @@ fn a_single_node_slips_and_sticks() {
     }
 }
 
-/// What is told of the nodes follows from their stresses and creep at every step, also where most of them have just
+/// Reported values of the nodes follow from their stresses and creep at every step, also where most of them have just
 /// come off each other and the working set has shrunk.
 #[test]
 fn status_and_creep_belong_to_the_stresses_at_every_step() {
@@ -349,7 +349,7 @@ fn rolling_over_a_slope() {
     near(stepper.state().energy.rolling, -1e3 * 10.0 * 2.0 * H * 0.5, "work of the rolling moment");
 }
 
-/// What touches at the border of the patch is outside the model.
+/// Contact at the border of the patch is outside the model.
 #[test]
 fn contact_at_the_border_is_refused() {
     let (s, w, no) = (grid(&[(12, 0.0), (14, 0.9e-3)]), springs(), none());

@@ -4,7 +4,7 @@
 use railsqueal::mesh::{CellKind, Cells, Facet, Mesh};
 use std::collections::HashMap;
 
-/// What a brick becomes.
+/// Cells into which a brick is split.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Split {
     /// Itself.

@@ -250,7 +250,7 @@ fn mutated_jobs() {
     }
 }
 
-/// What is no file is not waited for, and what cannot be counted in time is counted in closed form.
+/// Special files are not waited for, and counts too large to enumerate are made in closed form.
 #[test]
 fn inputs_that_would_take_for_ever() {
     let fifo = |folder: &Folder, name: &str| {

@@ -1,4 +1,4 @@
-//! What makes an eigenvalue grow, in whole runs: one free mode on everything else beside the eigenvalue.
+//! Causes of growth, in whole runs: one free mode on everything else beside the eigenvalue.
 
 use super::program::*;
 use num_complex::Complex64;

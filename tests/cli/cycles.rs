@@ -137,7 +137,9 @@ fn a_stopped_map_sounds_the_same() {
 #[test]
 fn a_point_of_the_map_is_the_single_run() {
     let sound = json!({ "min_frequency": 200, "max_frequency": 600 });
-    let cycles = json!({ "branches": ["mode"], "duration": 3.0, "settled": 1e-3, "amplitude": 1e-5, "harmonics": 3, "sound_power": sound });
+    let cycles = json!({
+        "branches": ["mode"], "duration": 3.0, "settled": 1e-3, "amplitude": 1e-5, "harmonics": 3, "sound_power": sound
+    });
     let mut job = swept(cycles);
     job["analyses"]["sweep"]["keys"]["contact.creepage.lateral"] = json!([0.003, 0.016]);
     let folder = Folder::with(job.to_string());

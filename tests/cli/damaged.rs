@@ -174,8 +174,8 @@ fn without_steps() -> Folder {
     Folder::with(job.to_string())
 }
 
-/// Where a file refers to a text of variable length: four bytes of its length, eight of the place of its heap, four
-/// of its number there.
+/// Position of a reference to a text of variable length in a file: four bytes of its length, eight of the place of its
+/// heap, four of its number there.
 fn reference(bytes: &[u8], length: usize) -> usize {
     let little = |at: usize, n: usize| bytes[at..at + n].iter().rev().fold(0, |sum, b| sum << 8 | usize::from(*b));
     let heap = |at: usize| bytes.get(at..at.saturating_add(4)) == Some(&b"GCOL"[..]);

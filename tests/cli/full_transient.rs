@@ -38,8 +38,8 @@ fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// What is left out of the modes is small over a period; a run that is continued is the run that was not stopped, to
-/// the last bit; two ranks find what one does, from the same phase of the mode.
+/// Truncation of modes changes little over a period; a run that is continued is the run that was not stopped, to the
+/// last bit; two ranks find what one does, from the same phase of the mode.
 #[test]
 fn all_degrees_of_freedom_move_as_the_modes_do() {
     let folder = Folder::with(short("full").to_string());

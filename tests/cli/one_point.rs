@@ -31,8 +31,8 @@ fn sliding() -> serde_json::Value {
     job
 }
 
-/// What the bodies are to a contact of one point: squared frequencies and damping, means (x, y, n) over the pressure
-/// of the modes and of their slopes along x, `[m]` each.
+/// Body data for a contact of one point: squared frequencies and damping, means (x, y, n) over the pressure of the
+/// modes and of their slopes along x, `[m]` each.
 struct Modes {
     omega: Vec<f64>,
     mean: [Vec<f64>; 3],

@@ -64,7 +64,7 @@ fn sides_are_mirrored_and_creepages_are_overridden() {
     assert!(force[0].abs() < 0.01 * 3006.0 && force[1] > 0.5 * 3006.0, "{force:?}");
 }
 
-/// What `check` says of the geometry, a profile from a file, and a creep curve on it.
+/// Output of `check` on the geometry, a profile from a file, and a creep curve on it.
 #[test]
 fn a_profile_from_a_file_is_checked_and_rolled() {
     let mut job = wheel_on_rail();
@@ -153,7 +153,7 @@ fn a_wheel_on_a_stiff_rail_is_stable() {
     }
 }
 
-/// What a section on a placement cannot be is said.
+/// Impossible sections on a placement are refused.
 #[test]
 fn sections_on_a_placement_are_checked() {
     type Change = fn(&mut Value);
@@ -233,8 +233,8 @@ fn a_place_among_others_is_that_by_itself() {
     assert!((growth[1] - alone[0]).abs() > 1e-5 * rate, "{growth:?} 1/s, alone {alone:?}");
 }
 
-/// Where the placement is that under the load, the forces are those of half-spaces, whatever the rail gives way by,
-/// and a transient begins at rest.
+/// With a placement under the load, the forces are those of half-spaces, whatever the rail gives way by, and a
+/// transient begins at rest.
 #[test]
 #[ignore = "long: scripts/validate cli"]
 fn a_rail_that_gives_way_has_the_forces_of_half_spaces() {

@@ -261,7 +261,8 @@ fn a_stopped_run_of_contact_points_goes_on() {
     assert!(matches!(refused.code, Some(2 | 3)), "{refused:?}");
 }
 
-/// What a body of matrices cannot give is refused before anything is read, by `check` as by `run`, with what would do.
+/// Analyses that bodies of matrices cannot give are refused before anything is read, by `check` as by `run`, with an
+/// alternative.
 #[test]
 fn what_matrices_cannot_give_is_refused() {
     let refused = |change: &dyn Fn(&mut Value), parts: &[&str]| {

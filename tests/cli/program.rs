@@ -147,7 +147,7 @@ impl Folder {
         undisturbed(ranks, &[&[command, job.as_str()], args].concat())
     }
 
-    /// What lies in the folder, sorted.
+    /// Files in the folder, sorted.
     pub fn listing(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.dir.path()).expect("list the folder");
         let mut names: Vec<String> =

@@ -1,4 +1,4 @@
-//! What is done with results, and jobs to begin with: the report, the comparison, pictures of a stopped run, `init`.
+//! Work with results, and jobs to begin with: the report, the comparison, pictures of a stopped run, `init`.
 
 use super::program::*;
 use super::transient::sliding;

@@ -177,7 +177,8 @@ fn wheels_that_roll_in_time() {
     let mut job = rolling();
     job["analyses"]["modes"]["count"] = json!(16);
     job["analyses"]["transient"] = json!({
-        "duration": 5e-3, "step": 1e-5, "segment": 100, "start": { "mode": 1, "amplitude": 1e-6 }, "contact_stride": 50, "modal_stride": 1
+        "duration": 5e-3, "step": 1e-5, "segment": 100, "start": { "mode": 1, "amplitude": 1e-6 },
+        "contact_stride": 50, "modal_stride": 1
     });
     let folder = Folder::with(job.to_string());
     let (whole, parted) = (folder.text("whole.h5"), folder.text("parted.h5"));

@@ -94,7 +94,8 @@ fn a_transient_of_either_model_knows_the_end_of_the_time() {
     }
 }
 
-/// What is killed before its first segment leaves modes and compliance at the most, and a folder without segments.
+/// Runs that are killed before their first segment leave modes and compliance at the most, and a folder without
+/// segments.
 #[test]
 fn a_run_that_was_killed_during_its_set_up_begins_again_with_what_there_is() {
     let mut job = sliding(json!({ "duration": 0.005, "start": { "mode": 1, "amplitude": 1e-6 } }));

@@ -289,7 +289,7 @@ fn a_mesh_stands_where_its_section_does() {
     }
 }
 
-/// What the upper body yields by at nodes of the contact under forces on others, 10 to 25 mm beside them, as means
+/// Displacement of the upper body at nodes of the contact under forces on others, 10 to 25 mm beside them, as means
 /// over all such pairs, m/N, `[3][3]` in (x, y, n).
 fn far_yielding(folder: &Folder, file: &str) -> [[f64; 3]; 3] {
     let (x, y) = (numbers(folder, file, "reduced/x"), numbers(folder, file, "reduced/y"));

@@ -45,7 +45,7 @@ fn wrong_usage_is_exit_2() {
     railsqueal(2, &["rum"]).failed(2, &["rum"]);
 }
 
-/// What a rank of `mpirun` does is a line of the shell, with the program as `$0` and the rank in `$rank`.
+/// Rank command of `mpirun`: a line of the shell, with the program as `$0` and the rank in `$rank`.
 fn ranks_by_shell(ranks: usize, line: &str) -> Ran {
     let line = format!("rank=$OMPI_COMM_WORLD_RANK; {line}");
     finish(mpirun().args(["-n", &ranks.to_string(), "sh", "-c", &line, PROGRAM]))
@@ -155,7 +155,7 @@ fn the_jobs_of_the_project_are_valid() {
     paths.retain(|path| path.extension().is_some_and(|e| e == "json"));
     assert!(paths.len() > 20, "{paths:?}");
     for path in paths {
-        // Its meshes are made by scripts with Gmsh; docs/meshes.md has the commands.
+        // Its meshes are made by scripts with Gmsh; docs/reference/meshes.md has the commands.
         if path.ends_with("wheel-on-rail-3d.json") && !path.with_file_name("rail-3d.msh").exists() {
             let path = path.display().to_string();
             railsqueal(1, &["check", &path]).failed(3, &["bodies.lower.mesh", "rail-3d.msh", "wheel-3d.msh"]);

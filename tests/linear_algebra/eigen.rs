@@ -228,7 +228,7 @@ fn singular_shift(world: &World) {
     assert!(error.message().contains("singular"), "{error}");
 }
 
-/// What is nearest to the shift dwarfs all else in the inverse.
+/// The eigenvalue nearest to the shift dwarfs all others in the inverse.
 fn beside_an_eigenvalue(world: &World) {
     let n = 300;
     let k = chain(world, n, false);
@@ -304,7 +304,7 @@ fn clustered_band(world: &World) {
     }
 }
 
-/// Whether an end itself is within cannot be asked of numbers, but all between the ends must be there.
+/// Returns whether an end itself is within cannot be asked of numbers, but all between the ends must be there.
 fn band_of_eigenvalues(world: &World) {
     let value = |i: u64| 1.0 + i as f64;
     let found = in_band(world, value, 200, 21.0, 41.0);

@@ -1,5 +1,5 @@
-//! What bodies of every kind give to contact, by every method of their trait: the same on any number of ranks, and
-//! the same whether a body is of finite elements or given by its matrices.
+//! Results of bodies of every kind, by every method of their trait: the same on any number of ranks, and the same
+//! whether a body is of finite elements or given by its matrices.
 
 use crate::dense::dense;
 use crate::stability::body as block_on_a_foot;
@@ -62,7 +62,7 @@ fn near(what: &str, a: MatRef<'_, f64>, b: MatRef<'_, f64>, tolerance: f64) {
     assert!(error <= tolerance * largest(b), "{what}: {error:e} of {:e}", largest(b));
 }
 
-/// What a body gives, whatever it is made of.
+/// Results of a body, whatever it is made of.
 struct Given {
     omega: Vec<f64>,
     compliance: Option<Mat<f64>>,

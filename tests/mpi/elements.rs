@@ -140,7 +140,7 @@ pub fn convergence_order(world: &World) {
 
 /// First frequencies, Hz, of the free ring without rigid motions, from an axisymmetric solution.
 fn free_ring() -> Vec<f64> {
-    let rows = include_str!("../../docs/reference/annulus_modes.csv").lines().filter(|l| l.starts_with("free"));
+    let rows = include_str!("../../docs/data/annulus_modes.csv").lines().filter(|l| l.starts_with("free"));
     rows.skip(6).map(|l| l.split(',').nth(2).and_then(|f| f.parse().ok()).expect("a frequency")).collect()
 }
 

@@ -9,7 +9,7 @@ fn resident() -> usize {
     line.trim().trim_end_matches(" kB").parse::<usize>().expect("a number") / 1000
 }
 
-/// What of 200 MB is left when they are freed, with something after them at the end of the heap.
+/// Part of 200 MB that remains when they are freed, with something after them at the end of the heap.
 fn left() -> usize {
     let before = resident();
     let block = std::hint::black_box(vec![1u8; 200 << 20]);
@@ -31,7 +31,7 @@ pub fn large_blocks_go_back(world: &World) {
     assert!(back < 20, "{kept} and {back} MB");
 }
 
-/// What lies free between blocks in use goes back when it is asked for, which is after each factorisation.
+/// Free memory between blocks in use is returned when it is asked for, which is after each factorisation.
 pub fn what_is_between_others_goes_back(world: &World) {
     allocator::give_back();
     let before = resident();

@@ -1,4 +1,5 @@
-//! What contact forces move at a node, with and without the modes, against closed forms and solves the other way round.
+//! Displacement of a node by contact forces, with and without the modes, against closed forms and solves the other way
+//! round.
 
 use crate::elasticity::{block, group};
 use crate::stability::shared_modes;

@@ -267,8 +267,8 @@ pub fn fixed_and_turning_frame_agree(world: &World) {
     assert_eq!(ModalMatrix::from(rotation.stiffness.clone()).asymmetry(), 0.0);
 }
 
-/// Of a free body the prestress balances what it swings with: K_σ − K_c vanishes for rigid rotations, to the
-/// integrals of x² and z² of the mesh.
+/// Prestress of a free body balances its inertial forces: K_σ − K_c vanishes for rigid rotations, to the integrals of
+/// x² and z² of the mesh.
 pub fn prestress_of_a_free_wheel_balances_rigid_rotations(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let axis = Axis::below(RADIUS);

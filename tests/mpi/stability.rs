@@ -243,7 +243,7 @@ fn matrices(world: &World, all: &[FeBody], places: &[DampedBody; 2], s: &LinearC
 /// Unit of λ in dense solutions, rad/s.
 const RATE: f64 = 2.0 * PI * 15e3;
 
-/// Where they invert, in that unit.
+/// Shift at which they invert, in that unit.
 const SHIFT: f64 = 0.37;
 
 /// All finite eigenvalues by one dense shift and inversion of the companion form.
@@ -693,7 +693,7 @@ pub fn transposed_system(world: &World) {
     }
 }
 
-/// What does not reach the tolerance is no result.
+/// Eigenpairs that do not reach the tolerance are refused.
 pub fn inaccurate_pairs_are_refused(world: &World) {
     let damping = Damping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];

@@ -21,7 +21,7 @@ use railsqueal::swept::{self, cylinder, Cylinder, EdgeSprings, Focus, Forms};
 use std::f64::consts::PI;
 
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
-/// Of which a bar does not bulge.
+/// Material without lateral contraction.
 const PLAIN: Material = Material { young: 205e9, poisson: 0.0, density: 7800.0 };
 
 fn on(group: &str) -> Support {

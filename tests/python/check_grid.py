@@ -10,10 +10,10 @@ import numpy as np
 from check_output import arrays, read, threshold
 from documented import undocumented
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import VTK_QUAD, vtkDataObject
 from vtkmodules.vtkFiltersCore import vtkThreshold
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersParallel import vtkIntegrateAttributes
-from vtkmodules.vtkCommonDataModel import VTK_QUAD, vtkDataObject
 
 
 def of_body(data, number):
@@ -47,20 +47,29 @@ def main():
     # The nodes of the grid are the last points, first those of the lower body; all others are on no grid, and free.
     n, points = nx * ny, vtk_to_numpy(grid.GetPoints().GetData())
     rest = slice(0, len(points) - 2 * n)
-    assert (fields["state"][rest] == -1).all() and (fields["pressure"][rest] == 0).all() and (fields["traction"][rest] == 0).all()
+    assert (
+        (fields["state"][rest] == -1).all()
+        and (fields["pressure"][rest] == 0).all()
+        and (fields["traction"][rest] == 0).all()
+    )
     for body in (1, 2):
         own = slice(len(points) - (3 - body) * n, len(points) - (2 - body) * n)
         assert (fields["body"][own] == body).all()
         for name in ("pressure", "state"):
             assert np.array_equal(fields[name][own], wanted[name]), name
-        assert np.allclose(points[own, 0], wanted["x"], atol=1e-12) and np.allclose(points[own, 1], wanted["y"], atol=1e-12)
-        assert np.allclose(fields["traction"][own, :2], wanted["traction"], rtol=1e-14, atol=0) and (fields["traction"][own, 2] == 0).all()
+        assert np.allclose(points[own, 0], wanted["x"], atol=1e-12) and np.allclose(
+            points[own, 1], wanted["y"], atol=1e-12
+        )
+        assert (
+            np.allclose(fields["traction"][own, :2], wanted["traction"], rtol=1e-14, atol=0)
+            and (fields["traction"][own, 2] == 0).all()
+        )
         if moved:
             # The surfaces are pressed away from each other where the pressure is.
             most = np.argmax(wanted["pressure"])
             assert (fields["displacement"][own][most, 2] < 0) == (body == 1)
             assert fields["von_mises"][own].max() > 0.1 * wanted["pressure"].max()
-    # What docs/output.md says for ParaView: the surface, points on the grid.
+    # What docs/reference/output.md says for ParaView: the surface, points on the grid.
     surface = vtkGeometryFilter()
     surface.SetInputData(grid)
     surface.Update()
@@ -79,8 +88,12 @@ def main():
         found = arrays(integral.GetOutput().GetPointData())
         load = -wanted["force"][2]
         sides = found["traction"][0, :2] - wanted["force"][:2]
-        print(f"body {body}: integral of pressure {found['pressure'][0]:.6e} N, normal force {load:.6e} N, tangential {found['traction'][0, :2]}, {wanted['force'][:2]} N")
-        # Slopes of the surface in the contact are some hundredths: cells are larger than in plan by half the square of them.
+        print(
+            f"body {body}: integral of pressure {found['pressure'][0]:.6e} N, normal force {load:.6e} N, tangential "
+            f"{found['traction'][0, :2]}, {wanted['force'][:2]} N"
+        )
+        # Slopes of the surface in the contact are some hundredths: cells are larger than in plan by half the square of
+        # them.
         assert abs(found["pressure"][0] / load - 1) < 1e-3 and (abs(sides) < 1e-3 * load).all()
 
 

@@ -51,7 +51,8 @@ def main(path, inner_radius, outer_radius):
         assert np.allclose(modes["modes/frequency"][...], stability["frequency"][...][eigenvalue])
         assert np.allclose(stability["body_energy"][...].sum(axis=1), 1, atol=1e-12)
         assert np.allclose(stability["contact_motion"][...].sum(axis=(1, 2)), 1, atol=1e-12)
-        # Damping and work of the contact forces make up the growth rate: of a recovered mode as well, whose residual part is static.
+        # Damping and work of the contact forces make up the growth rate: of a recovered mode as well, whose residual
+        # part is static.
         parts = stability["growth_parts"][...]
         worst = np.abs(parts.sum(axis=1) - growth).max()
         assert worst < 1e-5 * np.abs(parts).max(), f"growth rates {growth}, parts {parts}"

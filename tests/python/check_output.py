@@ -20,7 +20,7 @@ BOXES = {1: 0.0, 2: -0.01}  # top of each box in lower form
 
 
 def displacement(points, body):
-    """What the writer gave, in the frame of the contact."""
+    """Data given to the writer, in the frame of the contact."""
     x, y, z = points.T.copy()
     sign = np.where(body == 2, -1.0, 1.0)
     z = sign * z
@@ -145,7 +145,8 @@ def main():
     assert np.all(data["pressure"][~seen] == 0) and np.all(data["traction"][~seen] == 0)
     assert np.all(data["state"][~seen] == -1)
 
-    # The four nodes are the corners of one face of each body: what docs/output.md says of the contact in ParaView shows it, and of the bodies themselves nothing.
+    # The four nodes are the corners of one face of each body: what docs/reference/output.md says of the contact in
+    # ParaView shows it, and of the bodies themselves nothing.
     assert threshold(grid) == 0
     surface = vtkGeometryFilter()
     surface.SetInputData(grid)

@@ -1,4 +1,4 @@
-"""Every dataset of a result file is in the tables of docs/output.md, with its units.
+"""Every dataset of a result file is in the tables of docs/reference/output.md, with its units.
 
 usage: documented.py FILE…
 """
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import h5py
 
-DOCS = Path(__file__).parents[2] / "docs/output.md"
+DOCS = Path(__file__).parents[2] / "docs/reference/output.md"
 
 
 def table():
@@ -25,7 +25,7 @@ def table():
 
 
 def undocumented(path, ignore=()):
-    """What is wrong with the datasets of a file, one line each."""
+    """Faults of the datasets of a file, one line each."""
     rows, faults = table(), []
 
     def visit(name, item):

@@ -12,7 +12,7 @@ const SPEED: f64 = 60.0;
 /// Nodal diameters of the pair, and g of its gyroscopic coupling 2gΩ.
 const N: f64 = 2.0;
 const G: f64 = 1.93;
-/// What prestress and convection leave of the stiffness over Ω².
+/// Ratio of the stiffness by prestress and convection to Ω².
 const KAPPA: f64 = 1.4;
 /// Frequencies of a mode by itself and of the pair, Hz.
 const FREQUENCY: [f64; 3] = [430.0, 506.0, 506.0];

@@ -11,7 +11,7 @@ use std::io::Write;
 const CODE: i32 = 7;
 
 thread_local! {
-    /// Whether this thread only asks.
+    /// True if this thread only asks.
     static ASKING: Cell<bool> = const { Cell::new(false) };
     /// Bytes that this thread took and did not give back, and the most there were; what others give back is not taken
     /// off.

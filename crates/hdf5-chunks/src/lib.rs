@@ -39,8 +39,8 @@ impl Target {
         &self.dataset
     }
 
-    /// Whether chunks of `from` are chunks of this one as they are, its first row becoming row `row` here: the same
-    /// type of values, shape of a chunk and filters, and `row` the first of a chunk.
+    /// Returns whether chunks of `from` are chunks of this one as they are, its first row becoming row `row` here: the
+    /// same type of values, shape of a chunk and filters, and `row` the first of a chunk.
     pub fn takes(&self, from: &Dataset, row: usize) -> bool {
         let Ok(list) = from.dcpl() else { return false };
         row.is_multiple_of(self.chunk[0])

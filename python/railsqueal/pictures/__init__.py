@@ -8,8 +8,22 @@ matplotlib.use("Agg")  # no screen is needed
 
 from ..errors import WRITING, ResultError  # noqa: E402
 from ..result import Result  # noqa: E402
-from . import budget, campbell, contact, creep_curve, curving, cycles, modes, placement  # noqa: E402
-from . import receptance, slices, style, surfaces, sweep, transient  # noqa: E402
+from . import (  # noqa: E402  # noqa: E402
+    budget,
+    campbell,
+    contact,
+    creep_curve,
+    curving,
+    cycles,
+    modes,
+    placement,
+    receptance,
+    slices,
+    style,
+    surfaces,
+    sweep,
+    transient,
+)
 from .style import Canvas  # noqa: E402
 
 __all__ = ["Canvas", "draw", "surfaces"]

@@ -17,10 +17,14 @@ COLOURS = plt.get_cmap("tab10")
 
 
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
-    bodies = [b for b in ("lower", "upper") if f"reduced/{b}/gyroscopic" in result and f"modes/{b}/wave_frequency" in result]
+    bodies = [
+        b for b in ("lower", "upper") if f"reduced/{b}/gyroscopic" in result and f"modes/{b}/wave_frequency" in result
+    ]
     if not bodies:
         return []
-    figure, axes = plt.subplots(2, len(bodies), figsize=(5.2 * len(bodies), 7.8), squeeze=False, sharex="col", layout="constrained")
+    figure, axes = plt.subplots(
+        2, len(bodies), figsize=(5.2 * len(bodies), 7.8), squeeze=False, sharex="col", layout="constrained"
+    )
     for pair, body in zip(axes.T, bodies):
         diagram(pair, result, body)
     figure.suptitle("waves of the bodies that rotate, seen from beside them", fontsize=11)
@@ -29,7 +33,9 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
 
 def diagram(axes: Any, result: Result, body: str) -> None:
     """Frequencies above, and below how far they are from those at rest."""
-    omega, gyroscopic, stiffness = (result.array(f"reduced/{body}/{name}") for name in ("omega", "gyroscopic", "rotation_stiffness"))
+    omega, gyroscopic, stiffness = (
+        result.array(f"reduced/{body}/{name}") for name in ("omega", "gyroscopic", "rotation_stiffness")
+    )
     modes = Modes.of(result, body)
     assert modes.diameters is not None and modes.wave_frequency is not None
     speed = abs(modes.angular_velocity)
@@ -54,7 +60,13 @@ def diagram(axes: Any, result: Result, body: str) -> None:
     axes[1].set_ylabel("frequency less that at rest / Hz")
     handles, labels = axes[1].get_legend_handles_labels()
     order = np.argsort(labels)
-    axes[1].legend([handles[i] for i in order], [labels[i] for i in order], ncols=5, loc="upper center", bbox_to_anchor=(0.5, -0.16))
+    axes[1].legend(
+        [handles[i] for i in order],
+        [labels[i] for i in order],
+        ncols=5,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.16),
+    )
 
 
 def followed(steps: list[Floats]) -> Floats:
@@ -69,7 +81,7 @@ def followed(steps: list[Floats]) -> Floats:
 
 
 def frequencies(omega: Floats, gyroscopic: Floats, stiffness: Floats) -> Floats:
-    """Of q̈ + G q̇ + (ω² + K) q = 0, rising, Hz."""
+    """Frequencies of q̈ + G q̇ + (ω² + K) q = 0, rising, Hz."""
     m = len(omega)
     companion = np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(omega**2) - stiffness, -gyroscopic]])
     values = np.linalg.eigvals(companion).imag

@@ -21,7 +21,7 @@ from .style import SLIP as SLIP_COLOUR
 from .style import STICK as STICK_COLOUR
 
 # What other programs computed for some of the jobs; beside the pictures where the package lies in its checkout.
-REFERENCES = Path(__file__).parents[3] / "docs/reference"
+REFERENCES = Path(__file__).parents[3] / "docs/data"
 MM, MPA = 1e3, 1e-6
 
 
@@ -96,7 +96,7 @@ def reference(job: dict[str, Any]) -> tuple[Floats, Floats, Floats] | None:
 
 
 def case(result: Result, force: Floats) -> str:
-    """What was computed: the title of the job, if it has one, and below it the load and the creepages."""
+    """Title of a picture: the title of the job, if it has one, and below it the load and the creepages."""
     words = [f"N = {-force[2] / 1e3:.4g} kN"]
     friction = lookup(result.job, "contact.friction")
     if isinstance(friction, (int, float)):
@@ -126,14 +126,18 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
     """Pressure and traction along y = 0."""
     result, x = drawn.result, drawn.x
     compared = reference(result.job)
-    compliance = {"fe": "finite elements", "half_space": "half-space"}.get(lookup(result.job, "contact.compliance"), "computed")
+    compliance = {"fe": "finite elements", "half_space": "half-space"}.get(
+        lookup(result.job, "contact.compliance"), "computed"
+    )
     traction = [drawn.along_axis(drawn.traction[:, :, c]) for c in (0, 1)]
     state = drawn.grid.state[np.argmin(np.abs(drawn.y))]
     reach = x[drawn.grid.closed.any(axis=0)]
     # The open nodes beside the contact show where it ends.
     margin = max(0.12 * (reach.max() - reach.min()), 1.1 * float(np.diff(x).max()))
 
-    figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(6.4, 7.0), height_ratios=[1, 1.5], layout="constrained")
+    figure, (upper, lower) = plt.subplots(
+        2, 1, sharex=True, figsize=(6.4, 7.0), height_ratios=[1, 1.5], layout="constrained"
+    )
     figure.suptitle(case(result, drawn.grid.force), fontsize=10)
     pressure = drawn.along_axis(drawn.pressure)
     upper.plot(x, pressure, color=NORMAL, marker="o", markersize=3, label=f"pressure, {compliance}")
@@ -159,8 +163,10 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
             lower.plot(x[at], traction[c][at], "o", color=color, markerfacecolor=face, markersize=4.5)
     if compared:
         lower.plot(compared[0], compared[2], "k--", linewidth=1.1, label="CONTACT (half-space)")
-    dots = [Line2D([], [], color=GREY, marker="o", markerfacecolor=face, linestyle="none", markersize=4.5, label=label)
-            for face, label in ((GREY, "stick"), ("white", "slip"))]
+    dots = [
+        Line2D([], [], color=GREY, marker="o", markerfacecolor=face, linestyle="none", markersize=4.5, label=label)
+        for face, label in ((GREY, "stick"), ("white", "slip"))
+    ]
     legend(figure, [upper, lower], dots)
     lower.axhline(0, color="black", linewidth=0.6)
     lower.set_ylabel("traction on the lower body, y = 0 / MPa")

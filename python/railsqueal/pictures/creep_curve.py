@@ -26,11 +26,20 @@ LAWS = (
 
 def of_contact(result: Result, key: str) -> tuple[Floats, Floats] | None:
     """Creepages and forces over μN that CONTACT has for the bodies and the load of the job; none of other ones."""
-    body = {"mesh.cylinder.outer_radius": 0.5, "mesh.cylinder.crown_radius": 0.5, "material.young": 205e9, "material.poisson": 0.3}
+    body = {
+        "mesh.cylinder.outer_radius": 0.5,
+        "mesh.cylinder.crown_radius": 0.5,
+        "material.young": 205e9,
+        "material.poisson": 0.3,
+    }
     wanted = {f"bodies.{place}.{name}": value for place in ("lower", "upper") for name, value in body.items()}
     wanted |= {"contact.friction": 0.3, "contact.creepage.longitudinal": 0, "contact.creepage.spin": 0}
     table = REFERENCES / "contact_creep_forces.csv"
-    if key != "lateral" or not table.exists() or any(lookup(result.job, name) != value for name, value in wanted.items()):
+    if (
+        key != "lateral"
+        or not table.exists()
+        or any(lookup(result.job, name) != value for name, value in wanted.items())
+    ):
         return None
     rows = np.genfromtxt(table, delimiter=",", skip_header=3)
     rows = rows[rows[:, 0] == lookup(result.job, "contact.normal_load")]
@@ -55,7 +64,14 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     x, force = factor * curve.creepage[order], curve.force[order]
     stable = curve.eigenvalue is not None
     rows = 2 + stable
-    figure, axes = plt.subplots(rows, 1, sharex=True, figsize=(6.8, 7 + 1.8 * stable), layout="constrained", height_ratios=[2] + [1] * (rows - 1))
+    figure, axes = plt.subplots(
+        rows,
+        1,
+        sharex=True,
+        figsize=(6.8, 7 + 1.8 * stable),
+        layout="constrained",
+        height_ratios=[2] + [1] * (rows - 1),
+    )
     unit, rubs = limit(result, force)
     for component, color, text in ((0, LONGITUDINAL, "F$_x$"), (1, LATERAL, "F$_y$")):
         axes[0].plot(x, force[:, component] / unit, color=color, label=f"{text} on body 1", marker=".", markersize=4)
@@ -64,10 +80,14 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     for key_of_law, style, text in LAWS:
         if f"creep_curve/{key_of_law}" in result:
             law = (result.array(f"creep_curve/{key_of_law}")[order] / unit[:, None])[:, main]
-            axes[0].plot(x, np.where(np.abs(law) < 1.3, law, np.nan), color=GREY, linestyle=style, linewidth=1, label=text)
+            axes[0].plot(
+                x, np.where(np.abs(law) < 1.3, law, np.nan), color=GREY, linestyle=style, linewidth=1, label=text
+            )
     points = of_contact(result, curve.key)
     if points:
-        axes[0].plot(factor * points[0], points[1], "o", color=RED, markersize=6, markerfacecolor="none", label="CONTACT")
+        axes[0].plot(
+            factor * points[0], points[1], "o", color=RED, markersize=6, markerfacecolor="none", label="CONTACT"
+        )
     axes[0].axhline(0, color=GREY, linewidth=0.6)
     axes[0].set_ylabel(f"friction over {'μN' if rubs else 'N'}")
     axes[0].set_title(heading(result) + "creep curve")
@@ -77,7 +97,14 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if curve.eigenvalue is not None:
         growth = curve.eigenvalue.real[order]
         axes[2].plot(x, growth, color=BLUE, marker=".", markersize=4)
-        axes[2].plot(x, np.where(growth > 0, growth, np.nan), color=RED, marker=".", markersize=4, label="unstable" if (growth > 0).any() else None)
+        axes[2].plot(
+            x,
+            np.where(growth > 0, growth, np.nan),
+            color=RED,
+            marker=".",
+            markersize=4,
+            label="unstable" if (growth > 0).any() else None,
+        )
         axes[2].axhline(0, color=GREY, linewidth=0.6)
         axes[2].set_ylabel("largest growth\nrate σ / (1/s)")
     for value in x[curve.status[order] != 0]:

@@ -38,7 +38,9 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
     shown = [(cycles.kinetic, "mean kinetic energy / J"), (cycles.frequency, "frequency / Hz")]
     if loudest is not None:
         shown.insert(1, (loudest, "sound power level,\nlouder body / dB(A)"))
-    figure, panels = plt.subplots(len(shown), 1, sharex=True, figsize=(7.2, 1.4 + 2.8 * len(shown)), layout="constrained")
+    figure, panels = plt.subplots(
+        len(shown), 1, sharex=True, figsize=(7.2, 1.4 + 2.8 * len(shown)), layout="constrained"
+    )
     upper, lower = panels[0], panels[-1]
     for b, name in enumerate(cycles.branch):
         color, mark = LOOKS.get(name, (GREY, "o"))
@@ -55,12 +57,21 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
                 these = at[cycles.fate[b, at] == fate]
                 face = color if filled else "white"
                 for axes, (values, _) in zip(panels, shown):
-                    axes.plot(key.values[these], values[b, these], mark, color=color, markerfacecolor=face, markersize=5)
+                    axes.plot(
+                        key.values[these], values[b, these], mark, color=color, markerfacecolor=face, markersize=5
+                    )
     rests = np.flatnonzero((cycles.fate == 0).any(axis=0))
     for place, mark in (("stable", "|"), ("unstable", "x")):
         these = rests[(sweep.unstable[rests] > 0) == (place == "unstable")]
         if len(these):
-            upper.plot(key.values[these], np.full(len(these), 0.02), mark, color=GREY, transform=upper.get_xaxis_transform(), markersize=7)
+            upper.plot(
+                key.values[these],
+                np.full(len(these), 0.02),
+                mark,
+                color=GREY,
+                transform=upper.get_xaxis_transform(),
+                markersize=7,
+            )
     if squeals.any():
         upper.set_yscale("log")
     for axes, (_, label) in zip(panels, shown):
@@ -68,9 +79,21 @@ def branches(result: Result, cycles: Cycles, sweep: Sweep, key: Key, canvas: Can
     key.label_axis(lower.xaxis)
     upper.set_title(heading(result) + "limit cycles")
     names = {"mode": "from the most unstable mode", "up": "from the point before", "down": "from the point behind"}
-    handles = [Line2D([], [], color=LOOKS[n][0], marker=LOOKS[n][1], label=names[n]) for n in cycles.branch if n in LOOKS]
+    handles = [
+        Line2D([], [], color=LOOKS[n][0], marker=LOOKS[n][1], label=names[n]) for n in cycles.branch if n in LOOKS
+    ]
     if (cycles.fate > 1).any():
-        handles.append(Line2D([], [], linestyle="none", marker="o", color=GREY, markerfacecolor="white", label="irregular or unsettled"))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker="o",
+                color=GREY,
+                markerfacecolor="white",
+                label="irregular or unsettled",
+            )
+        )
     if len(rests):
         handles.append(Line2D([], [], linestyle="none", marker="|", color=GREY, label="at rest"))
     legend(figure, [], handles, columns=2)

@@ -86,7 +86,9 @@ def shape_pictures(result: Result, path: Path, canvas: Canvas, count: int) -> li
             surface = Surface(fields.mesh.points, fields.mesh.surface(int(which)))
             columns = min(4, len(steps))
             rows = math.ceil(len(steps) / columns)
-            figure, axes = plt.subplots(rows, columns, figsize=(2.7 * columns, 2.75 * rows + 0.7), squeeze=False, layout="constrained")
+            figure, axes = plt.subplots(
+                rows, columns, figsize=(2.7 * columns, 2.75 * rows + 0.7), squeeze=False, layout="constrained"
+            )
             for axis in axes.flat:
                 axis.axis("off")
             for axis, step in zip(axes.flat, steps):
@@ -109,10 +111,13 @@ def kind(names: ModeNames, body: str, number: int) -> str:
 
 
 def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
-    """Complex modes over half a period, the most unstable first: a wave travels round a body where its parts move one after the other."""
+    """Complex modes over half a period, the most unstable first: a wave travels round a body where its parts move one
+    after the other."""
     table, names = ComplexModes.of(result) if ComplexModes.present(result) else None, ModeNames.of(result)
     with Fields(path) as fields:
-        frequency, growth, phase, place = (fields.table(f"modes/{name}") for name in ("frequency", "growth_rate", "phase", "eigenvalue"))
+        frequency, growth, phase, place = (
+            fields.table(f"modes/{name}") for name in ("frequency", "growth_rate", "phase", "eigenvalue")
+        )
         surface = Surface(fields.mesh.points, fields.mesh.surface()).near_contact()
         first = np.flatnonzero(phase == 0)
         first = first[np.argsort(-growth[first], kind="stable")][:COMPLEX_MODES]
@@ -121,10 +126,13 @@ def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
         row = 2.3 * float(np.clip(high / wide, 0.3, 1.6)) + 0.7
         figure = plt.figure(figsize=(2.3 * PHASES, row * len(first) + 0.9), layout="constrained")
         # A part of the figure for each mode: its name stands over its own row and meets no other.
-        parts = np.atleast_1d(np.asarray(figure.subfigures(len(first) + 1, 1, height_ratios=[row] * len(first) + [0.6])))
+        parts = np.atleast_1d(
+            np.asarray(figure.subfigures(len(first) + 1, 1, height_ratios=[row] * len(first) + [0.6]))
+        )
         for part, start in zip(parts, first):
             steps = np.flatnonzero(place == place[start])
-            # The motion is the real part and a quarter period later minus the imaginary one: any phase follows from two steps.
+            # The motion is the real part and a quarter period later minus the imaginary one: any phase follows from two
+            # steps.
             real, later = (fields.field("motion", int(k)).astype(float) for k in (steps[0], steps[len(steps) // 4]))
             largest = float(np.sqrt((real**2 + later**2).sum(axis=1)).max())
             for axis, turn in zip(part.subplots(1, PHASES), np.arange(PHASES) / (2 * PHASES)):
@@ -133,7 +141,10 @@ def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
                 axis.set_title(f"{turn:g} of the period", fontsize=9)
             made_of = names.dominant(table, int(place[start])) if table else ""
             label = "unstable" if growing(np.array([growth[start] + 2j * np.pi * frequency[start]]))[0] else "stable"
-            part.suptitle(f"{frequency[start]:.1f} Hz, {growth[start]:+.2f} 1/s, {label}" + (f": {made_of}" if made_of else ""), fontsize=10)
+            part.suptitle(
+                f"{frequency[start]:.1f} Hz, {growth[start]:+.2f} 1/s, {label}" + (f": {made_of}" if made_of else ""),
+                fontsize=10,
+            )
         bar = parts[-1].colorbar(image, cax=parts[-1].add_axes((0.3, 0.6, 0.4, 0.2)), orientation="horizontal")
         bar.set_label("displacement, relative to the largest amplitude of the mode")
         figure.suptitle("complex modes, deformation exaggerated", fontsize=11)
@@ -150,7 +161,8 @@ def view() -> Floats:
 
 
 def draw(axis: Axes, surface: Surface, shape: Floats, largest: float | None = None) -> ScalarMappable:
-    """The deformed surface in parallel projection, faces from back to front, coloured by the displacement relative to the `largest`."""
+    """The deformed surface in parallel projection, faces from back to front, coloured by the displacement relative to
+    the `largest`."""
     used = np.unique(surface.faces)
     size = np.linalg.norm(shape, axis=1)
     largest = largest or float(size[used].max()) or 1.0
@@ -168,7 +180,9 @@ def draw(axis: Axes, surface: Surface, shape: Floats, largest: float | None = No
     colours[:, :3] *= light[:, None]
     flat = quads @ camera[:2].T
     # Edges in the colour of the faces hide the seams between them.
-    faces = PolyCollection(flat[order], facecolors=colours[order], edgecolors=colours[order], linewidths=0.3, rasterized=True)
+    faces = PolyCollection(
+        flat[order], facecolors=colours[order], edgecolors=colours[order], linewidths=0.3, rasterized=True
+    )
     axis.add_collection(faces)
     axis.set_aspect("equal")
     axis.set_xlim(float(flat[..., 0].min()), float(flat[..., 0].max()))

@@ -1,4 +1,4 @@
-"""A wheel on a rail: both lines with the point of contact, and the gap of the undeformed bodies with the contact in it."""
+"""A wheel on a rail: both profiles with the point of contact, and the gap of the undeformed bodies."""
 
 from pathlib import Path
 
@@ -19,7 +19,9 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if "placement/rail_line" not in result:
         return []
     grid = ContactGrid.of(result) if ContactGrid.present(result) else None
-    figure, axes = plt.subplots(1, 2 if grid else 1, figsize=(9.6 if grid else 5.6, 4.2), layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(
+        1, 2 if grid else 1, figsize=(9.6 if grid else 5.6, 4.2), layout="constrained", squeeze=False
+    )
     section = axes[0, 0]
     rail, wheel = MM * result.array("placement/rail_line"), MM * result.array("placement/wheel_line")
     _, y, z = MM * result.array("placement/origin")
@@ -27,7 +29,9 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     section.plot(*wheel.T, color=BLUE, label="wheel")
     tilt = result.number("placement/tilt")
     normal = 12 * np.array([np.sin(tilt), -np.cos(tilt)])
-    section.annotate("", xy=(y + normal[0], z + normal[1]), xytext=(y, z), arrowprops={"arrowstyle": "->", "color": RED})
+    section.annotate(
+        "", xy=(y + normal[0], z + normal[1]), xytext=(y, z), arrowprops={"arrowstyle": "->", "color": RED}
+    )
     section.plot(y, z, "o", color=RED, markersize=4)
     section.set_xlim(y - REACH, y + REACH)
     near = np.concatenate([rail[abs(rail[:, 0] - y) < REACH, 1], wheel[abs(wheel[:, 0] - y) < REACH, 1]])

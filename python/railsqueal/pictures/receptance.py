@@ -27,7 +27,16 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if len(bodies) == 2 and np.allclose(bodies[0][1], bodies[1][1], rtol=1e-9, atol=0):
         bodies = [("either", bodies[0][1])]
     size = (5.6 * len(bodies), 6.8)
-    figure, axes = plt.subplots(2, len(bodies), sharex=True, sharey="row", squeeze=False, figsize=size, height_ratios=[1.7, 1], layout="constrained")
+    figure, axes = plt.subplots(
+        2,
+        len(bodies),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+        figsize=size,
+        height_ratios=[1.7, 1],
+        layout="constrained",
+    )
     spread = SPREAD.get(lookup(result.job, "analyses.receptance.spread"), "")
     figure.suptitle(heading(result) + f"receptance of the contact point{spread}", fontsize=10)
     for column, (name, h) in enumerate(bodies):

@@ -26,7 +26,7 @@ BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
 
 @dataclass(frozen=True)
 class Canvas:
-    """Where pictures go: `DIRECTORY/STEM-NAME.FORMAT`, in each of the formats."""
+    """Place of pictures: `DIRECTORY/STEM-NAME.FORMAT`, in each of the formats."""
 
     directory: Path
     stem: str
@@ -36,7 +36,9 @@ class Canvas:
     def __post_init__(self) -> None:
         unknown = [f for f in self.formats if f not in FORMATS]
         if unknown or not self.formats:
-            raise ResultError(f"no picture format {', '.join(unknown) or 'given'}; there are {', '.join(FORMATS)}", USAGE)
+            raise ResultError(
+                f"no picture format {', '.join(unknown) or 'given'}; there are {', '.join(FORMATS)}", USAGE
+            )
 
     def path(self, name: str, ending: str) -> Path:
         """Path of a file of this canvas."""

@@ -1,4 +1,5 @@
-"""The surfaces of meshes before a run (`railsqueal check JOB --mesh FILE.vtkhdf`): from three sides, with groups, supports and contact nodes, those of the meshes or of a common grid."""
+"""The surfaces of meshes before a run (`railsqueal check JOB --mesh FILE.vtkhdf`): from three sides, with groups,
+supports and contact nodes, those of the meshes or of a common grid."""
 
 from pathlib import Path
 from typing import Any
@@ -26,10 +27,11 @@ VIEWS = [("from the side", 0, 2, 1, -1.0), ("along the rail", 1, 2, 0, -1.0), ("
 
 
 class Surfaces:
-    """Facets with corners [f, 4] (a triangle repeats its last one), their bodies [f] and groups [f], and the contact nodes [n, 3].
+    """Facets with corners [f, 4] (a triangle repeats its last one), their bodies [f] and groups [f], and the contact
+    nodes [n, 3].
 
-    Nodes are of the bodies `contact_body` [n]; where `on_face` [n] is False the contact grid leaves the surface. `common` is the number of nodes along x and y of a
-    common grid, (0, 0) where the nodes are those of the meshes.
+    Nodes are of the bodies `contact_body` [n]; where `on_face` [n] is False the contact grid leaves the surface.
+    `common` is the number of nodes along x and y of a common grid, (0, 0) where the nodes are those of the meshes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -58,7 +60,8 @@ class Surfaces:
         self.common = (nx, ny)
 
     def lines(self, body: int) -> list[Floats]:
-        """Lines of the common grid on the surface of a body, places [k, 3] of each: those along x, then those along y. None where there is no such grid."""
+        """Lines of the common grid on the surface of a body, places [k, 3] of each: those along x, then those along y.
+        None where there is no such grid."""
         nodes = self.contact[self.contact_body == body]
         nx, ny = self.common
         if not nx or len(nodes) != nx * ny:
@@ -68,7 +71,7 @@ class Surfaces:
 
     @staticmethod
     def present(path: Path) -> bool:
-        """Whether the file is one of surfaces."""
+        """Returns whether the file is one of surfaces."""
         try:
             with h5py.File(path) as file:
                 return "surface/group" in file
@@ -95,7 +98,13 @@ def draw(path: Path, canvas: Canvas) -> list[Path]:
         # The surface that touches is seen from the other body.
         name, a, b, c, _ = VIEWS[2]
         chosen = near & (surfaces.body == body)
-        view = (f"{BODIES[body]} body at the contact, {name if body == 1 else 'from below'}", a, b, c, 1.0 if body == 1 else -1.0)
+        view = (
+            f"{BODIES[body]} body at the contact, {name if body == 1 else 'from below'}",
+            a,
+            b,
+            c,
+            1.0 if body == 1 else -1.0,
+        )
         painted(axis, surfaces, view, chosen, colours)
         nodes(axis, surfaces, body, view)
     view = ("both at the contact, along the rail", 1, 2, 0, -1.0)
@@ -104,7 +113,17 @@ def draw(path: Path, canvas: Canvas) -> list[Path]:
         nodes(axes[1, 2], surfaces, body, view)
     used = [k for k in range(len(surfaces.names)) if (surfaces.group == k).any()]
     words = {"contact": "contact", "fixed": "clamped", "support": "supported", "": "no support"}
-    handles = [Line2D([], [], marker="s", linestyle="", color=colours[k], label=f"{surfaces.names[k]} ({words[surfaces.roles[k]]})") for k in used]
+    handles = [
+        Line2D(
+            [],
+            [],
+            marker="s",
+            linestyle="",
+            color=colours[k],
+            label=f"{surfaces.names[k]} ({words[surfaces.roles[k]]})",
+        )
+        for k in used
+    ]
     handles.append(Line2D([], [], marker="+", linestyle="", color="black", label="contact point"))
     handles += node_handles(surfaces)
     figure.legend(handles=handles, ncols=4, **BELOW)
@@ -112,18 +131,24 @@ def draw(path: Path, canvas: Canvas) -> list[Path]:
 
 
 def node_handles(surfaces: Surfaces) -> list[Line2D]:
-    """What the legend says of the contact nodes: whose they are, and how many are beside the surface."""
+    """Legend of the contact nodes: the body they belong to, and how many are beside the surface."""
     nx, ny = surfaces.common
     found: list[Line2D] = []
     if nx:
         spacing = MM * np.ptp(surfaces.contact[:nx, 0]) / (nx - 1)
-        found.append(Line2D([], [], color=GRID, linewidth=0.6, label=f"common grid: {nx} x {ny} nodes, {spacing:.3g} mm"))
+        found.append(
+            Line2D([], [], color=GRID, linewidth=0.6, label=f"common grid: {nx} x {ny} nodes, {spacing:.3g} mm")
+        )
     elif len(surfaces.contact):
-        found.append(Line2D([], [], marker=".", linestyle="", color=GRID, label=f"{len(surfaces.contact)} contact nodes"))
+        found.append(
+            Line2D([], [], marker=".", linestyle="", color=GRID, label=f"{len(surfaces.contact)} contact nodes")
+        )
     for body, name in BODIES.items():
         off = int((~surfaces.on_face & (surfaces.contact_body == body)).sum())
         if off:
-            found.append(Line2D([], [], marker="x", linestyle="", color=OFF, label=f"{name}: {off} of them off its surface"))
+            found.append(
+                Line2D([], [], marker="x", linestyle="", color=OFF, label=f"{name}: {off} of them off its surface")
+            )
     return found
 
 
@@ -147,22 +172,39 @@ def nodes(axis: Any, surfaces: Surfaces, body: int, view: tuple[str, int, int, i
     dots = own & surfaces.on_face & (not lines)
     for chosen, marker, colour, size in ((dots, ".", GRID, 1.5), (own & ~surfaces.on_face, "x", OFF, 3.0)):
         if chosen.any():
-            axis.plot(*(MM * surfaces.contact[chosen][:, [a, b]].T), marker, color=colour, markersize=size, markeredgewidth=0.6)
+            axis.plot(
+                *(MM * surfaces.contact[chosen][:, [a, b]].T),
+                marker,
+                color=colour,
+                markersize=size,
+                markeredgewidth=0.6,
+            )
 
 
 def close(surfaces: Surfaces) -> Any:
-    """Facets about the contact: those with a corner within three times the reach of the contact nodes, or within a twentieth of the bodies' size."""
-    reach = 3 * abs(surfaces.contact[:, :2]).max() if len(surfaces.contact) else 0.05 * np.ptp(surfaces.points, axis=0).max()
+    """Facets about the contact: those with a corner within three times the reach of the contact nodes, or within a
+    twentieth of the bodies' size."""
+    reach = (
+        3 * abs(surfaces.contact[:, :2]).max()
+        if len(surfaces.contact)
+        else 0.05 * np.ptp(surfaces.points, axis=0).max()
+    )
     inside = (abs(surfaces.points) < reach).all(axis=1)
     return inside[surfaces.corners].any(axis=1)
 
 
-def painted(axis: Any, surfaces: Surfaces, view: tuple[str, int, int, int, float], chosen: Any, colours: list[Any]) -> None:
+def painted(
+    axis: Any, surfaces: Surfaces, view: tuple[str, int, int, int, float], chosen: Any, colours: list[Any]
+) -> None:
     """The chosen facets that face the eye, the nearest one last."""
     title, a, b, towards, sign = view
     places = surfaces.points[surfaces.corners]
     normal = np.cross(places[:, 2] - places[:, 0], places[:, 3] - places[:, 1])
-    normal = np.where((places[:, 2] == places[:, 3]).all(axis=1)[:, None], np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]), normal)
+    normal = np.where(
+        (places[:, 2] == places[:, 3]).all(axis=1)[:, None],
+        np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]),
+        normal,
+    )
     seen = np.flatnonzero(chosen & (sign * normal[:, towards] > 1e-9 * np.linalg.norm(normal, axis=1)))
     order = seen[np.argsort(sign * places[seen, :, towards].mean(axis=1))]
     length = np.linalg.norm(normal[order], axis=1)
@@ -172,7 +214,14 @@ def painted(axis: Any, surfaces: Surfaces, view: tuple[str, int, int, int, float
     base = np.array([to_rgb(c) for c in colours])[surfaces.group[order]]
     shade = 1 - (1 - base) * light[:, None]
     edges = len(order) < 6000
-    axis.add_collection(PolyCollection(list(MM * places[order][:, :, [a, b]]), facecolors=shade * (0.75 + 0.25 * light[:, None]), edgecolors="#00000055" if edges else "none", linewidths=0.3))
+    axis.add_collection(
+        PolyCollection(
+            list(MM * places[order][:, :, [a, b]]),
+            facecolors=shade * (0.75 + 0.25 * light[:, None]),
+            edgecolors="#00000055" if edges else "none",
+            linewidths=0.3,
+        )
+    )
     axis.plot(0, 0, "+", color="black", markersize=10)
     axis.autoscale_view()
     axis.set_aspect("equal", adjustable="datalim")

@@ -44,7 +44,7 @@ class Key:
         self.even = len(gaps) == 0 or bool(np.ptp(gaps) <= 1e-6 * gaps.max())
 
     def tick(self, level: float) -> str:
-        """What stands at a value."""
+        """Label of a value."""
         if not self.words:
             return number(level)
         text = words(self.words[int(level)])
@@ -58,13 +58,14 @@ class Key:
         return f"{name} = {number(level)} {self.quantity.unit}".rstrip()
 
     def label_axis(self, axis: Axis) -> None:
-        """Of a picture whose axis is to scale."""
+        """Axis of a picture to scale."""
         axis.set_label_text(self.label)
         if self.words:
             axis.set_ticks(range(len(self.words)), [self.tick(k) for k in range(len(self.words))])
 
     def cells(self) -> tuple[Floats, float]:
-        """Centres of the cells of a map along this key, and their width: to scale where the values are evenly spaced, else one beside the other.
+        """Centres of the cells of a map along this key, and their width: to scale where the values are evenly spaced,
+        else one beside the other.
 
         A cell as wide as the way to the next value would show what was never computed.
         """
@@ -73,7 +74,7 @@ class Key:
         return np.arange(len(self.levels), dtype=float), CELL
 
     def label_map(self, axis: Axis) -> None:
-        """Of a map."""
+        """Axis of a map."""
         if self.even:
             self.label_axis(axis)
         else:
@@ -153,11 +154,15 @@ def one_map(axes: Axes, sweep: Sweep, keys: list[Key], points: Integers, colours
     for j, i in np.ndindex(*growth.shape):
         corner = (float(x[i]) - width / 2, float(y[j]) - height / 2)
         if failed[j, i]:
-            axes.add_patch(Rectangle(corner, width, height, facecolor="white", edgecolor=GREY, hatch="///", linewidth=0))
+            axes.add_patch(
+                Rectangle(corner, width, height, facecolor="white", edgecolor=GREY, hatch="///", linewidth=0)
+            )
         elif np.isfinite(growth[j, i]):
             axes.add_patch(Rectangle(corner, width, height, facecolor=colours.to_rgba(growth[j, i]), linewidth=0))
             if sticks[j, i]:
-                axes.add_patch(Rectangle(corner, width, height, facecolor="none", edgecolor=GREY, hatch="..", linewidth=0))
+                axes.add_patch(
+                    Rectangle(corner, width, height, facecolor="none", edgecolor=GREY, hatch="..", linewidth=0)
+                )
     for marked, hatch, label in ((sticks & ~failed, "..", "part of the contact sticks"), (failed, "///", "failed")):
         if marked.any():
             handles[label] = Patch(facecolor="white", edgecolor=GREY, hatch=hatch, label=label)
@@ -174,22 +179,30 @@ def one_map(axes: Axes, sweep: Sweep, keys: list[Key], points: Integers, colours
 
 def border(axes: Axes, x: Floats, y: Floats, unstable: NDArray[np.bool_], known: NDArray[np.bool_]) -> None:
     """Lines between unstable points and stable neighbours, midway between the cells."""
-    across, up = (np.concatenate([[v[0] - 0.5 * d[0]], 0.5 * (v[1:] + v[:-1]), [v[-1] + 0.5 * d[-1]]]) for v, d in ((x, np.diff(x)), (y, np.diff(y))))
+    across, up = (
+        np.concatenate([[v[0] - 0.5 * d[0]], 0.5 * (v[1:] + v[:-1]), [v[-1] + 0.5 * d[-1]]])
+        for v, d in ((x, np.diff(x)), (y, np.diff(y)))
+    )
     for j, i in np.argwhere(known):
-        for dj, di, line in ((0, 1, ([across[i + 1]] * 2, up[j : j + 2])), (1, 0, (across[i : i + 2], [up[j + 1]] * 2))):
+        for dj, di, line in (
+            (0, 1, ([across[i + 1]] * 2, up[j : j + 2])),
+            (1, 0, (across[i : i + 2], [up[j + 1]] * 2)),
+        ):
             there = (j + dj, i + di)
             if there[0] < len(y) and there[1] < len(x) and known[there] and unstable[j, i] != unstable[there]:
                 axes.plot(*line, color="black", linewidth=1.6)
 
 
 def tracked(spectra: list[Complexes]) -> list[Complexes]:
-    """Branches through the spectra of the points, `[branch][point]`, NaN where one has no continuation: each eigenvalue goes
-    on to the nearest one of the next point, measured in frequency and growth rate alike."""
+    """Branches through the spectra of the points, `[branch][point]`, NaN where one has no continuation: each eigenvalue
+    goes on to the nearest one of the next point, measured in frequency and growth rate alike."""
     branches: list[Complexes] = []
     ends: list[int] = []
     for point, spectrum in enumerate(spectra):
         free = list(range(len(spectrum)))
-        pairs = sorted(((abs(spectrum[j] - branches[b][point - 1]), b, j) for b in ends for j in free), key=lambda p: float(p[0]))
+        pairs = sorted(
+            ((abs(spectrum[j] - branches[b][point - 1]), b, j) for b in ends for j in free), key=lambda p: float(p[0])
+        )
         taken: set[int] = set()
         used: set[int] = set()
         for distance, b, j in pairs:
@@ -221,7 +234,8 @@ def alone(spectra: list[Complexes]) -> list[Complexes]:
 
 
 def spread(wanted: Floats, least: float) -> Floats:
-    """Heights as near as can be to the wanted ones, at least this far apart: each cluster about its mean, by merging neighbours that meet."""
+    """Heights as near as can be to the wanted ones, at least this far apart: each cluster about its mean, by merging
+    neighbours that meet."""
     order = np.argsort(wanted, kind="stable")
     groups: list[list[int]] = []
     for k in order:
@@ -242,7 +256,9 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
     """Frequency and growth rate of every mode over one key; unstable parts in red. Words have no lines between them."""
     order = np.argsort(key.values, kind="stable")
     if sweep.eigenvalue.size == 0:
-        raise ResultError(f"{result.path}: every point of the sweep failed, so there are no loci to draw; /sweep/message says why")
+        raise ResultError(
+            f"{result.path}: every point of the sweep failed, so there are no loci to draw; /sweep/message says why"
+        )
     spectra = [sweep.spectrum(int(i)) for i in order]
     # Relaxation of the contact itself is far more damped than any mode of the bodies.
     spectra = [s[(s.imag > 0) & (s.real > -0.1 * np.abs(s))] for s in spectra]
@@ -280,7 +296,11 @@ def loci(result: Result, sweep: Sweep, key: Key, canvas: Canvas) -> list[Path]:
     lower.set_ylabel("growth rate σ / (1/s)")
     lower.axhline(0, color="black", linewidth=0.8)
     key.label_axis(lower.xaxis)
-    upper.set_title(heading(result) + "modes of steady sliding" + ("; at the right: frequency of the fastest growth" if names else ""))
+    upper.set_title(
+        heading(result)
+        + "modes of steady sliding"
+        + ("; at the right: frequency of the fastest growth" if names else "")
+    )
     line: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3.5} if key.words else {}
     dotted = line | {"marker": "o", "markersize": 3.5}
     handles = [Line2D([], [], color=BLUE, label="mode", **line), Line2D([], [], color=RED, label="unstable", **dotted)]

@@ -1,4 +1,5 @@
-"""Transients: growth with the predicted envelope, limit cycle, force–creep loops, spectrogram, stick and slip over a cycle, sound power."""
+"""Transients: growth with the predicted envelope, limit cycle, force–creep loops, spectrogram, stick and slip over a
+cycle, sound power."""
 
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from ..labels import body_words
 from ..result import Floats, Result
 from ..tables import History
 from .contact import edges
-from .style import BLUE, GREY, LATERAL, ORANGE, RED, SLIP, STICK, Canvas, heading, legend
+from .style import BLUE, LATERAL, ORANGE, RED, SLIP, STICK, Canvas, heading, legend
 
 STATES = ListedColormap(["#eeeeee", STICK, SLIP])
 # Phases shown of a cycle; with fewer samples in a period a picture says so.
@@ -48,7 +49,9 @@ def shown(moving: growing.Signal) -> tuple[float, str]:
 def growth(result: Result, history: History, moving: growing.Signal, span: float, canvas: Canvas) -> list[Path]:
     """The motion, its envelope beside the linear analysis, and what sticks."""
     t, (factor, name) = history.time, shown(moving)
-    figure, (whole, log, sticking) = plt.subplots(3, 1, figsize=(8, 8.4), sharex=True, height_ratios=[2, 2, 1], layout="constrained")
+    figure, (whole, log, sticking) = plt.subplots(
+        3, 1, figsize=(8, 8.4), sharex=True, height_ratios=[2, 2, 1], layout="constrained"
+    )
     # Hundreds of thousands of points are dots in PDF and SVG too.
     whole.plot(t, factor * moving.value, color=BLUE, linewidth=0.3, rasterized=True)
     whole.set_ylabel(name.replace(" of ", "\nof ", 1))
@@ -59,13 +62,22 @@ def growth(result: Result, history: History, moving: growing.Signal, span: float
     if phase:
         inside = (middle >= phase.begin) & (middle <= phase.end)
         fitted = factor * phase.line(middle[inside], phase.rate)
-        log.semilogy(middle[inside], fitted, color=ORANGE, linewidth=3, alpha=0.6, label=f"exponential growth, fitted: {phase.rate:.3f} 1/s")
+        log.semilogy(
+            middle[inside],
+            fitted,
+            color=ORANGE,
+            linewidth=3,
+            alpha=0.6,
+            label=f"exponential growth, fitted: {phase.rate:.3f} 1/s",
+        )
         rate = growing.linear(result, growing.frequency(moving, phase.begin, phase.end))
         if rate is not None:
             # Through the middle of the fitted growth: the start is not exactly one mode, and the limit cycle is none.
             line = phase.line(middle, rate)
             seen = (line < 1.5 * peak.max()) & (line > 0.5 * peak[peak > 0].min())
-            log.semilogy(middle[seen], factor * line[seen], color=RED, linestyle="--", label=f"linear analysis: {rate:.3f} 1/s")
+            log.semilogy(
+                middle[seen], factor * line[seen], color=RED, linestyle="--", label=f"linear analysis: {rate:.3f} 1/s"
+            )
     log.set_ylabel(f"its envelope / {name.partition(' / ')[2]}")
     # Powers of ten alone would leave an axis of less than a decade without numbers.
     for set_formatter in (log.yaxis.set_major_formatter, log.yaxis.set_minor_formatter):
@@ -106,13 +118,16 @@ def spectrogram(result: Result, moving: growing.Signal, canvas: Canvas) -> list[
 
 
 def coarse(when: Floats, span: float, step: float) -> str:
-    """What is to be said where the contact fields are too far apart to show a period; empty where they are near enough."""
+    """Remark where the contact fields are too far apart to show a period; else empty."""
     interval = float(when[1] - when[0])
     each = span / interval
     if each >= PHASES * (1 - 1e-6):
         return ""
     stride = max(1, int(span / (PHASES * step)))
-    return f"\ncontact fields every {1e3 * interval:.3g} ms are {each:.1f} in a period: too coarse; contact_stride of at most {stride} shows {PHASES}"
+    return (
+        f"\ncontact fields every {1e3 * interval:.3g} ms are {each:.1f} in a period: too coarse; "
+        f"contact_stride of at most {stride} shows {PHASES}"
+    )
 
 
 def grid_shape(result: Result) -> tuple[int, int] | None:
@@ -177,7 +192,9 @@ def sound_power(result: Result, canvas: Canvas) -> list[Path]:
     group = "transient/sound_power"
     names = result.array(f"{group}/band_name")
     bodies = [b for b in ("lower", "upper") if f"{group}/{b}" in result]
-    figure, axes = plt.subplots(2, len(bodies), figsize=(5.2 * len(bodies), 6.6), squeeze=False, sharey="row", layout="constrained")
+    figure, axes = plt.subplots(
+        2, len(bodies), figsize=(5.2 * len(bodies), 6.6), squeeze=False, sharey="row", layout="constrained"
+    )
     labels = [f"{n / 1000:g}k" if n >= 1000 else f"{n:g}" for n in names]
     top = max(result.array(f"{group}/{b}/{kind}").max() for b in bodies for kind in ("level", "level_a"))
     density = {b: result.array(f"{group}/{b}/density") for b in bodies}
@@ -198,7 +215,9 @@ def sound_power(result: Result, canvas: Canvas) -> list[Path]:
         bars.set_xlabel("third octave / Hz")
         bars.set_title(f"sound power of the {body_words(result.job)[body]}")
         bars.legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=2)
-        line.semilogy(result.array(f"{group}/frequency"), np.maximum(density[body], peak * 1e-12), color=BLUE, linewidth=0.7)
+        line.semilogy(
+            result.array(f"{group}/frequency"), np.maximum(density[body], peak * 1e-12), color=BLUE, linewidth=0.7
+        )
         line.set_xlabel("frequency / Hz")
     axes[0, 0].set_ylabel("level / dB re 1 pW")
     axes[1, 0].set_ylabel("power density / (W/Hz)")

@@ -42,15 +42,52 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("-f", "--force", action="store_true", help="replace an existing mesh")
     add("--picture", type=Path, metavar="FILE.png", help="picture of outline, groups and mesh (.png, .pdf or .svg)")
     add("--size", type=float, default=6e-3, metavar="M", help="edge length of the mesh, m (default 0.006)")
-    add("--fine", type=float, metavar="M", help="edge length on the running line, m (default: the size, on rails at most 0.003)")
-    add("--axis", choices=("x", "y"), default="x", help="axis of the drawing along the axle or across the track (default x)")
+    add(
+        "--fine",
+        type=float,
+        metavar="M",
+        help="edge length on the running line, m (default: the size, on rails at most 0.003)",
+    )
+    add(
+        "--axis",
+        choices=("x", "y"),
+        default="x",
+        help="axis of the drawing along the axle or across the track (default x)",
+    )
     add("--mirror", action="store_true", help="turn x round: the flange, or the middle of the track, is to be at +x")
-    add("--origin", type=float, nargs=2, default=(0.0, 0.0), metavar=("X", "Y"), help="point of the drawing that becomes (0, 0)")
-    add("--group", action="append", default=[], metavar="NAME=LAYER", help="edges on a layer are this group; repeatable")
-    add("--pick", action="append", default=[], metavar="NAME=X,Y", help="the curve at this point of the drawing is this group; repeatable")
+    add(
+        "--origin",
+        type=float,
+        nargs=2,
+        default=(0.0, 0.0),
+        metavar=("X", "Y"),
+        help="point of the drawing that becomes (0, 0)",
+    )
+    add(
+        "--group", action="append", default=[], metavar="NAME=LAYER", help="edges on a layer are this group; repeatable"
+    )
+    add(
+        "--pick",
+        action="append",
+        default=[],
+        metavar="NAME=X,Y",
+        help="the curve at this point of the drawing is this group; repeatable",
+    )
     add("--ignore", action="append", default=[], metavar="LAYER", help="leave out a layer; repeatable")
-    add("--tolerance", type=float, default=1e-5, metavar="M", help="distance within which ends are joined, m (default 1e-5)")
-    add("--density", type=float, default=7860.0, metavar="RHO", help="density for masses that are told, kg/m³ (default 7860)")
+    add(
+        "--tolerance",
+        type=float,
+        default=1e-5,
+        metavar="M",
+        help="distance within which ends are joined, m (default 1e-5)",
+    )
+    add(
+        "--density",
+        type=float,
+        default=7860.0,
+        metavar="RHO",
+        help="density for masses that are told, kg/m³ (default 7860)",
+    )
 
 
 def run(given: argparse.Namespace) -> int:
@@ -96,10 +133,14 @@ def make(path: Path, options: Options) -> Section:
         f"{1e3 * options.tolerance:g} mm, x {left:.2f} to {right:.2f} mm, y {low:.2f} to {high:.2f} mm",
         f"groups: {groups}",
         *properties.lines(options.density),
-        f"mesh: {len(mesh.triangles)} triangles of 6 nodes, {len(mesh.nodes)} nodes, edges of {1e3 * options.size:g} mm on the boundary "
-        f"down to {1e3 * sides.min():.2g} mm, area {mesh.area() / outline.moment(0, 0) - 1:+.1e} of that of the outline",
+        f"mesh: {len(mesh.triangles)} triangles of 6 nodes, {len(mesh.nodes)} nodes, edges of {1e3 * options.size:g} "
+        "mm on the boundary "
+        f"down to {1e3 * sides.min():.2g} mm, area {mesh.area() / outline.moment(0, 0) - 1:+.1e} of that of the "
+        "outline",
     ]
-    return Section(outline, mesh, running, properties, lines, [*drawing.remarks, *found, *remarks(outline, running, options)])
+    return Section(
+        outline, mesh, running, properties, lines, [*drawing.remarks, *found, *remarks(outline, running, options)]
+    )
 
 
 def snippet(made: Section, options: Options, output: Path) -> str:
@@ -144,7 +185,9 @@ def _expect_free(given: argparse.Namespace, output: Path) -> None:
         if not path.absolute().parent.is_dir():
             raise ResultError(f"{option} {path}: there is no folder {path.parent}", WRITING)
     if output.exists() and not given.force:
-        raise ResultError(f"{output} is there already; name another file with --output, or replace it with --force", USAGE)
+        raise ResultError(
+            f"{output} is there already; name another file with --output, or replace it with --force", USAGE
+        )
 
 
 def _options(given: argparse.Namespace) -> Options:

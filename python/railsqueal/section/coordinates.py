@@ -16,7 +16,9 @@ from .drawing import UNITS, Drawing
 # Coordinates in the order of the columns: across (along the axle), then away from the axle or up.
 _ACROSS_FIRST = ("x", "y", "z", "r")
 _EXTRA = ("group", "bulge")
-_EXPECTED = "expected the columns y and r (wheel), y and z or x and z (rail), or x and y, and optionally group and bulge"
+_EXPECTED = (
+    "expected the columns y and r (wheel), y and z or x and z (rail), or x and y, and optionally group and bulge"
+)
 
 
 def read(path: Path) -> Drawing:
@@ -59,7 +61,8 @@ def _columns(table: Table) -> tuple[int, int, dict[str, int], str | None]:
         if table.counts(0):
             hint = "its first column looks like a number of the point"
         raise InputError(
-            f"{path}, line {table.lines[0]}: {width} columns without a header: {hint}; give two columns, or a header: {_EXPECTED}"
+            f"{path}, line {table.lines[0]}: {width} columns without a header: {hint}; give two columns, or a header: "
+            f"{_EXPECTED}"
         )
     places: dict[str, int] = {}
     units = set()
@@ -92,7 +95,8 @@ def _expect_different(path: Path, points: Floats, lines: list[int]) -> None:
     for n, point in zip(lines, map(tuple, points.tolist())):
         if point in seen:
             raise InputError(
-                f"{path}, line {n}: the point ({point[0]:g}, {point[1]:g}) is that of line {seen[point]}; expected every point once "
+                f"{path}, line {n}: the point ({point[0]:g}, {point[1]:g}) is that of line {seen[point]}; expected "
+                "every point once "
                 "(the first one may be repeated at the end)"
             )
         seen[point] = n

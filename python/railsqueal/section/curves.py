@@ -1,6 +1,8 @@
-"""Plane curves of an outline: straight lines, arcs of circles and ellipses, B-splines, polylines that stand for a curve.
+"""Plane curves of an outline: straight lines, arcs of circles and ellipses, B-splines, polylines that stand for a
+curve.
 
-Every curve has a parameter t from 0 at its start to 1 at its end. Lengths are in the unit of the drawing until `transformed` makes them metres.
+Every curve has a parameter t from 0 at its start to 1 at its end. Lengths are in the unit of the drawing until
+`transformed` makes them metres.
 """
 
 import math

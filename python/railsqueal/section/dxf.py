@@ -1,4 +1,5 @@
-"""Outlines from DXF drawings, read by ezdxf: lines, arcs, circles, ellipses, polylines with bulges, splines, and blocks of them.
+"""Outlines from DXF drawings, read by ezdxf: lines, arcs, circles, ellipses, polylines with bulges, splines, and blocks
+of them.
 
 The layer of a curve is its group; layers that are off or frozen are left out.
 """
@@ -50,7 +51,9 @@ def read(path: Path, ignored: Sequence[str]) -> Drawing:
         raise InputError(f"--ignore: {path} has no curves on the layer {unknown[0]!r}; there are {there}", USAGE)
     if not curves:
         there = ", ".join(f"{n} {kind}" for kind, n in (passed + left_out).items()) or "nothing"
-        raise InputError(f"{path} has no lines, arcs, polylines or splines in its model space that are shown (there is {there})")
+        raise InputError(
+            f"{path} has no lines, arcs, polylines or splines in its model space that are shown (there is {there})"
+        )
     remarks = damage
     if left_out:
         remarks.append("layers left out: " + ", ".join(f"{name} ({n})" for name, n in left_out.items()))
@@ -87,13 +90,17 @@ def _document(path: Path) -> tuple[Any, list[str]]:
             return readfile(path), []
         except DXFStructureError:
             document = recover.readfile(path)[0]
-            return document, ["the file is damaged and was read as far as possible: compare the picture with the drawing"]
+            return document, [
+                "the file is damaged and was read as far as possible: compare the picture with the drawing"
+            ]
     except MemoryError:
         raise
     except Exception as error:
         # A damaged file meets any error in a reader that trusts it.
         words = f"{type(error).__name__}: {error}".splitlines()[0][:200]
-        raise InputError(f"{path} is no DXF drawing that can be read ({words}); export it as DXF (R2000 or later, ASCII)") from error
+        raise InputError(
+            f"{path} is no DXF drawing that can be read ({words}); export it as DXF (R2000 or later, ASCII)"
+        ) from error
 
 
 def _entities(container: Any, depth: int, path: Path) -> Iterator[Any]:
@@ -125,7 +132,10 @@ def _plane(points: Sequence[Any], source: str) -> Floats:
     values = np.array([[p[0], p[1], p[2] if len(p) > 2 else 0.0] for p in points], dtype=float)
     size = float(np.abs(values).max(initial=0.0))
     if np.ptp(values[:, 2]) > _FLAT * size:
-        raise InputError(f"{source} reaches from z = {values[:, 2].min():g} to {values[:, 2].max():g}; expected a plane drawing, z = const")
+        raise InputError(
+            f"{source} reaches from z = {values[:, 2].min():g} to {values[:, 2].max():g}; expected a plane drawing, z "
+            "= const"
+        )
     return values[:, :2]
 
 
@@ -155,7 +165,9 @@ def _arc(entity: Any, group: str, source: str) -> list[Curve]:
 def _circle(entity: Any, group: str, source: str) -> list[Curve]:
     centre, radius = _plane([entity.dxf.center], source)[0], float(entity.dxf.radius)
     halves = ((0.0, math.pi), (math.pi, 2 * math.pi))
-    return [Arc.circular(group, source, centre, radius, angles).transformed(_frame(entity, source)) for angles in halves]
+    return [
+        Arc.circular(group, source, centre, radius, angles).transformed(_frame(entity, source)) for angles in halves
+    ]
 
 
 def _ellipse(entity: Any, group: str, source: str) -> list[Curve]:
@@ -214,7 +226,9 @@ def _spline(entity: Any, group: str, source: str) -> list[Curve]:
     often = [k for k, n in Counter(knots).items() if n >= degree and inner[0] < k < inner[1]]
     cuts = [inner[0], *sorted(often), inner[1]]
     start, end = _plane([spline.point(inner[0]), spline.point(inner[1])], source)
-    closed = bool(np.linalg.norm(end - start) <= 1e-9 * np.linalg.norm(np.ptp(_plane(spline.control_points, source), axis=0)))
+    closed = bool(
+        np.linalg.norm(end - start) <= 1e-9 * np.linalg.norm(np.ptp(_plane(spline.control_points, source), axis=0))
+    )
     if len(cuts) == 2 and closed:
         cuts.insert(1, 0.5 * (inner[0] + inner[1]))
     return [Spline(group, source, spline, Affine.identity(), low, high, knots) for low, high in zip(cuts, cuts[1:])]

@@ -91,7 +91,7 @@ def with_polylines(curves: list[Curve]) -> list[Curve]:
 
 
 def _continues(one: Curve, other: Curve) -> bool:
-    """Whether two straight lines of one group follow each other with a small turn."""
+    """Returns whether two straight lines of one group follow each other with a small turn."""
     if not (isinstance(one, Line) and isinstance(other, Line)) or one.group != other.group:
         return False
     return abs(_turn(one.end - one.start, other.end - other.start)) < _KINK
@@ -135,7 +135,7 @@ def _along_polyline(curve: Polyline, size: float) -> list[float]:
 
 
 def _fits(curve: Polyline, first: int, last: int) -> bool:
-    """Whether points of a polyline lie on the quadratic edge from one of them to another, and turn little."""
+    """Returns whether points of a polyline lie on the quadratic edge from one of them to another, and turn little."""
     at, vertices = curve.breaks, curve.vertices
     steps = np.diff(vertices[first : last + 1], axis=0)
     if sum(abs(_turn(a, b)) for a, b in zip(steps, steps[1:])) > _TURN:

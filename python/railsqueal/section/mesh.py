@@ -79,7 +79,9 @@ def triangulate(edges: list[Edge], size: float) -> PlaneMesh:
     worst = mesh.jacobians().min(axis=1)
     if worst.min() <= 0:
         x, y = 1e3 * mesh.nodes[mesh.triangles[int(np.argmin(worst)), :3]].mean(axis=0)
-        raise InputError(f"the triangle at (x = {x:.3f}, y = {y:.3f}) mm is inverted by its curved edge; give a smaller --size")
+        raise InputError(
+            f"the triangle at (x = {x:.3f}, y = {y:.3f}) mm is inverted by its curved edge; give a smaller --size"
+        )
     return mesh
 
 
@@ -102,7 +104,9 @@ def _netgen(corners: Floats, size: float) -> tuple[Floats, list[list[int]], list
     try:
         made = geometry.GenerateMesh(maxh=1.0, grading=_GRADING, quad_dominated=False)
     except Exception as error:
-        raise InputError(f"Netgen could not mesh the section: {error}; give another --size, or remove very short edges") from error
+        raise InputError(
+            f"Netgen could not mesh the section: {error}; give another --size, or remove very short edges"
+        ) from error
     nodes = np.array([[p[0], p[1]] for p in (point.p for point in made.Points())]) * size
     triangles = [[v.nr - 1 for v in element.vertices] for element in made.Elements2D()]
     border = [(e.vertices[0].nr - 1, e.vertices[1].nr - 1, e.index - 1) for e in made.Elements1D()]

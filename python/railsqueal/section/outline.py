@@ -83,7 +83,8 @@ class Outline:
         if crossing is not None:
             i, j = crossing
             raise InputError(
-                f"the outline crosses itself near {place(0.5 * (starts[i] + ends[i]))}: {self.curves[owner[i]].source} and "
+                f"the outline crosses itself near {place(0.5 * (starts[i] + ends[i]))}: {self.curves[owner[i]].source} "
+                "and "
                 f"{self.curves[owner[j]].source}; expected a boundary that encloses one area"
             )
 
@@ -114,7 +115,8 @@ def _expect_lengths(curves: Sequence[Curve], tolerance: float) -> None:
     for curve in curves:
         if curve.length() <= tolerance:
             raise InputError(
-                f"{curve.source} at {place(curve.ends[0])} has no length (at most the tolerance of {1e3 * tolerance:g} mm): "
+                f"{curve.source} at {place(curve.ends[0])} has no length (at most the tolerance of {1e3 * tolerance:g} "
+                "mm): "
                 "delete it, or give a smaller --tolerance if it is meant"
             )
 
@@ -128,7 +130,8 @@ def _without_duplicates(curves: Sequence[Curve], tolerance: float) -> list[Curve
             if len(same):
                 other = curves[k + 1 + int(same[0])]
                 raise InputError(
-                    f"{curves[k].source} and {other.source} are the same curve, from {place(points[0])} to {place(points[-1])}: delete one"
+                    f"{curves[k].source} and {other.source} are the same curve, from {place(points[0])} to "
+                    f"{place(points[-1])}: delete one"
                 )
     return list(curves)
 
@@ -159,14 +162,17 @@ def _expect_pairs(curves: Sequence[Curve], ends: Floats, vertex: Integers) -> No
             lines.append(line)
         more = f"\n  and {len(alone) - 4} more" if len(alone) > 4 else ""
         raise InputError(
-            f"the outline is open, with {len(alone)} ends that meet no other:\n  " + "\n  ".join(lines) + more
+            f"the outline is open, with {len(alone)} ends that meet no other:\n  "
+            + "\n  ".join(lines)
+            + more
             + "\n  Close the drawing, leave out layers of other lines by --ignore LAYER, or give a larger --tolerance"
         )
     for k in range(len(flat)):
         if count[numbers[k]] > 2:
             sources = ", ".join(curves[j // 2].source for j in np.flatnonzero(numbers == numbers[k]).tolist())
             raise InputError(
-                f"{count[numbers[k]]} ends of curves meet at {place(flat[k])} ({sources}); expected two, the outline of one area"
+                f"{count[numbers[k]]} ends of curves meet at {place(flat[k])} ({sources}); expected two, the outline "
+                "of one area"
             )
 
 
@@ -200,6 +206,8 @@ def _several(loops: list[list[Curve]]) -> str:
         layers = ", ".join(sorted({curve.group for curve in loop if curve.group})) or "without a group"
         lines.append(f"{len(loop)} curves from {place(points.min(axis=0))} to {place(points.max(axis=0))} ({layers})")
     return (
-        f"the drawing has {len(loops)} closed outlines:\n  " + "\n  ".join(lines) + "\n  Expected one: draw one half of a wheel, "
+        f"the drawing has {len(loops)} closed outlines:\n  "
+        + "\n  ".join(lines)
+        + "\n  Expected one: draw one half of a wheel, "
         "without holes, and leave out layers of other lines by --ignore LAYER"
     )

@@ -37,7 +37,9 @@ def draw(path: Path, title: str, outline: Outline, mesh: PlaneMesh, lines: list[
         points = 1e3 * curve.chords(16)
         label = curve.group if curve.group and curve.group not in shown else None
         shown.add(curve.group)
-        axes.plot(*points.T, color=colour.get(curve.group, style.GREY), linewidth=2.2 if curve.group else 1.1, label=label)
+        axes.plot(
+            *points.T, color=colour.get(curve.group, style.GREY), linewidth=2.2 if curve.group else 1.1, label=label
+        )
     joints = np.array([1e3 * curve.ends[0] for curve in outline.curves])
     axes.plot(*joints.T, ".", color="black", markersize=2.5, label="ends of curves" if len(joints) < 400 else None)
     axes.axvline(0.0, color=style.GREY, linewidth=0.6, linestyle="--")

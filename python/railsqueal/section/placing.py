@@ -1,4 +1,5 @@
-"""The way from a drawing to the axes of a section: unit, origin, axes, groups; and what the section of a wheel or a rail has to be."""
+"""The way from a drawing to the axes of a section: unit, origin, axes, groups; and what the section of a wheel or a
+rail has to be."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -49,7 +50,8 @@ def unit_of(drawing: Drawing, path: Path, options: Options) -> str:
     """The unit of the drawing: that of its file or that of --unit, which must agree, and which must fit its size."""
     if drawing.unit and options.unit and drawing.unit != options.unit:
         raise InputError(
-            f"--unit {options.unit}: {path} says {drawing.unit} ({drawing.unit_source}); leave the option out, or correct the unit in the drawing",
+            f"--unit {options.unit}: {path} says {drawing.unit} ({drawing.unit_source}); leave the option out, or "
+            "correct the unit in the drawing",
             USAGE,
         )
     what, least, most = _SIZES[options.kind]
@@ -57,8 +59,13 @@ def unit_of(drawing: Drawing, path: Path, options: Options) -> str:
     away = _axes(options)(points)[:, 1]
     size = float(np.abs(away).max() if options.kind == "wheel" else np.ptp(away))
     fitting = [name for name, length in UNITS.items() if least <= size * length <= most]
-    fits = f"the unit that fits is {' or '.join(fitting)}" if fitting else (
-        f"no unit makes that {what} {least:g} to {most:g} m: is the axle at y = 0 (--origin), and the axis right (--axis)?"
+    fits = (
+        f"the unit that fits is {' or '.join(fitting)}"
+        if fitting
+        else (
+            f"no unit makes that {what} {least:g} to {most:g} m: is the axle at y = 0 (--origin), and the axis right "
+            "(--axis)?"
+        )
     )
     unit = options.unit or drawing.unit
     if unit is None:
@@ -66,7 +73,8 @@ def unit_of(drawing: Drawing, path: Path, options: Options) -> str:
     if unit not in fitting:
         source = "--unit" if options.unit else drawing.unit_source
         raise InputError(
-            f"{path}: a {options.kind} with the {what} {size * UNITS[unit]:.6g} m (in {unit}, by {source}), expected {least:g} to {most:g} m; {fits}"
+            f"{path}: a {options.kind} with the {what} {size * UNITS[unit]:.6g} m (in {unit}, by {source}), expected "
+            f"{least:g} to {most:g} m; {fits}"
         )
     return unit
 
@@ -95,7 +103,8 @@ def placed(drawing: Drawing, unit: str, options: Options) -> tuple[list[Curve], 
         elif points[:, 1].min() <= 0:
             lowest = points[int(np.argmin(points[:, 1]))]
             raise InputError(
-                f"the outline reaches the axle y = 0 at {place(lowest)}; expected one half of a wheel, above the axle (--origin X Y, "
+                f"the outline reaches the axle y = 0 at {place(lowest)}; expected one half of a wheel, above the axle "
+                "(--origin X Y, "
                 "--axis and --ignore tell where it is and what belongs to it)"
             )
     return [curve.transformed(frame) for curve in curves], remarks
@@ -113,7 +122,8 @@ def _picked(curves: list[Curve], options: Options, scale: float) -> list[Curve]:
         k = int(np.argmin(distances))
         if distances[k] * scale > 1e-3:
             raise InputError(
-                f"--pick {name}={x:g},{y:g}: the nearest curve, {curves[k].source}, is {1e3 * scale * distances[k]:.4g} mm away; "
+                f"--pick {name}={x:g},{y:g}: the nearest curve, {curves[k].source}, is "
+                f"{1e3 * scale * distances[k]:.4g} mm away; "
                 "expected at most 1 mm (the point is in the unit and the axes of the drawing)",
                 USAGE,
             )
@@ -139,7 +149,8 @@ def expect_groups(outline: Outline, options: Options) -> None:
         if name not in there:
             known = f"the drawing has {', '.join(there)}" if there else "the drawing names none"
             raise InputError(
-                f"no edge is in the group {name!r} ({known}); draw it on a layer of that name (in a table: the column group), "
+                f"no edge is in the group {name!r} ({known}); draw it on a layer of that name (in a table: the column "
+                "group), "
                 f"or give --group {name}=LAYER or --pick {name}=X,Y"
             )
 
@@ -153,15 +164,19 @@ class RunningLine:
         starts = [k for k in range(len(edges)) if running[k] and not running[k - 1]]
         if len(starts) != 1:
             places = "; ".join(place(edges[k].point(0.0)) for k in starts)
-            raise InputError(f"the running line is in {len(starts)} pieces, which begin at {places}; expected one" if starts
-                             else "the whole outline is the running line; expected the tread or the head alone")
+            raise InputError(
+                f"the running line is in {len(starts)} pieces, which begin at {places}; expected one"
+                if starts
+                else "the whole outline is the running line; expected the tread or the head alone"
+            )
         order = [*range(starts[0], len(edges)), *range(starts[0])]
         self.edges = [edges[k] for k in order if running[k]]
         for edge in self.edges:
             a, m, b = (edge.point(s)[0] for s in (0.0, 0.5, 1.0))
             if not (4 * m - 3 * a - b < 0 and 3 * b + a - 4 * m < 0):
                 raise InputError(
-                    f"the running line is not a function of x between {place(edge.point(0.0))} and {place(edge.point(1.0))}; put edges that "
+                    f"the running line is not a function of x between {place(edge.point(0.0))} and "
+                    f"{place(edge.point(1.0))}; put edges that "
                     "stand upright or hang over into another group (a rail's sides, the back of a flange)"
                 )
 
@@ -188,11 +203,19 @@ def remarks(outline: Outline, running: RunningLine, options: Options) -> list[st
         points = np.concatenate([curve.chords() for curve in outline.curves])
         top = points[int(np.argmax(points[:, 1]))]
         if top[0] < 0.5 * (low + high) and top[1] - running.height(0.5 * (low + high)) > 0.01:
-            found.append(f"the largest radius is at x = {1e3 * top[0]:.1f} mm: the flange is to be at +x; --mirror turns it")
+            found.append(
+                f"the largest radius is at x = {1e3 * top[0]:.1f} mm: the flange is to be at +x; --mirror turns it"
+            )
         if not low <= 0 <= high:
-            found.append(f"x = 0 is not on the running line ({1e3 * low:.1f} to {1e3 * high:.1f} mm); with contact.placement it is to be the running circle: --origin X Y")
+            found.append(
+                f"x = 0 is not on the running line ({1e3 * low:.1f} to {1e3 * high:.1f} mm); with contact.placement it "
+                "is to be the running circle: --origin X Y"
+            )
         if "bore" not in outline.group_lengths():
             found.append("no edge is in the group 'bore': the job needs another group to hold the wheel by")
     elif abs(low + high) > 2 * _OFF_MIDDLE:
-        found.append(f"the running line reaches from x = {1e3 * low:.2f} to {1e3 * high:.2f} mm; x = 0 is to be the middle of the head: --origin X Y")
+        found.append(
+            f"the running line reaches from x = {1e3 * low:.2f} to {1e3 * high:.2f} mm; x = 0 is to be the middle of "
+            "the head: --origin X Y"
+        )
     return found

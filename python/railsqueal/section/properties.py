@@ -31,7 +31,8 @@ class WheelProperties:
     def lines(self, density: float) -> list[str]:
         """The properties in words."""
         return [
-            f"area {1e4 * self.area:.3f} cm², volume {1e3 * self.volume:.4f} dm³, mass {self.mass:.2f} kg with {density:g} kg/m³",
+            f"area {1e4 * self.area:.3f} cm², volume {1e3 * self.volume:.4f} dm³, mass {self.mass:.2f} kg with "
+            f"{density:g} kg/m³",
             f"centre of mass at x = {1e3 * self.centre:.2f} mm",
             f"moments of inertia {self.axial:.4f} kg m² about the axle, {self.diametral:.4f} kg m² about a diameter",
         ]
@@ -61,7 +62,9 @@ class RailProperties:
         """The properties in words."""
         x, height = self.centroid
         return [
-            f"area {1e4 * self.area:.3f} cm², mass {self.mass:.3f} kg/m with {density:g} kg/m³, height {1e3 * self.height:.2f} mm",
+            f"area {1e4 * self.area:.3f} cm², mass {self.mass:.3f} kg/m with {density:g} kg/m³, height "
+            f"{1e3 * self.height:.2f} mm",
             f"centroid {1e3 * height:.2f} mm above the foot, x = {1e3 * x:.2f} mm",
-            f"second moments of area {1e8 * self.vertical:.2f} cm⁴ (Iy, vertical bending), {1e8 * self.lateral:.2f} cm⁴ (Iz, lateral bending)",
+            f"second moments of area {1e8 * self.vertical:.2f} cm⁴ (Iy, vertical bending), {1e8 * self.lateral:.2f} "
+            "cm⁴ (Iz, lateral bending)",
         ]

@@ -10,7 +10,7 @@ use crate::output::Reader;
 use crate::{Error, Result};
 use std::path::Path;
 
-/// What the group `/reduced` holds beside a model made from `bodies` with these `modes`.
+/// Contents of the group `/reduced` beside a model made from `bodies` with these `modes`.
 pub fn origin(bodies: &Bodies, modes: &[TraceModes]) -> Origin {
     let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
     let residual = |side: Side| {
@@ -20,7 +20,7 @@ pub fn origin(bodies: &Bodies, modes: &[TraceModes]) -> Origin {
     Origin { alike, residual: Side::BOTH.map(residual) }
 }
 
-/// What the file of a run that did not come to its end has, in words.
+/// Describes the contents of the file of an unfinished run, in words.
 pub fn held(file: &Path) -> &'static str {
     match Reader::open(file).is_ok_and(|file| of_modes_alone(&file)) {
         true => "modes",

@@ -23,12 +23,12 @@ pub fn file(reused: &Path) -> PathBuf {
     kept(reused).unwrap_or_else(|| companion(reused, "free_modes.vtkhdf"))
 }
 
-/// That of a run that did not come to its end, whose model is the file `reused`, where there is one.
+/// Shape file of a run that did not come to its end, whose model is the file `reused`, where there is one.
 pub fn kept(reused: &Path) -> Option<PathBuf> {
     Some(companion(reused, "shapes.h5")).filter(|path| path.is_file())
 }
 
-/// That of the run that is continued, or whose model is taken up, where there is one.
+/// Shape file of the run that is continued, or whose model is taken up, where there is one.
 pub fn of_unfinished(options: &RunOptions) -> Option<PathBuf> {
     let own = companion(&options.output, SHAPES);
     let own = Some(own).filter(|path| options.resume && path.is_file());

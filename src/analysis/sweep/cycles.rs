@@ -58,23 +58,23 @@ pub(super) fn chains(plan: &SweepPlan, cycles: &Cycles, members: &[usize]) -> Ve
     all
 }
 
-/// What one rank needs for its chains.
+/// Data that one rank needs for its chains.
 pub(super) struct Following<'a> {
     pub(super) cycles: &'a Cycles,
     pub(super) points: &'a [Option<Job>],
-    /// Where what is done is kept.
+    /// Folder of finished points.
     pub(super) folder: &'a Path,
     /// How their modes radiate, where that is asked for.
     pub(super) sounding: Option<&'a Sounding>,
     pub(super) stop: &'a Stop,
 }
 
-/// What one rank found, on its way to rank 0.
+/// Results of one rank, on their way to rank 0.
 #[derive(Default)]
 pub(super) struct Mine {
     /// [branch, point, how many, numbers of the cycle …] of each point one after the other.
     pub(super) rows: Vec<f64>,
-    /// Of those that were not computed "branch point why", each closed by a zero.
+    /// Reasons of points that were not computed: "branch point why", each closed by a zero.
     pub(super) text: String,
 }
 
@@ -83,7 +83,7 @@ pub(super) struct All {
     pub(super) cycles: Vec<Option<Cycle>>,
     /// Why some were not computed.
     pub(super) failed: Vec<(usize, usize, String)>,
-    /// What is heard; none where no sound is asked for.
+    /// Recorder of the sound; none where no sound is asked for.
     heard: Option<Heard>,
 }
 

@@ -33,8 +33,8 @@ use outcome::{summarise, Packed};
 /// The key of the sound of limit cycles.
 pub(super) const SOUND: &str = "analyses.sweep.cycles.sound_power";
 
-/// Whether the points of a sweep are computed although the job's own point ended with `error`: what concerns this
-/// point alone, not the machine or the program.
+/// Returns whether the points of a sweep are computed although the job's own point ended with `error`: what concerns
+/// this point alone, not the machine or the program.
 pub fn goes_on(error: &Error) -> bool {
     matches!(error, Error::Job(_) | Error::Input(_) | Error::NotConverged(_))
 }

@@ -1,4 +1,4 @@
-//! What the points of a sweep gave: on its way to rank 0 and in the summary.
+//! Results of the points of a sweep: transfer to rank 0 and summary.
 
 use crate::job::SweepPlan;
 use crate::output::datasets::sweep::Outcome;
@@ -56,7 +56,7 @@ impl Packed {
 /// So many points at most have lines of their own in the summary.
 pub(super) const LISTED: usize = 12;
 
-/// What the summary says of them; `kind` names the `models` that they were computed on.
+/// Writes the summary of the points; `kind` names the `models` that they were computed on.
 pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: &str, summary: &mut Summary) {
     let failed: Vec<usize> = (0..all.len()).filter(|&i| all[i].status != 0).collect();
     let unstable = all.iter().filter(|o| o.unstable() > 0).count();

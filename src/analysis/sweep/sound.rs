@@ -37,7 +37,7 @@ impl Heard {
         }
     }
 
-    /// Of `cycles` the loudest: its number and what the summary says of it.
+    /// Returns the number of the loudest of `cycles` and its line of the summary.
     pub(super) fn loudest(&self, cycles: &[Cycle]) -> Option<(usize, String)> {
         let moving = (0..cycles.len()).filter(|&i| cycles[i].fate > 0);
         let all = moving.filter_map(|i| self.of(&cycles[i]).map(|(level, text)| (i, level, text)));

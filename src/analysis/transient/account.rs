@@ -1,4 +1,4 @@
-//! What the summary says of a transient: forces, stick, frequencies, growth, motion of the named points.
+//! Summary of a transient: forces, stick, frequencies, growth, motion of the named points.
 
 use crate::sound::spectrum::Welch;
 use crate::summary::Summary;
@@ -15,7 +15,7 @@ const FAINT: f64 = 0.05;
 /// Lines that are named.
 const LINES: usize = 3;
 
-/// What is kept of a step.
+/// Values that are kept of a step.
 struct Kept {
     force: [f64; 3],
     /// Closed nodes that stick, of those that are closed.
@@ -24,7 +24,7 @@ struct Kept {
     points: Vec<f64>,
 }
 
-/// What is kept of the steps of a run.
+/// Values that are kept of the steps of a run.
 pub(super) struct Account {
     /// s.
     step: f64,
@@ -48,7 +48,7 @@ struct Growth {
 }
 
 impl Account {
-    /// Of the steps of length `step`, s, from `first` to `total`.
+    /// Account of steps of length `step`, s, from `first` to `total`.
     pub(super) fn new(step: f64, first: u64, total: u64) -> Self {
         let part = (total - first).div_ceil(PARTS).max(1);
         Self { step, first, part, last: VecDeque::new(), kinetic: Vec::new() }

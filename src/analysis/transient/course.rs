@@ -12,7 +12,7 @@ use crate::transient::{Effort, Stepper};
 use crate::{Error, Result};
 use std::time::Instant;
 
-/// What is said of the steps of a run.
+/// Report on the steps of a run.
 pub(super) struct Done {
     /// Work of the contact solver.
     pub(super) effort: Effort,
@@ -20,20 +20,20 @@ pub(super) struct Done {
     pub(super) steps: u64,
     /// Wall time of all of them, s.
     pub(super) seconds: f64,
-    /// What was observed.
+    /// Recorded values.
     pub(super) account: Account,
 }
 
-/// What goes along with the steps.
+/// Services that accompany the steps.
 pub(super) struct Course<'c, 'i> {
     pub(super) inputs: &'c Inputs<'i>,
     pub(super) points: &'c Points,
     pub(super) sound: Option<&'c Sound<'i>>,
     /// Checksum of the model.
     pub(super) identity: String,
-    /// What the future depends on beside the state of the stepper.
+    /// Data that the future depends on beside the state of the stepper.
     pub(super) more: &'c dyn Fn() -> Result<Vec<Table>>,
-    /// Whether a signal came to another rank.
+    /// True if a signal came to another rank.
     pub(super) elsewhere: &'c dyn Fn() -> bool,
 }
 

@@ -19,7 +19,7 @@ const SPAN: usize = 1024;
 /// A time: modal amplitudes, m √kg, `[m]`, and reactions (tx, ty, p), N, `[3n]`.
 type Row = (Vec<f64>, Vec<f64>);
 
-/// What the segments hold, one segment in memory at a time; on rank 0, empty elsewhere.
+/// Contents of the segments, one segment in memory at a time; on rank 0, empty elsewhere.
 struct Kept {
     segments: Option<Segments>,
     entries: std::vec::IntoIter<Entry>,

@@ -38,7 +38,7 @@ use points::Located;
 use sound::Sound;
 use std::path::Path;
 
-/// What the transient takes from the other stages of a run.
+/// Results of other stages of a run that the transient uses.
 pub struct Inputs<'a> {
     /// The job.
     pub job: &'a Job,
@@ -54,21 +54,22 @@ pub struct Inputs<'a> {
     pub places: &'a [(&'static str, usize)],
     /// Modes of each body that differs.
     pub modes: &'a [TraceModes],
-    /// Whether an earlier run, where modes are of one, gives the shapes of the modes too.
+    /// True if an earlier run, where modes are of one, gives the shapes of the modes too.
     pub shapes: bool,
     /// The reduced model.
     pub model: &'a Reduction,
     /// On rank 0: what stability found, where it was asked for.
     pub found: Option<&'a Found>,
-    /// What the full system found beside the mode that the bodies are moved along at the start, where it was asked.
+    /// Result that the full system found beside the mode that the bodies are moved along at the start, where it was
+    /// asked.
     pub beside: Option<&'a Beside>,
-    /// What the command line says.
+    /// Options of the command line.
     pub options: &'a RunOptions,
     /// When to stop.
     pub stop: &'a Stop,
     /// On rank 0: the segments of the run.
     pub segments: Option<&'a Segments>,
-    /// Where modes and compliance are kept until the first segment has them.
+    /// File in which modes and compliance are kept until the first segment has them.
     pub kept: Option<&'a Path>,
 }
 
@@ -93,8 +94,8 @@ impl Inputs<'_> {
     }
 }
 
-/// What the analysis needs of the bodies: named points and the motion of the bodies take static solves, and sound the
-/// shapes. What moves the points and how the modes radiate is in the first segment of a run that is continued.
+/// Requirements of the analysis on the bodies: named points and the motion of the bodies take static solves, and sound
+/// the shapes. What moves the points and how the modes radiate is in the first segment of a run that is continued.
 pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
     if wanted.model == TransientModel::Full {
         return full::needs(wanted, resume);
@@ -280,7 +281,7 @@ fn is_perturbed(inputs: &Inputs<'_>) -> bool {
     start.mode.is_some() || start.random.is_some()
 }
 
-/// What can be refused before anything is meshed.
+/// Checks that need no mesh.
 pub fn check(job: &Job, wanted: &job::Transient, contact: &job::Contact) -> Result<()> {
     Scheme { step: wanted.step, theta: wanted.theta }.check(&[])?;
     sound::check(wanted)?;

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 
 const KEY: &str = "analyses.transient.sound_power";
 
-/// What is asked for, made complete.
+/// Requested sound with defaults filled in.
 pub struct Sound<'a> {
     wanted: &'a SoundPower,
     bands: Bands,
@@ -33,7 +33,7 @@ pub struct Sound<'a> {
     given: BTreeMap<usize, Given>,
 }
 
-/// What can be refused before anything is meshed: a run too short for the lowest third octave.
+/// Checks that need no mesh: a run too short for the lowest third octave.
 pub fn check(wanted: &job::Transient) -> Result<()> {
     let Some(sound) = &wanted.sound_power else { return Ok(()) };
     let lowest = Bands::of(sound.min_frequency, sound.min_frequency);
@@ -300,7 +300,7 @@ impl<'a> Sound<'a> {
         Ok(pieces)
     }
 
-    /// What the bodies share.
+    /// Tables that the bodies share.
     fn shared(&self, welch: &Welch, pieces: usize, any: Option<&PowerSpectrum<'_>>) -> Vec<Table> {
         let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
             Table::list(&format!("/transient/sound_power/{name}"), units, text, values)
@@ -340,7 +340,7 @@ impl Impulse {
     }
 }
 
-/// Whether the body in the place `name` is a rail.
+/// Returns whether the body in the place `name` is a rail.
 fn is_rail(job: &Job, name: &str) -> bool {
     job.bodies().into_iter().any(|(there, body)| there == name && extruded(body).is_some())
 }
@@ -356,7 +356,7 @@ fn mode_resistance(place: &str, radiation: &Radiation, omega: &[f64]) -> Table {
     )
 }
 
-/// What belongs to one body.
+/// Tables of one body.
 fn results(place: &str, air: Air, power: &PowerSpectrum<'_>) -> Vec<Table> {
     let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
         Table::list(&format!("/transient/sound_power/{place}/{name}"), units, text, values)

@@ -9,7 +9,7 @@ use super::{Block, Convolution, LOADS};
 
 /// Numbers that products are made in.
 pub trait Number: fourier::Number {
-    /// That nearest to `v`.
+    /// Value nearest to `v`.
     fn of(v: f64) -> Self;
     /// As a double.
     fn double(self) -> f64;
@@ -61,7 +61,7 @@ pub(super) fn good_size(n: usize) -> usize {
 }
 
 impl<T: Number> Transformed<T> {
-    /// Those of k.
+    /// Spectra of the kernel k.
     pub(super) fn new(c: &Convolution) -> Self {
         let [nx, ny] = c.shape();
         let size = [good_size(2 * nx - 1), good_size(2 * ny - 1)];
@@ -130,7 +130,7 @@ impl<T: Number> Transformed<T> {
     }
 }
 
-/// What a product works in.
+/// Work space of a product.
 struct Buffers<T> {
     line: Vec<T>,
     line_spectrum: Vec<Complex<T>>,

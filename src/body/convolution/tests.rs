@@ -24,7 +24,7 @@ fn two(x: &[f64], y: &[f64]) -> (Convolution, Mat<f64>) {
     (Convolution::combined(&of(STEEL), &of(SOFT)).unwrap(), dense)
 }
 
-/// What a body adds to its half-space; `skew` makes it that of a body that rotates.
+/// Compliance that a body adds to its half-space; `skew` makes it that of a body that rotates.
 fn whole(n: usize, x: &[f64], y: &[f64], skew: f64) -> Mat<f64> {
     let a = |i: usize, j: usize| {
         1e-12 * ((1 + i + j) as f64).cos() * 40f64.powi((i / 3).min(1) as i32 + (j / 3).min(1) as i32)

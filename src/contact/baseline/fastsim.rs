@@ -46,8 +46,8 @@ mod tests {
     use super::super::tests::{benchmark, creepage};
     use super::*;
 
-    /// Steady rolling of the benchmark by CONTACT, extrapolated to zero grid size (`docs/validation.md`); the
-    /// simplified theory is known to be within 5 % of μN of it without spin.
+    /// Steady rolling of the benchmark by CONTACT, extrapolated to zero grid size (`docs/explanation/validation.md`);
+    /// the simplified theory is known to be within 5 % of μN of it without spin.
     #[test]
     fn is_near_the_forces_of_contact() {
         let e = benchmark();

@@ -1,8 +1,8 @@
-//! Where a contact of one point is on the interface.
+//! Position of a contact of one point on the interface.
 
 use crate::grid::Interface;
 
-/// Where the modes are taken: pairs (node, coefficient).
+/// Weights at which the modes are evaluated: pairs (node, coefficient).
 pub struct Footprint {
     /// Mean over the contact; the coefficients add up to 1.
     pub mean: Vec<(usize, f64)>,
@@ -33,7 +33,7 @@ impl Footprint {
 mod tests {
     use super::*;
 
-    /// Of a field on a graded grid: its mean over the pressure, and of a parabola its slope.
+    /// Mean over the pressure of a field on a graded grid, and slope of a parabola.
     #[test]
     fn a_place_has_means_and_slopes() {
         let (x, y) = (vec![-3.0, -1.5, -0.5, 0.0, 1.0, 2.5, 4.0], vec![-2.0, -1.0, 0.5, 1.0]);

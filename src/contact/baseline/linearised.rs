@@ -26,8 +26,8 @@ pub struct LinearForce {
 }
 
 impl LinearForce {
-    /// That of `law` on the ellipse `e`, whose coefficient of friction is that of `friction` at the creep, at the
-    /// creepages `c` and the rolling speed `speed`, m/s. The spin stays as it is.
+    /// Linearisation of `law` on the ellipse `e`, whose coefficient of friction is that of `friction` at the creep, at
+    /// the creepages `c` and the rolling speed `speed`, m/s. The spin stays as it is.
     pub fn new(
         law: impl Fn(&Ellipse, &Creepage) -> [f64; 2],
         e: &Ellipse,

@@ -180,7 +180,8 @@ mod tests {
         assert!((found.shear - 2.0 / (1.0 / g[0] + 1.0 / g[1])).abs() < 1.0);
     }
 
-    /// Of a circle 2aE*; of an ellipse the slope of Hertz' force over his approach, by the integral K(e) itself.
+    /// Stiffness 2aE* of a circle; for an ellipse the slope of Hertz' force over the approach, by the integral K(e)
+    /// itself.
     #[test]
     fn the_stiffness_is_that_of_hertz() {
         let round = benchmark();

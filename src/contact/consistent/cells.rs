@@ -117,7 +117,7 @@ fn visit(
 }
 
 impl Cells {
-    /// Those of `nodes`.
+    /// Cells around `nodes`.
     pub fn new(surface: &Surface, nodes: Vec<usize>) -> Self {
         let mut place = vec![usize::MAX; surface.nodes()];
         nodes.iter().enumerate().for_each(|(a, &i)| place[i] = a);
@@ -189,7 +189,7 @@ fn pairs() -> impl Iterator<Item = (usize, usize)> {
     (0..16).map(|k| (k / 4, k % 4))
 }
 
-/// Where corner `b` of a cell is among the neighbours of corner `a`.
+/// Place of corner `b` of a cell among the neighbours of corner `a`.
 fn beside(a: usize, b: usize) -> usize {
     let offset = |bit: usize| ((b >> bit) & 1) + 1 - ((a >> bit) & 1);
     offset(0) + 3 * offset(1)

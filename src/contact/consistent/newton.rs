@@ -19,7 +19,7 @@ pub(crate) struct Posed<'a> {
     pub constant: &'a [f64],
     /// Totals of the forces along x, y, n, N; where one is given the shift of that component is unknown.
     pub total: [Option<f64>; 3],
-    /// What a component of F at a node is measured by, N, `[k]`.
+    /// Unit of the components of F at a node, N, `[k]`.
     pub measure: &'a [f64],
 }
 

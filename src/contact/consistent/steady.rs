@@ -175,7 +175,7 @@ impl<'a> ConsistentSteady<'a> {
         })
     }
 
-    /// What forces, N, `[3n]`, and an approach make of the whole interface.
+    /// State of the whole interface under forces, N, `[3n]`, and an approach.
     fn whole(&self, surface: &Surface, forces: &[f64], approach: f64) -> Whole {
         let p = &self.problem;
         let (s, n) = (p.interface, p.interface.len());

@@ -22,7 +22,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of an interface that is a grid.
+    /// Surface of an interface that is a grid.
     pub fn new(s: &Interface) -> Self {
         let lengths = [&s.x, &s.y].map(|line| line.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>());
         let inverse = [inverse_of_line(&lengths[0]), inverse_of_line(&lengths[1])];

@@ -93,7 +93,7 @@ impl Element for Isoparametric {
     }
 }
 
-/// Where stresses are evaluated, and how they come from there to the nodes.
+/// Points of stress evaluation, and how they come from there to the nodes.
 struct Recovery {
     points: Vec<Shape>,
     /// `[nodes, points]`, row-major.

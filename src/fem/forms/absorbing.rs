@@ -13,11 +13,11 @@ pub struct Absorbing {
     pub place: [f64; 3],
     /// Its unit normal.
     pub normal: [f64; 3],
-    /// Where the damping begins, m from the plane.
+    /// Distance from the plane at which the damping begins, m.
     pub depth: f64,
     /// α at the plane, 1/s.
     pub rate: f64,
-    /// Whether it is only for what moves across the normal, v·(1 − n nᵀ)u.
+    /// True if it is only for what moves across the normal, v·(1 − n nᵀ)u.
     pub across: bool,
 }
 

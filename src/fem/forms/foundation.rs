@@ -1,4 +1,4 @@
-//! What acts on a surface point by point: springs, dashpots, mass.
+//! Surface terms, point by point: springs, dashpots, mass.
 
 /// A bilinear form ∫ v·A(n) u dA over a surface with the unit normal n.
 pub trait SurfaceForm {

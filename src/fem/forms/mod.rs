@@ -38,7 +38,7 @@ pub trait Form {
     /// How it couples two nodes.
     fn coupling(&self) -> Coupling;
 
-    /// Whether it is symmetric: half of the entries of its matrix are enough then.
+    /// Returns whether it is symmetric: half of the entries of its matrix are enough then.
     fn symmetric(&self) -> bool {
         true
     }

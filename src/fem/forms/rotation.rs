@@ -1,5 +1,5 @@
-//! What rotation of the material adds to the equations of motion in a frame that does not turn, each at 1 rad/s. With
-//! D = W·∇ acting on Cartesian components the acceleration of the material is ü + 2 D u̇ + D D u − Ω² r; after
+//! Terms that rotation of the material adds to the equations of motion in a frame that does not turn, each at 1 rad/s.
+//! With D = W·∇ acting on Cartesian components the acceleration of the material is ü + 2 D u̇ + D D u − Ω² r; after
 //! integration by parts (div W = 0, W·n = 0 on the boundary of a body of revolution) there remain a skew, a symmetric
 //! and a prestress form.
 

@@ -224,7 +224,7 @@ pub struct Stability {
     /// `"sliding"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<StabilityState>,
-    /// Where the direction and the velocity of sliding come from in the state `"sliding"`.
+    /// Origin of the direction and the velocity of sliding in the state `"sliding"`.
     #[serde(default)]
     pub direction: Direction,
     /// Eigenvalues up to this damping ratio are listed, and all that grow; 1: all. The relaxations of the contact
@@ -245,11 +245,11 @@ pub struct Stability {
     #[serde(default = "default_phases")]
     #[schemars(range(min = 4, max = 1000), extend("multipleOf" = 4))]
     pub phases: u32,
-    /// Whether the derivatives of the eigenvalues are computed: by friction, load, speed, creepages, damping of each
+    /// True if the derivatives of the eigenvalues are computed: by friction, load, speed, creepages, damping of each
     /// mode and lateral position of the contact.
     #[serde(default)]
     pub sensitivities: bool,
-    /// What the contact is taken for: the discretised patch, or beside that one point, to see what the patch changes.
+    /// Model of the contact: the discretised patch, or beside that one point, to see what the patch changes.
     #[serde(default)]
     pub contact: StabilityContact,
     /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
@@ -267,7 +267,7 @@ impl Stability {
     }
 }
 
-/// What the contact is taken for.
+/// Model of the contact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StabilityContact {
@@ -453,7 +453,7 @@ pub enum Combine {
     Zip,
 }
 
-/// Where the direction and the velocity of sliding come from.
+/// Origin of the direction and the velocity of sliding.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {

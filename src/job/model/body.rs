@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// Where the mesh comes from. A body has a mesh and a material, or matrices.
+    /// Source of the mesh. A body has a mesh and a material, or matrices.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshSource>,
     /// Linear elastic, isotropic material of the mesh.
@@ -31,8 +31,8 @@ pub struct Body {
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`. Case matters, but for the groups of `.inp` files.
     #[serde(default)]
     pub fixed: Vec<String>,
-    /// What else holds a body with a mesh, or goes with it, at named groups: single components clamped, planes of
-    /// symmetry, springs and dashpots, masses, ends that absorb.
+    /// Supports: everything else that holds a body with a mesh, or goes with it, at named groups: single components
+    /// clamped, planes of symmetry, springs and dashpots, masses, ends that absorb.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<super::Support>,
     /// Tuned absorbers on a wheel that is swept from a section (`mesh.revolved`).
@@ -41,10 +41,10 @@ pub struct Body {
     /// Ring dampers in grooves of a wheel that is swept from a section (`mesh.revolved`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ring_dampers: Vec<super::RingDamper>,
-    /// What a rail (`mesh.extruded`) lies on, with its damping.
+    /// Track under a rail (`mesh.extruded`), with its damping.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub track: Option<super::Track>,
-    /// Whether the body turns: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s.
+    /// Rotation of the body: `"none"`, `"rolling"` with the angular velocity V/R, or an angular velocity, rad/s.
     /// Default: `"rolling"` for a supported body whose axle is known (the built-in cylinder has one) in a job with
     /// contact and `analyses.modes`, else `"none"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -83,22 +83,22 @@ impl Body {
         self.matrices.as_ref().map_or(1.0, |m| m.damping_factor)
     }
 
-    /// Whether the body is a half-space that a profile bounds.
+    /// Returns whether the body is a half-space that a profile bounds.
     pub fn is_half_space(&self) -> bool {
         self.profile.is_some() && self.mesh.is_none()
     }
 
-    /// Whether the body turns about its axle.
+    /// Returns whether the body turns about its axle.
     pub fn rotates(&self) -> bool {
         !matches!(self.rotation, None | Some(Rotation::Named(RotationName::None)))
     }
 
-    /// Whether it is of finite elements in three dimensions.
+    /// Returns whether it is of finite elements in three dimensions.
     pub fn is_meshed(&self) -> bool {
         matches!(self.mesh, Some(MeshSource::Cylinder(_) | MeshSource::File(_)))
     }
 
-    /// Whether the job names something that holds the body, be it not in all directions.
+    /// Returns whether the job names something that holds the body, be it not in all directions.
     pub fn is_held(&self) -> bool {
         !self.fixed.is_empty() || self.supports.iter().any(super::Support::holds)
     }
@@ -246,7 +246,7 @@ impl MeshFile {
         }
     }
 
-    /// Whether it is read as a file of Abaqus or CalculiX, by its ending: names do not depend on case there.
+    /// Returns whether it is read as a file of Abaqus or CalculiX, by its ending: names do not depend on case there.
     pub fn is_abaqus(&self) -> bool {
         self.path().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
     }
@@ -267,7 +267,7 @@ impl MeshFile {
         }
     }
 
-    /// Whether 4-node tetrahedra are taken.
+    /// Returns whether 4-node tetrahedra are taken.
     pub fn linear_tetrahedra(&self) -> bool {
         matches!(self, MeshFile::Keys(keys) if keys.linear_tetrahedra)
     }
@@ -346,7 +346,7 @@ pub struct Damping {
 }
 
 impl Damping {
-    /// That of steel railway wheels: damping ratios of 1e-3 with no nodal diameter, 1e-2 with one, in which the axle
+    /// Damping of steel railway wheels: damping ratios of 1e-3 with no nodal diameter, 1e-2 with one, in which the axle
     /// takes part, 1e-4 with more (as D. J. Thompson, Railway Noise and Vibration, 2009, has them from measurements,
     /// recalled).
     pub fn of_steel_wheels() -> Self {

@@ -25,10 +25,10 @@ pub struct Contact {
     /// Rigid creep of body 1 relative to body 2, divided by the speed.
     #[serde(default)]
     pub creepage: Creepage,
-    /// Where the compliance of the contact surface comes from.
+    /// Source of the compliance of the contact surface.
     #[serde(default)]
     pub compliance: Compliance,
-    /// Where the laws of contact hold: at the nodes, or at points of quadrature between them.
+    /// Points at which the laws of contact hold: at the nodes, or at points of quadrature between them.
     #[serde(default)]
     pub quadrature: Quadrature,
     /// The finely meshed rectangle on which contact is looked for; it must hold the whole contact. Needed by built-in
@@ -39,7 +39,7 @@ pub struct Contact {
     /// `"hybrid"`; given, two meshes that have the same one meet on it as well.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grid: Option<CommonGrid>,
-    /// Where the wheel (upper body) is on the rail (lower body), both given by their profiles. Frame, gap, grid and
+    /// Placement of the wheel (upper body) on the rail (lower body), both given by their profiles. Frame, gap, grid and
     /// creepages follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<super::Placement>,
@@ -134,7 +134,7 @@ impl Contact {
         (self.creepage, self.in_equilibrium) = (Creepage::default(), false);
     }
 
-    /// What presses the bodies together. Reading a job makes sure that exactly one of the two keys is given.
+    /// Load that presses the bodies together. Reading a job makes sure that exactly one of the two keys is given.
     pub fn load(&self) -> Load {
         match (self.normal_load, self.approach) {
             (Some(n), _) => Load::Normal(n),
@@ -144,7 +144,7 @@ impl Contact {
     }
 }
 
-/// What presses the bodies together.
+/// Load that presses the bodies together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Load {
     /// Given normal force, N.
@@ -198,13 +198,13 @@ pub enum Compliance {
 }
 
 impl Compliance {
-    /// Whether it is that of the bodies, with their modes.
+    /// Returns whether it is that of the bodies, with their modes.
     pub fn of_bodies(self) -> bool {
         self != Compliance::HalfSpace
     }
 }
 
-/// Where the laws of contact hold.
+/// Points at which the laws of contact hold.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quadrature {

@@ -72,7 +72,7 @@ pub enum Vehicle {
     Data(VehicleData),
 }
 
-/// Built-in bogies; docs/curving.md has their data and sources.
+/// Built-in bogies; docs/explanation/curving.md has their data and sources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VehicleName {

@@ -41,7 +41,7 @@ pub use wheel::*;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "railsqueal job")]
 pub struct Job {
-    /// Where editors find the schema of the job, an address or a file; the program does not look there.
+    /// Address or file of the schema of the job, for editors; the program does not read it.
     #[serde(rename = "$schema", default, skip_serializing)]
     pub schema: Option<String>,
     /// Format that the job is written for; the present one and all before it are read. Once resolved, the present one.
@@ -61,7 +61,7 @@ pub struct Job {
     /// The bogie or two-axle vehicle in the curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vehicle: Option<Vehicle>,
-    /// What to compute; at least one analysis.
+    /// Analyses to run; at least one analysis.
     pub analyses: Analyses,
     /// Linear solvers and resources.
     #[serde(default)]
@@ -70,7 +70,7 @@ pub struct Job {
     /// An empty string stands for an option without a value. PETSC_OPTIONS and the command line come later and win.
     #[serde(default)]
     pub petsc_options: BTreeMap<String, OptionValue>,
-    /// What is written.
+    /// Selection of output files and datasets.
     #[serde(default)]
     pub output: Output,
     /// The points of `analyses.sweep`, made when the job is read.
@@ -133,22 +133,22 @@ pub enum EigenSolver {
     /// system.
     #[default]
     Blocks,
-    /// Those of SLEPc with single vectors: a second opinion.
+    /// Solvers of SLEPc with single vectors: a second opinion.
     Slepc,
 }
 
-/// What is written besides the tables.
+/// Selection of output besides the tables.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Output {
-    /// Whether the fields on the meshes (`/VTKHDF`) are written.
+    /// True if the fields on the meshes (`/VTKHDF`) are written.
     #[serde(default = "yes")]
     pub fields: bool,
-    /// Whether the reduced model (`/reduced`: modes and compliance at the contact) is written, which `--reuse` takes
+    /// True if the reduced model (`/reduced`: modes and compliance at the contact) is written, which `--reuse` takes
     /// up: 72 n² bytes for each body with n contact nodes, before compression.
     #[serde(default = "yes")]
     pub reduced: bool,
-    /// Whether the modes of bodies that are swept from a section, and complex modes with them, are written on meshes
+    /// True if the modes of bodies that are swept from a section, and complex modes with them, are written on meshes
     /// that show them. By default as `fields` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub swept_modes: Option<bool>,
@@ -196,22 +196,22 @@ impl Job {
         both.into_iter().filter_map(|(name, body)| body.map(|b| (name, b))).collect()
     }
 
-    /// Whether the bodies are given by matrices. Reading a job makes sure that they are if one is.
+    /// Returns whether the bodies are given by matrices. Reading a job makes sure that they are if one is.
     pub fn by_matrices(&self) -> bool {
         self.bodies().iter().any(|(_, b)| b.matrices.is_some())
     }
 
-    /// Whether a body is swept from a section.
+    /// Returns whether a body is swept from a section.
     pub fn is_swept(&self) -> bool {
         self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_) | MeshSource::Extruded(_))))
     }
 
-    /// Where the wheel is on the rail, of a job with profiles.
+    /// Placement of the wheel on the rail, of a job with profiles.
     pub fn placement(&self) -> Option<&Placement> {
         self.contact.as_ref()?.placement.as_ref()
     }
 
-    /// Whether the contact is where bodies that yield as a whole are under the load.
+    /// Returns whether the contact is where bodies that yield as a whole are under the load.
     pub fn is_loaded(&self) -> bool {
         let hybrid = self.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Hybrid);
         hybrid && self.placement().is_some_and(|p| p.loaded)

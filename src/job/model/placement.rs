@@ -65,7 +65,7 @@ pub struct ProfileFile {
     /// Direction of z in the file. Default: as the flange or the rail's head shows it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z: Option<ProfileVertical>,
-    /// Whether y is to be reversed: of a rail whose gauge side has the positive y.
+    /// True if y is to be reversed: of a rail whose gauge side has the positive y.
     #[serde(default)]
     pub mirror: bool,
     /// y of the running circle in the file of a wheel, m. Default: 0, of Miniprof 70 mm from the back of the flange.
@@ -89,7 +89,7 @@ pub enum ProfileVertical {
     Up,
 }
 
-/// Where the wheel is on the rail. The track's axes are x forwards, y to the right, z down.
+/// Placement of the wheel on the rail. The track's axes are x forwards, y to the right, z down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Placement {
@@ -130,7 +130,7 @@ pub struct Placement {
     /// The point of contact, instead of shift and roll.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<GivenContact>,
-    /// Whether this is the position under the load: what bodies that are swept give way by, a rail by a millimetre,
+    /// True if this is the position under the load: what bodies that are swept give way by, a rail by a millimetre,
     /// then does not move the contact. Else that of bodies without load.
     #[serde(default = "yes")]
     pub loaded: bool,

@@ -72,8 +72,8 @@ pub struct RailFile {
     pub crown: Option<f64>,
 }
 
-/// What a rail lies on: pads on the ground, or on sleepers on ballast, spread evenly or standing apart; and what
-/// absorbs at the ends of the rail.
+/// Track under a rail: pads on the ground, or on sleepers on ballast, spread evenly or standing apart; and what absorbs
+/// at the ends of the rail.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Track {
@@ -137,8 +137,8 @@ pub struct Sleeper {
     pub ballast: Layer,
 }
 
-/// What keeps waves from coming back at either end of the rail: damping by the mass that grows with the square of the
-/// distance from where it begins, and dashpots for the long waves along the rail.
+/// Absorbing ends of the rail: damping by the mass that grows with the square of the distance from where it begins, and
+/// dashpots for the long waves along the rail.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ends {

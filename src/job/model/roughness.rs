@@ -144,7 +144,7 @@ pub struct RoughWave {
     /// Half the height from trough to crest, m.
     #[schemars(extend("unit" = "m"))]
     pub amplitude: f64,
-    /// Where a rising wave passes its mean, m.
+    /// Position at which a rising wave passes its mean, m.
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub at: f64,
@@ -164,7 +164,7 @@ pub struct RoughFlat {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub depth: Option<f64>,
-    /// Whether its edges are worn, so that it is a period of a cosine; a new one is a chord.
+    /// True if its edges are worn, so that it is a period of a cosine; a new one is a chord.
     #[serde(default)]
     pub rounded: bool,
 }

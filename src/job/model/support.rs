@@ -4,7 +4,7 @@ use super::Job;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What one group of boundary facets is held by, or carries. Springs, dashpots and clamps lead to the ground.
+/// Supports or masses of one group of boundary facets. Springs, dashpots and clamps lead to the ground.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
@@ -13,7 +13,7 @@ pub struct Support {
     /// Components of the displacement that are held at its nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clamped: Vec<Component>,
-    /// Whether the group is a plane of symmetry, across x, y or z: the displacement across it is held.
+    /// True if the group is a plane of symmetry, across x, y or z: the displacement across it is held.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub symmetry: bool,
     /// Springs to the ground.
@@ -35,8 +35,7 @@ pub struct Support {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("unit" = "kg"))]
     pub mass: Option<f64>,
-    /// Whether stiffness, damping and mass are those of the whole group, spread evenly over its area, or of each
-    /// square metre.
+    /// Reference of stiffness, damping and mass: the whole group, spread evenly over its area, or each square metre.
     #[serde(default)]
     pub per: Per,
     /// The body absorbs waves that run towards the group, which must be plane.
@@ -56,7 +55,7 @@ pub enum Component {
     Z,
 }
 
-/// What a number of a support belongs to.
+/// Reference of a number of a support.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Per {
@@ -131,7 +130,7 @@ pub struct Absorbing {
 }
 
 impl Absorbing {
-    /// Whether there is anything that absorbs.
+    /// Returns whether there is anything that absorbs.
     pub fn absorbs(&self) -> bool {
         self.rate > 0.0 || self.longitudinal.is_some_and(|l| l > 0.0)
     }
@@ -168,20 +167,20 @@ impl Support {
         std::array::from_fn(|k| own[k] + lost * springs[k])
     }
 
-    /// Whether it holds the body against a static load in some direction.
+    /// Returns whether it holds the body against a static load in some direction.
     pub fn holds(&self) -> bool {
         !self.clamped.is_empty() || self.symmetry || self.springs().iter().any(|k| *k > 0.0)
     }
 
-    /// Whether it damps.
+    /// Returns whether it damps.
     pub fn damps(&self) -> bool {
         self.dashpots().iter().any(|c| *c > 0.0) || self.absorbing.is_some_and(|a| a.absorbs())
     }
 }
 
 impl Job {
-    /// What of the job puts a static load on the bodies that something has to bear; none where inertia alone can
-    /// balance what there is: of the receptance, and of the stability about a given approach.
+    /// Part of the job that puts a static load on the bodies which a support has to bear; none where inertia alone can
+    /// balance it: of the receptance, and of the stability about a given approach.
     pub fn static_load(&self) -> Option<&'static str> {
         let analyses = &self.analyses;
         let pressed = self.contact.as_ref().is_some_and(|c| c.normal_load.is_some());

@@ -104,7 +104,7 @@ pub struct Ring {
     pub crown_radius: Option<f64>,
 }
 
-/// What runs: the dimensions of a built-in body that touches.
+/// Running part: the dimensions of a built-in body that touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Running {
     /// Rolling radius, m.

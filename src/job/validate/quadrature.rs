@@ -1,4 +1,4 @@
-//! What takes contact laws at points of quadrature.
+//! Requirements of contact laws at points of quadrature.
 
 use super::super::model::*;
 use super::super::transient::{StartState, TransientSolver};

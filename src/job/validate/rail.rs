@@ -86,7 +86,7 @@ mod tests {
 
     const BAYS: &[u8] = include_bytes!("../../../jobs/rail-bays.json");
 
-    /// What the job says to a change of it.
+    /// Answer of the job to a change of it.
     fn says(set: &str) -> String {
         Job::from_bytes(BAYS, Path::new("job.json"), &[set.to_string()], None).expect_err("must be refused").to_string()
     }

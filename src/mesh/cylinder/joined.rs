@@ -23,7 +23,7 @@ pub(super) struct JoinedGrid {
     pub ring: usize,
 }
 
-/// What a depth division asks of the level there.
+/// Request of a depth division to the level there.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum DepthLevel {
     /// Outside the boxes around the contact: at least this level.

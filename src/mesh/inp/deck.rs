@@ -1,4 +1,4 @@
-//! What a deck holds, part by part, before parts are put in their places.
+//! Contents of a deck, part by part, before parts are put in their places.
 
 use super::elements::ElementType;
 use super::lines::Place;
@@ -36,7 +36,7 @@ pub struct Set {
     pub chunks: Vec<Chunk>,
 }
 
-/// What one keyword adds to a set.
+/// Entries that one keyword adds to a set.
 pub struct Chunk {
     pub at: Place,
     /// The instance whose members they are, of a set of the assembly.
@@ -79,8 +79,8 @@ pub struct Instance {
     pub part: usize,
     /// Nodes, elements and sets between *INSTANCE and *END INSTANCE, which are moved with it.
     pub own: Part,
-    /// Where it is moved, in the file's unit; then the two points of the axis that it is turned about, and the angle
-    /// in degrees.
+    /// Displacement, in the file's unit; then the two points of the axis that it is turned about, and the angle in
+    /// degrees.
     pub shift: [f64; 3],
     pub turn: Option<[f64; 7]>,
 }
@@ -88,7 +88,7 @@ pub struct Instance {
 /// A whole deck.
 #[derive(Default)]
 pub struct Deck {
-    /// What stands outside of parts.
+    /// Items outside of parts.
     pub top: Part,
     pub parts: Vec<(String, Part)>,
     pub instances: Vec<Instance>,

@@ -4,7 +4,7 @@
 
 use crate::mesh::{CellKind, FacetKind};
 
-/// What an element type is here.
+/// Interpretation of an element type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ElementType {
     /// A cell.
@@ -130,7 +130,7 @@ pub fn solids() -> String {
     names.join(", ")
 }
 
-/// What is said of elements that are other ones here.
+/// Remark on elements that are read as other types.
 pub fn remark(name: &str) -> Option<&'static str> {
     Some(match name {
         "C3D8" => "are 8-node hexahedra with incompatible modes here, as C3D8I",

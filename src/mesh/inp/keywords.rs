@@ -88,7 +88,7 @@ impl Keyword {
         self.value(key).map(str::to_lowercase)
     }
 
-    /// Whether a parameter is there.
+    /// Returns whether a parameter is there.
     pub fn has(&self, key: &str) -> bool {
         self.value(key).is_some()
     }
@@ -255,7 +255,7 @@ const HARMLESS: [&str; 48] = [
     "OUTPUT",
 ];
 
-/// Whether a keyword may be left out.
+/// Returns whether a keyword may be left out.
 pub fn is_harmless(name: &str) -> bool {
     HARMLESS.contains(&name)
 }

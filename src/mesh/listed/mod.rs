@@ -11,7 +11,7 @@ use crate::{Error, Result};
 pub(super) use index::Index;
 use std::collections::HashMap;
 
-/// Where things of a file stand, for messages. A place is a number that only the reader of the format understands.
+/// Positions in a file, for messages. A place is a number that only the reader of the format understands.
 pub(super) trait Origin {
     /// An error that names the file and the line or byte of the place `at`.
     fn error(&self, at: u64, what: String) -> Error;
@@ -21,11 +21,11 @@ pub(super) trait Origin {
         tag.to_string()
     }
 
-    /// What to do about nodes that were not merged.
+    /// Advice on nodes that were not merged.
     fn merge(&self) -> &'static str;
 }
 
-/// What a file holds, as read.
+/// Contents of a file, as read.
 #[derive(Default)]
 pub(super) struct Listed {
     /// Numbers of the nodes in the file, `[n]`.

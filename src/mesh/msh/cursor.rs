@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 
-/// What is read: a file, or bytes in memory.
+/// Input: a file, or bytes in memory.
 pub(super) trait Source: Read + Seek {}
 
 impl<T: Read + Seek> Source for T {}
@@ -18,7 +18,7 @@ pub(super) struct Cursor<'a> {
     /// Bytes of the file from `base` on.
     window: Vec<u8>,
     base: u64,
-    /// Where the cursor stands in the window.
+    /// Position of the cursor in the window.
     at: usize,
     /// Bytes of the file in all.
     length: u64,
@@ -47,7 +47,7 @@ impl<'a> Cursor<'a> {
         Ok(Self { source, window, base: 0, at: 0, length, ended: false, name, binary: false, swapped: false })
     }
 
-    /// Where the cursor stands, for [`Cursor::error_at`].
+    /// Position of the cursor, for [`Cursor::error_at`].
     pub fn pos(&self) -> u64 {
         self.base + self.at as u64
     }

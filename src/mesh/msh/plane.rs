@@ -20,7 +20,7 @@ pub struct Plane {
     pub surfaces: BTreeMap<String, Vec<usize>>,
 }
 
-/// What is read of a plane mesh so far.
+/// Data read of a plane mesh so far.
 #[derive(Default)]
 pub(super) struct Read {
     faces: Vec<Vec<usize>>,

@@ -41,7 +41,7 @@ const TYPES: [(i32, usize, i32, &str); 30] = [
     (92, 64, 3, "64-node hexahedron"),
 ];
 
-/// What is read so far.
+/// Data read so far.
 #[derive(Default)]
 pub(super) struct Raw {
     /// Names of physical groups by their dimension and tag.
@@ -50,7 +50,7 @@ pub(super) struct Raw {
     pub curves: HashMap<i32, Vec<i32>>,
     /// Physical groups of each surface.
     pub surfaces: HashMap<i32, Vec<i32>>,
-    /// Of a plane mesh: its elements, in place of cells and facets.
+    /// Elements of a plane mesh, in place of cells and facets.
     pub plane: Option<plane::Read>,
     pub listed: Listed,
     seen: [bool; 3],
@@ -203,7 +203,7 @@ impl Raw {
         c.expect("$EndMeshFormat")
     }
 
-    /// What an element of type `number`, in the surface `entity` if it is a facet, is; `at` is its place.
+    /// Interpretation of an element of type `number`, in the surface `entity` if it is a facet; `at` is its place.
     pub fn element_type(&self, c: &Cursor, at: u64, number: i32, entity: i32) -> Result<ElementType> {
         let Some(&(_, nodes, dim, name)) = TYPES.iter().find(|t| t.0 == number) else {
             let text = format!("element type {number}; expected {} (and {} on the boundary)", cells(), facets());
@@ -277,12 +277,12 @@ impl Raw {
     }
 }
 
-/// What cells there may be, for messages.
+/// Allowed kinds of cells, for messages.
 fn cells() -> String {
     list(CellKind::ALL.map(|k| (k.topology().name, k.topology().gmsh)))
 }
 
-/// What facets there may be, for messages.
+/// Allowed kinds of facets, for messages.
 fn facets() -> String {
     list(FacetKind::ALL.map(|k| (k.name(), k.gmsh())))
 }

@@ -47,7 +47,7 @@ pub struct Point {
     pub shape: Shape,
 }
 
-/// What of a kind is computed once.
+/// Data of a kind of cell that are computed once.
 struct Reference {
     nodes: Vec<[f64; 3]>,
     stiffness: Vec<Point>,
@@ -128,7 +128,7 @@ impl CellKind {
         }
     }
 
-    /// Where the Jacobian must be positive: at the nodes, first, and at the centre and points within.
+    /// Points at which the Jacobian must be positive: at the nodes, first, and at the centre and points within.
     pub(super) fn checked_shapes(self) -> &'static [Shape] {
         &self.reference().checked
     }

@@ -67,7 +67,7 @@ pub fn tables(state: &State, identity: &str, job: &Job) -> Result<Vec<Table>> {
 }
 
 impl Checkpoint {
-    /// That of the last segment.
+    /// Checkpoint of the last segment.
     pub fn last(segments: &Segments) -> Result<Self> {
         let entries = segments.entries();
         let last = entries.last().ok_or_else(|| Error::Defect("a run to be continued has no segment".into()))?;

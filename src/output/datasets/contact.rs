@@ -55,8 +55,8 @@ pub fn tables(s: &Interface, r: &SteadySolution, varying: bool) -> Vec<Table> {
     tables
 }
 
-/// What there is besides where the laws hold at points of quadrature: the field H⁻¹R, Pa, `[n][3]`, and the areas
-/// under pressure and in stick, m².
+/// Additional tables where the laws hold at points of quadrature: the field H⁻¹R, Pa, `[n][3]`, and the areas under
+/// pressure and in stick, m².
 pub fn consistent(field: &[[f64; 3]], area: [f64; 2]) -> Vec<Table> {
     let text = "Stress that the nodal forces are the integrals of, by the consistent matrix of the grid: \
      traction x, y on body 1 and pressure.";

@@ -12,17 +12,17 @@ pub struct Point {
     pub value: f64,
     /// 0, or the exit code of the failure.
     pub status: i32,
-    /// What went wrong.
+    /// Error message.
     pub message: String,
     /// On body 1, N.
     pub force: [f64; 3],
-    /// Of the tractions on body 1, N·m.
+    /// Moment of the tractions on body 1, N·m.
     pub moment_z: f64,
     /// m.
     pub approach: f64,
     /// Closed nodes.
     pub closed: usize,
-    /// Those that stick.
+    /// Number of sticking nodes.
     pub sticking: usize,
     /// Their share of the area in contact.
     pub stick_share: f64,
@@ -30,7 +30,7 @@ pub struct Point {
     pub residual: f64,
     /// Newton iterations.
     pub iterations: usize,
-    /// What laws of point contact have in its place.
+    /// Results of laws of point contact in its place.
     pub baseline: Option<Baseline>,
     /// The eigenvalue with the largest growth rate, 1/s, and whether it grows by more than rounding.
     pub least_stable: Option<(Complex<f64>, bool)>,

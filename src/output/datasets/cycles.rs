@@ -4,7 +4,7 @@ use crate::job::Branch;
 use crate::output::Table;
 use crate::transient::cycle::{Fate, Followed};
 
-/// What became of a point, as numbers only: so it travels and is kept without loss.
+/// Outcome of a point, as numbers only: so it travels and is kept without loss.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cycle {
     /// -1 not computed, 0 at rest, 1 periodic, 2 irregular, 3 unsettled.
@@ -41,7 +41,7 @@ pub struct Cycle {
 const HEAD: usize = 23;
 
 impl Cycle {
-    /// Of a point that was not computed.
+    /// Row of a point that was not computed.
     pub fn none(harmonics: usize) -> Self {
         Self {
             fate: -1,
@@ -78,7 +78,7 @@ impl Cycle {
         }
     }
 
-    /// Of a motion that was followed; None where it came to rest.
+    /// Row of a motion that was followed; None where it came to rest.
     pub fn of(found: &Followed) -> Option<Self> {
         let (returns, record) = found.motion.as_ref()?;
         let fate = match found.fate {

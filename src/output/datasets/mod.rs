@@ -1,4 +1,5 @@
-//! The datasets of the result file: names, units, shapes and descriptions, one file a group (`docs/output.md`).
+//! The datasets of the result file: names, units, shapes and descriptions, one file a group
+//! (`docs/reference/output.md`).
 
 pub mod checkpoint;
 pub mod contact;

@@ -2,7 +2,7 @@
 
 use super::super::Table;
 
-/// What placing a wheel gives.
+/// Result of placing a wheel.
 pub struct Found {
     /// Places of first touch on the profiles of wheel and rail, m.
     pub touch: [f64; 2],
@@ -14,7 +14,7 @@ pub struct Found {
     pub radius: f64,
     /// Second derivatives of the gap, 1/m.
     pub curvatures: [[f64; 2]; 2],
-    /// Of Hertz' ellipse, m.
+    /// Semi-axes of Hertz' ellipse, m.
     pub semi_axes: [f64; 2],
     /// ξ, η (1) and φ (1/m).
     pub creepages: [f64; 3],

@@ -74,7 +74,7 @@ impl Points {
         out
     }
 
-    /// What moves the points, as tables of the first segment.
+    /// Data that move the points, as tables of the first segment.
     pub fn kept(&self) -> Vec<Table> {
         let rows = 3 * self.names.len();
         if rows == 0 {
@@ -97,7 +97,7 @@ impl Points {
         ]
     }
 
-    /// What says which points they are.
+    /// Tables that identify the points.
     pub fn tables(&self) -> Vec<Table> {
         if self.names.is_empty() {
             return Vec::new();

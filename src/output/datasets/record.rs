@@ -1,4 +1,4 @@
-//! What is kept of the steps until the next segment is written.
+//! Values recorded of the steps until the next segment is written.
 
 use super::super::values::{CHUNK_BYTES, CHUNK_LEAST};
 use super::super::{Table, Values};
@@ -256,7 +256,7 @@ impl<'a> Recorder<'a> {
         &self.velocities
     }
 
-    /// Whether anything was taken since the last segment.
+    /// Returns whether anything was taken since the last segment.
     pub fn any(&self) -> bool {
         self.steps.iter().any(|c| !c.values.is_empty())
     }

@@ -12,16 +12,16 @@ use std::path::Path;
 /// Version of the group `/reduced`; since 2 with the SHA-256 of each dataset.
 const VERSION: i64 = 3;
 
-/// What the group `/reduced` holds beside the model.
+/// Contents of the group `/reduced` beside the model.
 #[derive(Debug, Clone, Default)]
 pub struct Origin {
-    /// Whether the upper body is the lower one's mirror image.
+    /// True if the upper body is the lower one's mirror image.
     pub alike: bool,
     /// Residuals of the modes of the lower and the upper body.
     pub residual: [Vec<f64>; 2],
 }
 
-/// Where a file says that its group `/reduced` holds the modes alone.
+/// Dataset by which a file says that its group `/reduced` holds the modes alone.
 const ALONE: &str = "/reduced/alone";
 
 /// On rank 0: the group `/reduced` of the `model`.
@@ -69,7 +69,7 @@ pub fn tables_of_modes(job: &Job, alike: bool, modes: &[TraceModes]) -> Result<V
     Ok(tables.into_iter().map(Table::summed).collect())
 }
 
-/// What both begin with.
+/// Tables at the beginning of both.
 fn head(job: &Job, alike: bool) -> Result<Vec<Table>> {
     let inputs = summed_inputs(job)?.to_string();
     Ok(vec![
@@ -86,7 +86,7 @@ fn by_rows(m: &Mat<f64>) -> Vec<f64> {
     rows
 }
 
-/// What is known of the modes of a body; see [`TraceModes`].
+/// Known data of the modes of a body; see [`TraceModes`].
 struct Known<'a> {
     omega: &'a [f64],
     reach: f64,
@@ -148,11 +148,11 @@ pub struct Reused {
     pub model: Option<ReducedModel>,
     /// The modes of the bodies that differ.
     pub modes: Vec<TraceModes>,
-    /// Where it came from.
+    /// Origin of the model.
     pub origin: Origin,
 }
 
-/// Whether a file holds the modes alone, of a run that ended before the compliance was made.
+/// Returns whether a file holds the modes alone, of a run that ended before the compliance was made.
 pub fn of_modes_alone(reader: &Reader) -> bool {
     reader.has(ALONE)
 }
@@ -283,7 +283,7 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
     Ok(Reused { model, modes, origin })
 }
 
-/// What the modes of a body are called; `path` names its datasets.
+/// Names of the modes of a body; `path` names its datasets.
 fn names(reader: &Reader, path: &dyn Fn(&str) -> String) -> Result<Vec<ModeName>> {
     if !reader.has(&path("order")) {
         return Ok(Vec::new());
@@ -299,7 +299,7 @@ fn names(reader: &Reader, path: &dyn Fn(&str) -> String) -> Result<Vec<ModeName>
     }
 }
 
-/// What the reduced model depends on, with the contents of mesh files in place of their paths.
+/// Inputs that the reduced model depends on, with the contents of mesh files in place of their paths.
 fn summed_inputs(job: &Job) -> Result<Value> {
     let mut inputs = fe_inputs(job);
     for place in ["lower", "upper"] {

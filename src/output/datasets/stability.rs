@@ -54,7 +54,7 @@ fn listed(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> 
     all
 }
 
-/// What the group `/stability` says of the eigenvalues.
+/// Tables of the eigenvalues in the group `/stability`.
 pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullResult>) -> Vec<Table> {
     let model = &root.pair;
     let all = listed(spectrum, model, full);
@@ -284,7 +284,7 @@ pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
     tables
 }
 
-/// What the group `/stability` says of the state; with the coefficient of friction where it is `varying`.
+/// Tables of the state in the group `/stability`; with the coefficient of friction where it is `varying`.
 pub fn equilibrium(s: &Equilibrium, varying: bool) -> Vec<Table> {
     let moves = if s.sliding { "sliding" } else { "rolling" };
     let mut tables = vec![

@@ -7,12 +7,12 @@ use crate::stability::grows;
 use crate::Error;
 use num_complex::Complex;
 
-/// What a point gave.
+/// Outcome of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// 0, or the exit code of the failure.
     pub status: i32,
-    /// What went wrong.
+    /// Error message.
     pub message: String,
     /// Eigenvalues by falling growth rate, 1/s.
     pub eigenvalues: Vec<Complex<f64>>,
@@ -20,9 +20,9 @@ pub struct Outcome {
     pub backward_error: f64,
     /// Closed nodes or contact points.
     pub closed: usize,
-    /// Those of them that stick.
+    /// Number of sticking nodes among them.
     pub sticking: usize,
-    /// Those of them that would stick and are made to slide.
+    /// Number of nodes among them that would stick and are made to slide.
     pub reversed: usize,
     /// On body 1, N.
     pub force: [f64; 3],
@@ -31,7 +31,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Of a point that could not be computed.
+    /// Outcome of a point that could not be computed.
     pub fn failed(error: &Error) -> Self {
         Self {
             status: error.exit_code(),

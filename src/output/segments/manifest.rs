@@ -28,7 +28,7 @@ enum Record {
     Part(Part),
     /// A segment is about to get its name.
     Segment(Entry),
-    /// What came after this step is gone.
+    /// Segments after this step are removed.
     Cut(u64),
     /// All segments are in the result file.
     Merged,
@@ -117,7 +117,7 @@ fn sum(file: &Path) -> Result<(u64, String)> {
 pub(super) struct Manifest {
     path: PathBuf,
     file: File,
-    /// Whether there is a lock: some file systems have none.
+    /// True if there is a lock: some file systems have none.
     pub(super) locked: bool,
     /// Checksum of the last line.
     chain: String,
@@ -127,7 +127,7 @@ pub(super) struct Manifest {
     pub(super) parts: Vec<Part>,
     /// Its segments.
     pub(super) entries: Vec<Entry>,
-    /// Whether they are in the result file already.
+    /// True if they are in the result file already.
     pub(super) merged: bool,
 }
 
@@ -197,7 +197,7 @@ impl Manifest {
         Ok(())
     }
 
-    /// What a record says; what contradicts those before is an error.
+    /// Applies a record; an error if it contradicts earlier records.
     fn take(&mut self, record: Record) -> std::result::Result<(), String> {
         match record {
             Record::Part(part) => self.parts.push(part),
@@ -245,7 +245,7 @@ impl Manifest {
         self.add(Record::Segment(entry))
     }
 
-    /// What comes after the first `count` segments is gone.
+    /// Removes all segments but the first `count`.
     pub(super) fn cut(&mut self, count: usize) -> Result<()> {
         match self.entries.get(..count).and_then(<[Entry]>::last).map(|e| e.last) {
             Some(step) if count < self.entries.len() => self.add(Record::Cut(step)),

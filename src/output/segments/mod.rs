@@ -29,7 +29,7 @@ pub struct Segments {
     held: Rc<Held>,
 }
 
-/// What is shared by all who look at the segments.
+/// State shared by all who look at the segments.
 #[derive(Debug)]
 struct Held {
     folder: PathBuf,
@@ -94,7 +94,7 @@ impl Segments {
         Ok(Self { held: Rc::new(Held { folder, manifest: RefCell::new(manifest) }) })
     }
 
-    /// Where they are.
+    /// Returns their folder.
     pub fn folder(&self) -> &Path {
         &self.held.folder
     }
@@ -247,7 +247,7 @@ impl Segments {
     }
 }
 
-/// Where a run goes on that ended before its first segment, if it left its model.
+/// Model from which a run goes on that ended before its first segment, if it left one.
 fn left_of(result: &Path) -> Option<String> {
     let model = companion(result, MODEL);
     let advice = "the run ended before its first segment.";

@@ -230,8 +230,7 @@ fn segments_are_put_together_whether_their_chunks_fit_or_not() {
     assert_eq!(sizes(&wide), sizes(&segment.dataset("/transient/wide").expect("wide")));
 }
 
-/// What is said where no segment is there: of a run that ended before its first one the model is named, as long as it
-/// lies there.
+/// Message without segments: of a run that ended before its first one the model is named, as long as it lies there.
 #[test]
 fn without_segments_the_model_is_pointed_to() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! What the error codes of MUMPS mean (users' guide, section 8), for real and complex factorisations alike.
+//! Meaning of the error codes of MUMPS (users' guide, section 8), for real and complex factorisations alike.
 
 use crate::memory::{reserve, Limit};
 use crate::parallel::World;
@@ -7,7 +7,7 @@ use crate::{Error, Result};
 /// INFOG(1) after a zero pivot.
 pub(super) const SINGULAR: i64 = -10;
 
-/// What MUMPS was doing, for its messages.
+/// Operation of MUMPS, for its messages.
 pub(in crate::petsc) struct Failed<'a> {
     /// Such as "the factorisation of K".
     pub what: &'a str,
@@ -17,7 +17,7 @@ pub(in crate::petsc) struct Failed<'a> {
     pub entry: f64,
     /// Memory that the analysis found necessary on the rank that needs most, MB; 0 before it is known.
     pub megabytes: u64,
-    /// What may be used instead when there is not enough of it.
+    /// Alternative where there is not enough memory.
     pub advice: &'a str,
 }
 

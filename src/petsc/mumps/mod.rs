@@ -21,7 +21,7 @@ use mumps_sys::{dmumps_c, DMUMPS_STRUC_C, MUMPS_INT};
 use std::borrow::Cow;
 use std::ptr;
 
-/// What is known of a matrix before it is factorised.
+/// Properties of a matrix known before it is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symmetry {
     /// Symmetric and positive definite: no pivoting; a matrix that is not so is an error.
@@ -47,7 +47,7 @@ pub enum Ordering {
 /// How to factorise.
 #[derive(Debug, Clone, Copy)]
 pub struct FactorOptions {
-    /// What is known of the matrix.
+    /// Properties of the matrix.
     pub kind: Symmetry,
     /// Elimination order.
     pub ordering: Ordering,
@@ -60,14 +60,14 @@ impl FactorOptions {
     }
 }
 
-/// What MUMPS says of a factorisation.
+/// Statistics of MUMPS on a factorisation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FactorStatistics {
     /// Entries in the factors (estimated by the analysis, then counted).
     pub factor_entries: u64,
     /// Floating-point operations of the elimination.
     pub flops: f64,
-    /// Those of the rank that has most of them.
+    /// Operations of the rank that has most of them.
     pub flops_max: f64,
     /// Entries in the factors on the rank that has most of them.
     pub entries_max: u64,
@@ -85,7 +85,7 @@ pub struct Factor<'w> {
     ranges: Vec<u64>,
     kind: Symmetry,
     statistics: FactorStatistics,
-    /// Where right-hand sides and solutions lie on several ranks.
+    /// Distribution of right-hand sides and solutions over several ranks.
     rows: solve::Rows,
 }
 
@@ -98,7 +98,7 @@ const WORKSPACE: [MUMPS_INT; 3] = [2, 30, 1000];
 /// annulus of hexahedra has 5 percent fewer entries and operations, and a solve takes as long.
 const AMALGAMATION: MUMPS_INT = 3;
 
-/// What helps against a factorisation without memory.
+/// Advice against a factorisation without memory.
 const ADVICE: &str = "solver.out_of_core, more ranks on more machines, a coarser mesh or, for steady rolling \
  alone, solver.linear \"gamg\"";
 
@@ -364,7 +364,7 @@ impl<'w> Factor<'w> {
         self.id.infog[11].max(0) as u64
     }
 
-    /// What the factorisation took.
+    /// Returns the statistics of the factorisation.
     pub fn statistics(&self) -> FactorStatistics {
         self.statistics
     }

@@ -11,8 +11,8 @@ use std::ptr;
 /// Columns solved at once: twice what MUMPS takes through the factor together, so that its buffers stay small.
 const BLOCK: usize = 64;
 
-/// Where the rows of right-hand sides and solutions lie. MUMPS leaves the solution with the ranks that eliminated its
-/// rows.
+/// Distribution of the rows of right-hand sides and solutions. MUMPS leaves the solution with the ranks that eliminated
+/// its rows.
 #[derive(Default)]
 pub(super) struct Rows {
     /// This rank's rows, 1-based.

@@ -28,10 +28,10 @@ const PARTS: usize = 6;
 /// alone does to the section beside it is not seen from the air.
 const SEEN: f64 = 60.0;
 
-/// What each metre radiates or would: (xx, yy, nn) and (Re yn, Im yn), in free air and as plane waves. Forces along x
+/// Quantities of radiation per metre: (xx, yy, nn) and (Re yn, Im yn), in free air and as plane waves. Forces along x
 /// make motions that are odd where those of the others are even: they do not interact.
 const KINDS: usize = 5;
-/// Those that are judged: the powers of each force alone.
+/// Quantities by which convergence is judged: the powers of each force alone.
 const JUDGED: [usize; 6] = [0, 1, 2, 5, 6, 7];
 
 /// A rail in air.
@@ -51,7 +51,7 @@ pub struct Radiators<'a> {
 }
 
 impl<'a> Radiators<'a> {
-    /// Of `rail` up to the end of `bands`. The far fields are still missing.
+    /// Radiators of `rail` up to the end of `bands`. The far fields are still missing.
     pub fn new(rail: &'a Infinite, air: Air, bands: &Bands) -> Self {
         let points = rail.outline().edges.iter().flat_map(|e| e.points);
         let [low, high] = [f64::min, f64::max].map(|pick: fn(f64, f64) -> f64| {

@@ -16,8 +16,8 @@ const GROWTH: f64 = 0.7;
 pub struct Meshed {
     /// The panels.
     pub surface: Surface,
-    /// What each node of the panels takes from those of the outline: their places and weights; nothing where it
-    /// stands still.
+    /// Interpolation from the nodes of the outline to each node of the panels: their places and weights; nothing where
+    /// it stands still.
     takes: Vec<Vec<(usize, f64)>>,
     /// Number of the outline's nodes.
     given: usize,

@@ -97,18 +97,19 @@ pub struct Integrals<K> {
 }
 
 impl<K: Kernel> Integrals<K> {
-    /// Of a field that has this number of orders.
+    /// Integrals for a field that has this number of orders.
     pub fn new(kernel: K, orders: usize) -> Self {
         Self { kernel, of_order: vec![[[Complex64::default(); 2]; NODES]; orders] }
     }
 
-    /// Of `panel`, at the point (r, y) `at` (m) that is not on it, with the wave number `k` (1/m).
+    /// Integrates the kernel over `panel`, at the point (r, y) `at` (m) that is not on it, with the wave number `k`
+    /// (1/m).
     pub fn beside(&mut self, panel: &Panel, at: [f64; 2], k: f64) {
         self.of_order.fill(Default::default());
         self.part(panel, (at, k), [-1.0, 1.0], HALVINGS);
     }
 
-    /// Of `panel`, at its node `j`.
+    /// Integrates the kernel over `panel`, at its node `j`.
     pub fn at_node(&mut self, panel: &Panel, j: usize, k: f64) {
         self.of_order.fill(Default::default());
         let here = OWN[j].0;
@@ -123,7 +124,7 @@ impl<K: Kernel> Integrals<K> {
         }
     }
 
-    /// Of the part from t = `from` to `to`: halved until it is far from the point, measured by its length.
+    /// Integrates over the part from t = `from` to `to`: halved until it is far from the point, measured by its length.
     fn part(&mut self, panel: &Panel, (at, k): ([f64; 2], f64), [from, to]: [f64; 2], halvings: usize) {
         let middle = 0.5 * (from + to);
         let [a, b, c] = [from, to, middle].map(|t| panel.at(t).0.at);

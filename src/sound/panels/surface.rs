@@ -11,7 +11,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of these panels.
+    /// Surface of these panels.
     pub fn new(panels: Vec<Panel>) -> Self {
         let nodes = panels.iter().flat_map(Panel::nodes).collect();
         Self { panels, nodes }
@@ -61,7 +61,7 @@ impl Surface {
         points.filter(|&x| self.encloses(x) && self.distance(x) >= 0.5 * spacing).collect()
     }
 
-    /// Whether the outline winds round a point; straight panels stand for bent ones.
+    /// Returns whether the outline winds round a point; straight panels stand for bent ones.
     fn encloses(&self, [r, y]: [f64; 2]) -> bool {
         let crossed = |p: &&Panel| {
             let [a, b, _] = p.points;

@@ -40,7 +40,8 @@ pub struct Exterior<'s> {
     air: Air,
     /// Frequency, Hz.
     frequency: f64,
-    /// Of each order, `[nodes + points, nodes]`: ∫ G, m, and ½ − ∫ ∂G/∂n′ (without ½ at points inside the body).
+    /// Operators of each order, `[nodes + points, nodes]`: ∫ G, m, and ½ − ∫ ∂G/∂n′ (without ½ at points inside the
+    /// body).
     operators: Vec<[Mat<Complex64>; 2]>,
 }
 
@@ -59,7 +60,7 @@ fn area(node: &Node) -> f64 {
 }
 
 impl<'s> Exterior<'s> {
-    /// Of `surface` in `air` at the frequency `f` (Hz), for the orders from 0 to `last`.
+    /// Exterior problem of `surface` in `air` at the frequency `f` (Hz), for the orders from 0 to `last`.
     ///
     /// The integral equation of the pressure has no unique solution at the resonances of the space inside. There its
     /// solutions do not vanish inside, as the true one does: it is asked for at points a quarter of a wave length

@@ -25,7 +25,7 @@ pub struct Radiators<'a> {
 }
 
 impl<'a> Radiators<'a> {
-    /// Of these modes.
+    /// Radiation of these modes.
     pub fn new(modes: &'a OutlineModes, air: Air) -> Self {
         let radius = modes.outline.edges.iter().flat_map(|e| e.points).map(|x| x[0]).fold(0.0, f64::max);
         Self { modes, air, radius }
@@ -81,7 +81,7 @@ impl<'a> Radiators<'a> {
         Ok(all)
     }
 
-    /// What `of` makes of the modes of each order, at their places in a matrix of all modes, column by column.
+    /// Result of `of` for the modes of each order, at their places in a matrix of all modes, column by column.
     fn spread(&self, all: &mut [f64], of: impl Fn(usize, MatRef<'_, f64>) -> Result<Mat<f64>>) -> Result<()> {
         let m = self.modes.count;
         for order in &self.modes.orders {

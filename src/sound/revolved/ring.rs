@@ -33,7 +33,8 @@ impl Layers {
         Self { of_order: vec![[Complex64::default(); 2]; last + 1], points: Vec::new() }
     }
 
-    /// Of `ring` at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must not lie on the ring.
+    /// Integrates the kernel over `ring` at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must
+    /// not lie on the ring.
     pub fn of(&mut self, ring: &Point, at: [f64; 2], k: f64) {
         let [dr, dy] = [ring.at[0] - at[0], ring.at[1] - at[1]];
         let across = 4.0 * at[0] * ring.at[0];

@@ -25,7 +25,7 @@ pub struct Coupling {
     friction: Vec<[f64; 2]>,
     /// V ∂/∂x of each closed node: (place in `nodes`, coefficient in 1/s).
     convection: Vec<Vec<(usize, f64)>>,
-    /// What the gaps ahead of the edge add to it: (place in `nodes`, coefficients along x and y in 1/s).
+    /// Contribution of the gaps ahead of the edge: (place in `nodes`, coefficients along x and y in 1/s).
     edges: Vec<Vec<(usize, [f64; 2])>>,
     /// The nodes whose friction remembers.
     memory: Vec<LinearMemory>,

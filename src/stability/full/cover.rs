@@ -19,7 +19,7 @@ pub struct Disc {
     pub found: Vec<C>,
 }
 
-/// What is promised.
+/// Region in which completeness is guaranteed.
 #[derive(Debug, Clone, Copy)]
 pub struct Wedge {
     /// Largest imaginary part, rad/s.
@@ -207,7 +207,7 @@ pub fn partners(full: &[C], reduced: &[C], wedge: &Wedge, agreement: f64) -> Res
     Ok(of_full)
 }
 
-/// Where to look next.
+/// Next place to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Next {
     /// Imaginary part of the shift, rad/s.
@@ -266,7 +266,7 @@ mod tests {
         hertz.iter().enumerate().map(|(i, f)| C::new(growth(i), 2.0 * PI * f)).collect()
     }
 
-    /// What a faultless solver finds around a shift: the `count` nearest.
+    /// Disc that a faultless solver covers around a shift: the `count` nearest.
     fn disc(centre: C, count: usize) -> Disc {
         let mut all: Vec<C> = spectrum().into_iter().flat_map(|v| [v, v.conj()]).collect();
         all.sort_by(|a, b| (a - centre).norm().total_cmp(&(b - centre).norm()));

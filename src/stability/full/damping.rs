@@ -49,7 +49,7 @@ impl Damping {
 pub struct Spin {
     /// Angular velocity Ω, rad/s.
     pub speed: f64,
-    /// What rotation adds at 1 rad/s.
+    /// Rotation terms at 1 rad/s.
     pub forms: Rc<RotationForms>,
     /// The same in the space of the free modes of the body.
     pub modal: ModalRotation,
@@ -75,8 +75,8 @@ impl DampedBody {
     }
 }
 
-/// What is given in the space of the free modes of a body in its place: B (λ L1 + L0) Bᵀ with B = MΦ: damping of its
-/// modes, and rotation as they see it, G → B ΦᵀGΦ Bᵀ.
+/// Terms in the space of the free modes of a body: B (λ L1 + L0) Bᵀ with B = MΦ: damping of its modes, and rotation as
+/// they see it, G → B ΦᵀGΦ Bᵀ.
 pub(super) struct ModalTerms {
     /// B, this rank's rows of each column; shared by mirror images.
     pub loads: Rc<Columns>,
@@ -84,7 +84,7 @@ pub(super) struct ModalTerms {
     rate: ModalMatrix,
     /// L0, 1/s²: C ΩD′, and Ω²(K_σ − K_c) as the modes see it; none of a body at rest.
     stiffness: Option<ModalMatrix>,
-    /// Of L0 what is given in the space of the modes: C ΩD′.
+    /// Part of L0 in the space of the modes: C ΩD′.
     given: Option<ModalMatrix>,
     /// The same of L1: c, 1/s; none where the modes are not damped.
     damping: Option<ModalMatrix>,
@@ -187,8 +187,8 @@ fn summed(world: &World, own: Vec<Vec<C>>) -> Vec<Vec<C>> {
     world.sum_all(&own.concat()).chunks_exact(count).map(<[C]>::to_vec).collect()
 }
 
-/// What modal terms add to an inverse at λ: with A the dynamic stiffness without them, L = λ L1 + L0, Z = A⁻¹B and G
-/// = BᵀZ, (A + B L Bᵀ)⁻¹ = A⁻¹ − Z (I + L G)⁻¹ L Zᵀ (M. A. Woodbury, 1950).
+/// Correction of an inverse at λ by modal terms: with A the dynamic stiffness without them, L = λ L1 + L0, Z = A⁻¹B and
+/// G = BᵀZ, (A + B L Bᵀ)⁻¹ = A⁻¹ − Z (I + L G)⁻¹ L Zᵀ (M. A. Woodbury, 1950).
 pub(super) struct ModalCorrection {
     factor: PartialPivLu<C>,
     /// L.
@@ -214,7 +214,7 @@ impl ModalCorrection {
         out
     }
 
-    /// What it takes off the receptance of the contact rows: (YZ) (I + L G)⁻¹ L (YZ)ᵀ, `[3m, 3m]`.
+    /// Reduction of the receptance of the contact rows: (YZ) (I + L G)⁻¹ L (YZ)ᵀ, `[3m, 3m]`.
     pub fn receptance(&self) -> Mat<C> {
         &self.motion * self.solve(&self.motion.transpose().to_owned())
     }

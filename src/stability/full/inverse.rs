@@ -11,9 +11,9 @@ type C = Complex<f64>;
 
 /// Inverse of λ²M + λ(αM + βK) + K.
 pub(super) enum Inverse<'a> {
-    /// That of K − sM with real s, and the factor 1/(1 + λβ) that belongs to it.
+    /// Inverse of K − sM with real s, and the factor 1/(1 + λβ) that belongs to it.
     Real(Factor<'a>, C),
-    /// That of the matrix itself.
+    /// Inverse of the matrix itself.
     Complex(ComplexFactor<'a>),
 }
 

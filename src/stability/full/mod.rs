@@ -39,7 +39,7 @@ const CORRECTION_LIMIT: f64 = 1e-7;
 /// Residual that SLEPc iterates to from a pair that was found, and vectors of its spaces.
 const CONFIRMED: (f64, usize) = (1e-8, 4);
 
-/// What to compute.
+/// Settings of the computation.
 #[derive(Debug, Clone, Copy)]
 pub struct FullOptions {
     /// Eigenvalues up to this frequency, Hz.
@@ -67,7 +67,7 @@ pub struct FullPair {
     pub forces: Vec<C>,
     /// Power of each body's own damping with this motion over |λ|²: uᴴ C u, N·s/m.
     pub damping: [f64; 2],
-    /// What rotation adds to uᴴ K u of each body, N/m.
+    /// Contribution of rotation to uᴴ K u of each body, N/m.
     pub stiffening: [f64; 2],
     /// Its residuals.
     pub residuals: Residuals,
@@ -86,7 +86,7 @@ pub struct ShiftReport {
     pub found: usize,
     /// Solves.
     pub solves: usize,
-    /// Whether solutions had to be corrected for what the modes do not see of rotation.
+    /// True if solutions had to be corrected for what the modes do not see of rotation.
     pub corrected: bool,
 }
 

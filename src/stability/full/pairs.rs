@@ -55,12 +55,12 @@ pub struct Around {
     pub radius: f64,
     /// Columns that were solved for.
     pub solves: usize,
-    /// Whether solutions had to be corrected for what the modes do not see of rotation.
+    /// True if solutions had to be corrected for what the modes do not see of rotation.
     pub corrected: bool,
 }
 
-/// What an eigensolver found: eigenvalues in units of the rate, the nearest first, their vectors, others that help,
-/// and the columns that were solved for.
+/// Ritz values and vectors of an eigensolver: eigenvalues in units of the rate, the nearest first, their vectors,
+/// others that help, and the columns that were solved for.
 struct Ritz {
     lambda: Vec<C>,
     vectors: Vec<Vec<C>>,

@@ -195,7 +195,7 @@ impl<'a> Part<'a> {
         [stiff, damped, mass]
     }
 
-    /// Whether it rotates.
+    /// Returns whether it rotates.
     pub fn turns(&self) -> bool {
         self.turning.is_some()
     }

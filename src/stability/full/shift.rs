@@ -24,7 +24,7 @@ type C = Complex<f64>;
 /// The inverse at a shift.
 pub(super) struct Shift<'a> {
     bodies: Vec<ShiftedBody<'a>>,
-    /// Of each part, where its modes are damped.
+    /// Modal correction of each part, where its modes are damped.
     modal: Vec<Option<ModalCorrection>>,
     /// On rank 0.
     contact: Option<CoupledContact>,

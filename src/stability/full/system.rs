@@ -36,8 +36,7 @@ pub struct System<'a> {
     pub(super) shift: Option<Shift<'a>>,
     /// λ there, 1/s.
     pub(super) sigma: C,
-    /// What may be left of a solution of the rotation that the modes do not see; none: solutions are not corrected
-    /// for it.
+    /// Allowed residual under rotation that the modes do not resolve; none: solutions are not corrected for it.
     pub(super) accuracy: Option<f64>,
     /// The contact as matrices, made when the transposed system is asked for.
     matrices: OnceCell<CouplingMatrices>,
@@ -89,7 +88,7 @@ impl<'a> System<'a> {
         self.rate
     }
 
-    /// Whether a body rotates: then the inverse is one of a nearby problem.
+    /// Returns whether a body rotates: then the inverse is one of a nearby problem.
     pub(super) fn turns(&self) -> bool {
         self.parts.iter().any(Part::turns)
     }
@@ -172,7 +171,7 @@ impl<'a> System<'a> {
         [0, 1].map(|p| self.parts.get(p).map_or(0.0, |part| part.dissipation(self.world, x)))
     }
 
-    /// What the matrix of this power of λ is multiplied by.
+    /// Factor of the matrix of this power of λ.
     pub(super) fn unit(&self, power: usize) -> f64 {
         self.rate.powi(power as i32) / self.stiffness
     }

@@ -10,8 +10,8 @@ use num_complex::Complex;
 
 type C = Complex<f64>;
 
-/// What corrections may leave of an eigenvector: the error of a solution counts by the eigenvalue nearest to the
-/// shift, of which there is most in it, and so more in those far away.
+/// Allowed residual of an eigenvector after corrections: the error of a solution counts by the eigenvalue nearest to
+/// the shift, of which there is most in it, and so more in those far away.
 const CORRECTED: f64 = 1e-9;
 /// Bounds of what they may leave of a solution.
 const ACCURACY: [f64; 2] = [1e-14, 1e-11];
@@ -27,7 +27,7 @@ struct Column {
     basis: Vec<Vec<C>>,
     /// Columns of the Hessenberg matrix.
     projected: Vec<Vec<C>>,
-    /// What was left after the last step, over |y|.
+    /// Residual after the last step, over |y|.
     left: f64,
 }
 

@@ -13,7 +13,7 @@ pub(super) struct Scaled {
     pub rate: f64,
     /// Unit of the unknowns of the contact, N.
     pub force: f64,
-    /// What the rows of the contact are divided by.
+    /// Divisors of the rows of the contact.
     rows: Vec<f64>,
     /// Norms of both matrices.
     norms: [f64; 2],
@@ -32,7 +32,7 @@ pub(super) struct Vectors<'a> {
 }
 
 impl Scaled {
-    /// That of these modes under the `rows` of the contact.
+    /// Error bounds of these modes under the `rows` of the contact.
     pub fn new(modes: &Modes, rows: &ContactRows) -> Self {
         let (m, r, nf) = (modes.count(), modes.seen, rows.by_rate.nrows());
         let square = |of: &dyn Fn(usize, usize) -> f64, columns: usize, count: usize| {

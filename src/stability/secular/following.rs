@@ -31,7 +31,7 @@ pub(super) struct Following {
 }
 
 impl Following {
-    /// Of rows of one size; frequencies are of the order of `rate`.
+    /// Tracker of rows of one size; frequencies are of the order of `rate`.
     pub fn new(rows: &ContactRows, seen: usize, rate: f64) -> Self {
         let nf = rows.by_rate.nrows();
         let own = |of: &Mat<f64>| of.as_ref().subcols(seen, nf).to_owned();

@@ -1,4 +1,4 @@
-//! What the contact makes of λ, along the frequencies of the modes: Chebyshev polynomials of ln λ.
+//! Interpolation of the contact operator over λ, along the frequencies of the modes: Chebyshev polynomials of ln λ.
 
 use super::{Condensed, C};
 use faer::Mat;
@@ -23,7 +23,7 @@ pub(super) struct Interpolated {
     /// Coefficients of Qᵀf ([`Following::turned`](super::following::Following::turned)), `[nf, r · kept]`, one
     /// polynomial after the other.
     follow: Mat<C>,
-    /// Of K by columns, `[r², kept]`.
+    /// Coefficients of K by columns, `[r², kept]`.
     stiffness: Mat<C>,
     /// Polynomials whose coefficients are more than rounding.
     kept: usize,
@@ -83,12 +83,12 @@ impl Interpolated {
         ((lambda / C::i()).ln() - self.middle) / self.half
     }
 
-    /// Whether λ lies where the polynomials hold; how well they do is seen of the eigenpair.
+    /// Returns whether λ lies where the polynomials hold; how well they do is seen of the eigenpair.
     pub fn covers(&self, lambda: C) -> bool {
         self.place(lambda).re.abs() <= BEYOND
     }
 
-    /// Whether λ lies so near to the interval that the polynomials hold as well as on it, but for some digits.
+    /// Returns whether λ lies so near to the interval that the polynomials hold as well as on it, but for some digits.
     pub fn is_near(&self, lambda: C) -> bool {
         self.place(lambda).im.abs() * self.degree as f64 <= DIGITS
     }
@@ -118,7 +118,7 @@ impl Interpolated {
         [&t, &d].map(|p| self.combined(p))
     }
 
-    /// What these polynomials, of each place, make of the coefficients of K.
+    /// Combination of the coefficients of K by these polynomials, of each place.
     fn combined(&self, p: &[Vec<C>]) -> Vec<C> {
         let product = &self.stiffness * Mat::from_fn(self.kept, p.len(), |k, l| p[l][k]);
         product.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<C>>()).collect()

@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 /// Frequencies that are looked at together: what is made for them stays near the processor.
 const CHUNK: usize = 32;
-/// What is left of the shapes of a body once its functions are taken out, over their size.
+/// Remainder of the shapes of a body once its functions are taken out, over their size.
 const ROUNDING: f64 = 1e-13;
 /// More functions than this part of the modes are not few.
 const FEW: f64 = 0.4;
@@ -43,7 +43,7 @@ impl Single {
 struct Group {
     modes: Vec<usize>,
     own: Rc<Poles>,
-    /// What the functions do to each of [`Poles::terms`], `[terms, functions]`.
+    /// Coupling of the functions to each of [`Poles::terms`], `[terms, functions]`.
     driven: Mat<C>,
 }
 
@@ -52,13 +52,13 @@ struct Poles {
     stiffness: Mat<f64>,
     damping: Mat<f64>,
     values: Vec<C>,
-    /// Those with Im ≥ 0: one of each conjugate pair.
+    /// Poles with Im ≥ 0: one of each conjugate pair.
     terms: Vec<C>,
     /// Amplitudes of the modes for each of these, real parts and then imaginary ones, `[modes, 2 terms]`.
     right: Mat<f64>,
     /// How each of these is read off the modes.
     readings: Vec<Reading>,
-    /// What forces on the modes do to each of these, `[terms, modes]`.
+    /// Coupling of forces on the modes to each of these, `[terms, modes]`.
     onto: Mat<C>,
 }
 
@@ -151,7 +151,7 @@ struct Part {
     singles: Vec<Single>,
     groups: Vec<Group>,
     terms: Terms,
-    /// Of each of them by columns, `[functions², columns]`.
+    /// Residues of each of them by columns, `[functions², columns]`.
     residues: Mat<f64>,
 }
 
@@ -166,7 +166,7 @@ pub(super) struct Modes {
     basis: Mat<f64>,
     /// Poles with Im > 0 that are hardly more damped than what is listed.
     pub poles: Vec<C>,
-    /// Those that are damped more.
+    /// More strongly damped poles.
     pub damped: Vec<C>,
     /// Squares of the norms of stiffness K and damping of the modes.
     pub squares: [f64; 2],
@@ -175,7 +175,7 @@ pub(super) struct Modes {
     of: Given,
 }
 
-/// What modes were made of.
+/// Inputs from which modes were computed.
 struct Given {
     stiffness: ModalMatrix,
     damping: ModalMatrix,
@@ -191,7 +191,7 @@ impl Given {
 }
 
 impl Modes {
-    /// Those of `bodies` with the functions of which they consist at these contact rows, and the functions there,
+    /// Modal sums of `bodies` with the functions of which they consist at these contact rows, and the functions there,
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.
     pub fn at(bodies: &ModalPair, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
@@ -213,7 +213,7 @@ impl Modes {
         Some((modes, shapes))
     }
 
-    /// Those of the last state.
+    /// Modal sums of the last state.
     pub fn last() -> Option<Rc<Self>> {
         KNOWN.with_borrow(Clone::clone)
     }
@@ -286,7 +286,7 @@ impl Modes {
         self.poles.iter().fold([f64::INFINITY, 0.0], |[a, b], p| [a.min(p.im), b.max(p.im)])
     }
 
-    /// Where the search for the roots begins: one beside each pole, no two in one place.
+    /// Start points of the search for the roots: one beside each pole, no two in one place.
     pub fn starts(&self) -> Vec<C> {
         let mut poles = self.poles.clone();
         poles.sort_by(|a, b| a.im.total_cmp(&b.im));
@@ -390,7 +390,7 @@ impl Modes {
         &self.basis
     }
 
-    /// What a row per amplitude of the functions is per amplitude of the modes, `[rows, modes]`.
+    /// Converts rows per amplitude of the functions to rows per amplitude of the modes, `[rows, modes]`.
     pub fn on_modes(&self, rows: &Mat<f64>) -> Mat<f64> {
         rows * &self.basis
     }
@@ -400,7 +400,7 @@ impl Modes {
         real_times(&self.basis.transpose().to_owned(), forces)
     }
 
-    /// What the contact sees of amplitudes of the modes, `[r, values]`.
+    /// Contact values of amplitudes of the modes, `[r, values]`.
     pub fn seen_of(&self, q: &Mat<C>) -> Mat<C> {
         real_times(&self.basis, q)
     }
@@ -542,7 +542,7 @@ impl Group {
     }
 }
 
-/// What is on a pole hardly moves the contact: `v`, but for what is less than rounding of `size`.
+/// Removes rounding at a pole: `v`, but zero if it is less than rounding of `size`.
 fn off(v: C, size: f64) -> C {
     if v.norm_sqr() < (f64::EPSILON * size).powi(2) {
         C::from(f64::EPSILON * size)

@@ -15,7 +15,7 @@ pub(super) struct Lu {
 }
 
 impl Lu {
-    /// Of the matrix `a` given by rows, `[n, n]`.
+    /// LU factors of the matrix `a` given by rows, `[n, n]`.
     pub fn new(mut a: Vec<C>, n: usize) -> Self {
         let mut rows: Vec<usize> = (0..n).collect();
         let mut odd = false;

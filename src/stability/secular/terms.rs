@@ -1,5 +1,4 @@
-//! What the modes and the poles of a body make of λ, and what roots make of one among them: sums over many, in vector
-//! instructions.
+//! Vectorised sums: pole-residue sums of modes and poles of a body in λ, and corrections of one root by the others.
 
 use super::C;
 use pulp::{Arch, Simd, WithSimd};
@@ -7,9 +6,9 @@ use pulp::{Arch, Simd, WithSimd};
 /// Numbers that are added up side by side.
 const LANES: usize = 8;
 
-/// What G of a body consists of, each with columns of residues of its own: first the modes by themselves, 1/(λ² + cλ
-/// + k); then real poles, 1/(λ − p); then pairs of poles, (λ − Re p)/|..|², where |..|² stands for (λ − p)(λ − p̄);
-/// and last those pairs once more, Im p/|..|².
+/// Terms of G of a body, each with columns of residues of its own: first the modes by themselves, 1/(λ² + cλ + k); then
+/// real poles, 1/(λ − p); then pairs of poles, (λ − Re p)/|..|², where |..|² stands for (λ − p)(λ − p̄); and last those
+/// pairs once more, Im p/|..|².
 #[derive(Default)]
 pub(super) struct Terms {
     /// k and c.
@@ -143,7 +142,7 @@ impl Charges {
         Self { re: all.iter().map(|v| v.re).collect(), im: all.iter().map(|v| v.im).collect() }
     }
 
-    /// What the others, and the conjugates of all, have of the logarithmic derivative at number `j`.
+    /// Contribution of the other roots, and of the conjugates of all, to the logarithmic derivative at number `j`.
     pub fn attraction(&self, j: usize) -> C {
         Arch::new().dispatch(Attraction { of: self, j })
     }

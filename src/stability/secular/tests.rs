@@ -179,7 +179,7 @@ fn errors_are_those_of_the_pencil() {
     }
 }
 
-/// What the contact sees of the bodies is kept for other closed nodes, not for other bodies.
+/// Modal data at the contact are kept for other closed nodes, not for other bodies.
 #[test]
 fn modes_are_kept_for_the_same_bodies() {
     let s = interface();
@@ -202,8 +202,7 @@ fn modes_are_kept_for_the_same_bodies() {
     assert!(!Rc::ptr_eq(&first, &Modes::at(&damped, &some, 1.9).unwrap().0));
 }
 
-/// Where an eigenvalue that is not listed stands in the place of one that is, each is one by itself: the count tells
-/// that one is missing.
+/// The count detects a missing eigenvalue: where an unlisted one stands in the place of a listed one, each is single.
 #[test]
 fn one_that_is_missing_is_noticed() {
     let s = interface();

@@ -90,8 +90,8 @@ fn a_drawn_ring_is_the_built_in_one() {
     }
 }
 
-/// Where it is touched it is as fine as asked, and hangs together: no edge but those of the border has an element on
-/// one side alone.
+/// Refinement at the contact is as fine as asked, and conforming: no edge but those of the border has an element on one
+/// side alone.
 #[test]
 fn the_contact_is_made_finer() {
     let drawn = Rc::new(ring(12, false, true).made().expect("a ring"));

@@ -61,7 +61,7 @@ struct Even {
     a: Square,
 }
 
-/// That of the length `period`, m, with its modes up to `limit`, Hz.
+/// Rail on even pads of the length `period`, m, with its modes up to `limit`, Hz.
 fn even(track: &Track, period: f64, limit: f64) -> Even {
     let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
     let radius = period / (2.0 * PI);

@@ -52,7 +52,7 @@ fn a_drawn_rail_is_the_built_in_one() {
     }
 }
 
-/// What the contact yields, with the drawing made finer there.
+/// Compliance of the contact, with the drawing made finer there.
 #[test]
 fn the_contact_on_a_drawn_rail_yields_as_on_the_built_in_one() {
     let patch = Patch { radius: 5e-3 };

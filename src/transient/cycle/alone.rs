@@ -19,7 +19,7 @@ const SHRINKS: f64 = 0.8;
 /// A spread that goes one way over three batches has a trend, unless it is by less than this part.
 const STEADY: f64 = 0.95;
 
-/// What is known of it.
+/// Known state of the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Known {
     /// Nothing yet, or a beat that still shrinks.
@@ -124,7 +124,7 @@ impl Alone {
     }
 }
 
-/// What a geometric approach through three levels has still before it, at least its last way.
+/// Remaining distance of a geometric approach through three levels, at least its last step.
 fn left(a: f64, b: f64, c: f64) -> f64 {
     let (before, last) = ((b - a).abs(), (c - b).abs());
     let ratio = (last / before.max(f64::MIN_POSITIVE)).min(0.9);

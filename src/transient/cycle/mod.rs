@@ -26,14 +26,14 @@ use trail::{Next, Seen, Trail};
 
 /// Periods of a window over which amplitudes are averaged.
 const WINDOW: f64 = 16.0;
-/// Of the mean square of the velocities, the least share along the direction that is looked at: below it the motion
-/// has become another one.
+/// Least share of the mean square of the velocities along the followed direction: below it the motion has become
+/// another one.
 const SHARE: f64 = 0.2;
 
 /// The golden section: its multiples are spread evenly between whole numbers.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// What is looked for.
+/// Settings of the search.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// The time step of the stepper, s.
@@ -46,7 +46,7 @@ pub struct Settings {
     pub longest: f64,
     /// Root mean square of the modal velocities, √J, below which a decaying motion counts as rest.
     pub floor: f64,
-    /// Whether small motions about rest decay: then those that meet no other nodes than at rest do have nothing else
+    /// True if small motions about rest decay: then those that meet no other nodes than at rest do have nothing else
     /// before them.
     pub stable: bool,
     /// Closed and sticking nodes at rest.
@@ -55,7 +55,7 @@ pub struct Settings {
     pub harmonics: usize,
     /// Velocities that are told, as rows over the modal ones, `[r, m]`.
     pub watch: Mat<f64>,
-    /// What is kept for its sound.
+    /// Values recorded for its sound.
     pub heard: Option<Heard>,
 }
 
@@ -68,7 +68,7 @@ pub struct Heard {
     pub time: f64,
 }
 
-/// What became of a motion.
+/// Outcome of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate {
     /// It has died out.
@@ -95,7 +95,7 @@ impl Fate {
 /// A motion that was followed to its end.
 #[derive(Debug, Clone)]
 pub struct Followed {
-    /// What became of it.
+    /// Outcome of the motion.
     pub fate: Fate,
     /// How it repeats itself, and what it is made of; none of what rests.
     pub motion: Option<(Returns, Record)>,

@@ -1,4 +1,4 @@
-//! What repeats itself in a motion, and of what it is made.
+//! Periodicity of a motion and its harmonics.
 
 use super::section::LONGEST;
 use super::{Settings, Walk};

@@ -39,7 +39,7 @@ fn growth(v: f64, a: f64) -> f64 {
     LOAD * (STATIC - KINETIC) * (-v / DECAY).exp() * bessel(a / DECAY) / a - 0.5 * DAMPING
 }
 
-/// What becomes of a motion of the mass, 1 kg, whose velocity swings by `a`, m/s, on a belt of the velocity `v`, m/s.
+/// Outcome of a motion of the mass, 1 kg, whose velocity swings by `a`, m/s, on a belt of the velocity `v`, m/s.
 fn fate(v: f64, a: f64) -> Followed {
     let kicked = |mut rest: State| {
         rest.v[0] += a;
@@ -48,8 +48,7 @@ fn fate(v: f64, a: f64) -> Followed {
     followed(v, kicked).0
 }
 
-/// What becomes of the motion that `start` makes of rest on a belt of the velocity `v`, m/s, and where it was at the
-/// end.
+/// Outcome of the motion that `start` makes of rest on a belt of the velocity `v`, m/s, and where it was at the end.
 fn followed(v: f64, start: impl FnOnce(State) -> State) -> (Followed, State) {
     beside(v, None, start)
 }

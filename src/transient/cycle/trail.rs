@@ -10,11 +10,11 @@ pub(super) struct Seen {
     pub(super) level: f64,
     /// d ln a/dt, 1/s.
     pub(super) rate: f64,
-    /// Whether no more and no fewer nodes were closed and stuck than at rest.
+    /// True if no more and no fewer nodes were closed and stuck than at rest.
     pub(super) linear: bool,
 }
 
-/// What is to be done next.
+/// Next action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Next {
     /// The amplitude is to be multiplied by this.
@@ -34,13 +34,13 @@ const FIRST: f64 = 0.1;
 const NEAR: f64 = 0.02;
 /// So do those of which the way has been turned so often: their growth is no matter of the amplitude alone.
 const TURNS: usize = 4;
-/// What came back stays within this, in ln a.
+/// Tolerance, in ln a, within which a repeated amplitude counts as the same.
 const STAYS: f64 = 1e-3;
 /// Levels that are nearer to each other tell nothing of the slope: their difference is rounding and beats. Those that
 /// are farther are of another part of the curve.
 const APART: [f64; 2] = [0.01, 0.6];
 
-/// What has been seen.
+/// Amplitudes observed so far.
 #[derive(Debug, Clone)]
 pub(super) struct Trail {
     /// Time from a change of the amplitude to what is seen of it, s.

@@ -35,7 +35,7 @@ pub(super) fn conjugate_gradients(
     found
 }
 
-/// What an iteration does to the vectors.
+/// Update of the vectors by an iteration.
 struct Update<'a> {
     rz: f32,
     scale: &'a [f32],

@@ -12,7 +12,7 @@ use crate::transient::problem::Effort;
 /// Solutions after which the inverse of the normal part pays; until then conjugate gradients find the pressures too.
 const WORTH: usize = 8;
 
-/// What finds the pressures of k nodes in l places; `gaps` everywhere is W_nn in units of the operator, columns,
+/// Solver of the pressures of k nodes in l places; `gaps` everywhere is W_nn in units of the operator, columns,
 /// `[k][l]`. Places without a node have no gap and no pressure.
 pub(super) struct Normal {
     /// k.
@@ -44,7 +44,7 @@ impl Normal {
         Self { nodes, inverse, open: Vec::new(), shut: None, uniform, solved: 0 }
     }
 
-    /// Whether an inverse is to be made now; counts the systems solved.
+    /// Returns whether an inverse is to be made now; counts the systems solved.
     pub fn wants_inverse(&mut self) -> bool {
         self.solved += 1;
         self.solved > WORTH && self.inverse.is_empty()

@@ -1,4 +1,4 @@
-//! What the map says of the nodes at an iterate.
+//! Natural map of the nodes at an iterate.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -68,7 +68,7 @@ impl Seen {
         }
     }
 
-    /// Whether every node can move along the surface and has a compliance across it.
+    /// Returns whether every node can move along the surface and has a compliance across it.
     pub fn moves(&self) -> bool {
         let [tangential, normal] = &self.rho;
         tangential[..self.nodes].iter().all(|r| *r > 0.0) && normal[..self.nodes].iter().all(|r| r.is_finite())

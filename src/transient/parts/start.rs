@@ -9,8 +9,8 @@ use crate::transient::sorted::Sorted;
 /// Newton steps on the tractions, and the share of the first residual below which the pressures have to follow.
 const STEPS: usize = 5;
 const ENOUGH: f64 = 0.02;
-/// What the residual of a linear system falls by: the directions of slip, which the systems are made for, still
-/// change much.
+/// Reduction of the residual of a linear system: the directions of slip, which the systems are made for, still change
+/// much.
 const FORCING: f32 = 0.3;
 
 /// Reactions and the shift of the gaps; the response in single precision.

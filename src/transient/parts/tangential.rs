@@ -37,7 +37,7 @@ pub(super) struct Tangential {
     made: [Lines<f32>; 2],
 }
 
-/// What is seen of the nodes, and those of them that stick, ascending.
+/// Natural map of the nodes, and those of them that stick, ascending.
 pub(super) type Known<'a> = (&'a Seen, &'a [usize]);
 
 impl Tangential {
@@ -289,7 +289,7 @@ impl WithSimd for Column<'_> {
     }
 }
 
-/// What the components along of sticking `nodes` do and what is done to them.
+/// Couplings along the surface of the components of sticking `nodes`.
 struct Sticking<'a> {
     tangential: &'a [f32],
     /// k.

@@ -1,11 +1,11 @@
-//! What a step finds.
+//! Results of a step.
 
 use super::super::compact::Operator;
 use super::super::problem::{Effort, StepSolution};
 use crate::contact::law::Status;
 use crate::friction::Remembered;
 
-/// What a step found besides the state.
+/// Results of a step besides the state.
 #[derive(Debug, Clone, Default)]
 pub struct Report {
     /// Force on body 1 (x, y, z), N.
@@ -14,7 +14,7 @@ pub struct Report {
     pub moment_z: f64,
     /// Closed nodes.
     pub closed: usize,
-    /// Those of them that stick.
+    /// Number of sticking nodes among them.
     pub stick: usize,
     /// Residual of the contact laws, N.
     pub residual: f64,
@@ -31,7 +31,7 @@ pub struct Posed<'a> {
     pub matrix: &'a Operator,
     /// (dx, dy, g) at R = 0, m, `[3k]`.
     pub free: &'a [f64],
-    /// What the nodes remembered of friction, `[k]`; empty where friction is constant.
+    /// Memory of friction of the nodes, `[k]`; empty where friction is constant.
     pub before: &'a [Remembered],
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Met {
     pub(super) slip: Vec<f64>,
 }
 
-/// What is known at the end of a step.
+/// State at the end of a step.
 pub(super) struct End {
     pub(super) solution: StepSolution,
     /// W R and Ψ q_free on the rows of the working set, m.

@@ -45,7 +45,7 @@ impl Stepper<'_> {
         Ok(self)
     }
 
-    /// Whether the node `i` of the interface was closed at the beginning of the step.
+    /// Returns whether the node `i` of the interface was closed at the beginning of the step.
     pub(super) fn is_closed(&self, i: usize) -> bool {
         match &self.integrated {
             Some(integrated) => integrated.closed[i],

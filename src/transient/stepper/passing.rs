@@ -25,7 +25,7 @@ impl Passing {
         Self { surface: Some(surface), ..Self::smooth(interface) }
     }
 
-    /// Whether the gap changes from step to step.
+    /// Returns whether the gap changes from step to step.
     pub(super) fn is_rough(&self) -> bool {
         self.surface.is_some()
     }

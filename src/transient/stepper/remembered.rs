@@ -7,8 +7,8 @@ use crate::contact::law::{size, Status};
 use crate::friction::Remembered;
 
 impl Stepper<'_> {
-    /// What the core nodes remember before the step, `[core]`; nothing where friction is constant. The material of a
-    /// node comes from its foot: where that lies between the node and the one upstream, in the course between the
+    /// Memory of friction of the core nodes before the step, `[core]`; nothing where friction is constant. The material
+    /// of a node comes from its foot: where that lies between the node and the one upstream, in the course between the
     /// two; further away, in a straight line between two others.
     pub(super) fn remembered(&self) -> Vec<Remembered> {
         let mu = &self.state.friction;

@@ -31,13 +31,13 @@ pub(super) struct Working {
     pub(super) feet: Vec<(usize, Foot)>,
     /// The same by what it takes.
     pub(super) ways: Vec<Way>,
-    /// Where each core node is, m, and its rigid creep beside that of the creepages, m/s.
+    /// Position of each core node, m, and its rigid creep beside that of the creepages, m/s.
     pub(super) at: Vec<([f64; 2], [f64; 2])>,
     /// Displacements at the present time, m, `[rows]`.
     pub(super) u: Vec<f64>,
 }
 
-/// Where a foot gets its displacement from; nodes by their places in the working set.
+/// Interpolation stencil of a departure point; nodes by their places in the working set.
 pub(super) enum Way {
     Node(usize),
     /// Between the first two nodes of a line: in a straight line.
@@ -113,7 +113,7 @@ impl Stepper<'_> {
         sum(near, self.course_at_an_edge(a, near, closed))
     }
 
-    /// What the nodes `near` the foot of core node `a` take part with where not all of them are `closed`.
+    /// Weights of the nodes `near` the departure point of core node `a` where not all of them are `closed`.
     fn course_at_an_edge(&self, a: usize, near: [usize; 3], closed: [bool; 3]) -> [f64; 3] {
         let ws = &self.working;
         let (line, Foot::Between { left, travel }) = ws.feet[a] else { return [0.0; 3] };
@@ -193,7 +193,7 @@ impl Stepper<'_> {
         (0..s.len()).min_by(|&a, &b| gap(a).total_cmp(&gap(b))).unwrap_or(0)
     }
 
-    /// What can move the gaps of the nodes outside the working set, which are not looked at yet.
+    /// Motions that can move the gaps of the nodes outside the working set, which are not looked at yet.
     fn around(&self) -> Outside {
         let ws = &self.working;
         let modes = self.model.modes;

@@ -1,4 +1,6 @@
-"""Makes the meshes of this folder with Gmsh: every kind of cell in MSH 4.1 and 2.2, ASCII and binary. Needs the Python package `gmsh` (4.15 was used)."""
+"""Makes the meshes of this folder with Gmsh: every kind of cell in MSH 4.1 and 2.2, ASCII and binary. Needs the Python
+package `gmsh` (4.15 was used)."""
+
 import gmsh
 
 BOX = (0.3, 0.2, 0.1)
@@ -35,7 +37,17 @@ def pyramids():
     x, y, z = BOX
     volume = gmsh.model.addDiscreteEntity(3)
     bottom, top = gmsh.model.addDiscreteEntity(2), gmsh.model.addDiscreteEntity(2)
-    corners = [(0, 0, 0), (x, 0, 0), (x, y, 0), (0, y, 0), (0, 0, z), (x, 0, z), (x, y, z), (0, y, z), (x / 2, y / 2, z / 2)]
+    corners = [
+        (0, 0, 0),
+        (x, 0, 0),
+        (x, y, 0),
+        (0, y, 0),
+        (0, 0, z),
+        (x, 0, z),
+        (x, y, z),
+        (0, y, z),
+        (x / 2, y / 2, z / 2),
+    ]
     gmsh.model.mesh.addNodes(3, volume, list(range(1, 10)), [v for p in corners for v in p])
     bases = [[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]]
     gmsh.model.mesh.addElementsByType(volume, 7, [], [n + 1 for base in bases for n in base + [8]])
@@ -67,10 +79,16 @@ def make(name, cells, order, incomplete):
 gmsh.initialize()
 gmsh.option.setNumber("General.Terminal", 0)
 for name, cells, order, incomplete in [
-    ("tet4", "tetrahedra", 1, 1), ("tet10", "tetrahedra", 2, 1),
-    ("hex8", "hexahedra", 1, 1), ("hex20", "hexahedra", 2, 1), ("hex27", "hexahedra", 2, 0),
-    ("wedge6", "wedges", 1, 1), ("wedge15", "wedges", 2, 1), ("wedge18", "wedges", 2, 0),
-    ("pyramid5", "pyramids", 1, 1), ("pyramid13", "pyramids", 2, 1),
+    ("tet4", "tetrahedra", 1, 1),
+    ("tet10", "tetrahedra", 2, 1),
+    ("hex8", "hexahedra", 1, 1),
+    ("hex20", "hexahedra", 2, 1),
+    ("hex27", "hexahedra", 2, 0),
+    ("wedge6", "wedges", 1, 1),
+    ("wedge15", "wedges", 2, 1),
+    ("wedge18", "wedges", 2, 0),
+    ("pyramid5", "pyramids", 1, 1),
+    ("pyramid13", "pyramids", 2, 1),
 ]:
     make(name, cells, order, incomplete)
 gmsh.finalize()

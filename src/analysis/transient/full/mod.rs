@@ -28,7 +28,7 @@ use pair::{Half, Leader, Led, Pair};
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// What the bodies of a job must be like, beyond what they can.
+/// Checks properties of the bodies that a full transient requires, beyond their capabilities.
 pub(super) fn check(job: &Job) -> Result<()> {
     let refused = |key: String, found: &str, why: &str| {
         Err(Error::Job(format!("{key}: found {found}, but analyses.transient.model is \"full\": {why}")))
@@ -59,13 +59,13 @@ pub(super) fn check(job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// Whether the amplitudes of modes are looked at on the way.
+/// Returns whether the amplitudes of modes are looked at on the way.
 fn watches_modes(wanted: &job::Transient) -> bool {
     wanted.modal_stride > 0 || wanted.sound_power.is_some()
 }
 
-/// What a full transient takes of the bodies: their matrices, the shapes of the modes whose amplitudes are written,
-/// and at its start what it is moved along.
+/// Requirements of a full transient on the bodies: their matrices, the shapes of the modes whose amplitudes are
+/// written, and at its start what it is moved along.
 pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
     let moved = wanted.start.mode.is_some() || wanted.start.random.is_some();
     Needs { solvers: true, shapes: watches_modes(wanted) || (moved && !resume) }

@@ -13,7 +13,7 @@ use faer::Mat;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// What the ranks do next.
+/// Next collective action of the ranks.
 #[derive(Clone, Copy, PartialEq)]
 enum Order {
     /// A step begins.
@@ -81,7 +81,7 @@ impl Pair<'_> {
         both
     }
 
-    /// What [`rows`](Self::rows) has beyond the contact rows.
+    /// Number of rows that [`rows`](Self::rows) has beyond the contact rows.
     fn beyond(&self) -> usize {
         3 * self.watched.len() + self.halves.iter().map(|half| half.modes.len()).sum::<usize>()
     }
@@ -174,7 +174,7 @@ impl<'a> Leader<'a> {
         self.pair.save()
     }
 
-    /// Whether a signal came to one of the ranks.
+    /// Returns whether a signal came to one of the ranks.
     pub(super) fn heed(&self) -> bool {
         self.pair.order(Order::Heed);
         self.pair.stop.wanted(self.pair.world)
@@ -191,7 +191,7 @@ impl<'a> Leader<'a> {
     }
 }
 
-/// What the steps know of the bodies. Its coordinates are the contact rows, then those of the watched nodes, then the
+/// Bodies as the steps address them. Its coordinates are the contact rows, then those of the watched nodes, then the
 /// amplitudes of the modes.
 pub(super) struct Led<'a>(pub(super) Rc<RefCell<Leader<'a>>>);
 

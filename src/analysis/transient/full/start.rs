@@ -18,13 +18,13 @@ type C = Complex<f64>;
 
 /// Group of the segments.
 const GROUP: &str = "/checkpoint/full";
-/// What is kept of each body, with its unit and its text.
+/// Data kept of each body, with its unit and its text.
 const KEPT: [[&str; 3]; 2] = [
     ["displacement", "m", "Displacements of the degrees of freedom, rank by rank."],
     ["velocity", "m/s", "Velocities of the degrees of freedom, rank by rank."],
 ];
 
-/// Where a run begins.
+/// Start of a run.
 pub(super) struct Begun {
     /// This rank's displacements and velocities of each body.
     pub(super) motion: Vec<(Vec<f64>, Vec<f64>)>,

@@ -75,8 +75,7 @@ fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() 
     assert_eq!(Sound::of(&wanted, bands, 1e-3).stride(), 1);
 }
 
-/// What was before `from` is in no piece; what remains of the record before the first piece is in none either, the
-/// last sample is.
+/// No piece contains the record before `from` or the remainder before the first piece; the last sample belongs to one.
 #[test]
 fn pieces_begin_after_from_and_end_with_the_record() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));

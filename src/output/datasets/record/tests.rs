@@ -44,7 +44,7 @@ fn model() -> ReducedModel {
     }
 }
 
-/// What moves row `r` of the points by mode `k`, and by reaction `i`.
+/// Motion of row `r` of the points by mode `k`, and by reaction `i`.
 fn by_mode(r: usize, k: usize) -> f64 {
     ((3 * r + 7 * k + 1) as f64).cos()
 }

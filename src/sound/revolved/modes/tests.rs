@@ -94,9 +94,8 @@ fn baffled(meshed: &Meshed, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
     crate::sound::Radiators::new(patches, size, Mat::zeros(1, 1)).resistance(f, AIR)[(0, 0)]
 }
 
-/// What the baffles of the estimate for bodies of finite elements make of the wheel: too much sound at low
-/// frequencies, where air flows around the rim, 3.8 dB of the mode (2, 0), and sound within 1 dB from three nodal
-/// diameters on.
+/// Error of the baffle estimate for a wheel: too much sound at low frequencies, where air flows around the rim, 3.8 dB
+/// of the mode (2, 0), and sound within 1 dB from three nodal diameters on.
 #[test]
 fn baffles_are_too_loud_where_the_wheel_is_small_against_the_wave() {
     let (modes, frequency) = wheel(&[0, 2, 3, 4], 2000.0);

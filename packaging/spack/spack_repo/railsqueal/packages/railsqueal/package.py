@@ -7,9 +7,8 @@ spack dev-build --source-path . railsqueal@main
 
 import os
 
-from spack_repo.builtin.build_systems.cargo import CargoPackage
-
 from spack.package import *
+from spack_repo.builtin.build_systems.cargo import CargoPackage
 
 
 class Railsqueal(CargoPackage):
@@ -33,7 +32,7 @@ class Railsqueal(CargoPackage):
     depends_on("slepc@3.18:3.24")
     depends_on("mumps+double+complex+mpi")
     depends_on("metis@5:~int64~real64")
-    # docs/install.md says which.
+    # docs/how-to/install.md says which.
     depends_on("hdf5@1.10.7:1.10,1.12.1: +mpi")
 
     with when("+python"):
